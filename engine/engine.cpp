@@ -1,0 +1,254 @@
+// Creating engines, articulations and batches, and asking about them.
+#include "engine/engine.h"
+
+#include "engine/frame.h"
+#include "engine/traverse.h"
+#include "engine/update.h"
+#include "engine/validate.h"
+#include "kernels/float_mode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+
+namespace cab {
+namespace {
+
+// Runs an add or create; whatever memory it lacked is a status.
+template <class Body>
+Status guarded(Body&& body) noexcept {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) { return Status::kOutOfMemory; } catch (const std::exception&) {
+    return Status::kOutOfMemory;
+  }
+}
+
+// What every worker must hold, over all batches of an engine.
+struct Needs {
+  std::size_t nodes = 0;
+  std::size_t joints = 0;
+  std::size_t depth = 0;
+  std::size_t leaf_pairs = 0;
+  std::size_t character_instances = 0;
+};
+
+Needs needs_of(const Engine& engine) {
+  Needs needs;
+  std::size_t frame_nodes = 0, leaves = 0, depth = 0;
+  for (const auto& slot : engine.batches) {
+    const InstanceBatch& batch = slot->batch;
+    const Articulation& articulation = *batch.articulation;
+    needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
+    leaves = std::max<std::size_t>(leaves, articulation.leaf_count);
+    depth = std::max<std::size_t>(depth, articulation.program.depth);
+    if (batch.kind == BatchKind::kFrames) {
+      frame_nodes += articulation.node_count;
+    } else {
+      needs.nodes = std::max<std::size_t>(needs.nodes, articulation.node_count);
+      needs.character_instances += batch.instance_count;
+    }
+  }
+  needs.nodes = std::max(needs.nodes, frame_nodes);
+  needs.depth = 2 * depth + 2;
+  needs.leaf_pairs = leaves * leaves;
+  return needs;
+}
+
+template <class T>
+FixedList<T> make_list(Arena& arena, std::size_t capacity) {
+  return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
+}
+
+void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, std::size_t chunk) {
+  worker.boxes = worker.arena.allocate<BoxTile>(needs.nodes);
+  worker.bounds = worker.arena.allocate<AabbTile>(needs.nodes);
+  worker.joints = worker.arena.allocate<PointTile>(needs.joints);
+  worker.live = worker.arena.allocate<std::uint32_t>(batch_count);
+  worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
+  worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
+  worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
+  worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs);
+  worker.candidates = make_list<Candidate>(worker.arena, chunk);
+}
+
+// Sizes fresh workers and shared lists for all batches, then replaces the old ones: nothing changes if memory fails.
+void size_workers(Engine& engine) {
+  const Needs needs = needs_of(engine);
+  const std::size_t chunk = std::clamp<std::size_t>(kChunkLeafPairs / needs.leaf_pairs, 1, kChunkCandidates);
+  std::vector<std::unique_ptr<Worker>> workers;
+  for (std::uint32_t w = 0; w < engine.schedule->worker_count(); ++w) {
+    workers.push_back(std::make_unique<Worker>(engine.allocator));
+    size_worker(*workers.back(), needs, engine.batches.size(), chunk);
+  }
+  auto shared = std::make_unique<Arena>(engine.allocator);
+  const auto entries = shared->allocate<BroadEntry>(needs.character_instances);
+  const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
+  engine.workers = std::move(workers);
+  engine.shared_arena = std::move(shared);
+  engine.broad_entries = entries;
+  engine.paired_bits = paired;
+  engine.chunk_candidates = static_cast<std::uint32_t>(chunk);
+}
+
+// Where each frame batch's hierarchy stands in a worker's memory.
+void place_frame_batches(Engine& engine) {
+  std::uint32_t at = 0;
+  for (const auto& slot : engine.batches) {
+    if (slot->batch.kind != BatchKind::kFrames) continue;
+    slot->batch.worker_nodes = at;
+    at += slot->batch.articulation->node_count;
+  }
+}
+
+const Articulation* find_articulation(const Engine& engine, ArticulationId id) {
+  return id.value == 0 || id.value > engine.articulations.size() ? nullptr
+                                                                 : &engine.articulations[id.value - 1]->articulation;
+}
+
+Box box_of(const BoxTile& tile, std::uint32_t lane) {
+  Box box;
+  for (int c = 0; c < 3; ++c) {
+    box.center[c] = tile.center[c][lane];
+    box.half[c] = tile.half[c][lane];
+    for (int k = 0; k < 3; ++k) box.axis[k][c] = tile.axis[k][c][lane];
+  }
+  return box;
+}
+
+Box box_of(const AabbTile& tile, std::uint32_t lane) {
+  Box box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+  for (int c = 0; c < 3; ++c) {
+    const double lo = static_cast<double>(tile.lo[c][lane]), hi = static_cast<double>(tile.hi[c][lane]);
+    box.center[c] = static_cast<float>(0.5 * (lo + hi));
+    const double half = std::max(hi - static_cast<double>(box.center[c]), static_cast<double>(box.center[c]) - lo);
+    box.half[c] = static_cast<float>(half);
+    if (static_cast<double>(box.half[c]) < half)
+      box.half[c] = std::nextafter(box.half[c], std::numeric_limits<float>::infinity());
+  }
+  return box;
+}
+
+}  // namespace
+
+Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
+  return guarded([&] {
+    const kernel::KernelTable* kernels = kernel::find_kernels(desc.isa);
+    if (!kernels) return Status::kIsaNotAvailable;
+    if (desc.allocator && (!desc.allocator->allocate || !desc.allocator->release)) return Status::kBadAllocator;
+    if (desc.scheduler && (desc.scheduler->worker_count == 0 || !desc.scheduler->parallel_for))
+      return Status::kBadScheduler;
+    auto engine = std::make_unique<Engine>();
+    engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
+    engine->kernels = kernels;
+    engine->schedule = desc.scheduler           ? make_caller_schedule(*desc.scheduler)
+                       : desc.thread_count == 1 ? make_serial_schedule()
+                                                : make_tbb_schedule(desc.thread_count);
+    for (std::uint32_t w = 0; w < engine->schedule->worker_count(); ++w)
+      engine->workers.push_back(std::make_unique<Worker>(engine->allocator));
+    *out = engine.release();
+    return Status::kOk;
+  });
+}
+
+void destroy_engine(Engine* engine) noexcept { delete engine; }
+
+Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
+                        std::uint32_t* bad_element) noexcept {
+  return guarded([&] {
+    const Call call(engine);
+    if (!call.admitted()) return Status::kBusy;
+    const kernel::FloatMode mode;
+    auto slot = std::make_unique<ArticulationSlot>(engine.allocator);
+    if (const Status status = build_articulation(desc, slot->arena, &slot->articulation, bad_element);
+        status != Status::kOk)
+      return status;
+    if (const Status status = make_exact_shapes(slot->articulation, &slot->shapes, bad_element); status != Status::kOk)
+      return status;
+    engine.articulations.push_back(std::move(slot));
+    out->value = static_cast<std::uint32_t>(engine.articulations.size());
+    return Status::kOk;
+  });
+}
+
+Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
+  return guarded([&] {
+    const Call call(engine);
+    if (!call.admitted()) return Status::kBusy;
+    const Articulation* articulation = find_articulation(engine, desc.articulation);
+    if (!articulation) return Status::kUnknownArticulation;
+    if (desc.instance_count == 0) return Status::kNoInstances;
+    if (desc.instance_count > kMaxInstances || engine.batches.size() == kMaxBatches) return Status::kTooManyInstances;
+    auto slot = std::make_unique<BatchSlot>(engine.allocator);
+    InstanceBatch& batch = slot->batch;
+    batch.articulation = articulation;
+    batch.articulation_index = desc.articulation.value - 1;
+    batch.kind = desc.kind;
+    batch.instance_count = desc.instance_count;
+    if (desc.kind == BatchKind::kCharacters) {
+      batch.rows = slot->arena.allocate<BoxRow>(std::size_t{desc.instance_count} * articulation->node_count);
+      batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
+      batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
+    }
+    engine.batches.push_back(std::move(slot));
+    try {
+      size_workers(engine);
+    } catch (...) {
+      engine.batches.pop_back();
+      throw;
+    }
+    place_frame_batches(engine);
+    out->value = static_cast<std::uint32_t>(engine.batches.size());
+    return Status::kOk;
+  });
+}
+
+Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept {
+  Call call(engine);
+  if (!call.admitted()) return Status::kBusy;
+  if (const Status status = validate_input(engine, input); status != Status::kOk) return status;
+  FrameJob job;
+  job.policies = policies;
+  if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
+  const InstanceBatch& batch = engine.batch(input.batch);
+  const std::size_t nodes = batch.articulation->node_count;
+  if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
+  const kernel::FloatMode mode;
+  call.bind(input);
+  Worker& worker = *engine.workers[0];
+  const bool axis_aligned = policies.refit == Refit::kAabbHull;
+  for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
+    const std::uint32_t live =
+        update_tile(engine, batch, policies.refit, tile, true, worker, worker.boxes.data, worker.bounds.data);
+    for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
+      Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
+      for (std::size_t n = 0; n < nodes; ++n) {
+        to[n] = axis_aligned ? box_of(worker.bounds[n], lane) : box_of(worker.boxes[n], lane);
+        if (!(live >> lane & 1)) to[n] = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+      }
+    }
+  }
+  return Status::kOk;
+}
+
+Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept {
+  const Articulation* articulation = find_articulation(engine, id);
+  if (!articulation) return Status::kUnknownArticulation;
+  *out = {articulation->link_count, articulation->leaf_count, articulation->node_count, articulation->program.depth};
+  return Status::kOk;
+}
+
+Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> steps) noexcept {
+  const Articulation* articulation = find_articulation(engine, id);
+  if (!articulation) return Status::kUnknownArticulation;
+  if (steps.size < articulation->program.steps.size || (steps.size && !steps.data)) return Status::kBadOutput;
+  std::copy(articulation->program.steps.begin(), articulation->program.steps.end(), steps.data);
+  return Status::kOk;
+}
+
+Isa engine_isa(const Engine& engine) noexcept { return engine.kernels->isa; }
+
+bool isa_available(Isa isa) noexcept { return kernel::find_kernels(isa) != nullptr; }
+
+}  // namespace cab

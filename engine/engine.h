@@ -1,0 +1,86 @@
+// The engine's own state: what create and add make, and the memory that workers reuse in every frame.
+#pragma once
+
+#include "engine/exact.h"
+#include "engine/schedule.h"
+#include "kernels/find_kernels.h"
+#include "layout/arena.h"
+#include "layout/articulation.h"
+#include "layout/instance_batch.h"
+#include "layout/pair_list.h"
+#include "layout/tile.h"
+
+#include <cab/cab.h>
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+namespace cab {
+
+// Two instances to be tested: (batch, instance) of a is lower than that of b, or the same within one instance.
+struct Candidate {
+  std::uint32_t batch_a, instance_a;
+  std::uint32_t batch_b, instance_b;
+};
+
+// An instance in the broad phase's order.
+struct BroadEntry {
+  InstanceBounds bounds;
+  std::uint32_t batch;
+  std::uint32_t instance;
+};
+
+// Memory of one worker. Sized when a batch is added, for the worst that any rule can ask.
+struct alignas(64) Worker {
+  explicit Worker(const Allocator& allocator) : arena(allocator) {}
+
+  Arena arena;
+  Span<BoxTile> boxes;    // one tile's hierarchy of every frame batch, or of one character batch
+  Span<AabbTile> bounds;  // the same, axis-aligned
+  Span<PointTile> joints;
+  Span<std::uint32_t> live;  // of every batch's tile at hand: lanes that take part
+  FixedList<NodePair> stack;
+  FixedList<TilePair> tile_stack;
+  FixedList<TilePair> tile_found;
+  FixedList<LeafPair> found;
+  FixedList<Candidate> candidates;
+  FrameStats stats;
+};
+
+struct ArticulationSlot {
+  explicit ArticulationSlot(const Allocator& allocator) : arena(allocator) {}
+
+  Arena arena;
+  Articulation articulation;
+  std::unique_ptr<ExactShapes, ExactShapesDelete> shapes;
+};
+
+struct BatchSlot {
+  explicit BatchSlot(const Allocator& allocator) : arena(allocator) {}
+
+  Arena arena;
+  InstanceBatch batch;
+};
+
+struct Engine {
+  Allocator allocator;
+  const kernel::KernelTable* kernels = nullptr;
+  std::unique_ptr<Schedule> schedule;
+  std::vector<std::unique_ptr<ArticulationSlot>> articulations;
+  std::vector<std::unique_ptr<BatchSlot>> batches;
+  std::vector<std::unique_ptr<Worker>> workers;
+  std::unique_ptr<Arena> shared_arena;
+  Span<BroadEntry> broad_entries;      // one a character instance
+  Span<std::uint64_t> paired_bits;     // bit a * batch_count + b: some rule tests batch a against b
+  std::uint32_t chunk_candidates = 0;  // candidates a worker takes at a time
+  std::atomic_flag busy = ATOMIC_FLAG_INIT;
+
+  InstanceBatch& batch(BatchId id) { return batches[id.value - 1]->batch; }
+};
+
+// Leaf pairs that a worker's list can hold at least; a chunk takes as many candidates as fit.
+inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
+inline constexpr std::uint32_t kChunkCandidates = 256;
+
+}  // namespace cab

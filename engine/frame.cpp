@@ -1,0 +1,286 @@
+// One frame, step by step: pose, broad phase, refit, pairs, exact, results.
+#include "engine/frame.h"
+
+#include "engine/broad_phase.h"
+#include "engine/report.h"
+#include "engine/traverse.h"
+#include "engine/update.h"
+#include "engine/validate.h"
+#include "kernels/descend_tiles.h"
+#include "kernels/float_mode.h"
+#include "kernels/pose_leaves.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace cab {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// Adds the time of a scope to a sum.
+class Timed {
+ public:
+  explicit Timed(double& sum) : sum_(sum), start_(Clock::now()) {}
+  ~Timed() { sum_ += seconds_since(start_); }
+  Timed(const Timed&) = delete;
+  Timed& operator=(const Timed&) = delete;
+
+ private:
+  double& sum_;
+  Clock::time_point start_;
+};
+
+bool is_within(const PairRule& rule) { return rule.pairing == Pairing::kWithin; }
+
+// ------------------------------------------------------------------------------------------------- characters
+
+// Steps 1 and 3, all character batches: poses and refits every tile into rows, and bounds its instances.
+void update_characters(Engine& engine, const FrameJob& job) {
+  for (const BatchInput& input : job.inputs) {
+    InstanceBatch& batch = engine.batch(input.batch);
+    if (batch.kind != BatchKind::kCharacters) continue;
+    engine.schedule->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
+      Worker& worker = *engine.workers[w];
+      const Timed timed(worker.stats.seconds_update);
+      const std::uint32_t nodes = batch.articulation->node_count;
+      const std::uint32_t first = tile * kLanes;
+      const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
+      batch.live[tile] = static_cast<std::uint16_t>(
+          update_tile(engine, batch, job.policies.refit, tile, true, worker, worker.boxes.data, worker.bounds.data));
+      bound_instances(engine, batch, tile, worker.boxes.data);
+      const std::size_t row = std::size_t{first} * nodes;
+      if (job.policies.refit == Refit::kAabbHull)
+        engine.kernels->aabbs_to_rows(worker.bounds.data, nodes, live, aabb_rows(batch) + row, nodes);
+      else
+        engine.kernels->boxes_to_rows(worker.boxes.data, nodes, live, batch.rows.data + row, nodes);
+    });
+  }
+}
+
+// Steps 4 to 6 for the candidates that a worker has gathered.
+void test_candidates(const Engine& engine, const FrameJob& job, bool within, Worker& worker, HitSink& sink) {
+  if (worker.candidates.empty()) return;
+  {
+    const Timed timed(worker.stats.seconds_test);
+    traverse_candidates(engine, job.policies, within, worker);
+    std::sort(worker.found.begin(), worker.found.end(),
+              [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });
+  }
+  const Timed timed(worker.stats.seconds_query);
+  for (LeafPair* begin = worker.found.begin(); begin != worker.found.end();) {
+    LeafPair* end = begin;
+    while (end != worker.found.end() && end->slot == begin->slot) ++end;
+    report_candidate(engine, worker.candidates.data[begin->slot], {begin, static_cast<std::size_t>(end - begin)},
+                     worker, sink);
+    begin = end;
+  }
+  worker.candidates.clear();
+}
+
+void gather_candidate(const Engine& engine, const FrameJob& job, bool within, const Candidate& candidate,
+                      Worker& worker, HitSink& sink) {
+  worker.candidates.push(candidate);
+  if (worker.candidates.size == engine.chunk_candidates) test_candidates(engine, job, within, worker, sink);
+}
+
+// Links of one instance against each other.
+void pair_within_characters(Engine& engine, const FrameJob& job, const PairRule& rule, HitSink& sink) {
+  const InstanceBatch& batch = engine.batch(rule.a);
+  const std::uint32_t index = rule.a.value - 1;
+  engine.schedule->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      if (batch.live[tile] >> lane & 1)
+        gather_candidate(engine, job, true, {index, tile * kLanes + lane, index, tile * kLanes + lane},
+                         *engine.workers[w], sink);
+    test_candidates(engine, job, true, *engine.workers[w], sink);
+  });
+}
+
+// Step 2 and what follows from it: different instances against each other.
+void pair_between_characters(Engine& engine, const FrameJob& job, HitSink& sink) {
+  constexpr std::uint32_t kEntriesPerTask = 64;
+  std::uint32_t entries = 0;
+  {
+    const Timed timed(engine.workers[0]->stats.seconds_test);
+    entries = sort_instances(engine, job);
+  }
+  engine.schedule->for_each((entries + kEntriesPerTask - 1) / kEntriesPerTask,
+                            [&](std::uint32_t task, std::uint32_t w) {
+                              Worker& worker = *engine.workers[w];
+                              const std::uint32_t end = std::min(entries, (task + 1) * kEntriesPerTask);
+                              for (std::uint32_t entry = task * kEntriesPerTask; entry < end; ++entry) {
+                                Partners partners(engine, entries, entry);
+                                Candidate candidate;
+                                while (partners.next(&candidate))
+                                  gather_candidate(engine, job, false, candidate, worker, sink);
+                              }
+                              test_candidates(engine, job, false, worker, sink);
+                            });
+}
+
+// ----------------------------------------------------------------------------------------------------- frames
+
+std::uint32_t tile_of(const InstanceBatch& batch, std::uint32_t tile) { return batch.instance_count == 1 ? 0 : tile; }
+
+// Differences of origins in one tile, b less a; false when every one is zero.
+bool shift_of(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile, ShiftTile* out) {
+  if (a.input->origins.empty() && b.input->origins.empty()) return false;
+  bool any = false;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t in_a = std::min(tile_of(a, tile) * kLanes + lane, a.instance_count - 1);
+    const std::uint32_t in_b = std::min(tile_of(b, tile) * kLanes + lane, b.instance_count - 1);
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      out->by[c][lane] = origin_of(b, in_b, c) - origin_of(a, in_a, c);
+      any = any || out->by[c][lane] != 0;
+    }
+  }
+  return any;
+}
+
+// Step 4 for one rule and one tile: both hierarchies, frames as lanes.
+template <class Tile>
+void descend(Worker& worker, const InstanceBatch& a, const InstanceBatch& b, const Tile* nodes,
+             void (*kernel)(kernel::TileDescent<Tile>&), const ShiftTile* shift, std::uint32_t lanes, bool self) {
+  kernel::TileDescent<Tile> descent;
+  descent.articulation_a = a.articulation;
+  descent.articulation_b = b.articulation;
+  descent.nodes_a = nodes + a.worker_nodes;
+  descent.nodes_b = nodes + b.worker_nodes;
+  descent.shift = shift;
+  descent.lanes = lanes;
+  descent.self = self;
+  descent.stack = worker.tile_stack;
+  descent.found = worker.tile_found;
+  descent.found.clear();
+  descent.box_tests = 0;
+  kernel(descent);
+  worker.tile_found.size = descent.found.size;
+  worker.stats.box_tests += descent.box_tests;
+}
+
+void test_frames(Engine& engine, const FrameJob& job, const PairRule& rule, std::uint32_t tile, Worker& worker,
+                 HitSink& sink) {
+  const std::uint32_t index_a = std::min(rule.a.value, rule.b.value) - 1,
+                      index_b = std::max(rule.a.value, rule.b.value) - 1;
+  const InstanceBatch& a = engine.batches[index_a]->batch;
+  const InstanceBatch& b = engine.batches[index_b]->batch;
+  const std::uint32_t instances = std::max(a.instance_count, b.instance_count);
+  if (tile >= tile_count(instances)) return;
+  const std::uint32_t in_tile = (2u << (std::min(kLanes, instances - tile * kLanes) - 1)) - 1;
+  const auto live = [&](const InstanceBatch& batch, std::uint32_t index) {
+    return batch.instance_count == 1 && instances > 1 ? (worker.live[index] & 1 ? 0xffffu : 0u) : worker.live[index];
+  };
+  const std::uint32_t lanes = in_tile & live(a, index_a) & live(b, index_b);
+  if (!lanes) return;
+  {
+    const Timed timed(worker.stats.seconds_test);
+    const bool self = is_within(rule), brute = job.policies.strategy == Strategy::kBrute;
+    const kernel::KernelTable& kernels = *engine.kernels;
+    ShiftTile shift;
+    const ShiftTile* by = !self && shift_of(a, b, tile, &shift) ? &shift : nullptr;
+    if (job.policies.refit == Refit::kAabbHull)
+      descend(worker, a, b, worker.bounds.data, brute ? kernels.brute_aabbs : kernels.descend_aabbs, by, lanes, self);
+    else
+      descend(worker, a, b, worker.boxes.data, brute ? kernels.brute_boxes : kernels.descend_boxes, by, lanes, self);
+  }
+  const Timed timed(worker.stats.seconds_query);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    worker.found.clear();
+    for (const TilePair& pair : worker.tile_found)
+      if (pair.lanes >> lane & 1) worker.found.push({lane, pair.a, pair.b});
+    if (worker.found.empty()) continue;
+    const std::uint32_t frame = tile * kLanes + lane;
+    const Candidate candidate = {index_a, a.instance_count == 1 ? 0 : frame, index_b,
+                                 b.instance_count == 1 ? 0 : frame};
+    report_candidate(engine, candidate, {worker.found.data, worker.found.size}, worker, sink);
+  }
+}
+
+// All steps for frame batches, a tile at a time while it is in cache: update every batch's tile, then test it.
+void run_frame_batches(Engine& engine, const FrameJob& job, HitSink& sink) {
+  std::uint32_t tiles = 0;
+  for (const BatchInput& input : job.inputs)
+    if (engine.batch(input.batch).kind == BatchKind::kFrames)
+      tiles = std::max(tiles, tile_count(engine.batch(input.batch).instance_count));
+  engine.schedule->for_each(tiles, [&](std::uint32_t tile, std::uint32_t w) {
+    Worker& worker = *engine.workers[w];
+    for (const BatchInput& input : job.inputs) {
+      const InstanceBatch& batch = engine.batch(input.batch);
+      if (batch.kind != BatchKind::kFrames || tile_of(batch, tile) >= tile_count(batch.instance_count)) continue;
+      const Timed timed(worker.stats.seconds_update);
+      const bool report = tile == tile_of(batch, tile);  // a table is posed again for every tile, and reported once
+      worker.live[input.batch.value - 1] =
+          update_tile(engine, batch, job.policies.refit, tile_of(batch, tile), report, worker,
+                      worker.boxes.data + batch.worker_nodes, worker.bounds.data + batch.worker_nodes);
+    }
+    for (const PairRule& rule : job.rules)
+      if (engine.batch(rule.a).kind == BatchKind::kFrames) test_frames(engine, job, rule, tile, worker, sink);
+  });
+}
+
+// ---------------------------------------------------------------------------------------------------- results
+
+void add(FrameStats& sum, const FrameStats& part) {
+  sum.box_tests += part.box_tests;
+  sum.leaf_pairs += part.leaf_pairs;
+  sum.exact_tests += part.exact_tests;
+  sum.false_alarms += part.false_alarms;
+  sum.instances_masked += part.instances_masked;
+  sum.seconds_update += part.seconds_update;
+  sum.seconds_test += part.seconds_test;
+  sum.seconds_query += part.seconds_query;
+}
+
+bool any_rule(const Engine& engine, const FrameJob& job, BatchKind kind, Pairing pairing) {
+  for (const PairRule& rule : job.rules)
+    if (rule.pairing == pairing && engine.batches[rule.a.value - 1]->batch.kind == kind) return true;
+  return false;
+}
+
+}  // namespace
+
+Call::Call(Engine& engine) : engine_(engine), admitted_(!engine.busy.test_and_set(std::memory_order_acquire)) {}
+
+Call::~Call() {
+  if (!admitted_) return;
+  for (const auto& slot : engine_.batches) slot->batch.input = nullptr;
+  engine_.busy.clear(std::memory_order_release);
+}
+
+void Call::bind(const BatchInput& input) {
+  InstanceBatch& batch = engine_.batch(input.batch);
+  batch.input = &input;
+  const std::size_t pose_bytes = kernel::pose_float_count(input.poses.format) * sizeof(float);
+  batch.link_stride = input.poses.link_stride ? input.poses.link_stride : pose_bytes;
+  batch.instance_stride =
+      input.poses.instance_stride ? input.poses.instance_stride : batch.articulation->link_count * batch.link_stride;
+}
+
+Status run_frame(Engine& engine, FrameJob& job) noexcept {
+  const Clock::time_point start = Clock::now();
+  Call call(engine);
+  if (!call.admitted()) return Status::kBusy;
+  if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
+  const kernel::FloatMode mode;
+  for (const BatchInput& input : job.inputs) call.bind(input);
+  for (const auto& worker : engine.workers) worker->stats = {};
+
+  HitSink sink{&job};
+  update_characters(engine, job);
+  for (const PairRule& rule : job.rules)
+    if (is_within(rule) && engine.batch(rule.a).kind == BatchKind::kCharacters)
+      pair_within_characters(engine, job, rule, sink);
+  if (any_rule(engine, job, BatchKind::kCharacters, Pairing::kBetween)) pair_between_characters(engine, job, sink);
+  run_frame_batches(engine, job, sink);
+  const Status status = finish_hits(engine, sink);
+
+  job.stats = {};
+  for (const auto& worker : engine.workers) add(job.stats, worker->stats);
+  job.stats.seconds_total = seconds_since(start);
+  return status;
+}
+
+}  // namespace cab

@@ -1,0 +1,96 @@
+#include "engine/report.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cab {
+namespace {
+
+// A leaf pair with the links that its leaves ride on; within one instance the lower link comes first.
+struct LinkedPair {
+  std::uint16_t link_a, link_b;
+  std::uint16_t leaf_a, leaf_b;
+};
+
+bool within_one(const Candidate& candidate) {
+  return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
+}
+
+LinkedPair linked(const Articulation& a, const Articulation& b, const LeafPair& pair, bool within) {
+  const LinkedPair out = {a.leaf_link[pair.a], b.leaf_link[pair.b], pair.a, pair.b};
+  if (within && out.link_b < out.link_a) return {out.link_b, out.link_a, out.leaf_b, out.leaf_a};
+  return out;
+}
+
+auto order(const LinkedPair& pair) { return std::tie(pair.link_a, pair.link_b, pair.leaf_a, pair.leaf_b); }
+
+auto order(const Hit& hit) {
+  return std::tie(hit.batch_a.value, hit.instance_a, hit.batch_b.value, hit.instance_b, hit.link_a, hit.link_b);
+}
+
+ExactLeaf exact_leaf(const Engine& engine, std::uint32_t batch_index, std::uint32_t instance, std::uint32_t leaf) {
+  const InstanceBatch& batch = engine.batches[batch_index]->batch;
+  return {engine.articulations[batch.articulation_index]->shapes.get(), &batch, instance, leaf};
+}
+
+void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair) {
+  const std::size_t at = sink.found.fetch_add(1, std::memory_order_relaxed);
+  if (at >= sink.job->hits.size) return;
+  sink.job->hits[at] = {{candidate.batch_a + 1},
+                        candidate.instance_a,
+                        {candidate.batch_b + 1},
+                        candidate.instance_b,
+                        pair.link_a,
+                        pair.link_b,
+                        pair.leaf_a,
+                        pair.leaf_b};
+}
+
+}  // namespace
+
+void report_candidate(const Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
+                      HitSink& sink) {
+  const Articulation& a = *engine.batches[candidate.batch_a]->batch.articulation;
+  const Articulation& b = *engine.batches[candidate.batch_b]->batch.articulation;
+  const bool within = within_one(candidate);
+  const bool exact = sink.job->policies.exact == Exact::kFcl;
+  worker.stats.leaf_pairs += pairs.size;
+  std::sort(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) {
+    const LinkedPair lx = linked(a, b, x, within), ly = linked(a, b, y, within);
+    return order(lx) < order(ly);
+  });
+  LinkedPair last_hit = {0xffff, 0xffff, 0, 0};
+  for (const LeafPair& pair : pairs) {
+    const LinkedPair at = linked(a, b, pair, within);
+    if (at.link_a == last_hit.link_a && at.link_b == last_hit.link_b) continue;
+    if (exact) {
+      ++worker.stats.exact_tests;
+      if (!leaves_touch(exact_leaf(engine, candidate.batch_a, candidate.instance_a, at.leaf_a),
+                        exact_leaf(engine, candidate.batch_b, candidate.instance_b, at.leaf_b))) {
+        ++worker.stats.false_alarms;
+        continue;
+      }
+    }
+    push_hit(sink, candidate, at);
+    last_hit = at;
+  }
+}
+
+Status finish_hits(const Engine& engine, HitSink& sink) {
+  FrameJob& job = *sink.job;
+  job.hits_needed = sink.found.load();
+  job.hit_count = 0;
+  if (job.hits_needed > job.hits.size) return Status::kHitsOverflow;
+  job.hit_count = job.hits_needed;
+  std::sort(job.hits.data, job.hits.data + job.hit_count,
+            [](const Hit& x, const Hit& y) { return order(x) < order(y); });
+  if (job.contacts.empty()) return Status::kOk;
+  engine.schedule->for_each(static_cast<std::uint32_t>(job.hit_count), [&](std::uint32_t i, std::uint32_t) {
+    const Hit& hit = job.hits[i];
+    job.contacts[i] = leaf_contact(exact_leaf(engine, hit.batch_a.value - 1, hit.instance_a, hit.leaf_a),
+                                   exact_leaf(engine, hit.batch_b.value - 1, hit.instance_b, hit.leaf_b));
+  });
+  return Status::kOk;
+}
+
+}  // namespace cab

@@ -1,0 +1,38 @@
+// The built-in parallel scheduler: a TBB arena of its own for each engine.
+#include "engine/schedule.h"
+
+#include "kernels/float_mode.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace cab {
+namespace {
+
+class TbbSchedule final : public Schedule {
+ public:
+  explicit TbbSchedule(std::uint32_t thread_count)
+      : arena_(thread_count == 0 ? tbb::task_arena::automatic : static_cast<int>(thread_count)) {
+    arena_.initialize();
+  }
+  std::uint32_t worker_count() const override { return static_cast<std::uint32_t>(arena_.max_concurrency()); }
+  void run(std::uint32_t task_count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) override {
+    arena_.execute([&] {
+      tbb::parallel_for(std::uint32_t{0}, task_count, [&](std::uint32_t t) {
+        const kernel::FloatMode mode;
+        task(context, t, static_cast<std::uint32_t>(tbb::this_task_arena::current_thread_index()));
+      });
+    });
+  }
+
+ private:
+  tbb::task_arena arena_;
+};
+
+}  // namespace
+
+std::unique_ptr<Schedule> make_tbb_schedule(std::uint32_t thread_count) {
+  return std::make_unique<TbbSchedule>(thread_count);
+}
+
+}  // namespace cab

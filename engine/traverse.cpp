@@ -1,0 +1,204 @@
+#include "engine/traverse.h"
+
+#include "kernels/gather_pairs.h"
+
+namespace cab {
+namespace {
+
+// Where traversal starts: (root, root) of each candidate, or the children of every inner node within one instance,
+// or, for brute, every leaf pair. Hands out one pair at a time so that nothing is stored.
+class Seeds {
+ public:
+  Seeds(const Engine& engine, const Worker& worker, Strategy strategy, bool within)
+      : engine_(engine), worker_(worker), brute_(strategy == Strategy::kBrute), within_(within) {}
+
+  bool next(NodePair* out) {
+    while (slot_ < worker_.candidates.size) {
+      const Candidate& candidate = worker_.candidates.data[slot_];
+      const Articulation& a = *engine_.batches[candidate.batch_a]->batch.articulation;
+      const Articulation& b = *engine_.batches[candidate.batch_b]->batch.articulation;
+      if (brute_ ? next_leaves(a, b, out) : within_ ? next_children(a, out) : next_roots(a, b, out)) {
+        out->slot = slot_;
+        return true;
+      }
+      ++slot_;
+      i_ = j_ = 0;
+    }
+    return false;
+  }
+
+ private:
+  bool next_roots(const Articulation& a, const Articulation& b, NodePair* out) {
+    if (i_++ > 0) return false;
+    out->a = static_cast<std::uint16_t>(a.node_count - 1);
+    out->b = static_cast<std::uint16_t>(b.node_count - 1);
+    return true;
+  }
+  bool next_children(const Articulation& a, NodePair* out) {
+    if (i_ == a.program.steps.size) return false;
+    out->a = a.program.steps[i_].left;
+    out->b = a.program.steps[i_].right;
+    ++i_;
+    return true;
+  }
+  bool next_leaves(const Articulation& a, const Articulation& b, NodePair* out) {
+    if (within_ && j_ <= i_) j_ = i_ + 1;
+    if (j_ >= b.leaf_count) {
+      ++i_;
+      j_ = within_ ? i_ + 1 : 0;
+    }
+    if (i_ >= a.leaf_count || j_ >= b.leaf_count) return false;
+    out->a = static_cast<std::uint16_t>(i_);
+    out->b = static_cast<std::uint16_t>(j_++);
+    return true;
+  }
+
+  const Engine& engine_;
+  const Worker& worker_;
+  bool brute_;
+  bool within_;
+  std::uint32_t slot_ = 0;
+  std::uint32_t i_ = 0, j_ = 0;
+};
+
+// One candidate's two sides.
+template <class Row>
+struct Sides {
+  const Articulation* a;
+  const Articulation* b;
+  const Row* rows_a;
+  const Row* rows_b;
+};
+
+template <class Row>
+const Row* rows_of(const InstanceBatch& batch, std::uint32_t instance);
+template <>
+const BoxRow* rows_of(const InstanceBatch& batch, std::uint32_t instance) {
+  return batch.rows.data + std::size_t{instance} * batch.articulation->node_count;
+}
+template <>
+const AabbRow* rows_of(const InstanceBatch& batch, std::uint32_t instance) {
+  return aabb_rows(batch) + std::size_t{instance} * batch.articulation->node_count;
+}
+
+template <class Row>
+Sides<Row> sides_of(const Engine& engine, const Candidate& candidate) {
+  const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
+  const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
+  return {a.articulation, b.articulation, rows_of<Row>(a, candidate.instance_a), rows_of<Row>(b, candidate.instance_b)};
+}
+
+std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<BoxRow>& pairs) {
+  return kernels.overlap_box_rows(pairs);
+}
+std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<AabbRow>& pairs) {
+  return kernels.overlap_aabb_rows(pairs);
+}
+
+// Up to sixteen pairs in hand, their rows, and the differences of their origins.
+template <class Row>
+struct Hand {
+  NodePair pair[kLanes];
+  std::uint32_t count = 0;
+  kernel::RowPairs<Row> rows;
+  ShiftTile shift;
+};
+
+// Takes a pair in hand; false when it is an ignored pair of leaves, which is never tested.
+template <class Row>
+bool take(const Engine& engine, const Worker& worker, NodePair pair, bool within, Hand<Row>& hand) {
+  const Candidate& candidate = worker.candidates.data[pair.slot];
+  const Sides<Row> sides = sides_of<Row>(engine, candidate);
+  const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
+  if (leaves && within) {
+    if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return false;
+    if (pair.b < pair.a) pair = {pair.slot, pair.b, pair.a};
+  }
+  const std::uint32_t lane = hand.count++;
+  hand.pair[lane] = pair;
+  hand.rows.a[lane] = sides.rows_a + pair.a;
+  hand.rows.b[lane] = sides.rows_b + pair.b;
+  if (leaves) hand.rows.leaves |= 1u << lane;
+  if (within) return true;
+  for (std::uint32_t c = 0; c < 3; ++c)
+    hand.shift.by[c][lane] = origin_of(engine.batches[candidate.batch_b]->batch, candidate.instance_b, c) -
+                             origin_of(engine.batches[candidate.batch_a]->batch, candidate.instance_a, c);
+  return true;
+}
+
+// Opens the node with more leaves (ties: a), as a descent of tiles does.
+template <class Row>
+void open(const Engine& engine, Worker& worker, const NodePair& pair) {
+  const Sides<Row> sides = sides_of<Row>(engine, worker.candidates.data[pair.slot]);
+  const MergeProgram& a = sides.a->program;
+  const MergeProgram& b = sides.b->program;
+  if (a.node_leaf_count[pair.a] >= b.node_leaf_count[pair.b]) {
+    const MergeStep& step = a.steps[pair.a - sides.a->leaf_count];
+    worker.stack.push({pair.slot, step.right, pair.b});
+    worker.stack.push({pair.slot, step.left, pair.b});
+  } else {
+    const MergeStep& step = b.steps[pair.b - sides.b->leaf_count];
+    worker.stack.push({pair.slot, pair.a, step.right});
+    worker.stack.push({pair.slot, pair.a, step.left});
+  }
+}
+
+// Fills the unused lanes of a hand with its first pair.
+template <class Row>
+void pad(Hand<Row>& hand) {
+  for (std::uint32_t lane = hand.count; lane < kLanes; ++lane) {
+    hand.rows.a[lane] = hand.rows.a[0];
+    hand.rows.b[lane] = hand.rows.b[0];
+    if (hand.rows.shift)
+      for (auto& by : hand.shift.by) by[lane] = by[0];
+  }
+}
+
+// Works off a stack in hands of sixteen, filled up with fresh seeds. Levels (opens since the seed) never fall from the
+// bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
+// along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
+template <class Row>
+void traverse(const Engine& engine, const Policies& policies, bool within, Worker& worker) {
+  Seeds seeds(engine, worker, policies.strategy, within);
+  worker.stack.clear();
+  worker.found.clear();
+  for (;;) {
+    Hand<Row> hand;
+    hand.rows.leaves = 0;
+    hand.rows.shift = within ? nullptr : &hand.shift;
+    const std::uint32_t popped = worker.stack.size < kLanes ? worker.stack.size : kLanes;
+    worker.stack.size -= popped;
+    for (std::uint32_t i = 0; i < popped; ++i)
+      take(engine, worker, worker.stack.data[worker.stack.size + i], within, hand);
+    const std::uint32_t from_stack = hand.count;
+    NodePair pair;
+    while (hand.count < kLanes && worker.stack.empty() && seeds.next(&pair)) take(engine, worker, pair, within, hand);
+    if (hand.count == 0) {
+      if (worker.stack.empty()) return;
+      continue;
+    }
+    pad(hand);
+    worker.stats.box_tests += hand.count;
+    const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows) & ((1u << hand.count) - 1);
+    for (std::uint32_t i = 0; i < hand.count; ++i) {
+      const std::uint32_t lane = (from_stack + i) % hand.count;  // seeds first: they are the shallowest
+      if (!(overlapping >> lane & 1)) continue;
+      const NodePair& tested = hand.pair[lane];
+      if (hand.rows.leaves >> lane & 1)
+        worker.found.push({tested.slot, tested.a, tested.b});
+      else
+        open<Row>(engine, worker, tested);
+    }
+  }
+}
+
+}  // namespace
+
+void traverse_candidates(const Engine& engine, const Policies& policies, bool within, Worker& worker) {
+  if (policies.refit == Refit::kAabbHull)
+    traverse<AabbRow>(engine, policies, within, worker);
+  else
+    traverse<BoxRow>(engine, policies, within, worker);
+}
+
+}  // namespace cab

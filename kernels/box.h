@@ -1,0 +1,35 @@
+// An oriented box in registers: one box a lane.
+#pragma once
+
+#include "kernels/vec3.h"
+
+namespace cab::kernel {
+
+template <class V>
+struct BoxLanes {
+  Vec3<V> center;
+  Vec3<V> axis[3];
+  Vec3<V> half;
+};
+
+template <class V>
+CAB_INLINE BoxLanes<V> load_box(const BoxTile& tile, std::uint32_t lane) {
+  return {load3<V>(tile.center, lane),
+          {load3<V>(tile.axis[0], lane), load3<V>(tile.axis[1], lane), load3<V>(tile.axis[2], lane)},
+          load3<V>(tile.half, lane)};
+}
+
+template <class V>
+CAB_INLINE void store_box(BoxTile& tile, std::uint32_t lane, const BoxLanes<V>& box) {
+  store3(tile.center, lane, box.center);
+  for (int k = 0; k < 3; ++k) store3(tile.axis[k], lane, box.axis[k]);
+  store3(tile.half, lane, box.half);
+}
+
+// How far a box reaches from its centre along each world axis.
+template <class V>
+CAB_INLINE Vec3<V> reach(const BoxLanes<V>& box) {
+  return box.half.x * abs(box.axis[0]) + box.half.y * abs(box.axis[1]) + box.half.z * abs(box.axis[2]);
+}
+
+}  // namespace cab::kernel

@@ -1,0 +1,97 @@
+// Characters: boxes as rows of one cache line, and pairs of rows as lanes.
+#pragma once
+
+#include "kernels/overlap_sat.h"
+#include "kernels/transpose.h"
+#include "layout/box_row.h"
+
+namespace cab::kernel {
+
+// Writes `count` nodes of one tile as rows: node n of instance i goes to rows[i * instance_stride + n].
+template <class V>
+void boxes_to_rows(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxRow* rows,
+                   std::size_t instance_stride) {
+  BoxRow unused;
+  for (std::uint32_t n = 0; n < count; ++n) {
+    for (std::uint32_t lane = 0; lane < live; lane += kWidth<V>) {
+      const BoxLanes<V> box = load_box<V>(nodes[n], lane);
+      const V fields[16] = {box.center.x,  box.center.y,  box.center.z,  box.axis[0].x, box.axis[0].y, box.axis[0].z,
+                            box.axis[1].x, box.axis[1].y, box.axis[1].z, box.axis[2].x, box.axis[2].y, box.axis[2].z,
+                            box.half.x,    box.half.y,    box.half.z,    V(0.0f)};
+      float* to[kWidth<V>];
+      for (std::uint32_t i = 0; i < kWidth<V>; ++i)
+        to[i] = reinterpret_cast<float*>(lane + i < live ? &rows[(lane + i) * instance_stride + n] : &unused);
+      Transpose<V>::store(fields, to);
+    }
+  }
+}
+
+// The same for bounds.
+template <class V>
+void aabbs_to_rows(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,
+                   std::size_t instance_stride) {
+  for (std::uint32_t lane = 0; lane < live; ++lane)
+    for (std::uint32_t n = 0; n < count; ++n)
+      for (int c = 0; c < 3; ++c) {
+        rows[lane * instance_stride + n].lo[c] = nodes[n].lo[c][lane];
+        rows[lane * instance_stride + n].hi[c] = nodes[n].hi[c][lane];
+      }
+}
+
+// Sixteen pairs of rows. Unused lanes repeat a used one. shift as in TileDescent. leaves: bits of the lanes that hold a
+// pair of leaves and must pass the leaf predicate.
+template <class Row>
+struct RowPairs {
+  const Row* a[kLanes];
+  const Row* b[kLanes];
+  const ShiftTile* shift;
+  std::uint32_t leaves;
+};
+
+template <class V>
+CAB_INLINE BoxLanes<V> gather_boxes(const BoxRow* const* rows) {
+  const float* from[kWidth<V>];
+  for (std::uint32_t i = 0; i < kWidth<V>; ++i) from[i] = reinterpret_cast<const float*>(rows[i]);
+  V f[16];
+  Transpose<V>::load(from, f);
+  return {{f[0], f[1], f[2]}, {{f[3], f[4], f[5]}, {f[6], f[7], f[8]}, {f[9], f[10], f[11]}}, {f[12], f[13], f[14]}};
+}
+
+// Bits of the pairs that overlap.
+template <class V>
+std::uint32_t overlap_box_rows(const RowPairs<BoxRow>& pairs) {
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+    const BoxLanes<V> a = gather_boxes<V>(pairs.a + lane), b = gather_boxes<V>(pairs.b + lane);
+    const Vec3<V> between = between_centers(a, b, pairs.shift, lane);
+    std::uint32_t apart = bits(separated(a, b, between));
+    const std::uint32_t leaves = pairs.leaves >> lane & ((1u << kWidth<V>)-1);
+    if (leaves & ~apart) apart |= bits(separated_in_world(a, b, between)) & leaves;
+    out |= (~apart & ((1u << kWidth<V>)-1)) << lane;
+  }
+  return out;
+}
+
+template <class V>
+std::uint32_t overlap_aabb_rows(const RowPairs<AabbRow>& pairs) {
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+    alignas(64) float row[kWidth<V>][16];
+    const float* from[kWidth<V>];
+    for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
+      std::memcpy(row[i], pairs.a[lane + i], sizeof(AabbRow));
+      std::memcpy(row[i] + 8, pairs.b[lane + i], sizeof(AabbRow));
+      from[i] = row[i];
+    }
+    V f[16];
+    Transpose<V>::load(from, f);
+    const AabbLanes<V> a = {{f[0], f[1], f[2]}, {f[3], f[4], f[5]}}, b = {{f[8], f[9], f[10]}, {f[11], f[12], f[13]}};
+    const double* x = pairs.shift ? pairs.shift->by[0] + lane : nullptr;
+    const double* y = pairs.shift ? pairs.shift->by[1] + lane : nullptr;
+    const double* z = pairs.shift ? pairs.shift->by[2] + lane : nullptr;
+    out |= (~bits(bounds_apart(a, b, x, y, z)) & ((1u << kWidth<V>)-1)) << lane;
+  }
+  return out;
+}
+
+}  // namespace cab::kernel

@@ -1,0 +1,48 @@
+// Compiled once per instruction set with CAB_ISA (its name), CAB_ISA_ID and CAB_ISA_TABLE: fills its table of kernels.
+#include "kernels/kernel_table.h"
+
+#include "kernels/descend_tiles.h"
+#include "kernels/gather_pairs.h"
+#include "kernels/pose_leaves.h"
+#include "kernels/refit_tree.h"
+
+namespace cab::kernel {
+namespace {
+
+namespace isa_type {
+using scalar = float;
+#if XSIMD_WITH_SSE2
+using sse2 = Batch<xsimd::sse2>;
+#endif
+#if XSIMD_WITH_AVX2
+using avx2 = Batch<xsimd::avx2>;
+#endif
+#if XSIMD_WITH_AVX512F
+using avx512 = Batch<xsimd::avx512bw>;
+#endif
+#if XSIMD_WITH_NEON64
+using neon64 = Batch<xsimd::neon64>;
+#endif
+}  // namespace isa_type
+
+using V = isa_type::CAB_ISA;
+
+}  // namespace
+
+extern const KernelTable CAB_ISA_TABLE;
+const KernelTable CAB_ISA_TABLE = {Isa::CAB_ISA_ID,
+                                   pose_leaves<V>,
+                                   refit_cab<V>,
+                                   refit_aabb<V>,
+                                   bound_boxes<V>,
+                                   bound_together<V>,
+                                   boxes_to_rows<V>,
+                                   aabbs_to_rows<V>,
+                                   descend_tiles<V, BoxTile>,
+                                   descend_tiles<V, AabbTile>,
+                                   brute_tiles<V, BoxTile>,
+                                   brute_tiles<V, AabbTile>,
+                                   overlap_box_rows<V>,
+                                   overlap_aabb_rows<V>};
+
+}  // namespace cab::kernel

@@ -1,0 +1,40 @@
+// The table of kernels of one instruction set. kernel_table.cpp is compiled once for each; find_kernels.h chooses.
+#pragma once
+
+#include "layout/articulation.h"
+#include "layout/box_row.h"
+#include "layout/pair_list.h"
+#include "layout/tile.h"
+
+#include <cab/types.h>
+
+namespace cab::kernel {
+
+struct PoseTile;
+template <class Tile>
+struct TileDescent;
+template <class Row>
+struct RowPairs;
+
+// One function a kind of work, one call a tile or a chunk of pairs. What each reads and writes is said beside the
+// kernel of the same name.
+struct KernelTable {
+  Isa isa;
+  void (*pose_leaves)(const PoseTile&);
+  void (*refit_cab)(const MergeProgram&, const PointTile* joints, BoxTile* nodes);
+  void (*refit_aabb)(const MergeProgram&, AabbTile* nodes);
+  void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
+  void (*bound_together)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
+  void (*boxes_to_rows)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxRow* rows,
+                        std::size_t instance_stride);
+  void (*aabbs_to_rows)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,
+                        std::size_t instance_stride);
+  void (*descend_boxes)(TileDescent<BoxTile>&);
+  void (*descend_aabbs)(TileDescent<AabbTile>&);
+  void (*brute_boxes)(TileDescent<BoxTile>&);
+  void (*brute_aabbs)(TileDescent<AabbTile>&);
+  std::uint32_t (*overlap_box_rows)(const RowPairs<BoxRow>&);
+  std::uint32_t (*overlap_aabb_rows)(const RowPairs<AabbRow>&);
+};
+
+}  // namespace cab::kernel

@@ -1,0 +1,41 @@
+// Axis-aligned bounds: of a box, and of two bounds (the paper's AABB*). Merging rounds nothing and pads nothing.
+#pragma once
+
+#include "kernels/bounds.h"
+#include "kernels/box.h"
+
+namespace cab::kernel {
+
+template <class V>
+struct AabbLanes {
+  Vec3<V> lo, hi;
+};
+
+template <class V>
+CAB_INLINE AabbLanes<V> load_aabb(const AabbTile& tile, std::uint32_t lane) {
+  return {load3<V>(tile.lo, lane), load3<V>(tile.hi, lane)};
+}
+
+template <class V>
+CAB_INLINE void store_aabb(AabbTile& tile, std::uint32_t lane, const AabbLanes<V>& box) {
+  store3(tile.lo, lane, box.lo);
+  store3(tile.hi, lane, box.hi);
+}
+
+// Bounds of an oriented box, widened so that they contain it and so that two boxes whose reaches overlap in the
+// leaf predicate have overlapping bounds.
+template <class V>
+CAB_INLINE AabbLanes<V> bounds_of(const BoxLanes<V>& box) {
+  const V pad = V(kBoundsPad) * (sum(box.half) + max_component(abs(box.center))) + V(kMergePadTiny);
+  const Vec3<V> reached = reach(box);
+  const Vec3<V> out = {reached.x + pad, reached.y + pad, reached.z + pad};
+  return {box.center - out, box.center + out};
+}
+
+template <class V>
+CAB_INLINE AabbLanes<V> merge_aabb(const AabbLanes<V>& a, const AabbLanes<V>& b) {
+  return {{min(a.lo.x, b.lo.x), min(a.lo.y, b.lo.y), min(a.lo.z, b.lo.z)},
+          {max(a.hi.x, b.hi.x), max(a.hi.y, b.hi.y), max(a.hi.z, b.hi.z)}};
+}
+
+}  // namespace cab::kernel

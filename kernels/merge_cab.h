@@ -1,0 +1,66 @@
+// The CAB merge (paper, section 3.2): axes of the parent box from the major axes of two jointed children.
+#pragma once
+
+#include "kernels/enclose.h"
+
+namespace cab::kernel {
+
+// A child's major axis, pointing away from the joint, and the lengths that the merge decides by.
+template <class V>
+struct MajorAxis {
+  Vec3<V> unit;  // u_i
+  V longest;     // l_i
+  V second;      // the second largest half extent
+};
+
+// outward: from the joint to the child's centre. A projection of exactly 0 keeps the stored sign.
+template <class V>
+CAB_INLINE MajorAxis<V> major_axis(const BoxLanes<V>& box, Vec3<V> outward) {
+  const Vec3<V> h = box.half;
+  const Mask<V> first = both(h.x >= h.y, h.x >= h.z);
+  const Vec3<V> axis = choose<V>(first, box.axis[0], choose<V>(h.y >= h.z, box.axis[1], box.axis[2]));
+  const V sign = select(dot(axis, outward) < V(0.0f), V(-1.0f), V(1.0f));
+  return {sign * axis, max_component(h), max(min(h.x, h.y), min(max(h.x, h.y), h.z))};
+}
+
+// Axes A1, A2, A3 of the parent (Eqs. 1-3). Where the children's major axes are parallel, or one child has no
+// length, the axes of the child with the larger second extent.
+template <class V>
+CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Vec3<V> outward_1, Vec3<V> outward_2,
+                         Vec3<V> (&axes)[3]) {
+  const MajorAxis<V> major_1 = major_axis(first, outward_1);
+  const MajorAxis<V> major_2 = major_axis(second, outward_2);
+
+  // a_i scaled by the larger length, so that nothing under- or overflows; E = a_1 - a_2.
+  const V scale = divide(V(1.0f), max(major_1.longest, major_2.longest));
+  const Vec3<V> a1 = (major_1.longest * scale) * major_1.unit;
+  const Vec3<V> a2 = (major_2.longest * scale) * major_2.unit;
+  const Vec3<V> e = a1 - a2;
+  const V a1_sq = dot(a1, a1), a2_sq = dot(a2, a2), e_sq = dot(e, e);
+  const Vec3<V> m = choose<V>(both(e_sq >= a1_sq, e_sq >= a2_sq), e, choose<V>(a1_sq >= a2_sq, a1, a2));
+  const Vec3<V> normal = cross(major_1.unit, major_2.unit);
+
+  const V limit = V(kParallel) * (dot(major_1.unit, major_1.unit) * dot(major_2.unit, major_2.unit));
+  const Mask<V> apart = both(dot(normal, normal) > limit, both(major_1.longest > V(0.0f), major_2.longest > V(0.0f)));
+  const Mask<V> copy_2 = either(major_2.second > major_1.second,
+                                both(major_2.second >= major_1.second, major_2.longest > major_1.longest));
+  const Vec3<V> main = choose<V>(apart, m, choose<V>(copy_2, second.axis[0], first.axis[0]));
+  const Vec3<V> minor = choose<V>(apart, normal, choose<V>(copy_2, second.axis[1], first.axis[1]));
+
+  axes[0] = normalized(main);
+  axes[1] = normalized(minor - dot(minor, axes[0]) * axes[0]);
+  axes[2] = cross(axes[0], axes[1]);
+}
+
+// Merges two children. joint: where they meet, in the frame of their centres; null = they share no joint, and each
+// axis points away from the other child's centre.
+template <class V>
+CAB_INLINE BoxLanes<V> merge_cab(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V>* joint) {
+  const Vec3<V> outward_1 = first.center - (joint ? *joint : second.center);
+  const Vec3<V> outward_2 = second.center - (joint ? *joint : first.center);
+  Vec3<V> axes[3];
+  cab_axes(first, second, outward_1, outward_2, axes);
+  return enclose(first, second, axes);
+}
+
+}  // namespace cab::kernel

@@ -1,0 +1,240 @@
+// Posing: link poses in the caller's layout -> leaf boxes and joints of one tile.
+#pragma once
+
+#include "kernels/bounds.h"
+#include "kernels/box.h"
+#include "layout/articulation.h"
+
+namespace cab::kernel {
+
+// One tile to pose. orientations: 4 floats of the tile's first instance, or null. Writes leaf boxes, the joints that
+// merges need (indexed by link), and for each lane why it is masked (InstanceFlag bits).
+struct PoseTile {
+  const Articulation* articulation;
+  PoseFormat format;
+  const std::byte* poses;       // of the tile's first instance
+  std::size_t link_stride;      // bytes
+  std::size_t instance_stride;  // bytes
+  const float* orientations;
+  std::uint32_t live;  // instances in the tile, 1..16
+  BoxTile* leaves;
+  PointTile* joints;
+  std::uint8_t* flags;  // 16
+};
+
+// Rotation and translation of a link, one instance a lane.
+template <class V>
+struct RigidLanes {
+  Vec3<V> column[3];
+  Vec3<V> translation;
+};
+
+// Floats of one pose, read lane by lane: raw[f] holds float f of 16 instances.
+struct RawPoses {
+  alignas(64) float raw[16][kLanes];
+};
+
+inline constexpr std::uint32_t pose_float_count(PoseFormat format) {
+  return format == PoseFormat::kQuaternionTranslation ? 7u : format == PoseFormat::kMatrix3x4 ? 12u : 16u;
+}
+
+CAB_INLINE void read_raw(const std::byte* first, std::size_t stride, std::uint32_t live, std::uint32_t floats,
+                         RawPoses& out) {
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    float pose[16];
+    std::memcpy(pose, first + (lane < live ? lane : live - 1) * stride, floats * sizeof(float));
+    for (std::uint32_t f = 0; f < floats; ++f) out.raw[f][lane] = pose[f];
+  }
+}
+
+// Columns of the rotation of a quaternion of any length: no square root, orthonormal to rounding.
+template <class V>
+CAB_INLINE void quaternion_columns(V x, V y, V z, V w, V length_sq, Vec3<V> (&column)[3]) {
+  const V s = divide(V(2.0f), length_sq);
+  const V sx = s * x, sy = s * y, sz = s * z;
+  const V one(1.0f);
+  column[0] = {one - (sy * y + sz * z), sx * y + sz * w, sx * z - sy * w};
+  column[1] = {sx * y - sz * w, one - (sx * x + sz * z), sy * z + sx * w};
+  column[2] = {sx * z + sy * w, sy * z - sx * w, one - (sx * x + sy * y)};
+}
+
+template <class V>
+CAB_INLINE Vec3<V> rotate(const Vec3<V> (&column)[3], Vec3<V> p) {
+  return p.x * column[0] + p.y * column[1] + p.z * column[2];
+}
+
+// One Newton step to unit length and one Gram-Schmidt step: orthonormal to rounding for input within 1e-3 of it,
+// when done twice; once for input within 1e-6.
+template <class V>
+CAB_INLINE void polish(Vec3<V> (&axis)[3]) {
+  const V c(1.5f), h(0.5f);
+  axis[0] = (c - h * dot(axis[0], axis[0])) * axis[0];
+  axis[1] = axis[1] - dot(axis[1], axis[0]) * axis[0];
+  axis[1] = (c - h * dot(axis[1], axis[1])) * axis[1];
+  axis[2] = cross(axis[0], axis[1]);
+}
+
+// True lanes hold a rotation within kRigidTolerance.
+template <class V>
+CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
+  const V tolerance(kRigidTolerance), one(1.0f);
+  Mask<V> ok = dot(cross(c[0], c[1]), c[2]) > V(0.0f);
+  for (int k = 0; k < 3; ++k) ok = both(ok, abs(dot(c[k], c[k]) - one) <= tolerance);
+  return both(ok, both(both(abs(dot(c[0], c[1])) <= tolerance, abs(dot(c[0], c[2])) <= tolerance),
+                       abs(dot(c[1], c[2])) <= tolerance));
+}
+
+// A leaf box of one link in the instance's frame, padded so that it contains the exactly posed box.
+template <class V>
+CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local) {
+  BoxLanes<V> box;
+  for (int k = 0; k < 3; ++k)
+    box.axis[k] = rotate<V>(pose.column, {V(local.axis[k][0]), V(local.axis[k][1]), V(local.axis[k][2])});
+  polish(box.axis);
+  box.center = pose.translation + rotate<V>(pose.column, {V(local.center[0]), V(local.center[1]), V(local.center[2])});
+  const V place = max_component(abs(pose.translation)) +
+                  V(std::fabs(local.center[0]) + std::fabs(local.center[1]) + std::fabs(local.center[2]));
+  const V pad =
+      V(kPosePadSize * (local.half[0] + local.half[1] + local.half[2])) + V(kPosePadPlace) * place + V(kMergePadTiny);
+  box.half = {V(local.half[0]) + pad, V(local.half[1]) + pad, V(local.half[2]) + pad};
+  return box;
+}
+
+// True lanes have every number within kMaxCoordinate (so no NaN and no infinity).
+template <class V>
+CAB_INLINE Mask<V> number_in_range(V v) {
+  return abs(v) <= V(kMaxCoordinate);
+}
+template <class V>
+CAB_INLINE Mask<V> in_range(Vec3<V> p) {
+  return both(both(number_in_range(p.x), number_in_range(p.y)), number_in_range(p.z));
+}
+
+// What a tile's lanes have passed so far: every number read was finite, every rotation was one, every number made
+// stays in range.
+template <class V>
+struct LaneChecks {
+  Mask<V> finite, rigid, in_range;
+};
+
+// Rotation columns of a quaternion read from raw floats.
+template <class V>
+CAB_INLINE void read_quaternion(const RawPoses& poses, std::uint32_t lane, LaneChecks<V>& checks,
+                                Vec3<V> (&column)[3]) {
+  const V x = Lanes<V>::load(poses.raw[0] + lane), y = Lanes<V>::load(poses.raw[1] + lane);
+  const V z = Lanes<V>::load(poses.raw[2] + lane), w = Lanes<V>::load(poses.raw[3] + lane);
+  const V length_sq = (x * x + y * y) + (z * z + w * w);
+  checks.finite = both(
+      checks.finite, both(both(number_in_range(x), number_in_range(y)), both(number_in_range(z), number_in_range(w))));
+  checks.rigid = both(checks.rigid, both(length_sq >= V(kQuaternionSqMin), length_sq <= V(kQuaternionSqMax)));
+  quaternion_columns(x, y, z, w, length_sq, column);
+}
+
+// Turns the raw floats of one link into a rotation and a translation.
+template <class V>
+CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std::uint32_t lane,
+                                   LaneChecks<V>& checks) {
+  const auto at = [&](int f) { return Lanes<V>::load(poses.raw[f] + lane); };
+  RigidLanes<V> out;
+  if (format == PoseFormat::kQuaternionTranslation) {
+    read_quaternion(poses, lane, checks, out.column);
+    out.translation = {at(4), at(5), at(6)};
+  } else {
+    const int step = format == PoseFormat::kMatrix3x4 ? 1 : 4;  // floats from a column to the next
+    const int down = format == PoseFormat::kMatrix3x4 ? 4 : 1;  // floats from a row to the next
+    for (int k = 0; k < 3; ++k) out.column[k] = {at(k * step), at(k * step + down), at(k * step + 2 * down)};
+    out.translation = {at(3 * step), at(3 * step + down), at(3 * step + 2 * down)};
+    checks.finite =
+        both(checks.finite, both(in_range(out.column[0]), both(in_range(out.column[1]), in_range(out.column[2]))));
+    checks.rigid = both(checks.rigid, is_rigid(out.column));
+    polish(out.column);
+    polish(out.column);
+  }
+  checks.finite = both(checks.finite, in_range(out.translation));
+  return out;
+}
+
+// Replaces masked lanes by a zero box at the instance's origin, so that nothing they held reaches a neighbour.
+template <class V>
+CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
+  const V zero(0.0f), one(1.0f);
+  const Vec3<V> none = {zero, zero, zero};
+  BoxLanes<V> box = load_box<V>(tile, lane);
+  box.center = choose<V>(keep, box.center, none);
+  box.half = choose<V>(keep, box.half, none);
+  box.axis[0] = choose<V>(keep, box.axis[0], {one, zero, zero});
+  box.axis[1] = choose<V>(keep, box.axis[1], {zero, one, zero});
+  box.axis[2] = choose<V>(keep, box.axis[2], {zero, zero, one});
+  store_box(tile, lane, box);
+}
+
+// Poses one link and its leaves in the lanes that V covers.
+template <class V>
+CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const RawPoses& raw, const RawPoses& turns,
+                          std::uint32_t lane, LaneChecks<V>& checks) {
+  const Articulation& articulation = *args.articulation;
+  RigidLanes<V> pose = link_pose(raw, args.format, lane, checks);
+  if (args.orientations) {
+    Vec3<V> turn[3];
+    read_quaternion(turns, lane, checks, turn);
+    for (int k = 0; k < 3; ++k) pose.column[k] = rotate(turn, pose.column[k]);
+    pose.translation = rotate(turn, pose.translation);
+  }
+  if (posed.needs_joint) {
+    const float* joint = articulation.link_joint.data + 3 * posed.link;
+    const Vec3<V> at = pose.translation + rotate<V>(pose.column, {V(joint[0]), V(joint[1]), V(joint[2])});
+    checks.in_range = both(checks.in_range, in_range(at));
+    store3(args.joints[posed.link].at, lane, at);
+  }
+  for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
+    const std::uint32_t leaf = articulation.leaf_order[i];
+    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf]);
+    checks.in_range = both(checks.in_range, both(in_range(box.center), in_range(box.half)));
+    store_box(args.leaves[leaf], lane, box);
+  }
+}
+
+// Writes the flags of the lanes that V covers; true when all of them are in order.
+template <class V>
+CAB_INLINE bool write_flags(const LaneChecks<V>& checks, std::uint8_t* flags) {
+  const std::uint32_t finite = bits(checks.finite), rigid = bits(checks.rigid), in_range = bits(checks.in_range);
+  bool all_ok = true;
+  for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
+    const bool not_rigid = (finite >> i & 1) && !(rigid >> i & 1);
+    const bool ok = finite >> i & rigid >> i & in_range >> i & 1;
+    flags[i] = ok ? kInstanceOk : not_rigid ? kInstanceNotRigid : kInstanceNotFinite;
+    all_ok = all_ok && ok;
+  }
+  return all_ok;
+}
+
+template <class V>
+void pose_leaves(const PoseTile& args) {
+  const Articulation& articulation = *args.articulation;
+  const Mask<V> yes = V(0.0f) <= V(0.0f);
+  LaneChecks<V> checks[kLanes / kWidth<V>];
+  for (auto& check : checks) check = {yes, yes, yes};
+  RawPoses raw, turns;
+  if (args.orientations)
+    read_raw(reinterpret_cast<const std::byte*>(args.orientations), 4 * sizeof(float), args.live, 4, turns);
+
+  for (const PosedLink& posed : articulation.posed_links) {
+    read_raw(args.poses + posed.link * args.link_stride, args.instance_stride, args.live, pose_float_count(args.format),
+             raw);
+    for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+      pose_link(args, posed, raw, turns, lane, checks[lane / kWidth<V>]);
+  }
+
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+    const LaneChecks<V>& check = checks[lane / kWidth<V>];
+    if (write_flags(check, args.flags + lane)) continue;
+    const Mask<V> keep = both(check.finite, both(check.rigid, check.in_range));
+    for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) clear_lanes<V>(args.leaves[leaf], lane, keep);
+    for (const PosedLink& posed : articulation.posed_links)
+      if (posed.needs_joint)
+        store3(args.joints[posed.link].at, lane,
+               choose<V>(keep, load3<V>(args.joints[posed.link].at, lane), Vec3<V>{V(0.0f), V(0.0f), V(0.0f)}));
+  }
+}
+
+}  // namespace cab::kernel

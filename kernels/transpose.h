@@ -1,0 +1,145 @@
+// Register transposes: rows of 16 floats (one row a lane) to 16 vectors (one lane a row), and back.
+#pragma once
+
+#include "kernels/simd.h"
+
+namespace cab::kernel {
+
+// The caller gives kWidth<V> row addresses, 16-byte aligned; out[k] holds float k of every row.
+template <class V>
+struct Transpose;
+
+template <>
+struct Transpose<float> {
+  static CAB_INLINE void load(const float* const* rows, float* out) {
+    for (int k = 0; k < 16; ++k) out[k] = rows[0][k];
+  }
+  static CAB_INLINE void store(const float* in, float* const* rows) {
+    for (int k = 0; k < 16; ++k) rows[0][k] = in[k];
+  }
+};
+
+// Four lanes: four 4x4 transposes by interleaving twice.
+template <class A>
+struct TransposeBy4 {
+  using V = Batch<A>;
+  static CAB_INLINE void square(V& a, V& b, V& c, V& d) {
+    const V ac_lo = xsimd::zip_lo(a, c), ac_hi = xsimd::zip_hi(a, c);
+    const V bd_lo = xsimd::zip_lo(b, d), bd_hi = xsimd::zip_hi(b, d);
+    a = xsimd::zip_lo(ac_lo, bd_lo);
+    b = xsimd::zip_hi(ac_lo, bd_lo);
+    c = xsimd::zip_lo(ac_hi, bd_hi);
+    d = xsimd::zip_hi(ac_hi, bd_hi);
+  }
+  static CAB_INLINE void load(const float* const* rows, V* out) {
+    for (int q = 0; q < 16; q += 4) {
+      for (int r = 0; r < 4; ++r) out[q + r] = V::load_aligned(rows[r] + q);
+      square(out[q], out[q + 1], out[q + 2], out[q + 3]);
+    }
+  }
+  static CAB_INLINE void store(const V* in, float* const* rows) {
+    for (int q = 0; q < 16; q += 4) {
+      V a = in[q], b = in[q + 1], c = in[q + 2], d = in[q + 3];
+      square(a, b, c, d);
+      a.store_aligned(rows[0] + q);
+      b.store_aligned(rows[1] + q);
+      c.store_aligned(rows[2] + q);
+      d.store_aligned(rows[3] + q);
+    }
+  }
+};
+
+#if XSIMD_WITH_SSE2
+template <>
+struct Transpose<Batch<xsimd::sse2>> : TransposeBy4<xsimd::sse2> {};
+#endif
+#if XSIMD_WITH_NEON64
+template <>
+struct Transpose<Batch<xsimd::neon64>> : TransposeBy4<xsimd::neon64> {};
+#endif
+
+#if XSIMD_WITH_AVX2
+// Eight lanes: two 8x8 transposes (interleave pairs, then quads, then swap halves).
+template <>
+struct Transpose<Batch<xsimd::avx2>> {
+  using V = Batch<xsimd::avx2>;
+  static CAB_INLINE void square(__m256* r) {
+    __m256 pair[8], quad[8];
+    for (int i = 0; i < 8; i += 2) {
+      pair[i] = _mm256_unpacklo_ps(r[i], r[i + 1]);
+      pair[i + 1] = _mm256_unpackhi_ps(r[i], r[i + 1]);
+    }
+    for (int i = 0; i < 8; i += 4) {
+      quad[i] = _mm256_shuffle_ps(pair[i], pair[i + 2], 0x44);
+      quad[i + 1] = _mm256_shuffle_ps(pair[i], pair[i + 2], 0xee);
+      quad[i + 2] = _mm256_shuffle_ps(pair[i + 1], pair[i + 3], 0x44);
+      quad[i + 3] = _mm256_shuffle_ps(pair[i + 1], pair[i + 3], 0xee);
+    }
+    for (int i = 0; i < 4; ++i) {
+      r[i] = _mm256_permute2f128_ps(quad[i], quad[i + 4], 0x20);
+      r[i + 4] = _mm256_permute2f128_ps(quad[i], quad[i + 4], 0x31);
+    }
+  }
+  static CAB_INLINE void load(const float* const* rows, V* out) {
+    for (int half = 0; half < 16; half += 8) {
+      __m256 r[8];
+      for (int i = 0; i < 8; ++i) r[i] = _mm256_load_ps(rows[i] + half);
+      square(r);
+      for (int i = 0; i < 8; ++i) out[half + i] = r[i];
+    }
+  }
+  static CAB_INLINE void store(const V* in, float* const* rows) {
+    for (int half = 0; half < 16; half += 8) {
+      __m256 r[8];
+      for (int i = 0; i < 8; ++i) r[i] = in[half + i].data;
+      square(r);
+      for (int i = 0; i < 8; ++i) _mm256_store_ps(rows[i] + half, r[i]);
+    }
+  }
+};
+#endif
+
+#if XSIMD_WITH_AVX512F
+// Sixteen lanes: one 16x16 transpose (interleave pairs, then quads, then move 128-bit quarters twice).
+template <>
+struct Transpose<Batch<xsimd::avx512bw>> {
+  using V = Batch<xsimd::avx512bw>;
+  static CAB_INLINE void square(__m512* r) {
+    __m512 a[16], b[16];
+    for (int i = 0; i < 16; i += 2) {
+      a[i] = _mm512_unpacklo_ps(r[i], r[i + 1]);
+      a[i + 1] = _mm512_unpackhi_ps(r[i], r[i + 1]);
+    }
+    for (int i = 0; i < 16; i += 4) {
+      b[i] = _mm512_shuffle_ps(a[i], a[i + 2], 0x44);
+      b[i + 1] = _mm512_shuffle_ps(a[i], a[i + 2], 0xee);
+      b[i + 2] = _mm512_shuffle_ps(a[i + 1], a[i + 3], 0x44);
+      b[i + 3] = _mm512_shuffle_ps(a[i + 1], a[i + 3], 0xee);
+    }
+    for (int i = 0; i < 4; ++i) {
+      a[i] = _mm512_shuffle_f32x4(b[i], b[i + 4], 0x88);
+      a[i + 4] = _mm512_shuffle_f32x4(b[i], b[i + 4], 0xdd);
+      a[i + 8] = _mm512_shuffle_f32x4(b[i + 8], b[i + 12], 0x88);
+      a[i + 12] = _mm512_shuffle_f32x4(b[i + 8], b[i + 12], 0xdd);
+    }
+    for (int i = 0; i < 8; ++i) {
+      r[i] = _mm512_shuffle_f32x4(a[i], a[i + 8], 0x88);
+      r[i + 8] = _mm512_shuffle_f32x4(a[i], a[i + 8], 0xdd);
+    }
+  }
+  static CAB_INLINE void load(const float* const* rows, V* out) {
+    __m512 r[16];
+    for (int i = 0; i < 16; ++i) r[i] = _mm512_load_ps(rows[i]);
+    square(r);
+    for (int i = 0; i < 16; ++i) out[i] = r[i];
+  }
+  static CAB_INLINE void store(const V* in, float* const* rows) {
+    __m512 r[16];
+    for (int i = 0; i < 16; ++i) r[i] = in[i].data;
+    square(r);
+    for (int i = 0; i < 16; ++i) _mm512_store_ps(rows[i], r[i]);
+  }
+};
+#endif
+
+}  // namespace cab::kernel

@@ -1,0 +1,55 @@
+// An arena: owns every block that one object (an articulation, a batch, a worker) took from the engine's
+// allocator, and gives all of them back at once.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstddef>
+#include <new>
+#include <type_traits>
+
+namespace cab {
+
+// The built-in allocator: aligned operator new and delete.
+Allocator default_allocator() noexcept;
+
+class Arena {
+ public:
+  explicit Arena(const Allocator& allocator) noexcept : allocator_(allocator) {}
+  Arena(const Arena&) = delete;
+  Arena& operator=(const Arena&) = delete;
+  ~Arena() { release(); }
+
+  // count zeroed values of T, aligned to 64 bytes or T's own alignment; throws std::bad_alloc. count 0 gives an
+  // empty span.
+  template <class T>
+  Span<T> allocate(std::size_t count) {
+    static_assert(std::is_trivially_destructible_v<T> && std::is_trivially_copyable_v<T>);
+    if (count == 0) return {};
+    if (count > static_cast<std::size_t>(-1) / 2 / sizeof(T)) throw std::bad_alloc();
+    return {static_cast<T*>(allocate_bytes(count * sizeof(T), alignof(T) > 64 ? alignof(T) : 64)), count};
+  }
+
+  // A copy of a span.
+  template <class T>
+  Span<std::remove_const_t<T>> copy(Span<T> source) {
+    auto out = allocate<std::remove_const_t<T>>(source.size);
+    for (std::size_t i = 0; i < source.size; ++i) out[i] = source[i];
+    return out;
+  }
+
+  // Gives every block back; spans handed out before are dead.
+  void release() noexcept;
+
+  std::size_t bytes() const noexcept { return bytes_; }
+
+ private:
+  void* allocate_bytes(std::size_t bytes, std::size_t alignment);
+
+  struct Block;
+  Allocator allocator_;
+  Block* blocks_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace cab

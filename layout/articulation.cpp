@@ -1,0 +1,281 @@
+#include "layout/articulation.h"
+
+#include "layout/arena.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace cab {
+namespace {
+
+// Axes further than this from orthonormal (max |R^T R - I|) are no rotation.
+constexpr double kAxesTolerance = 1e-5;
+
+// Axes closer than this are kept bit for bit; further ones are made orthonormal and the box grows to cover the
+// change. 8 u leaves half of the 16 u that posed boxes may have to the posing itself.
+constexpr double kAxesExact = 8.0 / (1 << 24);
+
+// A part may exceed its leaf's box by this fraction of the box's S (float rounding of the caller's own fit):
+// a quarter of the padding that posing adds.
+constexpr double kShapeTolerance = 1.0 / (1 << 22);
+
+bool finite(const float* values, std::size_t count, float limit) {
+  for (std::size_t i = 0; i < count; ++i)
+    if (!(std::fabs(values[i]) <= limit)) return false;
+  return true;
+}
+
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Max |R^T R - I| of three axes, or infinity when they are left-handed.
+double axes_error(const Box& box) {
+  double r[3][3];
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) r[k][c] = static_cast<double>(box.axis[k][c]);
+  double error = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j <= i; ++j) error = std::max(error, std::fabs(dot(r[i], r[j]) - (i == j ? 1.0 : 0.0)));
+  const double determinant = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) -
+                             r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
+                             r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
+  return determinant > 0 ? error : std::numeric_limits<double>::infinity();
+}
+
+// Gram-Schmidt in double; half extents grow by what a corner can move.
+void make_orthonormal(Box& box, double error) {
+  double r[3][3];
+  for (int k = 0; k < 3; ++k) {
+    for (int c = 0; c < 3; ++c) r[k][c] = static_cast<double>(box.axis[k][c]);
+    for (int j = 0; j < k; ++j) {
+      const double along = dot(r[k], r[j]);
+      for (int c = 0; c < 3; ++c) r[k][c] -= along * r[j][c];
+    }
+    const double length = std::sqrt(dot(r[k], r[k]));
+    for (int c = 0; c < 3; ++c) box.axis[k][c] = static_cast<float>(r[k][c] /= length);
+  }
+  const double sum =
+      static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) + static_cast<double>(box.half[2]);
+  for (float& half : box.half) half = static_cast<float>(static_cast<double>(half) + 4 * error * sum);
+}
+
+// Rotation of a unit quaternion x y z w, columns[k] is the image of axis k; false when it is no rotation.
+bool rotation_columns(const float* q, double columns[3][3]) {
+  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
+               w = static_cast<double>(q[3]);
+  const double n = x * x + y * y + z * z + w * w;
+  if (!(std::fabs(n - 1) <= 1e-3)) return false;
+  const double s = 2 / n;
+  const double m[3][3] = {{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
+                          {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
+                          {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)}};
+  for (int k = 0; k < 3; ++k) std::copy(m[k], m[k] + 3, columns[k]);
+  return true;
+}
+
+bool valid_sizes(const ConvexPart& part) {
+  if (!finite(part.position, 3, kMaxCoordinate) || !finite(part.rotation, 4, 2)) return false;
+  const int sizes = part.kind == ShapeKind::kConvexHull ? 0 : part.kind == ShapeKind::kCapsule ? 2 : 3;
+  for (int i = 0; i < sizes; ++i)
+    if (!(part.size[i] > 0 && part.size[i] <= kMaxCoordinate)) return false;
+  if (part.kind > ShapeKind::kConvexHull) return false;
+  if (part.kind != ShapeKind::kConvexHull) return true;
+  return part.vertices.data && part.vertices.size >= 12 && part.vertices.size % 3 == 0 &&
+         finite(part.vertices.data, part.vertices.size, kMaxCoordinate);
+}
+
+// Interval that a part covers along a direction, seen from the link's origin. n: direction in the link's frame.
+void part_interval(const ConvexPart& part, const double columns[3][3], const double* n, double* lo, double* hi) {
+  double local[3];
+  for (int k = 0; k < 3; ++k) local[k] = dot(columns[k], n);
+  const double at[3] = {static_cast<double>(part.position[0]), static_cast<double>(part.position[1]),
+                        static_cast<double>(part.position[2])};
+  const double middle = dot(at, n);
+  const double size[3] = {static_cast<double>(part.size[0]), static_cast<double>(part.size[1]),
+                          static_cast<double>(part.size[2])};
+  if (part.kind == ShapeKind::kConvexHull) {
+    *lo = std::numeric_limits<double>::infinity();
+    *hi = -*lo;
+    for (std::size_t v = 0; v < part.vertices.size; v += 3) {
+      const double vertex[3] = {static_cast<double>(part.vertices[v]), static_cast<double>(part.vertices[v + 1]),
+                                static_cast<double>(part.vertices[v + 2])};
+      *lo = std::min(*lo, middle + dot(vertex, local));
+      *hi = std::max(*hi, middle + dot(vertex, local));
+    }
+    return;
+  }
+  double reach = 0;
+  if (part.kind == ShapeKind::kBox) {
+    for (int k = 0; k < 3; ++k) reach += size[k] * std::fabs(local[k]);
+  } else if (part.kind == ShapeKind::kEllipsoid) {
+    reach = std::sqrt(size[0] * size[0] * local[0] * local[0] + size[1] * size[1] * local[1] * local[1] +
+                      size[2] * size[2] * local[2] * local[2]);
+  } else {
+    reach = size[0] + size[1] * std::fabs(local[2]);
+  }
+  *lo = middle - reach;
+  *hi = middle + reach;
+}
+
+bool part_inside(const ConvexPart& part, const double columns[3][3], const Box& box) {
+  double sum = 0;
+  for (const float half : box.half) sum += static_cast<double>(half);
+  const double center[3] = {static_cast<double>(box.center[0]), static_cast<double>(box.center[1]),
+                            static_cast<double>(box.center[2])};
+  for (int k = 0; k < 3; ++k) {
+    const double n[3] = {static_cast<double>(box.axis[k][0]), static_cast<double>(box.axis[k][1]),
+                         static_cast<double>(box.axis[k][2])};
+    double lo, hi;
+    part_interval(part, columns, n, &lo, &hi);
+    const double allowed = static_cast<double>(box.half[k]) + kShapeTolerance * sum;
+    if (hi - dot(center, n) > allowed || dot(center, n) - lo > allowed) return false;
+  }
+  return true;
+}
+
+// One failed check: what is wrong and where.
+struct Fault {
+  Status status = Status::kOk;
+  std::size_t element = 0;
+};
+
+Fault check_links(const ArticulationDesc& desc) {
+  if (desc.link_parents.size == 0 || !desc.link_parents.data) return {Status::kNoLinks, 0};
+  if (desc.link_parents.size > kMaxLinks) return {Status::kTooManyLinks, kMaxLinks};
+  for (std::size_t link = 0; link < desc.link_parents.size; ++link) {
+    const std::int32_t parent = desc.link_parents[link];
+    if (link == 0 ? parent != -1 : parent < 0 || static_cast<std::size_t>(parent) >= link)
+      return {Status::kBadParent, link};
+  }
+  if (desc.link_joints.size == 0) return {};
+  if (desc.link_joints.size != 3 * desc.link_parents.size || !desc.link_joints.data) return {Status::kBadJoint, 0};
+  for (std::size_t link = 0; link < desc.link_parents.size; ++link)
+    if (!finite(desc.link_joints.data + 3 * link, 3, kMaxCoordinate)) return {Status::kBadJoint, link};
+  return {};
+}
+
+Fault check_leaf(const Leaf& leaf, std::size_t index, std::size_t link_count, Box* box) {
+  if (leaf.link >= link_count) return {Status::kBadLeafLink, index};
+  *box = leaf.box;
+  if (!finite(box->center, 3, kMaxCoordinate) || !finite(box->half, 3, kMaxCoordinate))
+    return {Status::kBadLeafBox, index};
+  for (float& half : box->half) {
+    if (half < 0) return {Status::kBadLeafBox, index};
+    half = std::fabs(half);
+  }
+  const double error = axes_error(*box);
+  if (!(error <= kAxesTolerance)) return {Status::kBadLeafAxes, index};
+  if (error > kAxesExact) make_orthonormal(*box, error);
+  if (leaf.parts.size > 0 && !leaf.parts.data) return {Status::kBadShape, index};
+  for (const ConvexPart& part : leaf.parts) {
+    double columns[3][3];
+    if (!valid_sizes(part) || !rotation_columns(part.rotation, columns)) return {Status::kBadShape, index};
+    if (!part_inside(part, columns, *box)) return {Status::kShapeOutsideLeafBox, index};
+  }
+  return {};
+}
+
+template <class T>
+Span<const T> constant(Span<T> span) {
+  return {span.data, span.size};
+}
+
+// Groups leaves by link and lists the links that a frame must pose.
+void plan_posing(Articulation& articulation, Arena& arena) {
+  std::vector<bool> needs_joint(articulation.link_count, false);
+  for (const MergeStep& step : articulation.program.steps)
+    if (step.joint_link != kNoJoint) needs_joint[step.joint_link] = true;
+  std::vector<std::vector<std::uint16_t>> leaves_of(articulation.link_count);
+  for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf)
+    leaves_of[articulation.leaf_link[leaf]].push_back(static_cast<std::uint16_t>(leaf));
+  auto order = arena.allocate<std::uint16_t>(articulation.leaf_count);
+  std::vector<PosedLink> posed;
+  std::uint16_t at = 0;
+  for (std::uint32_t link = 0; link < articulation.link_count; ++link) {
+    if (leaves_of[link].empty() && !needs_joint[link]) continue;
+    const std::uint16_t begin = at;
+    for (const std::uint16_t leaf : leaves_of[link]) order[at++] = leaf;
+    posed.push_back({static_cast<std::uint16_t>(link), begin, at, needs_joint[link]});
+  }
+  articulation.leaf_order = constant(order);
+  articulation.posed_links = constant(arena.copy(Span<const PosedLink>{posed.data(), posed.size()}));
+}
+
+Span<const std::uint64_t> ignored_matrix(Span<const LinkPair> pairs, std::size_t link_count, Arena& arena) {
+  auto bits = arena.allocate<std::uint64_t>((link_count * link_count + 63) / 64);
+  const auto set = [&](std::size_t a, std::size_t b) {
+    bits[(a * link_count + b) >> 6] |= std::uint64_t{1} << ((a * link_count + b) & 63);
+  };
+  for (std::size_t link = 0; link < link_count; ++link) set(link, link);
+  for (const LinkPair& pair : pairs) {
+    set(pair.a, pair.b);
+    set(pair.b, pair.a);
+  }
+  return constant(bits);
+}
+
+void copy_parts(const ArticulationDesc& desc, Articulation& articulation, Arena& arena) {
+  std::size_t part_count = 0;
+  for (const Leaf& leaf : desc.leaves) part_count += leaf.parts.size;
+  auto parts = arena.allocate<ConvexPart>(part_count);
+  auto begin = arena.allocate<std::uint32_t>(desc.leaves.size + 1);
+  std::uint32_t at = 0;
+  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
+    begin[leaf] = at;
+    for (const ConvexPart& part : desc.leaves[leaf].parts) {
+      parts[at] = part;
+      parts[at++].vertices =
+          part.kind == ShapeKind::kConvexHull ? constant(arena.copy(part.vertices)) : Span<const float>{};
+    }
+  }
+  begin[desc.leaves.size] = at;
+  articulation.parts = constant(parts);
+  articulation.leaf_part_begin = constant(begin);
+}
+
+Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulation) {
+  if (const Fault fault = check_links(desc); fault.status != Status::kOk) return fault;
+  if (desc.leaves.size == 0 || !desc.leaves.data) return {Status::kNoLeaves, 0};
+  if (desc.leaves.size > kMaxLeaves) return {Status::kTooManyLeaves, kMaxLeaves};
+  auto boxes = arena.allocate<Box>(desc.leaves.size);
+  auto leaf_links = arena.allocate<std::uint16_t>(desc.leaves.size);
+  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
+    if (const Fault fault = check_leaf(desc.leaves[leaf], leaf, desc.link_parents.size, &boxes[leaf]);
+        fault.status != Status::kOk)
+      return fault;
+    leaf_links[leaf] = static_cast<std::uint16_t>(desc.leaves[leaf].link);
+  }
+  if (desc.ignored_pairs.size > 0 && !desc.ignored_pairs.data) return {Status::kBadIgnoredPair, 0};
+  for (std::size_t pair = 0; pair < desc.ignored_pairs.size; ++pair)
+    if (desc.ignored_pairs[pair].a >= desc.link_parents.size || desc.ignored_pairs[pair].b >= desc.link_parents.size)
+      return {Status::kBadIgnoredPair, pair};
+
+  articulation.link_count = static_cast<std::uint32_t>(desc.link_parents.size);
+  articulation.leaf_count = static_cast<std::uint32_t>(desc.leaves.size);
+  articulation.node_count = 2 * articulation.leaf_count - 1;
+  articulation.link_parent = constant(arena.copy(desc.link_parents));
+  articulation.link_joint = constant(desc.link_joints.size ? arena.copy(desc.link_joints)
+                                                           : arena.allocate<float>(3 * desc.link_parents.size));
+  articulation.leaf_link = constant(leaf_links);
+  articulation.leaf_box = constant(boxes);
+  articulation.ignored_bits = ignored_matrix(desc.ignored_pairs, desc.link_parents.size, arena);
+  copy_parts(desc, articulation, arena);
+  articulation.program = build_merge_program(articulation.link_parent, articulation.leaf_link, arena);
+  plan_posing(articulation, arena);
+  return {};
+}
+
+}  // namespace
+
+Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element) {
+  Articulation articulation;
+  const Fault fault = build(desc, arena, articulation);
+  if (fault.status == Status::kOk)
+    *out = articulation;
+  else if (bad_element)
+    *bad_element = static_cast<std::uint32_t>(fault.element);
+  return fault.status;
+}
+
+}  // namespace cab

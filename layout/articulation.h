@@ -1,0 +1,45 @@
+// An articulation as the engine keeps it: immutable, shared by all instances, plain data in one arena.
+#pragma once
+
+#include "layout/merge_program.h"
+
+#include <cab/types.h>
+
+namespace cab {
+
+// A link that a frame must pose, because leaves ride on it or a merge needs its joint. Its leaves are
+// leaf_order[leaf_begin .. leaf_end).
+struct PosedLink {
+  std::uint16_t link;
+  std::uint16_t leaf_begin;
+  std::uint16_t leaf_end;
+  bool needs_joint;
+};
+
+struct Articulation {
+  std::uint32_t link_count = 0;
+  std::uint32_t leaf_count = 0;
+  std::uint32_t node_count = 0;
+  Span<const std::int32_t> link_parent;
+  Span<const float> link_joint;  // 3 a link, in the link's frame
+  Span<const std::uint16_t> leaf_link;
+  Span<const Box> leaf_box;  // in the link's frame, axes orthonormal to 2 u
+  Span<const PosedLink> posed_links;
+  Span<const std::uint16_t> leaf_order;    // leaves grouped by link
+  Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: links a and b of one instance are no pair
+  Span<const ConvexPart> parts;
+  Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 entries into parts
+  MergeProgram program;
+};
+
+// True when links a and b of one instance are never a pair: the same link, or an ignored pair.
+inline bool is_ignored(const Articulation& articulation, std::uint32_t a, std::uint32_t b) {
+  const std::size_t bit = static_cast<std::size_t>(a) * articulation.link_count + b;
+  return (articulation.ignored_bits[bit >> 6] >> (bit & 63)) & 1;
+}
+
+// Checks desc and copies it into arena. On an error *out is untouched and *bad_element (optional) receives the
+// index of the link, leaf or pair at fault. Throws std::bad_alloc.
+Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element);
+
+}  // namespace cab

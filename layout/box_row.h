@@ -1,0 +1,25 @@
+// Rows: one box of one instance in one cache line, for tests that read boxes by index.
+#pragma once
+
+#include "layout/tile.h"
+
+namespace cab {
+
+// An oriented box: center, axes (axis k, component c at axis[3 k + c]), half extents.
+struct alignas(64) BoxRow {
+  float center[3];
+  float axis[9];
+  float half[3];
+  float unused;
+};
+static_assert(sizeof(BoxRow) == 64);
+
+// An axis-aligned box.
+struct alignas(32) AabbRow {
+  float lo[3];
+  float hi[3];
+  float unused[2];
+};
+static_assert(sizeof(AabbRow) == 32);
+
+}  // namespace cab

@@ -1,0 +1,56 @@
+// Policies: every knob that trades speed for accuracy, and the one table of their names.
+#pragma once
+
+#include <cab/span.h>
+
+#include <cstdint>
+
+// What a shared libcab exports.
+#define CAB_API __attribute__((visibility("default")))
+
+namespace cab {
+
+enum class Refit : std::uint8_t {
+  kCab,       // the paper's merge of two oriented boxes at a joint
+  kAabbHull,  // the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included
+};
+
+enum class Strategy : std::uint8_t {
+  kTree,   // simultaneous descent of two hierarchies
+  kBrute,  // every leaf of one against every leaf of the other
+};
+
+enum class Exact : std::uint8_t {
+  kNone,  // overlapping leaf boxes are the answer
+  kFcl,   // overlapping leaf boxes are confirmed by FCL on the leaves' exact shapes
+};
+
+// Every combination is valid and conservative.
+struct Policies {
+  Refit refit = Refit::kCab;
+  Strategy strategy = Strategy::kTree;
+  Exact exact = Exact::kNone;
+};
+
+// One value of a policy field: its name on the command line and in files, and what it does.
+struct PolicyValue {
+  const char* name;
+  const char* meaning;
+};
+
+// One row of the table of policies, in the order of the fields of Policies.
+struct PolicyField {
+  const char* name;
+  const char* meaning;
+  const PolicyValue* values;
+  std::uint32_t value_count;
+};
+
+// The one table of policies that API, command line, files, tests and documents share.
+CAB_API Span<const PolicyField> policy_table() noexcept;
+
+// Reads and writes a field of Policies by its row of the table; set returns false for a name that is no value.
+CAB_API std::uint32_t policy_get(const Policies& policies, std::uint32_t field) noexcept;
+CAB_API bool policy_set(Policies& policies, std::uint32_t field, const char* value_name) noexcept;
+
+}  // namespace cab

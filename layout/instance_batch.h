@@ -1,0 +1,43 @@
+// A batch: storage for n instances of one articulation, and what a frame has bound to it.
+#pragma once
+
+#include "layout/articulation.h"
+#include "layout/box_row.h"
+
+namespace cab {
+
+// Bounds of an instance's leaf boxes in the world, in double.
+struct InstanceBounds {
+  double lo[3];
+  double hi[3];
+};
+
+struct InstanceBatch {
+  const Articulation* articulation = nullptr;
+  std::uint32_t articulation_index = 0;
+  BatchKind kind = BatchKind::kCharacters;
+  std::uint32_t instance_count = 0;
+
+  // Characters: every box of every instance as rows, [instance][node]. An axis-aligned refit keeps AabbRows in the
+  // same memory.
+  Span<BoxRow> rows;
+  Span<InstanceBounds> bounds;
+  Span<std::uint16_t> live;  // one bit an instance, a word a tile: not masked
+
+  // Frames: where this batch's hierarchy of one tile stands in a worker's memory.
+  std::uint32_t worker_nodes = 0;
+
+  // Bound for the duration of one call.
+  const BatchInput* input = nullptr;
+  std::size_t link_stride = 0;      // bytes
+  std::size_t instance_stride = 0;  // bytes
+};
+
+inline AabbRow* aabb_rows(const InstanceBatch& batch) { return reinterpret_cast<AabbRow*>(batch.rows.data); }
+
+// Origin of an instance in the world; all zero where the caller gave none.
+inline double origin_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t component) {
+  return batch.input->origins.empty() ? 0.0 : batch.input->origins[3 * static_cast<std::size_t>(instance) + component];
+}
+
+}  // namespace cab

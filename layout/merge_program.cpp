@@ -1,0 +1,119 @@
+#include "layout/merge_program.h"
+
+#include "layout/arena.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace cab {
+namespace {
+
+class Builder {
+ public:
+  Builder(Span<const std::int32_t> parents, Span<const std::uint16_t> leaf_links)
+      : parents_(parents),
+        leaves_of_(parents.size),
+        weight_(parents.size, 0),
+        below_(parents.size, 0),
+        side_(parents.size, 0) {
+    for (std::size_t leaf = 0; leaf < leaf_links.size; ++leaf) {
+      leaves_of_[leaf_links[leaf]].push_back(static_cast<std::uint16_t>(leaf));
+      ++weight_[leaf_links[leaf]];
+      node_leaf_count_.push_back(1);
+      node_depth_.push_back(0);
+    }
+  }
+
+  // Emits the steps of a connected set of links, ascending, with at least one leaf; returns the node it makes.
+  std::uint16_t build_links(const std::vector<std::uint32_t>& links) {
+    const std::uint32_t cut = best_cut(links);
+    if (cut == 0) return build_leaves_of(links);
+    std::vector<std::uint32_t> upper, lower;
+    for (const std::uint32_t link : links) {
+      side_[link] = link == cut || (link > cut && side_[static_cast<std::size_t>(parents_[link])] == cut) ? cut : 0;
+      (side_[link] == cut ? lower : upper).push_back(link);
+    }
+    const std::uint16_t left = build_links(upper);
+    const std::uint16_t right = build_links(lower);
+    return emit(left, right, static_cast<std::uint16_t>(cut));
+  }
+
+  const std::vector<MergeStep>& steps() const { return steps_; }
+  const std::vector<std::uint16_t>& node_leaf_count() const { return node_leaf_count_; }
+  std::uint32_t root_depth() const { return node_depth_.back(); }
+
+ private:
+  // The link whose joint with its parent halves the leaves of the set best, 0 when no joint leaves a leaf on
+  // both sides (link 0 has no parent, so it is never cut).
+  std::uint32_t best_cut(const std::vector<std::uint32_t>& links) {
+    for (const std::uint32_t link : links) below_[link] = weight_[link];
+    for (std::size_t i = links.size(); i-- > 1;)
+      below_[static_cast<std::size_t>(parents_[links[i]])] += below_[links[i]];
+    const std::uint32_t total = below_[links.front()];
+    std::uint32_t best = 0;
+    std::uint32_t best_larger = total;
+    for (std::size_t i = 1; i < links.size(); ++i) {
+      const std::uint32_t larger = std::max(below_[links[i]], total - below_[links[i]]);
+      if (larger < best_larger) {
+        best_larger = larger;
+        best = links[i];
+      }
+    }
+    return best;
+  }
+
+  // The node of a set of links of which exactly one carries leaves.
+  std::uint16_t build_leaves_of(const std::vector<std::uint32_t>& links) {
+    const auto carrier =
+        std::find_if(links.begin(), links.end(), [&](std::uint32_t link) { return weight_[link] > 0; });
+    const auto& leaves = leaves_of_[*carrier];
+    return build_leaf_range(leaves, 0, leaves.size());
+  }
+
+  std::uint16_t build_leaf_range(const std::vector<std::uint16_t>& leaves, std::size_t begin, std::size_t end) {
+    if (end - begin == 1) return leaves[begin];
+    const std::size_t middle = begin + (end - begin + 1) / 2;
+    const std::uint16_t left = build_leaf_range(leaves, begin, middle);
+    const std::uint16_t right = build_leaf_range(leaves, middle, end);
+    return emit(left, right, kNoJoint);
+  }
+
+  std::uint16_t emit(std::uint16_t left, std::uint16_t right, std::uint16_t joint_link) {
+    steps_.push_back({left, right, joint_link});
+    node_leaf_count_.push_back(static_cast<std::uint16_t>(node_leaf_count_[left] + node_leaf_count_[right]));
+    node_depth_.push_back(1 + std::max(node_depth_[left], node_depth_[right]));
+    return static_cast<std::uint16_t>(node_depth_.size() - 1);
+  }
+
+  Span<const std::int32_t> parents_;
+  std::vector<std::vector<std::uint16_t>> leaves_of_;
+  std::vector<std::uint32_t> weight_;  // leaves on a link
+  std::vector<std::uint32_t> below_;   // leaves at and below a link, within the set at hand
+  std::vector<std::uint32_t> side_;    // the cut that a link was last found below
+  std::vector<MergeStep> steps_;
+  std::vector<std::uint16_t> node_leaf_count_;
+  std::vector<std::uint32_t> node_depth_;
+};
+
+template <class T>
+Span<const T> keep(const std::vector<T>& values, Arena& arena) {
+  const auto kept = arena.copy(Span<const T>{values.data(), values.size()});
+  return {kept.data, kept.size};
+}
+
+}  // namespace
+
+MergeProgram build_merge_program(Span<const std::int32_t> link_parents, Span<const std::uint16_t> leaf_links,
+                                 Arena& arena) {
+  Builder builder(link_parents, leaf_links);
+  std::vector<std::uint32_t> links(link_parents.size);
+  for (std::uint32_t link = 0; link < links.size(); ++link) links[link] = link;
+  builder.build_links(links);
+  MergeProgram program;
+  program.steps = keep(builder.steps(), arena);
+  program.node_leaf_count = keep(builder.node_leaf_count(), arena);
+  program.depth = builder.root_depth();
+  return program;
+}
+
+}  // namespace cab

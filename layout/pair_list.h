@@ -1,0 +1,44 @@
+// Lists of pairs in fixed memory: what traversals push, and what they find.
+#pragma once
+
+#include <cab/types.h>
+
+namespace cab {
+
+// Two nodes whose boxes are to be tested, of candidate pair `slot` of the chunk at hand.
+struct NodePair {
+  std::uint32_t slot;
+  std::uint16_t a;
+  std::uint16_t b;
+};
+
+// Two leaves whose boxes overlap. In a chunk of characters, slot is a candidate pair; in a tile of frames, a lane.
+struct LeafPair {
+  std::uint32_t slot;
+  std::uint16_t a;
+  std::uint16_t b;
+};
+
+// Two leaves of two tiles and the lanes in which their boxes overlap.
+struct TilePair {
+  std::uint16_t a;
+  std::uint16_t b;
+  std::uint32_t lanes;
+};
+
+// A list of fixed capacity. Capacity is sized for the worst case where the list is made, so push never fails.
+template <class T>
+struct FixedList {
+  T* data = nullptr;
+  std::uint32_t capacity = 0;
+  std::uint32_t size = 0;
+
+  void clear() { size = 0; }
+  void push(const T& value) { data[size++] = value; }
+  T pop() { return data[--size]; }
+  bool empty() const { return size == 0; }
+  T* begin() const { return data; }
+  T* end() const { return data + size; }
+};
+
+}  // namespace cab

@@ -1,0 +1,61 @@
+#include <cab/policy.h>
+
+#include <cstring>
+
+namespace cab {
+namespace {
+
+// Values are listed in the order of their enumerations.
+constexpr PolicyValue kRefitValues[] = {
+    {"cab", "the paper's merge: oriented boxes along the major axis of two jointed children"},
+    {"aabb_hull", "the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included"},
+};
+constexpr PolicyValue kStrategyValues[] = {
+    {"tree", "simultaneous descent of two hierarchies"},
+    {"brute", "every leaf of one against every leaf of the other"},
+};
+constexpr PolicyValue kExactValues[] = {
+    {"none", "overlapping leaf boxes are the answer"},
+    {"fcl", "overlapping leaf boxes are confirmed by FCL on the exact shapes"},
+};
+
+template <std::size_t N>
+constexpr PolicyField field(const char* name, const char* meaning, const PolicyValue (&values)[N]) {
+  return {name, meaning, values, N};
+}
+
+// Rows are listed in the order of the fields of Policies.
+constexpr PolicyField kTable[] = {
+    field("refit", "how inner boxes follow their children", kRefitValues),
+    field("strategy", "how overlapping leaf pairs are found", kStrategyValues),
+    field("exact", "what confirms an overlapping leaf pair", kExactValues),
+};
+
+std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
+  switch (row) {
+    case 0: return reinterpret_cast<std::uint8_t*>(&policies.refit);
+    case 1: return reinterpret_cast<std::uint8_t*>(&policies.strategy);
+    default: return reinterpret_cast<std::uint8_t*>(&policies.exact);
+  }
+}
+
+}  // namespace
+
+Span<const PolicyField> policy_table() noexcept { return {kTable, sizeof(kTable) / sizeof(kTable[0])}; }
+
+std::uint32_t policy_get(const Policies& policies, std::uint32_t row) noexcept {
+  Policies copy = policies;
+  return *value_of(copy, row);
+}
+
+bool policy_set(Policies& policies, std::uint32_t row, const char* value_name) noexcept {
+  if (row >= policy_table().size || !value_name) return false;
+  for (std::uint32_t value = 0; value < kTable[row].value_count; ++value) {
+    if (std::strcmp(kTable[row].values[value].name, value_name) != 0) continue;
+    *value_of(policies, row) = static_cast<std::uint8_t>(value);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace cab

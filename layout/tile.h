@@ -1,0 +1,39 @@
+// Tiles: one quantity of 16 instances, struct of arrays. A lane is an instance, never a coordinate.
+#pragma once
+
+#include <cstdint>
+
+namespace cab {
+
+// Instances in a tile, on every instruction set.
+inline constexpr std::uint32_t kLanes = 16;
+
+// One box of 16 instances. axis[k][c] is component c of the k-th axis. Orthonormal to 16 u, half >= 0, no NaN in
+// any lane; lanes past the last instance copy it.
+struct alignas(64) BoxTile {
+  float center[3][kLanes];
+  float axis[3][3][kLanes];
+  float half[3][kLanes];
+};
+static_assert(sizeof(BoxTile) == 960);
+
+// One axis-aligned box of 16 instances.
+struct alignas(64) AabbTile {
+  float lo[3][kLanes];
+  float hi[3][kLanes];
+};
+static_assert(sizeof(AabbTile) == 384);
+
+// One point of 16 instances.
+struct alignas(64) PointTile {
+  float at[3][kLanes];
+};
+
+// Difference of origins of 16 pairs of instances, in double.
+struct alignas(64) ShiftTile {
+  double by[3][kLanes];
+};
+
+inline constexpr std::uint32_t tile_count(std::uint32_t instances) { return (instances + kLanes - 1) / kLanes; }
+
+}  // namespace cab

@@ -1,0 +1,69 @@
+// The sub-commands of `cab`: what the command line hands to each. main.cpp fills the options, each command has its
+// own file. A command returns the exit code 0, or 1 where its own checks fail; it throws for wrong use and bad data.
+#pragma once
+
+#include <cab/types.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "perf/engine_session.h"
+
+namespace cab::perf {
+
+// Wrong use of the command line, in one line that says how to do it right: exit code 2. Every other exception is
+// bad data or a failure: exit code 1.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct RunOptions {
+  std::vector<std::string> files;
+  std::vector<std::array<double, 3>> offsets;  // metres; the first of the files in order, the others stay at zero
+  std::vector<double> metres_per_unit;         // none, one for all files, or one a file
+  char up = 0;                                 // 'x', 'y', 'z', or 0 to find it
+  std::optional<FrameRange> frames;            // none: all
+  Policies policies;
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 1;  // 0: every core
+  bool within = false;             // also the links of one character against each other
+  bool contacts = false;           // normal and depth
+  std::string json_path;           // empty: none
+  std::string hits_path;           // empty: none
+};
+int run_command(const RunOptions& options);
+
+struct InspectOptions {
+  std::string file;
+  std::uint32_t frame = 0;
+  std::array<double, 3> offset = {0, 0, 0};  // metres
+  double metres_per_unit = 1;
+  char up = 0;
+  Policies policies;
+  Isa isa = Isa::kAuto;
+  std::string json_path;  // empty: standard output
+};
+int inspect_command(const InspectOptions& options);
+
+struct PaperOptions {
+  std::vector<std::uint32_t> tables;
+  std::uint32_t frame_count = 0;  // 0: as many as the paper ran
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 1;  // 0: every core
+  std::string json_path;           // empty: none
+  std::string csv_path;            // empty: none
+};
+int paper_command(const PaperOptions& options);
+
+struct KernelsOptions {
+  std::string isas;  // names separated by commas, each one available; empty: every available one
+  std::uint32_t rounds = 0;
+};
+int kernels_command(const KernelsOptions& options);
+
+}  // namespace cab::perf

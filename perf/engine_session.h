@@ -1,0 +1,102 @@
+// A scene in an engine: articulations and frame batches for a range of its frames, worked in blocks so that memory
+// stays bounded however long the scene is.
+#pragma once
+
+#include <cab/cab.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "scenes/scene.h"
+
+namespace cab::perf {
+
+// Frames first .. end - 1.
+struct FrameRange {
+  std::uint32_t first = 0;
+  std::uint32_t end = 0;
+  std::uint32_t count() const { return end - first; }
+};
+
+struct SessionOptions {
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 1;  // 0: every core
+  FrameRange frames;               // within the scene
+  bool within = false;             // also the links of one character against each other
+};
+
+// Two links that touch in one frame; (character_a, link_a) < (character_b, link_b), by their indices in the scene.
+struct Touch {
+  std::uint32_t frame;
+  std::uint32_t character_a, link_a;
+  std::uint32_t character_b, link_b;
+  Contact contact;  // normal from a to b; zeros where contacts were not asked for
+};
+
+// What one block of frames gave. touches are sorted by frame, characters, links.
+struct BlockResult {
+  FrameRange frames;
+  std::vector<Touch> touches;
+  FrameStats stats;
+};
+
+// Adds counts and seconds.
+void add_stats(FrameStats& sum, const FrameStats& more);
+
+// Every box of one character in one frame, relative to its origin in world axes, and how the boxes are merged.
+struct CharacterBoxes {
+  ArticulationInfo info;
+  std::vector<MergeStep> steps;
+  std::vector<Box> boxes;  // leaves first, the root last
+  std::uint8_t flags = 0;  // InstanceFlag set
+};
+
+class EngineSession {
+ public:
+  // Every two characters are paired, except two that are both static. The scene must outlive the session. Throws
+  // std::runtime_error that names the character and the engine's reason.
+  EngineSession(const scenes::Scene& scene, const SessionOptions& options);
+
+  Isa isa() const { return engine_isa(*engine_); }
+  std::uint32_t thread_count() const { return thread_count_; }
+  std::uint32_t block_count() const;
+
+  // Runs one block of frames. result.touches is reused. Grows the hit buffer and runs again where it is too small;
+  // stats are those of the run that fitted.
+  void run_block(std::uint32_t block, const Policies& policies, bool contacts, BlockResult& result);
+
+  // Runs all blocks in order, calls on_block for each and returns the sum of their stats.
+  FrameStats run(const Policies& policies, bool contacts, const std::function<void(const BlockResult&)>& on_block);
+
+  // The boxes of one character in the session's first frame.
+  CharacterBoxes boxes(std::uint32_t character, const Policies& policies);
+
+ private:
+  struct EngineDeleter {
+    void operator()(Engine* engine) const { destroy_engine(engine); }
+  };
+  // One batch a character, in the scene's order; the rules between them.
+  struct BatchSet {
+    std::uint32_t frame_count = 0;
+    std::vector<BatchId> batches;
+    std::vector<PairRule> rules;
+  };
+
+  BatchSet add_batches(std::uint32_t frame_count);
+  BatchInput input(std::uint32_t character, BatchId batch, FrameRange frames) const;
+
+  const scenes::Scene& scene_;
+  FrameRange frames_;
+  bool within_;
+  std::uint32_t thread_count_;
+  std::unique_ptr<Engine, EngineDeleter> engine_;
+  std::vector<ArticulationId> articulations_;
+  BatchSet full_;  // all blocks but a shorter last one
+  BatchSet last_;  // the shorter last block; frame_count 0 where there is none
+  std::vector<Hit> hits_;
+  std::vector<Contact> contacts_;
+};
+
+}  // namespace cab::perf

@@ -1,0 +1,224 @@
+// The `cab` command: what each sub-command accepts, and how its outcome becomes an exit code (0 success, 1 bad data or
+// a failed check, 2 wrong use).
+#include <cab/cab.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+
+#include "perf/commands.h"
+#include "perf/option_values.h"
+
+namespace cab::perf {
+namespace {
+
+constexpr int kBadData = 1;
+constexpr int kWrongUse = 2;
+
+// More threads than this are a slip of the keyboard.
+constexpr std::uint32_t kMaxThreads = 1024;
+
+// A paper run keeps the poses of all its frames: this many take about 800 MB.
+constexpr std::uint32_t kMaxPaperFrames = 1000000;
+
+void add_isa(CLI::App& command, Isa& isa) {
+  command
+      .add_option_function<std::string>(
+          "--isa", [&isa](const std::string& text) { isa = read_isa("--isa", text); },
+          "instruction set (default auto); this machine has " + isa_names(", ", true))
+      ->type_name("auto|" + isa_names("|", false));
+}
+
+void add_threads(CLI::App& command, std::uint32_t& thread_count) {
+  command.add_option("--threads", thread_count, "threads that work (default 1); 0: every core")
+      ->type_name("N")
+      ->check(CLI::Range(0u, kMaxThreads).description(""));
+}
+
+// One option a row of the table of policies.
+void add_policy(CLI::App& command, std::uint32_t field, Policies& policies) {
+  const PolicyField& row = policy_table()[field];
+  command
+      .add_option_function<std::string>(
+          std::string("--") + row.name,
+          [&policies, field](const std::string& text) { set_policy(policies, field, text); },
+          policy_help(policies, field))
+      ->type_name(policy_names(field, "|"));
+}
+
+void add_up(CLI::App& command, char& up) {
+  command
+      .add_option_function<std::string>(
+          "--up",
+          [&up](const std::string& text) {
+            if (text != "x" && text != "y" && text != "z") throw UsageError("--up: '" + text + "' is not x, y or z");
+            up = text[0];
+          },
+          "axis for the height check; without it the one along which the figure is tallest")
+      ->type_name("x|y|z");
+}
+
+void add_json(CLI::App& command, std::string& path, const char* meaning) {
+  command.add_option("--json", path, meaning)->type_name("OUT");
+}
+
+CLI::App& add_run(CLI::App& app, RunOptions& o) {
+  CLI::App& command = *app.add_subcommand("run", "motion files in one world: which links touch in which frame");
+  command.add_option("FILE", o.files, "motion files, one character each")->required()->type_name("");
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--offset",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) o.offsets.push_back(read_offset("--offset", text));
+          },
+          "metres to move a character; give it again for the next file")
+      ->type_name("X,Y,Z")
+      ->allow_extra_args(false);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--units",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) o.metres_per_unit.push_back(read_positive("--units", text));
+          },
+          "a file's length unit in metres (default 1); once for all files or once a file")
+      ->type_name("METRES_PER_UNIT")
+      ->allow_extra_args(false);
+  add_up(command, o.up);
+  command
+      .add_option_function<std::string>(
+          "--frames", [&o](const std::string& text) { o.frames = read_frame_range("--frames", text); },
+          "only frames A to B - 1, counted from 0")
+      ->type_name("A:B");
+  for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  command.add_flag("--self", o.within, "also test the links of each character against each other");
+  command.add_flag("--contacts", o.contacts, "also normal and depth of each hit; needs --exact fcl");
+  add_json(command, o.json_path, "write the table as JSON");
+  command.add_option("--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  return command;
+}
+
+CLI::App& add_inspect(CLI::App& app, InspectOptions& o) {
+  CLI::App& command =
+      *app.add_subcommand("inspect", "one frame of one file: joints, links, leaf boxes, merges, inner boxes, as JSON");
+  command.add_option("FILE", o.file, "motion file")->required()->type_name("");
+  command.add_option("--frame", o.frame, "frame, counted from 0 (default 0)")->type_name("K");
+  add_json(command, o.json_path, "where to write; without it to standard output");
+  command
+      .add_option_function<std::string>(
+          "--offset", [&o](const std::string& text) { o.offset = read_offset("--offset", text); },
+          "metres to move the character")
+      ->type_name("X,Y,Z");
+  command
+      .add_option_function<std::string>(
+          "--units", [&o](const std::string& text) { o.metres_per_unit = read_positive("--units", text); },
+          "the file's length unit in metres (default 1)")
+      ->type_name("METRES_PER_UNIT");
+  add_up(command, o.up);
+  for (std::uint32_t field = 0; field < policy_table().size; ++field)
+    if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);
+  add_isa(command, o.isa);
+  return command;
+}
+
+CLI::App& add_paper(CLI::App& app, PaperOptions& o) {
+  CLI::App& command = *app.add_subcommand("paper", "the paper's scenes and tables, ours beside the paper's");
+  o.tables = {1, 2};
+  command
+      .add_option_function<std::string>(
+          "--tables", [&o](const std::string& text) { o.tables = read_number_list("--tables", text); },
+          "which tables, separated by commas (default 1,2)")
+      ->type_name("LIST");
+  command.add_option("--frames", o.frame_count, "frames a table (default: as many as the paper, 10000)")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMaxPaperFrames).description(""));
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  add_json(command, o.json_path, "write the tables as JSON");
+  command.add_option("--csv", o.csv_path, "write the tables as CSV")->type_name("OUT.csv");
+  return command;
+}
+
+CLI::App& add_kernels(CLI::App& app, KernelsOptions& o) {
+  CLI::App& command = *app.add_subcommand("kernels", "times of the merge and the overlap test beside FCL's");
+  command
+      .add_option_function<std::string>(
+          "--isa",
+          [&o](const std::string& text) {
+            for (const std::string& name : split_commas(text)) read_isa("--isa", name);
+            o.isas = text;
+          },
+          "instruction sets, separated by commas; without it all of this machine: " + isa_names(", ", true))
+      ->type_name("LIST");
+  o.rounds = 21;
+  command.add_option("--rounds", o.rounds, "rounds of which the median is taken (default 21)")
+      ->type_name("N")
+      ->check(CLI::Range(1u, 100000u).description(""));
+  return command;
+}
+
+// Text of an error as one line.
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+int wrong_use(const CLI::App& app, const std::string& what) {
+  std::string name = "cab", usage = "cab run|inspect|paper|kernels [OPTION...]";
+  if (const auto given = app.get_subcommands(); !given.empty()) {
+    name += " " + given.front()->get_name();
+    const bool many = given.front()->get_name() == "run";
+    const bool file = many || given.front()->get_name() == "inspect";
+    usage = name + (file ? " FILE" : "") + (many ? " [FILE...]" : "") + " [OPTION...]";
+  }
+  std::cerr << name << ": " << one_line(what) << "\nusage: " << usage << "; `" << name
+            << " --help` lists the options\n";
+  return kWrongUse;
+}
+
+int main_command(int argc, char** argv) {
+  CLI::App app("cab: which links of articulated characters touch", "cab");
+  app.set_version_flag("--version", "cab " CAB_VERSION);
+  app.require_subcommand(0, 1);  // none is told apart below, with the names to choose from
+  app.get_formatter()->column_width(38);
+
+  RunOptions run_options;
+  InspectOptions inspect_options;
+  PaperOptions paper_options;
+  KernelsOptions kernels_options;
+  const CLI::App& run = add_run(app, run_options);
+  const CLI::App& inspect = add_inspect(app, inspect_options);
+  const CLI::App& paper = add_paper(app, paper_options);
+  const CLI::App& kernels = add_kernels(app, kernels_options);
+  try {
+    app.parse(argc, argv);
+    if (run.parsed()) return run_command(run_options);
+    if (inspect.parsed()) return inspect_command(inspect_options);
+    if (paper.parsed()) return paper_command(paper_options);
+    if (kernels.parsed()) return kernels_command(kernels_options);
+  } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ParseError& error) {
+    return wrong_use(app, error.what());
+  } catch (const UsageError& error) { return wrong_use(app, error.what()); } catch (const std::exception& error) {
+    std::cerr << "cab: " << one_line(error.what()) << '\n';
+    return kBadData;
+  }
+  return wrong_use(app, "no sub-command; choose run, inspect, paper or kernels");
+}
+
+}  // namespace
+}  // namespace cab::perf
+
+int main(int argc, char** argv) {
+  const int exit_code = cab::perf::main_command(argc, argv);
+  if (!std::cout.flush()) {
+    std::cerr << "cab: cannot write to standard output\n";
+    return cab::perf::kBadData;
+  }
+  return exit_code;
+}

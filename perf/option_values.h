@@ -1,0 +1,44 @@
+// From the text of an option to its value. Each reader throws UsageError with the option's name and what to write.
+#pragma once
+
+#include <cab/types.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "perf/engine_session.h"
+
+namespace cab::perf {
+
+// X,Y,Z: three finite numbers.
+std::array<double, 3> read_offset(const std::string& option, const std::string& text);
+
+// A finite number above zero.
+double read_positive(const std::string& option, const std::string& text);
+
+// A:B with A < B.
+FrameRange read_frame_range(const std::string& option, const std::string& text);
+
+// An instruction set that this CPU and build can run, or auto.
+Isa read_isa(const std::string& option, const std::string& text);
+
+// Whole numbers separated by commas, each one once.
+std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text);
+
+// The texts between commas.
+std::vector<std::string> split_commas(const std::string& text);
+
+// The names of all instruction sets but auto, or of those available here, joined by a separator.
+std::string isa_names(const char* separator, bool available_only);
+
+// One row of policy_table(): the names of its values joined by a separator; its meaning, its default and a line for
+// each value.
+std::string policy_names(std::uint32_t field, const char* separator);
+std::string policy_help(const Policies& defaults, std::uint32_t field);
+
+// Sets a field of policies by the name of a value.
+void set_policy(Policies& policies, std::uint32_t field, const std::string& text);
+
+}  // namespace cab::perf

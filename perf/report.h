@@ -1,0 +1,67 @@
+// How results reach people and files: text tables, a progress bar, number formats, CSV and JSON files.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <nlohmann/json_fwd.hpp>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cab::perf {
+
+// Rows of text in columns; the first column is set left, the others right.
+class TextTable {
+ public:
+  void add_row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  void print(std::ostream& out) const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+// One line on standard error that says how far a run is; silent where standard error is no terminal. The line is
+// removed at the end.
+class ProgressBar {
+ public:
+  ProgressBar(std::string label, std::uint64_t total);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+  void advance(std::uint64_t count);
+
+ private:
+  void draw() const;
+  std::string label_;
+  std::uint64_t total_;
+  std::uint64_t done_ = 0;
+  bool on_;
+};
+
+// A file that is written or else complains: throws std::runtime_error with its path and the system's reason.
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path);
+  std::ostream& stream() { return stream_; }
+  void close();
+
+ private:
+  std::string path_;
+  std::ofstream stream_;
+};
+
+// Two-space indented, with a last newline; text that is no UTF-8 is replaced.
+std::string to_text(const nlohmann::ordered_json& json);
+void write_json(const std::string& path, const nlohmann::ordered_json& json);
+
+// A field of a CSV file, quoted where RFC 4180 asks for it.
+std::string csv_field(std::string_view text);
+
+// With a fixed number of decimals; the shortest text that reads back as the same number; 16 hexadecimal digits.
+std::string fixed(double value, int decimals);
+std::string shortest(float value);
+std::string shortest(double value);
+std::string hex(std::uint64_t value);
+
+}  // namespace cab::perf

@@ -1,0 +1,227 @@
+// `cab run`: motion files in one world; which links touch in which frame.
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "perf/commands.h"
+#include "perf/engine_session.h"
+#include "perf/report.h"
+#include "scenes/import/import.h"
+
+namespace cab::perf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// What the command line prints and writes of a run.
+struct RunTotals {
+  FrameStats stats;
+  std::uint64_t hits = 0;
+  std::uint64_t frames_with_hits = 0;
+  float deepest = 0;  // metres, where contacts were asked for
+};
+
+// Wrong use that only shows when options are seen together.
+void check(const RunOptions& options) {
+  const std::size_t files = options.files.size();
+  if (options.offsets.size() > files)
+    throw UsageError("--offset: given " + std::to_string(options.offsets.size()) + " times for " +
+                     std::to_string(files) + " files; give at most one a file, in their order");
+  if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != files)
+    throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
+                     std::to_string(files) + " files; give one for all files or one a file, in their order");
+  if (options.contacts && options.policies.exact == Exact::kNone)
+    throw UsageError("--contacts: boxes alone have no normal and depth; add --exact fcl");
+  if (!options.hits_path.empty() && options.hits_path == options.json_path)
+    throw UsageError("--hits and --json name the same file; give two");
+  for (const std::string& file : options.files)
+    for (const std::string& output : {options.hits_path, options.json_path}) {
+      std::error_code ignored;  // an output that is not there yet is no input either
+      if (!output.empty() && std::filesystem::equivalent(file, output, ignored))
+        throw UsageError(output + " is an input; write the output to another file");
+    }
+}
+
+// A file without motion stands in every frame, so that it meets others like it and itself as a moving one does.
+void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count) {
+  if (!character.is_static) return;
+  const std::vector<float> poses = std::move(character.poses);
+  const std::vector<double> origins = std::move(character.origins);
+  character.poses.clear();
+  character.origins.clear();
+  for (std::uint32_t f = 0; f < frame_count; ++f) {
+    character.poses.insert(character.poses.end(), poses.begin(), poses.end());
+    character.origins.insert(character.origins.end(), origins.begin(), origins.end());
+  }
+  character.is_static = false;
+}
+
+scenes::Scene import_world(const RunOptions& options) {
+  std::vector<scenes::Clip> clips;
+  for (std::size_t f = 0; f < options.files.size(); ++f) {
+    scenes::ImportOptions import;
+    import.up = options.up;
+    if (f < options.offsets.size()) import.offset = options.offsets[f];
+    if (!options.metres_per_unit.empty())
+      import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : f];
+    clips.push_back(scenes::import_clip(options.files[f], import));
+  }
+  scenes::Scene scene = scenes::make_world(std::move(clips));
+
+  for (scenes::Character& character : scene.characters) hold_in_every_frame(character, scene.frame_count);
+
+  // Hits are read by name, so two characters from files of one name must differ.
+  for (std::size_t c = 1; c < scene.characters.size(); ++c) {
+    const std::string base = scene.characters[c].name;
+    const auto before = scene.characters.begin() + static_cast<std::ptrdiff_t>(c);
+    const auto taken = [&](const scenes::Character& other) { return other.name == scene.characters[c].name; };
+    for (int copy = 2; std::any_of(scene.characters.begin(), before, taken); ++copy)
+      scene.characters[c].name = base + " (" + std::to_string(copy) + ")";
+  }
+  return scene;
+}
+
+FrameRange choose_frames(const RunOptions& options, const scenes::Scene& scene) {
+  if (!options.frames) return {0, scene.frame_count};
+  if (options.frames->end > scene.frame_count)
+    throw UsageError("--frames: " + std::to_string(options.frames->first) + ":" + std::to_string(options.frames->end) +
+                     " goes beyond the scene's " + std::to_string(scene.frame_count) +
+                     " frames; stay within 0:" + std::to_string(scene.frame_count));
+  return *options.frames;
+}
+
+void write_hits_header(std::ostream& out, bool contacts) {
+  out << "frame,character_a,link_a,character_b,link_b";
+  if (contacts) out << ",depth_metres,normal_x,normal_y,normal_z";
+  out << '\n';
+}
+
+// Fields of a contact that the exact test could not give stay empty.
+void write_hit(std::ostream& out, const scenes::Scene& scene, const Touch& touch, bool contacts) {
+  const scenes::Character& a = scene.characters[touch.character_a];
+  const scenes::Character& b = scene.characters[touch.character_b];
+  out << touch.frame << ',' << csv_field(a.name) << ',' << csv_field(a.link_names[touch.link_a]) << ','
+      << csv_field(b.name) << ',' << csv_field(b.link_names[touch.link_b]);
+  if (contacts && touch.contact.depth < 0) out << ",,,,";
+  if (contacts && touch.contact.depth >= 0) {
+    out << ',' << shortest(touch.contact.depth);
+    for (const float component : touch.contact.normal) out << ',' << shortest(component);
+  }
+  out << '\n';
+}
+
+void count_touches(RunTotals& totals, const std::vector<Touch>& touches) {
+  totals.hits += touches.size();
+  for (std::size_t t = 0; t < touches.size(); ++t) {
+    if (t == 0 || touches[t].frame != touches[t - 1].frame) ++totals.frames_with_hits;
+    totals.deepest = std::max(totals.deepest, touches[t].contact.depth);
+  }
+}
+
+std::size_t count_links(const scenes::Scene& scene) {
+  std::size_t links = 0;
+  for (const scenes::Character& character : scene.characters) links += character.link_parents.size();
+  return links;
+}
+
+void print_table(const RunOptions& options, const scenes::Scene& scene, const EngineSession& session,
+                 const RunTotals& totals, FrameRange frames) {
+  const FrameStats& stats = totals.stats;
+  const bool exact = options.policies.exact != Exact::kNone;
+  TextTable table;
+  table.add_row({"characters", std::to_string(scene.characters.size())});
+  table.add_row({"links", std::to_string(count_links(scene))});
+  table.add_row({"frames", std::to_string(frames.count())});
+  table.add_row({"frames with hits", std::to_string(totals.frames_with_hits)});
+  table.add_row({"box tests", std::to_string(stats.box_tests)});
+  table.add_row({"#coll", std::to_string(stats.leaf_pairs)});
+  table.add_row({"#false", exact ? std::to_string(stats.false_alarms) : "-"});
+  table.add_row({"hits", std::to_string(totals.hits)});
+  if (options.contacts) table.add_row({"deepest contact", fixed(static_cast<double>(totals.deepest), 5), "m"});
+  if (stats.instances_masked > 0) table.add_row({"masked instances", std::to_string(stats.instances_masked)});
+  table.add_row({"t[upd]", fixed(stats.seconds_update, 5), "s"});
+  table.add_row({"t[test]", fixed(stats.seconds_test, 5), "s"});
+  table.add_row({"t[query]", exact ? fixed(stats.seconds_query, 5) : "-", exact ? "s" : ""});
+  table.add_row({"t[total]", fixed(stats.seconds_total, 5), "s"});
+  table.add_row({"ISA", to_string(session.isa())});
+  table.add_row({"threads", std::to_string(session.thread_count())});
+  table.add_row({"pose hash", hex(scenes::pose_hash(scene))});
+  table.print(std::cout);
+}
+
+Json to_json(const RunOptions& options, const scenes::Scene& scene, const EngineSession& session,
+             const RunTotals& totals, FrameRange frames) {
+  const FrameStats& stats = totals.stats;
+  Json json;
+  json["cab_version"] = CAB_VERSION;
+  json["characters"] = Json::array();
+  for (std::size_t c = 0; c < scene.characters.size(); ++c)
+    json["characters"].push_back({{"name", scene.characters[c].name},
+                                  {"file", options.files[c]},
+                                  {"links", scene.characters[c].link_parents.size()}});
+  json["character_count"] = scene.characters.size();
+  json["link_count"] = count_links(scene);
+  json["frame_count"] = frames.count();
+  json["first_frame"] = frames.first;
+  json["end_frame"] = frames.end;
+  json["scene_frame_count"] = scene.frame_count;
+  json["frame_seconds"] = scene.frame_seconds;
+  for (std::uint32_t f = 0; f < policy_table().size; ++f)
+    json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
+  json["within_characters"] = options.within;
+  json["box_tests"] = stats.box_tests;
+  json["coll"] = stats.leaf_pairs;
+  json["exact_tests"] = stats.exact_tests;
+  json["false_alarms"] = stats.false_alarms;
+  json["hits"] = totals.hits;
+  json["frames_with_hits"] = totals.frames_with_hits;
+  if (options.contacts) json["deepest_contact_metres"] = totals.deepest;
+  json["instances_masked"] = stats.instances_masked;
+  json["update_thread_seconds"] = stats.seconds_update;
+  json["test_thread_seconds"] = stats.seconds_test;
+  json["query_thread_seconds"] = stats.seconds_query;
+  json["total_wall_seconds"] = stats.seconds_total;
+  json["isa"] = to_string(session.isa());
+  json["threads"] = session.thread_count();
+  json["pose_hash"] = hex(scenes::pose_hash(scene));
+  json["notes"] = scene.notes;
+  return json;
+}
+
+}  // namespace
+
+int run_command(const RunOptions& options) {
+  check(options);
+  const scenes::Scene scene = import_world(options);
+  for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
+  if (scene.characters.size() == 1 && !options.within)
+    std::cerr << "note: one character has nothing to touch; give a second file or --self\n";
+  const FrameRange frames = choose_frames(options, scene);
+
+  std::optional<OutputFile> hits;
+  if (!options.hits_path.empty()) {
+    hits.emplace(options.hits_path);
+    write_hits_header(hits->stream(), options.contacts);
+  }
+  EngineSession session(scene, {options.isa, options.thread_count, frames, options.within});
+  RunTotals totals;
+  {
+    ProgressBar bar("frames", frames.count());
+    totals.stats = session.run(options.policies, options.contacts, [&](const BlockResult& block) {
+      count_touches(totals, block.touches);
+      if (hits)
+        for (const Touch& touch : block.touches) write_hit(hits->stream(), scene, touch, options.contacts);
+      bar.advance(block.frames.count());
+    });
+  }
+  if (hits) hits->close();
+  print_table(options, scene, session, totals, frames);
+  if (!options.json_path.empty()) write_json(options.json_path, to_json(options, scene, session, totals, frames));
+  return 0;
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,122 @@
+// The leaf box about a link's ellipsoids.
+#include "scenes/import/leaf_box.h"
+
+#include "scenes/vec3d.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cab::scenes {
+namespace {
+
+using Axes = std::array<Vec3, 3>;
+
+// Pairs of parts whose plane is tried; more would be cubic work for no gain.
+constexpr std::size_t kMaxPairedParts = 16;
+// Beyond rounding outwards: covers readers that evaluate a part's float rotation without normalising it.
+constexpr double kMargin = 0x1p-22;
+
+Axes rounded_to_float(Axes axes) {
+  for (Vec3& axis : axes) {
+    for (double& component : axis) component = static_cast<double>(static_cast<float>(component));
+  }
+  return axes;
+}
+
+Axes axes_of(const Part& part) {
+  const float* const r = part.shape.rotation;
+  const Quat q = normalized({r[0], r[1], r[2], r[3]});
+  return {rotate(q, {1, 0, 0}), rotate(q, {0, 1, 0}), rotate(q, {0, 0, 1})};
+}
+
+Vec3 position_of(const Part& part) { return {part.shape.position[0], part.shape.position[1], part.shape.position[2]}; }
+
+// The least and greatest of dot(direction, x) over all parts.
+std::array<double, 2> bounds(const std::vector<Part>& parts, const Vec3& direction) {
+  std::array<double, 2> range = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const Part& part : parts) {
+    const Axes axes = axes_of(part);
+    double reach_sq = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double term = part.shape.size[k] * dot(direction, axes[k]);
+      reach_sq += term * term;
+    }
+    const double middle = dot(direction, position_of(part));
+    range[0] = std::min(range[0], middle - std::sqrt(reach_sq));
+    range[1] = std::max(range[1], middle + std::sqrt(reach_sq));
+  }
+  return range;
+}
+
+double volume(const std::vector<Part>& parts, const Axes& axes) {
+  double product = 1;
+  for (const Vec3& axis : axes) {
+    const auto [low, high] = bounds(parts, axis);
+    product *= high - low;
+  }
+  return product;
+}
+
+float rounded_up(double value) {
+  const auto rounded = static_cast<float>(value);
+  return static_cast<double>(rounded) < value ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
+                                              : rounded;
+}
+
+}  // namespace
+
+Box leaf_box(const std::vector<Part>& parts) {
+  std::vector<Axes> candidates;
+  candidates.reserve(parts.size() + kMaxPairedParts * kMaxPairedParts);
+  for (const Part& part : parts) candidates.push_back(axes_of(part));
+  for (std::size_t i = 0; i < std::min(parts.size(), kMaxPairedParts); ++i) {
+    for (std::size_t j = 0; j < std::min(parts.size(), kMaxPairedParts); ++j) {
+      const Vec3 along = candidates[i][0];
+      Vec3 normal = cross(along, candidates[j][0]);
+      const double n = length(normal);
+      if (n < 1e-3) continue;
+      normal = (1 / n) * normal;
+      candidates.push_back({along, cross(normal, along), normal});
+    }
+  }
+  Axes axes = rounded_to_float(candidates[0]);
+  double least = volume(parts, axes);
+  for (const Axes& candidate : candidates) {
+    const Axes rounded = rounded_to_float(candidate);
+    const double size = volume(parts, rounded);
+    // A clear gain only: equal boxes must not be told apart by rounding.
+    if (size < least * (1 - 1e-9)) {
+      least = size;
+      axes = rounded;
+    }
+  }
+
+  Box box = {};
+  Vec3 center = {0, 0, 0};
+  for (const Vec3& axis : axes) {
+    const auto [low, high] = bounds(parts, axis);
+    center = center + (.5 * (low + high)) * axis;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.center[k] = static_cast<float>(center[k]);
+    center[k] = static_cast<double>(box.center[k]);
+    for (std::size_t c = 0; c < 3; ++c) box.axis[k][c] = static_cast<float>(axes[k][c]);
+  }
+  // Axes of floats are not quite orthonormal: a point of the box is center + sum x_k axis_k, so its x_k are given
+  // by the dual axes; readers that project on the axes see nearly the same. The half extents hold for both.
+  const double determinant = dot(axes[0], cross(axes[1], axes[2]));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 dual = (1 / determinant) * cross(axes[(k + 1) % 3], axes[(k + 2) % 3]);
+    double half = 0;
+    for (const Vec3& direction : {axes[k], dual}) {
+      const auto [low, high] = bounds(parts, direction);
+      const double middle = dot(direction, center);
+      half = std::max({half, high - middle, middle - low});
+    }
+    box.half[k] = rounded_up(half * (1 + kMargin));
+  }
+  return box;
+}
+
+}  // namespace cab::scenes

@@ -1,0 +1,17 @@
+// Skeletons from any file that assimp reads, BVH apart.
+#pragma once
+
+#include "scenes/import/import.h"
+
+struct aiScene;
+
+namespace cab::scenes {
+
+// The skeleton and first animation of a scene that assimp read. Joints are the nodes that are bones of a mesh (of
+// any mesh; where no mesh has bones, the nodes that the first animation moves) and every node between them, up to the
+// one node above them all, which is the root. Transforms above the root are applied. The animation is sampled at the
+// mean spacing of its densest track, from its first to its last key, linearly and by slerp; without animation the
+// rest pose is the only frame and the skeleton is static. Throws ImportError.
+Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const ImportOptions& options);
+
+}  // namespace cab::scenes

@@ -1,0 +1,193 @@
+// Reads a skeleton and its motion from a file through assimp.
+#include "scenes/import/bvh_text.h"
+#include "scenes/import/import.h"
+#include "scenes/import/limits.h"
+#include "scenes/import/printable.h"
+#include "scenes/import/scene_file.h"
+#include "scenes/vec3d.h"
+
+#include <assimp/config.h>
+#include <assimp/scene.h>
+
+#include <assimp/Importer.hpp>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+namespace cab::scenes {
+namespace {
+
+// The checked size of a regular file that is not empty.
+std::size_t check_file(const std::string& path, const std::string& name) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) throw ImportError(name + ": no such file");
+  if (error) throw ImportError(name + ": " + error.message());
+  if (status.type() == std::filesystem::file_type::directory) throw ImportError(name + ": is a directory, not a file");
+  if (status.type() != std::filesystem::file_type::regular) throw ImportError(name + ": is not a regular file");
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) throw ImportError(name + ": " + error.message());
+  if (size == 0) throw ImportError(name + ": the file is empty");
+  if (size > kMaxFileBytes)
+    throw ImportError(name + ": the file is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB");
+  return static_cast<std::size_t>(size);
+}
+
+// The first `size` bytes of a file, or all of it if it has become shorter.
+std::string read_bytes(const std::string& path, const std::string& name, std::size_t size) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw ImportError(name + ": cannot be opened for reading");
+  std::string bytes(size, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (file.bad()) throw ImportError(name + ": cannot be read");
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  return bytes;
+}
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+// As assimp decides: by extension, or by the first word of the text.
+bool is_bvh(const std::string& path, const std::string& name) {
+  constexpr std::size_t kHeadBytes = 200;
+  return lower_extension(path) == ".bvh" || read_bytes(path, name, kHeadBytes).find("HIERARCHY") != std::string::npos;
+}
+
+// Runs one of assimp's readers and turns every way it can fail into one ImportError.
+template <class Read>
+const aiScene& read_with_assimp(Assimp::Importer& importer, const std::string& name, Read read) {
+  // Without these assimp invents a mesh for every skeleton, and nodes for the pivots of FBX joints.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
+  const aiScene* scene = nullptr;
+  std::string reason;
+  try {
+    scene = read();
+    reason = importer.GetErrorString();
+  } catch (const std::exception& error) { reason = error.what(); }
+  if (scene == nullptr) throw ImportError(name + ": assimp cannot read it: " + printable(reason));
+  if (scene->mRootNode == nullptr) throw ImportError(name + ": assimp found no nodes in it");
+  return *scene;
+}
+
+// One joint's track as assimp has it, checked against the text it came from.
+const aiNodeAnim& checked_track(const aiAnimation& animation, std::size_t track, const BvhJoint& joint,
+                                std::uint32_t frame_count, const std::string& name) {
+  const aiNodeAnim& keys = *animation.mChannels[track];
+  const bool has_positions = joint.channels.size() == 6;
+  const auto fail = [&](const std::string& reason) {
+    throw ImportError(name + ": joint " + joint.name + ": " + reason);
+  };
+  if (keys.mNumRotationKeys != frame_count || keys.mNumPositionKeys != (has_positions ? frame_count : 1)) {
+    fail("assimp read another number of frames than the file has");
+  }
+  for (unsigned k = 0; k < keys.mNumPositionKeys; ++k) {
+    const aiVector3D& p = keys.mPositionKeys[k].mValue;
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      fail("position key " + std::to_string(k) + " is not finite");
+  }
+  for (unsigned k = 0; k < keys.mNumRotationKeys; ++k) {
+    const aiQuaternion& q = keys.mRotationKeys[k].mValue;
+    if (!std::isfinite(q.x) || !std::isfinite(q.y) || !std::isfinite(q.z) || !std::isfinite(q.w)) {
+      fail("rotation key " + std::to_string(k) + " is not finite");
+    }
+  }
+  return keys;
+}
+
+// A joint's translation in its parent's frame: position channels replace the offset. assimp is right about joints with
+// exactly six channels and drops the position channels of all others: those come from the text.
+Vec3 local_translation(const BvhText& text, const BvhJoint& joint, const aiNodeAnim* keys, std::uint32_t frame) {
+  Vec3 local = {joint.offset[0], joint.offset[1], joint.offset[2]};
+  if (joint.channels.size() == 6) {
+    const aiVector3D& p = keys->mPositionKeys[frame].mValue;
+    return {p.x, p.y, p.z};
+  }
+  for (std::size_t c = 0; c < joint.channels.size(); ++c) {
+    const auto axis = static_cast<std::size_t>(joint.channels[c]);
+    if (axis < 3) local[axis] = text.values[frame * text.channel_count + joint.first_value + c];
+  }
+  return local;
+}
+
+Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOptions& options) {
+  // The byte order mark is not for assimp, which then misses the first keyword.
+  if (bytes.compare(0, 3, "\xef\xbb\xbf") == 0) bytes.erase(0, 3);
+  const BvhText text = check_bvh_text(bytes, name);
+
+  // assimp is given the bytes that were checked, not the file, which may have changed since.
+  Assimp::Importer importer;
+  const aiScene& scene = read_with_assimp(
+      importer, name, [&] { return importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "bvh"); });
+  std::size_t track_count = 0;
+  for (const BvhJoint& joint : text.joints) track_count += joint.is_end_site ? 0 : 1;
+  if (scene.mNumAnimations != 1 || scene.mAnimations[0]->mNumChannels != track_count) {
+    throw ImportError(name + ": assimp read another number of joints than the file has");
+  }
+
+  Skeleton skeleton;
+  skeleton.notes = text.notes;
+  skeleton.frame_seconds = text.frame_seconds;
+  skeleton.frame_count = text.frame_count;
+  // assimp's tracks are in file order, like the joints of the text; names need not be unique.
+  std::vector<const aiNodeAnim*> tracks;
+  std::size_t next_track = 0;
+  for (const BvhJoint& joint : text.joints) {
+    skeleton.joint_names.push_back(joint.name);
+    skeleton.joint_parents.push_back(joint.parent);
+    skeleton.is_end_site.push_back(joint.is_end_site);
+    for (const double component : joint.offset) skeleton.rest_offsets.push_back(component * options.metres_per_unit);
+    tracks.push_back(nullptr);
+    if (joint.is_end_site) continue;
+    tracks.back() = &checked_track(*scene.mAnimations[0], next_track++, joint, text.frame_count, name);
+  }
+
+  const std::size_t joint_count = text.joints.size();
+  skeleton.rotations.reserve(text.frame_count * joint_count * 4);
+  skeleton.positions.reserve(text.frame_count * joint_count * 3);
+  std::vector<Quat> rotation(joint_count);
+  std::vector<Vec3> position(joint_count);
+  for (std::uint32_t f = 0; f < text.frame_count; ++f) {
+    for (std::size_t j = 0; j < joint_count; ++j) {
+      const BvhJoint& joint = text.joints[j];
+      rotation[j] = {0, 0, 0, 1};
+      if (tracks[j] != nullptr) {
+        const aiQuaternion& q = tracks[j]->mRotationKeys[f].mValue;
+        rotation[j] = normalized({q.x, q.y, q.z, q.w});
+      }
+      position[j] = options.metres_per_unit * local_translation(text, joint, tracks[j], f);
+      if (joint.parent >= 0) {
+        const auto parent = static_cast<std::size_t>(joint.parent);
+        position[j] = position[parent] + rotate(rotation[parent], position[j]);
+        rotation[j] = normalized(multiply(rotation[parent], rotation[j]));
+      }
+      skeleton.rotations.insert(skeleton.rotations.end(), rotation[j].begin(), rotation[j].end());
+      skeleton.positions.insert(skeleton.positions.end(), position[j].begin(), position[j].end());
+    }
+  }
+  return skeleton;
+}
+
+}  // namespace
+
+Skeleton import_skeleton(const std::string& path, const ImportOptions& options) {
+  const std::string name = printable(path);
+  const std::size_t size = check_file(path, name);
+  if (!(options.metres_per_unit >= 1e-9 && options.metres_per_unit <= 1e9)) {
+    throw ImportError(name + ": metres per unit must be between 1e-9 and 1e9");
+  }
+  if (is_bvh(path, name)) return read_bvh(read_bytes(path, name, size), name, options);
+  // assimp 5.2.5 crashes on good RAW files and allocates whatever an OFF file counts; neither can hold a skeleton.
+  const std::string extension = lower_extension(path);
+  if (extension == ".raw" || extension == ".off")
+    throw ImportError(name + ": no skeleton: files of this type cannot hold one");
+  Assimp::Importer importer;
+  const aiScene& scene = read_with_assimp(importer, name, [&] { return importer.ReadFile(path, 0); });
+  return skeleton_of_scene(scene, name, options);
+}
+
+}  // namespace cab::scenes

@@ -1,0 +1,73 @@
+// Clips on one clock in one world.
+#include "scenes/import/import.h"
+#include "scenes/import/limits.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab::scenes {
+namespace {
+
+// The frame of a clip that shows at a time: the nearest earlier one. The tolerance keeps a frame that falls a
+// rounding error short of its own time.
+double frame_at(double seconds, double frame_seconds) { return std::floor(seconds / frame_seconds + 1e-6); }
+
+// Frames of the world's clock before a clip has ended; each of its frames lasts until the next would begin.
+std::uint32_t frames_until_end(const Clip& clip, double frame_seconds) {
+  const double limit = std::ceil(clip.frame_count * clip.frame_seconds / frame_seconds) + 1;
+  auto count = static_cast<std::uint32_t>(std::min(limit, 4e9));
+  while (count > 0 && frame_at((count - 1) * frame_seconds, clip.frame_seconds) >= clip.frame_count) --count;
+  return count;
+}
+
+// Repeats and drops frames of one array until it is on the world's clock.
+template <class T>
+std::vector<T> resampled(const std::vector<T>& values, const Clip& clip, std::uint32_t frame_count,
+                         double frame_seconds) {
+  const std::size_t stride = values.size() / clip.frame_count;
+  std::vector<T> result;
+  result.reserve(frame_count * stride);
+  for (std::uint32_t f = 0; f < frame_count; ++f) {
+    const auto source = static_cast<std::size_t>(frame_at(f * frame_seconds, clip.frame_seconds));
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(source * stride);
+    result.insert(result.end(), begin, begin + static_cast<std::ptrdiff_t>(stride));
+  }
+  return result;
+}
+
+}  // namespace
+
+Scene make_world(std::vector<Clip> clips) {
+  if (clips.empty()) throw std::invalid_argument("make_world: at least one clip is needed");
+  Scene scene;
+  bool is_moving = false;
+  for (const Clip& clip : clips) {
+    if (clip.character.is_static) continue;
+    scene.frame_seconds = is_moving ? std::min(scene.frame_seconds, clip.frame_seconds) : clip.frame_seconds;
+    is_moving = true;
+  }
+  scene.frame_count = is_moving ? 0xffffffffu : 1;
+  if (!is_moving) scene.frame_seconds = clips[0].frame_seconds;
+  for (const Clip& clip : clips) {
+    if (!clip.character.is_static)
+      scene.frame_count = std::min(scene.frame_count, frames_until_end(clip, scene.frame_seconds));
+  }
+
+  for (Clip& clip : clips) {
+    Character& character = clip.character;
+    scene.name += (scene.name.empty() ? "" : " + ") + character.name;
+    for (const std::string& note : clip.notes) scene.notes.push_back(character.name + ": " + note);
+    const bool is_on_clock = clip.frame_seconds == scene.frame_seconds && clip.frame_count == scene.frame_count;
+    if (!character.is_static && !is_on_clock) {
+      if (character.poses.size() / clip.frame_count > kMaxPoseFloats / scene.frame_count) {
+        throw ImportError(character.name + ": too many frames on the clock of the fastest clip");
+      }
+      character.poses = resampled(character.poses, clip, scene.frame_count, scene.frame_seconds);
+      character.origins = resampled(character.origins, clip, scene.frame_count, scene.frame_seconds);
+    }
+    scene.characters.push_back(std::move(character));
+  }
+  return scene;
+}
+
+}  // namespace cab::scenes

@@ -1,0 +1,72 @@
+// A scene: characters, their poses over time, and who is tested against whom. Plain owning data that tests, the
+// command line and perf hand to the engine.
+#pragma once
+
+#include <cab/types.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cab::scenes {
+
+// A convex part that owns its vertices.
+struct Part {
+  ConvexPart shape;             // shape.vertices is set by ArticulationStorage, not here
+  std::vector<float> vertices;  // x y z each
+};
+
+// A leaf that owns its parts.
+struct BodyLeaf {
+  std::uint32_t link = 0;
+  Box box = {};
+  std::vector<Part> parts;
+};
+
+// One character: topology, leaves, and its poses for every frame of the scene.
+struct Character {
+  std::string name;
+  std::vector<std::string> link_names;
+  std::vector<std::int32_t> link_parents;
+  std::vector<float> link_joints;  // empty, or x y z a link in the link's frame
+  std::vector<BodyLeaf> leaves;
+  std::vector<LinkPair> ignored_pairs;
+
+  PoseFormat pose_format = PoseFormat::kQuaternionTranslation;
+  std::vector<float> poses;     // [frame][link][floats of pose_format], link to instance
+  std::vector<double> origins;  // [frame][3] in the world; empty = zero
+  bool is_static = false;       // poses and origins hold one frame, good for all (a table)
+};
+
+// Characters on one clock in one world.
+struct Scene {
+  std::string name;
+  double frame_seconds = 0;
+  std::uint32_t frame_count = 0;
+  std::vector<Character> characters;
+  std::vector<std::string> notes;  // what an importer merged, dropped or doubted
+};
+
+// Floats of one link's pose.
+std::uint32_t pose_floats(PoseFormat format);
+
+// An ArticulationDesc that borrows from a Character and keeps the arrays that the desc points to. The character
+// must outlive it.
+class ArticulationStorage {
+ public:
+  explicit ArticulationStorage(const Character& character);
+  ArticulationStorage(const ArticulationStorage&) = delete;
+  ArticulationStorage& operator=(const ArticulationStorage&) = delete;
+  const ArticulationDesc& desc() const { return desc_; }
+
+ private:
+  std::vector<std::vector<ConvexPart>> parts_;
+  std::vector<Leaf> leaves_;
+  ArticulationDesc desc_;
+};
+
+// FNV-1a hash of the bits of every pose and origin: names a difference that began before the engine.
+std::uint64_t pose_hash(const Scene& scene);
+
+}  // namespace cab::scenes

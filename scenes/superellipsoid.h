@@ -1,0 +1,12 @@
+// The 58-vertex superellipsoid polytope that the paper's links are made of.
+#pragma once
+
+#include <vector>
+
+namespace cab::scenes {
+
+// x y z of 58 vertices with half extents (a, b, c) along x, y, z: the two poles (-+a, 0, 0), then seven rings of
+// eight. e = 1 gives an ellipsoid, e -> 0 a box. Computed in double, rounded once.
+std::vector<float> superellipsoid(double a, double b, double c, double e);
+
+}  // namespace cab::scenes

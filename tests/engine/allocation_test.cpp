@@ -1,0 +1,330 @@
+// Memory: none in a frame, all of it returned, and every failure to get it is a status that changes nothing.
+#include "tests/engine/random_world.h"
+#include "tests/engine/thread_pool.h"
+
+#include <atomic>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <new>
+
+namespace {
+
+// Calls of operator new and of malloc since the program began, by all threads; and a countdown to a failing new.
+std::atomic<std::uint64_t> new_calls{0}, malloc_calls{0};
+thread_local std::int64_t news_until_failure = -1;  // -1 = never
+
+void* counted_new(std::size_t bytes, std::size_t alignment) noexcept {
+  new_calls.fetch_add(1, std::memory_order_relaxed);
+  if (news_until_failure == 0) return nullptr;
+  if (news_until_failure > 0) --news_until_failure;
+  if (alignment <= alignof(std::max_align_t)) return std::malloc(bytes ? bytes : 1);
+  return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+}
+
+void* counted_new_or_throw(std::size_t bytes, std::size_t alignment) {
+  void* const memory = counted_new(bytes, alignment);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+
+// Not inlined: GCC 12 would take an inlined free for a mismatch with new.
+[[gnu::noinline]] void give_back(void* memory) noexcept { std::free(memory); }
+
+}  // namespace
+
+void* operator new(std::size_t bytes) { return counted_new_or_throw(bytes, 1); }
+void* operator new[](std::size_t bytes) { return counted_new_or_throw(bytes, 1); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+  return counted_new_or_throw(bytes, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t bytes, std::align_val_t alignment) {
+  return counted_new_or_throw(bytes, static_cast<std::size_t>(alignment));
+}
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept { return counted_new(bytes, 1); }
+void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept { return counted_new(bytes, 1); }
+void* operator new(std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return counted_new(bytes, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return counted_new(bytes, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept { give_back(memory); }
+void operator delete[](void* memory) noexcept { give_back(memory); }
+void operator delete(void* memory, std::size_t) noexcept { give_back(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { give_back(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { give_back(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { give_back(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
+
+// Sanitizers bring their own malloc; without them the C library's is counted as well.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define CAB_TEST_SANITIZED 1
+#endif
+#endif
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    !defined(CAB_TEST_SANITIZED)
+#define CAB_TEST_COUNTS_MALLOC 1
+#else
+#define CAB_TEST_COUNTS_MALLOC 0
+#endif
+
+#if CAB_TEST_COUNTS_MALLOC
+extern "C" {
+void* __libc_malloc(std::size_t bytes);
+void* __libc_calloc(std::size_t count, std::size_t bytes);
+void* __libc_realloc(void* memory, std::size_t bytes);
+
+void* malloc(std::size_t bytes) {
+  malloc_calls.fetch_add(1, std::memory_order_relaxed);
+  return __libc_malloc(bytes);
+}
+void* calloc(std::size_t count, std::size_t bytes) {
+  malloc_calls.fetch_add(1, std::memory_order_relaxed);
+  return __libc_calloc(count, bytes);
+}
+void* realloc(void* memory, std::size_t bytes) {
+  malloc_calls.fetch_add(1, std::memory_order_relaxed);
+  return __libc_realloc(memory, bytes);
+}
+}
+#endif
+
+namespace {
+
+using namespace cab;
+using namespace cab::tests;
+
+// The caller's allocator: counts, checks what comes back, and fails on demand.
+class Ledger {
+ public:
+  Allocator allocator() { return {this, allocate, release}; }
+  std::uint64_t calls() const { return calls_; }
+  bool balanced() const { return out_.empty() && wrong_releases_ == 0; }
+  void fail_after(std::int64_t calls) { until_failure_ = calls; }
+
+ private:
+  static void* allocate(void* user, std::size_t bytes, std::size_t alignment) {
+    Ledger& ledger = *static_cast<Ledger*>(user);
+    const std::lock_guard lock(ledger.mutex_);
+    ++ledger.calls_;
+    if (ledger.until_failure_ == 0) return nullptr;
+    if (ledger.until_failure_ > 0) --ledger.until_failure_;
+    void* const memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    std::memset(memory, 0xa5, bytes);
+    ledger.out_[memory] = {bytes, alignment};
+    return memory;
+  }
+  static void release(void* user, void* memory, std::size_t bytes, std::size_t alignment) {
+    Ledger& ledger = *static_cast<Ledger*>(user);
+    const std::lock_guard lock(ledger.mutex_);
+    const auto found = ledger.out_.find(memory);
+    if (found == ledger.out_.end() || found->second != std::pair(bytes, alignment)) {
+      ++ledger.wrong_releases_;
+      return;
+    }
+    ledger.out_.erase(found);
+    std::free(memory);
+  }
+
+  std::mutex mutex_;
+  std::map<void*, std::pair<std::size_t, std::size_t>> out_;
+  std::uint64_t calls_ = 0;
+  std::int64_t until_failure_ = -1;
+  int wrong_releases_ = 0;
+};
+
+World mixed_world(std::uint64_t seed) {
+  Random random(seed);
+  World world;
+  add_characters(random, world, 16);
+  add_frames(random, world, 16);
+  return world;
+}
+
+// Runs frames of a world by every policy without the exact test and checks that nothing was allocated.
+void check_no_allocation(Engine& engine, const World& world, const Ledger* ledger) {
+  std::vector<BatchInput> inputs;
+  for (std::uint32_t m = 0; m < world.members.size(); ++m) inputs.push_back(world.members[m].poses.input({m + 1}));
+  std::vector<Hit> hits(200000);
+  std::vector<Box> boxes(std::size_t{world.members[0].poses.instance_count} * world.members[0].rig.node_count());
+  FrameJob job;
+  job.inputs = {inputs.data(), inputs.size()};
+  job.rules = {world.rules.data(), world.rules.size()};
+  job.hits = {hits.data(), hits.size()};
+  for (const Refit refit : {Refit::kCab, Refit::kAabbHull}) {
+    for (const Strategy strategy : {Strategy::kTree, Strategy::kBrute}) {
+      for (const std::size_t capacity : {hits.size(), std::size_t{0}}) {
+        job.policies = {refit, strategy, Exact::kNone};
+        job.hits.size = capacity;
+        const std::uint64_t ledger_calls = ledger ? ledger->calls() : 0;
+        const std::uint64_t news = new_calls, mallocs = malloc_calls;
+        const Status status = run_frame(engine, job);
+        const Status boxes_status = compute_boxes(engine, inputs[0], job.policies, {boxes.data(), boxes.size()});
+        const std::uint64_t news_after = new_calls, mallocs_after = malloc_calls;
+        CHECK(status == (capacity ? Status::kOk : Status::kHitsOverflow));
+        CHECK(boxes_status == Status::kOk);
+        CHECK(news_after == news);
+        CHECK(mallocs_after == mallocs);
+        if (ledger) CHECK(ledger->calls() == ledger_calls);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the counters count") {
+  const std::uint64_t news = new_calls, mallocs = malloc_calls;
+  delete new std::atomic<int>(1);
+  CHECK(new_calls > news);
+#if CAB_TEST_COUNTS_MALLOC
+  CHECK(malloc_calls > mallocs);
+#else
+  CHECK(malloc_calls == mallocs);
+#endif
+}
+
+TEST_CASE("a frame allocates nothing on the serial schedule, from its first on") {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    const World world = mixed_world(seed);
+    Ledger ledger;
+    const Allocator allocator = ledger.allocator();
+    EngineDesc desc;
+    desc.allocator = &allocator;
+    const EnginePtr engine = make_engine_for(world, desc);
+    check_no_allocation(*engine, world, &ledger);
+    check_no_allocation(*make_engine_for(world), world, nullptr);
+  }
+}
+
+TEST_CASE("a frame allocates nothing on a caller's scheduler, and nothing of the engine's on TBB") {
+  const World world = mixed_world(5);
+  ThreadPool pool(4);
+  const Scheduler scheduler = pool.scheduler();
+  Ledger ledger;
+  const Allocator allocator = ledger.allocator();
+  EngineDesc desc;
+  desc.allocator = &allocator;
+  desc.scheduler = &scheduler;
+  check_no_allocation(*make_engine_for(world, desc), world, &ledger);
+
+  desc.scheduler = nullptr;
+  desc.thread_count = 4;
+  const EnginePtr engine = make_engine_for(world, desc);
+  const std::uint64_t calls = ledger.calls();
+  run_on(*engine, world, {});
+  CHECK(ledger.calls() == calls);
+}
+
+TEST_CASE("a frame does not ask an allocator that would fail") {
+  const World world = mixed_world(6);
+  Ledger ledger;
+  const Allocator allocator = ledger.allocator();
+  EngineDesc desc;
+  desc.allocator = &allocator;
+  const EnginePtr engine = make_engine_for(world, desc);
+  const Outcome expected = run_on(*engine, world, {});
+  ledger.fail_after(0);
+  CHECK(same_hits(run_on(*engine, world, {}).hits, expected.hits));
+}
+
+TEST_CASE("an allocator that fails at any call of an add gives kOutOfMemory, and the engine goes on") {
+  const World world = mixed_world(7);
+  const Outcome expected = run_world(world);
+  Ledger ledger;
+  const Allocator allocator = ledger.allocator();
+  {
+    EngineDesc desc;
+    desc.allocator = &allocator;
+    const EnginePtr engine = make_engine(desc);
+    std::uint32_t expected_id = 0;
+    int failures = 0;
+    for (const Member& member : world.members) {
+      ++expected_id;
+      ArticulationId articulation = {99};
+      BatchId batch = {99};
+      const auto until_it_works = [&](auto&& add, std::uint32_t& id) {
+        for (std::int64_t k = 0;; ++k) {
+          REQUIRE(k < 1000);
+          ledger.fail_after(k);
+          const Status status = add();
+          ledger.fail_after(-1);
+          if (status == Status::kOk) break;
+          CHECK(status == Status::kOutOfMemory);
+          CHECK(id == 99);
+          ++failures;
+        }
+        CHECK(id == expected_id);
+      };
+      until_it_works([&] { return add_articulation(*engine, member.rig.desc(), &articulation); }, articulation.value);
+      until_it_works(
+          [&] {
+            return add_batch(*engine, {articulation, member.poses.instance_count, member.kind}, &batch);
+          },
+          batch.value);
+    }
+    CHECK(failures > 40);
+    CHECK(same_hits(run_on(*engine, world, {}).hits, expected.hits));
+  }
+  CHECK(ledger.balanced());
+}
+
+TEST_CASE("operator new that fails at any call of a create or an add gives kOutOfMemory, and nothing leaks") {
+  const World world = mixed_world(8);
+  const Outcome expected = run_world(world);
+  Ledger ledger;
+  const Allocator allocator = ledger.allocator();
+  EngineDesc desc;
+  desc.allocator = &allocator;
+  const auto until_it_works = [&](auto&& call) {
+    int failures = 0;
+    for (std::int64_t k = 0;; ++k) {
+      news_until_failure = k;
+      const Status status = call();
+      news_until_failure = -1;
+      if (status == Status::kOk) return failures;
+      CHECK(status == Status::kOutOfMemory);
+      REQUIRE(++failures < 100000);
+    }
+  };
+  {
+    Engine* made = nullptr;
+    CHECK(until_it_works([&] { return create_engine(desc, &made); }) > 2);
+    const EnginePtr engine(made);
+    for (const Member& member : world.members) {
+      ArticulationId articulation;
+      BatchId batch;
+      CHECK(until_it_works([&] { return add_articulation(*engine, member.rig.desc(), &articulation); }) > 2);
+      CHECK(until_it_works([&] {
+              return add_batch(*engine, {articulation, member.poses.instance_count, member.kind}, &batch);
+            }) > 1);
+    }
+    CHECK(same_hits(run_on(*engine, world, {}).hits, expected.hits));
+  }
+  CHECK(ledger.balanced());
+}
+
+TEST_CASE("destroying an engine gives everything back, after frames and after refused adds") {
+  const World world = mixed_world(9);
+  Ledger ledger;
+  const Allocator allocator = ledger.allocator();
+  {
+    EngineDesc desc;
+    desc.allocator = &allocator;
+    const EnginePtr engine = make_engine_for(world, desc);
+    run_on(*engine, world, {});
+    Rig bad = world.members[0].rig;
+    bad.leaves.back().box.half[0] = -1;
+    ArticulationId id;
+    CHECK(add_articulation(*engine, bad.desc(), &id) == Status::kBadLeafBox);
+    BatchId batch;
+    CHECK(add_batch(*engine, {{1}, kMaxInstances + 1, BatchKind::kCharacters}, &batch) == Status::kTooManyInstances);
+    CHECK(ledger.calls() > 0);
+  }
+  CHECK(ledger.balanced());
+  destroy_engine(nullptr);
+}

@@ -1,0 +1,179 @@
+// compute_boxes: leaf boxes hold the exactly posed ones, inner boxes hold all below them, and bits do not vary.
+#include "tests/engine/random_world.h"
+#include "tests/oracle/containment.h"
+
+namespace {
+
+using namespace cab;
+using namespace cab::tests;
+using oracle::Quad;
+
+constexpr Refit kRefits[] = {Refit::kCab, Refit::kAabbHull};
+
+std::vector<Box> boxes_of(Engine& engine, std::uint32_t batch, const Member& member, Refit refit) {
+  std::vector<Box> boxes(std::size_t{member.poses.instance_count} * member.rig.node_count());
+  std::vector<std::uint8_t> flags(member.poses.instance_count, 0xee);
+  BatchInput input = member.poses.input({batch});
+  input.flags = {flags.data(), flags.size()};
+  REQUIRE(compute_boxes(engine, input, {refit, Strategy::kTree, Exact::kNone}, {boxes.data(), boxes.size()}) ==
+          Status::kOk);
+  for (const std::uint8_t flag : flags) CHECK(flag == kInstanceOk);
+  return boxes;
+}
+
+oracle::OracleBox<float> oracle_box(const Box& box) {
+  oracle::OracleBox<float> out;
+  static_assert(sizeof(out) == sizeof(box));
+  std::memcpy(&out, &box, sizeof(out));
+  return out;
+}
+
+// Leaves below every node, from the public merge steps.
+std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, ArticulationId id,
+                                                     std::uint32_t leaf_count) {
+  std::vector<MergeStep> steps(leaf_count - 1);
+  REQUIRE(merge_steps(engine, id, {steps.data(), steps.size()}) == Status::kOk);
+  std::vector<std::vector<std::uint32_t>> out;
+  for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf) out.push_back({leaf});
+  for (const MergeStep& step : steps) {
+    out.push_back(out[step.left]);
+    out.back().insert(out.back().end(), out[step.right].begin(), out[step.right].end());
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("every box contains every exactly posed leaf box below it, and the engine's own leaf boxes") {
+  double worst = -1e30;
+  std::size_t judged = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kFrames;
+    World world;
+    const double size = random.log_uniform(0.1, 1e4);  // far from its own origin boxes are wider, never wrong
+    world.members.push_back(
+        any_member(random, kInstanceCounts[random.index(6)], kind, any_placement(random, false, {}, size), 64));
+    const Member& member = world.members[0];
+    const EnginePtr engine = make_engine_for(world);
+    const std::uint32_t nodes = member.rig.node_count(), leaves = member.rig.leaf_count();
+    const auto below = leaves_below(*engine, {1}, leaves);
+    const std::vector<Box> posed = boxes_of(*engine, 1, member, Refit::kCab);  // leaves first
+    for (const Refit refit : kRefits) {
+      const std::vector<Box> boxes = boxes_of(*engine, 1, member, refit);
+      for (std::uint32_t i = 0; i < member.poses.instance_count; ++i) {
+        const std::vector<ExactBox> exact = exact_leaf_boxes(member.rig, member.poses, i);
+        const Box* const of = boxes.data() + std::size_t{i} * nodes;
+        for (std::uint32_t node = 0; node < nodes; ++node) {
+          const auto parent = oracle_box(of[node]);
+          for (const std::uint32_t leaf : below[node]) {
+            if (node < leaves || random.chance(0.1)) {  // quad is slow; the float judge below sees every pair
+              const auto verdict = oracle::judge_containment_exactly(parent, oracle::convert<Quad>(exact[leaf]));
+              CHECK(verdict.inside);
+              worst = std::max(worst, verdict.excess_ulps);
+              ++judged;
+            }
+            CHECK(oracle::judge_containment(parent, oracle_box(posed[std::size_t{i} * nodes + leaf])).inside);
+          }
+        }
+      }
+    }
+  }
+  CHECK(judged > 20000);
+  CHECK(worst < 0);
+  MESSAGE("nearest that a posed corner came to leaving a box: " << worst << " ulps of size");
+}
+
+TEST_CASE("axes of boxes are orthonormal to 16 u, halves are not negative, and axis-aligned boxes are") {
+  double worst = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    World world;
+    world.members.push_back(any_member(random, 17, BatchKind::kCharacters, any_placement(random, false, {}, 100), 64));
+    const EnginePtr engine = make_engine_for(world);
+    for (const Box& box : boxes_of(*engine, 1, world.members[0], Refit::kCab)) {
+      worst = std::max(worst, oracle::orthonormality_error(oracle_box(box)));
+      for (const float half : box.half) CHECK(half >= 0);
+    }
+    for (const Box& box : boxes_of(*engine, 1, world.members[0], Refit::kAabbHull))
+      for (int k = 0; k < 3; ++k)
+        for (int c = 0; c < 3; ++c) CHECK(box.axis[k][c] == (k == c ? 1.0f : 0.0f));
+  }
+  CHECK(worst <= 16 * oracle::kFloatRoundoff);
+}
+
+TEST_CASE("boxes have the same bits on every instruction set, for every kind of batch and any neighbours") {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    World world;
+    world.members.push_back(any_member(random, 33, BatchKind::kCharacters, any_placement(random, false, {}, 10), 64));
+    const Member& member = world.members[0];
+    const std::uint32_t nodes = member.rig.node_count();
+    World frames = world;
+    frames.members[0].kind = BatchKind::kFrames;
+    EngineDesc scalar;
+    scalar.isa = Isa::kScalar;
+    for (const Refit refit : kRefits) {
+      const std::vector<Box> expected = boxes_of(*make_engine_for(world, scalar), 1, member, refit);
+      const auto same = [&](const std::vector<Box>& got) {
+        return std::memcmp(expected.data(), got.data(), got.size() * sizeof(Box)) == 0;
+      };
+      for (const Isa isa : available_isas()) {
+        CAPTURE(to_string(isa));
+        EngineDesc desc;
+        desc.isa = isa;
+        CHECK(same(boxes_of(*make_engine_for(world, desc), 1, member, refit)));
+        CHECK(same(boxes_of(*make_engine_for(frames, desc), 1, member, refit)));
+      }
+      for (const std::uint32_t who : {0u, 15u, 16u, 31u, 32u}) {  // alone in its tile
+        World alone = world;
+        Poses& poses = alone.members[0].poses;
+        poses.instance_count = 1;
+        const std::size_t floats = poses.floats_per_pose() * poses.link_count;
+        poses.data.assign(member.poses.pose(who, 0), member.poses.pose(who, 0) + floats);
+        if (!poses.origins.empty()) poses.origins.resize(3);
+        if (!poses.orientations.empty())
+          poses.orientations.assign(member.poses.orientations.data() + 4 * who,
+                                    member.poses.orientations.data() + 4 * who + 4);
+        const std::vector<Box> got = boxes_of(*make_engine_for(alone), 1, alone.members[0], refit);
+        CHECK(std::memcmp(&expected[who * nodes], got.data(), nodes * sizeof(Box)) == 0);
+      }
+    }
+  }
+}
+
+TEST_CASE("boxes do not depend on origins") {
+  Random random(77);
+  World world;
+  world.members.push_back(any_member(random, 17, BatchKind::kCharacters, {2, true, false, {}}, 16));
+  const EnginePtr engine = make_engine_for(world);
+  const std::vector<Box> near_by = boxes_of(*engine, 1, world.members[0], Refit::kCab);
+  for (int i = 0; i < 51; ++i) world.members[0].poses.origins.push_back(random.uniform(-1e12, 1e12));
+  const std::vector<Box> far = boxes_of(*engine, 1, world.members[0], Refit::kCab);
+  CHECK(std::memcmp(near_by.data(), far.data(), far.size() * sizeof(Box)) == 0);
+}
+
+TEST_CASE("leaf boxes whose axes were mended at the boundary still hold the box as it was given") {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    World world;
+    Member member = any_member(random, 16, BatchKind::kCharacters, any_placement(random, false, {}, 1), 8);
+    for (Leaf& leaf : member.rig.leaves)
+      for (auto& axis : leaf.box.axis)
+        for (float& v : axis) v += static_cast<float>(random.uniform(-2.5e-6, 2.5e-6));
+    world.members.push_back(member);
+    const EnginePtr engine = make_engine_for(world);
+    const std::vector<Box> boxes = boxes_of(*engine, 1, member, Refit::kCab);
+    for (std::uint32_t i = 0; i < 16; ++i) {
+      const std::vector<ExactBox> exact = exact_leaf_boxes(member.rig, member.poses, i);
+      for (std::uint32_t leaf = 0; leaf < exact.size(); ++leaf)
+        CHECK(oracle::judge_containment_exactly(oracle_box(boxes[i * member.rig.node_count() + leaf]),
+                                                oracle::convert<Quad>(exact[leaf]))
+                  .inside);
+    }
+  }
+}

@@ -1,0 +1,35 @@
+// Statuses and instruction sets have words of their own.
+#include <cab/cab.h>
+
+#include <doctest/doctest.h>
+
+#include <set>
+#include <string>
+
+using namespace cab;
+
+TEST_CASE("every status has its own words, and a number beyond them is no status") {
+  const std::string none = to_string(static_cast<Status>(-1));
+  CHECK(to_string(static_cast<Status>(static_cast<int>(Status::kHitsOverflow) + 1)) == none);
+  std::set<std::string> words;
+  for (int status = 0; status <= static_cast<int>(Status::kHitsOverflow); ++status) {
+    const std::string word = to_string(static_cast<Status>(status));
+    CAPTURE(word);
+    CHECK(!word.empty());
+    CHECK(word != none);
+    CHECK(words.insert(word).second);
+  }
+}
+
+TEST_CASE("every instruction set has its own name") {
+  std::set<std::string> names;
+  for (std::uint32_t isa = 0; isa < kIsaCount; ++isa) CHECK(names.insert(to_string(static_cast<Isa>(isa))).second);
+  CHECK(names == std::set<std::string>{"auto", "scalar", "sse2", "avx2", "avx512", "neon64"});
+  CHECK(names.count(to_string(static_cast<Isa>(kIsaCount))) == 0);
+}
+
+TEST_CASE("scalar kernels and the best of this CPU are always available") {
+  CHECK(isa_available(Isa::kScalar));
+  CHECK(isa_available(Isa::kAuto));
+  CHECK_FALSE(isa_available(static_cast<Isa>(kIsaCount)));
+}

@@ -1,0 +1,192 @@
+// Random articulations and poses for the engine's tests.
+#pragma once
+
+#include "tests/oracle/random.h"
+
+#include <cab/cab.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace cab::tests {
+
+using oracle::Random;
+
+// An articulation that owns what its description points to. parent_offset: a link's joint in its parent's frame, as
+// motion would have it (the engine is never told).
+struct Rig {
+  std::vector<std::int32_t> parents;
+  std::vector<float> joints;
+  std::vector<Leaf> leaves;
+  std::vector<LinkPair> ignored;
+  std::vector<oracle::Vec3<double>> parent_offset;
+
+  ArticulationDesc desc() const {
+    return {{parents.data(), parents.size()},
+            {joints.data(), joints.size()},
+            {leaves.data(), leaves.size()},
+            {ignored.data(), ignored.size()}};
+  }
+  std::uint32_t link_count() const { return static_cast<std::uint32_t>(parents.size()); }
+  std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(leaves.size()); }
+  std::uint32_t node_count() const { return 2 * leaf_count() - 1; }
+};
+
+enum class Topology { kChain, kStar, kTree };
+
+// A box with random axes, rounded to float, about a point.
+inline Box random_box(Random& random, const oracle::Vec3<double>& center, double least_half, double most_half) {
+  Box box;
+  double axis[3][3];
+  random.rotation(axis);
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.center[k] = static_cast<float>(center[k]);
+    box.half[k] = static_cast<float>(random.log_uniform(least_half, most_half));
+    for (std::size_t c = 0; c < 3; ++c) box.axis[k][c] = static_cast<float>(axis[k][c]);
+  }
+  return box;
+}
+
+// Links about 0.3 long with 1 to most_leaves leaves each (one link in eight has none), half of the rigs with joints
+// away from the frames' origins, parents and children ignored, and now and then another pair.
+inline Rig random_rig(Random& random, Topology topology, unsigned links, unsigned most_leaves) {
+  Rig rig;
+  const bool own_joints = random.chance(0.5);
+  for (unsigned link = 0; link < links; ++link) {
+    const unsigned parent = link == 0                      ? 0
+                            : topology == Topology::kChain ? link - 1
+                            : topology == Topology::kStar  ? 0
+                                                           : random.index(link);
+    rig.parents.push_back(link == 0 ? -1 : static_cast<std::int32_t>(parent));
+    const double length = random.uniform(0.2, 0.4);
+    rig.parent_offset.push_back(length * random.unit_vector());
+    for (int c = 0; c < 3; ++c) {
+      if (own_joints) rig.joints.push_back(static_cast<float>(random.uniform(-0.2, 0.2)));
+    }
+    if (link > 0) rig.ignored.push_back({parent, link});
+    if (links > 2 && random.chance(0.1)) {
+      const unsigned a = random.index(links);
+      rig.ignored.push_back({a, random.index(links)});
+    }
+    if (link > 0 && random.chance(0.125)) continue;
+    for (unsigned leaf = 1 + random.index(most_leaves); leaf > 0; --leaf)
+      rig.leaves.push_back({link, random_box(random, 0.15 * random.unit_vector(), 0.03, 0.2), {}});
+  }
+  for (std::size_t i = rig.leaves.size(); i > 1; --i)
+    std::swap(rig.leaves[i - 1], rig.leaves[random.index(static_cast<unsigned>(i))]);
+  return rig;
+}
+
+// Poses of n instances in one format, owning what a BatchInput points to.
+struct Poses {
+  PoseFormat format = PoseFormat::kQuaternionTranslation;
+  std::uint32_t link_count = 0;
+  std::uint32_t instance_count = 0;
+  std::vector<float> data;
+  std::vector<double> origins;
+  std::vector<float> orientations;
+
+  std::size_t floats_per_pose() const {
+    return format == PoseFormat::kQuaternionTranslation ? 7 : format == PoseFormat::kMatrix3x4 ? 12 : 16;
+  }
+  float* pose(std::uint32_t instance, std::uint32_t link) {
+    return data.data() + (std::size_t{instance} * link_count + link) * floats_per_pose();
+  }
+  const float* pose(std::uint32_t instance, std::uint32_t link) const {
+    return const_cast<Poses*>(this)->pose(instance, link);
+  }
+  BatchInput input(BatchId batch) const {
+    BatchInput out;
+    out.batch = batch;
+    out.poses.format = format;
+    out.poses.data = data.data();
+    out.origins = {origins.data(), origins.size()};
+    out.orientations = {orientations.data(), orientations.size()};
+    return out;
+  }
+};
+
+// Rotation x y z w about a unit axis.
+inline void quaternion_about(const oracle::Vec3<double>& axis, double angle, double (&q)[4]) {
+  for (std::size_t c = 0; c < 3; ++c) q[c] = std::sin(angle / 2) * axis[c];
+  q[3] = std::cos(angle / 2);
+}
+
+// Columns of the rotation of a quaternion of any length.
+template <class T>
+void quaternion_matrix(const T (&q)[4], T (&column)[3][3]) {
+  const T s = 2 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  const T x = q[0], y = q[1], z = q[2], w = q[3];
+  const T m[3][3] = {{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
+                     {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
+                     {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)}};
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) column[k][c] = m[k][c];
+}
+
+// Where instances stand: in a cube of this half width, by origins about a point, or by their poses alone.
+struct Placement {
+  double spread = 1;
+  bool orientations = false;
+  bool origins = false;
+  oracle::Vec3<double> about = {};
+};
+
+// Writes one pose in a format; q need not be of unit length in the quaternion format.
+inline void write_pose(PoseFormat format, const double (&q)[4], const oracle::Vec3<double>& t, float* out) {
+  if (format == PoseFormat::kQuaternionTranslation) {
+    for (std::size_t i = 0; i < 4; ++i) out[i] = static_cast<float>(q[i]);
+    for (std::size_t c = 0; c < 3; ++c) out[4 + c] = static_cast<float>(t[c]);
+    return;
+  }
+  double column[3][3];
+  quaternion_matrix(q, column);
+  const bool rows = format == PoseFormat::kMatrix3x4;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < 3; ++k) out[rows ? 4 * c + k : 4 * k + c] = static_cast<float>(column[k][c]);
+    out[rows ? 4 * c + 3 : 12 + c] = static_cast<float>(t[c]);
+    if (!rows) out[4 * c + 3] = 0;
+  }
+  if (!rows) out[15] = 1;
+}
+
+// Random poses of a rig: every link turned anew, joints kept together.
+inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instances, PoseFormat format,
+                          const Placement& place) {
+  Poses out;
+  out.format = format;
+  out.link_count = rig.link_count();
+  out.instance_count = instances;
+  out.data.resize(std::size_t{instances} * out.link_count * out.floats_per_pose());
+  for (std::uint32_t i = 0; i < instances; ++i) {
+    oracle::Vec3<double> stand{};
+    for (double& c : stand.v) c = random.uniform(-place.spread, place.spread);
+    if (place.origins)
+      for (std::size_t c = 0; c < 3; ++c) out.origins.push_back(place.about[c] + stand[c]);
+    std::vector<oracle::Vec3<double>> at(rig.parents.size());
+    std::vector<double> turn(9 * rig.parents.size());
+    for (std::uint32_t link = 0; link < out.link_count; ++link) {
+      double q[4], column[3][3];
+      quaternion_about(random.unit_vector(), random.uniform(-3, 3), q);
+      quaternion_matrix(q, column);
+      at[link] = place.origins ? oracle::Vec3<double>{} : stand;
+      if (link > 0) {
+        const auto parent = static_cast<std::size_t>(rig.parents[link]);
+        at[link] = at[parent];
+        for (std::size_t k = 0; k < 3; ++k)
+          for (std::size_t c = 0; c < 3; ++c) at[link][c] += rig.parent_offset[link][k] * turn[9 * parent + 3 * k + c];
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 3; ++c) turn[9 * link + 3 * k + c] = column[k][c];
+      write_pose(format, q, at[link], out.pose(i, link));
+    }
+    if (place.orientations) {
+      double q[4];
+      quaternion_about(random.unit_vector(), random.uniform(-3, 3), q);
+      for (const double v : q) out.orientations.push_back(static_cast<float>(v));
+    }
+  }
+  return out;
+}
+
+}  // namespace cab::tests

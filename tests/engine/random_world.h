@@ -1,0 +1,81 @@
+// Random worlds of characters and of frame batches.
+#pragma once
+
+#include "tests/engine/world.h"
+
+namespace cab::tests {
+
+// Counts of instances about the edges of a tile.
+inline constexpr std::uint32_t kInstanceCounts[] = {1, 2, 15, 16, 17, 33};
+
+inline Rig any_rig(Random& random, unsigned most_links) {
+  const auto topology = static_cast<Topology>(random.index(3));
+  const auto links = static_cast<unsigned>(random.log_uniform(2, most_links + 0.999));
+  return random_rig(random, topology, links, 1 + random.index(3));
+}
+
+// Places for the members of one world: all about one point, near the world's origin or 1e6 to 1e9 out.
+inline Placement any_placement(Random& random, bool far, const oracle::Vec3<double>& about, double spread) {
+  Placement place;
+  place.spread = spread;
+  place.orientations = random.chance(0.5);
+  place.origins = far || random.chance(0.5);
+  place.about = about;
+  return place;
+}
+
+inline Member any_member(Random& random, std::uint32_t instances, BatchKind kind, const Placement& place,
+                         unsigned most_links) {
+  Member member;
+  member.rig = any_rig(random, most_links);
+  const auto format = static_cast<PoseFormat>(random.index(3));
+  member.poses = random_poses(random, member.rig, instances, format, place);
+  member.kind = kind;
+  return member;
+}
+
+// Adds a to b and, where its kind may, every batch to itself, and every batch within.
+inline void pair_all(World& world, std::uint32_t first, std::uint32_t count) {
+  for (std::uint32_t a = first; a < first + count; ++a) {
+    const bool characters = world.members[a - 1].kind == BatchKind::kCharacters;
+    for (std::uint32_t b = characters ? a : a + 1; b < first + count; ++b) {
+      const bool swapped = (a + b) % 2 == 1;
+      world.rules.push_back({{swapped ? b : a}, {swapped ? a : b}, Pairing::kBetween});
+    }
+    world.rules.push_back({{a}, {a}, Pairing::kWithin});
+  }
+}
+
+// One to three batches of characters, crowded enough that many touch.
+inline void add_characters(Random& random, World& world, unsigned most_links = 64) {
+  const auto first = static_cast<std::uint32_t>(world.members.size() + 1);
+  const std::uint32_t count = 1 + random.index(3);
+  const bool far = random.chance(0.5);
+  const double out = far ? random.log_uniform(1e6, 1e9) : 0;
+  const oracle::Vec3<double> about = out * random.unit_vector();
+  const double spread = random.uniform(0.5, 4);
+  for (std::uint32_t m = 0; m < count; ++m) {
+    const std::uint32_t instances = kInstanceCounts[random.index(6)];
+    const Placement place = any_placement(random, far, about, spread);
+    world.members.push_back(any_member(random, instances, BatchKind::kCharacters, place, most_links));
+  }
+  pair_all(world, first, count);
+}
+
+// Two to four frame batches of as many frames, or of one frame that meets all.
+inline void add_frames(Random& random, World& world, unsigned most_links = 64) {
+  const auto first = static_cast<std::uint32_t>(world.members.size() + 1);
+  const std::uint32_t count = 2 + random.index(3);
+  const std::uint32_t frames = kInstanceCounts[random.index(6)];
+  const bool far = random.chance(0.5);
+  const double out = far ? random.log_uniform(1e6, 1e9) : 0;
+  const oracle::Vec3<double> about = out * random.unit_vector();
+  for (std::uint32_t m = 0; m < count; ++m) {
+    const std::uint32_t instances = random.chance(0.25) ? 1 : frames;
+    const Placement place = any_placement(random, far, about, 0.5);
+    world.members.push_back(any_member(random, instances, BatchKind::kFrames, place, most_links));
+  }
+  pair_all(world, first, count);
+}
+
+}  // namespace cab::tests

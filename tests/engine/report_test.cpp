@@ -1,0 +1,156 @@
+// The caller's hit buffer: sorted, exact counts, and what happens when it is too small.
+#include "tests/engine/random_world.h"
+
+namespace {
+
+using namespace cab;
+using namespace cab::tests;
+
+// A job over a whole world, and the storage it points to.
+struct Prepared {
+  std::vector<BatchInput> inputs;
+  std::vector<Hit> hits;
+  FrameJob job;
+
+  Prepared(const World& world, std::size_t capacity) : hits(capacity) {
+    for (std::uint32_t m = 0; m < world.members.size(); ++m) inputs.push_back(world.members[m].poses.input({m + 1}));
+    job.inputs = {inputs.data(), inputs.size()};
+    job.rules = {world.rules.data(), world.rules.size()};
+    job.hits = {hits.data(), hits.size()};
+  }
+};
+
+World crowded_world(std::uint64_t seed) {
+  Random random(seed);
+  World world;
+  add_characters(random, world, 12);
+  add_frames(random, world, 12);
+  return world;
+}
+
+// A box of one link at a point, identity pose.
+Rig boxes_rig(std::initializer_list<Leaf> leaves, std::uint32_t links) {
+  Rig rig;
+  for (std::uint32_t link = 0; link < links; ++link) rig.parents.push_back(link == 0 ? -1 : 0);
+  rig.leaves = leaves;
+  return rig;
+}
+
+Leaf box_at(std::uint32_t link, float x) {
+  return {link, {{x, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.6f, 0.6f, 0.6f}}, {}};
+}
+
+// Identity poses.
+Poses still_poses(const Rig& rig, std::uint32_t instances) {
+  Poses poses;
+  poses.link_count = rig.link_count();
+  poses.instance_count = instances;
+  poses.data.resize(7 * std::size_t{instances} * poses.link_count, 0.0f);
+  for (std::size_t i = 3; i < poses.data.size(); i += 7) poses.data[i] = 1;
+  return poses;
+}
+
+}  // namespace
+
+TEST_CASE("a buffer that is too small overflows with the exact count, and the retry succeeds") {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CAPTURE(seed);
+    const World world = crowded_world(seed);
+    const EnginePtr engine = make_engine_for(world);
+    const Outcome expected = run_on(*engine, world, {});
+    const std::size_t n = expected.hits.size();
+    REQUIRE(n >= 2);
+    for (const std::size_t capacity : {std::size_t{0}, std::size_t{1}, n / 2, n - 1}) {
+      CAPTURE(capacity);
+      Prepared small(world, capacity);
+      CHECK(run_frame(*engine, small.job) == Status::kHitsOverflow);
+      CHECK(small.job.hits_needed == n);
+      CHECK(small.job.hit_count == 0);
+      CHECK(same_counts(small.job.stats, expected.stats));
+    }
+    for (const std::size_t capacity : {n, n + 1, 2 * n}) {
+      CAPTURE(capacity);
+      Prepared enough(world, capacity);
+      for (Hit& hit : enough.hits) hit.link_a = 0xabcd;
+      REQUIRE(run_frame(*engine, enough.job) == Status::kOk);
+      CHECK(enough.job.hit_count == n);
+      CHECK(enough.job.hits_needed == n);
+      for (std::size_t i = n; i < capacity; ++i) CHECK(enough.hits[i].link_a == 0xabcd);  // the rest is left alone
+      enough.hits.resize(n);
+      CHECK(same_hits(enough.hits, expected.hits));
+    }
+  }
+}
+
+TEST_CASE("a frame with no hit needs no buffer") {
+  World world;
+  Random random(1);
+  world.members.push_back({random_rig(random, Topology::kChain, 3, 1), {}, BatchKind::kCharacters});
+  Member& member = world.members[0];
+  member.poses = still_poses(member.rig, 2);
+  member.poses.origins = {0, 0, 0, 100, 0, 0};
+  world.rules = {{{1}, {1}, Pairing::kBetween}};
+  const EnginePtr engine = make_engine_for(world);
+  Prepared prepared(world, 0);
+  CHECK(run_frame(*engine, prepared.job) == Status::kOk);
+  CHECK(prepared.job.hit_count == 0);
+}
+
+TEST_CASE("one hit a link pair, with the lowest leaves that touch") {
+  World world;
+  // Link 0 carries leaves 1, 3, 4, link 1 leaves 0, 2, 5. Boxes are 1.2 wide.
+  Rig rig =
+      boxes_rig({box_at(1, 9), box_at(0, -9), box_at(1, 4), box_at(0, 4.5f), box_at(0, 9.5f), box_at(1, 4.6f)}, 2);
+  world.members.push_back({rig, still_poses(rig, 1), BatchKind::kCharacters});
+  world.rules = {{{1}, {1}, Pairing::kWithin}};
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kBrute}) {
+    const Outcome outcome = run_world(world, {Refit::kCab, strategy, Exact::kNone});
+    REQUIRE(outcome.hits.size() == 1);
+    const Hit hit = outcome.hits[0];
+    CHECK(hit.link_a == 0);
+    CHECK(hit.link_b == 1);
+    CHECK(hit.leaf_a == 3);  // 3-2, 3-5 and 4-0 touch; leaves 1-anything do not
+    CHECK(hit.leaf_b == 2);
+    CHECK(outcome.stats.leaf_pairs == 3);
+  }
+}
+
+TEST_CASE("an ignored pair is never reported within an instance, and still between instances") {
+  World world;
+  Rig rig = boxes_rig({box_at(0, 0), box_at(1, 0.5f), box_at(2, 1.0f)}, 3);
+  rig.ignored = {{1, 0}};
+  world.members.push_back({rig, still_poses(rig, 2), BatchKind::kCharacters});
+  world.rules = {{{1}, {1}, Pairing::kWithin}, {{1}, {1}, Pairing::kBetween}};
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kBrute}) {
+    const Outcome outcome = run_world(world, {Refit::kCab, strategy, Exact::kNone});
+    std::size_t within = 0, between = 0;
+    for (const Hit& hit : outcome.hits) {
+      if (hit.instance_a == hit.instance_b) {
+        ++within;
+        CHECK_FALSE((hit.link_a == 0 && hit.link_b == 1));
+      } else {
+        ++between;
+      }
+    }
+    CHECK(within == 4);   // 0-2 and 1-2 in each instance
+    CHECK(between == 9);  // every link of one with every link of the other
+  }
+}
+
+TEST_CASE("sides of a hit are ordered by batch, instance and link, whatever the order of rules and inputs") {
+  const World world = crowded_world(9);
+  const EnginePtr engine = make_engine_for(world);
+  const Outcome expected = run_on(*engine, world, {});
+  Prepared turned(world, expected.hits.size());
+  std::reverse(turned.inputs.begin(), turned.inputs.end());
+  std::vector<PairRule> rules(world.rules.rbegin(), world.rules.rend());
+  for (PairRule& rule : rules) std::swap(rule.a, rule.b);
+  turned.job.rules = {rules.data(), rules.size()};
+  REQUIRE(run_frame(*engine, turned.job) == Status::kOk);
+  CHECK(same_hits(turned.hits, expected.hits));
+  CHECK(same_counts(turned.job.stats, expected.stats));
+  for (const Hit& hit : expected.hits) {
+    const auto a = std::make_tuple(hit.batch_a.value, hit.instance_a, hit.link_a);
+    CHECK(a < std::make_tuple(hit.batch_b.value, hit.instance_b, hit.link_b));
+  }
+}

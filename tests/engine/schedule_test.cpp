@@ -1,0 +1,165 @@
+// Schedules: every task once, workers apart; and frames that are the same on every instruction set and thread count.
+#include "engine/schedule.h"
+
+#include "tests/engine/random_world.h"
+#include "tests/engine/thread_pool.h"
+
+#include <tbb/global_control.h>
+
+#include <atomic>
+#include <memory>
+
+namespace {
+
+using namespace cab;
+using namespace cab::tests;
+
+// Runs tasks that count themselves and watch who else is on their worker.
+void check_schedule(Schedule& schedule, std::uint32_t task_count) {
+  CAPTURE(task_count);
+  const std::uint32_t workers = schedule.worker_count();
+  REQUIRE(workers > 0);
+  std::vector<std::atomic<int>> runs(task_count);
+  std::vector<std::atomic<int>> on_worker(workers);
+  std::atomic<int> bad_workers{0}, shared_workers{0};
+  schedule.for_each(task_count, [&](std::uint32_t task, std::uint32_t worker) {
+    ++runs[task];
+    if (worker >= workers) {
+      ++bad_workers;
+      return;
+    }
+    if (++on_worker[worker] != 1) ++shared_workers;
+    volatile double spin = 1;
+    for (int i = 0; i < 200; ++i) spin = spin * 1.0000001;
+    --on_worker[worker];
+  });
+  CHECK(bad_workers == 0);
+  CHECK(shared_workers == 0);
+  for (std::uint32_t t = 0; t < task_count; ++t) CHECK(runs[t] == 1);
+}
+
+// Lets TBB run as many threads as a test asks for on a machine with fewer cores.
+struct ManyThreads {
+  tbb::global_control control{tbb::global_control::max_allowed_parallelism, 8};
+};
+
+void check_schedule(Schedule& schedule) {
+  for (const std::uint32_t tasks : {0u, 1u, 2u, 7u, 1000u}) check_schedule(schedule, tasks);
+}
+
+}  // namespace
+
+TEST_CASE("the serial schedule runs every task once, in order, on worker 0") {
+  const auto schedule = make_serial_schedule();
+  CHECK(schedule->worker_count() == 1);
+  check_schedule(*schedule);
+  std::vector<std::uint32_t> order;
+  schedule->for_each(5, [&](std::uint32_t task, std::uint32_t) { order.push_back(task); });
+  CHECK(order == std::vector<std::uint32_t>{0, 1, 2, 3, 4});
+}
+
+TEST_CASE("the TBB schedule runs every task once, on workers that no other task has") {
+  const ManyThreads many;
+  for (const std::uint32_t threads : {0u, 1u, 2u, 8u}) {
+    CAPTURE(threads);
+    const auto schedule = make_tbb_schedule(threads);
+    if (threads) CHECK(schedule->worker_count() == threads);
+    for (int round = 0; round < 5; ++round) check_schedule(*schedule);
+  }
+}
+
+TEST_CASE("a caller's schedule is run as it is given, and not asked when there is nothing to do") {
+  ThreadPool pool(4);
+  const auto schedule = make_caller_schedule(pool.scheduler());
+  CHECK(schedule->worker_count() == 4);
+  for (int round = 0; round < 5; ++round) check_schedule(*schedule);
+  CHECK(pool.tasks_run() == 5 * 1010);
+  const auto never = make_caller_schedule(
+      {nullptr, 1, [](void*, std::uint32_t, void (*)(void*, std::uint32_t, std::uint32_t), void*) { std::abort(); }});
+  never->for_each(0, [](std::uint32_t, std::uint32_t) {});
+}
+
+TEST_CASE("hits and counts of a frame are the same on every instruction set and any number of threads") {
+  const ManyThreads many;
+  for (std::uint64_t seed = 100; seed < 108; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    World world;
+    add_characters(random, world, 24);
+    add_frames(random, world, 24);
+    for (const Refit refit : {Refit::kCab, Refit::kAabbHull}) {
+      for (const Strategy strategy : {Strategy::kTree, Strategy::kBrute}) {
+        const Policies policies = {refit, strategy, Exact::kNone};
+        EngineDesc desc;
+        desc.isa = Isa::kScalar;
+        const Outcome expected = run_world(world, policies, desc);
+        const auto check_same = [&](const EngineDesc& other) {
+          const Outcome got = run_world(world, policies, other);
+          CHECK(same_hits(expected.hits, got.hits));
+          CHECK(same_counts(expected.stats, got.stats));
+        };
+        for (const Isa isa : available_isas()) {
+          CAPTURE(to_string(isa));
+          desc = {};
+          desc.isa = isa;
+          check_same(desc);
+        }
+        for (const std::uint32_t threads : {0u, 2u, 4u, 8u}) {
+          CAPTURE(threads);
+          desc = {};
+          desc.thread_count = threads;
+          check_same(desc);
+        }
+        for (const std::uint32_t workers : {1u, 2u, 4u, 8u}) {
+          CAPTURE(workers);
+          ThreadPool pool(workers);
+          const Scheduler scheduler = pool.scheduler();
+          desc = {};
+          desc.scheduler = &scheduler;
+          check_same(desc);
+          CHECK(pool.tasks_run() > 0);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("splitting the instances of a batch into several batches changes no hit") {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    World whole;
+    const Placement place = any_placement(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.0);
+    whole.members.push_back(any_member(random, 33, BatchKind::kCharacters, place, 16));
+    whole.rules = {{{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin}};
+    const Member& member = whole.members[0];
+
+    World parts;
+    const std::uint32_t begin[] = {0, 5, 22, 33};
+    for (std::uint32_t p = 0; p < 3; ++p) {
+      Member part = member;
+      const auto slice = [&](auto& values) {
+        const std::size_t each = values.size() / 33;
+        values.assign(values.begin() + static_cast<std::ptrdiff_t>(each * begin[p]),
+                      values.begin() + static_cast<std::ptrdiff_t>(each * begin[p + 1]));
+      };
+      slice(part.poses.data = member.poses.data);
+      slice(part.poses.origins = member.poses.origins);
+      slice(part.poses.orientations = member.poses.orientations);
+      part.poses.instance_count = begin[p + 1] - begin[p];
+      parts.members.push_back(part);
+    }
+    pair_all(parts, 1, 3);
+    Outcome of_parts = run_world(parts);
+    for (Hit& hit : of_parts.hits) {
+      hit.instance_a += begin[hit.batch_a.value - 1];
+      hit.instance_b += begin[hit.batch_b.value - 1];
+      hit.batch_a = hit.batch_b = {1};
+    }
+    std::sort(of_parts.hits.begin(), of_parts.hits.end(), link_less);
+    const Outcome of_whole = run_world(whole);
+    CHECK(of_whole.hits.size() > 0);
+    CHECK(same_hits(of_whole.hits, of_parts.hits));
+    CHECK(same_counts(of_whole.stats, of_parts.stats));
+  }
+}

@@ -1,0 +1,201 @@
+// A world to run frames on: rigs with poses, rules, and what came out of a frame.
+#pragma once
+
+#include "tests/engine/exact_pose.h"
+
+#include <cab/cab.h>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+namespace cab::tests {
+
+struct DestroyEngine {
+  void operator()(Engine* engine) const { destroy_engine(engine); }
+};
+using EnginePtr = std::unique_ptr<Engine, DestroyEngine>;
+
+inline EnginePtr make_engine(const EngineDesc& desc = {}) {
+  Engine* engine = nullptr;
+  REQUIRE(create_engine(desc, &engine) == Status::kOk);
+  return EnginePtr(engine);
+}
+
+inline std::vector<Isa> available_isas() {
+  std::vector<Isa> out;
+  for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64})
+    if (isa_available(isa)) out.push_back(isa);
+  return out;
+}
+
+inline ArticulationId add_rig(Engine& engine, const Rig& rig) {
+  ArticulationId id;
+  REQUIRE(add_articulation(engine, rig.desc(), &id) == Status::kOk);
+  return id;
+}
+
+inline BatchId add_instances(Engine& engine, ArticulationId articulation, std::uint32_t count,
+                             BatchKind kind = BatchKind::kCharacters) {
+  BatchId id;
+  REQUIRE(add_batch(engine, {articulation, count, kind}, &id) == Status::kOk);
+  return id;
+}
+
+// One batch of a world. Batch m of the world has id m + 1.
+struct Member {
+  Rig rig;
+  Poses poses;
+  BatchKind kind = BatchKind::kCharacters;
+};
+
+struct World {
+  std::vector<Member> members;
+  std::vector<PairRule> rules;
+};
+
+struct Outcome {
+  std::vector<Hit> hits;
+  FrameStats stats;
+  std::vector<std::vector<std::uint8_t>> flags;  // of each member's instances
+};
+
+// One frame of a world on an engine that holds its batches.
+inline Outcome run_on(Engine& engine, const World& world, const Policies& policies) {
+  Outcome out;
+  std::vector<BatchInput> inputs;
+  for (const Member& member : world.members) out.flags.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+  for (std::size_t m = 0; m < world.members.size(); ++m) {
+    inputs.push_back(world.members[m].poses.input({static_cast<std::uint32_t>(m + 1)}));
+    inputs.back().flags = {out.flags[m].data(), out.flags[m].size()};
+  }
+  FrameJob job;
+  job.inputs = {inputs.data(), inputs.size()};
+  job.rules = {world.rules.data(), world.rules.size()};
+  job.policies = policies;
+  Status status = run_frame(engine, job);
+  if (status == Status::kHitsOverflow) {
+    out.hits.resize(job.hits_needed);
+    job.hits = {out.hits.data(), out.hits.size()};
+    status = run_frame(engine, job);
+  }
+  REQUIRE(status == Status::kOk);
+  CHECK(job.hit_count == out.hits.size());
+  out.stats = job.stats;
+  return out;
+}
+
+inline EnginePtr make_engine_for(const World& world, const EngineDesc& desc = {}) {
+  EnginePtr engine = make_engine(desc);
+  for (const Member& member : world.members)
+    add_instances(*engine, add_rig(*engine, member.rig), member.poses.instance_count, member.kind);
+  return engine;
+}
+
+inline Outcome run_world(const World& world, const Policies& policies = {}, const EngineDesc& desc = {}) {
+  return run_on(*make_engine_for(world, desc), world, policies);
+}
+
+inline auto link_key(const Hit& hit) {
+  return std::make_tuple(hit.batch_a.value, hit.instance_a, hit.batch_b.value, hit.instance_b, hit.link_a, hit.link_b);
+}
+inline auto leaf_key(const Hit& hit) { return std::make_tuple(hit.leaf_a, hit.leaf_b); }
+inline bool link_less(const Hit& a, const Hit& b) { return link_key(a) < link_key(b); }
+
+inline bool same_hits(const std::vector<Hit>& a, const std::vector<Hit>& b) {
+  static_assert(sizeof(Hit) == 24, "no padding to compare");
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Hit)) == 0);
+}
+
+// Link pairs of a that b lacks.
+inline std::size_t missing_from(const std::vector<Hit>& a, const std::vector<Hit>& b) {
+  std::vector<Hit> out;
+  std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(out), link_less);
+  return out.size();
+}
+
+inline bool same_counts(const FrameStats& a, const FrameStats& b) {
+  return a.box_tests == b.box_tests && a.leaf_pairs == b.leaf_pairs && a.exact_tests == b.exact_tests &&
+         a.false_alarms == b.false_alarms && a.instances_masked == b.instances_masked;
+}
+
+// The link pairs that touch in a world by the judge of exact_pose.h, sorted, with the lowest leaf pair of each. grow:
+// how much wider each half extent is made, as a fraction of the box's size and of its distance from its origin.
+// masked(member, instance) says who takes no part.
+template <class Masked>
+std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
+  std::vector<Hit> out;
+  std::vector<std::vector<std::vector<ExactBox>>> boxes;
+  for (const Member& member : world.members) {
+    boxes.emplace_back();
+    for (std::uint32_t i = 0; i < member.poses.instance_count; ++i) {
+      boxes.back().push_back(exact_leaf_boxes(member.rig, member.poses, i));
+      for (ExactBox& box : boxes.back().back()) {
+        const Real by = static_cast<Real>(grow) * (half_sum(box) + norm_1(center_of(box)));
+        for (Real& half : box.half) half += by;
+      }
+    }
+  }
+  const auto judge = [&](std::size_t ma, std::uint32_t ia, std::size_t mb, std::uint32_t ib) {
+    if (masked(ma, ia) || masked(mb, ib)) return;
+    const bool within = ma == mb && ia == ib;
+    const Member &a = world.members[ma], &b = world.members[mb];
+    const Point shift = exact_origin(b.poses, ib) - exact_origin(a.poses, ia);
+    for (std::size_t la = 0; la < a.rig.leaves.size(); ++la) {
+      for (std::size_t lb = within ? la + 1 : 0; lb < b.rig.leaves.size(); ++lb) {
+        std::uint32_t link_a = a.rig.leaves[la].link, link_b = b.rig.leaves[lb].link;
+        if (within && link_a == link_b) continue;
+        if (within && std::any_of(a.rig.ignored.begin(), a.rig.ignored.end(), [&](const LinkPair& pair) {
+              return (pair.a == link_a && pair.b == link_b) || (pair.a == link_b && pair.b == link_a);
+            }))
+          continue;
+        const ExactBox &box_a = boxes[ma][ia][la], &box_b = boxes[mb][ib][lb];
+        const Point between = shift + (center_of(box_b) - center_of(box_a));
+        const Real reach = half_sum(box_a) + half_sum(box_b);
+        if (dot(between, between) > 1.01L * reach * reach || !exactly_overlap(box_a, box_b, between)) continue;
+        std::size_t leaf_a = la, leaf_b = lb;
+        if (within && link_b < link_a) {
+          std::swap(link_a, link_b);
+          std::swap(leaf_a, leaf_b);
+        }
+        out.push_back({{static_cast<std::uint32_t>(ma + 1)},
+                       ia,
+                       {static_cast<std::uint32_t>(mb + 1)},
+                       ib,
+                       static_cast<std::uint16_t>(link_a),
+                       static_cast<std::uint16_t>(link_b),
+                       static_cast<std::uint16_t>(leaf_a),
+                       static_cast<std::uint16_t>(leaf_b)});
+      }
+    }
+  };
+  for (const PairRule& rule : world.rules) {
+    const std::size_t ma = std::min(rule.a.value, rule.b.value) - 1, mb = std::max(rule.a.value, rule.b.value) - 1;
+    const std::uint32_t na = world.members[ma].poses.instance_count, nb = world.members[mb].poses.instance_count;
+    const bool frames = world.members[ma].kind == BatchKind::kFrames;
+    if (rule.pairing == Pairing::kWithin) {
+      for (std::uint32_t i = 0; i < na; ++i) judge(ma, i, ma, i);
+    } else if (frames) {
+      for (std::uint32_t i = 0; i < std::max(na, nb); ++i) judge(ma, na == 1 ? 0 : i, mb, nb == 1 ? 0 : i);
+    } else {
+      for (std::uint32_t i = 0; i < na; ++i)
+        for (std::uint32_t j = ma == mb ? i + 1 : 0; j < nb; ++j) judge(ma, i, mb, j);
+    }
+  }
+  std::sort(out.begin(), out.end(), [](const Hit& a, const Hit& b) {
+    return std::tuple_cat(link_key(a), leaf_key(a)) < std::tuple_cat(link_key(b), leaf_key(b));
+  });
+  out.erase(std::unique(out.begin(), out.end(), [](const Hit& a, const Hit& b) { return link_key(a) == link_key(b); }),
+            out.end());
+  return out;
+}
+
+inline std::vector<Hit> judge_world(const World& world, double grow = 0) {
+  return judge_world(world, grow, [](std::size_t, std::uint32_t) { return false; });
+}
+
+}  // namespace cab::tests

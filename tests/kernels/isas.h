@@ -1,0 +1,59 @@
+// The instruction sets that this machine can run, and tiles and programs to run kernels on.
+#pragma once
+
+#include "kernels/find_kernels.h"
+#include "layout/merge_program.h"
+#include "tests/oracle/oracle_box.h"
+
+#include <cab/types.h>
+
+#include <cstring>
+#include <vector>
+
+namespace cab::tests {
+
+// Every table of kernels of this build that this CPU runs; scalar comes first.
+inline std::vector<const kernel::KernelTable*> available_kernels() {
+  std::vector<const kernel::KernelTable*> out;
+  for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64})
+    if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
+  return out;
+}
+
+inline const char* name_of(const kernel::KernelTable& table) {
+  static constexpr const char* kNames[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon64"};
+  return kNames[static_cast<int>(table.isa)];
+}
+
+inline void put(BoxTile& tile, std::uint32_t lane, const oracle::OracleBox<float>& box) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    tile.center[c][lane] = box.center[c];
+    tile.half[c][lane] = box.half[c];
+    for (std::size_t k = 0; k < 3; ++k) tile.axis[k][c][lane] = box.axis[k][c];
+  }
+}
+
+inline oracle::OracleBox<float> get(const BoxTile& tile, std::uint32_t lane) {
+  oracle::OracleBox<float> box{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    box.center[c] = tile.center[c][lane];
+    box.half[c] = tile.half[c][lane];
+    for (std::size_t k = 0; k < 3; ++k) box.axis[k][c] = tile.axis[k][c][lane];
+  }
+  return box;
+}
+
+template <class T>
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+// One merge of leaf 0 and leaf 1, at link 0's joint or at none.
+inline MergeProgram pair_program(bool has_joint) {
+  static constexpr MergeStep kAtJoint[] = {{0, 1, 0}};
+  static constexpr MergeStep kFree[] = {{0, 1, kNoJoint}};
+  static constexpr std::uint16_t kCounts[] = {1, 1, 2};
+  return {{has_joint ? kAtJoint : kFree, 1}, {kCounts, 3}, 1};
+}
+
+}  // namespace cab::tests

@@ -1,0 +1,157 @@
+// The CAB merge against its promises and against a merge written apart in double.
+#include "kernels/bounds.h"
+#include "tests/kernels/isas.h"
+#include "tests/oracle/containment.h"
+#include "tests/oracle/merge_regimes.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <string>
+
+namespace cab::tests {
+namespace {
+
+constexpr std::uint64_t kSeed = 20040601;
+constexpr double kOrthonormalUlps = 16;  // worst measured: see the MESSAGE of the first test
+
+// Sixteen merges of one kind (all with a joint or all without), in tiles.
+struct MergeTile {
+  std::vector<oracle::MergeCase> cases;
+  BoxTile nodes[3];
+  PointTile joint;
+};
+
+void fill(MergeTile& tile) {
+  std::memset(tile.nodes, 0, sizeof(tile.nodes));
+  std::memset(&tile.joint, 0, sizeof(tile.joint));
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const oracle::MergeCase& one = tile.cases[std::min<std::size_t>(lane, tile.cases.size() - 1)];
+    put(tile.nodes[0], lane, one.child1);
+    put(tile.nodes[1], lane, one.child2);
+    for (std::size_t c = 0; c < 3; ++c) tile.joint.at[c][lane] = one.joint[c];
+  }
+}
+
+void merge(const kernel::KernelTable& kernels, MergeTile& tile) {
+  kernels.refit_cab(pair_program(tile.cases[0].has_joint), &tile.joint, tile.nodes);
+}
+
+oracle::OracleBox<float> kernel_parent(const oracle::OracleBox<float>& child1, const oracle::OracleBox<float>& child2,
+                                       const float* joint) {
+  MergeTile tile;
+  oracle::MergeCase one{child1, child2, joint != nullptr, {0, 0, 0}};
+  if (joint) std::copy(joint, joint + 3, one.joint);
+  tile.cases.push_back(one);
+  fill(tile);
+  merge(*kernel::find_kernels(Isa::kAuto), tile);
+  return get(tile.nodes[2], 0);
+}
+
+// Collects random cases of a regime into full tiles, those with and those without a joint apart.
+std::vector<MergeTile> make_tiles(oracle::Random& random, oracle::MergeRegime regime, std::size_t count) {
+  std::vector<MergeTile> out;
+  MergeTile pending[2];
+  for (std::size_t i = 0; i < count; ++i) {
+    const oracle::MergeCase one = oracle::make_merge_case(random, regime, kernel_parent);
+    MergeTile& tile = pending[one.has_joint];
+    tile.cases.push_back(one);
+    if (tile.cases.size() < kLanes) continue;
+    fill(tile);
+    out.push_back(tile);
+    tile.cases.clear();
+  }
+  for (MergeTile& tile : pending) {
+    if (tile.cases.empty()) continue;
+    fill(tile);
+    out.push_back(tile);
+  }
+  return out;
+}
+
+struct Worst {
+  double excess_ulps = -1e300;
+  double orthonormal_ulps = 0;
+  std::size_t violations = 0;
+  std::size_t disagreements = 0;
+  std::size_t crooked = 0;
+  std::string why;
+};
+
+void judge(const MergeTile& tile, Worst& worst) {
+  for (std::uint32_t lane = 0; lane < tile.cases.size(); ++lane) {
+    const oracle::MergeCase& one = tile.cases[lane];
+    const oracle::OracleBox<float> parent = get(tile.nodes[2], lane);
+    for (const auto* child : {&one.child1, &one.child2}) {
+      const oracle::ContainmentVerdict verdict = oracle::judge_containment(parent, *child);
+      worst.violations += !verdict.inside;
+      worst.excess_ulps = std::max(worst.excess_ulps, verdict.excess_ulps);
+    }
+    const double crooked = oracle::orthonormality_error(parent) / oracle::kFloatRoundoff;
+    worst.orthonormal_ulps = std::max(worst.orthonormal_ulps, crooked);
+    worst.crooked += !(crooked <= kOrthonormalUlps);
+    std::string why;
+    if (oracle::matches_any(oracle::merge_cab_candidates(one), oracle::convert<double>(parent), &why)) continue;
+    ++worst.disagreements;
+    if (worst.why.empty()) worst.why = why;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a merged box contains both children, is orthonormal and is the paper's, in every regime") {
+  constexpr std::size_t kPerRegime = 100000;
+  const kernel::KernelTable& kernels = *kernel::find_kernels(Isa::kAuto);
+  for (unsigned regime = 0; regime < oracle::kMergeRegimeCount; ++regime) {
+    oracle::Random random(kSeed + regime);
+    Worst worst;
+    for (MergeTile& tile : make_tiles(random, static_cast<oracle::MergeRegime>(regime), kPerRegime)) {
+      merge(kernels, tile);
+      judge(tile, worst);
+    }
+    MESSAGE("regime " << regime << ": worst excess " << worst.excess_ulps << " u (S + M), |R^T R - I| "
+                      << worst.orthonormal_ulps << " u");
+    CAPTURE(regime);
+    CAPTURE(kSeed);
+    CAPTURE(worst.why);
+    CHECK(worst.violations == 0);
+    CHECK(worst.crooked == 0);
+    CHECK(worst.disagreements == 0);
+  }
+}
+
+TEST_CASE("a merge gives the same bits on every instruction set") {
+  for (unsigned regime = 0; regime < oracle::kMergeRegimeCount; ++regime) {
+    oracle::Random random(kSeed + 100 + regime);
+    for (MergeTile& tile : make_tiles(random, static_cast<oracle::MergeRegime>(regime), 5000)) {
+      MergeTile expected = tile;
+      merge(*kernel::find_kernels(Isa::kScalar), expected);
+      for (const kernel::KernelTable* kernels : available_kernels()) {
+        MergeTile got = tile;
+        merge(*kernels, got);
+        CAPTURE(name_of(*kernels));
+        CAPTURE(regime);
+        REQUIRE(same_bits(got.nodes[2], expected.nodes[2]));
+      }
+    }
+  }
+}
+
+TEST_CASE("a lane's merge does not depend on its neighbours") {
+  oracle::Random random(kSeed + 200);
+  for (MergeTile& tile : make_tiles(random, oracle::MergeRegime::kLimbs, 2000)) {
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      MergeTile alone = tile;
+      for (auto& node : alone.nodes)
+        for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+          if (lane != 5) put(node, lane, get(tile.nodes[0], 0));
+      MergeTile together = tile;
+      merge(*kernels, together);
+      merge(*kernels, alone);
+      const oracle::OracleBox<float> a = get(together.nodes[2], 5), b = get(alone.nodes[2], 5);
+      REQUIRE(same_bits(a, b));
+    }
+  }
+}
+
+}  // namespace cab::tests

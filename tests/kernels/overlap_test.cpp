@@ -1,0 +1,220 @@
+// The overlap test against an exact judge: no overlapping pair is lost, each axis does its work.
+#include "kernels/bounds.h"
+#include "kernels/descend_tiles.h"
+#include "kernels/gather_pairs.h"
+#include "tests/kernels/isas.h"
+#include "tests/oracle/overlap_exact.h"
+#include "tests/oracle/touching_pairs.h"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+
+namespace cab::tests {
+namespace {
+
+constexpr std::uint64_t kSeed = 15;
+
+BoxRow row_of(const oracle::OracleBox<float>& box) {
+  BoxRow row{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    row.center[c] = box.center[c];
+    row.half[c] = box.half[c];
+    for (std::size_t k = 0; k < 3; ++k) row.axis[3 * k + c] = box.axis[k][c];
+  }
+  return row;
+}
+
+// Sixteen pairs in both layouts that kernels read.
+struct Pairs {
+  oracle::BoxPair pair[kLanes];
+  BoxRow row_a[kLanes], row_b[kLanes];
+  BoxTile tile_a, tile_b;
+  ShiftTile shift;
+};
+
+void fill(Pairs& pairs) {
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const oracle::BoxPair& pair = pairs.pair[lane];
+    pairs.row_a[lane] = row_of(pair.a);
+    pairs.row_b[lane] = row_of(pair.b);
+    put(pairs.tile_a, lane, pair.a);
+    put(pairs.tile_b, lane, pair.b);
+    for (std::size_t c = 0; c < 3; ++c) pairs.shift.by[c][lane] = pair.origin_b[c] - pair.origin_a[c];
+  }
+}
+
+std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const Pairs& pairs, std::uint32_t leaves) {
+  kernel::RowPairs<BoxRow> rows;
+  rows.shift = &pairs.shift;
+  rows.leaves = leaves;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    rows.a[lane] = &pairs.row_a[lane];
+    rows.b[lane] = &pairs.row_b[lane];
+  }
+  return kernels.overlap_box_rows(rows);
+}
+
+// An articulation of one link and one leaf, for the tile kernels.
+Articulation one_leaf() {
+  static constexpr std::uint16_t kLink[] = {0}, kCount[] = {1};
+  static constexpr std::uint64_t kIgnored[] = {1};
+  Articulation articulation;
+  articulation.link_count = articulation.leaf_count = articulation.node_count = 1;
+  articulation.leaf_link = {kLink, 1};
+  articulation.ignored_bits = {kIgnored, 1};
+  articulation.program.node_leaf_count = {kCount, 1};
+  return articulation;
+}
+
+std::uint32_t overlap_tiles(const kernel::KernelTable& kernels, const Pairs& pairs, const ShiftTile* shift) {
+  const Articulation articulation = one_leaf();
+  TilePair stack[4], found[4];
+  kernel::TileDescent<BoxTile> job{&articulation, &articulation, &pairs.tile_a, &pairs.tile_b, shift,
+                                   0xffff,        false,         {stack, 4, 0}, {found, 4, 0}, 0};
+  kernels.descend_boxes(job);
+  CHECK(job.box_tests == kLanes);
+  return job.found.size ? found[0].lanes : 0;
+}
+
+bool zero_shift(const Pairs& pairs) {
+  for (const auto& component : pairs.shift.by)
+    for (const double by : component)
+      if (by != 0) return false;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
+  constexpr std::uint32_t kTilesPerRegime = 800;
+  const std::uint32_t kAllLeaves = 0xffff, kAllInner = 0;
+  for (unsigned regime = 0; regime < oracle::kTouchRegimeCount; ++regime) {
+    oracle::Random random(kSeed + regime);
+    std::size_t touching = 0, lost = 0, false_alarms = 0, differing = 0;
+    for (std::uint32_t t = 0; t < kTilesPerRegime; ++t) {
+      Pairs pairs;
+      std::uint32_t truth = 0;
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        pairs.pair[lane] =
+            oracle::near_touching_pair(random, static_cast<oracle::TouchRegime>(regime), random.uniform(-20, 2));
+        if (oracle::judge_overlap(pairs.pair[lane].a, pairs.pair[lane].b, oracle::exact_offset(pairs.pair[lane]))
+                .overlap)
+          truth |= 1u << lane;
+      }
+      fill(pairs);
+      touching += static_cast<std::size_t>(__builtin_popcount(truth));
+      const std::uint32_t expected = overlap_rows(*kernel::find_kernels(Isa::kScalar), pairs, kAllLeaves);
+      lost += static_cast<std::size_t>(__builtin_popcount(truth & ~expected));
+      false_alarms += static_cast<std::size_t>(__builtin_popcount(expected & ~truth));
+      lost += static_cast<std::size_t>(
+          __builtin_popcount(truth & ~overlap_rows(*kernel::find_kernels(Isa::kScalar), pairs, kAllInner)));
+      for (const kernel::KernelTable* kernels : available_kernels()) {
+        differing += overlap_rows(*kernels, pairs, kAllLeaves) != expected;
+        differing += overlap_tiles(*kernels, pairs, &pairs.shift) != expected;
+        if (zero_shift(pairs)) differing += overlap_tiles(*kernels, pairs, nullptr) != expected;
+      }
+    }
+    MESSAGE("regime " << regime << ": " << touching << " of " << kTilesPerRegime * kLanes << " touch, " << false_alarms
+                      << " false alarms");
+    CAPTURE(regime);
+    CAPTURE(kSeed);
+    CHECK(touching > kTilesPerRegime * kLanes / 4);
+    CHECK(lost == 0);
+    CHECK(differing == 0);
+  }
+}
+
+TEST_CASE("each of the fifteen axes alone separates the pose made for it") {
+  for (std::size_t axis = 0; axis < oracle::kSeparatingAxisCount; ++axis) {
+    Pairs pairs;
+    for (auto& pair : pairs.pair) pair = oracle::separating_axis_pose(axis);
+    fill(pairs);
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      CAPTURE(axis);
+      CAPTURE(name_of(*kernels));
+      CHECK(overlap_rows(*kernels, pairs, 0) == 0);
+      CHECK(overlap_tiles(*kernels, pairs, nullptr) == 0);
+    }
+  }
+}
+
+TEST_CASE("a NaN never separates two boxes") {
+  oracle::Random random(kSeed);
+  Pairs pairs;
+  for (auto& pair : pairs.pair) {
+    pair = oracle::separating_axis_pose(0);
+    pair.b.center[0] = pair.b.center[1] = pair.b.center[2] = std::numeric_limits<float>::quiet_NaN();
+  }
+  fill(pairs);
+  for (const kernel::KernelTable* kernels : available_kernels()) CHECK(overlap_rows(*kernels, pairs, 0xffff) == 0xffff);
+}
+
+TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says so") {
+  for (unsigned regime = 0; regime < oracle::kTouchRegimeCount; ++regime) {
+    oracle::Random random(kSeed + 100 + regime);
+    std::size_t outside = 0, lost = 0, differing = 0;
+    for (std::uint32_t t = 0; t < 400; ++t) {
+      Pairs pairs;
+      for (auto& pair : pairs.pair)
+        pair = oracle::near_touching_pair(random, static_cast<oracle::TouchRegime>(regime), random.uniform(-20, 100));
+      fill(pairs);
+      AabbTile a, b;
+      const kernel::KernelTable& scalar = *kernel::find_kernels(Isa::kScalar);
+      scalar.bound_boxes(&pairs.tile_a, 1, &a);
+      scalar.bound_boxes(&pairs.tile_b, 1, &b);
+      AabbRow row_a[kLanes], row_b[kLanes];
+      scalar.aabbs_to_rows(&a, 1, kLanes, row_a, 1);
+      scalar.aabbs_to_rows(&b, 1, kLanes, row_b, 1);
+      kernel::RowPairs<AabbRow> rows;
+      rows.shift = &pairs.shift;
+      rows.leaves = 0xffff;
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        rows.a[lane] = &row_a[lane];
+        rows.b[lane] = &row_b[lane];
+        const auto box = oracle::convert<oracle::Quad>(pairs.pair[lane].a);
+        for (unsigned i = 0; i < 8; ++i) {
+          const auto corner = oracle::corner(box, i);
+          for (std::size_t c = 0; c < 3; ++c)
+            outside += corner[c] < static_cast<oracle::Quad>(a.lo[c][lane]) ||
+                       corner[c] > static_cast<oracle::Quad>(a.hi[c][lane]);
+        }
+      }
+      const std::uint32_t expected = scalar.overlap_aabb_rows(rows);
+      lost += (overlap_rows(scalar, pairs, 0xffff) & ~expected) != 0;
+      for (const kernel::KernelTable* kernels : available_kernels()) {
+        AabbTile again;
+        kernels->bound_boxes(&pairs.tile_a, 1, &again);
+        differing += !same_bits(again, a);
+        differing += kernels->overlap_aabb_rows(rows) != expected;
+      }
+    }
+    CAPTURE(regime);
+    CHECK(outside == 0);
+    CHECK(lost == 0);
+    CHECK(differing == 0);
+  }
+}
+
+TEST_CASE("rows hold exactly the tile's boxes, for every number of live lanes") {
+  oracle::Random random(kSeed + 300);
+  for (std::uint32_t live = 1; live <= kLanes; ++live) {
+    BoxTile nodes[3];
+    for (auto& node : nodes)
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+        put(node, lane, oracle::near_touching_pair(random, oracle::TouchRegime::kOrdinary, 0).a);
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      std::vector<BoxRow> rows(kLanes * 4);
+      std::memset(static_cast<void*>(rows.data()), 0x5a, rows.size() * sizeof(BoxRow));
+      const std::vector<BoxRow> untouched = rows;
+      kernels->boxes_to_rows(nodes, 3, live, rows.data(), 4);
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+        for (std::uint32_t n = 0; n < 4; ++n) {
+          const BoxRow expected = lane < live && n < 3 ? row_of(get(nodes[n], lane)) : untouched[lane * 4 + n];
+          REQUIRE(same_bits(rows[lane * 4 + n], expected));
+        }
+    }
+  }
+}
+
+}  // namespace cab::tests

@@ -1,0 +1,82 @@
+// The table of policies: the one place where knobs have names.
+#include <cab/policy.h>
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <set>
+#include <string>
+
+namespace {
+
+using namespace cab;
+
+constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2;
+
+}  // namespace
+
+TEST_CASE("every policy value is read back as it was set by name, and alone") {
+  const auto table = policy_table();
+  REQUIRE(table.size == 3);
+  for (std::uint32_t row = 0; row < table.size; ++row) {
+    for (std::uint32_t value = 0; value < table[row].value_count; ++value) {
+      CAPTURE(table[row].values[value].name);
+      Policies policies;
+      const Policies before = policies;
+      CHECK(policy_set(policies, row, table[row].values[value].name));
+      CHECK(policy_get(policies, row) == value);
+      for (std::uint32_t other = 0; other < table.size; ++other) {
+        if (other == row) continue;
+        CHECK(policy_get(policies, other) == policy_get(before, other));
+      }
+    }
+  }
+}
+
+TEST_CASE("the rows of the table are the fields of Policies, and their values the enumerators") {
+  Policies policies;
+  CHECK(policy_set(policies, kRefitRow, "aabb_hull"));
+  CHECK(policies.refit == Refit::kAabbHull);
+  CHECK(policy_set(policies, kRefitRow, "cab"));
+  CHECK(policies.refit == Refit::kCab);
+  CHECK(policy_set(policies, kStrategyRow, "brute"));
+  CHECK(policies.strategy == Strategy::kBrute);
+  CHECK(policy_set(policies, kStrategyRow, "tree"));
+  CHECK(policies.strategy == Strategy::kTree);
+  CHECK(policy_set(policies, kExactRow, "fcl"));
+  CHECK(policies.exact == Exact::kFcl);
+  CHECK(policy_set(policies, kExactRow, "none"));
+  CHECK(policies.exact == Exact::kNone);
+}
+
+TEST_CASE("a name that is no value of the field is refused and changes nothing") {
+  const auto table = policy_table();
+  for (std::uint32_t row = 0; row <= table.size; ++row) {
+    for (const char* const name : {"", "no such policy", "CAB", "tre", "treee", "fcl ", "best3"}) {
+      CAPTURE(row);
+      CAPTURE(name);
+      Policies policies = {Refit::kAabbHull, Strategy::kBrute, Exact::kFcl};
+      const Policies before = policies;
+      CHECK_FALSE(policy_set(policies, row, name));
+      CHECK(std::memcmp(&policies, &before, sizeof(Policies)) == 0);
+    }
+  }
+  Policies policies;
+  CHECK_FALSE(policy_set(policies, kRefitRow, nullptr));
+  CHECK_FALSE(policy_set(policies, kRefitRow, "tree"));  // a value of another row
+  CHECK_FALSE(policy_set(policies, static_cast<std::uint32_t>(-1), "tree"));
+}
+
+TEST_CASE("every field and every value has a meaning and a name of its own") {
+  std::set<std::string> fields;
+  for (const PolicyField& field : policy_table()) {
+    CHECK(fields.insert(field.name).second);
+    CHECK(std::strlen(field.meaning) > 0);
+    CHECK(field.value_count >= 2);
+    std::set<std::string> values;
+    for (std::uint32_t value = 0; value < field.value_count; ++value) {
+      CHECK(values.insert(field.values[value].name).second);
+      CHECK(std::strlen(field.values[value].meaning) > 0);
+    }
+  }
+}

@@ -1,0 +1,22 @@
+// Judge of containment: does a float parent box hold a child box, both taken as exact reals?
+#pragma once
+
+#include "tests/oracle/oracle_box.h"
+
+namespace cab::oracle {
+
+// How far the child's worst corner sticks out of the parent; negative is inside, 0 touches and counts as inside.
+struct ContainmentVerdict {
+  bool inside;         // excess <= 0, up to the judge's own rounding of 2^-100 of the sizes
+  double excess;       // max over corners and axes of |x_k| - half[k], in the boxes' unit
+  double excess_ulps;  // excess / (2^-24 (S + M)), S and M of the parent
+};
+
+// Judges in Quad: x solves A x = corner - center over the parent's skewed axes; both boxes in one frame and unit.
+// A box that is not finite, has a negative half, or (as parent) nearly dependent axes is outside with infinite excess.
+ContainmentVerdict judge_containment_exactly(const OracleBox<float>& parent, const OracleBox<Quad>& child);
+
+// The same verdict, but clear passes are settled in double, their excess good to 2^-44 of the sizes.
+ContainmentVerdict judge_containment(const OracleBox<float>& parent, const OracleBox<float>& child);
+
+}  // namespace cab::oracle

@@ -1,0 +1,48 @@
+// Random pairs of child boxes, by regimes that are hard for a merge in float.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "tests/oracle/merge_cab_double.h"
+#include "tests/oracle/oracle_box.h"
+#include "tests/oracle/random.h"
+
+namespace cab::oracle {
+
+// The regimes of numerics.md, "Tests this asks for"; lengths in metres unless said otherwise.
+enum class MergeRegime {
+  kLimbs,         // length to thickness 1:1 to 6:1, any joint angle
+  kStraight,      // limbs bent by 1e-7 to 0.1 rad
+  kFolded,        // limbs folded onto each other to 1e-7 to 0.1 rad
+  kHighAspect,    // aspect 1e3 to 1e6
+  kDegenerate,    // plates, segments and points, against each other and against limbs
+  kTinyHuge,      // children apart by 1e2 to 1e12 in size
+  kFar,           // 1e5 to 1e7 m from the origin
+  kExtremeScale,  // everything scaled by 1e-30 to 1e18, at times one child alone
+  kDrifting,      // axes orthonormal only to 4 u to 16 u
+  kParents,       // children that are parents themselves, one to four levels up
+};
+inline constexpr unsigned kMergeRegimeCount = 10;
+
+// One merge to try; a fifth of the cases have no joint and go by the centre rule.
+struct MergeCase {
+  OracleBox<float> child1, child2;
+  bool has_joint;
+  float joint[3];
+};
+
+// Makes the parent of two boxes; joint points to x, y, z or is null.
+using ParentMaker =
+    std::function<OracleBox<float>(const OracleBox<float>&, const OracleBox<float>&, const float* joint)>;
+
+// The oracle's own parent, padded and rounded to float.
+OracleBox<float> oracle_parent(const OracleBox<float>& child1, const OracleBox<float>& child2, const float* joint);
+
+// A case of a regime; make_parent builds the children of kParents, from leaves up.
+MergeCase make_merge_case(Random& random, MergeRegime regime, const ParentMaker& make_parent = oracle_parent);
+
+// Every parent that the oracle accepts for a case, the prescribed one first.
+std::vector<OracleMerge> merge_cab_candidates(const MergeCase& merge_case, const MarginThresholds& thresholds = {});
+
+}  // namespace cab::oracle

@@ -1,0 +1,40 @@
+// Judge of overlap of two boxes, taken as exact reals, over the 15 separating axes of parallelepipeds.
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstddef>
+
+#include "tests/oracle/oracle_box.h"
+
+namespace cab::oracle {
+
+// Axes 0..2 are A's face normals A_k+1 x A_k+2, 3..5 are B's, and 6 + 3 i + j is A_i x B_j.
+inline constexpr std::size_t kSeparatingAxisCount = 15;
+
+// Signed distance between the boxes' shadows on each axis, in the boxes' unit; -infinity where an axis vanishes.
+using AxisGaps = std::array<double, kSeparatingAxisCount>;
+
+// Whether two boxes meet, and how nearly they do not.
+struct OverlapVerdict {
+  bool overlap;         // touching counts as overlapping, up to the judge's own rounding of 2^-100 of the sizes
+  double gap;           // the largest of the axis gaps: negative depth, or a lower bound of the distance
+  double gap_relative;  // gap / (Sa + Sb); infinite for distinct points
+  std::size_t axis;     // the axis of that gap
+};
+
+// Judges in Quad; offset is B's centre minus A's in the frame of the axes, and the boxes' own centres are not used.
+// Both boxes finite, halves not negative, axes near enough orthonormal that every component is below 2.
+OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& b, const Vec3<Quad>& offset);
+
+// The same for boxes whose centres share one origin.
+OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& b);
+
+// The gaps on all axes, in double: good to 2^-48 of the sizes over the length of the axis.
+AxisGaps axis_gaps(const OracleBox<double>& a, const OracleBox<double>& b, const Vec3<double>& offset);
+
+// The axes that separate, in double: those with a positive gap.
+std::bitset<kSeparatingAxisCount> separating_axes(const OracleBox<double>& a, const OracleBox<double>& b,
+                                                  const Vec3<double>& offset);
+
+}  // namespace cab::oracle

@@ -1,0 +1,41 @@
+// Pairs of float boxes made to be hard for an overlap test.
+#pragma once
+
+#include "tests/oracle/oracle_box.h"
+#include "tests/oracle/random.h"
+
+namespace cab::oracle {
+
+// Two boxes, each relative to the origin of its instance; the origins share one world frame, in metres.
+struct BoxPair {
+  OracleBox<float> a, b;
+  double origin_a[3], origin_b[3];
+};
+
+// What makes a near-touching pair hard.
+enum class TouchRegime {
+  kOrdinary,           // halves within a factor of 10 of each other
+  kHighAspect,         // longest over shortest half to 1e6
+  kPlates,             // one or both without thickness
+  kLines,              // a segment against a solid, a plate, or another segment on its line
+  kPoints,             // a point against a solid, a plate, a segment or a point
+  kTinyHuge,           // sizes apart by 1e2 to 1e6
+  kParallelEdges,      // one axis in common, bit for bit, or all three
+  kNearParallelEdges,  // frames turned by 1e-8 to 1e-2
+  kFarCenters,         // centres 10 to 1e4 sizes from their common origin
+  kFarOrigins,         // instances 1e5 to 1e7 m out, centres within metres of their origins
+};
+inline constexpr unsigned kTouchRegimeCount = 10;
+
+// A pair whose signed gap is about gap_ulps times 2^-24 (Sa + Sb), an ulp or so either way (to 6 in kHighAspect);
+// negative overlaps, and judge_overlap tells. Origins are zero except in kFarOrigins; half the frames drift by up to
+// 16 u. A fifth of kLines and a third of kPoints have no thickness to overlap by and touch exactly, whatever gap_ulps.
+BoxPair near_touching_pair(Random& random, TouchRegime regime, double gap_ulps);
+
+// B's centre minus A's in the world frame, exact to Quad.
+Vec3<Quad> exact_offset(const BoxPair& pair);
+
+// A pose, origins zero, that only axis k in 0..14 of the judge separates, by 3 % of Sa + Sb; sizes about 1 m.
+BoxPair separating_axis_pose(std::size_t k);
+
+}  // namespace cab::oracle
