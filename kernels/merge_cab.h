@@ -47,20 +47,21 @@ CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Ve
   const Vec3<V> main = choose<V>(apart, m, choose<V>(copy_2, second.axis[0], first.axis[0]));
   const Vec3<V> minor = choose<V>(apart, normal, choose<V>(copy_2, second.axis[1], first.axis[1]));
 
-  axes[0] = normalized(main);
-  axes[1] = normalized(minor - dot(minor, axes[0]) * axes[0]);
+  // Gram-Schmidt with the unnormalised main axis, so that the two square roots do not wait for each other.
+  const V main_sq = dot(main, main);
+  axes[0] = divide(V(1.0f), sqrt(main_sq)) * main;
+  axes[1] = normalized(minor - divide(dot(minor, main), main_sq) * main);
   axes[2] = cross(axes[0], axes[1]);
 }
 
-// Merges two children. joint: where they meet, in the frame of their centres; null = they share no joint, and each
-// axis points away from the other child's centre.
+// Axes of the parent of two children. joint: where they meet, in the frame of their centres; null = they share no
+// joint, and each axis points away from the other child's centre.
 template <class V>
-CAB_INLINE BoxLanes<V> merge_cab(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V>* joint) {
+CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V>* joint,
+                         Vec3<V> (&axes)[3]) {
   const Vec3<V> outward_1 = first.center - (joint ? *joint : second.center);
   const Vec3<V> outward_2 = second.center - (joint ? *joint : first.center);
-  Vec3<V> axes[3];
   cab_axes(first, second, outward_1, outward_2, axes);
-  return enclose(first, second, axes);
 }
 
 }  // namespace cab::kernel

@@ -7,22 +7,27 @@
 
 namespace cab::kernel {
 
+// Merges two nodes of a tile into their parent. All lanes' axes come first: choosing axes is one long chain of
+// dependent operations, and the chains of several groups of lanes overlap (measured: AVX2 and SSE2).
+template <class V>
+CAB_INLINE void merge_tile(const BoxTile& left, const BoxTile& right, const PointTile* joint, BoxTile& parent) {
+  Vec3<V> axes[kLanes / kWidth<V>][3];
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+    Vec3<V> at;
+    if (joint) at = load3<V>(joint->at, lane);
+    cab_axes(load_box<V>(left, lane), load_box<V>(right, lane), joint ? &at : nullptr, axes[lane / kWidth<V>]);
+  }
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+    store_box(parent, lane, enclose(load_box<V>(left, lane), load_box<V>(right, lane), axes[lane / kWidth<V>]));
+}
+
 // nodes: leaf boxes in, inner boxes out (2 leaf_count - 1). joints are indexed by link.
 template <class V>
 void refit_cab(const MergeProgram& program, const PointTile* joints, BoxTile* nodes) {
   BoxTile* parent = nodes + program.steps.size + 1;
   for (const MergeStep& step : program.steps) {
-    for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-      const BoxLanes<V> left = load_box<V>(nodes[step.left], lane);
-      const BoxLanes<V> right = load_box<V>(nodes[step.right], lane);
-      if (step.joint_link == kNoJoint) {
-        store_box(*parent, lane, merge_cab<V>(left, right, nullptr));
-      } else {
-        const Vec3<V> joint = load3<V>(joints[step.joint_link].at, lane);
-        store_box(*parent, lane, merge_cab(left, right, &joint));
-      }
-    }
-    ++parent;
+    const PointTile* joint = step.joint_link == kNoJoint ? nullptr : joints + step.joint_link;
+    merge_tile<V>(nodes[step.left], nodes[step.right], joint, *parent++);
   }
 }
 
