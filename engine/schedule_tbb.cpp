@@ -3,18 +3,19 @@
 
 #include "kernels/float_mode.h"
 
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+
+#include <algorithm>
 
 namespace cab {
 namespace {
 
 class TbbSchedule final : public Schedule {
  public:
-  explicit TbbSchedule(std::uint32_t thread_count)
-      : arena_(thread_count == 0 ? tbb::task_arena::automatic : static_cast<int>(thread_count)) {
-    arena_.initialize();
-  }
+  // More threads than cores gain nothing, and TBB warns about them on standard error.
+  explicit TbbSchedule(std::uint32_t thread_count) : arena_(concurrency(thread_count)) { arena_.initialize(); }
   std::uint32_t worker_count() const override { return static_cast<std::uint32_t>(arena_.max_concurrency()); }
   void run(std::uint32_t task_count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) override {
     arena_.execute([&] {
@@ -26,6 +27,11 @@ class TbbSchedule final : public Schedule {
   }
 
  private:
+  static int concurrency(std::uint32_t thread_count) {
+    const int cores = tbb::info::default_concurrency();
+    return thread_count == 0 ? cores : std::min(static_cast<int>(std::min(thread_count, 1u << 16)), cores);
+  }
+
   tbb::task_arena arena_;
 };
 

@@ -1,3 +1,4 @@
+cmake_minimum_required(VERSION 3.25)
 # Fails unless the README's C++ example is tests/embed/main.cpp, letter for letter.
 file(READ ${README} readme)
 file(READ ${EXAMPLE} example)

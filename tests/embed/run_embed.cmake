@@ -1,3 +1,4 @@
+cmake_minimum_required(VERSION 3.25)
 # Installs cab, and configures, builds and runs tests/embed against what was installed.
 # VARIANT built: the build at BUILD. VARIANT other: a build of the library alone, shared where that at BUILD is static.
 function(run)

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <utility>
 
 namespace {
 
@@ -112,9 +113,11 @@ class Ledger {
     ++ledger.calls_;
     if (ledger.until_failure_ == 0) return nullptr;
     if (ledger.until_failure_ > 0) --ledger.until_failure_;
+    const std::int64_t countdown = std::exchange(news_until_failure, -1);  // the ledger's own notes never fail
     void* const memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
     std::memset(memory, 0xa5, bytes);
     ledger.out_[memory] = {bytes, alignment};
+    news_until_failure = countdown;
     return memory;
   }
   static void release(void* user, void* memory, std::size_t bytes, std::size_t alignment) {

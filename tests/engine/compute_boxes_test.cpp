@@ -53,8 +53,9 @@ TEST_CASE("every box contains every exactly posed leaf box below it, and the eng
     const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kFrames;
     World world;
     const double size = random.log_uniform(0.1, 1e4);  // far from its own origin boxes are wider, never wrong
-    world.members.push_back(
-        any_member(random, kInstanceCounts[random.index(6)], kind, any_placement(random, false, {}, size), 64));
+    const Placement place = any_placement(random, false, {}, size);
+    const std::uint32_t instances = kInstanceCounts[random.index(6)];
+    world.members.push_back(any_member(random, instances, kind, place, 64));
     const Member& member = world.members[0];
     const EnginePtr engine = make_engine_for(world);
     const std::uint32_t nodes = member.rig.node_count(), leaves = member.rig.leaf_count();

@@ -112,6 +112,11 @@ inline void quaternion_about(const oracle::Vec3<double>& axis, double angle, dou
   q[3] = std::cos(angle / 2);
 }
 
+inline void random_turn(Random& random, double (&q)[4]) {
+  const oracle::Vec3<double> axis = random.unit_vector();
+  quaternion_about(axis, random.uniform(-3, 3), q);
+}
+
 // Columns of the rotation of a quaternion of any length.
 template <class T>
 void quaternion_matrix(const T (&q)[4], T (&column)[3][3]) {
@@ -167,7 +172,7 @@ inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instance
     std::vector<double> turn(9 * rig.parents.size());
     for (std::uint32_t link = 0; link < out.link_count; ++link) {
       double q[4], column[3][3];
-      quaternion_about(random.unit_vector(), random.uniform(-3, 3), q);
+      random_turn(random, q);
       quaternion_matrix(q, column);
       at[link] = place.origins ? oracle::Vec3<double>{} : stand;
       if (link > 0) {
@@ -182,7 +187,7 @@ inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instance
     }
     if (place.orientations) {
       double q[4];
-      quaternion_about(random.unit_vector(), random.uniform(-3, 3), q);
+      random_turn(random, q);
       for (const double v : q) out.orientations.push_back(static_cast<float>(v));
     }
   }

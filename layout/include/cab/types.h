@@ -271,7 +271,9 @@ struct Scheduler {
 
 struct EngineDesc {
   Isa isa = Isa::kAuto;
-  std::uint32_t thread_count = 1;        // built-in scheduler: 1 = the calling thread, 0 = every core (TBB)
+  // Built-in scheduler: 1 = the calling thread; else TBB with at most that many threads, and no more than cores;
+  // 0 = every core.
+  std::uint32_t thread_count = 1;
   const Allocator* allocator = nullptr;  // null = aligned operator new
   const Scheduler* scheduler = nullptr;  // null = built-in
 };
