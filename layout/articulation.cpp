@@ -18,7 +18,7 @@ constexpr double kAxesTolerance = 1e-5;
 constexpr double kAxesExact = 8.0 / (1 << 24);
 
 // A part may exceed its leaf's box by this fraction of the box's S (float rounding of the caller's own fit):
-// a quarter of the padding that posing adds.
+// an eighth of the padding that posing adds.
 constexpr double kShapeTolerance = 1.0 / (1 << 22);
 
 bool finite(const float* values, std::size_t count, float limit) {

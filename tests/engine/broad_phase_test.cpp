@@ -66,6 +66,47 @@ TEST_CASE("origins at the ends of double's range neither lose nor invent a pair"
   }
 }
 
+TEST_CASE("cubes face on face touch even where the step from one double to the next is as large as they are") {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const int scale = 20 + static_cast<int>(random.index(40));
+    const double step = std::ldexp(1.0, scale - 53);  // between doubles of 2^(scale - 1) to 2^scale
+    oracle::Vec3<double> at{};
+    for (double& c : at.v) c = random.sign() * std::ldexp(0.5, scale) * random.uniform(1.0, 1.9);
+    const double width = step * (1 + random.index(7));
+    for (const BatchKind kind : kKinds) {
+      World world = two_cubes(at, std::copysign(width, -at[0]), kind);  // towards the origin: exact
+      for (Member& member : world.members)
+        for (float& half : member.rig.leaves[0].box.half) half = static_cast<float>(width / 2);
+      REQUIRE(std::fabs(world.members[1].poses.origins[0] - at[0]) == width);
+      for (const Policies& policies : kPolicies) CHECK(run_world(world, policies).hits.size() == 1);
+    }
+  }
+}
+
+TEST_CASE(
+    "the broad phase rejects no pair that the leaf test accepts: characters as frames, about the edge of touching") {
+  for (const double out : {0.0, 1e7, 1e9}) {
+    std::size_t hits = 0;
+    for (int i = 0; i < 400; ++i) {
+      CAPTURE(out);
+      CAPTURE(i);
+      const double distance = 1 + 5e-8 * i;
+      const auto answer = [&](BatchKind kind, const Policies& policies) {
+        return run_world(two_cubes({{out, out, -out}}, distance, kind), policies).hits.size();
+      };
+      const std::size_t expected = answer(BatchKind::kFrames, kPolicies[0]);
+      CHECK(answer(BatchKind::kCharacters, kPolicies[0]) == expected);
+      CHECK(answer(BatchKind::kCharacters, kPolicies[1]) == expected);
+      CHECK(answer(BatchKind::kCharacters, kPolicies[2]) == answer(BatchKind::kFrames, kPolicies[2]));
+      hits += expected;
+    }
+    CHECK(hits > 20);
+    CHECK(hits < 380);
+  }
+}
+
 TEST_CASE("a whole crowd moved by a power of two has the same hits") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);

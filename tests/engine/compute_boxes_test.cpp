@@ -45,7 +45,7 @@ std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, Artic
 }  // namespace
 
 TEST_CASE("every box contains every exactly posed leaf box below it, and the engine's own leaf boxes") {
-  double worst = -1e30;
+  double worst = -1e30;  // nearest that a posed corner comes to leaving a box, in ulps of size; measured -4.8
   std::size_t judged = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
@@ -82,8 +82,8 @@ TEST_CASE("every box contains every exactly posed leaf box below it, and the eng
     }
   }
   CHECK(judged > 20000);
+  CAPTURE(worst);
   CHECK(worst < 0);
-  MESSAGE("nearest that a posed corner came to leaving a box: " << worst << " ulps of size");
 }
 
 TEST_CASE("axes of boxes are orthonormal to 16 u, halves are not negative, and axis-aligned boxes are") {

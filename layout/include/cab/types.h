@@ -230,7 +230,7 @@ struct FrameStats {
   std::uint64_t instances_masked = 0;
   double seconds_update = 0;  // posing and refit: t[upd]
   double seconds_test = 0;    // box tests: t[test]
-  double seconds_query = 0;   // exact tests: t[query]
+  double seconds_query = 0;   // exact tests and the reporting of hits: t[query]
   double seconds_total = 0;   // wall time of the call
 };
 
