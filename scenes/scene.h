@@ -39,13 +39,20 @@ struct Character {
   bool is_static = false;       // poses and origins hold one frame, good for all (a table)
 };
 
+// Two characters by their indices in the scene, a < b.
+struct CharacterPair {
+  std::uint32_t a;
+  std::uint32_t b;
+};
+
 // Characters on one clock in one world.
 struct Scene {
   std::string name;
   double frame_seconds = 0;
   std::uint32_t frame_count = 0;
   std::vector<Character> characters;
-  std::vector<std::string> notes;  // what an importer merged, dropped or doubted
+  std::vector<CharacterPair> pairs;  // who is tested against whom; empty = every two that are not both static
+  std::vector<std::string> notes;    // what an importer merged, dropped or doubted
 };
 
 // Floats of one link's pose.

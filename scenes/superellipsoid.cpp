@@ -1,15 +1,10 @@
 // The 58-vertex superellipsoid polytope that the paper's links are made of.
 #include "scenes/superellipsoid.h"
 
-#include <cmath>
-
 namespace cab::scenes {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-
-// sign(x) |x|^e
-double spow(double x, double e) { return std::copysign(std::pow(std::fabs(x), e), x); }
 
 }  // namespace
 

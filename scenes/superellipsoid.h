@@ -1,9 +1,13 @@
 // The 58-vertex superellipsoid polytope that the paper's links are made of.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 namespace cab::scenes {
+
+// sign(x) |x|^e
+inline double spow(double x, double e) { return std::copysign(std::pow(std::fabs(x), e), x); }
 
 // x y z of 58 vertices with half extents (a, b, c) along x, y, z: the two poles (-+a, 0, 0), then seven rings of
 // eight. e = 1 gives an ellipsoid, e -> 0 a box. Computed in double, rounded once.
