@@ -15,6 +15,11 @@ bool paired(const Engine& engine, std::uint32_t a, std::uint32_t b) {
   return engine.paired_bits[bit >> 6] >> (bit & 63) & 1;
 }
 
+// Whether y or z separates two bounds.
+bool apart(const InstanceBounds& a, const InstanceBounds& b) {
+  return b.lo[1] > a.hi[1] || a.lo[1] > b.hi[1] || b.lo[2] > a.hi[2] || a.lo[2] > b.hi[2];
+}
+
 void set_paired(Engine& engine, std::uint32_t a, std::uint32_t b) {
   const std::size_t bit = std::size_t{a} * engine.batches.size() + b;
   engine.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
@@ -67,10 +72,9 @@ bool Partners::next(Candidate* out) {
   const BroadEntry& a = engine_.broad_entries[entry_];
   while (other_ < entry_count_) {
     const BroadEntry& b = engine_.broad_entries[other_];
-    if (b.bounds.lo[0] > a.bounds.hi[0]) return false;
+    if (!all_ && b.bounds.lo[0] > a.bounds.hi[0]) return false;
     ++other_;
-    if (b.bounds.lo[1] > a.bounds.hi[1] || a.bounds.lo[1] > b.bounds.hi[1]) continue;
-    if (b.bounds.lo[2] > a.bounds.hi[2] || a.bounds.lo[2] > b.bounds.hi[2]) continue;
+    if (!all_ && apart(a.bounds, b.bounds)) continue;
     if (!paired(engine_, a.batch, b.batch)) continue;
     const bool in_order = std::tie(a.batch, a.instance) < std::tie(b.batch, b.instance);
     const BroadEntry& first = in_order ? a : b;

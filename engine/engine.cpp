@@ -65,6 +65,8 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   worker.boxes = worker.arena.allocate<BoxTile>(needs.nodes);
   worker.bounds = worker.arena.allocate<AabbTile>(needs.nodes);
   worker.joints = worker.arena.allocate<PointTile>(needs.joints);
+  worker.motions = worker.arena.allocate<MotionTile>(needs.joints);
+  worker.moments = worker.arena.allocate<MomentTile>(needs.nodes);
   worker.live = worker.arena.allocate<std::uint32_t>(batch_count);
   worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
   worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
@@ -178,6 +180,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     if (!call.admitted()) return Status::kBusy;
     const Articulation* articulation = find_articulation(engine, desc.articulation);
     if (!articulation) return Status::kUnknownArticulation;
+    if (desc.kind > BatchKind::kFrames) return Status::kBadBatchKind;
     if (desc.instance_count == 0) return Status::kNoInstances;
     if (desc.instance_count > kMaxInstances || engine.batches.size() == kMaxBatches) return Status::kTooManyInstances;
     auto slot = std::make_unique<BatchSlot>(engine.allocator);
@@ -217,10 +220,10 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   const kernel::FloatMode mode;
   call.bind(input);
   Worker& worker = *engine.workers[0];
-  const bool axis_aligned = policies.refit == Refit::kAabbHull;
+  const bool axis_aligned = is_axis_aligned(policies.refit);
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
     const std::uint32_t live =
-        update_tile(engine, batch, policies.refit, tile, true, worker, worker.boxes.data, worker.bounds.data);
+        update_tile(engine, batch, policies, tile, true, worker, worker.boxes.data, worker.bounds.data);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {

@@ -39,6 +39,8 @@ struct alignas(64) Worker {
   Span<BoxTile> boxes;    // one tile's hierarchy of every frame batch, or of one character batch
   Span<AabbTile> bounds;  // the same, axis-aligned
   Span<PointTile> joints;
+  Span<MotionTile> motions;  // of one tile's links, for refits that need them
+  Span<MomentTile> moments;  // of one tile's nodes, likewise
   Span<std::uint32_t> live;  // of every batch's tile at hand: lanes that take part
   FixedList<NodePair> stack;
   FixedList<TilePair> tile_stack;

@@ -49,10 +49,10 @@ void update_characters(Engine& engine, const FrameJob& job) {
       const std::uint32_t first = tile * kLanes;
       const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
       batch.live[tile] = static_cast<std::uint16_t>(
-          update_tile(engine, batch, job.policies.refit, tile, true, worker, worker.boxes.data, worker.bounds.data));
+          update_tile(engine, batch, job.policies, tile, true, worker, worker.boxes.data, worker.bounds.data));
       bound_instances(engine, batch, tile, worker.boxes.data);
       const std::size_t row = std::size_t{first} * nodes;
-      if (job.policies.refit == Refit::kAabbHull)
+      if (is_axis_aligned(job.policies.refit))
         engine.kernels->aabbs_to_rows(worker.bounds.data, nodes, live, aabb_rows(batch) + row, nodes);
       else
         engine.kernels->boxes_to_rows(worker.boxes.data, nodes, live, batch.rows.data + row, nodes);
@@ -112,7 +112,7 @@ void pair_between_characters(Engine& engine, const FrameJob& job, HitSink& sink)
                               Worker& worker = *engine.workers[w];
                               const std::uint32_t end = std::min(entries, (task + 1) * kEntriesPerTask);
                               for (std::uint32_t entry = task * kEntriesPerTask; entry < end; ++entry) {
-                                Partners partners(engine, entries, entry);
+                                Partners partners(engine, entries, entry, job.policies.strategy == Strategy::kExactAll);
                                 Candidate candidate;
                                 while (partners.next(&candidate))
                                   gather_candidate(engine, job, false, candidate, worker, sink);
@@ -161,6 +161,16 @@ void descend(Worker& worker, const InstanceBatch& a, const InstanceBatch& b, con
   worker.stats.box_tests += descent.box_tests;
 }
 
+// The same without boxes: every leaf pair that is not ignored, in all lanes.
+void list_all_pairs(Worker& worker, const InstanceBatch& a, const InstanceBatch& b, std::uint32_t lanes, bool self) {
+  worker.tile_found.clear();
+  const Articulation &art_a = *a.articulation, &art_b = *b.articulation;
+  for (std::uint32_t i = 0; i < art_a.leaf_count; ++i)
+    for (std::uint32_t j = self ? i + 1 : 0; j < art_b.leaf_count; ++j)
+      if (!self || !is_ignored(art_a, art_a.leaf_link[i], art_a.leaf_link[j]))
+        worker.tile_found.push({static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j), lanes});
+}
+
 void test_frames(Engine& engine, const FrameJob& job, const PairRule& rule, std::uint32_t tile, Worker& worker,
                  HitSink& sink) {
   const std::uint32_t index_a = std::min(rule.a.value, rule.b.value) - 1,
@@ -181,7 +191,9 @@ void test_frames(Engine& engine, const FrameJob& job, const PairRule& rule, std:
     const kernel::KernelTable& kernels = *engine.kernels;
     ShiftTile shift;
     const ShiftTile* by = !self && shift_of(a, b, tile, &shift) ? &shift : nullptr;
-    if (job.policies.refit == Refit::kAabbHull)
+    if (job.policies.strategy == Strategy::kExactAll)
+      list_all_pairs(worker, a, b, lanes, self);
+    else if (is_axis_aligned(job.policies.refit))
       descend(worker, a, b, worker.bounds.data, brute ? kernels.brute_aabbs : kernels.descend_aabbs, by, lanes, self);
     else
       descend(worker, a, b, worker.boxes.data, brute ? kernels.brute_boxes : kernels.descend_boxes, by, lanes, self);
@@ -213,7 +225,7 @@ void run_frame_batches(Engine& engine, const FrameJob& job, HitSink& sink) {
       const Timed timed(worker.stats.seconds_update);
       const bool report = tile == tile_of(batch, tile);  // a table is posed again for every tile, and reported once
       worker.live[input.batch.value - 1] =
-          update_tile(engine, batch, job.policies.refit, tile_of(batch, tile), report, worker,
+          update_tile(engine, batch, job.policies, tile_of(batch, tile), report, worker,
                       worker.boxes.data + batch.worker_nodes, worker.bounds.data + batch.worker_nodes);
     }
     for (const PairRule& rule : job.rules)

@@ -38,6 +38,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadIgnoredPair: return "an ignored pair names a link that does not exist";
     case Status::kUnknownArticulation: return "the engine has no articulation of that id";
     case Status::kUnknownBatch: return "the engine has no batch of that id";
+    case Status::kBadBatchKind: return "the batch is of no known kind";
     case Status::kNoInstances: return "a batch needs at least one instance";
     case Status::kTooManyInstances: return "too many instances in a batch, or batches in an engine";
     case Status::kBatchGivenTwice: return "a batch is given poses twice in one call";

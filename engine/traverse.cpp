@@ -10,7 +10,7 @@ namespace {
 class Seeds {
  public:
   Seeds(const Engine& engine, const Worker& worker, Strategy strategy, bool within)
-      : engine_(engine), worker_(worker), brute_(strategy == Strategy::kBrute), within_(within) {}
+      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree), within_(within) {}
 
   bool next(NodePair* out) {
     while (slot_ < worker_.candidates.size) {
@@ -177,9 +177,12 @@ void traverse(const Engine& engine, const Policies& policies, bool within, Worke
       if (worker.stack.empty()) return;
       continue;
     }
-    pad(hand);
-    worker.stats.box_tests += hand.count;
-    const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows) & ((1u << hand.count) - 1);
+    std::uint32_t overlapping = (1u << hand.count) - 1;
+    if (policies.strategy != Strategy::kExactAll) {
+      pad(hand);
+      worker.stats.box_tests += hand.count;
+      overlapping &= overlap_rows(*engine.kernels, hand.rows);
+    }
     for (std::uint32_t i = 0; i < hand.count; ++i) {
       const std::uint32_t lane = (from_stack + i) % hand.count;  // seeds first: they are the shallowest
       if (!(overlapping >> lane & 1)) continue;
@@ -195,7 +198,7 @@ void traverse(const Engine& engine, const Policies& policies, bool within, Worke
 }  // namespace
 
 void traverse_candidates(const Engine& engine, const Policies& policies, bool within, Worker& worker) {
-  if (policies.refit == Refit::kAabbHull)
+  if (is_axis_aligned(policies.refit))
     traverse<AabbRow>(engine, policies, within, worker);
   else
     traverse<BoxRow>(engine, policies, within, worker);

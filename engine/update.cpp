@@ -1,13 +1,33 @@
 #include "engine/update.h"
 
 #include "kernels/pose_leaves.h"
+#include "kernels/refit_tree.h"
 
 #include <algorithm>
 
 namespace cab {
 
-std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, Refit refit, std::uint32_t tile,
-                          bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
+namespace {
+
+// Steps after posing: inner boxes, or bounds of every node, by the refit policy.
+void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies,
+           Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
+  const std::size_t extents = static_cast<std::size_t>(policies.extents);
+  if (policies.refit == Refit::kAabbVertices) {
+    kernels.fit_vertices({&articulation, worker.motions.data, aabbs});
+  } else if (policies.refit == Refit::kAabbHull) {
+    kernels.bound_boxes(nodes, articulation.leaf_count, aabbs);
+    kernels.refit_aabbs[extents](articulation.program, aabbs);
+  } else {
+    kernels.refit_boxes[static_cast<std::size_t>(policies.refit)][extents](
+        {&articulation.program, worker.joints.data, nodes, worker.moments.data});
+  }
+}
+
+}  // namespace
+
+std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies,
+                          std::uint32_t tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const BatchInput& input = *batch.input;
   const std::uint32_t first = tile * kLanes;
   const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
@@ -22,15 +42,12 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, Refi
   pose.live = live;
   pose.leaves = nodes;
   pose.joints = worker.joints.data;
+  pose.motions = policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
   pose.flags = flags;
   engine.kernels->pose_leaves(pose);
 
-  if (refit == Refit::kAabbHull) {
-    engine.kernels->bound_boxes(nodes, batch.articulation->leaf_count, aabbs);
-    engine.kernels->refit_aabb(batch.articulation->program, aabbs);
-  } else {
-    engine.kernels->refit_cab(batch.articulation->program, worker.joints.data, nodes);
-  }
+  if (policies.strategy != Strategy::kExactAll)
+    refit(*engine.kernels, *batch.articulation, policies, worker, nodes, aabbs);
 
   std::uint32_t taking_part = 0;
   for (std::uint32_t lane = 0; lane < live; ++lane)

@@ -9,7 +9,7 @@ namespace cab {
 // the hierarchy is left in aabbs instead (nodes then holds the leaf boxes only). Returns the bits of the instances that
 // take part. report: writes the instances' flags where the caller wants them and counts the masked ones; false where
 // another task does so for the same tile.
-std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, Refit refit, std::uint32_t tile,
-                          bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs);
+std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies,
+                          std::uint32_t tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs);
 
 }  // namespace cab

@@ -13,31 +13,53 @@ CAB_INLINE V reach_along(const BoxLanes<V>& box, Vec3<V> direction) {
          box.half.z * abs(dot(box.axis[2], direction));
 }
 
-// Interval of both boxes along a direction, measured from the first box's centre.
+// The box along given axes around a first box and all that are added. Projects from the first box's centre, never from
+// the origin: far from it that would cost 40 times the rounding. axes are orthonormal to 16 u; the result is padded to
+// contain every box whatever was rounded.
 template <class V>
-CAB_INLINE void enclose_along(const BoxLanes<V>& first, const BoxLanes<V>& second, Vec3<V> between, Vec3<V> direction,
-                              V& middle, V& half) {
-  const V reach_1 = reach_along(first, direction);
-  const V reach_2 = reach_along(second, direction);
-  const V offset = dot(between, direction);
-  const V hi = max(reach_1, offset + reach_2);
-  const V lo = min(-reach_1, offset - reach_2);
-  middle = V(0.5f) * (hi + lo);
-  half = V(0.5f) * (hi - lo);
-}
+class Enclosure {
+ public:
+  CAB_INLINE Enclosure(const BoxLanes<V>& first, const Vec3<V> (&axes)[3])
+      : center_(first.center), axes_{axes[0], axes[1], axes[2]} {
+    hi_ = {reach_along(first, axes[0]), reach_along(first, axes[1]), reach_along(first, axes[2])};
+    lo_ = {-hi_.x, -hi_.y, -hi_.z};
+  }
 
-// Projects from the first box's centre, never from the origin: far from it that would cost 40 times the rounding.
-// axes are orthonormal to 16 u; the result is padded to contain both boxes whatever was rounded.
+  CAB_INLINE void add(const BoxLanes<V>& box) {
+    const Vec3<V> between = box.center - center_;
+    widen(box, between, axes_[0], lo_.x, hi_.x);
+    widen(box, between, axes_[1], lo_.y, hi_.y);
+    widen(box, between, axes_[2], lo_.z, hi_.z);
+  }
+
+  // The order of the sum matters far out: the middle is formed first and added to the first centre once.
+  CAB_INLINE BoxLanes<V> box() const {
+    const V half(0.5f);
+    const Vec3<V> middle = half * (hi_ + lo_);
+    const Vec3<V> size = half * (hi_ - lo_);
+    const Vec3<V> center = center_ + (middle.x * axes_[0] + middle.y * axes_[1] + middle.z * axes_[2]);
+    const V pad = V(kMergePadSize) * sum(size) + V(kMergePadPlace) * max_component(abs(center)) + V(kMergePadTiny);
+    return {center, {axes_[0], axes_[1], axes_[2]}, {size.x + pad, size.y + pad, size.z + pad}};
+  }
+
+ private:
+  static CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction, V& lo, V& hi) {
+    const V reached = reach_along(box, direction);
+    const V offset = dot(between, direction);
+    hi = max(hi, offset + reached);
+    lo = min(lo, offset - reached);
+  }
+
+  Vec3<V> center_;
+  Vec3<V> axes_[3];
+  Vec3<V> lo_, hi_;
+};
+
 template <class V>
 CAB_INLINE BoxLanes<V> enclose(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V> (&axes)[3]) {
-  const Vec3<V> between = second.center - first.center;
-  Vec3<V> middle, half;
-  enclose_along(first, second, between, axes[0], middle.x, half.x);
-  enclose_along(first, second, between, axes[1], middle.y, half.y);
-  enclose_along(first, second, between, axes[2], middle.z, half.z);
-  const Vec3<V> center = first.center + (middle.x * axes[0] + middle.y * axes[1] + middle.z * axes[2]);
-  const V pad = V(kMergePadSize) * sum(half) + V(kMergePadPlace) * max_component(abs(center)) + V(kMergePadTiny);
-  return {center, {axes[0], axes[1], axes[2]}, {half.x + pad, half.y + pad, half.z + pad}};
+  Enclosure<V> out(first, axes);
+  out.add(second);
+  return out.box();
 }
 
 }  // namespace cab::kernel

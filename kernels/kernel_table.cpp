@@ -30,19 +30,24 @@ using V = isa_type::CAB_ISA;
 }  // namespace
 
 extern const KernelTable CAB_ISA_TABLE;
-const KernelTable CAB_ISA_TABLE = {Isa::CAB_ISA_ID,
-                                   pose_leaves<V>,
-                                   refit_cab<V>,
-                                   refit_aabb<V>,
-                                   bound_boxes<V>,
-                                   bound_together<V>,
-                                   boxes_to_rows<V>,
-                                   aabbs_to_rows<V>,
-                                   descend_tiles<V, BoxTile>,
-                                   descend_tiles<V, AabbTile>,
-                                   brute_tiles<V, BoxTile>,
-                                   brute_tiles<V, AabbTile>,
-                                   overlap_box_rows<V>,
-                                   overlap_aabb_rows<V>};
+const KernelTable CAB_ISA_TABLE = {
+    Isa::CAB_ISA_ID,
+    pose_leaves<V>,
+    {{refit_boxes<V, CabRule<false>, ChildrenExtents>, refit_boxes<V, CabRule<false>, LeavesExtents>},
+     {refit_boxes<V, CabRule<true>, ChildrenExtents>, refit_boxes<V, CabRule<true>, LeavesExtents>},
+     {refit_boxes<V, CovarianceRule, ChildrenExtents>, refit_boxes<V, CovarianceRule, LeavesExtents>},
+     {refit_boxes<V, CovarianceLeavesRule, ChildrenExtents>, refit_boxes<V, CovarianceLeavesRule, LeavesExtents>}},
+    {refit_aabb<V>, refit_aabb_leaves<V>},
+    fit_vertices<V>,
+    bound_boxes<V>,
+    bound_together<V>,
+    boxes_to_rows<V>,
+    aabbs_to_rows<V>,
+    descend_tiles<V, BoxTile>,
+    descend_tiles<V, AabbTile>,
+    brute_tiles<V, BoxTile>,
+    brute_tiles<V, AabbTile>,
+    overlap_box_rows<V>,
+    overlap_aabb_rows<V>};
 
 }  // namespace cab::kernel

@@ -11,6 +11,8 @@
 namespace cab::kernel {
 
 struct PoseTile;
+struct RefitTile;
+struct VertexTile;
 template <class Tile>
 struct TileDescent;
 template <class Row>
@@ -21,8 +23,9 @@ struct RowPairs;
 struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
-  void (*refit_cab)(const MergeProgram&, const PointTile* joints, BoxTile* nodes);
-  void (*refit_aabb)(const MergeProgram&, AabbTile* nodes);
+  void (*refit_boxes[4][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
+  void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
+  void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
   void (*bound_together)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
   void (*boxes_to_rows)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxRow* rows,

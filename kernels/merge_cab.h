@@ -25,7 +25,9 @@ CAB_INLINE MajorAxis<V> major_axis(const BoxLanes<V>& box, Vec3<V> outward) {
 
 // Axes A1, A2, A3 of the parent (Eqs. 1-3). Where the children's major axes are parallel, or one child has no
 // length, the axes of the child with the larger second extent.
-template <class V>
+//
+// UseSum is the footnote's variant: where E is shortest, the sum of a_1 and a_2.
+template <class V, bool UseSum>
 CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Vec3<V> outward_1, Vec3<V> outward_2,
                          Vec3<V> (&axes)[3]) {
   const MajorAxis<V> major_1 = major_axis(first, outward_1);
@@ -37,7 +39,8 @@ CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Ve
   const Vec3<V> a2 = (major_2.longest * scale) * major_2.unit;
   const Vec3<V> e = a1 - a2;
   const V a1_sq = dot(a1, a1), a2_sq = dot(a2, a2), e_sq = dot(e, e);
-  const Vec3<V> m = choose<V>(both(e_sq >= a1_sq, e_sq >= a2_sq), e, choose<V>(a1_sq >= a2_sq, a1, a2));
+  Vec3<V> m = choose<V>(both(e_sq >= a1_sq, e_sq >= a2_sq), e, choose<V>(a1_sq >= a2_sq, a1, a2));
+  if (UseSum) m = choose<V>(both(e_sq < a1_sq, e_sq < a2_sq), a1 + a2, m);
   const Vec3<V> normal = cross(major_1.unit, major_2.unit);
 
   const V limit = V(kParallel) * (dot(major_1.unit, major_1.unit) * dot(major_2.unit, major_2.unit));
@@ -56,12 +59,12 @@ CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Ve
 
 // Axes of the parent of two children. joint: where they meet, in the frame of their centres; null = they share no
 // joint, and each axis points away from the other child's centre.
-template <class V>
+template <class V, bool UseSum>
 CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V>* joint,
                          Vec3<V> (&axes)[3]) {
   const Vec3<V> outward_1 = first.center - (joint ? *joint : second.center);
   const Vec3<V> outward_2 = second.center - (joint ? *joint : first.center);
-  cab_axes(first, second, outward_1, outward_2, axes);
+  cab_axes<V, UseSum>(first, second, outward_1, outward_2, axes);
 }
 
 }  // namespace cab::kernel

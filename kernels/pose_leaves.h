@@ -19,6 +19,7 @@ struct PoseTile {
   std::uint32_t live;  // instances in the tile, 1..16
   BoxTile* leaves;
   PointTile* joints;
+  MotionTile* motions;  // by link, or null where nobody needs them
   std::uint8_t* flags;  // 16
 };
 
@@ -180,6 +181,10 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
     for (int k = 0; k < 3; ++k) pose.column[k] = rotate(turn, pose.column[k]);
     pose.translation = rotate(turn, pose.translation);
   }
+  if (args.motions) {
+    for (int k = 0; k < 3; ++k) store3(args.motions[posed.link].column[k], lane, pose.column[k]);
+    store3(args.motions[posed.link].translation, lane, pose.translation);
+  }
   if (posed.needs_joint) {
     const float* joint = articulation.link_joint.data + 3 * posed.link;
     const Vec3<V> at = pose.translation + rotate<V>(pose.column, {V(joint[0]), V(joint[1]), V(joint[2])});
@@ -208,6 +213,23 @@ CAB_INLINE bool write_flags(const LaneChecks<V>& checks, std::uint8_t* flags) {
   return all_ok;
 }
 
+// The same for joints and motions.
+template <class V>
+CAB_INLINE void clear_links(const PoseTile& args, std::uint32_t lane, Mask<V> keep) {
+  const V zero(0.0f), one(1.0f);
+  const Vec3<V> none = {zero, zero, zero};
+  const Vec3<V> world[3] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
+  for (const PosedLink& posed : args.articulation->posed_links) {
+    auto& joint = args.joints[posed.link].at;
+    if (posed.needs_joint) store3(joint, lane, choose<V>(keep, load3<V>(joint, lane), none));
+    if (!args.motions) continue;
+    MotionTile& motion = args.motions[posed.link];
+    store3(motion.translation, lane, choose<V>(keep, load3<V>(motion.translation, lane), none));
+    for (int c = 0; c < 3; ++c)
+      store3(motion.column[c], lane, choose<V>(keep, load3<V>(motion.column[c], lane), world[c]));
+  }
+}
+
 template <class V>
 void pose_leaves(const PoseTile& args) {
   const Articulation& articulation = *args.articulation;
@@ -230,10 +252,7 @@ void pose_leaves(const PoseTile& args) {
     if (write_flags(check, args.flags + lane)) continue;
     const Mask<V> keep = both(check.finite, both(check.rigid, check.in_range));
     for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) clear_lanes<V>(args.leaves[leaf], lane, keep);
-    for (const PosedLink& posed : articulation.posed_links)
-      if (posed.needs_joint)
-        store3(args.joints[posed.link].at, lane,
-               choose<V>(keep, load3<V>(args.joints[posed.link].at, lane), Vec3<V>{V(0.0f), V(0.0f), V(0.0f)}));
+    clear_links<V>(args, lane, keep);
   }
 }
 

@@ -3,31 +3,129 @@
 
 #include "kernels/merge_aabb.h"
 #include "kernels/merge_cab.h"
-#include "layout/merge_program.h"
+#include "kernels/merge_covariance.h"
+#include "layout/articulation.h"
 
 namespace cab::kernel {
 
-// Merges two nodes of a tile into their parent. All lanes' axes come first: choosing axes is one long chain of
-// dependent operations, and the chains of several groups of lanes overlap (measured: AVX2 and SSE2).
-template <class V>
-CAB_INLINE void merge_tile(const BoxTile& left, const BoxTile& right, const PointTile* joint, BoxTile& parent) {
-  Vec3<V> axes[kLanes / kWidth<V>][3];
-  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-    Vec3<V> at;
-    if (joint) at = load3<V>(joint->at, lane);
-    cab_axes(load_box<V>(left, lane), load_box<V>(right, lane), joint ? &at : nullptr, axes[lane / kWidth<V>]);
+// A tile to refit. nodes: leaf boxes in, inner boxes out. joints are indexed by link; moments (a node each) are scratch
+// for rules that need them.
+struct RefitTile {
+  const MergeProgram* program;
+  const PointTile* joints;
+  BoxTile* nodes;
+  MomentTile* moments;
+};
+
+// One node to make: its children and what they share.
+struct MergeTile {
+  const RefitTile* tile;
+  std::uint32_t left, right, parent;
+  const PointTile* joint;  // null: they share none
+};
+
+// ---- rules: the axes of a parent
+
+template <bool UseSum>
+struct CabRule {
+  static constexpr bool kNeedsMoments = false;
+  template <class V>
+  static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
+    Vec3<V> joint;
+    if (merge.joint) joint = load3<V>(merge.joint->at, lane);
+    cab_axes<V, UseSum>(load_box<V>(merge.tile->nodes[merge.left], lane),
+                        load_box<V>(merge.tile->nodes[merge.right], lane), merge.joint ? &joint : nullptr, axes);
   }
-  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-    store_box(parent, lane, enclose(load_box<V>(left, lane), load_box<V>(right, lane), axes[lane / kWidth<V>]));
+};
+
+// Of the sixteen corners of the children.
+struct CovarianceRule {
+  static constexpr bool kNeedsMoments = false;
+  template <class V>
+  static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
+    const Moments<V> left = corner_moments(load_box<V>(merge.tile->nodes[merge.left], lane));
+    const Moments<V> right = corner_moments(load_box<V>(merge.tile->nodes[merge.right], lane));
+    eigen_axes(combined(left, right, V(0.5f)).second, axes);
+  }
+};
+
+template <class V>
+CAB_INLINE Moments<V> load_moments(const MomentTile& tile, std::uint32_t lane) {
+  const auto at = [&](int i) { return Lanes<V>::load(tile.second[i] + lane); };
+  return {load3<V>(tile.mean, lane), {at(0), at(1), at(2), at(3), at(4), at(5)}};
 }
 
-// nodes: leaf boxes in, inner boxes out (2 leaf_count - 1). joints are indexed by link.
 template <class V>
-void refit_cab(const MergeProgram& program, const PointTile* joints, BoxTile* nodes) {
-  BoxTile* parent = nodes + program.steps.size + 1;
+CAB_INLINE void store_moments(MomentTile& tile, std::uint32_t lane, const Moments<V>& moments) {
+  store3(tile.mean, lane, moments.mean);
+  const V second[6] = {moments.second.xx, moments.second.yy, moments.second.zz,
+                       moments.second.xy, moments.second.xz, moments.second.yz};
+  for (int i = 0; i < 6; ++i) Lanes<V>::store(tile.second[i] + lane, second[i]);
+}
+
+// Of the corners of all leaf boxes below; the moments of the parent are kept for its own parent.
+struct CovarianceLeavesRule {
+  static constexpr bool kNeedsMoments = true;
+  template <class V>
+  static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
+    const MergeProgram& program = *merge.tile->program;
+    const float share = static_cast<float>(program.node_leaf_count[merge.right]) /
+                        static_cast<float>(program.node_leaf_count[merge.parent]);
+    MomentTile* moments = merge.tile->moments;
+    const Moments<V> all =
+        combined(load_moments<V>(moments[merge.left], lane), load_moments<V>(moments[merge.right], lane), V(share));
+    store_moments(moments[merge.parent], lane, all);
+    eigen_axes(all.second, axes);
+  }
+};
+
+// ---- extents: what a parent is made to contain
+
+struct ChildrenExtents {
+  template <class V>
+  static CAB_INLINE BoxLanes<V> contain(const MergeTile& merge, std::uint32_t lane, const Vec3<V> (&axes)[3]) {
+    return enclose(load_box<V>(merge.tile->nodes[merge.left], lane), load_box<V>(merge.tile->nodes[merge.right], lane),
+                   axes);
+  }
+};
+
+struct LeavesExtents {
+  template <class V>
+  static CAB_INLINE BoxLanes<V> contain(const MergeTile& merge, std::uint32_t lane, const Vec3<V> (&axes)[3]) {
+    const MergeProgram& program = *merge.tile->program;
+    const std::uint16_t* leaves = program.leaf_sequence.data + program.node_first_leaf[merge.parent];
+    Enclosure<V> out(load_box<V>(merge.tile->nodes[leaves[0]], lane), axes);
+    for (std::uint32_t i = 1; i < program.node_leaf_count[merge.parent]; ++i)
+      out.add(load_box<V>(merge.tile->nodes[leaves[i]], lane));
+    return out.box();
+  }
+};
+
+// Makes one parent in all lanes. All lanes' axes come first: choosing axes is one long chain of dependent operations,
+// and the chains of several groups of lanes overlap (measured: AVX2 and SSE2).
+template <class V, class Rule, class Extents>
+CAB_INLINE void merge_node(const MergeTile& merge) {
+  Vec3<V> axes[kLanes / kWidth<V>][3];
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+    Rule::template choose_axes<V>(merge, lane, axes[lane / kWidth<V>]);
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+    store_box(merge.tile->nodes[merge.parent], lane, Extents::template contain<V>(merge, lane, axes[lane / kWidth<V>]));
+}
+
+// Makes every inner box of a tile, children first.
+template <class V, class Rule, class Extents>
+void refit_boxes(const RefitTile& tile) {
+  const MergeProgram& program = *tile.program;
+  const std::uint32_t leaves = static_cast<std::uint32_t>(program.steps.size) + 1;
+  if (Rule::kNeedsMoments)
+    for (std::uint32_t leaf = 0; leaf < leaves; ++leaf)
+      for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+        store_moments(tile.moments[leaf], lane, corner_moments(load_box<V>(tile.nodes[leaf], lane)));
+  std::uint32_t parent = leaves;
   for (const MergeStep& step : program.steps) {
-    const PointTile* joint = step.joint_link == kNoJoint ? nullptr : joints + step.joint_link;
-    merge_tile<V>(nodes[step.left], nodes[step.right], joint, *parent++);
+    const PointTile* joint = step.joint_link == kNoJoint ? nullptr : tile.joints + step.joint_link;
+    merge_node<V, Rule, Extents>({&tile, step.left, step.right, parent, joint});
+    ++parent;
   }
 }
 
@@ -58,6 +156,63 @@ void refit_aabb(const MergeProgram& program, AabbTile* nodes) {
       store_aabb(*parent, lane,
                  merge_aabb(load_aabb<V>(nodes[step.left], lane), load_aabb<V>(nodes[step.right], lane)));
     ++parent;
+  }
+}
+
+// The same boxes, each node from the bounds of all leaves below it: the paper's refit from the corners of the leaf hulls.
+template <class V>
+void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
+  const std::uint32_t leaves = static_cast<std::uint32_t>(program.steps.size) + 1;
+  for (std::uint32_t node = leaves; node < 2 * leaves - 1; ++node) {
+    const std::uint16_t* below = program.leaf_sequence.data + program.node_first_leaf[node];
+    for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+      AabbLanes<V> all = load_aabb<V>(nodes[below[0]], lane);
+      for (std::uint32_t i = 1; i < program.node_leaf_count[node]; ++i)
+        all = merge_aabb(all, load_aabb<V>(nodes[below[i]], lane));
+      store_aabb(nodes[node], lane, all);
+    }
+  }
+}
+
+// A tile whose every node is fitted to all vertices below it (the paper's AABB+). motions are indexed by link.
+struct VertexTile {
+  const Articulation* articulation;
+  const MotionTile* motions;
+  AabbTile* nodes;
+};
+
+// Bounds of one leaf's vertices, widened by what posing them rounds.
+template <class V>
+CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t leaf, std::uint32_t lane) {
+  const Articulation& articulation = *tile.articulation;
+  const MotionTile& motion = tile.motions[articulation.leaf_link[leaf]];
+  const Vec3<V> column[3] = {load3<V>(motion.column[0], lane), load3<V>(motion.column[1], lane),
+                             load3<V>(motion.column[2], lane)};
+  const Vec3<V> translation = load3<V>(motion.translation, lane);
+  const V largest(3.402823466e38f);
+  AabbLanes<V> out = {{largest, largest, largest}, {-largest, -largest, -largest}};
+  for (std::uint32_t v = articulation.leaf_vertex_begin[leaf]; v < articulation.leaf_vertex_begin[leaf + 1]; ++v) {
+    const float* vertex = articulation.vertices.data + 3 * std::size_t{v};
+    const Vec3<V> at = V(vertex[0]) * column[0] + V(vertex[1]) * column[1] + V(vertex[2]) * column[2];
+    out = merge_aabb(out, AabbLanes<V>{at, at});
+  }
+  const V pad =
+      V(kPosePadPlace) * (max_component(abs(translation)) + V(articulation.leaf_vertex_reach[leaf])) + V(kMergePadTiny);
+  const Vec3<V> wide = {pad, pad, pad};
+  return {out.lo + translation - wide, out.hi + translation + wide};
+}
+
+template <class V>
+void fit_vertices(const VertexTile& tile) {
+  const MergeProgram& program = tile.articulation->program;
+  for (std::uint32_t node = 0; node < tile.articulation->node_count; ++node) {
+    const std::uint16_t* below = program.leaf_sequence.data + program.node_first_leaf[node];
+    for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+      AabbLanes<V> all = bound_vertices<V>(tile, below[0], lane);
+      for (std::uint32_t i = 1; i < program.node_leaf_count[node]; ++i)
+        all = merge_aabb(all, bound_vertices<V>(tile, below[i], lane));
+      store_aabb(tile.nodes[node], lane, all);
+    }
   }
 }
 

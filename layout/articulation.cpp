@@ -234,6 +234,65 @@ void copy_parts(const ArticulationDesc& desc, Articulation& articulation, Arena&
   articulation.leaf_part_begin = constant(begin);
 }
 
+// Appends the point center + x * axes, each coordinate of x taken with the sign of a bit of i.
+void append_corner(const double* center, const double axes[3][3], const double* size, unsigned i,
+                   std::vector<float>& vertices) {
+  for (int c = 0; c < 3; ++c) {
+    double at = center[c];
+    for (unsigned k = 0; k < 3; ++k) at += (i >> k & 1 ? size[k] : -size[k]) * axes[k][c];
+    vertices.push_back(static_cast<float>(at));
+  }
+}
+
+void append_part(const ConvexPart& part, std::vector<float>& vertices) {
+  double columns[3][3];
+  rotation_columns(part.rotation, columns);
+  double at[3], size[3];
+  for (int c = 0; c < 3; ++c) at[c] = static_cast<double>(part.position[c]);
+  if (part.kind == ShapeKind::kConvexHull) {
+    for (std::size_t v = 0; v < part.vertices.size; v += 3) {
+      for (int c = 0; c < 3; ++c) size[c] = static_cast<double>(part.vertices[v + static_cast<std::size_t>(c)]);
+      append_corner(at, columns, size, 7, vertices);
+    }
+    return;
+  }
+  for (int c = 0; c < 3; ++c) size[c] = static_cast<double>(part.size[c]);
+  if (part.kind == ShapeKind::kCapsule) {
+    size[2] = size[0] + size[1];
+    size[1] = size[0];
+  }
+  for (unsigned i = 0; i < 8; ++i) append_corner(at, columns, size, i, vertices);
+}
+
+void append_box(const Box& box, std::vector<float>& vertices) {
+  double center[3], axes[3][3], half[3];
+  for (int k = 0; k < 3; ++k) {
+    center[k] = static_cast<double>(box.center[k]);
+    half[k] = static_cast<double>(box.half[k]);
+    for (int c = 0; c < 3; ++c) axes[k][c] = static_cast<double>(box.axis[k][c]);
+  }
+  for (unsigned i = 0; i < 8; ++i) append_corner(center, axes, half, i, vertices);
+}
+
+// Lists the vertices of every leaf's exact shape.
+void list_vertices(Articulation& articulation, Arena& arena) {
+  std::vector<float> vertices;
+  auto begin = arena.allocate<std::uint32_t>(articulation.leaf_count + 1);
+  auto reach = arena.allocate<float>(articulation.leaf_count);
+  for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
+    const std::uint32_t first_part = articulation.leaf_part_begin[leaf], end = articulation.leaf_part_begin[leaf + 1];
+    for (std::uint32_t part = first_part; part < end; ++part) append_part(articulation.parts[part], vertices);
+    if (first_part == end) append_box(articulation.leaf_box[leaf], vertices);
+    begin[leaf + 1] = static_cast<std::uint32_t>(vertices.size() / 3);
+    for (std::size_t v = 3 * begin[leaf]; v < vertices.size(); v += 3)
+      reach[leaf] =
+          std::max(reach[leaf], std::fabs(vertices[v]) + std::fabs(vertices[v + 1]) + std::fabs(vertices[v + 2]));
+  }
+  articulation.vertices = constant(arena.copy(Span<const float>{vertices.data(), vertices.size()}));
+  articulation.leaf_vertex_begin = constant(begin);
+  articulation.leaf_vertex_reach = constant(reach);
+}
+
 Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulation) {
   if (const Fault fault = check_links(desc); fault.status != Status::kOk) return fault;
   if (desc.leaves.size == 0 || !desc.leaves.data) return {Status::kNoLeaves, 0};
@@ -261,6 +320,7 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
   articulation.leaf_box = constant(boxes);
   articulation.ignored_bits = ignored_matrix(desc.ignored_pairs, desc.link_parents.size, arena);
   copy_parts(desc, articulation, arena);
+  list_vertices(articulation, arena);
   articulation.program = build_merge_program(articulation.link_parent, articulation.leaf_link, arena);
   plan_posing(articulation, arena);
   return {};

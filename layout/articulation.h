@@ -27,6 +27,11 @@ struct Articulation {
   Span<const PosedLink> posed_links;
   Span<const std::uint16_t> leaf_order;    // leaves grouped by link
   Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: links a and b of one instance are no pair
+  // What the exact shape of each leaf is the hull of, x y z in the link's frame: the vertices of its hulls, and for every
+  // other part, or a leaf without parts, the eight corners of its box. vertex_reach: the largest |x| + |y| + |z|.
+  Span<const float> vertices;
+  Span<const std::uint32_t> leaf_vertex_begin;  // leaf_count + 1 entries, in vertices
+  Span<const float> leaf_vertex_reach;
   Span<const ConvexPart> parts;
   Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 entries into parts
   MergeProgram program;

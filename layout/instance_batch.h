@@ -33,6 +33,9 @@ struct InstanceBatch {
   std::size_t instance_stride = 0;  // bytes
 };
 
+// Whether a refit keeps axis-aligned boxes instead of oriented ones.
+inline bool is_axis_aligned(Refit refit) { return refit == Refit::kAabbHull || refit == Refit::kAabbVertices; }
+
 inline AabbRow* aabb_rows(const InstanceBatch& batch) { return reinterpret_cast<AabbRow*>(batch.rows.data); }
 
 // Origin of an instance in the world; all zero where the caller gave none.

@@ -20,6 +20,7 @@ class Builder {
       leaves_of_[leaf_links[leaf]].push_back(static_cast<std::uint16_t>(leaf));
       ++weight_[leaf_links[leaf]];
       node_leaf_count_.push_back(1);
+      node_first_leaf_.push_back(0);
       node_depth_.push_back(0);
     }
   }
@@ -40,6 +41,8 @@ class Builder {
 
   const std::vector<MergeStep>& steps() const { return steps_; }
   const std::vector<std::uint16_t>& node_leaf_count() const { return node_leaf_count_; }
+  const std::vector<std::uint16_t>& node_first_leaf() const { return node_first_leaf_; }
+  const std::vector<std::uint16_t>& leaf_sequence() const { return leaf_sequence_; }
   std::uint32_t root_depth() const { return node_depth_.back(); }
 
  private:
@@ -71,7 +74,11 @@ class Builder {
   }
 
   std::uint16_t build_leaf_range(const std::vector<std::uint16_t>& leaves, std::size_t begin, std::size_t end) {
-    if (end - begin == 1) return leaves[begin];
+    if (end - begin == 1) {
+      node_first_leaf_[leaves[begin]] = static_cast<std::uint16_t>(leaf_sequence_.size());
+      leaf_sequence_.push_back(leaves[begin]);
+      return leaves[begin];
+    }
     const std::size_t middle = begin + (end - begin + 1) / 2;
     const std::uint16_t left = build_leaf_range(leaves, begin, middle);
     const std::uint16_t right = build_leaf_range(leaves, middle, end);
@@ -81,6 +88,7 @@ class Builder {
   std::uint16_t emit(std::uint16_t left, std::uint16_t right, std::uint16_t joint_link) {
     steps_.push_back({left, right, joint_link});
     node_leaf_count_.push_back(static_cast<std::uint16_t>(node_leaf_count_[left] + node_leaf_count_[right]));
+    node_first_leaf_.push_back(node_first_leaf_[left]);
     node_depth_.push_back(1 + std::max(node_depth_[left], node_depth_[right]));
     return static_cast<std::uint16_t>(node_depth_.size() - 1);
   }
@@ -92,6 +100,8 @@ class Builder {
   std::vector<std::uint32_t> side_;    // the cut that a link was last found below
   std::vector<MergeStep> steps_;
   std::vector<std::uint16_t> node_leaf_count_;
+  std::vector<std::uint16_t> node_first_leaf_;  // its place in the sequence: the left child's leaves come first
+  std::vector<std::uint16_t> leaf_sequence_;
   std::vector<std::uint32_t> node_depth_;
 };
 
@@ -112,6 +122,8 @@ MergeProgram build_merge_program(Span<const std::int32_t> link_parents, Span<con
   MergeProgram program;
   program.steps = keep(builder.steps(), arena);
   program.node_leaf_count = keep(builder.node_leaf_count(), arena);
+  program.node_first_leaf = keep(builder.node_first_leaf(), arena);
+  program.leaf_sequence = keep(builder.leaf_sequence(), arena);
   program.depth = builder.root_depth();
   return program;
 }

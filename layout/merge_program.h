@@ -8,10 +8,13 @@ namespace cab {
 class Arena;
 
 // steps[s] makes node leaf_count + s from two earlier nodes; the root is the last. Every node but the root is used
-// once. node_leaf_count[n] counts the leaves below node n (1 for a leaf).
+// once. node_leaf_count[n] counts the leaves below node n (1 for a leaf); they are leaf_sequence[node_first_leaf[n]] and
+// those after it.
 struct MergeProgram {
   Span<const MergeStep> steps;
   Span<const std::uint16_t> node_leaf_count;
+  Span<const std::uint16_t> node_first_leaf;
+  Span<const std::uint16_t> leaf_sequence;
   std::uint32_t depth = 0;
 };
 

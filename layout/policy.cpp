@@ -8,11 +8,20 @@ namespace {
 // Values are listed in the order of their enumerations.
 constexpr PolicyValue kRefitValues[] = {
     {"cab", "the paper's merge: oriented boxes along the major axis of two jointed children"},
+    {"cab_sum", "the footnote's variant: along the sum of the major axes where their ends are closest"},
+    {"covariance", "the paper's OBB: oriented boxes along the principal axes of the children's corners"},
+    {"covariance_leaves", "oriented boxes along the principal axes of the corners of all leaf boxes below"},
     {"aabb_hull", "the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included"},
+    {"aabb_vertices", "the paper's AABB+: axis-aligned boxes of all vertices below at every level, leaves included"},
+};
+constexpr PolicyValue kExtentsValues[] = {
+    {"children", "a box is as large as its two children need"},
+    {"leaves", "a box is as large as the leaf boxes below it need"},
 };
 constexpr PolicyValue kStrategyValues[] = {
     {"tree", "simultaneous descent of two hierarchies"},
     {"brute", "every leaf of one against every leaf of the other"},
+    {"exact_all", "no boxes: every leaf pair goes to the exact test"},
 };
 constexpr PolicyValue kExactValues[] = {
     {"none", "overlapping leaf boxes are the answer"},
@@ -29,13 +38,15 @@ constexpr PolicyField kTable[] = {
     field("refit", "how inner boxes follow their children", kRefitValues),
     field("strategy", "how overlapping leaf pairs are found", kStrategyValues),
     field("exact", "what confirms an overlapping leaf pair", kExactValues),
+    field("extents", "what an inner box is made to contain", kExtentsValues),
 };
 
 std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
   switch (row) {
     case 0: return reinterpret_cast<std::uint8_t*>(&policies.refit);
     case 1: return reinterpret_cast<std::uint8_t*>(&policies.strategy);
-    default: return reinterpret_cast<std::uint8_t*>(&policies.exact);
+    case 2: return reinterpret_cast<std::uint8_t*>(&policies.exact);
+    default: return reinterpret_cast<std::uint8_t*>(&policies.extents);
   }
 }
 

@@ -29,6 +29,18 @@ struct alignas(64) PointTile {
   float at[3][kLanes];
 };
 
+// A rigid motion of 16 instances: columns of the rotation, and the translation.
+struct alignas(64) MotionTile {
+  float column[3][3][kLanes];
+  float translation[3][kLanes];
+};
+
+// Mean and second moment of the corners of leaf boxes, for 16 instances. second holds xx yy zz xy xz yz about the mean.
+struct alignas(64) MomentTile {
+  float mean[3][kLanes];
+  float second[6][kLanes];
+};
+
 // Difference of origins of 16 pairs of instances, in double.
 struct alignas(64) ShiftTile {
   double by[3][kLanes];

@@ -2,6 +2,7 @@
 // boxes, measured in turns in one run.
 #include "kernels/find_kernels.h"
 #include "kernels/gather_pairs.h"
+#include "kernels/refit_tree.h"
 #include "layout/box_row.h"
 #include "layout/merge_program.h"
 #include "layout/tile.h"
@@ -150,7 +151,8 @@ struct MergeWork {
 void measure_merge(const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar) {
   MergeWork work;
   static constexpr MergeStep kStep[] = {{0, 1, 0}};
-  const MergeProgram program = {{kStep, 1}, {}, 1};
+  MergeProgram program;
+  program.steps = {kStep, 1};
   std::vector<Contender> contenders;
   const std::uint64_t merges = std::uint64_t{kMergeTiles} * kLanes * kMergeRepeats;
   for (const kernel::KernelTable* table : tables)
@@ -159,7 +161,7 @@ void measure_merge(const std::vector<const kernel::KernelTable*>& tables, std::u
                           [&work, &program, table] {
                             for (std::uint32_t r = 0; r < kMergeRepeats; ++r)
                               for (std::uint32_t t = 0; t < kMergeTiles; ++t)
-                                table->refit_cab(program, &work.joints[t], &work.nodes[3 * t]);
+                                table->refit_boxes[0][0]({&program, &work.joints[t], &work.nodes[3 * t], nullptr});
                             return std::uint64_t{0};
                           },
                           {},

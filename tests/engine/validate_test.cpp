@@ -180,8 +180,9 @@ TEST_CASE("frame batches of different lengths are no pair unless one has a singl
 
 TEST_CASE("policies must hold values of their enumerations") {
   refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.refit = static_cast<Refit>(200); });
-  refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.strategy = static_cast<Strategy>(2); });
-  refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.exact = static_cast<Exact>(2); });
+  refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.strategy = static_cast<Strategy>(200); });
+  refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.exact = static_cast<Exact>(200); });
+  refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.extents = static_cast<Extents>(2); });
 }
 
 TEST_CASE("buffers must be there, and contacts be asked for with an exact test") {

@@ -1,5 +1,6 @@
 // The CAB merge against its promises and against a merge written apart in double.
 #include "kernels/bounds.h"
+#include "kernels/refit_tree.h"
 #include "tests/kernels/isas.h"
 #include "tests/oracle/containment.h"
 #include "tests/oracle/merge_regimes.h"
@@ -34,7 +35,8 @@ void fill(MergeTile& tile) {
 }
 
 void merge(const kernel::KernelTable& kernels, MergeTile& tile) {
-  kernels.refit_cab(pair_program(tile.cases[0].has_joint), &tile.joint, tile.nodes);
+  const MergeProgram program = pair_program(tile.cases[0].has_joint);
+  kernels.refit_boxes[0][0]({&program, &tile.joint, tile.nodes, nullptr});
 }
 
 oracle::OracleBox<float> kernel_parent(const oracle::OracleBox<float>& child1, const oracle::OracleBox<float>& child2,

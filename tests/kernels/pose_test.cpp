@@ -130,6 +130,7 @@ Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation,
                        live,
                        out.leaves.data(),
                        out.joints.data(),
+                       nullptr,
                        out.flags};
   kernels.pose_leaves(job);
   return out;

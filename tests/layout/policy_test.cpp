@@ -6,18 +6,19 @@
 #include <cstring>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace {
 
 using namespace cab;
 
-constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2;
+constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2, kExtentsRow = 3;
 
 }  // namespace
 
 TEST_CASE("every policy value is read back as it was set by name, and alone") {
   const auto table = policy_table();
-  REQUIRE(table.size == 3);
+  REQUIRE(table.size == 4);
   for (std::uint32_t row = 0; row < table.size; ++row) {
     for (std::uint32_t value = 0; value < table[row].value_count; ++value) {
       CAPTURE(table[row].values[value].name);
@@ -47,6 +48,20 @@ TEST_CASE("the rows of the table are the fields of Policies, and their values th
   CHECK(policies.exact == Exact::kFcl);
   CHECK(policy_set(policies, kExactRow, "none"));
   CHECK(policies.exact == Exact::kNone);
+  CHECK(policy_set(policies, kExtentsRow, "leaves"));
+  CHECK(policies.extents == Extents::kLeaves);
+  const std::pair<const char*, Refit> refits[] = {{"cab", Refit::kCab},
+                                                  {"cab_sum", Refit::kCabSum},
+                                                  {"covariance", Refit::kCovariance},
+                                                  {"covariance_leaves", Refit::kCovarianceLeaves},
+                                                  {"aabb_hull", Refit::kAabbHull},
+                                                  {"aabb_vertices", Refit::kAabbVertices}};
+  for (const auto& [name, refit] : refits) {
+    CHECK(policy_set(policies, kRefitRow, name));
+    CHECK(policies.refit == refit);
+  }
+  CHECK(policy_set(policies, kStrategyRow, "exact_all"));
+  CHECK(policies.strategy == Strategy::kExactAll);
 }
 
 TEST_CASE("a name that is no value of the field is refused and changes nothing") {

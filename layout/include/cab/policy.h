@@ -11,13 +11,23 @@
 namespace cab {
 
 enum class Refit : std::uint8_t {
-  kCab,       // the paper's merge of two oriented boxes at a joint
-  kAabbHull,  // the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included
+  kCab,               // the paper's merge of two oriented boxes at a joint
+  kCabSum,            // its footnote's variant: the sum of the major axes where their ends are closest
+  kCovariance,        // the paper's OBB: principal axes of the children's corners
+  kCovarianceLeaves,  // principal axes of the corners of all leaf boxes below
+  kAabbHull,          // the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included
+  kAabbVertices,      // the paper's AABB+: axis-aligned boxes of all vertices below, leaves included
+};
+
+enum class Extents : std::uint8_t {
+  kChildren,  // a box is made as large as its two children need
+  kLeaves,    // a box is made as large as the leaf boxes below need
 };
 
 enum class Strategy : std::uint8_t {
-  kTree,   // simultaneous descent of two hierarchies
-  kBrute,  // every leaf of one against every leaf of the other
+  kTree,      // simultaneous descent of two hierarchies
+  kBrute,     // every leaf of one against every leaf of the other
+  kExactAll,  // no boxes: every leaf pair goes to the exact test (with Exact::kNone every pair is reported)
 };
 
 enum class Exact : std::uint8_t {
@@ -30,6 +40,7 @@ struct Policies {
   Refit refit = Refit::kCab;
   Strategy strategy = Strategy::kTree;
   Exact exact = Exact::kNone;
+  Extents extents = Extents::kChildren;
 };
 
 // One value of a policy field: its name on the command line and in files, and what it does.

@@ -36,6 +36,7 @@ enum class Status : std::int32_t {
   kBadIgnoredPair,       // an ignored pair names a link that does not exist
   kUnknownArticulation,  // no articulation of this engine has that id
   kUnknownBatch,         // no batch of this engine has that id
+  kBadBatchKind,         // a batch's kind holds a value that its enumeration lacks
   kNoInstances,          // a batch needs at least one instance
   kTooManyInstances,     // more than kMaxInstances
   kBatchGivenTwice,      // a batch appears twice in the inputs of one call
