@@ -87,6 +87,8 @@ void size_workers(Engine& engine) {
   auto shared = std::make_unique<Arena>(engine.allocator);
   const auto entries = shared->allocate<BroadEntry>(needs.character_instances);
   const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
+  const auto rules = shared->allocate<std::uint64_t>((2 * engine.batches.size() * engine.batches.size() + 63) / 64);
+  engine.rule_bits = rules;
   engine.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
   engine.broad_entries = entries;
@@ -136,6 +138,7 @@ Box box_of(const AabbTile& tile, std::uint32_t lane) {
 
 Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
   return guarded([&] {
+    if (!out) return Status::kBadOutput;
     const kernel::KernelTable* kernels = kernel::find_kernels(desc.isa);
     if (!kernels) return Status::kIsaNotAvailable;
     if (desc.allocator && (!desc.allocator->allocate || !desc.allocator->release)) return Status::kBadAllocator;
@@ -161,6 +164,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
   return guarded([&] {
     const Call call(engine);
     if (!call.admitted()) return Status::kBusy;
+    if (!out) return Status::kBadOutput;
     const kernel::FloatMode mode;
     auto slot = std::make_unique<ArticulationSlot>(engine.allocator);
     if (const Status status = build_articulation(desc, slot->arena, &slot->articulation, bad_element);
@@ -178,6 +182,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
   return guarded([&] {
     const Call call(engine);
     if (!call.admitted()) return Status::kBusy;
+    if (!out) return Status::kBadOutput;
     const Articulation* articulation = find_articulation(engine, desc.articulation);
     if (!articulation) return Status::kUnknownArticulation;
     if (desc.kind > BatchKind::kFrames) return Status::kBadBatchKind;
@@ -210,20 +215,19 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
 Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
-  if (const Status status = validate_input(engine, input); status != Status::kOk) return status;
-  FrameJob job;
-  job.policies = policies;
-  if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
+  if (const Status status = validate_policies(policies); status != Status::kOk) return status;
+  if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
   const InstanceBatch& batch = engine.batch(input.batch);
   const std::size_t nodes = batch.articulation->node_count;
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
   const kernel::FloatMode mode;
-  call.bind(input);
   Worker& worker = *engine.workers[0];
   const bool axis_aligned = is_axis_aligned(policies.refit);
+  Policies every_level = policies;
+  every_level.strategy = Strategy::kTree;  // the strategies without a tree need no inner boxes
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
     const std::uint32_t live =
-        update_tile(engine, batch, policies, tile, true, worker, worker.boxes.data, worker.bounds.data);
+        update_tile(engine, batch, every_level, tile, true, worker, worker.boxes.data, worker.bounds.data);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {
@@ -238,6 +242,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
 Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept {
   const Articulation* articulation = find_articulation(engine, id);
   if (!articulation) return Status::kUnknownArticulation;
+  if (!out) return Status::kBadOutput;
   *out = {articulation->link_count, articulation->leaf_count, articulation->node_count, articulation->program.depth};
   return Status::kOk;
 }
@@ -249,6 +254,8 @@ Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> step
   std::copy(articulation->program.steps.begin(), articulation->program.steps.end(), steps.data);
   return Status::kOk;
 }
+
+std::uint32_t engine_thread_count(const Engine& engine) noexcept { return engine.schedule->worker_count(); }
 
 Isa engine_isa(const Engine& engine) noexcept { return engine.kernels->isa; }
 

@@ -74,6 +74,7 @@ struct Engine {
   std::vector<std::unique_ptr<Worker>> workers;
   std::unique_ptr<Arena> shared_arena;
   Span<BroadEntry> broad_entries;      // one a character instance
+  Span<std::uint64_t> rule_bits;       // scratch of validate_job: rules seen so far
   Span<std::uint64_t> paired_bits;     // bit a * batch_count + b: some rule tests batch a against b
   std::uint32_t chunk_candidates = 0;  // candidates a worker takes at a time
   std::atomic_flag busy = ATOMIC_FLAG_INIT;

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 
 namespace cab {
 namespace {
@@ -52,10 +53,11 @@ void update_characters(Engine& engine, const FrameJob& job) {
           update_tile(engine, batch, job.policies, tile, true, worker, worker.boxes.data, worker.bounds.data));
       bound_instances(engine, batch, tile, worker.boxes.data);
       const std::size_t row = std::size_t{first} * nodes;
+      const std::uint32_t made = job.policies.strategy == Strategy::kTree ? nodes : batch.articulation->leaf_count;
       if (is_axis_aligned(job.policies.refit))
-        engine.kernels->aabbs_to_rows(worker.bounds.data, nodes, live, aabb_rows(batch) + row, nodes);
+        engine.kernels->aabbs_to_rows(worker.bounds.data, made, live, aabb_rows(batch) + row, nodes);
       else
-        engine.kernels->boxes_to_rows(worker.boxes.data, nodes, live, batch.rows.data + row, nodes);
+        engine.kernels->boxes_to_rows(worker.boxes.data, made, live, batch.rows.data + row, nodes);
     });
   }
 }
@@ -271,13 +273,13 @@ void Call::bind(const BatchInput& input) {
       input.poses.instance_stride ? input.poses.instance_stride : batch.articulation->link_count * batch.link_stride;
 }
 
-Status run_frame(Engine& engine, FrameJob& job) noexcept {
+Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   const Clock::time_point start = Clock::now();
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
+  if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   const kernel::FloatMode mode;
-  for (const BatchInput& input : job.inputs) call.bind(input);
   for (const auto& worker : engine.workers) worker->stats = {};
 
   HitSink sink{&job};
@@ -293,6 +295,8 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept {
   for (const auto& worker : engine.workers) add(job.stats, worker->stats);
   job.stats.seconds_total = seconds_since(start);
   return status;
+} catch (const std::exception&) {
+  return Status::kOutOfMemory;  // what TBB throws when it finds no memory for its tasks
 }
 
 }  // namespace cab

@@ -17,8 +17,8 @@ void refit(const kernel::KernelTable& kernels, const Articulation& articulation,
     kernels.fit_vertices({&articulation, worker.motions.data, aabbs});
   } else if (policies.refit == Refit::kAabbHull) {
     kernels.bound_boxes(nodes, articulation.leaf_count, aabbs);
-    kernels.refit_aabbs[extents](articulation.program, aabbs);
-  } else {
+    if (policies.strategy == Strategy::kTree) kernels.refit_aabbs[extents](articulation.program, aabbs);
+  } else if (policies.strategy == Strategy::kTree) {
     kernels.refit_boxes[static_cast<std::size_t>(policies.refit)][extents](
         {&articulation.program, worker.joints.data, nodes, worker.moments.data});
   }

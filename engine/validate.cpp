@@ -2,27 +2,18 @@
 
 #include "kernels/pose_leaves.h"
 
+#include <algorithm>
 #include <cmath>
-#include <tuple>
 
 namespace cab {
 namespace {
 
-bool valid_policies(const Policies& policies) {
-  const Span<const PolicyField> table = policy_table();
-  for (std::uint32_t row = 0; row < table.size; ++row)
-    if (policy_get(policies, row) >= table[row].value_count) return false;
-  return true;
+bool has_input(const Engine& engine, BatchId id) {
+  return id.value != 0 && id.value <= engine.batches.size() && engine.batches[id.value - 1]->batch.input;
 }
 
-bool has_input(const FrameJob& job, BatchId batch) {
-  for (const BatchInput& input : job.inputs)
-    if (input.batch.value == batch.value) return true;
-  return false;
-}
-
-bool valid_rule(const Engine& engine, const FrameJob& job, const PairRule& rule) {
-  if (!has_input(job, rule.a) || !has_input(job, rule.b)) return false;
+bool valid_rule(const Engine& engine, const PairRule& rule) {
+  if (!has_input(engine, rule.a) || !has_input(engine, rule.b)) return false;
   const InstanceBatch& a = engine.batches[rule.a.value - 1]->batch;
   const InstanceBatch& b = engine.batches[rule.b.value - 1]->batch;
   if (rule.pairing == Pairing::kWithin) return rule.a.value == rule.b.value;
@@ -32,9 +23,15 @@ bool valid_rule(const Engine& engine, const FrameJob& job, const PairRule& rule)
          (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
 }
 
-bool same_rule(const PairRule& x, const PairRule& y) {
-  if (x.pairing != y.pairing) return false;
-  return (x.a.value == y.a.value && x.b.value == y.b.value) || (x.a.value == y.b.value && x.b.value == y.a.value);
+// Notes a valid rule; false when it was noted before, in either order of its batches.
+bool note_rule(Engine& engine, const PairRule& rule) {
+  const std::size_t count = engine.batches.size();
+  const std::size_t a = std::min(rule.a.value, rule.b.value) - 1, b = std::max(rule.a.value, rule.b.value) - 1;
+  const std::size_t bit = (rule.pairing == Pairing::kWithin ? count * count : 0) + a * count + b;
+  const std::uint64_t mask = std::uint64_t{1} << (bit & 63);
+  if (engine.rule_bits[bit >> 6] & mask) return false;
+  engine.rule_bits[bit >> 6] |= mask;
+  return true;
 }
 
 }  // namespace
@@ -62,20 +59,31 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   return Status::kOk;
 }
 
-Status validate_job(const Engine& engine, const FrameJob& job) {
-  if (job.inputs.size && !job.inputs.data) return Status::kUnknownBatch;
+Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs) {
+  if (inputs.size && !inputs.data) return Status::kUnknownBatch;
+  for (const BatchInput& input : inputs) {
+    if (const Status status = validate_input(engine, input); status != Status::kOk) return status;
+    if (engine.batch(input.batch).input) return Status::kBatchGivenTwice;
+    call.bind(input);
+  }
+  return Status::kOk;
+}
+
+Status validate_policies(const Policies& policies) {
+  const Span<const PolicyField> table = policy_table();
+  for (std::uint32_t row = 0; row < table.size; ++row)
+    if (policy_get(policies, row) >= table[row].value_count) return Status::kBadPolicy;
+  return Status::kOk;
+}
+
+Status validate_job(Engine& engine, const FrameJob& job) {
   if (job.rules.size && !job.rules.data) return Status::kBadPairRule;
-  for (std::size_t i = 0; i < job.inputs.size; ++i) {
-    if (const Status status = validate_input(engine, job.inputs[i]); status != Status::kOk) return status;
-    for (std::size_t j = 0; j < i; ++j)
-      if (job.inputs[j].batch.value == job.inputs[i].batch.value) return Status::kBatchGivenTwice;
+  if (job.rules.size) std::fill(engine.rule_bits.begin(), engine.rule_bits.end(), std::uint64_t{0});
+  for (const PairRule& rule : job.rules) {
+    if (!valid_rule(engine, rule)) return Status::kBadPairRule;
+    if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;
   }
-  for (std::size_t i = 0; i < job.rules.size; ++i) {
-    if (!valid_rule(engine, job, job.rules[i])) return Status::kBadPairRule;
-    for (std::size_t j = 0; j < i; ++j)
-      if (same_rule(job.rules[i], job.rules[j])) return Status::kPairRuleGivenTwice;
-  }
-  if (!valid_policies(job.policies)) return Status::kBadPolicy;
+  if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   if (!job.contacts.empty()) {
     if (!job.contacts.data || job.contacts.size != job.hits.size) return Status::kBadHitBuffer;

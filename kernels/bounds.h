@@ -7,7 +7,7 @@ namespace cab::kernel {
 // A posed leaf box: half += kPosePadSize S + kPosePadPlace (max|t| + |c|_1), t the link's translation, c the local
 // centre.
 inline constexpr float kPosePadSize = 0x1p-19f;
-inline constexpr float kPosePadPlace = 0x1p-20f;
+inline constexpr float kPosePadPlace = 0x1p-19f;
 
 // A merged box: half += kMergePadSize S + kMergePadPlace M + kMergePadTiny, S and M of the unpadded result.
 inline constexpr float kMergePadSize = 0x1p-18f;

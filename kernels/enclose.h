@@ -13,9 +13,27 @@ CAB_INLINE V reach_along(const BoxLanes<V>& box, Vec3<V> direction) {
          box.half.z * abs(dot(box.axis[2], direction));
 }
 
+// Widens an interval along a direction by a box whose centre is `between` away from where the interval is measured.
+template <class V>
+CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction, V& lo, V& hi) {
+  const V reached = reach_along(box, direction);
+  const V offset = dot(between, direction);
+  hi = max(hi, offset + reached);
+  lo = min(lo, offset - reached);
+}
+
+// The box of an interval along each axis, measured from `from`, padded to contain what the interval was made of whatever
+// was rounded. axes are orthonormal to 16 u. The order of the sum matters far out: the middle is formed first and added
+// once.
+template <class V>
+CAB_INLINE BoxLanes<V> box_of_interval(Vec3<V> from, const Vec3<V> (&axes)[3], Vec3<V> middle, Vec3<V> half) {
+  const Vec3<V> center = from + (middle.x * axes[0] + middle.y * axes[1] + middle.z * axes[2]);
+  const V pad = V(kMergePadSize) * sum(half) + V(kMergePadPlace) * max_component(abs(center)) + V(kMergePadTiny);
+  return {center, {axes[0], axes[1], axes[2]}, {half.x + pad, half.y + pad, half.z + pad}};
+}
+
 // The box along given axes around a first box and all that are added. Projects from the first box's centre, never from
-// the origin: far from it that would cost 40 times the rounding. axes are orthonormal to 16 u; the result is padded to
-// contain every box whatever was rounded.
+// the origin: far from it that would cost 40 times the rounding.
 template <class V>
 class Enclosure {
  public:
@@ -32,34 +50,29 @@ class Enclosure {
     widen(box, between, axes_[2], lo_.z, hi_.z);
   }
 
-  // The order of the sum matters far out: the middle is formed first and added to the first centre once.
   CAB_INLINE BoxLanes<V> box() const {
-    const V half(0.5f);
-    const Vec3<V> middle = half * (hi_ + lo_);
-    const Vec3<V> size = half * (hi_ - lo_);
-    const Vec3<V> center = center_ + (middle.x * axes_[0] + middle.y * axes_[1] + middle.z * axes_[2]);
-    const V pad = V(kMergePadSize) * sum(size) + V(kMergePadPlace) * max_component(abs(center)) + V(kMergePadTiny);
-    return {center, {axes_[0], axes_[1], axes_[2]}, {size.x + pad, size.y + pad, size.z + pad}};
+    return box_of_interval(center_, axes_, V(0.5f) * (hi_ + lo_), V(0.5f) * (hi_ - lo_));
   }
 
  private:
-  static CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction, V& lo, V& hi) {
-    const V reached = reach_along(box, direction);
-    const V offset = dot(between, direction);
-    hi = max(hi, offset + reached);
-    lo = min(lo, offset - reached);
-  }
-
   Vec3<V> center_;
   Vec3<V> axes_[3];
   Vec3<V> lo_, hi_;
 };
 
+// Of two boxes: an Enclosure of both, axis by axis, which keeps fewer values in registers (AVX2: 5.7 against 7.0 ns).
 template <class V>
 CAB_INLINE BoxLanes<V> enclose(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V> (&axes)[3]) {
-  Enclosure<V> out(first, axes);
-  out.add(second);
-  return out.box();
+  const Vec3<V> between = second.center - first.center;
+  V middle[3], half[3];
+  for (int k = 0; k < 3; ++k) {
+    V hi = reach_along(first, axes[k]);
+    V lo = -hi;
+    widen(second, between, axes[k], lo, hi);
+    middle[k] = V(0.5f) * (hi + lo);
+    half[k] = V(0.5f) * (hi - lo);
+  }
+  return box_of_interval<V>(first.center, axes, {middle[0], middle[1], middle[2]}, {half[0], half[1], half[2]});
 }
 
 }  // namespace cab::kernel

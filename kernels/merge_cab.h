@@ -11,6 +11,7 @@ struct MajorAxis {
   Vec3<V> unit;  // u_i
   V longest;     // l_i
   V second;      // the second largest half extent
+  V least;       // the smallest
 };
 
 // outward: from the joint to the child's centre. A projection of exactly 0 keeps the stored sign.
@@ -20,11 +21,26 @@ CAB_INLINE MajorAxis<V> major_axis(const BoxLanes<V>& box, Vec3<V> outward) {
   const Mask<V> first = both(h.x >= h.y, h.x >= h.z);
   const Vec3<V> axis = choose<V>(first, box.axis[0], choose<V>(h.y >= h.z, box.axis[1], box.axis[2]));
   const V sign = select(dot(axis, outward) < V(0.0f), V(-1.0f), V(1.0f));
-  return {sign * axis, max_component(h), max(min(h.x, h.y), min(max(h.x, h.y), h.z))};
+  return {sign * axis, max_component(h), max(min(h.x, h.y), min(max(h.x, h.y), h.z)), min(min(h.x, h.y), h.z)};
 }
 
-// Axes A1, A2, A3 of the parent (Eqs. 1-3). Where the children's major axes are parallel, or one child has no
-// length, the axes of the child with the larger second extent.
+// Lanes in which the second child's frame is the better one to copy: the child with the larger second extent, then with
+// the larger longest one, then the first.
+template <class V>
+CAB_INLINE Mask<V> copies_second(const MajorAxis<V>& major_1, const MajorAxis<V>& major_2) {
+  return either(major_2.second > major_1.second,
+                both(major_2.second >= major_1.second, major_2.longest > major_1.longest));
+}
+
+// Lanes in which neither child is so small that its direction says nothing: no longer than the other is thin. Without
+// this rule a star of links would grow at every merge.
+template <class V>
+CAB_INLINE Mask<V> both_matter(const MajorAxis<V>& major_1, const MajorAxis<V>& major_2) {
+  return both(major_1.longest > major_2.least, major_2.longest > major_1.least);
+}
+
+// Axes A1, A2, A3 of the parent (Eqs. 1-3). Where the children's major axes are parallel, or one child does not matter,
+// the frame of the better one.
 //
 // UseSum is the footnote's variant: where E is shortest, the sum of a_1 and a_2.
 template <class V, bool UseSum>
@@ -44,9 +60,8 @@ CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Ve
   const Vec3<V> normal = cross(major_1.unit, major_2.unit);
 
   const V limit = V(kParallel) * (dot(major_1.unit, major_1.unit) * dot(major_2.unit, major_2.unit));
-  const Mask<V> apart = both(dot(normal, normal) > limit, both(major_1.longest > V(0.0f), major_2.longest > V(0.0f)));
-  const Mask<V> copy_2 = either(major_2.second > major_1.second,
-                                both(major_2.second >= major_1.second, major_2.longest > major_1.longest));
+  const Mask<V> apart = both(dot(normal, normal) > limit, both_matter(major_1, major_2));
+  const Mask<V> copy_2 = copies_second(major_1, major_2);
   const Vec3<V> main = choose<V>(apart, m, choose<V>(copy_2, second.axis[0], first.axis[0]));
   const Vec3<V> minor = choose<V>(apart, normal, choose<V>(copy_2, second.axis[1], first.axis[1]));
 

@@ -3,6 +3,7 @@
 
 #include "kernels/bounds.h"
 #include "kernels/box.h"
+#include "kernels/transpose.h"
 #include "layout/articulation.h"
 
 namespace cab::kernel {
@@ -39,13 +40,25 @@ inline constexpr std::uint32_t pose_float_count(PoseFormat format) {
   return format == PoseFormat::kQuaternionTranslation ? 7u : format == PoseFormat::kMatrix3x4 ? 12u : 16u;
 }
 
+// Reads four floats of every instance's pose, from float `at` on. Lanes past the last live one copy it.
+template <class V>
+CAB_INLINE void read_quad(const std::byte* first, std::size_t stride, std::uint32_t live, std::uint32_t at,
+                          RawPoses& out) {
+  for (std::uint32_t lane = 0; lane < kLanes; lane += 4) {
+    const float* rows[4];
+    for (std::uint32_t i = 0; i < 4; ++i)
+      rows[i] = reinterpret_cast<const float*>(first + (lane + i < live ? lane + i : live - 1) * stride) + at;
+    float* const to[4] = {out.raw[at] + lane, out.raw[at + 1] + lane, out.raw[at + 2] + lane, out.raw[at + 3] + lane};
+    transpose_quad<V>(rows, to);
+  }
+}
+
+// Reads every float of a pose that its format has; the seven of a quaternion and translation as two quads that share one.
+template <class V>
 CAB_INLINE void read_raw(const std::byte* first, std::size_t stride, std::uint32_t live, std::uint32_t floats,
                          RawPoses& out) {
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    float pose[16];
-    std::memcpy(pose, first + (lane < live ? lane : live - 1) * stride, floats * sizeof(float));
-    for (std::uint32_t f = 0; f < floats; ++f) out.raw[f][lane] = pose[f];
-  }
+  for (std::uint32_t at = 0; at + 4 <= floats; at += 4) read_quad<V>(first, stride, live, at, out);
+  if (floats % 4 != 0) read_quad<V>(first, stride, live, floats - 4, out);
 }
 
 // Columns of the rotation of a quaternion of any length: no square root, orthonormal to rounding.
@@ -238,11 +251,11 @@ void pose_leaves(const PoseTile& args) {
   for (auto& check : checks) check = {yes, yes, yes};
   RawPoses raw, turns;
   if (args.orientations)
-    read_raw(reinterpret_cast<const std::byte*>(args.orientations), 4 * sizeof(float), args.live, 4, turns);
+    read_raw<V>(reinterpret_cast<const std::byte*>(args.orientations), 4 * sizeof(float), args.live, 4, turns);
 
   for (const PosedLink& posed : articulation.posed_links) {
-    read_raw(args.poses + posed.link * args.link_stride, args.instance_stride, args.live, pose_float_count(args.format),
-             raw);
+    read_raw<V>(args.poses + posed.link * args.link_stride, args.instance_stride, args.live,
+                pose_float_count(args.format), raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
       pose_link(args, posed, raw, turns, lane, checks[lane / kWidth<V>]);
   }

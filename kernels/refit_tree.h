@@ -21,6 +21,8 @@ struct RefitTile {
 struct MergeTile {
   const RefitTile* tile;
   std::uint32_t left, right, parent;
+  const BoxTile* first;    // the box of node left
+  const BoxTile* second;   // the box of node right
   const PointTile* joint;  // null: they share none
 };
 
@@ -29,23 +31,32 @@ struct MergeTile {
 template <bool UseSum>
 struct CabRule {
   static constexpr bool kNeedsMoments = false;
-  template <class V>
+  template <class V, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
-    Vec3<V> joint;
-    if (merge.joint) joint = load3<V>(merge.joint->at, lane);
-    cab_axes<V, UseSum>(load_box<V>(merge.tile->nodes[merge.left], lane),
-                        load_box<V>(merge.tile->nodes[merge.right], lane), merge.joint ? &joint : nullptr, axes);
+    const Vec3<V> joint = HasJoint ? load3<V>(merge.joint->at, lane) : Vec3<V>{};
+    cab_axes<V, UseSum>(load_box<V>(*merge.first, lane), load_box<V>(*merge.second, lane), HasJoint ? &joint : nullptr,
+                        axes);
   }
 };
+
+// Principal axes, or, where one child does not matter beside the other, the frame of the better one.
+template <class V>
+CAB_INLINE void principal_axes(const BoxLanes<V>& left, const BoxLanes<V>& right, const Symmetric<V>& second,
+                               Vec3<V> (&axes)[3]) {
+  eigen_axes(second, axes);
+  const MajorAxis<V> major_1 = major_axis(left, left.center), major_2 = major_axis(right, right.center);
+  const Mask<V> both_count = both_matter(major_1, major_2), copy_2 = copies_second(major_1, major_2);
+  for (int k = 0; k < 3; ++k) axes[k] = choose<V>(both_count, axes[k], choose<V>(copy_2, right.axis[k], left.axis[k]));
+}
 
 // Of the sixteen corners of the children.
 struct CovarianceRule {
   static constexpr bool kNeedsMoments = false;
-  template <class V>
+  template <class V, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
-    const Moments<V> left = corner_moments(load_box<V>(merge.tile->nodes[merge.left], lane));
-    const Moments<V> right = corner_moments(load_box<V>(merge.tile->nodes[merge.right], lane));
-    eigen_axes(combined(left, right, V(0.5f)).second, axes);
+    const BoxLanes<V> left = load_box<V>(*merge.first, lane);
+    const BoxLanes<V> right = load_box<V>(*merge.second, lane);
+    principal_axes(left, right, combined(corner_moments(left), corner_moments(right), V(0.5f)).second, axes);
   }
 };
 
@@ -66,7 +77,7 @@ CAB_INLINE void store_moments(MomentTile& tile, std::uint32_t lane, const Moment
 // Of the corners of all leaf boxes below; the moments of the parent are kept for its own parent.
 struct CovarianceLeavesRule {
   static constexpr bool kNeedsMoments = true;
-  template <class V>
+  template <class V, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const MergeProgram& program = *merge.tile->program;
     const float share = static_cast<float>(program.node_leaf_count[merge.right]) /
@@ -75,7 +86,7 @@ struct CovarianceLeavesRule {
     const Moments<V> all =
         combined(load_moments<V>(moments[merge.left], lane), load_moments<V>(moments[merge.right], lane), V(share));
     store_moments(moments[merge.parent], lane, all);
-    eigen_axes(all.second, axes);
+    principal_axes(load_box<V>(*merge.first, lane), load_box<V>(*merge.second, lane), all.second, axes);
   }
 };
 
@@ -84,8 +95,7 @@ struct CovarianceLeavesRule {
 struct ChildrenExtents {
   template <class V>
   static CAB_INLINE BoxLanes<V> contain(const MergeTile& merge, std::uint32_t lane, const Vec3<V> (&axes)[3]) {
-    return enclose(load_box<V>(merge.tile->nodes[merge.left], lane), load_box<V>(merge.tile->nodes[merge.right], lane),
-                   axes);
+    return enclose(load_box<V>(*merge.first, lane), load_box<V>(*merge.second, lane), axes);
   }
 };
 
@@ -103,11 +113,11 @@ struct LeavesExtents {
 
 // Makes one parent in all lanes. All lanes' axes come first: choosing axes is one long chain of dependent operations,
 // and the chains of several groups of lanes overlap (measured: AVX2 and SSE2).
-template <class V, class Rule, class Extents>
-CAB_INLINE void merge_node(const MergeTile& merge) {
+template <class V, class Rule, class Extents, bool HasJoint>
+CAB_INLINE void merge_node(const MergeTile merge) {
   Vec3<V> axes[kLanes / kWidth<V>][3];
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-    Rule::template choose_axes<V>(merge, lane, axes[lane / kWidth<V>]);
+    Rule::template choose_axes<V, HasJoint>(merge, lane, axes[lane / kWidth<V>]);
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
     store_box(merge.tile->nodes[merge.parent], lane, Extents::template contain<V>(merge, lane, axes[lane / kWidth<V>]));
 }
@@ -123,8 +133,13 @@ void refit_boxes(const RefitTile& tile) {
         store_moments(tile.moments[leaf], lane, corner_moments(load_box<V>(tile.nodes[leaf], lane)));
   std::uint32_t parent = leaves;
   for (const MergeStep& step : program.steps) {
-    const PointTile* joint = step.joint_link == kNoJoint ? nullptr : tile.joints + step.joint_link;
-    merge_node<V, Rule, Extents>({&tile, step.left, step.right, parent, joint});
+    MergeTile merge = {&tile, step.left, step.right, parent, &tile.nodes[step.left], &tile.nodes[step.right], nullptr};
+    if (step.joint_link == kNoJoint) {
+      merge_node<V, Rule, Extents, false>(merge);
+    } else {
+      merge.joint = tile.joints + step.joint_link;
+      merge_node<V, Rule, Extents, true>(merge);
+    }
     ++parent;
   }
 }

@@ -5,6 +5,33 @@
 
 namespace cab::kernel {
 
+// Four floats of each of four rows, of any alignment, to out[0..3], 16-byte aligned: out[k] gets float k of every row.
+// Scalar moves them one by one, every other instruction set by 128-bit registers.
+template <class V>
+CAB_INLINE void transpose_quad(const float* const (&rows)[4], float* const (&out)[4]) {
+#if defined(__SSE2__)
+  __m128 a = _mm_loadu_ps(rows[0]), b = _mm_loadu_ps(rows[1]), c = _mm_loadu_ps(rows[2]), d = _mm_loadu_ps(rows[3]);
+  _MM_TRANSPOSE4_PS(a, b, c, d);
+  _mm_store_ps(out[0], a);
+  _mm_store_ps(out[1], b);
+  _mm_store_ps(out[2], c);
+  _mm_store_ps(out[3], d);
+#elif defined(__aarch64__)
+  const float32x4_t a = vld1q_f32(rows[0]), b = vld1q_f32(rows[1]), c = vld1q_f32(rows[2]), d = vld1q_f32(rows[3]);
+  const float32x4_t ac_lo = vzip1q_f32(a, c), ac_hi = vzip2q_f32(a, c), bd_lo = vzip1q_f32(b, d),
+                    bd_hi = vzip2q_f32(b, d);
+  vst1q_f32(out[0], vzip1q_f32(ac_lo, bd_lo));
+  vst1q_f32(out[1], vzip2q_f32(ac_lo, bd_lo));
+  vst1q_f32(out[2], vzip1q_f32(ac_hi, bd_hi));
+  vst1q_f32(out[3], vzip2q_f32(ac_hi, bd_hi));
+#endif
+}
+template <>
+CAB_INLINE void transpose_quad<float>(const float* const (&rows)[4], float* const (&out)[4]) {
+  for (int r = 0; r < 4; ++r)
+    for (int k = 0; k < 4; ++k) out[k][r] = rows[r][k];
+}
+
 // The caller gives kWidth<V> row addresses, 16-byte aligned; out[k] holds float k of every row.
 template <class V>
 struct Transpose;

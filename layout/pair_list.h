@@ -3,6 +3,8 @@
 
 #include <cab/types.h>
 
+#include <cassert>
+
 namespace cab {
 
 // Two nodes whose boxes are to be tested, of candidate pair `slot` of the chunk at hand.
@@ -34,8 +36,12 @@ struct FixedList {
   std::uint32_t size = 0;
 
   void clear() { size = 0; }
-  void push(const T& value) { data[size++] = value; }
-  T pop() { return data[--size]; }
+  // Always inlined: kernels of every instruction set use it.
+  __attribute__((always_inline)) void push(const T& value) {
+    assert(size < capacity);
+    data[size++] = value;
+  }
+  __attribute__((always_inline)) T pop() { return data[--size]; }
   bool empty() const { return size == 0; }
   T* begin() const { return data; }
   T* end() const { return data + size; }

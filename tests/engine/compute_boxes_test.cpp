@@ -2,6 +2,8 @@
 #include "tests/engine/random_world.h"
 #include "tests/oracle/containment.h"
 
+#include <cmath>
+
 namespace {
 
 using namespace cab;
@@ -171,6 +173,43 @@ TEST_CASE("boxes have the same bits on every instruction set, for every kind of 
         CHECK(std::memcmp(&expected[who * nodes], got.data(), nodes * sizeof(Box)) == 0);
       }
     }
+  }
+}
+
+TEST_CASE("a star of a thousand links keeps its root near its own size, whatever the refit") {
+  constexpr std::uint32_t kLinks = 1024;
+  Random random(5);
+  std::vector<std::int32_t> parents(kLinks, 0);
+  std::vector<Leaf> leaves(kLinks);
+  std::vector<float> poses;
+  parents[0] = -1;
+  for (std::uint32_t link = 0; link < kLinks; ++link) {
+    leaves[link].link = link;
+    leaves[link].box = {{.5f, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.5f, .17f, .17f}};
+    double q[4], n = 0;
+    for (double& v : q) {
+      v = random.normal();
+      n += v * v;
+    }
+    for (const double v : q) poses.push_back(static_cast<float>(v / std::sqrt(n)));
+    poses.insert(poses.end(), 3, 0.0f);
+  }
+  ArticulationDesc desc;
+  desc.link_parents = {parents.data(), parents.size()};
+  desc.leaves = {leaves.data(), leaves.size()};
+  Engine* made = nullptr;
+  REQUIRE(create_engine({}, &made) == Status::kOk);
+  const EnginePtr engine(made);
+  ArticulationId id;
+  BatchInput input;
+  REQUIRE(add_articulation(*engine, desc, &id) == Status::kOk);
+  REQUIRE(add_batch(*engine, {id, 1, BatchKind::kCharacters}, &input.batch) == Status::kOk);
+  input.poses.data = poses.data();
+  for (const Policies& policies : all_refits()) {
+    CAPTURE(static_cast<int>(policies.refit));
+    std::vector<Box> boxes(2 * kLinks - 1);
+    REQUIRE(compute_boxes(*engine, input, policies, {boxes.data(), boxes.size()}) == Status::kOk);
+    for (const float half : boxes.back().half) CHECK(half < 3);  // every link lies within 1.03 of the hub
   }
 }
 

@@ -40,7 +40,7 @@ void place_at_edge(Random& random, const Rig& rig, Poses& poses, std::uint32_t i
     const Real padded = reach_along(a, direction, kPosePadSize * half_sum(a)) +
                         reach_along(b, direction, kPosePadSize * half_sum(b) + kPosePadPlace * far);
     const Real slack =
-        (edge ? kSlackEdge / length : Real(kSlackFace)) * sizes * static_cast<Real>(random.uniform(0.97, 1.03));
+        (edge ? kSlackEdge / length : Real(kSlackFace)) * sizes * static_cast<Real>(random.uniform(0.96, 1.06));
     const Point at = (padded + slack) * direction;
     write_pose(poses.format, q, oracle::convert<double>(at), poses.pose(i, 1));
     return;

@@ -170,7 +170,8 @@ struct MergeInputs {
 // Appends the parents for settled longest axes and signs.
 void append_parents(const MergeInputs& in, const Vec3<double>& u1, const Vec3<double>& u2, DecisionMargins margins,
                     std::vector<OracleMerge>& out) {
-  const bool degenerate = !(in.longest1 > 0.0) || !(in.longest2 > 0.0);
+  const double least1 = sorted_halves(in.child1)[2], least2 = sorted_halves(in.child2)[2];
+  const bool degenerate = !(in.longest1 > least2) || !(in.longest2 > least1);
   const double scale = larger(in.longest1, in.longest2);
   const LongestAxes axes = {u1, u2, (in.longest1 / scale) * u1, (in.longest2 / scale) * u2};
   const double sine = norm(cross(u1, u2)) / (norm(u1) * norm(u2));

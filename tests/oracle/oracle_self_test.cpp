@@ -301,11 +301,11 @@ TEST_CASE("links folded to 60 degrees take the axis of the longer one") {
 }
 
 TEST_CASE("ties of the longest axis go to the lowest index") {
-  const auto cube1 = aligned_box<double>({{1.0, 1.0, 0.0}}, {{1.0, 1.0, 1.0}});
-  auto cube2 = aligned_box<double>({{1.0, -1.0, 0.0}}, {{0.9, 0.9, 0.9}});
+  const auto cube1 = aligned_box<double>({{1.0, 1.0, 0.0}}, {{1.0, 1.0, 0.5}});
+  auto cube2 = aligned_box<double>({{1.0, -1.0, 0.0}}, {{0.9, 0.9, 0.45}});
   cube2 = turned_about_z(cube2, 0.3);
   const double joint[3] = {0.0, 0.0, 0.0};
-  // Second axes would give a parent along y, third axes are parallel and would fall back.
+  // Second axes would give a parent along y.
   const OracleMerge merge = merge_cab(cube1, cube2, joint);
   CHECK(merge.branch == MergeBranch::kChild1Axis);
   CHECK(near(axis_of(merge.box, 0), {{1.0, 0.0, 0.0}}));

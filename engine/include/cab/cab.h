@@ -26,8 +26,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Adds storage for a batch and sizes every worker's memory for it: this batch's only allocation.
 [[nodiscard]] CAB_API Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept;
 
-// Poses, refits, tests and reports one frame (FrameJob says what is read and written). Allocates nothing with
-// the serial or the caller's scheduler and Exact::kNone; TBB may keep its own task memory, FCL allocates.
+// Poses, refits, tests and reports one frame (FrameJob says what is read and written). Inner boxes are made only for the
+// strategies that descend them. Allocates nothing with the serial or the caller's scheduler and Exact::kNone; TBB may
+// keep its own task memory, FCL allocates.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Writes every box of every instance of one batch: boxes[i * node_count + node], leaves first, the root last,
@@ -43,7 +44,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // The merge order of an articulation; steps must hold leaf_count - 1 entries.
 [[nodiscard]] CAB_API Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> steps) noexcept;
 
-// The instruction set that an engine runs, the names of instruction sets, and what this CPU and build can run.
+// How many threads an engine works with, the instruction set that it runs, the names of instruction sets, and what this CPU and build can run.
+CAB_API std::uint32_t engine_thread_count(const Engine& engine) noexcept;
 CAB_API Isa engine_isa(const Engine& engine) noexcept;
 CAB_API bool isa_available(Isa isa) noexcept;
 CAB_API const char* to_string(Isa isa) noexcept;
