@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <utility>
 
@@ -24,10 +23,6 @@ constexpr std::size_t kHitsPerFrame = 8;
 
 void require(Status status, const std::string& what) {
   if (status != Status::kOk) fail(what, status);
-}
-
-std::uint32_t resolve_threads(std::uint32_t asked) {
-  return asked > 0 ? asked : std::max(1u, std::thread::hardware_concurrency());
 }
 
 std::uint32_t block_frames(const scenes::Scene& scene, std::uint32_t frame_count) {
@@ -60,16 +55,13 @@ void add_stats(FrameStats& sum, const FrameStats& more) {
 }
 
 EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& options)
-    : scene_(scene),
-      frames_(options.frames),
-      within_(options.within),
-      thread_count_(resolve_threads(options.thread_count)) {
+    : scene_(scene), frames_(options.frames), within_(options.within), lanes_(options.lanes) {
   if (frames_.first >= frames_.end || frames_.end > scene.frame_count)
     throw std::runtime_error(scene.name + ": no frames " + std::to_string(frames_.first) + ":" +
                              std::to_string(frames_.end) + " among " + std::to_string(scene.frame_count));
   EngineDesc desc;
   desc.isa = options.isa;
-  desc.thread_count = thread_count_;
+  desc.thread_count = options.thread_count;
   Engine* engine = nullptr;
   require(create_engine(desc, &engine), "engine");
   engine_.reset(engine);
@@ -84,7 +76,7 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
     articulations_.push_back(id);
   }
 
-  const std::uint32_t block = block_frames(scene, frames_.count());
+  const std::uint32_t block = lanes_ == Lanes::kPairs ? 1 : block_frames(scene, frames_.count());
   full_ = add_batches(block);
   if (frames_.count() % block > 0) last_ = add_batches(frames_.count() % block);
 }
@@ -96,7 +88,7 @@ EngineSession::BatchSet EngineSession::add_batches(std::uint32_t frame_count) {
     BatchDesc desc;
     desc.articulation = articulations_[c];
     desc.instance_count = scene_.characters[c].is_static ? 1 : frame_count;
-    desc.kind = BatchKind::kFrames;
+    desc.kind = lanes_ == Lanes::kPairs ? BatchKind::kCharacters : BatchKind::kFrames;
     BatchId id;
     require(add_batch(*engine_, desc, &id), scene_.characters[c].name);
     set.batches.push_back(id);
@@ -104,10 +96,12 @@ EngineSession::BatchSet EngineSession::add_batches(std::uint32_t frame_count) {
   for (std::size_t a = 0; a < set.batches.size(); ++a) {
     if (within_ && !scene_.characters[a].is_static)
       set.rules.push_back({set.batches[a], set.batches[a], Pairing::kWithin});
-    for (std::size_t b = a + 1; b < set.batches.size(); ++b)
+    for (std::size_t b = a + 1; scene_.pairs.empty() && b < set.batches.size(); ++b)
       if (!scene_.characters[a].is_static || !scene_.characters[b].is_static)
         set.rules.push_back({set.batches[a], set.batches[b], Pairing::kBetween});
   }
+  for (const scenes::CharacterPair& pair : scene_.pairs)
+    set.rules.push_back({set.batches[pair.a], set.batches[pair.b], Pairing::kBetween});
   return set;
 }
 
@@ -205,6 +199,30 @@ CharacterBoxes EngineSession::boxes(std::uint32_t character, const Policies& pol
   result.boxes.assign(all.begin(), all.begin() + result.info.node_count);
   result.flags = flags.front();
   return result;
+}
+
+void EngineSession::visit_boxes(const Policies& policies, const VisitBoxes& visit) {
+  const std::size_t characters = scene_.characters.size();
+  std::vector<ArticulationInfo> infos(characters);
+  std::vector<std::vector<Box>> boxes(characters);
+  for (std::uint32_t block = 0; block < block_count(); ++block) {
+    const std::uint32_t first = frames_.first + block * full_.frame_count;
+    const std::uint32_t count = std::min(full_.frame_count, frames_.end - first);
+    const BatchSet& set = count == full_.frame_count ? full_ : last_;
+    for (std::uint32_t c = 0; c < characters; ++c) {
+      const std::string& name = scene_.characters[c].name;
+      require(articulation_info(*engine_, articulations_[c], &infos[c]), name);
+      boxes[c].resize((scene_.characters[c].is_static ? 1 : count) * std::size_t{infos[c].node_count});
+      require(compute_boxes(*engine_, input(c, set.batches[c], {first, first + count}), policies,
+                            {boxes[c].data(), boxes[c].size()}),
+              name);
+    }
+    for (std::uint32_t frame = 0; frame < count; ++frame)
+      for (std::uint32_t c = 0; c < characters; ++c) {
+        const std::size_t instance = scene_.characters[c].is_static ? 0 : frame;
+        visit(infos[c], {boxes[c].data() + instance * infos[c].node_count, infos[c].node_count});
+      }
+  }
 }
 
 }  // namespace cab::perf

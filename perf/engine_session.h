@@ -20,11 +20,18 @@ struct FrameRange {
   std::uint32_t count() const { return end - first; }
 };
 
+// How the session hands a scene to the engine; hits and #coll are the same.
+enum class Lanes : std::uint8_t {
+  kFrames,  // batches of frames: a lane is a frame
+  kPairs,   // one frame at a time, a character a batch: a lane is a pair of boxes
+};
+
 struct SessionOptions {
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   FrameRange frames;               // within the scene
   bool within = false;             // also the links of one character against each other
+  Lanes lanes = Lanes::kFrames;
 };
 
 // Two links that touch in one frame; (character_a, link_a) < (character_b, link_b), by their indices in the scene.
@@ -55,12 +62,12 @@ struct CharacterBoxes {
 
 class EngineSession {
  public:
-  // Every two characters are paired, except two that are both static. The scene must outlive the session. Throws
-  // std::runtime_error that names the character and the engine's reason.
+  // The scene's pairs are tested; where it names none, every two characters that are not both static. The scene must
+  // outlive the session. Throws std::runtime_error that names the character and the engine's reason.
   EngineSession(const scenes::Scene& scene, const SessionOptions& options);
 
   Isa isa() const { return engine_isa(*engine_); }
-  std::uint32_t thread_count() const { return thread_count_; }
+  std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
   std::uint32_t block_count() const;
 
   // Runs one block of frames. result.touches is reused. Grows the hit buffer and runs again where it is too small;
@@ -72,6 +79,10 @@ class EngineSession {
 
   // The boxes of one character in the session's first frame.
   CharacterBoxes boxes(std::uint32_t character, const Policies& policies);
+
+  // Hands out the boxes of every character in every frame, by frame, then character; those of one block are in memory.
+  using VisitBoxes = std::function<void(const ArticulationInfo& info, Span<const Box> boxes)>;
+  void visit_boxes(const Policies& policies, const VisitBoxes& visit);
 
  private:
   struct EngineDeleter {
@@ -90,7 +101,7 @@ class EngineSession {
   const scenes::Scene& scene_;
   FrameRange frames_;
   bool within_;
-  std::uint32_t thread_count_;
+  Lanes lanes_;
   std::unique_ptr<Engine, EngineDeleter> engine_;
   std::vector<ArticulationId> articulations_;
   BatchSet full_;  // all blocks but a shorter last one

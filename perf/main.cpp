@@ -127,15 +127,23 @@ CLI::App& add_inspect(CLI::App& app, InspectOptions& o) {
 
 CLI::App& add_paper(CLI::App& app, PaperOptions& o) {
   CLI::App& command = *app.add_subcommand("paper", "the paper's scenes and tables, ours beside the paper's");
-  o.tables = {1, 2};
+  o.tables = {1, 2, 3, 4, 5};
   command
       .add_option_function<std::string>(
           "--tables", [&o](const std::string& text) { o.tables = read_number_list("--tables", text); },
-          "which tables, separated by commas (default 1,2)")
+          "which tables, separated by commas (default 1,2,3,4,5)")
       ->type_name("LIST");
-  command.add_option("--frames", o.frame_count, "frames a table (default: as many as the paper, 10000)")
+  command
+      .add_option("--frames", o.frame_count,
+                  "frames a table (default: as many as the paper, 10000, and 4001 of table 5)")
       ->type_name("N")
       ->check(CLI::Range(1u, kMaxPaperFrames).description(""));
+  command
+      .add_option_function<std::string>(
+          "--lanes", [&o](const std::string& text) { o.lanes = read_lanes("--lanes", text); },
+          "what the lanes of a SIMD register hold (default frames); same counts"
+          "\n  frames: 16 frames of one node\n  pairs: one frame at a time, 16 pairs of boxes")
+      ->type_name("frames|pairs");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the tables as JSON");

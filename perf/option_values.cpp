@@ -84,6 +84,12 @@ Isa read_isa(const std::string& option, const std::string& text) {
   reject(option, text, "an instruction set; choose auto, " + isa_names(", ", true));
 }
 
+Lanes read_lanes(const std::string& option, const std::string& text) {
+  if (text == "frames") return Lanes::kFrames;
+  if (text == "pairs") return Lanes::kPairs;
+  reject(option, text, "frames or pairs");
+}
+
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text) {
   std::vector<std::uint32_t> numbers;
   for (const std::string& part : split_commas(text)) {

@@ -24,6 +24,9 @@ FrameRange read_frame_range(const std::string& option, const std::string& text);
 // An instruction set that this CPU and build can run, or auto.
 Isa read_isa(const std::string& option, const std::string& text);
 
+// frames or pairs.
+Lanes read_lanes(const std::string& option, const std::string& text);
+
 // Whole numbers separated by commas, each one once.
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text);
 

@@ -1,183 +1,211 @@
-// `cab paper`: the paper's scenes, its columns, ours beside the paper's, and the gates that hold between them.
+// `cab paper`: the paper's scenes by every method, measured; the gates decide the exit code.
 #include <cab/cab.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "perf/commands.h"
 #include "perf/engine_session.h"
 #include "perf/paper_gates.h"
+#include "perf/paper_output.h"
 #include "perf/paper_tables.h"
+#include "perf/partial_update.h"
 #include "perf/report.h"
-#include "scenes/chains.h"
+#include "scenes/registry.h"
 
 namespace cab::perf {
 namespace {
 
-using Json = nlohmann::ordered_json;
+constexpr Policies tree(Refit refit, Extents extents = Extents::kChildren) {
+  return {refit, Strategy::kTree, Exact::kFcl, extents};
+}
 
-const std::array<Method, 3> kMethods = {{
-    {"CAB", PaperMethod::kCab, {Refit::kCab, Strategy::kTree, Exact::kFcl}},
-    {"AABB*", PaperMethod::kAabbHull, {Refit::kAabbHull, Strategy::kTree, Exact::kFcl}},
-    {"brute (leaf boxes)", std::nullopt, {Refit::kCab, Strategy::kBrute, Exact::kFcl}},
+// The paper's rows in its order, each followed by its variants.
+const std::array<Method, 12> kMethods = {{
+    {"brute", PaperMethod::kBrute, {Refit::kCab, Strategy::kExactAll, Exact::kFcl, Extents::kChildren}},
+    {"AABB+", PaperMethod::kAabbVertices, tree(Refit::kAabbVertices)},
+    {"AABB*", PaperMethod::kAabbHull, tree(Refit::kAabbHull)},
+    {"AABB* from leaves", std::nullopt, tree(Refit::kAabbHull, Extents::kLeaves)},
+    {"AABB* on demand", std::nullopt, tree(Refit::kAabbHull), true},
+    {"OBB", PaperMethod::kObb, tree(Refit::kCovariance)},
+    {"OBB of leaf corners", std::nullopt, tree(Refit::kCovarianceLeaves)},
+    {"OBB leaf extents", std::nullopt, tree(Refit::kCovariance, Extents::kLeaves)},
+    {"CAB", PaperMethod::kCab, tree(Refit::kCab)},
+    {"CAB sum", std::nullopt, tree(Refit::kCabSum)},
+    {"CAB leaf extents", std::nullopt, tree(Refit::kCab, Extents::kLeaves)},
+    {"all leaf pairs", std::nullopt, {Refit::kCab, Strategy::kBrute, Exact::kFcl, Extents::kChildren}},
 }};
 
-// One table as it was run.
-struct TableRun {
-  const PaperTable* table;
-  std::uint32_t frame_count;
-  Isa isa;
-  std::uint32_t thread_count;
-  std::uint64_t pose_hash;
-  std::vector<MethodRun> runs;
-  std::vector<Gate> gates;
+// Times are medians of this many runs, the methods in turns. t[query] of a method that takes longer than the limit is
+// of one run: that long, noise averages out.
+constexpr std::size_t kTimedRuns = 5;
+constexpr double kRepeatedQuerySeconds = 0.3;
 
-  bool is_full() const { return frame_count == table->frame_count; }
+const PaperTable& find_table(std::uint32_t number) {
+  if (number >= 1 && number <= kPaperTables.size()) return kPaperTables[number - 1];
+  throw UsageError("--tables: the paper has no table " + std::to_string(number) + "; choose from 1,2,3,4,5");
+}
+
+// FNV-1a of numbers, lowest byte first.
+class Hash {
+ public:
+  void add(std::uint32_t number) {
+    for (int shift = 0; shift < 32; shift += 8) value_ = (value_ ^ ((number >> shift) & 0xffu)) * 0x100000001b3u;
+  }
+  void add(float number) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &number, sizeof bits);
+    add(bits);
+  }
+  void add(const Touch& touch) {
+    for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
+      add(number);
+  }
+  void add(const Box& box) {
+    for (const float x : box.center) add(x);
+    for (const auto& axis : box.axis)
+      for (const float x : axis) add(x);
+    for (const float x : box.half) add(x);
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
-// The table with a number, if its scene can be made.
-const PaperTable& find_table(std::uint32_t number) {
-  if (number == 1 || number == 2) return kPaperTables[number - 1];
-  throw UsageError("--tables: there is no scene for table " + std::to_string(number) + "; choose from 1,2");
+double area(const Box& box) {
+  const double x = 2.0 * box.half[0], y = 2.0 * box.half[1], z = 2.0 * box.half[2];
+  return 2 * (x * y + y * z + z * x);
 }
 
-void hash_number(std::uint64_t& hash, std::uint32_t number) {
-  for (int shift = 0; shift < 32; shift += 8) hash = (hash ^ ((number >> shift) & 0xffu)) * 0x100000001b3u;
+double mean_inner_area(EngineSession& session, const Policies& policies) {
+  double sum = 0;
+  std::uint64_t count = 0;
+  session.visit_boxes(policies, [&](const ArticulationInfo& info, Span<const Box> boxes) {
+    for (std::uint32_t node = info.leaf_count; node < info.node_count; ++node) sum += area(boxes.data[node]);
+    count += info.node_count - info.leaf_count;
+  });
+  return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-void add_touch(MethodRun& run, const Touch& touch) {
-  ++run.hits;
-  for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
-    hash_number(run.hits_hash, number);
+std::uint64_t box_hash(EngineSession& session, const Policies& policies) {
+  Hash hash;
+  session.visit_boxes(policies, [&](const ArticulationInfo&, Span<const Box> boxes) {
+    for (const Box& box : boxes) hash.add(box);
+  });
+  return hash.value();
+}
+
+// The hits, #coll and t[query] of a method; a hit counts between two characters only, a call counts wherever it is.
+void run_exact(EngineSession& session, MethodRun& run, ProgressBar& bar) {
+  Hash hash;
+  BlockResult warm_up;
+  session.run_block(0, run.method.policies, false, warm_up);
+  run.stats = session.run(run.method.policies, false, [&](const BlockResult& block) {
+    for (const Touch& touch : block.touches) {
+      if (touch.character_a == touch.character_b) continue;
+      ++run.hits;
+      hash.add(touch);
+    }
+    bar.advance(block.frames.count());
+  });
+  run.hits_hash = hash.value();
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// One run without exact tests, which would push boxes out of the caches; the hash is of the leaf pairs.
+FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, Hash& hash) {
+  const auto add = [&hash](const std::vector<Touch>& touches) {
+    for (const Touch& touch : touches) hash.add(touch);
+  };
+  if (method.on_demand) return run_partial_update(scene, session.isa(), add);
+  Policies boxes_only = method.policies;
+  boxes_only.exact = Exact::kNone;
+  return session.run(boxes_only, false, [&](const BlockResult& block) { add(block.touches); });
+}
+
+// What was timed of one method, a value a run.
+struct Times {
+  std::vector<double> update, test, query;
+};
+
+// Measures every method but brute, and finds the hash of its leaf pairs.
+void measure(EngineSession& session, const scenes::Scene& scene, std::vector<MethodRun>& runs, ProgressBar& bar) {
+  std::vector<Times> times(runs.size());
+  for (std::size_t r = 0; r < kTimedRuns; ++r)
+    for (std::size_t m = 0; m < runs.size(); ++m) {
+      MethodRun& run = runs[m];
+      if (run.method.policies.strategy == Strategy::kExactAll) continue;
+      Hash hash;
+      const FrameStats stats = run_boxes(session, scene, run.method, hash);
+      times[m].update.push_back(stats.seconds_update);
+      times[m].test.push_back(stats.seconds_test);
+      run.box_hits_hash = hash.value();
+      run.stats.box_tests = stats.box_tests;
+      run.stats.leaf_pairs = stats.leaf_pairs;
+      if (!run.method.on_demand && run.stats.seconds_query < kRepeatedQuerySeconds)
+        times[m].query.push_back(session.run(run.method.policies, false, [](const BlockResult&) {}).seconds_query);
+      bar.advance(scene.frame_count);
+    }
+  for (std::size_t m = 0; m < runs.size(); ++m) {
+    if (times[m].update.empty()) continue;
+    runs[m].stats.seconds_update = median(times[m].update);
+    runs[m].stats.seconds_test = median(times[m].test);
+    if (!times[m].query.empty()) runs[m].stats.seconds_query = median(times[m].query);
+  }
+  const auto is_hull = [](const MethodRun& run) { return run.method.paper == PaperMethod::kAabbHull; };
+  const auto hull = std::find_if(runs.begin(), runs.end(), is_hull);
+  for (MethodRun& run : runs)
+    if (run.method.on_demand) run.stats.seconds_query = hull->stats.seconds_query;
 }
 
 TableRun run_table(const PaperTable& table, const PaperOptions& options) {
   TableRun result = {};
   result.table = &table;
   result.frame_count = options.frame_count > 0 ? options.frame_count : table.frame_count;
-  const scenes::Scene scene = scenes::make_chains(table.number, result.frame_count);
-  EngineSession session(scene, {options.isa, options.thread_count, {0, scene.frame_count}, false});
+  const scenes::Scene scene = scenes::make_paper_scene(table.number, result.frame_count);
+  SessionOptions session_options = {options.isa, options.thread_count, {0, scene.frame_count}, false, options.lanes};
+  EngineSession session(scene, session_options);
+  // Brute calls the exact test on the links of one chain too; the hand it tests against the objects alone.
+  session_options.within = table.number != 5;
+  EngineSession brute_session(scene, session_options);
   result.isa = session.isa();
+  result.lanes = options.lanes;
   result.thread_count = session.thread_count();
   result.pose_hash = scenes::pose_hash(scene);
 
-  ProgressBar bar("table " + std::to_string(table.number), kMethods.size() * result.frame_count);
+  const std::uint64_t passes = kMethods.size() + (kMethods.size() - 1) * kTimedRuns;
+  ProgressBar bar("table " + std::to_string(table.number), passes * result.frame_count);
   for (const Method& method : kMethods) {
     MethodRun run;
     run.method = method;
-    run.hits_hash = 0xcbf29ce484222325u;
-    BlockResult warm_up;
-    session.run_block(0, method.policies, false, warm_up);
-    run.stats = session.run(method.policies, false, [&](const BlockResult& block) {
-      for (const Touch& touch : block.touches) add_touch(run, touch);
-      bar.advance(block.frames.count());
-    });
+    if (method.on_demand) {
+      // It finds the leaf pairs of AABB*, which a gate proves; so what follows from them is taken from there.
+      run = result.runs.back();
+      run.method = method;
+      bar.advance(scene.frame_count);
+    } else {
+      run_exact(method.policies.strategy == Strategy::kExactAll ? brute_session : session, run, bar);
+    }
     result.runs.push_back(run);
+  }
+  measure(session, scene, result.runs, bar);
+  for (MethodRun& run : result.runs) {
+    if (run.method.policies.strategy == Strategy::kTree) run.mean_area = mean_inner_area(session, run.method.policies);
+    if (run.method.paper != PaperMethod::kCab) continue;
+    result.box_hash = box_hash(session, run.method.policies);
+    result.box_hit_hash = run.box_hits_hash;
   }
   result.gates = check_gates(table, result.runs, result.is_full());
   return result;
-}
-
-void print_table(const TableRun& run) {
-  std::cout << "Table " << run.table->number << ": " << run.table->title << ", " << run.frame_count << " frames ("
-            << to_string(run.isa) << ", threads " << run.thread_count << ", pose hash " << hex(run.pose_hash) << ")\n";
-  TextTable text;
-  text.add_row({"", "#coll", "#false", "t[query]", "t[upd]", "t[test]", "t[total]", "hits", "box tests"});
-  for (const MethodRun& method : run.runs) {
-    const FrameStats& s = method.stats;
-    text.add_row({method.method.name, std::to_string(s.leaf_pairs), std::to_string(s.false_alarms),
-                  fixed(s.seconds_query, 5), fixed(s.seconds_update, 5), fixed(s.seconds_test, 5),
-                  fixed(s.seconds_total, 5), std::to_string(method.hits), std::to_string(s.box_tests)});
-    if (!method.method.paper) continue;
-    const PaperRow& p = run.table->row(*method.method.paper);
-    text.add_row({"  the paper", std::to_string(p.coll), std::to_string(p.false_alarms), fixed(p.query_seconds, 2),
-                  fixed(p.update_seconds, 2), fixed(p.test_seconds, 2), fixed(p.total_seconds, 2),
-                  std::to_string(p.hits()), "-"});
-  }
-  text.print(std::cout);
-  for (const Gate& gate : run.gates) std::cout << (gate.passed ? "  ok    " : "  FAIL  ") << gate.text << '\n';
-  if (!run.is_full())
-    std::cout << "  The paper's counts are compared in a run of all " << run.table->frame_count << " frames only.\n";
-  std::cout << '\n';
-}
-
-Json method_json(const TableRun& run, const MethodRun& method) {
-  const FrameStats& s = method.stats;
-  Json json;
-  json["method"] = method.method.name;
-  for (std::uint32_t f = 0; f < policy_table().size; ++f)
-    json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(method.method.policies, f)].name;
-  json["coll"] = s.leaf_pairs;
-  json["false_alarms"] = s.false_alarms;
-  json["hits"] = method.hits;
-  json["box_tests"] = s.box_tests;
-  json["query_thread_seconds"] = s.seconds_query;
-  json["update_thread_seconds"] = s.seconds_update;
-  json["test_thread_seconds"] = s.seconds_test;
-  json["total_wall_seconds"] = s.seconds_total;
-  json["hits_hash"] = hex(method.hits_hash);
-  json["paper"] = Json();
-  if (method.method.paper) {
-    const PaperRow& p = run.table->row(*method.method.paper);
-    json["paper"] = {{"coll", p.coll},
-                     {"false_alarms", p.false_alarms},
-                     {"hits", p.hits()},
-                     {"query_seconds", p.query_seconds},
-                     {"update_seconds", p.update_seconds},
-                     {"test_seconds", p.test_seconds},
-                     {"total_seconds", p.total_seconds}};
-  }
-  return json;
-}
-
-Json to_json(const std::vector<TableRun>& tables) {
-  Json json;
-  json["cab_version"] = CAB_VERSION;
-  json["tables"] = Json::array();
-  for (const TableRun& run : tables) {
-    Json table;
-    table["table"] = run.table->number;
-    table["title"] = run.table->title;
-    table["frame_count"] = run.frame_count;
-    table["full_run"] = run.is_full();
-    table["isa"] = to_string(run.isa);
-    table["threads"] = run.thread_count;
-    table["pose_hash"] = hex(run.pose_hash);
-    table["methods"] = Json::array();
-    for (const MethodRun& method : run.runs) table["methods"].push_back(method_json(run, method));
-    table["gates"] = Json::array();
-    for (const Gate& gate : run.gates) table["gates"].push_back({{"gate", gate.text}, {"passed", gate.passed}});
-    json["tables"].push_back(table);
-  }
-  return json;
-}
-
-void write_csv(const std::string& path, const std::vector<TableRun>& tables) {
-  OutputFile file(path);
-  std::ostream& out = file.stream();
-  out << "table,method,frames,isa,threads,coll,false_alarms,hits,box_tests,query_thread_seconds,update_thread_seconds,"
-         "test_thread_seconds,total_wall_seconds,pose_hash,hits_hash,paper_coll,paper_false_alarms,"
-         "paper_query_seconds,paper_update_seconds,paper_test_seconds,paper_total_seconds\n";
-  for (const TableRun& run : tables)
-    for (const MethodRun& method : run.runs) {
-      const FrameStats& s = method.stats;
-      out << run.table->number << ',' << csv_field(method.method.name) << ',' << run.frame_count << ','
-          << to_string(run.isa) << ',' << run.thread_count << ',' << s.leaf_pairs << ',' << s.false_alarms << ','
-          << method.hits << ',' << s.box_tests << ',' << shortest(s.seconds_query) << ',' << shortest(s.seconds_update)
-          << ',' << shortest(s.seconds_test) << ',' << shortest(s.seconds_total) << ',' << hex(run.pose_hash) << ','
-          << hex(method.hits_hash);
-      if (method.method.paper) {
-        const PaperRow& p = run.table->row(*method.method.paper);
-        out << ',' << p.coll << ',' << p.false_alarms << ',' << shortest(p.query_seconds) << ','
-            << shortest(p.update_seconds) << ',' << shortest(p.test_seconds) << ',' << shortest(p.total_seconds);
-      } else {
-        out << ",,,,,,";
-      }
-      out << '\n';
-    }
-  file.close();
 }
 
 }  // namespace
@@ -190,10 +218,16 @@ int paper_command(const PaperOptions& options) {
     print_table(tables.back());
   }
   std::cout
-      << "Seconds are sums over all frames: t[query], t[upd] and t[test] over the threads that worked, t[total] by "
-         "the clock.\nThe paper's are from a Pentium 4 at 1.8 GHz.\n";
-  if (!options.json_path.empty()) write_json(options.json_path, to_json(tables));
-  if (!options.csv_path.empty()) write_csv(options.csv_path, tables);
+      << "Seconds are sums over all frames and over the threads that worked, medians of " << kTimedRuns
+      << " runs (t[query] above " << fixed(kRepeatedQuerySeconds, 1)
+      << " s, and brute, of one).\nAABB* on demand runs on one thread; its t[query] and hits are those of AABB*, whose "
+         "leaf pairs it finds.\nbrute calls on all pairs of links, those of one chain too; its hits are those between "
+         "the "
+         "chains.\n"
+         "area: mean surface of the inner boxes. The paper's times are from a Pentium 4 at 1.8 GHz, table 5's from a "
+         "Pentium 3 at 866 MHz.\n";
+  if (!options.json_path.empty()) write_paper_json(options.json_path, tables);
+  if (!options.csv_path.empty()) write_paper_csv(options.csv_path, tables);
 
   std::size_t failed = 0;
   for (const TableRun& run : tables)

@@ -22,11 +22,15 @@ const MethodRun* find_run(const std::vector<MethodRun>& runs, PaperMethod method
   return found == runs.end() ? nullptr : &*found;
 }
 
-// Two methods that must count the same: leaf boxes alone decide #coll.
+bool is_axis_aligned(const Method& method) {
+  return method.policies.refit == Refit::kAabbHull || method.policies.refit == Refit::kAabbVertices;
+}
+
+// Two methods with the same leaf boxes: those alone decide #coll.
 Gate equal_coll(const MethodRun& a, const MethodRun& b) {
   return {std::string("#coll of ") + b.method.name + " " + std::to_string(b.stats.leaf_pairs) + " equals that of " +
               a.method.name,
-          a.stats.leaf_pairs == b.stats.leaf_pairs};
+          a.stats.leaf_pairs == b.stats.leaf_pairs && a.box_hits_hash == b.box_hits_hash};
 }
 
 }  // namespace
@@ -40,13 +44,19 @@ std::vector<Gate> check_gates(const PaperTable& table, const std::vector<MethodR
 
   const MethodRun* cab = find_run(runs, PaperMethod::kCab);
   const MethodRun* hull = find_run(runs, PaperMethod::kAabbHull);
-  for (const MethodRun& run : runs)
-    if (cab && &run != cab && run.method.policies.refit == Refit::kCab) gates.push_back(equal_coll(*cab, run));
+  for (const MethodRun& run : runs) {
+    if (run.method.policies.strategy == Strategy::kExactAll) continue;
+    if (cab && &run != cab && !is_axis_aligned(run.method)) gates.push_back(equal_coll(*cab, run));
+    if (hull && &run != hull && run.method.policies.refit == Refit::kAabbHull) gates.push_back(equal_coll(*hull, run));
+  }
   if (cab && hull)
     gates.push_back({std::string("#coll of ") + hull->method.name + " is not below that of " + cab->method.name,
                      hull->stats.leaf_pairs >= cab->stats.leaf_pairs});
   if (!full_run) return gates;
 
+  if (const MethodRun* brute = find_run(runs, PaperMethod::kBrute))
+    gates.push_back({"#coll of brute " + std::to_string(brute->stats.leaf_pairs) + " is the paper's",
+                     brute->stats.leaf_pairs == table.row(PaperMethod::kBrute).coll});
   if (hull)
     gates.push_back(near_paper("#coll of AABB*", hull->stats.leaf_pairs, table.row(PaperMethod::kAabbHull).coll,
                                kAabbHullCollTolerance));

@@ -17,14 +17,21 @@ struct Method {
   const char* name;
   std::optional<PaperMethod> paper;  // none: the paper has no such row
   Policies policies;
+  bool on_demand = false;  // perf/partial_update instead of the engine; policies are those of the boxes it equals
 };
 
 // What one method counted over one scene.
 struct MethodRun {
   Method method;
-  FrameStats stats;
-  std::uint64_t hits = 0;
-  std::uint64_t hits_hash = 0;  // FNV-1a of every hit's frame, characters and links, in order
+  FrameStats stats;        // seconds as the tables print them; total is by the clock, of the first run with exact tests
+  std::uint64_t hits = 0;  // between two characters
+  std::uint64_t hits_hash = 0;      // FNV-1a of every hit's frame, characters and links, in order
+  std::uint64_t box_hits_hash = 0;  // likewise of the pairs whose leaf boxes overlap; 0 where the method has no boxes
+  double mean_area = 0;             // surface of the inner boxes, in the scene's units squared; 0 where there are none
+
+  // The paper's #false: calls that found nothing between two characters.
+  std::uint64_t false_alarms() const { return stats.leaf_pairs - hits; }
+  double total_seconds() const { return stats.seconds_query + stats.seconds_update + stats.seconds_test; }
 };
 
 struct Gate {

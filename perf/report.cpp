@@ -59,8 +59,9 @@ ProgressBar::~ProgressBar() {
 }
 
 void ProgressBar::advance(std::uint64_t count) {
+  const std::uint64_t shown = 100 * done_ / std::max<std::uint64_t>(total_, 1);
   done_ = std::min(total_, done_ + count);
-  if (on_) draw();
+  if (on_ && 100 * done_ / total_ != shown) draw();
 }
 
 void ProgressBar::draw() const {

@@ -83,7 +83,8 @@ TEST_CASE("help names every option, every policy value and every instruction set
        {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
         "--contacts", "--json", "--hits", "FILE"}},
       {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--refit", "--isa", "FILE"}},
-      {"paper", {"--tables", "--frames", "--isa", "--threads", "--json", "--csv"}},
+      {"paper",
+       {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
       {"kernels", {"--isa", "--rounds"}}};
   const Outcome top = run_cab({"--help"});
   CHECK(top.exit_code == 0);
@@ -156,7 +157,8 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect", file, "--frame", "x"}, "--frame"},
       {{"inspect", file, "--json", file}, "is the input"},
       {{"inspect", file, "--strategy", "tree"}, "--strategy"},
-      {{"paper", "--tables", "9"}, "choose from 1,2"},
+      {{"paper", "--tables", "9"}, "choose from 1,2,3,4,5"},
+      {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not frames or pairs"},
       {{"paper", "--tables", "one"}, "--tables"},
       {{"paper", "--tables", "1,1"}, "--tables"},
       {{"paper", "--frames", "0"}, "--frames"},
@@ -500,20 +502,64 @@ TEST_CASE("a short paper run agrees between methods and writes the same to JSON 
   CHECK(outcome.out.find("84148") != std::string::npos);
 }
 
-TEST_CASE("tables 1 and 2 in full pass the gates against the paper") {
+TEST_CASE("tables 1, 2, 4 and 5 in full pass the gates against the paper") {
   const TemporaryFolder folder;
-  const Outcome outcome = run_cab({"paper", "--tables", "1,2", "--json", folder / "paper.json"});
+  const Outcome outcome = run_cab({"paper", "--tables", "1,2,4,5", "--json", folder / "paper.json"});
   CAPTURE(outcome.out);
   CHECK(outcome.exit_code == 0);
   const Json json = Json::parse(read_text(folder / "paper.json"));
   for (const Json& table : json["tables"]) {
     CHECK(table["full_run"] == true);
-    CHECK(table["frame_count"] == 10000);
-    CHECK(table["gates"].size() == 6);
+    CHECK(table["frame_count"] == (table["table"] == 5 ? 4001 : 10000));
+    CHECK(table["gates"].size() == 14);
     for (const Json& gate : table["gates"]) {
       CAPTURE(gate["gate"].get<std::string>());
       CHECK(gate["passed"] == true);
     }
+  }
+}
+
+TEST_CASE("a short run of all tables has the same counts and hashes on every instruction set, lanes and threads") {
+  constexpr int kFrames = 100;
+  const TemporaryFolder folder;
+  // Counts and hashes of every table and method, without times and settings.
+  const auto run = [&](const Words& options) {
+    const std::string path = folder / "paper.json";
+    const Outcome outcome = run_cab(Words{"paper", "--frames", std::to_string(kFrames), "--json", path} + options);
+    INFO(outcome.out);
+    REQUIRE(outcome.exit_code == 0);
+    Json kept = Json::array();
+    const Json json = Json::parse(read_text(path));
+    for (const Json& table : json["tables"]) {
+      Json rows = {table["table"], table["pose_hash"], table["box_hash"], table["box_hit_hash"]};
+      for (const Json& method : table["methods"])
+        rows.push_back({method["method"], method["coll"], method["hits"], method["hits_hash"], method["box_hits_hash"],
+                        method["mean_inner_box_area"]});
+      kept.push_back(rows);
+    }
+    return kept;
+  };
+  const Json expected = run({"--isa", "scalar"});
+  REQUIRE(expected.size() == 5);
+  for (const Isa isa : available_isas()) {
+    CAPTURE(to_string(isa));
+    CHECK((run({"--isa", to_string(isa), "--threads", "2"}) == expected));
+  }
+  CHECK((run({"--lanes", "pairs"}) == expected));
+
+  // Of CAB, AABB*, hits: what scenes/ counts on every machine.
+  const int golden[5][3] = {{52, 1094, 0}, {81, 1195, 0}, {16, 1049, 0}, {187, 1236, 48}, {468, 1020, 0}};
+  for (std::size_t t = 0; t < 5; ++t) {
+    CAPTURE(t);
+    const auto row = [&](const std::string& name) {
+      for (const Json& method : expected[t])
+        if (method.is_array() && method[0] == name) return method;
+      return Json();
+    };
+    CHECK(row("brute")[1] == kFrames * (t == 4 ? 72 : 120));
+    CHECK(row("CAB")[1] == golden[t][0]);
+    CHECK(row("AABB*")[1] == golden[t][1]);
+    CHECK(row("CAB")[2] == golden[t][2]);
   }
 }
 
