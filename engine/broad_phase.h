@@ -11,8 +11,8 @@ void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t t
 // Lists every instance that takes part in a rule between characters, by the lower x of its bounds; returns how many.
 std::uint32_t sort_instances(Engine& engine, const FrameJob& job);
 
-// Walks the partners of one entry among later ones; every later one where `all` asks for tests without boxes. next gives one candidate at a time, lower (batch, instance)
-// first.
+// Walks the partners of one entry among later ones; every later one where `all` asks for tests without boxes. next gives
+// one candidate at a time, lower (batch, instance) first.
 class Partners {
  public:
   Partners(const Engine& engine, std::uint32_t entry_count, std::uint32_t entry, bool all)

@@ -13,12 +13,14 @@ namespace {
 void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies,
            Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const std::size_t extents = static_cast<std::size_t>(policies.extents);
+  const bool tree = policies.strategy == Strategy::kTree;
   if (policies.refit == Refit::kAabbVertices) {
-    kernels.fit_vertices({&articulation, worker.motions.data, aabbs});
+    kernels.fit_vertices(
+        {&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data, aabbs});
   } else if (policies.refit == Refit::kAabbHull) {
     kernels.bound_boxes(nodes, articulation.leaf_count, aabbs);
-    if (policies.strategy == Strategy::kTree) kernels.refit_aabbs[extents](articulation.program, aabbs);
-  } else if (policies.strategy == Strategy::kTree) {
+    if (tree) kernels.refit_aabbs[extents](articulation.program, aabbs);
+  } else if (tree) {
     kernels.refit_boxes[static_cast<std::size_t>(policies.refit)][extents](
         {&articulation.program, worker.joints.data, nodes, worker.moments.data});
   }

@@ -30,7 +30,7 @@ struct MergeTile {
 
 template <bool UseSum>
 struct CabRule {
-  static constexpr bool kNeedsMoments = false;
+  static constexpr bool kUsesJoint = true, kNeedsMoments = false;
   template <class V, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const Vec3<V> joint = HasJoint ? load3<V>(merge.joint->at, lane) : Vec3<V>{};
@@ -51,7 +51,7 @@ CAB_INLINE void principal_axes(const BoxLanes<V>& left, const BoxLanes<V>& right
 
 // Of the sixteen corners of the children.
 struct CovarianceRule {
-  static constexpr bool kNeedsMoments = false;
+  static constexpr bool kUsesJoint = false, kNeedsMoments = false;
   template <class V, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const BoxLanes<V> left = load_box<V>(*merge.first, lane);
@@ -76,7 +76,7 @@ CAB_INLINE void store_moments(MomentTile& tile, std::uint32_t lane, const Moment
 
 // Of the corners of all leaf boxes below; the moments of the parent are kept for its own parent.
 struct CovarianceLeavesRule {
-  static constexpr bool kNeedsMoments = true;
+  static constexpr bool kUsesJoint = false, kNeedsMoments = true;
   template <class V, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const MergeProgram& program = *merge.tile->program;
@@ -134,11 +134,11 @@ void refit_boxes(const RefitTile& tile) {
   std::uint32_t parent = leaves;
   for (const MergeStep& step : program.steps) {
     MergeTile merge = {&tile, step.left, step.right, parent, &tile.nodes[step.left], &tile.nodes[step.right], nullptr};
-    if (step.joint_link == kNoJoint) {
-      merge_node<V, Rule, Extents, false>(merge);
-    } else {
+    if (Rule::kUsesJoint && step.joint_link != kNoJoint) {
       merge.joint = tile.joints + step.joint_link;
-      merge_node<V, Rule, Extents, true>(merge);
+      merge_node<V, Rule, Extents, Rule::kUsesJoint>(merge);
+    } else {
+      merge_node<V, Rule, Extents, false>(merge);
     }
     ++parent;
   }
@@ -189,9 +189,11 @@ void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
   }
 }
 
-// A tile whose every node is fitted to all vertices below it (the paper's AABB+). motions are indexed by link.
+// A tile whose first node_count nodes, leaves first, are each fitted to all vertices below (the paper's AABB+). motions
+// are indexed by link.
 struct VertexTile {
   const Articulation* articulation;
+  std::uint32_t node_count;
   const MotionTile* motions;
   AabbTile* nodes;
 };
@@ -220,7 +222,7 @@ CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t lea
 template <class V>
 void fit_vertices(const VertexTile& tile) {
   const MergeProgram& program = tile.articulation->program;
-  for (std::uint32_t node = 0; node < tile.articulation->node_count; ++node) {
+  for (std::uint32_t node = 0; node < tile.node_count; ++node) {
     const std::uint16_t* below = program.leaf_sequence.data + program.node_first_leaf[node];
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
       AabbLanes<V> all = bound_vertices<V>(tile, below[0], lane);

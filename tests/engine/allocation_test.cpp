@@ -1,6 +1,8 @@
 // Memory: none in a frame, all of it returned, and every failure to get it is a status that changes nothing.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
+
+#include <doctest/doctest.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -96,6 +98,7 @@ void* realloc(void* memory, std::size_t bytes) {
 namespace {
 
 using namespace cab;
+using namespace cab::oracle;
 using namespace cab::tests;
 
 // The caller's allocator: counts, checks what comes back, and fails on demand.

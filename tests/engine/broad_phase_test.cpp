@@ -1,5 +1,7 @@
 // The broad phase: distance never hides a touching pair, however far out in the world it stands.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 #include <cmath>
 #include <limits>
@@ -7,7 +9,7 @@
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 // Two instances of one unit cube, the second at a distance along x from the first.
 World two_cubes(const oracle::Vec3<double>& at, double distance, BatchKind kind) {

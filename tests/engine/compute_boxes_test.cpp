@@ -1,13 +1,15 @@
 // compute_boxes: leaf boxes hold the exactly posed ones, inner boxes hold all below them, and bits do not vary.
-#include "tests/engine/random_world.h"
-#include "tests/oracle/containment.h"
+#include "perf/oracle/containment.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 #include <cmath>
 
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 using oracle::Quad;
 
 // Every way to refit: each row of the table of policies with both extents.

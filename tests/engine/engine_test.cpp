@@ -1,10 +1,12 @@
 // Creating engines, articulations and batches: every status, ids, counts, and one call at a time.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 Rig simple_rig() {
   Random random(1);

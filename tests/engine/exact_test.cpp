@@ -1,12 +1,14 @@
 // The exact test by FCL: yes and no against answers worked out by hand, contacts, and its counts.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 #include <cmath>
 
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 constexpr Policies kExactTree = {Refit::kCab, Strategy::kTree, Exact::kFcl};
 constexpr Policies kExactBrute = {Refit::kCab, Strategy::kBrute, Exact::kFcl};

@@ -1,6 +1,8 @@
 // The caller's floating-point control word: changes no bit of a result, and is as it was after every call.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
+
+#include <doctest/doctest.h>
 
 #if defined(__x86_64__)
 
@@ -9,6 +11,7 @@
 namespace {
 
 using namespace cab;
+using namespace cab::oracle;
 using namespace cab::tests;
 
 // Bits of the control word (Intel SDM, volume 1, 10.2.3): flags in 0..5, DAZ, masks in 7..12, rounding, FTZ.

@@ -1,10 +1,12 @@
 // Frames against a judge: no pair is lost, none is invented, whatever the strategy, the kind of batch and the place.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 // How much wider than exact the boxes of a reported pair may have to be made to touch: poses and slack together
 // (2^-19 + 2^-20 and 2^-17 of the sizes), with room for edges that are nearly parallel.

@@ -1,10 +1,12 @@
 // The caller's hit buffer: sorted, exact counts, and what happens when it is too small.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 // A job over a whole world, and the storage it points to.
 struct Prepared {

@@ -1,8 +1,10 @@
 // Schedules: every task once, workers apart; and frames that are the same on every instruction set and thread count.
 #include "engine/schedule.h"
 
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
+
+#include <doctest/doctest.h>
 
 #include <atomic>
 #include <memory>
@@ -10,6 +12,7 @@
 namespace {
 
 using namespace cab;
+using namespace cab::oracle;
 using namespace cab::tests;
 
 // Runs tasks that count themselves and watch who else is on their worker.

@@ -1,10 +1,12 @@
 // One leaf predicate: pairs at the very edge of the overlap test's slack get one answer, whoever asks.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 // The slack of faces and edges, as a fraction of the sizes of both boxes, and what posing adds to a half extent for its
 // box's size and for how far it was moved (numerics.md).

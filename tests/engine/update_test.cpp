@@ -1,5 +1,7 @@
 // Masked instances: which poses are refused, with which flag, and that nobody else notices.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 #include <functional>
 #include <limits>
@@ -8,7 +10,7 @@
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -1,5 +1,7 @@
 // Every misuse of run_frame and compute_boxes has its status, and leaves the caller's data as they were.
-#include "tests/engine/random_world.h"
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
 
 #include <functional>
 #include <limits>
@@ -7,7 +9,7 @@
 namespace {
 
 using namespace cab;
-using namespace cab::tests;
+using namespace cab::oracle;
 
 // An engine with two character batches (1: three instances, 2: two) and three frame batches (3 and 4: four frames,
 // 5: one), and a job over all of them that is in order.

@@ -1,8 +1,8 @@
 // The covariance merge against an eigen-solver written apart, and the footnote's variant of CAB against its words.
 #include "kernels/refit_tree.h"
+#include "perf/oracle/containment.h"
+#include "perf/oracle/merge_regimes.h"
 #include "tests/kernels/isas.h"
-#include "tests/oracle/containment.h"
-#include "tests/oracle/merge_regimes.h"
 
 #include <doctest/doctest.h>
 #include <Eigen/Eigenvalues>

@@ -3,7 +3,7 @@
 
 #include "kernels/find_kernels.h"
 #include "layout/merge_program.h"
-#include "tests/oracle/oracle_box.h"
+#include "perf/oracle/oracle_box.h"
 
 #include <cab/types.h>
 

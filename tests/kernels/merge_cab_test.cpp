@@ -1,9 +1,9 @@
 // The CAB merge against its promises and against a merge written apart in double.
 #include "kernels/bounds.h"
 #include "kernels/refit_tree.h"
+#include "perf/oracle/containment.h"
+#include "perf/oracle/merge_regimes.h"
 #include "tests/kernels/isas.h"
-#include "tests/oracle/containment.h"
-#include "tests/oracle/merge_regimes.h"
 
 #include <doctest/doctest.h>
 

@@ -2,9 +2,9 @@
 #include "kernels/bounds.h"
 #include "kernels/descend_tiles.h"
 #include "kernels/gather_pairs.h"
+#include "perf/oracle/overlap_exact.h"
+#include "perf/oracle/touching_pairs.h"
 #include "tests/kernels/isas.h"
-#include "tests/oracle/overlap_exact.h"
-#include "tests/oracle/touching_pairs.h"
 
 #include <doctest/doctest.h>
 

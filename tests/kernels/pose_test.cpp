@@ -3,9 +3,9 @@
 
 #include "layout/arena.h"
 #include "layout/articulation.h"
+#include "perf/oracle/containment.h"
+#include "perf/oracle/random.h"
 #include "tests/kernels/isas.h"
-#include "tests/oracle/containment.h"
-#include "tests/oracle/random.h"
 
 #include <doctest/doctest.h>
 

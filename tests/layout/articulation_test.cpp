@@ -2,8 +2,8 @@
 #include "layout/articulation.h"
 
 #include "layout/arena.h"
-#include "tests/oracle/containment.h"
-#include "tests/oracle/random.h"
+#include "perf/oracle/containment.h"
+#include "perf/oracle/random.h"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // The dented link of Table 3: its convex pieces, and the mesh that bounds them.
 #include "scenes/dented_link.h"
 
-#include "tests/oracle/random.h"
+#include "perf/oracle/random.h"
 #include "tests/scenes/leaf_boxes.h"
 
 #include <doctest/doctest.h>

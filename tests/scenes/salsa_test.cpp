@@ -1,6 +1,6 @@
 // Two real dancers in close contact: the hits hold every pair that a box test written apart finds.
+#include "perf/oracle/overlap_exact.h"
 #include "scenes/import/import.h"
-#include "tests/oracle/overlap_exact.h"
 
 #include <cab/cab.h>
 #include <doctest/doctest.h>

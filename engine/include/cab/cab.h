@@ -44,7 +44,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // The merge order of an articulation; steps must hold leaf_count - 1 entries.
 [[nodiscard]] CAB_API Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> steps) noexcept;
 
-// How many threads an engine works with, the instruction set that it runs, the names of instruction sets, and what this CPU and build can run.
+// How many threads an engine works with, the instruction set that it runs, the names of instruction sets, and what this
+// CPU and build can run.
 CAB_API std::uint32_t engine_thread_count(const Engine& engine) noexcept;
 CAB_API Isa engine_isa(const Engine& engine) noexcept;
 CAB_API bool isa_available(Isa isa) noexcept;

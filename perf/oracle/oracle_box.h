@@ -3,8 +3,8 @@
 
 #include <cstddef>
 
-#include "tests/oracle/quad.h"
-#include "tests/oracle/vec3.h"
+#include "perf/oracle/quad.h"
+#include "perf/oracle/vec3.h"
 
 namespace cab::oracle {
 

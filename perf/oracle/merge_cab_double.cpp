@@ -1,5 +1,5 @@
 // The CAB merge in double: decisions as lists of options, of which the first is the prescribed one.
-#include "tests/oracle/merge_cab_double.h"
+#include "perf/oracle/merge_cab_double.h"
 
 #include <algorithm>
 #include <array>

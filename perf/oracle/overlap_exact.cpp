@@ -1,6 +1,6 @@
 // Judge of overlap: the Minkowski sum of two parallelepipeds has its face normals among 15 cross products of edges.
 // A box with zero halves is the limit of thin ones, so the same 15 suffice for plates, segments and points.
-#include "tests/oracle/overlap_exact.h"
+#include "perf/oracle/overlap_exact.h"
 
 #include <limits>
 

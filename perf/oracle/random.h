@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "tests/oracle/vec3.h"
+#include "perf/oracle/vec3.h"
 
 namespace cab::oracle {
 

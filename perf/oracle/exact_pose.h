@@ -1,17 +1,17 @@
 // The judge of frames: leaf boxes posed in long double, and their overlap by a test written apart from the engine's.
 #pragma once
 
-#include "tests/engine/random_rig.h"
-#include "tests/oracle/oracle_box.h"
+#include "perf/oracle/oracle_box.h"
+#include "perf/oracle/random_rig.h"
 
 #include <cmath>
 #include <vector>
 
-namespace cab::tests {
+namespace cab::oracle {
 
 using Real = long double;
-using Point = oracle::Vec3<Real>;
-using ExactBox = oracle::OracleBox<Real>;
+using Point = Vec3<Real>;
+using ExactBox = OracleBox<Real>;
 
 // A rotation's columns and a translation.
 struct ExactPose {
@@ -20,7 +20,7 @@ struct ExactPose {
 };
 
 inline Point turned(const Real (&column)[3][3], const Point& p) {
-  return p[0] * oracle::to_vec3(column[0]) + p[1] * oracle::to_vec3(column[1]) + p[2] * oracle::to_vec3(column[2]);
+  return p[0] * to_vec3(column[0]) + p[1] * to_vec3(column[1]) + p[2] * to_vec3(column[2]);
 }
 
 // What a stored pose means: a quaternion of any length, or a matrix made orthonormal with its first column kept.
@@ -48,7 +48,7 @@ inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uin
     const Real q[4] = {o[0], o[1], o[2], o[3]};
     Real turn[3][3];
     quaternion_matrix(q, turn);
-    for (auto& column : out.column) store(turned(turn, oracle::to_vec3(column)), column);
+    for (auto& column : out.column) store(turned(turn, to_vec3(column)), column);
     out.at = turned(turn, out.at);
   }
   return out;
@@ -60,9 +60,9 @@ inline std::vector<ExactBox> exact_leaf_boxes(const Rig& rig, const Poses& poses
   for (const Leaf& leaf : rig.leaves) {
     const ExactPose pose = exact_pose(poses, instance, leaf.link);
     ExactBox box{};
-    store(pose.at + turned(pose.column, oracle::convert<Real>(oracle::to_vec3(leaf.box.center))), box.center);
+    store(pose.at + turned(pose.column, convert<Real>(to_vec3(leaf.box.center))), box.center);
     for (std::size_t k = 0; k < 3; ++k) {
-      store(turned(pose.column, oracle::convert<Real>(oracle::to_vec3(leaf.box.axis[k]))), box.axis[k]);
+      store(turned(pose.column, convert<Real>(to_vec3(leaf.box.axis[k]))), box.axis[k]);
       box.half[k] = leaf.box.half[k];
     }
     out.push_back(box);
@@ -94,4 +94,4 @@ inline Point exact_origin(const Poses& poses, std::uint32_t instance) {
   return {{o[0], o[1], o[2]}};
 }
 
-}  // namespace cab::tests
+}  // namespace cab::oracle

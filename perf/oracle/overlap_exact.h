@@ -5,7 +5,7 @@
 #include <bitset>
 #include <cstddef>
 
-#include "tests/oracle/oracle_box.h"
+#include "perf/oracle/oracle_box.h"
 
 namespace cab::oracle {
 

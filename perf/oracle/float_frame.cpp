@@ -1,5 +1,5 @@
 // Float frames: rounding and drift.
-#include "tests/oracle/float_frame.h"
+#include "perf/oracle/float_frame.h"
 
 namespace cab::oracle {
 

@@ -7,13 +7,13 @@
 #include <string>
 #include <utility>
 
-#include "tests/oracle/containment.h"
-#include "tests/oracle/float_frame.h"
-#include "tests/oracle/merge_cab_double.h"
-#include "tests/oracle/merge_regimes.h"
-#include "tests/oracle/overlap_exact.h"
-#include "tests/oracle/random.h"
-#include "tests/oracle/touching_pairs.h"
+#include "perf/oracle/containment.h"
+#include "perf/oracle/float_frame.h"
+#include "perf/oracle/merge_cab_double.h"
+#include "perf/oracle/merge_regimes.h"
+#include "perf/oracle/overlap_exact.h"
+#include "perf/oracle/random.h"
+#include "perf/oracle/touching_pairs.h"
 
 namespace {
 

@@ -1,10 +1,10 @@
 // Near-touching pairs: support features are brought together along an axis, then one half extent closes the gap.
-#include "tests/oracle/touching_pairs.h"
+#include "perf/oracle/touching_pairs.h"
 
 #include <cmath>
 
-#include "tests/oracle/float_frame.h"
-#include "tests/oracle/overlap_exact.h"
+#include "perf/oracle/float_frame.h"
+#include "perf/oracle/overlap_exact.h"
 
 namespace cab::oracle {
 namespace {

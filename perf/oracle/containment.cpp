@@ -1,5 +1,5 @@
 // Judge of containment, by Cramer's rule over the parent's axes.
-#include "tests/oracle/containment.h"
+#include "perf/oracle/containment.h"
 
 #include <cmath>
 #include <limits>

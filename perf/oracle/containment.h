@@ -1,7 +1,7 @@
 // Judge of containment: does a float parent box hold a child box, both taken as exact reals?
 #pragma once
 
-#include "tests/oracle/oracle_box.h"
+#include "perf/oracle/oracle_box.h"
 
 namespace cab::oracle {
 

@@ -1,8 +1,8 @@
 // Pairs of float boxes made to be hard for an overlap test.
 #pragma once
 
-#include "tests/oracle/oracle_box.h"
-#include "tests/oracle/random.h"
+#include "perf/oracle/oracle_box.h"
+#include "perf/oracle/random.h"
 
 namespace cab::oracle {
 

@@ -1,11 +1,11 @@
 // Merge cases: two links with their ends near a joint, then bent, thinned, scaled or moved as the regime asks.
-#include "tests/oracle/merge_regimes.h"
+#include "perf/oracle/merge_regimes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "tests/oracle/float_frame.h"
+#include "perf/oracle/float_frame.h"
 
 namespace cab::oracle {
 namespace {

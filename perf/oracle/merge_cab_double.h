@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/oracle/oracle_box.h"
+#include "perf/oracle/oracle_box.h"
 
 namespace cab::oracle {
 

@@ -1,16 +1,14 @@
 // Random articulations and poses for the engine's tests.
 #pragma once
 
-#include "tests/oracle/random.h"
+#include "perf/oracle/random.h"
 
 #include <cab/cab.h>
 
 #include <cstdint>
 #include <vector>
 
-namespace cab::tests {
-
-using oracle::Random;
+namespace cab::oracle {
 
 // An articulation that owns what its description points to. parent_offset: a link's joint in its parent's frame, as
 // motion would have it (the engine is never told).
@@ -19,7 +17,7 @@ struct Rig {
   std::vector<float> joints;
   std::vector<Leaf> leaves;
   std::vector<LinkPair> ignored;
-  std::vector<oracle::Vec3<double>> parent_offset;
+  std::vector<Vec3<double>> parent_offset;
 
   ArticulationDesc desc() const {
     return {{parents.data(), parents.size()},
@@ -35,7 +33,7 @@ struct Rig {
 enum class Topology { kChain, kStar, kTree };
 
 // A box with random axes, rounded to float, about a point.
-inline Box random_box(Random& random, const oracle::Vec3<double>& center, double least_half, double most_half) {
+inline Box random_box(Random& random, const Vec3<double>& center, double least_half, double most_half) {
   Box box;
   double axis[3][3];
   random.rotation(axis);
@@ -107,13 +105,13 @@ struct Poses {
 };
 
 // Rotation x y z w about a unit axis.
-inline void quaternion_about(const oracle::Vec3<double>& axis, double angle, double (&q)[4]) {
+inline void quaternion_about(const Vec3<double>& axis, double angle, double (&q)[4]) {
   for (std::size_t c = 0; c < 3; ++c) q[c] = std::sin(angle / 2) * axis[c];
   q[3] = std::cos(angle / 2);
 }
 
 inline void random_turn(Random& random, double (&q)[4]) {
-  const oracle::Vec3<double> axis = random.unit_vector();
+  const Vec3<double> axis = random.unit_vector();
   quaternion_about(axis, random.uniform(-3, 3), q);
 }
 
@@ -134,11 +132,11 @@ struct Placement {
   double spread = 1;
   bool orientations = false;
   bool origins = false;
-  oracle::Vec3<double> about = {};
+  Vec3<double> about = {};
 };
 
 // Writes one pose in a format; q need not be of unit length in the quaternion format.
-inline void write_pose(PoseFormat format, const double (&q)[4], const oracle::Vec3<double>& t, float* out) {
+inline void write_pose(PoseFormat format, const double (&q)[4], const Vec3<double>& t, float* out) {
   if (format == PoseFormat::kQuaternionTranslation) {
     for (std::size_t i = 0; i < 4; ++i) out[i] = static_cast<float>(q[i]);
     for (std::size_t c = 0; c < 3; ++c) out[4 + c] = static_cast<float>(t[c]);
@@ -164,17 +162,17 @@ inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instance
   out.instance_count = instances;
   out.data.resize(std::size_t{instances} * out.link_count * out.floats_per_pose());
   for (std::uint32_t i = 0; i < instances; ++i) {
-    oracle::Vec3<double> stand{};
+    Vec3<double> stand{};
     for (double& c : stand.v) c = random.uniform(-place.spread, place.spread);
     if (place.origins)
       for (std::size_t c = 0; c < 3; ++c) out.origins.push_back(place.about[c] + stand[c]);
-    std::vector<oracle::Vec3<double>> at(rig.parents.size());
+    std::vector<Vec3<double>> at(rig.parents.size());
     std::vector<double> turn(9 * rig.parents.size());
     for (std::uint32_t link = 0; link < out.link_count; ++link) {
       double q[4], column[3][3];
       random_turn(random, q);
       quaternion_matrix(q, column);
-      at[link] = place.origins ? oracle::Vec3<double>{} : stand;
+      at[link] = place.origins ? Vec3<double>{} : stand;
       if (link > 0) {
         const auto parent = static_cast<std::size_t>(rig.parents[link]);
         at[link] = at[parent];
@@ -194,4 +192,4 @@ inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instance
   return out;
 }
 
-}  // namespace cab::tests
+}  // namespace cab::oracle

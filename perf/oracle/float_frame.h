@@ -1,8 +1,8 @@
 // Float frames as a pose or a drifting integrator leaves them: orthonormal only to some ulps.
 #pragma once
 
-#include "tests/oracle/oracle_box.h"
-#include "tests/oracle/random.h"
+#include "perf/oracle/oracle_box.h"
+#include "perf/oracle/random.h"
 
 namespace cab::oracle {
 

@@ -4,9 +4,9 @@
 #include <functional>
 #include <vector>
 
-#include "tests/oracle/merge_cab_double.h"
-#include "tests/oracle/oracle_box.h"
-#include "tests/oracle/random.h"
+#include "perf/oracle/merge_cab_double.h"
+#include "perf/oracle/oracle_box.h"
+#include "perf/oracle/random.h"
 
 namespace cab::oracle {
 

@@ -1,9 +1,9 @@
 // Random worlds of characters and of frame batches.
 #pragma once
 
-#include "tests/engine/world.h"
+#include "perf/oracle/world.h"
 
-namespace cab::tests {
+namespace cab::oracle {
 
 // Counts of instances about the edges of a tile.
 inline constexpr std::uint32_t kInstanceCounts[] = {1, 2, 15, 16, 17, 33};
@@ -15,7 +15,7 @@ inline Rig any_rig(Random& random, unsigned most_links) {
 }
 
 // Places for the members of one world: all about one point, near the world's origin or 1e6 to 1e9 out.
-inline Placement any_placement(Random& random, bool far, const oracle::Vec3<double>& about, double spread) {
+inline Placement any_placement(Random& random, bool far, const Vec3<double>& about, double spread) {
   Placement place;
   place.spread = spread;
   place.orientations = random.chance(0.5);
@@ -52,7 +52,7 @@ inline void add_characters(Random& random, World& world, unsigned most_links = 6
   const std::uint32_t count = 1 + random.index(3);
   const bool far = random.chance(0.5);
   const double out = far ? random.log_uniform(1e6, 1e9) : 0;
-  const oracle::Vec3<double> about = out * random.unit_vector();
+  const Vec3<double> about = out * random.unit_vector();
   const double spread = random.uniform(0.5, 4);
   for (std::uint32_t m = 0; m < count; ++m) {
     const std::uint32_t instances = kInstanceCounts[random.index(6)];
@@ -69,7 +69,7 @@ inline void add_frames(Random& random, World& world, unsigned most_links = 64) {
   const std::uint32_t frames = kInstanceCounts[random.index(6)];
   const bool far = random.chance(0.5);
   const double out = far ? random.log_uniform(1e6, 1e9) : 0;
-  const oracle::Vec3<double> about = out * random.unit_vector();
+  const Vec3<double> about = out * random.unit_vector();
   for (std::uint32_t m = 0; m < count; ++m) {
     const std::uint32_t instances = random.chance(0.25) ? 1 : frames;
     const Placement place = any_placement(random, far, about, 0.5);
@@ -78,4 +78,4 @@ inline void add_frames(Random& random, World& world, unsigned most_links = 64) {
   pair_all(world, first, count);
 }
 
-}  // namespace cab::tests
+}  // namespace cab::oracle
