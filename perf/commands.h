@@ -67,4 +67,12 @@ struct KernelsOptions {
 };
 int kernels_command(const KernelsOptions& options);
 
+struct ContinuityOptions {
+  std::uint32_t step_count = 20000;
+  Isa isa = Isa::kAuto;
+  std::string json_path;  // empty: none
+  std::string csv_path;   // empty: none
+};
+int continuity_command(const ContinuityOptions& options);
+
 }  // namespace cab::perf

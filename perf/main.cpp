@@ -24,6 +24,9 @@ constexpr std::uint32_t kMaxThreads = 1024;
 // A paper run keeps the poses of all its frames: this many take about 800 MB.
 constexpr std::uint32_t kMaxPaperFrames = 1000000;
 
+// A sweep keeps the boxes of all its steps: this many take about 1 GB.
+constexpr std::uint32_t kMaxSweepSteps = 500000;
+
 void add_isa(CLI::App& command, Isa& isa) {
   command
       .add_option_function<std::string>(
@@ -169,6 +172,20 @@ CLI::App& add_kernels(CLI::App& app, KernelsOptions& o) {
   return command;
 }
 
+CLI::App& add_continuity(CLI::App& app, ContinuityOptions& o) {
+  CLI::App& command =
+      *app.add_subcommand("continuity", "how far inner boxes jump when a pose moves a little, by refit and extents");
+  command
+      .add_option("--steps", o.step_count,
+                  "steps of each figure through its range (default 20000); more steps, less motion in each")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMaxSweepSteps).description(""));
+  add_isa(command, o.isa);
+  add_json(command, o.json_path, "write the figures as JSON");
+  command.add_option("--csv", o.csv_path, "write the figures as CSV")->type_name("OUT.csv");
+  return command;
+}
+
 // Text of an error as one line.
 std::string one_line(std::string text) {
   std::replace_if(
@@ -178,7 +195,7 @@ std::string one_line(std::string text) {
 }
 
 int wrong_use(const CLI::App& app, const std::string& what) {
-  std::string name = "cab", usage = "cab run|inspect|paper|kernels [OPTION...]";
+  std::string name = "cab", usage = "cab run|inspect|paper|kernels|continuity [OPTION...]";
   if (const auto given = app.get_subcommands(); !given.empty()) {
     name += " " + given.front()->get_name();
     const bool many = given.front()->get_name() == "run";
@@ -200,23 +217,26 @@ int main_command(int argc, char** argv) {
   InspectOptions inspect_options;
   PaperOptions paper_options;
   KernelsOptions kernels_options;
+  ContinuityOptions continuity_options;
   const CLI::App& run = add_run(app, run_options);
   const CLI::App& inspect = add_inspect(app, inspect_options);
   const CLI::App& paper = add_paper(app, paper_options);
   const CLI::App& kernels = add_kernels(app, kernels_options);
+  const CLI::App& continuity = add_continuity(app, continuity_options);
   try {
     app.parse(argc, argv);
     if (run.parsed()) return run_command(run_options);
     if (inspect.parsed()) return inspect_command(inspect_options);
     if (paper.parsed()) return paper_command(paper_options);
     if (kernels.parsed()) return kernels_command(kernels_options);
+    if (continuity.parsed()) return continuity_command(continuity_options);
   } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ParseError& error) {
     return wrong_use(app, error.what());
   } catch (const UsageError& error) { return wrong_use(app, error.what()); } catch (const std::exception& error) {
     std::cerr << "cab: " << one_line(error.what()) << '\n';
     return kBadData;
   }
-  return wrong_use(app, "no sub-command; choose run, inspect, paper or kernels");
+  return wrong_use(app, "no sub-command; choose run, inspect, paper, kernels or continuity");
 }
 
 }  // namespace
