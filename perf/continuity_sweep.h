@@ -34,8 +34,8 @@ struct SweepCase {
 // The figures that are measured, in the order of the table.
 std::vector<SweepCase> sweep_cases();
 
-// What the inner boxes of one figure did under one policy. Distances of boxes are Hausdorff distances of the sets, their
-// sizes are their diagonals, and the motion of a step is the largest way of any corner of any leaf box in it.
+// What the inner boxes of one figure did under one policy. Distances of boxes are Hausdorff distances of the sets,
+// sizes are diagonals, and the motion of a step is the largest way of any corner of any leaf box in it.
 struct Continuity {
   double jump = 0;                // largest distance of a box in one step to itself before, as a part of its size
   double jump_motion = 0;         // the motion in that step, as a part of the same size

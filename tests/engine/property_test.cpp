@@ -1,6 +1,6 @@
 // Properties of whole frames over random articulations, poses, batches and policies. Every world is made from one
-// seed, printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone, CAB_TEST_ROUNDS=K runs K times as
-// many.
+// seed, printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone, CAB_TEST_ROUNDS=K runs K times
+// as many.
 #include "kernels/descend_tiles.h"
 #include "perf/oracle/random_world.h"
 
