@@ -12,9 +12,9 @@ namespace {
 constexpr double kScreenRounding = 0x1p-44;
 constexpr double kQuadRounding = 0x1p-100;
 
-// Rounding a child to double moves its corners by at most 2^-53 of its centre and 2^-52 of each half extent times an axis
-// no longer than 2.6. A normal of the parent is no longer than 7.8, over a determinant above 0.5: 15.6 times 2^-53 of the
-// centre, 82 times of the half extents.
+// Rounding a child to double moves its corners by at most 2^-53 of its centre and 2^-52 of each half extent times an
+// axis no longer than 2.6. A normal of the parent is no longer than 7.8, over a determinant above 0.5: 15.6 times 2^-53
+// of the centre, 82 times of the half extents.
 constexpr double kNarrowingRounding = 0x1p-46;
 
 // Parents whose axes span less volume than this hold nothing; orthonormal to 16 u it is 1.

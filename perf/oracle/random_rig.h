@@ -33,8 +33,8 @@ struct Rig {
 enum class Topology { kChain, kStar, kTree, kHumanoid, kHand };
 inline constexpr unsigned kTopologyCount = 5;
 
-// The parent of a link above 0. A humanoid has spine, neck, head, arms and legs in its first 19 links and five fingers a
-// hand in those after them; a hand has five fingers of as many links.
+// The parent of a link above 0. A humanoid has spine, neck, head, arms and legs in its first 19 links and five fingers
+// a hand in those after them; a hand has five fingers of as many links.
 inline unsigned parent_link(Random& random, Topology topology, unsigned link) {
   static constexpr unsigned kHumanoid[] = {0, 0, 1, 2, 3, 2, 5, 6, 7, 2, 9, 10, 11, 0, 13, 14, 0, 16, 17};
   switch (topology) {

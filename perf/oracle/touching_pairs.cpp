@@ -256,8 +256,8 @@ Vec3<double> cross_edges(const OracleBox<double>& a, std::size_t i, std::size_t 
   return direction;
 }
 
-// Gives B a frame and a centre such that axis k in 0..14 alone separates the two, by gap in their unit. A has a frame and
-// a centre, both have halves that differ little.
+// Gives B a frame and a centre such that axis k in 0..14 alone separates the two, by gap in their unit. A has a frame
+// and a centre, both have halves that differ little.
 BoxPair pose_about_axis(Random& random, std::size_t k, double gap, OracleBox<double> a, OracleBox<double> b) {
   Vec3<double> direction = axis_of(a, k % 3);
   if (k < 6) {
