@@ -86,7 +86,8 @@ TEST_CASE("help names every option, every policy value and every instruction set
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
-      {"continuity", {"--steps", "--isa", "--json", "--csv"}}};
+      {"continuity", {"--steps", "--isa", "--json", "--csv"}},
+      {"verify", {"--minutes", "--rounds", "--round", "--seed", "--isa", "--threads", "--resume", "--json"}}};
   const Outcome top = run_cab({"--help"});
   CHECK(top.exit_code == 0);
   for (const auto& entry : commands) {
@@ -124,7 +125,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const TwoFigures figures(5);
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
-      {{}, "choose run, inspect, paper, kernels or continuity"},
+      {{}, "choose run, inspect, paper, kernels, continuity or verify"},
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},
