@@ -14,8 +14,8 @@ namespace {
 constexpr unsigned kFewLinks = 8, kManyLinks = 64;
 constexpr double kManyShare = 1.0 / 64;
 
-const std::vector<Method>& methods() {
-  static const std::vector<Method> all = frame_methods();
+const std::vector<RefitMethod>& methods() {
+  static const std::vector<RefitMethod> all = frame_methods();
   return all;
 }
 

@@ -27,8 +27,8 @@ constexpr std::uint32_t kLeafCount = 4, kNodeCount = 7;
 
 constexpr std::uint32_t kRuleCount = std::extent_v<decltype(kernel::KernelTable::refit_boxes)>;
 
-const std::vector<Method>& methods() {
-  static const std::vector<Method> all = refit_methods(kRuleCount);
+const std::vector<RefitMethod>& methods() {
+  static const std::vector<RefitMethod> all = refit_methods(kRuleCount);
   return all;
 }
 

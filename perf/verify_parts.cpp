@@ -55,8 +55,8 @@ const std::vector<Part>& verify_parts() {
   return parts;
 }
 
-std::vector<Method> refit_methods(std::uint32_t refit_count) {
-  std::vector<Method> out;
+std::vector<RefitMethod> refit_methods(std::uint32_t refit_count) {
+  std::vector<RefitMethod> out;
   for (const Refit refit : values_of<Refit>("refit")) {
     if (static_cast<std::uint32_t>(refit) >= refit_count) continue;
     for (const Extents extents : values_of<Extents>("extents")) {
@@ -67,8 +67,8 @@ std::vector<Method> refit_methods(std::uint32_t refit_count) {
   return out;
 }
 
-std::vector<Method> frame_methods() {
-  std::vector<Method> out;
+std::vector<RefitMethod> frame_methods() {
+  std::vector<RefitMethod> out;
   for (const Refit refit : values_of<Refit>("refit")) {
     for (const Strategy strategy : values_of<Strategy>("strategy")) {
       for (const Extents extents : values_of<Extents>("extents")) {
@@ -86,9 +86,9 @@ std::vector<Method> frame_methods() {
   return out;
 }
 
-std::vector<std::string> names_of(const std::vector<Method>& methods) {
+std::vector<std::string> names_of(const std::vector<RefitMethod>& methods) {
   std::vector<std::string> out;
-  for (const Method& method : methods) out.push_back(method.name);
+  for (const RefitMethod& method : methods) out.push_back(method.name);
   return out;
 }
 

@@ -74,18 +74,18 @@ Part frames_part();
 const std::vector<Part>& verify_parts();
 
 // A method is a name and the policies behind it, both from the table of policies: a new value joins by itself.
-struct Method {
+struct RefitMethod {
   std::string name;
   Policies policies;
 };
 
 // The first refits of the table, each with all extents.
-std::vector<Method> refit_methods(std::uint32_t refit_count);
+std::vector<RefitMethod> refit_methods(std::uint32_t refit_count);
 
 // Every refit with every strategy; extents only where a strategy descends, and no refit where boxes are not used.
-std::vector<Method> frame_methods();
+std::vector<RefitMethod> frame_methods();
 
-std::vector<std::string> names_of(const std::vector<Method>& methods);
+std::vector<std::string> names_of(const std::vector<RefitMethod>& methods);
 
 // A box with all digits, to be replayed elsewhere.
 std::string to_text(const oracle::OracleBox<float>& box);

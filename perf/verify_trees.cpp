@@ -16,8 +16,8 @@ constexpr std::uint32_t kInstances = 17, kJudged = 2;
 
 constexpr unsigned kMostLinks = 256, kMostLeaves = 3;
 
-const std::vector<Method>& methods() {
-  static const std::vector<Method> all = refit_methods(policy_table()[0].value_count);
+const std::vector<RefitMethod>& methods() {
+  static const std::vector<RefitMethod> all = refit_methods(policy_table()[0].value_count);
   return all;
 }
 
