@@ -1,5 +1,6 @@
 // What must not change a result: neighbours in a tile, signs of zeros, payloads of NaN, the order in which things are given.
 #include "perf/oracle/random_world.h"
+#include "tests/engine/thread_sanitizer.h"
 
 #include <doctest/doctest.h>
 
@@ -13,6 +14,7 @@ namespace {
 
 using namespace cab;
 using namespace cab::oracle;
+using cab::tests::seeds_to_run;
 
 float float_of(std::uint32_t bits) {
   float out;
@@ -86,7 +88,8 @@ void spoil(Random& random, Garbage kind, Poses& poses, std::uint32_t i) {
 TEST_CASE(
     "an instance's boxes and hits have the same bits whatever else is in its tile, and nothing of that gets out") {
   std::size_t hits = 0, masked = 0, others_alive = 0;
-  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+  const std::uint64_t seeds = seeds_to_run(30);
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     CAPTURE(seed);
     Random random(seed);
     const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kFrames;
@@ -139,9 +142,9 @@ TEST_CASE(
       }
     }
   }
-  CHECK(hits > 1000);
-  CHECK(masked > 1000);
-  CHECK(others_alive > 1000);
+  CHECK(hits > 30 * seeds);
+  CHECK(masked > 30 * seeds);
+  CHECK(others_alive > 30 * seeds);
 }
 
 // ------------------------------------------------------------------------------------------------ signed zeros
@@ -208,7 +211,8 @@ World grid_world(std::uint64_t seed, bool signed_zeros) {
 
 TEST_CASE("the sign of a zero in an input changes no hit and no box") {
   std::size_t hits = 0, negative = 0;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+  const std::uint64_t seeds = seeds_to_run(40);
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     CAPTURE(seed);
     const World plus = grid_world(seed, false), either = grid_world(seed, true);
     for (const Member& member : either.members)
@@ -235,8 +239,8 @@ TEST_CASE("the sign of a zero in an input changes no hit and no box") {
       }
     }
   }
-  CHECK(hits > 1000);
-  CHECK(negative > 1000);
+  CHECK(hits > 30 * seeds);
+  CHECK(negative > 30 * seeds);
 }
 
 // ------------------------------------------------------------------------------------------------------- order
