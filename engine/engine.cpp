@@ -215,12 +215,12 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
 Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
+  const kernel::FloatMode mode;
   if (const Status status = validate_policies(policies); status != Status::kOk) return status;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
   const InstanceBatch& batch = engine.batch(input.batch);
   const std::size_t nodes = batch.articulation->node_count;
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
-  const kernel::FloatMode mode;
   Worker& worker = *engine.workers[0];
   const bool axis_aligned = is_axis_aligned(policies.refit);
   Policies every_level = policies;

@@ -261,9 +261,9 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   const Clock::time_point start = Clock::now();
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
+  const kernel::FloatMode mode;  // before the checks: they compare numbers too, and must not trap
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
-  const kernel::FloatMode mode;
   for (const auto& worker : engine.workers) worker->stats = {};
 
   HitSink sink{&job};

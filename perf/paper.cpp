@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <iostream>
 #include <string>
@@ -17,6 +16,7 @@
 #include "perf/paper_tables.h"
 #include "perf/partial_update.h"
 #include "perf/report.h"
+#include "scenes/bit_hash.h"
 #include "scenes/registry.h"
 
 namespace cab::perf {
@@ -65,32 +65,10 @@ const PaperTable& find_table(std::uint32_t number) {
   throw UsageError("--tables: the paper has no table " + std::to_string(number) + "; choose from 1,2,3,4,5");
 }
 
-// FNV-1a of numbers, lowest byte first.
-class Hash {
- public:
-  void add(std::uint32_t number) {
-    for (int shift = 0; shift < 32; shift += 8) value_ = (value_ ^ ((number >> shift) & 0xffu)) * 0x100000001b3u;
-  }
-  void add(float number) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &number, sizeof bits);
-    add(bits);
-  }
-  void add(const Touch& touch) {
-    for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
-      add(number);
-  }
-  void add(const Box& box) {
-    for (const float x : box.center) add(x);
-    for (const auto& axis : box.axis)
-      for (const float x : axis) add(x);
-    for (const float x : box.half) add(x);
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
-};
+void add_touch(scenes::BitHash& hash, const Touch& touch) {
+  for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
+    hash.add(number);
+}
 
 double area(const Box& box) {
   const double x = 2.0 * box.half[0], y = 2.0 * box.half[1], z = 2.0 * box.half[2];
@@ -108,7 +86,7 @@ double mean_inner_area(EngineSession& session, const Policies& policies) {
 }
 
 std::uint64_t box_hash(EngineSession& session, const Policies& policies) {
-  Hash hash;
+  scenes::BitHash hash;
   session.visit_boxes(policies, [&](const ArticulationInfo&, Span<const Box> boxes) {
     for (const Box& box : boxes) hash.add(box);
   });
@@ -145,7 +123,7 @@ bool is_unit(const float* v) {
 
 // The hits, #coll and t[query] of a method; a hit counts between two characters only, a call counts wherever it is.
 void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& run, ProgressBar& bar) {
-  Hash hash;
+  scenes::BitHash hash;
   BlockResult warm_up;
   session.run_block(0, run.method.policies, false, warm_up);
   run.stats = run_queries(session, scene, run.method, run.nested_count, [&](const BlockResult& block) {
@@ -153,7 +131,7 @@ void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& ru
       if (touch.character_a == touch.character_b) continue;
       ++run.hits;
       if (touch.contact.depth >= 0 && is_unit(touch.contact.normal)) ++run.contact_count;
-      hash.add(touch);
+      add_touch(hash, touch);
     }
     bar.advance(block.frames.count());
   });
@@ -167,9 +145,9 @@ double median(std::vector<double> values) {
 }
 
 // One run without exact tests, which would push boxes out of the caches; the hash is of the leaf pairs.
-FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, Hash& hash) {
+FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, scenes::BitHash& hash) {
   const auto add = [&hash](const std::vector<Touch>& touches) {
-    for (const Touch& touch : touches) hash.add(touch);
+    for (const Touch& touch : touches) add_touch(hash, touch);
   };
   if (method.on_demand) return run_partial_update(scene, session.isa(), add);
   return session.run(without_exact(method.policies), false, [&](const BlockResult& block) { add(block.touches); });
@@ -187,7 +165,7 @@ void measure(EngineSession& session, const scenes::Scene& scene, std::vector<Met
     for (std::size_t m = 0; m < runs.size(); ++m) {
       MethodRun& run = runs[m];
       if (run.method.policies.strategy == Strategy::kExactAll) continue;
-      Hash hash;
+      scenes::BitHash hash;
       const FrameStats stats = run_boxes(session, scene, run.method, hash);
       times[m].update.push_back(stats.seconds_update);
       times[m].test.push_back(stats.seconds_test);
