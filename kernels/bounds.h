@@ -10,15 +10,15 @@ struct PosePad {
   float body;
   float place;
 };
-inline constexpr PosePad kPosePad = {0x1p-19f, 0x1p-22f};            // 32 u and 4 u; steps 2.5, 2.6: 31 u and 3 u
-inline constexpr PosePad kPosePadTurned = {0x1.cp-19f, 0x1.8p-19f};  // 56 u and 48 u; step 2.7: 52 u and 41 u
+inline constexpr PosePad kPosePad = {0x1p-19f, 0x1p-22f};            // 32 u and 4 u; steps 2.5, 2.6: 31.3 u and 2 u
+inline constexpr PosePad kPosePadTurned = {0x1.cp-19f, 0x1.8p-19f};  // 56 u and 48 u; step 2.7: 51.5 u and 39.1 u
 
 // A merged box: half += kMergePadSize S + kMergePadPlace M + kMergePadTiny, S and M of the unpadded result.
 inline constexpr float kMergePadSize = 0x1p-18f;       // 64 u; step 3.6: 62.9 u
 inline constexpr float kMergePadPlace = 0x1p-23f;      // 2 u; step 3.4: 1.74 u
 inline constexpr float kMergePadTiny = 4 * 0x1p-126f;  // steps 2.8 and 3.7: 2^-144
 
-// Stored bounds of a box: lo and hi are this much (S + M) wider than the box. 16 u; step 4.3: 13.2 u.
+// Stored bounds of a box: lo and hi are this much (S + M) wider than the box. 16 u; step 4.3: 13.1 u.
 inline constexpr float kBoundsPad = 0x1p-20f;
 
 // The overlap test. World axes of leaves separate only beyond this fraction of Sa + Sb. 8 u; step 5.2: 6.1 u.

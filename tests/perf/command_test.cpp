@@ -485,6 +485,11 @@ TEST_CASE("a short paper run agrees between methods and writes the same to JSON 
   REQUIRE(json["tables"].size() == 2);
   for (const Json& table : json["tables"]) {
     CHECK(table["full_run"] == false);
+    const Json& alarms = table["added_alarms"];
+    CHECK(alarms["missed"] == 0);
+    CHECK(alarms["touching"] > 0);
+    CHECK(alarms["touching"].get<long>() + alarms["by_padding"].get<long>() + alarms["by_slack"].get<long>() ==
+          alarms["found"].get<long>());
     for (const Json& gate : table["gates"]) CHECK(gate["passed"] == true);
     for (const Json& method : table["methods"]) {
       REQUIRE(++row < rows.size());
@@ -494,6 +499,7 @@ TEST_CASE("a short paper run agrees between methods and writes the same to JSON 
         for (const char* count : {"coll", "hits", "box_tests", "false_alarms"})
           if (header[c] == count) CHECK(std::stol(fields[c]) == method[count].get<long>());
       CHECK(method["false_alarms"].get<long>() + method["hits"].get<long>() == method["coll"].get<long>());
+      if (method["method"] == "CAB") CHECK(method["coll"] == alarms["found"]);
     }
   }
   CHECK(row + 1 == rows.size());
@@ -511,7 +517,7 @@ TEST_CASE("tables 1, 2, 4 and 5 in full pass the gates against the paper") {
   for (const Json& table : json["tables"]) {
     CHECK(table["full_run"] == true);
     CHECK(table["frame_count"] == (table["table"] == 5 ? 4001 : 10000));
-    CHECK(table["gates"].size() == 14);
+    CHECK(table["gates"].size() == 16);
     for (const Json& gate : table["gates"]) {
       CAPTURE(gate["gate"].get<std::string>());
       CHECK(gate["passed"] == true);
