@@ -7,8 +7,8 @@
 namespace cab {
 namespace {
 
-// Rounding of origin + bound in double, as a fraction of their magnitudes.
-constexpr double kWorldPad = 0x1p-52;
+// Rounding of origin + bound in double, as a fraction of their magnitudes: docs/proof.md, step 4.4, a little over 2^-52.
+constexpr double kWorldPad = 0x1p-51;
 
 bool paired(const Engine& engine, std::uint32_t a, std::uint32_t b) {
   const std::size_t bit = std::size_t{a} * engine.batches.size() + b;

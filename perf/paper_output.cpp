@@ -115,6 +115,7 @@ void print_table(const TableRun& run) {
   print_ratios(run);
   std::cout << "  hashes: poses " << hex(run.pose_hash) << ", boxes of CAB " << hex(run.box_hash) << ", box hits "
             << hex(run.box_hit_hash) << '\n';
+  if (!run.is_full()) std::cout << "  " << describe(run.alarms) << '\n';
   for (const Gate& gate : run.gates) std::cout << (gate.passed ? "  ok    " : "  FAIL  ") << gate.text << '\n';
   if (!run.is_full())
     std::cout << "  The paper's counts are compared in a run of all " << run.table->frame_count << " frames only.\n";
@@ -137,6 +138,9 @@ void write_paper_json(const std::string& path, const std::vector<TableRun>& tabl
     table["pose_hash"] = hex(run.pose_hash);
     table["box_hash"] = hex(run.box_hash);
     table["box_hit_hash"] = hex(run.box_hit_hash);
+    table["added_alarms"] = {{"found", run.alarms.found},           {"touching", run.alarms.touching},
+                             {"by_padding", run.alarms.by_padding}, {"by_slack", run.alarms.by_slack},
+                             {"missed", run.alarms.missed},         {"percent", run.alarms.percent()}};
     table["methods"] = Json::array();
     for (const MethodRun& method : run.runs) table["methods"].push_back(method_json(run, method));
     table["gates"] = Json::array();
@@ -152,7 +156,8 @@ void write_paper_csv(const std::string& path, const std::vector<TableRun>& table
   out << "table,method,frames,isa,lanes,threads,coll,false_alarms,hits,box_tests,query_thread_seconds,"
          "contact_thread_seconds,update_thread_seconds,test_thread_seconds,total_thread_seconds,total_wall_seconds,"
          "mean_inner_box_area,"
-         "pose_hash,box_hash,box_hit_hash,hits_hash,paper_coll,paper_false_alarms,paper_query_seconds,"
+         "pose_hash,box_hash,box_hit_hash,hits_hash,touching,added_by_padding,added_by_slack,paper_coll,paper_false_"
+         "alarms,paper_query_seconds,"
          "paper_update_seconds,paper_test_seconds,paper_total_seconds\n";
   for (const TableRun& run : tables)
     for (const MethodRun& method : run.runs) {
@@ -164,6 +169,10 @@ void write_paper_csv(const std::string& path, const std::vector<TableRun>& table
           << shortest(s.seconds_test) << ',' << shortest(method.total_seconds()) << ',' << shortest(s.seconds_total)
           << ',' << shortest(method.mean_area) << ',' << hex(run.pose_hash) << ',' << hex(run.box_hash) << ','
           << hex(run.box_hit_hash) << ',' << hex(method.hits_hash);
+      if (method.method.paper == PaperMethod::kCab)
+        out << ',' << run.alarms.touching << ',' << run.alarms.by_padding << ',' << run.alarms.by_slack;
+      else
+        out << ",,,";
       if (method.method.paper) {
         const PaperRow& p = run.table->row(*method.method.paper);
         out << ',' << p.coll << ',' << p.false_alarms << ',' << shortest(p.query_seconds) << ','

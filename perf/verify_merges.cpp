@@ -119,7 +119,7 @@ void judge_parent(Task& task, std::size_t method, std::uint32_t index, const Box
   one.padding = ulp > 0 ? padding / ulp : 0;
   task.tallies[method].add(one);
   if (good && crooked <= oracle::kOrthonormalityLimit) return;
-  std::string text = good ? "axes off orthonormal by more than 16 u" : "a child sticks out";
+  std::string text = good ? "axes off orthonormal by more than 23 u" : "a child sticks out";
   text += "; method " + methods()[method].name + ", index " + std::to_string(index) + ", parent: " + to_text(parent);
   for (const Box3f& child : inside) text += "; child: " + to_text(child);
   task.violation(method, text);

@@ -63,7 +63,7 @@ void judge_node(Task& task, std::size_t method, const oracle::OracleBox<float>& 
   };
   const double crooked = oracle::orthonormality_error(box);
   tally.axes = std::max(tally.axes, crooked / oracle::kFloatRoundoff);
-  if (!(crooked <= oracle::kOrthonormalityLimit)) violation("axes off orthonormal by more than 16 u: ");
+  if (!(crooked <= oracle::kOrthonormalityLimit)) violation("axes off orthonormal by more than 23 u: ");
   for (const std::uint32_t leaf : below) {
     const oracle::ContainmentVerdict verdict = oracle::judge_containment(box, leaves[leaf]);
     ++tally.judged;

@@ -17,7 +17,7 @@ constexpr double kQuadRounding = 0x1p-100;
 // of the centre, 82 times of the half extents.
 constexpr double kNarrowingRounding = 0x1p-46;
 
-// Parents whose axes span less volume than this hold nothing; orthonormal to 16 u it is 1.
+// Parents whose axes span less volume than this hold nothing; orthonormal to 23 u it is 1.
 constexpr double kLeastDeterminant = 0x1p-4;
 
 // The largest |x_k| - half[k], and the magnitude that its rounding error is proportional to.

@@ -312,10 +312,7 @@ BoxPair near_touching_pair(Random& random, TouchRegime regime, double gap_ulps) 
   if (regime == TouchRegime::kLines && random.chance(0.2)) { return exactly_touching_pair(random, false); }
   if (regime == TouchRegime::kPoints && random.chance(0.3)) { return exactly_touching_pair(random, true); }
   BoxPair pair{};
-  do {
-    pair = shape_pair(random, regime);
-  } while (
-      !(orthonormality_error(pair.a) <= kOrthonormalityLimit && orthonormality_error(pair.b) <= kOrthonormalityLimit));
+  do { pair = shape_pair(random, regime); } while (!(frame_error(pair.a) <= 1 && frame_error(pair.b) <= 1));
   if (regime == TouchRegime::kOneAxis) {
     pair = one_axis_pair(random);
   } else {
