@@ -15,17 +15,14 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
 using Axes = Eigen::Matrix3d;  // column k is axis k
 
 // Eigenvalues and areas that differ by less than this fraction say nothing about which axes are better.
 constexpr double kAgree = 0.01;
 
-// Rotations about one axis whose areas differ by less than this fraction are equal; far above what the rounding of
-// vertices to float changes.
-constexpr double kTie = 0x1p-14;
-
-// Widths are told apart to this fraction of the largest coordinate. Rounding of the vertices reaches 2^-22 of it.
-constexpr double kResolution = 0x1p-16;
+// Widths that differ by less than this fraction of the longest are equal: vertices are rounded to about 2^-24.
+constexpr double kSameWidth = 0x1p-20;
 
 // Components of axes below a quarter of the unit roundoff are rounding errors of the eigen-solver.
 constexpr double kZero = 0x1p-26;
@@ -35,12 +32,6 @@ constexpr int kGrid = 12;
 
 constexpr int kMaxTurns = 24;  // of one descent; of 2000 turned cubes none took more than 11
 
-// What orients the box: the vertices that matter, and the width below which two are the same.
-struct Cloud {
-  std::vector<Vector3d> points;
-  double resolution = 0;
-};
-
 bool before(const Vector3d& a, const Vector3d& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
@@ -49,7 +40,7 @@ Vector3d vertex_at(Span<const float> vertices, std::size_t v) {
   return Eigen::Map<const Eigen::Vector3f>(vertices.data + v).cast<double>();
 }
 
-void add_extremes(Span<const float> vertices, const Vector3d& direction, std::vector<Vector3d>& points) {
+void add_extremes(Span<const float> vertices, const Vector3d& direction, Points& points) {
   Vector3d low = vertex_at(vertices, 0), high = low;
   double least = low.dot(direction), greatest = least;
   for (std::size_t v = 3; v < vertices.size; v += 3) {
@@ -73,35 +64,33 @@ void add_extremes(Span<const float> vertices, const Vector3d& direction, std::ve
 // the cells of a grid on a cube: their symmetry keeps the axes of shapes that are symmetric in the link's frame. Cells
 // on the diagonals are left out, so that no direction is normal to a face of an aligned box or octahedron, where
 // many vertices may be equally far.
-Cloud extremes_of(Span<const float> vertices) {
-  Cloud cloud;
+Points extremes_of(Span<const float> vertices) {
+  Points points;
   for (int i = 1 - kGrid; i < kGrid; i += 2) {
     for (int j = 1 - kGrid; j < kGrid; j += 2) {
       if (std::abs(i) == std::abs(j)) continue;
-      add_extremes(vertices, Vector3d(kGrid, i, j), cloud.points);
-      add_extremes(vertices, Vector3d(j, kGrid, i), cloud.points);
-      add_extremes(vertices, Vector3d(i, j, kGrid), cloud.points);
+      add_extremes(vertices, Vector3d(kGrid, i, j), points);
+      add_extremes(vertices, Vector3d(j, kGrid, i), points);
+      add_extremes(vertices, Vector3d(i, j, kGrid), points);
     }
   }
-  std::sort(cloud.points.begin(), cloud.points.end(), before);
-  cloud.points.erase(std::unique(cloud.points.begin(), cloud.points.end()), cloud.points.end());
-  for (const Vector3d& point : cloud.points)
-    cloud.resolution = std::max(cloud.resolution, kResolution * point.cwiseAbs().maxCoeff());
-  return cloud;
+  std::sort(points.begin(), points.end(), before);
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
 }
 
-double width(const Cloud& cloud, const Vector3d& direction) {
+double width(const Points& points, const Vector3d& direction) {
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
-  for (const Vector3d& point : cloud.points) {
+  for (const Vector3d& point : points) {
     least = std::min(least, point.dot(direction));
     greatest = std::max(greatest, point.dot(direction));
   }
-  return greatest - least + cloud.resolution;
+  return greatest - least;
 }
 
-// Half the surface of the box about the cloud.
-double area(const Cloud& cloud, const Axes& axes) {
-  const double a = width(cloud, axes.col(0)), b = width(cloud, axes.col(1)), c = width(cloud, axes.col(2));
+// Half the surface of the box about the points.
+double area(const Points& points, const Axes& axes) {
+  const double a = width(points, axes.col(0)), b = width(points, axes.col(1)), c = width(points, axes.col(2));
   return a * b + b * c + c * a;
 }
 
@@ -132,13 +121,12 @@ struct Turn {
 // The axes turned about axis `kept` to the least area, unchanged when nothing is gained. With widths a and b across the
 // kept axis and c along it the area is (a + c)(b + c) - c^2; a and b are concave between rotations at which an edge of
 // the projected hull lies on the box, so one of these rotations is the least.
-Axes turned(const Cloud& cloud, const Axes& axes, int kept) {
+Axes turned(const Points& points, const Axes& axes, int kept) {
   const int next = (kept + 1) % 3, last = (kept + 2) % 3;
   std::vector<Vector2d> projected;
-  for (const Vector3d& point : cloud.points)
-    projected.emplace_back(point.dot(axes.col(next)), point.dot(axes.col(last)));
+  for (const Vector3d& point : points) projected.emplace_back(point.dot(axes.col(next)), point.dot(axes.col(last)));
   const std::vector<Vector2d> hull = hull_of(std::move(projected));
-  const double c = width(cloud, axes.col(kept));
+  const double c = width(points, axes.col(kept));
   const auto turn = [&](const Vector2d& along) {
     double low[2] = {0, 0}, high[2] = {0, 0};
     for (const Vector2d& point : hull) {
@@ -149,7 +137,7 @@ Axes turned(const Cloud& cloud, const Axes& axes, int kept) {
         high[i] = std::max(high[i], at[i]);
       }
     }
-    const double a = high[0] - low[0] + cloud.resolution, b = high[1] - low[1] + cloud.resolution;
+    const double a = high[0] - low[0], b = high[1] - low[1];
     return Turn{along, a * b + c * (a + b)};
   };
 
@@ -165,11 +153,13 @@ Axes turned(const Cloud& cloud, const Axes& axes, int kept) {
     turns.push_back(turn(edge.normalized()));
     least = std::min(least, turns.back().area);
   }
-  if (!(least < (1 - kTie) * none.area)) return axes;
+  const double longest = std::max({c, width(points, axes.col(next)), width(points, axes.col(last))});
+  const double tie = kSameWidth * longest * longest;
+  if (!(least < none.area - tie)) return axes;
   // Of equally good rotations the smallest.
   Vector2d best(0, 1);
   for (const Turn& one : turns)
-    if (one.area <= (1 + kTie) * least && std::fabs(one.along.y()) < std::fabs(best.y())) best = one.along;
+    if (one.area <= least + tie && std::fabs(one.along.y()) < std::fabs(best.y())) best = one.along;
   Axes out = axes;
   out.col(next) = best.x() * axes.col(next) + best.y() * axes.col(last);
   out.col(last) = best.x() * axes.col(last) - best.y() * axes.col(next);
@@ -187,39 +177,46 @@ Axes link_axes_about(const Vector3d& last) {
 }
 
 // The axes by covariance; those that near-equal eigenvalues leave open by the least area, or those of the link.
-Axes covariance_axes(const Cloud& cloud) {
+Axes covariance_axes(const Points& points) {
   Vector3d mean = Vector3d::Zero();
-  for (const Vector3d& point : cloud.points) mean += point;
-  mean /= static_cast<double>(cloud.points.size());
+  for (const Vector3d& point : points) mean += point;
+  mean /= static_cast<double>(points.size());
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const Vector3d& point : cloud.points) covariance += (point - mean) * (point - mean).transpose();
-  covariance /= static_cast<double>(cloud.points.size());
+  for (const Vector3d& point : points) covariance += (point - mean) * (point - mean).transpose();
+  covariance /= static_cast<double>(points.size());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   const Vector3d values = solver.eigenvalues();  // ascending
   const auto agree = [&](double less, double more) {
-    return more - less <= kAgree * (more + cloud.resolution * cloud.resolution);
+    return more - less <= kAgree * more + kSameWidth * kSameWidth * values[2];
   };
   const bool low_agree = agree(values[0], values[1]), high_agree = agree(values[1], values[2]);
   if (low_agree && high_agree) return Axes::Identity();
-  if (low_agree) return turned(cloud, link_axes_about(solver.eigenvectors().col(2)), 2);
-  if (high_agree) return turned(cloud, link_axes_about(solver.eigenvectors().col(0)), 2);
+  if (low_agree) return turned(points, link_axes_about(solver.eigenvectors().col(2)), 2);
+  if (high_agree) return turned(points, link_axes_about(solver.eigenvectors().col(0)), 2);
   return solver.eigenvectors();
 }
 
-// Turns about one axis after the other while that makes the area less. Covariance is blind to a turned cube and is
-// misled by a shape with more corners on one side; what is not clearly smaller in the end keeps the axes as they were.
-Axes descend(const Cloud& cloud, const Axes& axes) {
+// The axes turned about one of them after the other while that makes the area less, or as they were if less than kAgree
+// is gained. Covariance is blind to a turned cube, and misled where a shape has more corners on one side.
+Axes turned_about_each(const Points& points, const Axes& axes) {
   Axes best = axes;
   int idle = 0;
   for (int i = 0; i < kMaxTurns && idle < 3; ++i) {
-    const Axes next = turned(cloud, best, i % 3);
+    const Axes next = turned(points, best, i % 3);
     idle = next == best ? idle + 1 : 0;
     best = next;
   }
-  return area(cloud, best) < (1 - kAgree) * area(cloud, axes) ? best : axes;
+  return area(points, best) < (1 - kAgree) * area(points, axes) ? best : axes;
 }
 
-// The same axes, right-handed, in the order and with the signs that come nearest to the link's axes.
+// The axes of the box; never worse than the link's.
+Axes axes_for(const Points& points) {
+  const Axes axes = turned_about_each(points, covariance_axes(points));
+  return area(points, axes) < area(points, Axes::Identity()) ? axes : Axes::Identity();
+}
+
+// The same axes in the order and with the signs that come nearest to the link's axes. That is right-handed: the diagonal
+// then sums to more than 1 (the mean over all orders is a third of all magnitudes, at least 1), a reflection's cannot.
 Axes in_link_order(const Axes& axes) {
   std::array<int, 3> order = {0, 1, 2}, best = order;
   double nearest = -1;
@@ -234,11 +231,6 @@ Axes in_link_order(const Axes& axes) {
   for (int k = 0; k < 3; ++k) {
     const Vector3d axis = axes.col(best[static_cast<std::size_t>(k)]);
     out.col(k) = axis[k] < 0 ? Vector3d(-axis) : axis;
-  }
-  if (out.determinant() < 0) {
-    Eigen::Index loosest;
-    out.diagonal().minCoeff(&loosest);
-    out.col(loosest) *= -1;
   }
   return out;
 }
@@ -301,8 +293,7 @@ Status fit_box_to_vertices(Span<const float> vertices, Box* out) {
   for (std::size_t i = 0; i < vertices.size; ++i)
     if (!(std::fabs(vertices[i]) <= kMaxCoordinate)) return Status::kBadVertices;
 
-  const Cloud cloud = extremes_of(vertices);
-  Box box = box_about(vertices, in_link_order(descend(cloud, covariance_axes(cloud))));
+  Box box = box_about(vertices, in_link_order(axes_for(extremes_of(vertices))));
   if (!in_range(box)) {
     // Along the link's axes no vertex is further than kMaxCoordinate from the centre, only the padding is.
     box = box_about(vertices, Axes::Identity());

@@ -5,6 +5,7 @@
 
 #include <cfenv>
 #include <cstring>
+#include <initializer_list>
 
 using namespace cab;
 

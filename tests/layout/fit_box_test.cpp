@@ -269,7 +269,7 @@ TEST_CASE("vertices at the limits of the range have a box within it") {
 }
 
 TEST_CASE("bricks, square rods, square plates and cubes are found in any orientation") {
-  constexpr double kTolerance = 1e-4;  // of the half extent; measured 4.6e-5
+  constexpr double kTolerance = 2e-5;  // of the half extent; measured 6.2e-6
   double worst = 0;
   for (const Point half : {Point{{3, 2, 1}}, Point{{100, 1, 0.5}}, Point{{5, 1, 1}}, Point{{2, 2, 0.1}},
                            Point{{1, 0.999, 0.2}}, Point{{1, 1, 1}}}) {
@@ -298,7 +298,8 @@ TEST_CASE("a finely meshed corner of a face does not turn the box") {
 }
 
 TEST_CASE("a prism's box is the least of all rotations about its axis") {
-  constexpr double kTolerance = 2e-4;  // of the area; kTie lets 6e-5 go, the steps of the search are small
+  constexpr double kTolerance = 1e-5;  // of the area; measured 3.2e-7
+  double worst = 0;
   for (const int sides : {3, 4, 5, 6, 7, 8, 12}) {
     CAPTURE(sides);
     const Points points = prism(sides, 4);
@@ -313,21 +314,26 @@ TEST_CASE("a prism's box is the least of all rotations about its axis") {
     }
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       Random random(seed);
-      CAPTURE(seed);
-      CHECK(area(fitted(turned(points, random_rotation(random)))) < (1 + kTolerance) * least);
+      worst = std::max(worst, area(fitted(turned(points, random_rotation(random)))) / least - 1);
     }
   }
+  CHECK(worst < kTolerance);
+  MESSAGE("area over the least: 1 + " << worst);
 }
 
-TEST_CASE("boxes are near the least that a search over all rotations finds") {
+TEST_CASE(
+    "boxes are near the least that a search over all rotations finds, and never larger than along the link's axes") {
+  constexpr double kRounding = 1e-6;
   constexpr double kMean = 1.05, kWorst = 1.2;  // measured 1.03 and 1.14
   double sum = 0, worst = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed, ++count) {
     Random random(seed);
     Points points;
-    for (int i = 0; i < 16; ++i) points.push_back({{2 * random.normal(), random.normal(), 0.7 * random.normal()}});
-    const double ratio = area(fitted(points)) / least_area(points, random);
+    for (int i = 0; i < 16; ++i) points.push_back({{1.5 * random.normal(), random.normal(), 0.7 * random.normal()}});
+    const Box box = fitted(points);
+    CHECK(area(box) < (1 + kRounding) * area_about(points, Rotation()));
+    const double ratio = area(box) / least_area(points, random);
     sum += ratio;
     worst = std::max(worst, ratio);
   }
@@ -348,10 +354,25 @@ TEST_CASE("what has no axes of its own, or those of the link, gets the link's ax
   CHECK(has_link_axes(fitted(bulged(8, {{1, 1, 1}}))));
   CHECK(has_link_axes(fitted(prism(256, 3))));
   CHECK_FALSE(has_link_axes(fitted(prism(4, 3))));  // its sides face the diagonals
-  // A segment between: about it the link's axes decide, so that one axis is square to a link's axis.
-  const Box segment = fitted(Points{{{-1, -2, -3}}, {{0, 0, 0}}, {{1, 2, 3}}});
-  CHECK(std::any_of(segment.axis, segment.axis + 3, [](const float* axis) { return axis[0] == 0; }));
-  CHECK(sorted_halves(segment)[1] < 1e-6);
+  // Nearly a cube, turned by a fifth of a degree: its own axes gain less than a hundredth of the area.
+  Rotation slight;
+  slight.axis[0][0] = slight.axis[1][1] = std::cos(0.0035);
+  slight.axis[0][1] = std::sin(0.0035);
+  slight.axis[1][0] = -slight.axis[0][1];
+  CHECK(has_link_axes(fitted(turned(brick({{1, 1.001, 0.999}}), slight))));
+  CHECK_FALSE(has_link_axes(fitted(turned(brick({{1, 1.1, 0.9}}), slight))));
+  // About a segment the link's axes decide: one axis is square to the segment and to a link's axis. The vertices are off
+  // the line by rounding, which has no say.
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    CAPTURE(seed);
+    const Point direction = random.unit_vector();
+    Points segment;
+    for (int i = 0; i < 20; ++i) segment.push_back(random.uniform(-1, 1) * direction);
+    const Box box = fitted(segment);
+    CHECK(std::count(box.axis[0], box.axis[0] + 9, 0.0f) == 1);
+    CHECK(sorted_halves(box)[1] < 1e-6);
+  }
   // Off its place the same.
   Points ball = bulged(2, {{1, 1, 1}});
   for (Point& p : ball) p = p + Point{{10, 20, -30}};
@@ -364,6 +385,9 @@ TEST_CASE("neither order, nor repeated vertices, nor those inside change a bit, 
     CAPTURE(seed);
     Points points;
     for (int i = 0; i < 40; ++i) points.push_back({{2 * random.normal(), random.normal(), 0.5 * random.normal()}});
+    // Many that are equally far along (12, 1, 3), one of the directions of the search.
+    if (seed % 2 == 0)
+      for (int i = 0; i < 40; ++i) points.push_back({{3.0 + i % 8 - i / 8, 12.0 * (i / 8), 1.0 - 4 * (i % 8)}});
     const Box box = fitted(points);
     Points shuffled = points;
     for (std::size_t i = shuffled.size(); i > 1; --i)
