@@ -6,6 +6,7 @@
 #include "engine/update.h"
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
+#include "layout/fit_box.h"
 
 #include <algorithm>
 #include <cmath>
@@ -158,6 +159,13 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
 }
 
 void destroy_engine(Engine* engine) noexcept { delete engine; }
+
+Status fit_box(Span<const float> vertices, Box* out) noexcept {
+  return guarded([&] {
+    const kernel::FloatMode mode;
+    return fit_box_to_vertices(vertices, out);
+  });
+}
 
 Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
                         std::uint32_t* bad_element) noexcept {

@@ -33,6 +33,7 @@ enum class Status : std::int32_t {
   kBadLeafAxes,          // axes of a leaf box not orthonormal and right-handed to 1e-5
   kBadShape,             // a convex part with sizes not finite or not positive, or a rotation that is none
   kShapeOutsideLeafBox,  // a convex part sticks out of its leaf's box
+  kBadVertices,          // no vertices, not x y z of each, not finite, or a coordinate above kMaxCoordinate
   kBadIgnoredPair,       // an ignored pair names a link that does not exist
   kUnknownArticulation,  // no articulation of this engine has that id
   kUnknownBatch,         // no batch of this engine has that id
