@@ -642,6 +642,20 @@ void check_boxes_short() {
   CHECK(compute_boxes(*call.engine, call.input, {}, {boxes.data(), count}) == Status::kOk);
 }
 
+void check_vertices() {
+  const float far = 1.0001e18f;
+  for (const float bad : {kNan, kInfinity, -kInfinity, far}) {
+    const float vertices[6] = {1, 2, 3, 4, bad, 6};
+    Box box = {};
+    box.half[0] = 7;
+    CHECK(fit_box({vertices, 6}, &box) == Status::kBadVertices);
+    CHECK(fit_box({vertices, 2}, &box) == Status::kBadVertices);
+    CHECK(fit_box({vertices, 0}, &box) == Status::kBadVertices);
+    CHECK(box.half[0] == 7);
+    CHECK(fit_box({vertices, 3}, &box) == Status::kOk);
+  }
+}
+
 std::vector<CallRow> call_rows() {
   return {
       {{"origins far out, 1e9 m and more", "taken: boxes as at 0, hits by differences in double"}, check_far_origins},
@@ -652,6 +666,8 @@ std::vector<CallRow> call_rows() {
       {{"room for one hit too few, or for none", "`kHitsOverflow`, `hits_needed` is exact, nothing beyond is written"},
        check_one_short},
       {{"room for one box too few", "refused, `kBadOutput`"}, check_boxes_short},
+      {{"vertices of `fit_box`: none, part of one, not finite or above 1e18", "refused, `kBadVertices`"},
+       check_vertices},
   };
 }
 
