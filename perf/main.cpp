@@ -24,6 +24,10 @@ constexpr std::uint32_t kMaxThreads = 1024;
 // A paper run keeps the poses of all its frames: this many take about 800 MB.
 constexpr std::uint32_t kMaxPaperFrames = 1000000;
 
+// A crowd of this many takes some 10 GB; a run of this many frames goes on for hours.
+constexpr std::uint32_t kMaxCrowd = 4000000;
+constexpr std::uint32_t kMaxCrowdFrames = 1000000;
+
 void add_isa(CLI::App& command, Isa& isa) {
   command
       .add_option_function<std::string>(
@@ -151,6 +155,33 @@ CLI::App& add_paper(CLI::App& app, PaperOptions& o) {
   return command;
 }
 
+CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
+  CLI::App& command = *app.add_subcommand("crowd", "many characters at once: times, memory and counts of a frame");
+  command
+      .add_option_function<std::string>(
+          "--scene", [&o](const std::string& text) { o.scene = read_crowd_scene("--scene", text); }, crowd_scene_help())
+      ->type_name(crowd_scene_names("|"))
+      ->required();
+  o.character_count = 10000;
+  command.add_option("--characters", o.character_count, "characters at once (default 10000)")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMaxCrowd).description(""));
+  o.frame_count = 8;
+  command.add_option("--frames", o.frame_count, "different frames a round, 1/30 s apart (default 8)")
+      ->type_name("F")
+      ->check(CLI::Range(1u, kMaxCrowdFrames).description(""));
+  o.rounds = 7;
+  command.add_option("--rounds", o.rounds, "rounds of which the median is taken, after one for warming up (default 7)")
+      ->type_name("R")
+      ->check(CLI::Range(1u, 100000u).description(""));
+  for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  add_json(command, o.json_path, "write the table as JSON");
+  command.add_option("--csv", o.csv_path, "write the table as one line of CSV under a header")->type_name("OUT.csv");
+  return command;
+}
+
 CLI::App& add_kernels(CLI::App& app, KernelsOptions& o) {
   CLI::App& command = *app.add_subcommand("kernels", "times of the merge and the overlap test beside FCL's");
   command
@@ -178,7 +209,7 @@ std::string one_line(std::string text) {
 }
 
 int wrong_use(const CLI::App& app, const std::string& what) {
-  std::string name = "cab", usage = "cab run|inspect|paper|kernels [OPTION...]";
+  std::string name = "cab", usage = "cab run|inspect|paper|crowd|kernels [OPTION...]";
   if (const auto given = app.get_subcommands(); !given.empty()) {
     name += " " + given.front()->get_name();
     const bool many = given.front()->get_name() == "run";
@@ -199,16 +230,19 @@ int main_command(int argc, char** argv) {
   RunOptions run_options;
   InspectOptions inspect_options;
   PaperOptions paper_options;
+  CrowdOptions crowd_options;
   KernelsOptions kernels_options;
   const CLI::App& run = add_run(app, run_options);
   const CLI::App& inspect = add_inspect(app, inspect_options);
   const CLI::App& paper = add_paper(app, paper_options);
+  const CLI::App& crowd = add_crowd(app, crowd_options);
   const CLI::App& kernels = add_kernels(app, kernels_options);
   try {
     app.parse(argc, argv);
     if (run.parsed()) return run_command(run_options);
     if (inspect.parsed()) return inspect_command(inspect_options);
     if (paper.parsed()) return paper_command(paper_options);
+    if (crowd.parsed()) return crowd_command(crowd_options);
     if (kernels.parsed()) return kernels_command(kernels_options);
   } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ParseError& error) {
     return wrong_use(app, error.what());
@@ -216,7 +250,7 @@ int main_command(int argc, char** argv) {
     std::cerr << "cab: " << one_line(error.what()) << '\n';
     return kBadData;
   }
-  return wrong_use(app, "no sub-command; choose run, inspect, paper or kernels");
+  return wrong_use(app, "no sub-command; choose run, inspect, paper, crowd or kernels");
 }
 
 }  // namespace

@@ -1,26 +1,9 @@
 // A scene handed to the engine: descriptions that borrow from it, and the hash of its poses.
 #include "scenes/scene.h"
 
-#include <cstring>
+#include "scenes/bit_hash.h"
 
 namespace cab::scenes {
-namespace {
-
-// Feeds the bits of a value to FNV-1a, lowest byte first on every machine.
-template <class Bits, class Value>
-std::uint64_t hash_bits(std::uint64_t hash, Value value) {
-  static_assert(sizeof(Bits) == sizeof(Value));
-  Bits bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  for (std::size_t byte = 0; byte < sizeof bits; ++byte) {
-    hash ^= static_cast<std::uint64_t>((bits >> (8 * byte)) & 0xff);
-    hash *= 0x100000001b3u;  // FNV's 64-bit prime
-  }
-  return hash;
-}
-
-}  // namespace
-
 std::uint32_t pose_floats(PoseFormat format) {
   switch (format) {
     case PoseFormat::kQuaternionTranslation: return 7;
@@ -50,12 +33,12 @@ ArticulationStorage::ArticulationStorage(const Character& character)
 }
 
 std::uint64_t pose_hash(const Scene& scene) {
-  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV's 64-bit offset basis
+  BitHash hash;
   for (const Character& character : scene.characters) {
-    for (const float value : character.poses) hash = hash_bits<std::uint32_t>(hash, value);
-    for (const double value : character.origins) hash = hash_bits<std::uint64_t>(hash, value);
+    for (const float value : character.poses) hash.add(value);
+    for (const double value : character.origins) hash.add(value);
   }
-  return hash;
+  return hash.value();
 }
 
 }  // namespace cab::scenes
