@@ -17,6 +17,9 @@ constexpr std::uint32_t kInstancesPerTask = 1024;
 // Cells are no smaller than this fraction of the world's extent, so that cell numbers stay small.
 constexpr int kFinestCell = 20;
 
+// One instance in this many may be too large for the lowest level.
+constexpr std::uint32_t kLargeShare = 32;
+
 // An axis along which the instances spread over fewer cells than this is flat.
 constexpr double kFlatCells = 4;
 
@@ -44,17 +47,16 @@ int exponent_above(double extent) {
   return std::clamp(exponent, GridSurvey::kLeastExponent, GridSurvey::kMostExponent);
 }
 
-double largest_extent(const InstanceBounds& bounds) {
-  return std::max({bounds.hi[0] - bounds.lo[0], bounds.hi[1] - bounds.lo[1], bounds.hi[2] - bounds.lo[2]});
-}
-
 std::uint32_t level_of_exponent(const Grid& grid, int exponent) {
   const int above = exponent - grid.exponent[0];
   return above <= 0 ? 0 : std::min((static_cast<std::uint32_t>(above) + 1) / 2, kGridLevels - 1);
 }
 
 std::uint32_t level_of(const Grid& grid, const InstanceBounds& bounds) {
-  return level_of_exponent(grid, exponent_above(largest_extent(bounds)));
+  double extent = 0;
+  for (std::uint32_t c = 0; c < 3; ++c)
+    if (!grid.flat[c]) extent = std::max(extent, bounds.hi[c] - bounds.lo[c]);
+  return level_of_exponent(grid, exponent_above(extent));
 }
 
 // The number of the cell that holds a coordinate. Cells are powers of two, so nothing is rounded but to below.
@@ -74,8 +76,7 @@ std::uint32_t bucket_of(const Grid& grid, std::uint32_t level, std::int64_t x, s
   return static_cast<std::uint32_t>(hash) & grid.mask;
 }
 
-std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds) {
-  const std::uint32_t level = level_of(grid, bounds);
+std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds, std::uint32_t level) {
   return bucket_of(grid, level, cell_of(grid, level, 0, bounds.lo[0]), cell_of(grid, level, 1, bounds.lo[1]),
                    cell_of(grid, level, 2, bounds.lo[2]));
 }
@@ -113,9 +114,9 @@ GridSurvey survey_instances(Engine& engine) {
     for (std::uint32_t c = 0; c < 3; ++c) {
       survey.lo[c] = std::min(survey.lo[c], bounds.lo[c]);
       survey.hi[c] = std::max(survey.hi[c], bounds.lo[c]);
+      ++survey.of_exponent[c][exponent_above(bounds.hi[c] - bounds.lo[c]) - GridSurvey::kLeastExponent];
     }
     ++survey.count;
-    ++survey.of_exponent[exponent_above(largest_extent(bounds)) - GridSurvey::kLeastExponent];
   });
   GridSurvey all = engine.workers[0]->survey;
   for (std::size_t w = 1; w < engine.workers.size(); ++w) {
@@ -123,41 +124,42 @@ GridSurvey survey_instances(Engine& engine) {
     for (std::uint32_t c = 0; c < 3; ++c) {
       all.lo[c] = std::min(all.lo[c], part.lo[c]);
       all.hi[c] = std::max(all.hi[c], part.hi[c]);
+      for (std::uint32_t e = 0; e < GridSurvey::kExponents; ++e) all.of_exponent[c][e] += part.of_exponent[c][e];
     }
     all.count += part.count;
-    for (std::uint32_t e = 0; e < GridSurvey::kExponents; ++e) all.of_exponent[e] += part.of_exponent[e];
   }
   return all;
 }
 
-// Chooses the cells: the lowest level fits the median instance, and axes of little spread are left out.
+// Chooses the cells: axes along which the instances spread over few of their own sizes are left out, and the lowest
+// level fits nearly all instances along the others.
 void choose_levels(const GridSurvey& survey, Grid& grid) {
-  std::uint32_t below = 0, median = 0, most = 0;
-  for (std::uint32_t e = 0; e < GridSurvey::kExponents; ++e) {
-    below += survey.of_exponent[e];
-    if (2 * below < survey.count) median = e + 1;
-    if (survey.of_exponent[e]) most = e;
-  }
-  double spread[3];
-  int finest = GridSurvey::kLeastExponent;
+  int lowest = GridSurvey::kLeastExponent, largest = GridSurvey::kLeastExponent;
+  bool endless = false;  // bounds without an end (origins at the end of double's range) have no cell
   for (std::uint32_t c = 0; c < 3; ++c) {
-    spread[c] = survey.hi[c] - survey.lo[c];
-    finest = std::max(finest, exponent_above(spread[c]) - kFinestCell);
+    int common = GridSurvey::kLeastExponent, most = common;
+    std::uint32_t below = 0;
+    for (std::uint32_t e = 0; e < GridSurvey::kExponents; ++e) {
+      const int exponent = static_cast<int>(e) + GridSurvey::kLeastExponent;
+      below += survey.of_exponent[c][e];
+      if (below < survey.count - survey.count / kLargeShare) common = exponent + 1;
+      if (survey.of_exponent[c][e]) most = exponent;
+    }
+    const double spread = survey.hi[c] - survey.lo[c];
+    endless = endless || most == GridSurvey::kMostExponent;
+    grid.flat[c] = !(spread > kFlatCells * std::ldexp(1.0, common));
+    if (grid.flat[c]) continue;
+    lowest = std::max({lowest, common, exponent_above(spread) - kFinestCell});
+    largest = std::max(largest, most);
   }
-  const int lowest = std::max(static_cast<int>(median) + GridSurvey::kLeastExponent, finest);
   for (std::uint32_t level = 0; level < kGridLevels; ++level) {
-    grid.exponent[level] = std::min(lowest + 2 * static_cast<int>(level), GridSurvey::kMostExponent);
+    int exponent = lowest + 2 * static_cast<int>(level);
+    if (level == kGridLevels - 1) exponent = std::max(exponent, largest);
+    grid.exponent[level] = exponent;
+    grid.scale[level] = std::ldexp(1.0, -exponent);
     grid.used[level] = false;
   }
-  grid.exponent[kGridLevels - 1] =
-      std::max(grid.exponent[kGridLevels - 1], static_cast<int>(most) + GridSurvey::kLeastExponent);
-  for (std::uint32_t level = 0; level < kGridLevels; ++level) grid.scale[level] = std::ldexp(1.0, -grid.exponent[level]);
-  for (std::uint32_t e = 0; e < GridSurvey::kExponents; ++e)
-    if (survey.of_exponent[e])
-      grid.used[level_of_exponent(grid, static_cast<int>(e) + GridSurvey::kLeastExponent)] = true;
-  // Bounds without an end (origins at the end of double's range) have no cell: then everything is in one.
-  const bool endless = survey.of_exponent[GridSurvey::kExponents - 1] > 0;
-  for (std::uint32_t c = 0; c < 3; ++c) grid.flat[c] = endless || !(spread[c] * grid.scale[0] > kFlatCells);
+  for (bool& flat : grid.flat) flat = flat || endless;
 }
 
 void note_rules(Engine& engine, const FrameJob& job) {
@@ -262,14 +264,17 @@ void build_grid(Engine& engine, const FrameJob& job) {
   const bool alone = engine.workers.size() == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
-    shared_add(grid.bucket[bucket_of(grid, engine.batches[index]->batch.bounds[instance])], 1, alone);
+    const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
+    const std::uint32_t level = level_of(grid, bounds);
+    if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
+    shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
   });
   std::uint32_t sum = 0;
   for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
   // Each bucket now holds its end; placing its entries from there down leaves its beginning.
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
-    const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds)], ~0u, alone) - 1;
+    const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
     grid.entries[at] = {bounds, index, instance};
   });
 }
@@ -281,7 +286,7 @@ bool find_partners(const Engine& engine, std::uint32_t batch, std::uint32_t inst
   Search search = {engine, engine.batches[batch]->batch.bounds[instance], batch, after, ~std::uint64_t{0}, all, found};
   bool by_cells = !all;
   for (std::uint32_t level = 0; level < kGridLevels && by_cells; ++level)
-    if (engine.grid.used[level]) by_cells = scan_level(search, level);
+    if (engine.grid.used[level].load(std::memory_order_relaxed)) by_cells = scan_level(search, level);
   if (!by_cells) scan_entries(search, 0, engine.grid.count);
   std::sort(found.begin(), found.end());
   found.size = static_cast<std::uint32_t>(std::unique(found.begin(), found.end()) - found.begin());

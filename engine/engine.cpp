@@ -71,7 +71,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
   worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
   worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
-  worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs);
+  worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, chunk);
   worker.partners = make_list<std::uint64_t>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);

@@ -111,10 +111,7 @@ void pair_instance(const Engine& engine, const Policies& policies, std::uint32_t
   if (!batch.pairs_between) return;
   std::uint64_t after = instance_key(index, instance);
   for (bool complete = false; !complete;) {
-    {
-      const Timed timed(worker.stats.seconds_broad);
-      complete = find_partners(engine, index, instance, after, policies.strategy == Strategy::kExactAll, worker);
-    }
+    complete = find_partners(engine, index, instance, after, policies.strategy == Strategy::kExactAll, worker);
     for (const std::uint64_t key : worker.partners)
       gather(static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key));
     if (!complete) after = worker.partners.data[worker.partners.size - 1];
@@ -137,10 +134,14 @@ void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
     const InstanceBatch& batch = engine.batches[index]->batch;
     const std::uint32_t first = (task - batch.first_task) * kInstancesPerTask;
     Worker& worker = *engine.workers[w];
+    const Clock::time_point start = Clock::now();
+    const double others = worker.stats.seconds_test + worker.stats.seconds_query;
     for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i)
       if (batch.live[i / kLanes] >> (i % kLanes) & 1)
         pair_instance(engine, policies, index, i, task, worker, sink);
     test_candidates(engine, policies, task, worker, sink);
+    worker.stats.seconds_broad +=
+        seconds_since(start) - (worker.stats.seconds_test + worker.stats.seconds_query - others);
     finish_task(task, worker, sink);
   });
 }

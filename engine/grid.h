@@ -3,6 +3,7 @@
 
 #include "layout/instance_batch.h"
 
+#include <atomic>
 #include <cstdint>
 #include <limits>
 
@@ -27,7 +28,8 @@ struct GridSurvey {
                   std::numeric_limits<double>::infinity()};
   double hi[3] = {-lo[0], -lo[0], -lo[0]};  // of where their bounds begin
   std::uint32_t count = 0;
-  std::uint32_t of_exponent[kExponents] = {};  // instances whose extent is below 2^(kLeastExponent + index), not half
+  // By axis: instances whose extent is below 2^(kLeastExponent + index), and not below half of it.
+  std::uint32_t of_exponent[3][kExponents] = {};
 };
 
 struct Grid {
@@ -37,7 +39,7 @@ struct Grid {
   std::uint32_t count = 0;     // entries in use
   int exponent[kGridLevels] = {};
   double scale[kGridLevels] = {};  // 2^-exponent
-  bool used[kGridLevels] = {};
+  std::atomic<bool> used[kGridLevels] = {};
   bool flat[3] = {};  // axes along which the instances spread too little to be told apart by cells
 };
 

@@ -72,7 +72,10 @@ void report_candidate(const Engine& engine, const Candidate& candidate, Span<Lea
     const LinkedPair lx = linked(a, b, x, within), ly = linked(a, b, y, within);
     return order(lx) < order(ly);
   };
-  if (!std::is_sorted(pairs.begin(), pairs.end(), in_order)) std::sort(pairs.begin(), pairs.end(), in_order);
+  const auto by_leaves = [](const LeafPair& x, const LeafPair& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); };
+  const bool same_order = a.leaves_by_link && b.leaves_by_link && !within;
+  if (!same_order || !std::is_sorted(pairs.begin(), pairs.end(), by_leaves))
+    std::sort(pairs.begin(), pairs.end(), in_order);
   LinkedPair last_hit = {0xffff, 0xffff, 0, 0};
   for (const LeafPair& pair : pairs) {
     const LinkedPair at = linked(a, b, pair, within);

@@ -217,11 +217,23 @@ void test_hand(const Engine& engine, Hand<Row>& hand, Worker& worker, std::uint3
 float below(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
 float above(double value) { return static_cast<float>(value + 0x1p-22 * std::fabs(value)); }
 
+// A candidate's rows, and the difference of its origins.
+template <class Row>
+struct RowSides {
+  const Row* a;
+  const Row* b;
+  double shift[3];
+  const Articulation* within;  // null between two instances
+};
+
 // Lists the leaf pairs of one candidate whose bounds meet.
-void filter_candidate(const Engine& engine, std::uint32_t slot, Worker& worker) {
+template <class Row>
+RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker& worker) {
   const Candidate& candidate = worker.candidates.data[slot];
   const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
   const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
+  RowSides<Row> sides = {rows_of<Row>(a, candidate.instance_a), rows_of<Row>(b, candidate.instance_b), {}, nullptr};
+  if (is_within(candidate)) sides.within = a.articulation;
   kernel::RowFilter filter;
   filter.leaves_a = a.articulation->leaf_count;
   filter.leaves_b = b.articulation->leaf_count;
@@ -230,28 +242,38 @@ void filter_candidate(const Engine& engine, std::uint32_t slot, Worker& worker) 
   const InstanceBounds &bounds_a = a.bounds[candidate.instance_a], &bounds_b = b.bounds[candidate.instance_b];
   for (std::uint32_t c = 0; c < 3; ++c) {
     const double origin = origin_of(a, candidate.instance_a, c);
-    const double shift = origin_of(b, candidate.instance_b, c) - origin;
-    filter.shift[c] = static_cast<float>(shift);
-    filter.shift_rest[c] = static_cast<float>(shift - static_cast<double>(filter.shift[c]));
+    sides.shift[c] = origin_of(b, candidate.instance_b, c) - origin;
+    filter.shift[c] = static_cast<float>(sides.shift[c]);
+    filter.shift_rest[c] = static_cast<float>(sides.shift[c] - static_cast<double>(filter.shift[c]));
     filter.meet_lo[c] = below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
     filter.meet_hi[c] = above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
   }
   filter.slot = slot;
-  filter.self = is_within(candidate);
+  filter.self = sides.within;
   filter.found = &worker.found;
   engine.kernels->filter_rows(filter);
+  return sides;
 }
 
 template <class Row>
 void test_rows(const Engine& engine, Worker& worker) {
+  RowSides<Row> sides[kChunkCandidates];
   worker.found.clear();
-  for (std::uint32_t slot = 0; slot < worker.candidates.size; ++slot) filter_candidate(engine, slot, worker);
+  for (std::uint32_t slot = 0; slot < worker.candidates.size; ++slot)
+    sides[slot] = filter_candidate<Row>(engine, slot, worker);
   Hand<Row> hand;
   hand.rows.shift = &hand.shift;
   hand.rows.leaves = 0xffff;
   std::uint32_t kept = 0;
   for (const LeafPair& pair : worker.found) {
-    take(engine, worker, {pair.slot, pair.a, pair.b}, hand);
+    const RowSides<Row>& side = sides[pair.slot];
+    if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
+      continue;
+    const std::uint32_t lane = hand.count++;
+    hand.pair[lane] = {pair.slot, pair.a, pair.b};
+    hand.rows.a[lane] = side.a + pair.a;
+    hand.rows.b[lane] = side.b + pair.b;
+    for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = side.shift[c];
     if (hand.count == kLanes) test_hand(engine, hand, worker, kept);
   }
   if (hand.count) test_hand(engine, hand, worker, kept);

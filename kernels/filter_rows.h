@@ -7,7 +7,12 @@
 #include "layout/leaf_rows.h"
 #include "layout/pair_list.h"
 
+#include <cassert>
+#include <cstddef>
+
 namespace cab::kernel {
+
+static_assert(sizeof(LeafPair) == 8 && offsetof(LeafPair, b) == 6);
 
 // Writes the bounds of a tile's leaves as leaf rows: instance i's start at rows + i * leaf_row_floats(leaves).
 template <class V>
@@ -70,6 +75,30 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
   return out;
 }
 
+// Adds the pair `first` with its b raised by each bit that is set. Room for kLanes more pairs than are added must be left.
+template <class V>
+CAB_INLINE void append_pairs(FixedList<LeafPair>& list, LeafPair first, std::uint32_t set) {
+  for (; set != 0; set &= set - 1)
+    list.push({first.slot, first.a, static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))});
+}
+#if XSIMD_WITH_AVX512F
+// Without a branch: lanes are compressed and all sixteen stored, of which the list counts those that are set.
+template <>
+CAB_INLINE void append_pairs<Batch<xsimd::avx512bw>>(FixedList<LeafPair>& list, LeafPair first, std::uint32_t set) {
+  assert(list.size + kLanes <= list.capacity);
+  const __m512i lanes = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
+  const __m512i b = _mm512_maskz_compress_epi32(static_cast<__mmask16>(set), lanes);
+  std::uint64_t base;
+  std::memcpy(&base, &first, sizeof base);
+  const __m512i from = _mm512_set1_epi64(static_cast<long long>(base));
+  const __m512i low = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm512_castsi512_si256(b)), 48);
+  const __m512i high = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm512_extracti64x4_epi64(b, 1)), 48);
+  _mm512_storeu_si512(list.data + list.size, _mm512_add_epi64(from, low));
+  _mm512_storeu_si512(list.data + list.size + 8, _mm512_add_epi64(from, high));
+  list.size += static_cast<std::uint32_t>(__builtin_popcount(set));
+}
+#endif
+
 // Adds every pair of leaves whose bounds meet: a superset of the pairs that pass the leaf predicate, in order of (a, b).
 template <class V>
 void filter_rows(const RowFilter& filter) {
@@ -90,9 +119,8 @@ void filter_rows(const RowFilter& filter) {
         std::uint32_t meet = ~bits(apart) & ((1u << kWidth<V>)-1);
         if (filter.leaves_b - j < kWidth<V>) meet &= (1u << (filter.leaves_b - j)) - 1;
         if (filter.self && j <= first + i) meet &= ~((2u << (first + i - j)) - 1);
-        for (; meet != 0; meet &= meet - 1)
-          filter.found->push({filter.slot, static_cast<std::uint16_t>(first + i),
-                              static_cast<std::uint16_t>(j + static_cast<std::uint32_t>(__builtin_ctz(meet)))});
+        append_pairs<V>(*filter.found, {filter.slot, static_cast<std::uint16_t>(first + i), static_cast<std::uint16_t>(j)},
+                        meet);
       }
     }
   }

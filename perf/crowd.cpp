@@ -36,6 +36,7 @@ struct TimedPhase {
 constexpr TimedPhase kPhases[] = {
     {"frame", "total_wall_seconds", &FrameStats::seconds_total},
     {"  update", "update_thread_seconds", &FrameStats::seconds_update},
+    {"  broad phase", "broad_thread_seconds", &FrameStats::seconds_broad},
     {"  test", "test_thread_seconds", &FrameStats::seconds_test},
     {"  query", "query_thread_seconds", &FrameStats::seconds_query},
 };
@@ -45,6 +46,7 @@ struct Counted {
   std::uint64_t FrameStats::*count;
 };
 constexpr Counted kCounts[] = {
+    {"candidates", "candidates", &FrameStats::candidates},
     {"box tests", "box_tests", &FrameStats::box_tests},
     {"leaf pairs", "leaf_pairs", &FrameStats::leaf_pairs},
     {"exact tests", "exact_tests", &FrameStats::exact_tests},
