@@ -137,8 +137,7 @@ void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
     const Clock::time_point start = Clock::now();
     const double others = worker.stats.seconds_test + worker.stats.seconds_query;
     for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i)
-      if (batch.live[i / kLanes] >> (i % kLanes) & 1)
-        pair_instance(engine, policies, index, i, task, worker, sink);
+      if (batch.live[i / kLanes] >> (i % kLanes) & 1) pair_instance(engine, policies, index, i, task, worker, sink);
     test_candidates(engine, policies, task, worker, sink);
     worker.stats.seconds_broad +=
         seconds_since(start) - (worker.stats.seconds_test + worker.stats.seconds_query - others);

@@ -171,8 +171,7 @@ void traverse(const Engine& engine, const Policies& policies, Worker& worker) {
     hand.rows.shift = &hand.shift;
     const std::uint32_t popped = worker.stack.size < kLanes ? worker.stack.size : kLanes;
     worker.stack.size -= popped;
-    for (std::uint32_t i = 0; i < popped; ++i)
-      take(engine, worker, worker.stack.data[worker.stack.size + i], hand);
+    for (std::uint32_t i = 0; i < popped; ++i) take(engine, worker, worker.stack.data[worker.stack.size + i], hand);
     const std::uint32_t from_stack = hand.count;
     NodePair pair;
     while (hand.count < kLanes && worker.stack.empty() && seeds.next(&pair)) take(engine, worker, pair, hand);

@@ -31,8 +31,8 @@ void bounds_to_leaf_rows(const AabbTile* bounds, std::uint32_t leaves, std::uint
         }
         float* to[kWidth<V>];
         for (std::uint32_t i = 0; i < kWidth<V>; ++i)
-          to[i] = lane + i < live ? rows + (lane + i) * leaf_row_floats(leaves) + std::size_t{row} * width + first
-                                  : unused;
+          to[i] =
+              lane + i < live ? rows + (lane + i) * leaf_row_floats(leaves) + std::size_t{row} * width + first : unused;
         Transpose<V>::store(fields, to);
       }
 }
@@ -79,7 +79,8 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
 template <class V>
 CAB_INLINE void append_pairs(FixedList<LeafPair>& list, LeafPair first, std::uint32_t set) {
   for (; set != 0; set &= set - 1)
-    list.push({first.slot, first.a, static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))});
+    list.push(
+        {first.slot, first.a, static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))});
 }
 #if XSIMD_WITH_AVX512F
 // Without a branch: lanes are compressed and all sixteen stored, of which the list counts those that are set.
@@ -119,8 +120,8 @@ void filter_rows(const RowFilter& filter) {
         std::uint32_t meet = ~bits(apart) & ((1u << kWidth<V>)-1);
         if (filter.leaves_b - j < kWidth<V>) meet &= (1u << (filter.leaves_b - j)) - 1;
         if (filter.self && j <= first + i) meet &= ~((2u << (first + i - j)) - 1);
-        append_pairs<V>(*filter.found, {filter.slot, static_cast<std::uint16_t>(first + i), static_cast<std::uint16_t>(j)},
-                        meet);
+        append_pairs<V>(*filter.found,
+                        {filter.slot, static_cast<std::uint16_t>(first + i), static_cast<std::uint16_t>(j)}, meet);
       }
     }
   }

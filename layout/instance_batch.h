@@ -30,9 +30,9 @@ struct InstanceBatch {
   std::uint32_t worker_nodes = 0;
 
   // Bound for the duration of one call.
-  bool pairs_between = false;      // some rule tests its instances against others
-  bool pairs_within = false;       // a rule tests the links of each instance against each other
-  std::uint32_t first_task = 0;    // of the tasks that pair characters
+  bool pairs_between = false;    // some rule tests its instances against others
+  bool pairs_within = false;     // a rule tests the links of each instance against each other
+  std::uint32_t first_task = 0;  // of the tasks that pair characters
   const BatchInput* input = nullptr;
   std::size_t link_stride = 0;      // bytes
   std::size_t instance_stride = 0;  // bytes
