@@ -428,7 +428,8 @@ TEST_CASE("bad trajectory files are refused with the line and the reason") {
       {head + "1 2000000000 1 2\n", ":2: frames"},
       {head + "1 0 1 2\n1 0 1 3\n", ":3: person 1 is twice in frame 0"},
   };
-  for (const auto& [text, reason] : cases) {
+  for (const auto& entry : cases) {  // clang captures no structured bindings
+    const std::string &text = entry.first, &reason = entry.second;
     CAPTURE(text);
     const TemporaryFile file("bad.txt", text);
     std::string told;
