@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <new>
@@ -353,23 +355,63 @@ void write_csv(const std::string& path, const Json& figures) {
   file.close();
 }
 
+const scenes::CrowdScene& find_scene(const std::string& name) {
+  return *std::find_if(scenes::kCrowdScenes.begin(), scenes::kCrowdScenes.end(),
+                       [&name](const scenes::CrowdScene& scene) { return name == scene.name; });
+}
+
 // Wrong use that only shows when options are seen together.
-void check(const CrowdOptions& options) {
+void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
+  const std::string name = scene.name;
+  if (scene.needs_clips && options.clips.empty()) throw UsageError("--scene " + name + " needs --clip FILE");
+  if (scene.needs_trajectories && options.trajectories_path.empty())
+    throw UsageError("--scene " + name + " needs --trajectories FILE");
+  if (!scene.needs_clips && (!options.clips.empty() || !options.metres_per_unit.empty() || options.up != 0))
+    throw UsageError("--clip, --units and --up are not for --scene " + name + ", whose characters are its own");
+  if (!scene.needs_trajectories && !options.trajectories_path.empty())
+    throw UsageError("--trajectories is not for --scene " + name + ", whose places are its own");
+  if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != options.clips.size())
+    throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
+                     std::to_string(options.clips.size()) +
+                     " clips; give one for all clips or one a clip, in their order");
   if (options.policies.strategy == Strategy::kExactAll && options.policies.exact == Exact::kNone)
     throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact fcl");
   if (!options.csv_path.empty() && options.csv_path == options.json_path)
     throw UsageError("--csv and --json name the same file; give two");
+  std::vector<std::string> inputs = options.clips;
+  inputs.push_back(options.trajectories_path);
+  for (const std::string& input : inputs)
+    for (const std::string& output : {options.json_path, options.csv_path}) {
+      std::error_code ignored;  // an output that is not there yet is no input either
+      if (!output.empty() && std::filesystem::equivalent(input, output, ignored))
+        throw UsageError(output + " is an input; write the output to another file");
+    }
+}
+
+scenes::CrowdSources import_sources(const CrowdOptions& options) {
+  scenes::CrowdSources sources;
+  sources.up = options.up;
+  for (std::size_t c = 0; c < options.clips.size(); ++c) {
+    scenes::ImportOptions import;
+    import.up = options.up;
+    if (!options.metres_per_unit.empty())
+      import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : c];
+    sources.clips.push_back(scenes::import_clip(options.clips[c], import));
+    for (const std::string& note : sources.clips.back().notes)
+      std::cerr << "note: " << sources.clips.back().character.name << ": " << note << '\n';
+  }
+  if (!options.trajectories_path.empty()) sources.trajectories = scenes::import_trajectories(options.trajectories_path);
+  return sources;
 }
 
 }  // namespace
 
 int crowd_command(const CrowdOptions& options) {
-  check(options);
-  const auto* scene = std::find_if(scenes::kCrowdScenes.begin(), scenes::kCrowdScenes.end(),
-                                   [&](const scenes::CrowdScene& entry) { return options.scene == entry.name; });
-  const scenes::Crowd crowd = scenes::make_crowd(options.scene, options.character_count);
+  const scenes::CrowdScene& scene = find_scene(options.scene);
+  check(options, scene);
+  const scenes::Crowd crowd = scenes::make_crowd(scene.name, options.character_count, import_sources(options));
   CrowdRun run = measure(options, crowd);
-  run.scene = scene;
+  run.scene = &scene;
   print_table(options, run);
   const Json figures = to_json(options, run);
   if (!options.json_path.empty()) write_json(options.json_path, figures);

@@ -42,6 +42,8 @@ void add_threads(CLI::App& command, std::uint32_t& thread_count) {
       ->check(CLI::Range(0u, kMaxThreads).description(""));
 }
 
+constexpr const char* kUpForHeight = "axis for the height check; without it the one along which the figure is tallest";
+
 // One option a row of the table of policies.
 void add_policy(CLI::App& command, std::uint32_t field, Policies& policies) {
   const PolicyField& row = policy_table()[field];
@@ -53,7 +55,7 @@ void add_policy(CLI::App& command, std::uint32_t field, Policies& policies) {
       ->type_name(policy_names(field, "|"));
 }
 
-void add_up(CLI::App& command, char& up) {
+void add_up(CLI::App& command, char& up, const char* meaning = kUpForHeight) {
   command
       .add_option_function<std::string>(
           "--up",
@@ -61,8 +63,21 @@ void add_up(CLI::App& command, char& up) {
             if (text != "x" && text != "y" && text != "z") throw UsageError("--up: '" + text + "' is not x, y or z");
             up = text[0];
           },
-          "axis for the height check; without it the one along which the figure is tallest")
+          meaning)
       ->type_name("x|y|z");
+}
+
+// For commands that take several files, each of which is a `what`.
+void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--units",
+          [&metres_per_unit](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) metres_per_unit.push_back(read_positive("--units", text));
+          },
+          "a " + what + "'s length unit in metres (default 1); once for all " + what + "s or once a " + what)
+      ->type_name("METRES_PER_UNIT")
+      ->allow_extra_args(false);
 }
 
 void add_json(CLI::App& command, std::string& path, const char* meaning) {
@@ -81,15 +96,7 @@ CLI::App& add_run(CLI::App& app, RunOptions& o) {
           "metres to move a character; give it again for the next file")
       ->type_name("X,Y,Z")
       ->allow_extra_args(false);
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--units",
-          [&o](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) o.metres_per_unit.push_back(read_positive("--units", text));
-          },
-          "a file's length unit in metres (default 1); once for all files or once a file")
-      ->type_name("METRES_PER_UNIT")
-      ->allow_extra_args(false);
+  add_units(command, "file", o.metres_per_unit);
   add_up(command, o.up);
   command
       .add_option_function<std::string>(
@@ -174,6 +181,13 @@ CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
   command.add_option("--rounds", o.rounds, "rounds of which the median is taken, after one for warming up (default 7)")
       ->type_name("R")
       ->check(CLI::Range(1u, 100000u).description(""));
+  command.add_option("--clip", o.clips, "motion file that characters play; give it again for more")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_units(command, "clip", o.metres_per_unit);
+  add_up(command, o.up, "axis that points up in the clips; without it the one along which each figure is tallest");
+  command.add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x, y in metres a line")
+      ->type_name("FILE");
   for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);

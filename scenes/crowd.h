@@ -2,6 +2,8 @@
 // million characters need no more memory than the frames that are kept.
 #pragma once
 
+#include "scenes/import/import.h"
+#include "scenes/import/trajectories.h"
 #include "scenes/scene.h"
 
 #include <array>
@@ -32,22 +34,33 @@ struct Crowd {
   std::uint32_t count() const;
 };
 
-// A crowd scene by its name: the touching leaf pairs a character in its first frame, and the share by which they may
-// differ at 2000 characters and more.
+// A crowd scene by its name: what it needs, and the touching leaf pairs a character in its first frame where they are
+// known (0: unknown), with the share by which they may differ at 2000 characters and more.
 struct CrowdScene {
   const char* name;
   const char* meaning;
+  bool needs_clips;
+  bool needs_trajectories;
   double pairs_a_character;
   double tolerance;
 };
-inline constexpr std::array<CrowdScene, 2> kCrowdScenes = {{
-    {"uniform", "humanoids at random places, 1 a square metre", 5.8, .1},
-    {"jitter", "humanoids on a 1 m grid, each within 0.25 m", .22, .2},
+inline constexpr std::array<CrowdScene, 4> kCrowdScenes = {{
+    {"uniform", "humanoids at random places, 1 a square metre", false, false, 5.8, .1},
+    {"jitter", "humanoids on a 1 m grid, each within 0.25 m", false, false, .22, .2},
+    {"bottleneck", "recorded pedestrians, playing walking clips", true, true, 0, 0},
+    {"battle", "clips at random places, 1.5 a square metre", true, false, 0, 0},
 }};
 
-// Makes a scene of kCrowdScenes with `count` characters, at least 1. Throws std::invalid_argument for another name and
-// for no characters.
-Crowd make_crowd(const std::string& name, std::uint32_t count);
+// What crowd scenes are made from. up: the axis that points up in the clips, or 0 for that along which each is tallest.
+struct CrowdSources {
+  std::vector<Clip> clips;
+  Trajectories trajectories;
+  char up = 0;
+};
+
+// Makes a scene of kCrowdScenes with `count` characters, at least 1. Throws std::invalid_argument for another name, for
+// no characters, and where a source is missing that the scene needs.
+Crowd make_crowd(const std::string& name, std::uint32_t count, CrowdSources sources = {});
 
 // The crowd at one time; posed[g] is of group g.
 void pose_crowd(const Crowd& crowd, double seconds, std::vector<PosedGroup>& posed);
