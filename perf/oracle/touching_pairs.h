@@ -24,8 +24,10 @@ enum class TouchRegime {
   kNearParallelEdges,  // frames turned by 1e-8 to 1e-2
   kFarCenters,         // centres 10 to 1e4 sizes from their common origin
   kFarOrigins,         // instances 1e5 to 1e7 m out, centres within metres of their origins
+  kOneAxis,            // a pose about each of the 15 axes, which alone decides
+  kExtremeScale,       // sizes 1e-30 to 1e18
 };
-inline constexpr unsigned kTouchRegimeCount = 10;
+inline constexpr unsigned kTouchRegimeCount = 12;
 
 // A pair whose signed gap is about gap_ulps times 2^-24 (Sa + Sb), an ulp or so either way (to 6 in kHighAspect);
 // negative overlaps, and judge_overlap tells. Origins are zero except in kFarOrigins; half the frames drift by up to
