@@ -1,30 +1,27 @@
-// Step 2 of a frame: which instances of character batches come near each other, by the bounds of their leaf boxes.
+// Step 2 of a frame: which instances of character batches come near each other, by the bounds of their leaf boxes. A
+// hashed grid without limits: an instance is kept in the one cell where its bounds begin, on the level whose cells are
+// no smaller than it.
 #pragma once
 
 #include "engine/engine.h"
 
 namespace cab {
 
-// Bounds of a tile's instances in the world from their leaf boxes, widened by what forming them in double rounds.
-void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const BoxTile* leaves);
+// Bounds of a tile's instances in the world from bounds of their leaves, widened by what forming them in double rounds.
+void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves);
 
-// Lists every instance that takes part in a rule between characters, by the lower x of its bounds; returns how many.
-std::uint32_t sort_instances(Engine& engine, const FrameJob& job);
+// Notes which batches the rules pair, and puts every instance that they test against others into the grid.
+void build_grid(Engine& engine, const FrameJob& job);
 
-// Walks the partners of one entry among later ones; every later one where `all` asks for tests without boxes. next gives
-// one candidate at a time, lower (batch, instance) first.
-class Partners {
- public:
-  Partners(const Engine& engine, std::uint32_t entry_count, std::uint32_t entry, bool all)
-      : engine_(engine), entry_count_(entry_count), entry_(entry), other_(entry + 1), all_(all) {}
-  bool next(Candidate* out);
+// An instance by its place in the order of hits.
+inline std::uint64_t instance_key(std::uint32_t batch, std::uint32_t instance) {
+  return std::uint64_t{batch} << 32 | instance;
+}
 
- private:
-  const Engine& engine_;
-  std::uint32_t entry_count_;
-  std::uint32_t entry_;
-  std::uint32_t other_;
-  bool all_;
-};
+// Lists in worker.partners the keys of the instances above `after` whose bounds meet those of one instance (all of
+// them where `all` asks for tests without boxes) and with which a rule pairs it, ascending. False when the list is full
+// and there may be more above its last.
+bool find_partners(const Engine& engine, std::uint32_t batch, std::uint32_t instance, std::uint64_t after, bool all,
+                   Worker& worker);
 
 }  // namespace cab

@@ -72,8 +72,10 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
   worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
   worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
-  worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs);
+  worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, chunk);
+  worker.partners = make_list<std::uint64_t>(worker.arena, kPartnerCapacity);
+  worker.hits = make_list<Hit>(worker.arena, kTaskHits);
 }
 
 // Sizes fresh workers and shared lists for all batches, then replaces the old ones: nothing changes if memory fails.
@@ -86,13 +88,17 @@ void size_workers(Engine& engine) {
     size_worker(*workers.back(), needs, engine.batches.size(), chunk);
   }
   auto shared = std::make_unique<Arena>(engine.allocator);
+  std::size_t buckets = 16;
+  while (buckets < needs.character_instances) buckets *= 2;
   const auto entries = shared->allocate<BroadEntry>(needs.character_instances);
+  const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
   const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
   const auto rules = shared->allocate<std::uint64_t>((2 * engine.batches.size() * engine.batches.size() + 63) / 64);
   engine.rule_bits = rules;
   engine.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
-  engine.broad_entries = entries;
+  engine.grid.entries = entries;
+  engine.grid.bucket = bucket;
   engine.paired_bits = paired;
   engine.chunk_candidates = static_cast<std::uint32_t>(chunk);
 }
@@ -204,6 +210,8 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
       batch.rows = slot->arena.allocate<BoxRow>(std::size_t{desc.instance_count} * articulation->node_count);
+      batch.leaf_rows =
+          slot->arena.allocate<float>(std::size_t{desc.instance_count} * leaf_row_floats(articulation->leaf_count));
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/exact.h"
+#include "engine/grid.h"
 #include "engine/schedule.h"
 #include "kernels/find_kernels.h"
 #include "layout/arena.h"
@@ -24,12 +25,9 @@ struct Candidate {
   std::uint32_t batch_b, instance_b;
 };
 
-// An instance in the broad phase's order.
-struct BroadEntry {
-  InstanceBounds bounds;
-  std::uint32_t batch;
-  std::uint32_t instance;
-};
+inline bool is_within(const Candidate& candidate) {
+  return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
+}
 
 // Memory of one worker. Sized when a batch is added, for the worst that any rule can ask.
 struct alignas(64) Worker {
@@ -47,6 +45,9 @@ struct alignas(64) Worker {
   FixedList<TilePair> tile_found;
   FixedList<LeafPair> found;
   FixedList<Candidate> candidates;
+  FixedList<std::uint64_t> partners;
+  FixedList<Hit> hits;  // of the task at hand, until its turn comes
+  GridSurvey survey;
   FrameStats stats;
 };
 
@@ -73,7 +74,7 @@ struct Engine {
   std::vector<std::unique_ptr<BatchSlot>> batches;
   std::vector<std::unique_ptr<Worker>> workers;
   std::unique_ptr<Arena> shared_arena;
-  Span<BroadEntry> broad_entries;      // one a character instance
+  Grid grid;
   Span<std::uint64_t> rule_bits;       // scratch of validate_job: rules seen so far
   Span<std::uint64_t> paired_bits;     // bit a * batch_count + b: some rule tests batch a against b
   std::uint32_t chunk_candidates = 0;  // candidates a worker takes at a time
@@ -85,5 +86,9 @@ struct Engine {
 // Leaf pairs that a worker's list can hold at least; a chunk takes as many candidates as fit.
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 inline constexpr std::uint32_t kChunkCandidates = 256;
+
+// Partners of one instance, and hits of one task, that a worker keeps at a time; neither limits what a frame can hold.
+inline constexpr std::uint32_t kPartnerCapacity = 4096;
+inline constexpr std::uint32_t kTaskHits = 4096;
 
 }  // namespace cab

@@ -3,6 +3,7 @@
 #include "engine/timed.h"
 
 #include <algorithm>
+#include <thread>
 #include <tuple>
 
 namespace cab {
@@ -13,10 +14,6 @@ struct LinkedPair {
   std::uint16_t link_a, link_b;
   std::uint16_t leaf_a, leaf_b;
 };
-
-bool within_one(const Candidate& candidate) {
-  return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
-}
 
 LinkedPair linked(const Articulation& a, const Articulation& b, const LeafPair& pair, bool within) {
   const LinkedPair out = {a.leaf_link[pair.a], b.leaf_link[pair.b], pair.a, pair.b};
@@ -35,32 +32,52 @@ ExactLeaf exact_leaf(const Engine& engine, std::uint32_t batch_index, std::uint3
   return {engine.articulations[batch.articulation_index]->shapes.get(), &batch, instance, leaf};
 }
 
-void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair) {
-  const std::size_t at = sink.found.fetch_add(1, std::memory_order_relaxed);
-  if (at >= sink.job->hits.size) return;
-  sink.job->hits[at] = {{candidate.batch_a + 1},
-                        candidate.instance_a,
-                        {candidate.batch_b + 1},
-                        candidate.instance_b,
-                        pair.link_a,
-                        pair.link_b,
-                        pair.leaf_a,
-                        pair.leaf_b};
+void wait_for_turn(std::uint32_t task, const HitSink& sink) {
+  while (sink.turn.load(std::memory_order_acquire) != task) std::this_thread::yield();
+}
+
+// Copies a worker's hits into the caller's buffer; only the task whose turn it is may.
+void hand_over(Worker& worker, HitSink& sink) {
+  const std::size_t at = sink.found.load(std::memory_order_relaxed);
+  const std::size_t room = at < sink.job->hits.size ? sink.job->hits.size - at : 0;
+  std::copy(worker.hits.begin(), worker.hits.begin() + std::min<std::size_t>(room, worker.hits.size),
+            sink.job->hits.data + (room ? at : 0));
+  sink.found.store(at + worker.hits.size, std::memory_order_relaxed);
+  worker.hits.clear();
+}
+
+void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair, std::uint32_t task, Worker& worker) {
+  if (worker.hits.size == worker.hits.capacity) {
+    wait_for_turn(task, sink);
+    hand_over(worker, sink);
+  }
+  worker.hits.push({{candidate.batch_a + 1},
+                    candidate.instance_a,
+                    {candidate.batch_b + 1},
+                    candidate.instance_b,
+                    pair.link_a,
+                    pair.link_b,
+                    pair.leaf_a,
+                    pair.leaf_b});
 }
 
 }  // namespace
 
-void report_candidate(const Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
-                      HitSink& sink) {
+void report_candidate(const Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, std::uint32_t task,
+                      Worker& worker, HitSink& sink) {
   const Articulation& a = *engine.batches[candidate.batch_a]->batch.articulation;
   const Articulation& b = *engine.batches[candidate.batch_b]->batch.articulation;
-  const bool within = within_one(candidate);
+  const bool within = is_within(candidate);
   const bool exact = sink.job->policies.exact == Exact::kFcl;
   worker.stats.leaf_pairs += pairs.size;
-  std::sort(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) {
+  const auto in_order = [&](const LeafPair& x, const LeafPair& y) {
     const LinkedPair lx = linked(a, b, x, within), ly = linked(a, b, y, within);
     return order(lx) < order(ly);
-  });
+  };
+  const auto by_leaves = [](const LeafPair& x, const LeafPair& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); };
+  const bool same_order = a.leaves_by_link && b.leaves_by_link && !within;
+  if (!same_order || !std::is_sorted(pairs.begin(), pairs.end(), by_leaves))
+    std::sort(pairs.begin(), pairs.end(), in_order);
   LinkedPair last_hit = {0xffff, 0xffff, 0, 0};
   for (const LeafPair& pair : pairs) {
     const LinkedPair at = linked(a, b, pair, within);
@@ -73,9 +90,15 @@ void report_candidate(const Engine& engine, const Candidate& candidate, Span<Lea
         continue;
       }
     }
-    push_hit(sink, candidate, at);
+    push_hit(sink, candidate, at, task, worker);
     last_hit = at;
   }
+}
+
+void finish_task(std::uint32_t task, Worker& worker, HitSink& sink) {
+  wait_for_turn(task, sink);
+  hand_over(worker, sink);
+  sink.turn.store(task + 1, std::memory_order_release);
 }
 
 Status finish_hits(const Engine& engine, HitSink& sink) {
@@ -84,8 +107,9 @@ Status finish_hits(const Engine& engine, HitSink& sink) {
   job.hit_count = 0;
   if (job.hits_needed > job.hits.size) return Status::kHitsOverflow;
   job.hit_count = job.hits_needed;
-  std::sort(job.hits.data, job.hits.data + job.hit_count,
-            [](const Hit& x, const Hit& y) { return order(x) < order(y); });
+  if (!sink.sorted)
+    std::sort(job.hits.data, job.hits.data + job.hit_count,
+              [](const Hit& x, const Hit& y) { return order(x) < order(y); });
   if (job.contacts.empty()) return Status::kOk;
   engine.schedule->for_each(static_cast<std::uint32_t>(job.hit_count), [&](std::uint32_t i, std::uint32_t w) {
     FrameStats& stats = engine.workers[w]->stats;

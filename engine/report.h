@@ -7,19 +7,25 @@
 
 namespace cab {
 
-// Where hits go: the caller's buffer, and how many were found so far (which may be more than it holds).
+// Where hits go: the caller's buffer, and how many were found so far (which may be more than it holds). Tasks hand
+// theirs over in turn, so that hits stand in the order of tasks whoever ran them.
 struct HitSink {
   FrameJob* job;
   std::atomic<std::size_t> found{0};
+  std::atomic<std::uint32_t> turn{0};  // the task whose hits come next
+  bool sorted = true;                  // hits stand in the order that the caller was promised
 };
 
-// Confirms leaf pairs of one candidate by the exact policy and reports one hit a touching link pair, the lowest
-// touching leaf pair kept. Reorders the pairs.
-void report_candidate(const Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
-                      HitSink& sink);
+// Confirms leaf pairs of one candidate by the exact policy and keeps one hit a touching link pair in worker.hits, the
+// lowest touching leaf pair kept. Reorders the pairs. task: the one that the worker runs.
+void report_candidate(const Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, std::uint32_t task,
+                      Worker& worker, HitSink& sink);
 
-// Sorts the hits that were found and, where the caller wants contacts, asks for them. kHitsOverflow when the buffer
-// was too small.
+// Hands over the hits of a task when its turn has come, and passes the turn on.
+void finish_task(std::uint32_t task, Worker& worker, HitSink& sink);
+
+// Sorts the hits that were found, if they do not stand sorted, and, where the caller wants contacts, asks for them.
+// kHitsOverflow when the buffer was too small.
 Status finish_hits(const Engine& engine, HitSink& sink);
 
 }  // namespace cab

@@ -3,6 +3,8 @@
 
 #include <cab/types.h>
 
+#include <algorithm>
+#include <atomic>
 #include <memory>
 
 namespace cab {
@@ -25,6 +27,16 @@ class Schedule {
         task_count,
         [](void* context, std::uint32_t task, std::uint32_t worker) { (*static_cast<Body*>(context))(task, worker); },
         &body);
+  }
+
+  // The same, every worker taking the next task that none has taken: when a task runs, all before it run or are done,
+  // so a task may wait for those before it.
+  template <class Body>
+  void for_each_in_turn(std::uint32_t task_count, Body&& body) {
+    std::atomic<std::uint32_t> next{0};
+    for_each(std::min(worker_count(), task_count), [&](std::uint32_t, std::uint32_t worker) {
+      for (std::uint32_t task = next++; task < task_count; task = next++) body(task, worker);
+    });
   }
 };
 

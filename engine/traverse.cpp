@@ -1,6 +1,10 @@
 #include "engine/traverse.h"
 
+#include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace cab {
 namespace {
@@ -9,15 +13,16 @@ namespace {
 // or, for brute, every leaf pair. Hands out one pair at a time so that nothing is stored.
 class Seeds {
  public:
-  Seeds(const Engine& engine, const Worker& worker, Strategy strategy, bool within)
-      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree), within_(within) {}
+  Seeds(const Engine& engine, const Worker& worker, Strategy strategy)
+      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree) {}
 
   bool next(NodePair* out) {
     while (slot_ < worker_.candidates.size) {
       const Candidate& candidate = worker_.candidates.data[slot_];
       const Articulation& a = *engine_.batches[candidate.batch_a]->batch.articulation;
       const Articulation& b = *engine_.batches[candidate.batch_b]->batch.articulation;
-      if (brute_ ? next_leaves(a, b, out) : within_ ? next_children(a, out) : next_roots(a, b, out)) {
+      const bool within = is_within(candidate);
+      if (brute_ ? next_leaves(a, b, within, out) : within ? next_children(a, out) : next_roots(a, b, out)) {
         out->slot = slot_;
         return true;
       }
@@ -41,11 +46,11 @@ class Seeds {
     ++i_;
     return true;
   }
-  bool next_leaves(const Articulation& a, const Articulation& b, NodePair* out) {
-    if (within_ && j_ <= i_) j_ = i_ + 1;
+  bool next_leaves(const Articulation& a, const Articulation& b, bool within, NodePair* out) {
+    if (within && j_ <= i_) j_ = i_ + 1;
     if (j_ >= b.leaf_count) {
       ++i_;
-      j_ = within_ ? i_ + 1 : 0;
+      j_ = within ? i_ + 1 : 0;
     }
     if (i_ >= a.leaf_count || j_ >= b.leaf_count) return false;
     out->a = static_cast<std::uint16_t>(i_);
@@ -56,7 +61,6 @@ class Seeds {
   const Engine& engine_;
   const Worker& worker_;
   bool brute_;
-  bool within_;
   std::uint32_t slot_ = 0;
   std::uint32_t i_ = 0, j_ = 0;
 };
@@ -106,8 +110,9 @@ struct Hand {
 
 // Takes a pair in hand; false when it is an ignored pair of leaves, which is never tested.
 template <class Row>
-bool take(const Engine& engine, const Worker& worker, NodePair pair, bool within, Hand<Row>& hand) {
+bool take(const Engine& engine, const Worker& worker, NodePair pair, Hand<Row>& hand) {
   const Candidate& candidate = worker.candidates.data[pair.slot];
+  const bool within = is_within(candidate);
   const Sides<Row> sides = sides_of<Row>(engine, candidate);
   const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
   if (leaves && within) {
@@ -119,7 +124,6 @@ bool take(const Engine& engine, const Worker& worker, NodePair pair, bool within
   hand.rows.a[lane] = sides.rows_a + pair.a;
   hand.rows.b[lane] = sides.rows_b + pair.b;
   if (leaves) hand.rows.leaves |= 1u << lane;
-  if (within) return true;
   for (std::uint32_t c = 0; c < 3; ++c)
     hand.shift.by[c][lane] = origin_of(engine.batches[candidate.batch_b]->batch, candidate.instance_b, c) -
                              origin_of(engine.batches[candidate.batch_a]->batch, candidate.instance_a, c);
@@ -149,8 +153,7 @@ void pad(Hand<Row>& hand) {
   for (std::uint32_t lane = hand.count; lane < kLanes; ++lane) {
     hand.rows.a[lane] = hand.rows.a[0];
     hand.rows.b[lane] = hand.rows.b[0];
-    if (hand.rows.shift)
-      for (auto& by : hand.shift.by) by[lane] = by[0];
+    for (auto& by : hand.shift.by) by[lane] = by[0];
   }
 }
 
@@ -158,21 +161,20 @@ void pad(Hand<Row>& hand) {
 // bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
 // along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
 template <class Row>
-void traverse(const Engine& engine, const Policies& policies, bool within, Worker& worker) {
-  Seeds seeds(engine, worker, policies.strategy, within);
+void traverse(const Engine& engine, const Policies& policies, Worker& worker) {
+  Seeds seeds(engine, worker, policies.strategy);
   worker.stack.clear();
   worker.found.clear();
   for (;;) {
     Hand<Row> hand;
     hand.rows.leaves = 0;
-    hand.rows.shift = within ? nullptr : &hand.shift;
+    hand.rows.shift = &hand.shift;
     const std::uint32_t popped = worker.stack.size < kLanes ? worker.stack.size : kLanes;
     worker.stack.size -= popped;
-    for (std::uint32_t i = 0; i < popped; ++i)
-      take(engine, worker, worker.stack.data[worker.stack.size + i], within, hand);
+    for (std::uint32_t i = 0; i < popped; ++i) take(engine, worker, worker.stack.data[worker.stack.size + i], hand);
     const std::uint32_t from_stack = hand.count;
     NodePair pair;
-    while (hand.count < kLanes && worker.stack.empty() && seeds.next(&pair)) take(engine, worker, pair, within, hand);
+    while (hand.count < kLanes && worker.stack.empty() && seeds.next(&pair)) take(engine, worker, pair, hand);
     if (hand.count == 0) {
       if (worker.stack.empty()) return;
       continue;
@@ -195,13 +197,103 @@ void traverse(const Engine& engine, const Policies& policies, bool within, Worke
   }
 }
 
+// ------------------------------------------------------------------------------------------------------- rows
+
+// Tests the pairs in hand and keeps those that overlap in worker.found, of which `kept` are done.
+template <class Row>
+void test_hand(const Engine& engine, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
+  pad(hand);
+  worker.stats.box_tests += hand.count;
+  const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows);
+  for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
+    worker.found.data[kept] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
+    kept += overlapping >> lane & 1;
+  }
+  hand.count = 0;
+}
+
+// A bound of a in b's place, rounded outwards.
+float below(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
+float above(double value) { return static_cast<float>(value + 0x1p-22 * std::fabs(value)); }
+
+// A candidate's rows, and the difference of its origins.
+template <class Row>
+struct RowSides {
+  const Row* a;
+  const Row* b;
+  double shift[3];
+  const Articulation* within;  // null between two instances
+};
+
+// Lists the leaf pairs of one candidate whose bounds meet.
+template <class Row>
+RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker& worker) {
+  const Candidate& candidate = worker.candidates.data[slot];
+  const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
+  const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
+  RowSides<Row> sides = {rows_of<Row>(a, candidate.instance_a), rows_of<Row>(b, candidate.instance_b), {}, nullptr};
+  if (is_within(candidate)) sides.within = a.articulation;
+  kernel::RowFilter filter;
+  filter.leaves_a = a.articulation->leaf_count;
+  filter.leaves_b = b.articulation->leaf_count;
+  filter.a = a.leaf_rows.data + candidate.instance_a * leaf_row_floats(filter.leaves_a);
+  filter.b = b.leaf_rows.data + candidate.instance_b * leaf_row_floats(filter.leaves_b);
+  const InstanceBounds &bounds_a = a.bounds[candidate.instance_a], &bounds_b = b.bounds[candidate.instance_b];
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    const double origin = origin_of(a, candidate.instance_a, c);
+    sides.shift[c] = origin_of(b, candidate.instance_b, c) - origin;
+    filter.shift[c] = static_cast<float>(sides.shift[c]);
+    filter.shift_rest[c] = static_cast<float>(sides.shift[c] - static_cast<double>(filter.shift[c]));
+    filter.meet_lo[c] = below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
+    filter.meet_hi[c] = above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
+  }
+  filter.slot = slot;
+  filter.self = sides.within;
+  filter.found = &worker.found;
+  engine.kernels->filter_rows(filter);
+  return sides;
+}
+
+template <class Row>
+void test_rows(const Engine& engine, Worker& worker) {
+  RowSides<Row> sides[kChunkCandidates];
+  worker.found.clear();
+  for (std::uint32_t slot = 0; slot < worker.candidates.size; ++slot)
+    sides[slot] = filter_candidate<Row>(engine, slot, worker);
+  Hand<Row> hand;
+  hand.rows.shift = &hand.shift;
+  hand.rows.leaves = 0xffff;
+  std::uint32_t kept = 0;
+  for (const LeafPair& pair : worker.found) {
+    const RowSides<Row>& side = sides[pair.slot];
+    if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
+      continue;
+    const std::uint32_t lane = hand.count++;
+    hand.pair[lane] = {pair.slot, pair.a, pair.b};
+    hand.rows.a[lane] = side.a + pair.a;
+    hand.rows.b[lane] = side.b + pair.b;
+    for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = side.shift[c];
+    if (hand.count == kLanes) test_hand(engine, hand, worker, kept);
+  }
+  if (hand.count) test_hand(engine, hand, worker, kept);
+  worker.found.size = kept;
+}
+
+template <class Row>
+void find_by(const Engine& engine, const Policies& policies, Worker& worker) {
+  if (policies.strategy == Strategy::kRows) return test_rows<Row>(engine, worker);
+  traverse<Row>(engine, policies, worker);
+  std::sort(worker.found.begin(), worker.found.end(),
+            [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });
+}
+
 }  // namespace
 
-void traverse_candidates(const Engine& engine, const Policies& policies, bool within, Worker& worker) {
+void find_leaf_pairs(const Engine& engine, const Policies& policies, Worker& worker) {
   if (is_axis_aligned(policies.refit))
-    traverse<AabbRow>(engine, policies, within, worker);
+    find_by<AabbRow>(engine, policies, worker);
   else
-    traverse<BoxRow>(engine, policies, within, worker);
+    find_by<BoxRow>(engine, policies, worker);
 }
 
 }  // namespace cab

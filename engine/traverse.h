@@ -8,8 +8,8 @@ namespace cab {
 // Pairs that the traversal's stack may hold for each level of both hierarchies together.
 inline constexpr std::uint32_t kStackPairsPerLevel = 32;
 
-// Tests worker.candidates (each between two instances, or each within one) and leaves every overlapping leaf pair
-// in worker.found, slot = index of the candidate. All candidates of a call have the same kind.
-void traverse_candidates(const Engine& engine, const Policies& policies, bool within, Worker& worker);
+// Tests worker.candidates (each between two instances, or within one) and leaves every overlapping leaf pair in
+// worker.found, slot = index of the candidate, ascending.
+void find_leaf_pairs(const Engine& engine, const Policies& policies, Worker& worker);
 
 }  // namespace cab

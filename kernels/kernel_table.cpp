@@ -2,6 +2,7 @@
 #include "kernels/kernel_table.h"
 
 #include "kernels/descend_tiles.h"
+#include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"
@@ -41,6 +42,8 @@ const KernelTable CAB_ISA_TABLE = {
     fit_vertices<V>,
     bound_boxes<V>,
     bound_together<V>,
+    bounds_to_leaf_rows<V>,
+    filter_rows<V>,
     boxes_to_rows<V>,
     aabbs_to_rows<V>,
     descend_tiles<V, BoxTile>,

@@ -13,6 +13,7 @@ namespace cab::kernel {
 struct PoseTile;
 struct RefitTile;
 struct VertexTile;
+struct RowFilter;
 template <class Tile>
 struct TileDescent;
 template <class Row>
@@ -27,7 +28,9 @@ struct KernelTable {
   void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
   void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
-  void (*bound_together)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
+  void (*bound_together)(const AabbTile* bounds, std::uint32_t count, AabbTile* all);
+  void (*bounds_to_leaf_rows)(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* rows);
+  void (*filter_rows)(const RowFilter&);
   void (*boxes_to_rows)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxRow* rows,
                         std::size_t instance_stride);
   void (*aabbs_to_rows)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,

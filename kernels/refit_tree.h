@@ -152,13 +152,13 @@ void bound_boxes(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds) {
       store_aabb(bounds[i], lane, bounds_of(load_box<V>(boxes[i], lane)));
 }
 
-// The bounds of all `count` boxes together.
+// The bounds of `count` bounds together.
 template <class V>
-void bound_together(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds) {
+void bound_together(const AabbTile* bounds, std::uint32_t count, AabbTile* all) {
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-    AabbLanes<V> all = bounds_of(load_box<V>(boxes[0], lane));
-    for (std::uint32_t i = 1; i < count; ++i) all = merge_aabb(all, bounds_of(load_box<V>(boxes[i], lane)));
-    store_aabb(*bounds, lane, all);
+    AabbLanes<V> out = load_aabb<V>(bounds[0], lane);
+    for (std::uint32_t i = 1; i < count; ++i) out = merge_aabb(out, load_aabb<V>(bounds[i], lane));
+    store_aabb(*all, lane, out);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -199,6 +200,8 @@ void plan_posing(Articulation& articulation, Arena& arena) {
     posed.push_back({static_cast<std::uint16_t>(link), begin, at, needs_joint[link]});
   }
   articulation.leaf_order = constant(order);
+  articulation.leaves_by_link = std::adjacent_find(articulation.leaf_link.begin(), articulation.leaf_link.end(),
+                                                   std::greater_equal<>()) == articulation.leaf_link.end();
   articulation.posed_links = constant(arena.copy(Span<const PosedLink>{posed.data(), posed.size()}));
 }
 

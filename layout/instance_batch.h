@@ -3,6 +3,7 @@
 
 #include "layout/articulation.h"
 #include "layout/box_row.h"
+#include "layout/leaf_rows.h"
 
 namespace cab {
 
@@ -21,6 +22,7 @@ struct InstanceBatch {
   // Characters: every box of every instance as rows, [instance][node]. An axis-aligned refit keeps AabbRows in the
   // same memory.
   Span<BoxRow> rows;
+  Span<float> leaf_rows;  // leaf_row_floats an instance
   Span<InstanceBounds> bounds;
   Span<std::uint16_t> live;  // one bit an instance, a word a tile: not masked
 
@@ -28,6 +30,9 @@ struct InstanceBatch {
   std::uint32_t worker_nodes = 0;
 
   // Bound for the duration of one call.
+  bool pairs_between = false;    // some rule tests its instances against others
+  bool pairs_within = false;     // a rule tests the links of each instance against each other
+  std::uint32_t first_task = 0;  // of the tasks that pair characters
   const BatchInput* input = nullptr;
   std::size_t link_stride = 0;      // bytes
   std::size_t instance_stride = 0;  // bytes

@@ -61,6 +61,23 @@ struct PaperOptions {
 };
 int paper_command(const PaperOptions& options);
 
+struct CrowdOptions {
+  std::string scene;
+  std::uint32_t character_count = 0;
+  std::uint32_t frame_count = 0;
+  std::uint32_t rounds = 0;
+  std::vector<std::string> clips;
+  std::vector<double> metres_per_unit;  // none, one for all clips, or one a clip
+  char up = 0;                          // 'x', 'y', 'z', or 0 to find it
+  std::string trajectories_path;        // empty: none
+  Policies policies;
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 1;  // 0: every core
+  std::string json_path;           // empty: none
+  std::string csv_path;            // empty: none
+};
+int crowd_command(const CrowdOptions& options);
+
 struct KernelsOptions {
   std::string isas;  // names separated by commas, each one available; empty: every available one
   std::uint32_t rounds = 0;

@@ -43,12 +43,14 @@ void check_arrays(const scenes::Scene& scene, const scenes::Character& character
 }  // namespace
 
 void add_stats(FrameStats& sum, const FrameStats& more) {
+  sum.candidates += more.candidates;
   sum.box_tests += more.box_tests;
   sum.leaf_pairs += more.leaf_pairs;
   sum.exact_tests += more.exact_tests;
   sum.false_alarms += more.false_alarms;
   sum.instances_masked += more.instances_masked;
   sum.seconds_update += more.seconds_update;
+  sum.seconds_broad += more.seconds_broad;
   sum.seconds_test += more.seconds_test;
   sum.seconds_query += more.seconds_query;
   sum.seconds_contact += more.seconds_contact;

@@ -24,6 +24,10 @@ constexpr std::uint32_t kMaxThreads = 1024;
 // A paper run keeps the poses of all its frames: this many take about 800 MB.
 constexpr std::uint32_t kMaxPaperFrames = 1000000;
 
+// A crowd of this many takes some 10 GB; a run of this many frames goes on for hours.
+constexpr std::uint32_t kMaxCrowd = 4000000;
+constexpr std::uint32_t kMaxCrowdFrames = 1000000;
+
 // A sweep keeps the boxes of all its steps: this many take about 1 GB.
 constexpr std::uint32_t kMaxSweepSteps = 500000;
 
@@ -42,6 +46,8 @@ void add_threads(CLI::App& command, std::uint32_t& thread_count) {
       ->check(CLI::Range(0u, kMaxThreads).description(""));
 }
 
+constexpr const char* kUpForHeight = "axis for the height check; without it the one along which the figure is tallest";
+
 // One option a row of the table of policies.
 void add_policy(CLI::App& command, std::uint32_t field, Policies& policies) {
   const PolicyField& row = policy_table()[field];
@@ -53,7 +59,7 @@ void add_policy(CLI::App& command, std::uint32_t field, Policies& policies) {
       ->type_name(policy_names(field, "|"));
 }
 
-void add_up(CLI::App& command, char& up) {
+void add_up(CLI::App& command, char& up, const char* meaning = kUpForHeight) {
   command
       .add_option_function<std::string>(
           "--up",
@@ -61,8 +67,21 @@ void add_up(CLI::App& command, char& up) {
             if (text != "x" && text != "y" && text != "z") throw UsageError("--up: '" + text + "' is not x, y or z");
             up = text[0];
           },
-          "axis for the height check; without it the one along which the figure is tallest")
+          meaning)
       ->type_name("x|y|z");
+}
+
+// For commands that take several files, each of which is a `what`.
+void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--units",
+          [&metres_per_unit](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) metres_per_unit.push_back(read_positive("--units", text));
+          },
+          "a " + what + "'s length unit in metres (default 1); once for all " + what + "s or once a " + what)
+      ->type_name("METRES_PER_UNIT")
+      ->allow_extra_args(false);
 }
 
 void add_json(CLI::App& command, std::string& path, const char* meaning) {
@@ -81,15 +100,7 @@ CLI::App& add_run(CLI::App& app, RunOptions& o) {
           "metres to move a character; give it again for the next file")
       ->type_name("X,Y,Z")
       ->allow_extra_args(false);
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--units",
-          [&o](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) o.metres_per_unit.push_back(read_positive("--units", text));
-          },
-          "a file's length unit in metres (default 1); once for all files or once a file")
-      ->type_name("METRES_PER_UNIT")
-      ->allow_extra_args(false);
+  add_units(command, "file", o.metres_per_unit);
   add_up(command, o.up);
   command
       .add_option_function<std::string>(
@@ -152,6 +163,40 @@ CLI::App& add_paper(CLI::App& app, PaperOptions& o) {
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the tables as JSON");
   command.add_option("--csv", o.csv_path, "write the tables as CSV")->type_name("OUT.csv");
+  return command;
+}
+
+CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
+  CLI::App& command = *app.add_subcommand("crowd", "many characters at once: times, memory and counts of a frame");
+  command
+      .add_option_function<std::string>(
+          "--scene", [&o](const std::string& text) { o.scene = read_crowd_scene("--scene", text); }, crowd_scene_help())
+      ->type_name(crowd_scene_names("|"))
+      ->required();
+  o.character_count = 10000;
+  command.add_option("--characters", o.character_count, "characters at once (default 10000)")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMaxCrowd).description(""));
+  o.frame_count = 8;
+  command.add_option("--frames", o.frame_count, "different frames a round, 1/30 s apart (default 8)")
+      ->type_name("F")
+      ->check(CLI::Range(1u, kMaxCrowdFrames).description(""));
+  o.rounds = 7;
+  command.add_option("--rounds", o.rounds, "rounds of which the median is taken, after one for warming up (default 7)")
+      ->type_name("R")
+      ->check(CLI::Range(1u, 100000u).description(""));
+  command.add_option("--clip", o.clips, "motion file that characters play; give it again for more")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_units(command, "clip", o.metres_per_unit);
+  add_up(command, o.up, "axis that points up in the clips; without it the one along which each figure is tallest");
+  command.add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x, y in metres a line")
+      ->type_name("FILE");
+  for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  add_json(command, o.json_path, "write the table as JSON");
+  command.add_option("--csv", o.csv_path, "write the table as one line of CSV under a header")->type_name("OUT.csv");
   return command;
 }
 
@@ -258,12 +303,14 @@ int main_command(int argc, char** argv) {
   RunOptions run_options;
   InspectOptions inspect_options;
   PaperOptions paper_options;
+  CrowdOptions crowd_options;
   KernelsOptions kernels_options;
   ContinuityOptions continuity_options;
   VerifyOptions verify_options;
   const CLI::App& run = add_run(app, run_options);
   const CLI::App& inspect = add_inspect(app, inspect_options);
   const CLI::App& paper = add_paper(app, paper_options);
+  const CLI::App& crowd = add_crowd(app, crowd_options);
   const CLI::App& kernels = add_kernels(app, kernels_options);
   const CLI::App& continuity = add_continuity(app, continuity_options);
   const CLI::App& verify = add_verify(app, verify_options);
@@ -272,6 +319,7 @@ int main_command(int argc, char** argv) {
     if (run.parsed()) return run_command(run_options);
     if (inspect.parsed()) return inspect_command(inspect_options);
     if (paper.parsed()) return paper_command(paper_options);
+    if (crowd.parsed()) return crowd_command(crowd_options);
     if (kernels.parsed()) return kernels_command(kernels_options);
     if (continuity.parsed()) return continuity_command(continuity_options);
     if (verify.parsed()) return verify_command(verify_options);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "perf/commands.h"
+#include "scenes/crowd.h"
 #include "scenes/import/printable.h"
 
 namespace cab::perf {
@@ -89,6 +90,26 @@ Lanes read_lanes(const std::string& option, const std::string& text) {
   if (text == "frames") return Lanes::kFrames;
   if (text == "pairs") return Lanes::kPairs;
   reject(option, text, "frames or pairs");
+}
+
+std::string crowd_scene_names(const char* separator) {
+  std::string names;
+  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
+    names += (names.empty() ? "" : separator) + std::string(scene.name);
+  return names;
+}
+
+std::string crowd_scene_help() {
+  std::string help = "which crowd";
+  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
+    help += std::string("\n  ") + scene.name + ": " + scene.meaning;
+  return help;
+}
+
+std::string read_crowd_scene(const std::string& option, const std::string& text) {
+  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
+    if (text == scene.name) return text;
+  reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
 }
 
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text) {

@@ -27,6 +27,11 @@ Isa read_isa(const std::string& option, const std::string& text);
 // frames or pairs.
 Lanes read_lanes(const std::string& option, const std::string& text);
 
+// The name of a crowd scene; all names joined by a separator; what they are, a line each.
+std::string read_crowd_scene(const std::string& option, const std::string& text);
+std::string crowd_scene_names(const char* separator);
+std::string crowd_scene_help();
+
 // Whole numbers separated by commas, each one once.
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text);
 

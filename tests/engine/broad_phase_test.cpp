@@ -1,4 +1,5 @@
 // The broad phase: distance never hides a touching pair, however far out in the world it stands.
+#include "engine/engine.h"
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -31,7 +32,8 @@ World two_cubes(const oracle::Vec3<double>& at, double distance, BatchKind kind)
 constexpr Policies kPolicies[] = {{Refit::kCab, Strategy::kTree, Exact::kNone},
                                   {Refit::kCab, Strategy::kBrute, Exact::kNone},
                                   {Refit::kAabbHull, Strategy::kTree, Exact::kNone},
-                                  {Refit::kAabbHull, Strategy::kBrute, Exact::kNone}};
+                                  {Refit::kAabbHull, Strategy::kBrute, Exact::kNone},
+                                  {Refit::kCab, Strategy::kRows, Exact::kNone}};
 constexpr BatchKind kKinds[] = {BatchKind::kCharacters, BatchKind::kFrames};
 
 }  // namespace
@@ -129,6 +131,112 @@ TEST_CASE("a long line of characters meets only its neighbours, each once") {
     const int a = static_cast<int>(hit.instance_a * 7 % n), b = static_cast<int>(hit.instance_b * 7 % n);
     CHECK(std::abs(a - b) == 1);
   }
+}
+
+namespace {
+
+// Balls of cubes: n single boxes of the given half widths at the given places.
+World cubes_at(const std::vector<oracle::Vec3<double>>& places, const std::vector<float>& halves) {
+  World world;
+  std::vector<float> sizes = halves;
+  std::sort(sizes.begin(), sizes.end());
+  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+  for (const float half : sizes) {
+    Member member;
+    member.rig.parents = {-1};
+    member.rig.leaves = {{0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {half, half, half}}, {}}};
+    member.poses.link_count = 1;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (halves[i] != half) continue;
+      ++member.poses.instance_count;
+      member.poses.data.insert(member.poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
+      member.poses.origins.insert(member.poses.origins.end(), {places[i][0], places[i][1], places[i][2]});
+    }
+    world.members.push_back(member);
+  }
+  for (std::uint32_t a = 1; a <= world.members.size(); ++a)
+    for (std::uint32_t b = a; b <= world.members.size(); ++b) world.rules.push_back({{a}, {b}, Pairing::kBetween});
+  return world;
+}
+
+// Pairs of cubes that overlap, one by one in double.
+std::size_t overlapping_cubes(const World& world) {
+  std::vector<std::pair<oracle::Vec3<double>, double>> all;
+  for (const Member& member : world.members)
+    for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
+      all.push_back({{{member.poses.origins[3 * i], member.poses.origins[3 * i + 1], member.poses.origins[3 * i + 2]}},
+                     static_cast<double>(member.rig.leaves[0].box.half[0])});
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t j = i + 1; j < all.size(); ++j) {
+      bool overlap = true;
+      for (std::size_t c = 0; c < 3; ++c)
+        overlap = overlap && std::fabs(all[i].first[c] - all[j].first[c]) <= all[i].second + all[j].second;
+      count += overlap;
+    }
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the grid finds every pair of cubes: of one size and of sizes from 1e-3 to 1e5, spread over 1 to 1e7, in a "
+    "plane, on a line, in space") {
+  std::size_t hits = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const double spread = random.log_uniform(1, 1e7);
+    const std::uint32_t dimensions = 1 + random.index(3);
+    const bool many_sizes = random.chance(0.5);
+    std::vector<oracle::Vec3<double>> places;
+    std::vector<float> halves;
+    for (int i = 0; i < 300; ++i) {
+      oracle::Vec3<double> at{};
+      for (std::uint32_t c = 0; c < dimensions; ++c) at[(seed + c) % 3] = random.uniform(-spread, spread);
+      places.push_back(at);
+      halves.push_back(many_sizes ? std::ldexp(1.0f, static_cast<int>(random.index(28)) - 10)
+                                  : std::ldexp(1.0f, static_cast<int>(std::log2(spread)) - 3));
+    }
+    const World world = cubes_at(places, halves);
+    const std::size_t expected = overlapping_cubes(world);
+    for (const Policies& policies : kPolicies) CHECK(run_world(world, policies).hits.size() == expected);
+    hits += expected;
+  }
+  CHECK(hits > 10'000);
+}
+
+TEST_CASE("one giant among small ones meets exactly those under it, whether it is given first or last") {
+  for (const bool giant_first : {false, true}) {
+    std::vector<oracle::Vec3<double>> places;
+    std::vector<float> halves;
+    for (int i = 0; i < 40; ++i)
+      for (int j = 0; j < 40; ++j) {
+        places.push_back({{2.0 * i, 2.0 * j, 0}});
+        halves.push_back(0.5f);
+      }
+    places.push_back({{20, 20, 0}});
+    halves.push_back(19.25f);
+    World world = cubes_at(places, halves);
+    if (giant_first) std::swap(world.members[0], world.members[1]);
+    const std::size_t expected = overlapping_cubes(world);
+    CHECK(expected == 19 * 19);
+    for (const Policies& policies : kPolicies) CHECK(run_world(world, policies).hits.size() == expected);
+  }
+}
+
+TEST_CASE("an instance with more partners than a worker lists at a time meets each once") {
+  const std::uint32_t n = 3 * kPartnerCapacity / 2;
+  std::vector<oracle::Vec3<double>> places(n + 1);
+  std::vector<float> halves(n, 0.001f);
+  for (std::uint32_t i = 0; i < n; ++i) places[i] = {{0.01 * (i % 80), 0.01 * (i / 80), 0}};
+  halves.push_back(1000);  // one ground under all
+  World world = cubes_at(places, halves);
+  std::swap(world.members[0], world.members[1]);
+  world.rules = {{{1}, {2}, Pairing::kBetween}};
+  const Outcome outcome = run_world(world);
+  CHECK(outcome.hits.size() == n);
+  for (std::uint32_t i = 0; i < outcome.hits.size(); ++i) CHECK(outcome.hits[i].instance_b == i);
 }
 
 TEST_CASE("every instance of a crowd in one place is paired with every other") {

@@ -413,7 +413,7 @@ std::vector<RigRow> rig_rows() {
        {[](Random&, Rig& rig) { rig.leaves[0].box.center[1] = -1.0001e18f; },
         [](Random&, Rig& rig) { rig.leaves[0].box.center[1] = kInfinity; },
         [](Random&, Rig& rig) { rig.leaves[0].box.center[1] = kNan; }}},
-      {{"leaf axes off by 1e-5 or less", "made orthonormal beyond 8 u, the box grown over its corners"},
+      {{"leaf axes off by 1e-5 or less", "made orthonormal beyond 4 u, the box grown over its corners"},
        Status::kOk,
        {axes_drift(1e-8), axes_drift(1e-7), axes_drift(2.5e-6)}},
       {{"leaf axes off by more, scaled, mirrored, skewed, zero or NaN", refused("kBadLeafAxes")},

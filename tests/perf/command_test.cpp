@@ -85,6 +85,9 @@ TEST_CASE("help names every option, every policy value and every instruction set
       {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--refit", "--isa", "FILE"}},
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
+      {"crowd",
+       {"--scene", "uniform|jitter|bottleneck|battle", "--characters", "--frames", "--rounds", "--clip", "--units",
+        "--up", "--trajectories", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json", "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
       {"continuity", {"--steps", "--isa", "--json", "--csv"}},
       {"verify", {"--minutes", "--rounds", "--round", "--seed", "--isa", "--threads", "--resume", "--json"}}};
@@ -125,7 +128,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const TwoFigures figures(5);
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
-      {{}, "choose run, inspect, paper, kernels, continuity or verify"},
+      {{}, "choose run, inspect, paper, crowd, kernels, continuity or verify"},
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},

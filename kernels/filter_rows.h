@@ -1,0 +1,130 @@
+// Leaf rows: bounds of leaf boxes with leaves as lanes, and which leaves of two instances have bounds that meet.
+#pragma once
+
+#include "kernels/simd.h"
+#include "kernels/transpose.h"
+#include "kernels/vec3.h"
+#include "layout/leaf_rows.h"
+#include "layout/pair_list.h"
+
+#include <cassert>
+#include <cstddef>
+
+namespace cab::kernel {
+
+static_assert(sizeof(LeafPair) == 8 && offsetof(LeafPair, b) == 6);
+
+// Writes the bounds of a tile's leaves as leaf rows: instance i's start at rows + i * leaf_row_floats(leaves).
+template <class V>
+void bounds_to_leaf_rows(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* rows) {
+  const V none[2] = {V(3.402823466e38f), V(-3.402823466e38f)};
+  const std::uint32_t width = leaf_row_width(leaves);
+  alignas(64) float unused[kLanes];
+  for (std::uint32_t first = 0; first < width; first += kLanes)
+    for (std::uint32_t row = 0; row < 6; ++row)
+      for (std::uint32_t lane = 0; lane < live; lane += kWidth<V>) {
+        V fields[kLanes];
+        for (std::uint32_t n = 0; n < kLanes; ++n) {
+          const AabbTile& leaf = bounds[first + n < leaves ? first + n : 0];
+          const float(&side)[3][kLanes] = row < 3 ? leaf.lo : leaf.hi;
+          fields[n] = first + n < leaves ? Lanes<V>::load(side[row % 3] + lane) : none[row / 3];
+        }
+        float* to[kWidth<V>];
+        for (std::uint32_t i = 0; i < kWidth<V>; ++i)
+          to[i] =
+              lane + i < live ? rows + (lane + i) * leaf_row_floats(leaves) + std::size_t{row} * width + first : unused;
+        Transpose<V>::store(fields, to);
+      }
+}
+
+// Two instances whose leaf bounds are to be compared. shift: the origin of b less that of a, rounded to float, and what
+// that left over. meet: bounds, about a's origin, outside of which no leaf of a can meet one of b. self: a and b are
+// one instance, and each two different leaves are compared once.
+struct RowFilter {
+  const float* a;
+  const float* b;
+  std::uint32_t leaves_a, leaves_b;
+  float shift[3], shift_rest[3];
+  float meet_lo[3], meet_hi[3];
+  std::uint32_t slot;
+  bool self;
+  FixedList<LeafPair>* found;
+};
+
+// Leaves first..first + 15 of a, moved to b's origin and widened by what the move rounds (u of the result twice, and
+// u^2 of the shift: kept with a factor of two to spare). Returns the bits of those that reach into `meet`.
+template <class V>
+CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t first, float (&lo)[3][kLanes],
+                                     float (&hi)[3][kLanes]) {
+  const std::uint32_t width = leaf_row_width(filter.leaves_a);
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+    Mask<V> outside = V(0.0f) > V(0.0f);
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      const V low = Lanes<V>::load(filter.a + std::size_t{c} * width + first + lane);
+      const V high = Lanes<V>::load(filter.a + std::size_t{3 + c} * width + first + lane);
+      outside = either(outside, either(low > V(filter.meet_hi[c]), V(filter.meet_lo[c]) > high));
+      const V moved_low = (low - V(filter.shift[c])) - V(filter.shift_rest[c]);
+      const V moved_high = (high - V(filter.shift[c])) - V(filter.shift_rest[c]);
+      const V rest = V(0x1p-46f * std::fabs(filter.shift[c]));
+      Lanes<V>::store(lo[c] + lane, moved_low - (V(0x1p-22f) * abs(moved_low) + rest));
+      Lanes<V>::store(hi[c] + lane, moved_high + (V(0x1p-22f) * abs(moved_high) + rest));
+    }
+    out |= (~bits(outside) & ((1u << kWidth<V>)-1)) << lane;
+  }
+  return out;
+}
+
+// Adds the pair `first` with its b raised by each bit that is set. Room for kLanes more pairs than are added must be left.
+template <class V>
+CAB_INLINE void append_pairs(FixedList<LeafPair>& list, LeafPair first, std::uint32_t set) {
+  for (; set != 0; set &= set - 1)
+    list.push(
+        {first.slot, first.a, static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))});
+}
+#if XSIMD_WITH_AVX512F
+// Without a branch: lanes are compressed and all sixteen stored, of which the list counts those that are set.
+template <>
+CAB_INLINE void append_pairs<Batch<xsimd::avx512bw>>(FixedList<LeafPair>& list, LeafPair first, std::uint32_t set) {
+  assert(list.size + kLanes <= list.capacity);
+  const __m512i lanes = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
+  const __m512i b = _mm512_maskz_compress_epi32(static_cast<__mmask16>(set), lanes);
+  std::uint64_t base;
+  std::memcpy(&base, &first, sizeof base);
+  const __m512i from = _mm512_set1_epi64(static_cast<long long>(base));
+  const __m512i low = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm512_castsi512_si256(b)), 48);
+  const __m512i high = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm512_extracti64x4_epi64(b, 1)), 48);
+  _mm512_storeu_si512(list.data + list.size, _mm512_add_epi64(from, low));
+  _mm512_storeu_si512(list.data + list.size + 8, _mm512_add_epi64(from, high));
+  list.size += static_cast<std::uint32_t>(__builtin_popcount(set));
+}
+#endif
+
+// Adds every pair of leaves whose bounds meet: a superset of the pairs that pass the leaf predicate, in order of (a, b).
+template <class V>
+void filter_rows(const RowFilter& filter) {
+  const std::uint32_t width_b = leaf_row_width(filter.leaves_b);
+  alignas(64) float lo[3][kLanes], hi[3][kLanes];
+  for (std::uint32_t first = 0; first < filter.leaves_a; first += kLanes) {
+    std::uint32_t left = move_leaves<V>(filter, first, lo, hi);
+    if (filter.leaves_a - first < kLanes) left &= (1u << (filter.leaves_a - first)) - 1;
+    while (left != 0) {
+      const std::uint32_t i = static_cast<std::uint32_t>(__builtin_ctz(left));
+      left &= left - 1;
+      const V lo_x(lo[0][i]), lo_y(lo[1][i]), lo_z(lo[2][i]), hi_x(hi[0][i]), hi_y(hi[1][i]), hi_z(hi[2][i]);
+      for (std::uint32_t j = filter.self ? (first + i) / kWidth<V> * kWidth<V> : 0; j < filter.leaves_b;
+           j += kWidth<V>) {
+        const auto row = [&](std::uint32_t r) { return Lanes<V>::load(filter.b + std::size_t{r} * width_b + j); };
+        const Mask<V> apart = either(either(either(lo_x > row(3), row(0) > hi_x), either(lo_y > row(4), row(1) > hi_y)),
+                                     either(lo_z > row(5), row(2) > hi_z));
+        std::uint32_t meet = ~bits(apart) & ((1u << kWidth<V>)-1);
+        if (filter.leaves_b - j < kWidth<V>) meet &= (1u << (filter.leaves_b - j)) - 1;
+        if (filter.self && j <= first + i) meet &= ~((2u << (first + i - j)) - 1);
+        append_pairs<V>(*filter.found,
+                        {filter.slot, static_cast<std::uint16_t>(first + i), static_cast<std::uint16_t>(j)}, meet);
+      }
+    }
+  }
+}
+
+}  // namespace cab::kernel

@@ -1,0 +1,17 @@
+// Leaf rows: the bounds of one instance's leaf boxes, leaves as lanes, for tests of one box against all of another's.
+#pragma once
+
+#include "layout/tile.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace cab {
+
+// Leaves in a row, padded to whole tiles. A padding leaf has lo = +FLT_MAX and hi = -FLT_MAX, and meets nothing.
+inline constexpr std::uint32_t leaf_row_width(std::uint32_t leaves) { return tile_count(leaves) * kLanes; }
+
+// Floats of one instance: rows lo x, lo y, lo z, hi x, hi y, hi z.
+inline constexpr std::size_t leaf_row_floats(std::uint32_t leaves) { return std::size_t{6} * leaf_row_width(leaves); }
+
+}  // namespace cab

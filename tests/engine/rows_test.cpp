@@ -1,0 +1,108 @@
+// The strategy rows, and what auto chooses: the hits of brute in every world, for every refit.
+#include "perf/oracle/random_world.h"
+#include "tests/engine/thread_pool.h"
+
+#include <doctest/doctest.h>
+
+namespace {
+
+using namespace cab;
+using namespace cab::oracle;
+using namespace cab::tests;
+
+World random_crowd(Random& random, unsigned most_links, double spread, bool far) {
+  World world;
+  for (int m = 0; m < 2; ++m)
+    world.members.push_back(any_member(random, kInstanceCounts[random.index(6)], BatchKind::kCharacters,
+                                       any_placement(random, far, {{1e6, -1e8, 1e3}}, spread), most_links));
+  pair_all(world, 1, 2);
+  return world;
+}
+
+}  // namespace
+
+TEST_CASE("rows report what brute reports, with fewer box tests, on every instruction set") {
+  std::size_t hits = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const World world = random_crowd(random, 24, 1.5, seed % 2);
+    for (const Refit refit : {Refit::kCab, Refit::kAabbHull, Refit::kAabbVertices}) {
+      const Outcome brute = run_world(world, {refit, Strategy::kBrute, Exact::kNone});
+      FrameStats first;
+      for (const Isa isa : available_isas()) {
+        EngineDesc desc;
+        desc.isa = isa;
+        const Outcome rows = run_world(world, {refit, Strategy::kRows, Exact::kNone}, desc);
+        CHECK(same_hits(rows.hits, brute.hits));
+        CHECK(rows.stats.leaf_pairs == brute.stats.leaf_pairs);
+        CHECK(rows.stats.box_tests <= brute.stats.box_tests);
+        if (isa == Isa::kScalar) first = rows.stats;
+        CHECK(same_counts(rows.stats, first));
+      }
+      hits += brute.hits.size();
+    }
+  }
+  CHECK(hits > 3000);
+}
+
+TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from the world's origin") {
+  Rig rig;
+  rig.parents = {-1};
+  for (int i = 0; i < 17; ++i)  // one leaf more than a row holds
+    rig.leaves.push_back({0, {{0.25f * static_cast<float>(i), 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.125f, 0.125f, 0.125f}}, {}});
+  for (const double out : {0.0, 1e4, 1e7, 3e9}) {
+    CAPTURE(out);
+    World world;
+    for (int m = 0; m < 2; ++m) {
+      Poses poses;
+      poses.link_count = poses.instance_count = 1;
+      poses.data = {0, 0, 0, 1, 0, 0, 0};
+      poses.origins = {out, -out, m ? 0.25 : 0.0};
+      world.members.push_back({rig, poses, BatchKind::kCharacters});
+    }
+    world.rules = {{{1}, {2}, Pairing::kBetween}};
+    CHECK(run_world(world, {Refit::kCab, Strategy::kRows}).stats.leaf_pairs == 17 + 2 * 16);
+  }
+}
+
+TEST_CASE("auto is rows up to 64 leaves and tree beyond, and both report the same") {
+  for (const std::uint32_t leaves : {64u, 65u}) {
+    CAPTURE(leaves);
+    Random random(leaves);
+    Rig rig;
+    rig.parents = {-1};
+    for (std::uint32_t i = 0; i < leaves; ++i)
+      rig.leaves.push_back({0, random_box(random, 0.5 * random.unit_vector(), 0.03, 0.1), {}});
+    World world;
+    world.members.push_back(
+        {rig, random_poses(random, rig, 20, PoseFormat::kMatrix3x4, {1.0, false, true, {}}), BatchKind::kCharacters});
+    world.rules = {{{1}, {1}, Pairing::kBetween}};
+    const Outcome chosen = run_world(world, {Refit::kCab, Strategy::kAuto});
+    const Outcome rows = run_world(world, {Refit::kCab, Strategy::kRows});
+    const Outcome tree = run_world(world, {Refit::kCab, Strategy::kTree});
+    CHECK(chosen.hits.size() > 0);
+    CHECK(same_hits(rows.hits, tree.hits));
+    CHECK(same_hits(chosen.hits, rows.hits));
+    CHECK(chosen.stats.box_tests == (leaves <= kRowsMaxLeaves ? rows : tree).stats.box_tests);
+    CHECK(rows.stats.box_tests != tree.stats.box_tests);
+  }
+}
+
+TEST_CASE("hits stand in their order without a sort, whoever ran the tasks and however little a worker keeps") {
+  Random random(5);
+  World world = random_crowd(random, 12, 0.4, false);  // crowded: more hits a task than a worker keeps
+  for (Member& member : world.members)
+    member = any_member(random, 300, BatchKind::kCharacters, {0.6, false, true, {}}, 12);
+  const Outcome serial = run_world(world, {Refit::kCab, Strategy::kRows});
+  CHECK(serial.hits.size() > 100'000);
+  CHECK(std::is_sorted(serial.hits.begin(), serial.hits.end(), link_less));
+  for (const std::uint32_t workers : {2u, 3u, 8u}) {
+    CAPTURE(workers);
+    ThreadPool pool(workers);
+    const Scheduler scheduler = pool.scheduler();
+    EngineDesc desc;
+    desc.scheduler = &scheduler;
+    CHECK(same_hits(run_world(world, {Refit::kCab, Strategy::kRows}, desc).hits, serial.hits));
+  }
+}
