@@ -7,6 +7,7 @@
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
 #include "layout/fit_box.h"
+#include "layout/leaf_rows.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,8 @@ struct Needs {
   std::size_t depth = 0;
   std::size_t leaf_pairs = 0;
   std::size_t character_instances = 0;
+  std::size_t character_nodes = 0;  // of the largest articulation
+  std::size_t leaf_row_floats = 0;  // likewise
 };
 
 Needs needs_of(const Engine& engine) {
@@ -49,6 +52,8 @@ Needs needs_of(const Engine& engine) {
     } else {
       needs.nodes = std::max<std::size_t>(needs.nodes, articulation.node_count);
       needs.character_instances += batch.instance_count;
+      needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
+      needs.leaf_row_floats = std::max(needs.leaf_row_floats, leaf_row_floats(articulation.leaf_count));
     }
   }
   needs.nodes = std::max(needs.nodes, frame_nodes);
@@ -60,6 +65,18 @@ Needs needs_of(const Engine& engine) {
 template <class T>
 FixedList<T> make_list(Arena& arena, std::size_t capacity) {
   return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
+}
+
+void size_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
+  constexpr std::size_t kEntries = 1024;
+  static_assert(kEntries >= 2 * kPosedTiles * kLanes);
+  PosedSet& set = worker.posed;
+  set.tiles = make_list<PosedTile>(worker.arena, kPosedTiles);
+  set.open = worker.arena.allocate<std::uint32_t>(batch_count);
+  set.entries = worker.arena.allocate<PosedEntry>(kEntries);
+  set.rows = make_list<BoxRow>(worker.arena, std::max<std::size_t>(kPosedRows, 2 * kLanes * needs.character_nodes));
+  set.leaf_rows = make_list<float>(worker.arena, std::max<std::size_t>(kPosedTiles * kLanes * leaf_row_floats(kLanes),
+                                                                       2 * kLanes * needs.leaf_row_floats));
 }
 
 void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, std::size_t chunk) {
@@ -74,6 +91,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
   worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, chunk);
+  if (needs.character_instances) size_set(worker, needs, batch_count);
   worker.partners = make_list<std::uint64_t>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
 }
@@ -209,9 +227,6 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     batch.kind = desc.kind;
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
-      batch.rows = slot->arena.allocate<BoxRow>(std::size_t{desc.instance_count} * articulation->node_count);
-      batch.leaf_rows =
-          slot->arena.allocate<float>(std::size_t{desc.instance_count} * leaf_row_floats(articulation->leaf_count));
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
     }
@@ -242,8 +257,8 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   Policies every_level = policies;
   every_level.strategy = Strategy::kTree;  // the strategies without a tree need no inner boxes
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
-    const std::uint32_t live =
-        update_tile(engine, batch, every_level, tile, true, worker, worker.boxes.data, worker.bounds.data);
+    const std::uint32_t live = update_tile(engine, batch, every_level, instances_of(batch, tile), true, worker,
+                                           worker.boxes.data, worker.bounds.data);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {

@@ -2,6 +2,7 @@
 #include "engine/frame.h"
 
 #include "engine/broad_phase.h"
+#include "engine/posed_set.h"
 #include "engine/report.h"
 #include "engine/timed.h"
 #include "engine/traverse.h"
@@ -32,41 +33,34 @@ Policies resolved(const Engine& engine, const FrameJob& job) {
 
 // ------------------------------------------------------------------------------------------------- characters
 
-// Steps 1 and 3, all character batches: poses and refits every tile into rows, and bounds its instances.
-void update_characters(Engine& engine, const FrameJob& job, const Policies& policies) {
+// Step 1, all character batches: bounds every instance, by posing its leaves.
+void bound_characters(Engine& engine, const FrameJob& job, Policies policies) {
+  if (policies.strategy != Strategy::kExactAll)
+    policies.strategy = Strategy::kBrute;  // of whose boxes only leaves are made
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
     engine.schedule->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
       Worker& worker = *engine.workers[w];
       const Timed timed(worker.stats.seconds_update);
-      const kernel::KernelTable& kernels = *engine.kernels;
-      const std::uint32_t nodes = batch.articulation->node_count, leaves = batch.articulation->leaf_count;
-      const std::uint32_t first = tile * kLanes;
-      const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
-      batch.live[tile] = static_cast<std::uint16_t>(
-          update_tile(engine, batch, policies, tile, true, worker, worker.boxes.data, worker.bounds.data));
-      const std::size_t row = std::size_t{first} * nodes;
-      const std::uint32_t made = policies.strategy == Strategy::kTree ? nodes : leaves;
-      if (is_axis_aligned(policies.refit)) {
-        kernels.aabbs_to_rows(worker.bounds.data, made, live, aabb_rows(batch) + row, nodes);
-      } else {
-        kernels.boxes_to_rows(worker.boxes.data, made, live, batch.rows.data + row, nodes);
-        kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-      }
+      batch.live[tile] = static_cast<std::uint16_t>(update_tile(engine, batch, policies, instances_of(batch, tile),
+                                                                true, worker, worker.boxes.data, worker.bounds.data));
+      if (!is_axis_aligned(policies.refit))
+        engine.kernels->bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
       bound_instances(engine, batch, tile, worker.bounds.data);
-      if (policies.strategy == Strategy::kRows)
-        kernels.bounds_to_leaf_rows(worker.bounds.data, leaves, live,
-                                    batch.leaf_rows.data + first * leaf_row_floats(leaves));
     });
   }
 }
 
-// Steps 4 to 6 for the candidates that a worker has gathered.
+// Steps 3 to 6 for the candidates that a worker has gathered.
 void test_candidates(const Engine& engine, const Policies& policies, std::uint32_t task, Worker& worker,
                      HitSink& sink) {
   if (worker.candidates.empty()) return;
   worker.stats.candidates += worker.candidates.size;
+  {
+    const Timed timed(worker.stats.seconds_update);
+    pose_set(engine, policies, worker);
+  }
   {
     const Timed timed(worker.stats.seconds_test);
     find_leaf_pairs(engine, policies, worker);
@@ -80,6 +74,7 @@ void test_candidates(const Engine& engine, const Policies& policies, std::uint32
     begin = end;
   }
   worker.candidates.clear();
+  clear_set(worker);
 }
 
 // Everything that one instance is tested against: itself, and its partners with a higher place in the order of hits.
@@ -87,8 +82,11 @@ void pair_instance(const Engine& engine, const Policies& policies, std::uint32_t
                    std::uint32_t task, Worker& worker, HitSink& sink) {
   const InstanceBatch& batch = engine.batches[index]->batch;
   const auto gather = [&](std::uint32_t other_index, std::uint32_t other) {
-    worker.candidates.push({index, instance, other_index, other});
-    if (worker.candidates.size == engine.chunk_candidates) test_candidates(engine, policies, task, worker, sink);
+    if (worker.candidates.size == engine.chunk_candidates || !has_room(engine, worker, index, other_index))
+      test_candidates(engine, policies, task, worker, sink);
+    const std::uint32_t place = place_of(engine, policies, index, instance, worker);
+    worker.candidates.push(
+        {index, instance, other_index, other, place, place_of(engine, policies, other_index, other, worker)});
   };
   if (batch.pairs_within) gather(index, instance);
   if (!batch.pairs_between) return;
@@ -101,7 +99,7 @@ void pair_instance(const Engine& engine, const Policies& policies, std::uint32_t
   }
 }
 
-// Steps 4 to 6 of all character batches, in the order of hits.
+// Steps 2 to 6 of all character batches, in the order of hits.
 void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
   constexpr std::uint32_t kInstancesPerTask = 64;
   std::uint32_t tasks = 0;
@@ -118,12 +116,14 @@ void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
     const std::uint32_t first = (task - batch.first_task) * kInstancesPerTask;
     Worker& worker = *engine.workers[w];
     const Clock::time_point start = Clock::now();
-    const double others = worker.stats.seconds_test + worker.stats.seconds_query;
+    const auto others = [&worker] {
+      return worker.stats.seconds_update + worker.stats.seconds_test + worker.stats.seconds_query;
+    };
+    const double before = others();
     for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i)
       if (batch.live[i / kLanes] >> (i % kLanes) & 1) pair_instance(engine, policies, index, i, task, worker, sink);
     test_candidates(engine, policies, task, worker, sink);
-    worker.stats.seconds_broad +=
-        seconds_since(start) - (worker.stats.seconds_test + worker.stats.seconds_query - others);
+    worker.stats.seconds_broad += seconds_since(start) - (others() - before);
     finish_task(task, worker, sink);
   });
 }
@@ -235,7 +235,7 @@ void run_frame_batches(Engine& engine, const FrameJob& job, const Policies& poli
       const Timed timed(worker.stats.seconds_update);
       const bool report = tile == tile_of(batch, tile);  // a table is posed again for every tile, and reported once
       worker.live[input.batch.value - 1] =
-          update_tile(engine, batch, policies, tile_of(batch, tile), report, worker,
+          update_tile(engine, batch, policies, instances_of(batch, tile_of(batch, tile)), report, worker,
                       worker.boxes.data + batch.worker_nodes, worker.bounds.data + batch.worker_nodes);
     }
     for (const PairRule& rule : job.rules)
@@ -293,7 +293,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
 
   HitSink sink{&job};
   const Policies policies = resolved(engine, job);
-  update_characters(engine, job, policies);
+  bound_characters(engine, job, policies);
   {
     const Timed timed(engine.workers[0]->stats.seconds_broad);
     build_grid(engine, job);

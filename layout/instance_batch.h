@@ -2,8 +2,6 @@
 #pragma once
 
 #include "layout/articulation.h"
-#include "layout/box_row.h"
-#include "layout/leaf_rows.h"
 
 namespace cab {
 
@@ -19,10 +17,7 @@ struct InstanceBatch {
   BatchKind kind = BatchKind::kCharacters;
   std::uint32_t instance_count = 0;
 
-  // Characters: every box of every instance as rows, [instance][node]. An axis-aligned refit keeps AabbRows in the
-  // same memory.
-  Span<BoxRow> rows;
-  Span<float> leaf_rows;  // leaf_row_floats an instance
+  // Characters: what is kept of each instance. Its boxes are made where they are tested.
   Span<InstanceBounds> bounds;
   Span<std::uint16_t> live;  // one bit an instance, a word a tile: not masked
 
@@ -41,7 +36,10 @@ struct InstanceBatch {
 // Whether a refit keeps axis-aligned boxes instead of oriented ones.
 inline bool is_axis_aligned(Refit refit) { return refit == Refit::kAabbHull || refit == Refit::kAabbVertices; }
 
-inline AabbRow* aabb_rows(const InstanceBatch& batch) { return reinterpret_cast<AabbRow*>(batch.rows.data); }
+// The pose of an instance's first link, as the caller laid it out.
+inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance) {
+  return batch.input->poses.data + instance * (batch.instance_stride / sizeof(float));
+}
 
 // Origin of an instance in the world; all zero where the caller gave none.
 inline double origin_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t component) {
