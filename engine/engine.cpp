@@ -92,7 +92,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, chunk);
   if (needs.character_instances) size_set(worker, needs, batch_count);
-  worker.partners = make_list<std::uint64_t>(worker.arena, kPartnerCapacity);
+  worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
 }
 
@@ -108,15 +108,20 @@ void size_workers(Engine& engine) {
   auto shared = std::make_unique<Arena>(engine.allocator);
   std::size_t buckets = 16;
   while (buckets < needs.character_instances) buckets *= 2;
-  const auto entries = shared->allocate<BroadEntry>(needs.character_instances);
+  const auto rows = shared->allocate<BoundsRow>(needs.character_instances ? needs.character_instances + 1 : 0);
+  const auto placements = shared->allocate<Placement>(needs.character_instances);
   const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
+  constexpr std::size_t most_words = std::numeric_limits<std::uint32_t>::max();
+  const auto store = shared->allocate<std::uint32_t>(std::min(kStoreWords * needs.character_instances, most_words));
   const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
   const auto rules = shared->allocate<std::uint64_t>((2 * engine.batches.size() * engine.batches.size() + 63) / 64);
   engine.rule_bits = rules;
   engine.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
-  engine.grid.entries = entries;
+  engine.grid.rows = rows;
+  engine.grid.placements = placements;
   engine.grid.bucket = bucket;
+  engine.store = store;
   engine.paired_bits = paired;
   engine.chunk_candidates = static_cast<std::uint32_t>(chunk);
 }
@@ -228,6 +233,9 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
+      batch.stored = slot->arena.allocate<StoredHits>(desc.instance_count);
+      batch.stored_before =
+          slot->arena.allocate<std::size_t>((desc.instance_count + kStoredPerTask - 1) / kStoredPerTask);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
     }
     engine.batches.push_back(std::move(slot));

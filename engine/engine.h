@@ -31,6 +31,12 @@ inline bool is_within(const Candidate& candidate) {
   return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
 }
 
+// What the broad phase finds for an instance: another, and where it stands in the grid.
+struct Partner {
+  std::uint64_t key;  // instance_key
+  std::uint32_t row;
+};
+
 // Instances of one batch that are posed together.
 struct TileInstances {
   std::uint32_t instance[kLanes];
@@ -40,6 +46,7 @@ struct TileInstances {
 // A tile of a worker's set: the boxes of instance `lane` stand at rows + lane * nodes.
 struct PosedTile {
   TileInstances of;
+  Placement placement[kLanes];
   std::uint32_t batch;
   std::uint32_t nodes;
   BoxRow* rows;
@@ -80,10 +87,11 @@ struct alignas(64) Worker {
   FixedList<LeafPair> found;
   FixedList<Candidate> candidates;
   PosedSet posed;
-  FixedList<std::uint64_t> partners;
+  FixedList<Partner> partners;
   FixedList<Hit> hits;  // of the task at hand, until its turn comes
   GridSurvey survey;
   FrameStats stats;
+  FrameStats stats_before;  // the pairing of characters, should it begin again
 };
 
 struct ArticulationSlot {
@@ -110,6 +118,8 @@ struct Engine {
   std::vector<std::unique_ptr<Worker>> workers;
   std::unique_ptr<Arena> shared_arena;
   Grid grid;
+  Span<std::uint32_t> store;           // hits of characters by place, until they are written in order
+  std::uint32_t frames_in_order = 0;   // frames to come whose hits are not looked for by place
   Span<std::uint64_t> rule_bits;       // scratch of validate_job: rules seen so far
   Span<std::uint64_t> paired_bits;     // bit a * batch_count + b: some rule tests batch a against b
   std::uint32_t chunk_candidates = 0;  // candidates a worker takes at a time
@@ -126,6 +136,12 @@ inline constexpr std::uint32_t kChunkCandidates = 256;
 // the second level of cache, enough that few instances are posed more than once.
 inline constexpr std::uint32_t kPosedTiles = 24;
 inline constexpr std::uint32_t kPosedRows = kPosedTiles * kLanes * 31;
+
+// Words of the store for each instance: room for about 25 hits. Frames with more hits are paired in their order.
+inline constexpr std::size_t kStoreWords = 32;
+
+// Instances whose stored hits one task writes.
+inline constexpr std::uint32_t kStoredPerTask = 1024;
 
 // Partners of one instance, and hits of one task, that a worker keeps at a time; neither limits what a frame can hold.
 inline constexpr std::uint32_t kPartnerCapacity = 4096;

@@ -15,14 +15,6 @@ std::uint32_t tile_leaf_floats(const Articulation& articulation) {
   return static_cast<std::uint32_t>(kLanes * leaf_row_floats(articulation.leaf_count));
 }
 
-// Starts reading a pose whose tile is posed once the set is full.
-void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
-  constexpr std::size_t kLine = 64, kMostLines = 32;
-  const char* const from = reinterpret_cast<const char*>(pose_of(batch, instance));
-  const std::size_t bytes = std::min(batch.articulation->link_count * batch.link_stride, kMostLines * kLine);
-  for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(from + at);
-}
-
 // Where the key stands, or the free entry where it belongs.
 PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
   const std::size_t mask = set.entries.size - 1;
@@ -55,7 +47,7 @@ bool has_room(const Engine& engine, const Worker& worker, std::uint32_t batch_a,
 }
 
 std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
-                       Worker& worker) {
+                       const Placement& placement, Worker& worker) {
   PosedSet& set = worker.posed;
   const std::uint64_t key = instance_key(batch, instance);
   PosedEntry& entry = find_entry(set, key);
@@ -63,10 +55,12 @@ std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint
   const InstanceBatch& of = engine.batches[batch]->batch;
   if (set.open[batch] == 0) open_tile(*of.articulation, policies, batch, set);
   const std::uint32_t at = set.open[batch] - 1;
-  TileInstances& tile = set.tiles.data[at].of;
-  entry = {key, set.round, at * kLanes + tile.count};
-  tile.instance[tile.count++] = instance;
-  if (tile.count == kLanes) set.open[batch] = 0;
+  PosedTile& tile = set.tiles.data[at];
+  const std::uint32_t lane = tile.of.count++;
+  entry = {key, set.round, at * kLanes + lane};
+  tile.of.instance[lane] = instance;
+  tile.placement[lane] = placement;
+  if (tile.of.count == kLanes) set.open[batch] = 0;
   prefetch_pose(of, instance);
   return entry.place;
 }

@@ -17,7 +17,7 @@ bool has_room(const Engine& engine, const Worker& worker, std::uint32_t batch_a,
 
 // The place of an instance, which joins the set if it is not in it; room must be left.
 std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
-                       Worker& worker);
+                       const Placement& placement, Worker& worker);
 
 // Poses every instance of the set, and refits those whose strategy descends.
 void pose_set(const Engine& engine, const Policies& policies, Worker& worker);

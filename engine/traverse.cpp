@@ -81,6 +81,10 @@ const Row* rows_at(const Worker& worker, std::uint32_t place) {
   return reinterpret_cast<const Row*>(tile.rows) + place % kLanes * tile.nodes;
 }
 
+double origin_at(const Worker& worker, std::uint32_t place, std::uint32_t component) {
+  return worker.posed.tiles.data[place / kLanes].placement[place % kLanes].origin[component];
+}
+
 template <class Row>
 Sides<Row> sides_of(const Engine& engine, const Worker& worker, const Candidate& candidate) {
   return {engine.batches[candidate.batch_a]->batch.articulation, engine.batches[candidate.batch_b]->batch.articulation,
@@ -120,8 +124,7 @@ bool take(const Engine& engine, const Worker& worker, NodePair pair, Hand<Row>& 
   hand.rows.b[lane] = sides.rows_b + pair.b;
   if (leaves) hand.rows.leaves |= 1u << lane;
   for (std::uint32_t c = 0; c < 3; ++c)
-    hand.shift.by[c][lane] = origin_of(engine.batches[candidate.batch_b]->batch, candidate.instance_b, c) -
-                             origin_of(engine.batches[candidate.batch_a]->batch, candidate.instance_a, c);
+    hand.shift.by[c][lane] = origin_at(worker, candidate.place_b, c) - origin_at(worker, candidate.place_a, c);
   return true;
 }
 
@@ -228,17 +231,18 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
   const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
   const PosedTile& tile_a = worker.posed.tiles.data[candidate.place_a / kLanes];
   const PosedTile& tile_b = worker.posed.tiles.data[candidate.place_b / kLanes];
+  const std::uint32_t lane_a = candidate.place_a % kLanes, lane_b = candidate.place_b % kLanes;
   RowSides<Row> sides = {rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b), {}, nullptr};
   if (is_within(candidate)) sides.within = a.articulation;
   kernel::RowFilter filter;
   filter.leaves_a = a.articulation->leaf_count;
   filter.leaves_b = b.articulation->leaf_count;
-  filter.a = tile_a.leaf_rows + candidate.place_a % kLanes * leaf_row_floats(filter.leaves_a);
-  filter.b = tile_b.leaf_rows + candidate.place_b % kLanes * leaf_row_floats(filter.leaves_b);
-  const InstanceBounds &bounds_a = a.bounds[candidate.instance_a], &bounds_b = b.bounds[candidate.instance_b];
+  filter.a = tile_a.leaf_rows + lane_a * leaf_row_floats(filter.leaves_a);
+  filter.b = tile_b.leaf_rows + lane_b * leaf_row_floats(filter.leaves_b);
+  const InstanceBounds &bounds_a = tile_a.placement[lane_a].bounds, &bounds_b = tile_b.placement[lane_b].bounds;
   for (std::uint32_t c = 0; c < 3; ++c) {
-    const double origin = origin_of(a, candidate.instance_a, c);
-    sides.shift[c] = origin_of(b, candidate.instance_b, c) - origin;
+    const double origin = tile_a.placement[lane_a].origin[c];
+    sides.shift[c] = tile_b.placement[lane_b].origin[c] - origin;
     filter.shift[c] = static_cast<float>(sides.shift[c]);
     filter.shift_rest[c] = static_cast<float>(sides.shift[c] - static_cast<double>(filter.shift[c]));
     filter.meet_lo[c] = below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);

@@ -35,6 +35,13 @@ TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile) {
   return out;
 }
 
+void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
+  constexpr std::size_t kLine = 64, kMostLines = 32;
+  const char* const from = reinterpret_cast<const char*>(pose_of(batch, instance));
+  const std::size_t bytes = std::min(batch.articulation->link_count * batch.link_stride, kMostLines * kLine);
+  for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(from + at);
+}
+
 std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies,
                           const TileInstances& tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const BatchInput& input = *batch.input;

@@ -8,6 +8,9 @@ namespace cab {
 // Tile `tile` of a batch: the instances that follow each other in it.
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile);
 
+// Starts reading an instance's pose, to be posed soon.
+void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance);
+
 // Poses the leaves of a tile of a bound batch into nodes and, for the strategies that descend, refits the inner nodes;
 // with an axis-aligned refit the hierarchy is left in aabbs instead (nodes then holds the leaf boxes only). Returns the
 // bits of the instances that take part. report: writes the instances' flags where the caller wants them and counts the

@@ -11,6 +11,18 @@ struct InstanceBounds {
   double hi[3];
 };
 
+// Where an instance is in the world.
+struct Placement {
+  InstanceBounds bounds;
+  double origin[3];
+};
+
+// Where an instance's hits stand in the engine's store, until they are written in order.
+struct StoredHits {
+  std::uint32_t first;  // of its words
+  std::uint32_t count;  // of hits
+};
+
 struct InstanceBatch {
   const Articulation* articulation = nullptr;
   std::uint32_t articulation_index = 0;
@@ -20,6 +32,8 @@ struct InstanceBatch {
   // Characters: what is kept of each instance. Its boxes are made where they are tested.
   Span<InstanceBounds> bounds;
   Span<std::uint16_t> live;  // one bit an instance, a word a tile: not masked
+  Span<StoredHits> stored;
+  Span<std::size_t> stored_before;  // hits before each task that writes them
 
   // Frames: where this batch's hierarchy of one tile stands in a worker's memory.
   std::uint32_t worker_nodes = 0;
@@ -44,6 +58,11 @@ inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance) 
 // Origin of an instance in the world; all zero where the caller gave none.
 inline double origin_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t component) {
   return batch.input->origins.empty() ? 0.0 : batch.input->origins[3 * static_cast<std::size_t>(instance) + component];
+}
+
+inline Placement placement_of(const InstanceBatch& batch, std::uint32_t instance) {
+  return {batch.bounds[instance],
+          {origin_of(batch, instance, 0), origin_of(batch, instance, 1), origin_of(batch, instance, 2)}};
 }
 
 }  // namespace cab
