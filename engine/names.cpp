@@ -37,6 +37,7 @@ const char* to_string(Status status) noexcept {
     case Status::kShapeOutsideLeafBox: return "a convex part sticks out of its leaf's box";
     case Status::kBadVertices: return "vertices must be x y z of at least one point, finite and no larger than 1e18";
     case Status::kBadIgnoredPair: return "an ignored pair names a link that does not exist";
+    case Status::kBadRestPose: return "the rest pose is not finite, not rigid, of no known format or badly strided";
     case Status::kUnknownArticulation: return "the engine has no articulation of that id";
     case Status::kUnknownBatch: return "the engine has no batch of that id";
     case Status::kBadBatchKind: return "the batch is of no known kind";

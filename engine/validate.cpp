@@ -36,17 +36,20 @@ bool note_rule(Engine& engine, const PairRule& rule) {
 
 }  // namespace
 
+bool valid_poses(const PoseView& poses, std::size_t link_count) {
+  if (!poses.data || poses.format > PoseFormat::kMatrix4x4) return false;
+  const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
+  const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
+  if (link_stride % 4 || poses.instance_stride % 4 || link_stride < pose_bytes) return false;
+  if (link_stride > (std::size_t{1} << 32) || poses.instance_stride > (std::size_t{1} << 38)) return false;
+  const std::size_t span = (link_count - 1) * link_stride + pose_bytes;
+  return poses.instance_stride == 0 || poses.instance_stride >= span;
+}
+
 Status validate_input(const Engine& engine, const BatchInput& input) {
   if (input.batch.value == 0 || input.batch.value > engine.batches.size()) return Status::kUnknownBatch;
   const InstanceBatch& batch = engine.batches[input.batch.value - 1]->batch;
-  const PoseView& poses = input.poses;
-  if (!poses.data || poses.format > PoseFormat::kMatrix4x4) return Status::kBadPoses;
-  const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
-  const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
-  if (link_stride % 4 || poses.instance_stride % 4 || link_stride < pose_bytes) return Status::kBadPoses;
-  if (link_stride > (std::size_t{1} << 32) || poses.instance_stride > (std::size_t{1} << 38)) return Status::kBadPoses;
-  const std::size_t span = (batch.articulation->link_count - 1) * link_stride + pose_bytes;
-  if (poses.instance_stride && poses.instance_stride < span) return Status::kBadPoses;
+  if (!valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t n = batch.instance_count;
   if (!input.origins.empty()) {
     if (!input.origins.data || input.origins.size != 3 * n) return Status::kBadOrigins;

@@ -656,6 +656,83 @@ void check_vertices() {
   }
 }
 
+// Adds the rig of the table with a rest pose, or what a test made of it, and checks the answer.
+void check_rest(Status status, const std::function<void(Random&, Poses&, PoseView&)>& change) {
+  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+    Random random(11);
+    const Rig rig = contract_rig(random);
+    Poses poses = random_poses(random, rig, 1, format, {0.1, false, false, {}});
+    ArticulationDesc desc = rig.desc();
+    desc.rest_pose = {format, poses.data.data(), 0, 0};
+    change(random, poses, desc.rest_pose);
+    const EnginePtr engine = make_engine();
+    ArticulationId id = {77};
+    CHECK(add_articulation(*engine, desc, &id) == status);
+    CHECK(id.value == (status == Status::kOk ? 1 : 77));
+    ArticulationInfo info;
+    CHECK(articulation_info(*engine, {1}, &info) ==
+          (status == Status::kOk ? Status::kOk : Status::kUnknownArticulation));
+  }
+}
+
+void check_rest_numbers() {
+  for (const std::uint32_t link : {0u, kNeeded, 3u})
+    for (const float bad : {kNan, kInfinity, -kInfinity, 1.0001e18f})
+      check_rest(Status::kBadRestPose,
+                 [&](Random& random, Poses& poses, PoseView&) { number(link, bad)(random, poses, 0); });
+  check_rest(Status::kBadRestPose, [](Random&, Poses& poses, PoseView&) {
+    for (std::uint32_t link = 0; link < poses.link_count; ++link)
+      std::fill_n(poses.pose(0, link), poses.floats_per_pose(), 0.0f);
+  });
+}
+
+void check_rest_layout() {
+  check_rest(Status::kBadRestPose, [](Random&, Poses&, PoseView& view) { view.format = static_cast<PoseFormat>(3); });
+  for (const std::size_t stride : {std::size_t{1}, std::size_t{24}, std::size_t{66}, std::size_t{1} << 33})
+    check_rest(Status::kBadRestPose, [&](Random&, Poses&, PoseView& view) { view.link_stride = stride; });
+  check_rest(Status::kBadRestPose, [](Random&, Poses&, PoseView& view) { view.instance_stride = 28; });
+}
+
+void check_rest_unread() {
+  for (const float bad : {kNan, kInfinity})
+    check_rest(Status::kOk, [&](Random&, Poses& poses, PoseView&) {
+      std::fill_n(poses.pose(0, kUnneeded), poses.floats_per_pose(), bad);
+    });
+  check_rest(Status::kOk, [](Random&, Poses&, PoseView& view) { view = {static_cast<PoseFormat>(9), nullptr, 1, 1}; });
+}
+
+void check_many_hops() {
+  Random random(11);
+  Rig rig = contract_rig(random);
+  for (Leaf& leaf : rig.leaves) std::fill_n(leaf.box.center, 3, 0.0f);
+  Poses poses = random_poses(random, rig, 1, PoseFormat::kQuaternionTranslation, {});
+  for (std::uint32_t link = 0; link < rig.link_count(); ++link)
+    std::copy_n(poses.pose(0, 0), poses.floats_per_pose(), poses.pose(0, link));  // every leaf in one place
+  World world;
+  world.members.push_back({rig, poses, BatchKind::kCharacters});
+  world.rules = {{{1}, {1}, Pairing::kWithin}};
+  CHECK(run_world(world).hits.size() == 3);
+  for (const std::uint32_t hops : {3u, 65536u, 0xffffffffu}) {
+    ArticulationDesc desc = rig.desc();
+    desc.ignored_hops = hops;
+    const EnginePtr engine = make_engine();
+    ArticulationId id;
+    REQUIRE(add_articulation(*engine, desc, &id) == Status::kOk);
+    add_instances(*engine, id, 1);
+    CHECK(run_on(*engine, world, {}).hits.empty());
+  }
+}
+
+void check_ignored_short() {
+  Call call;
+  ArticulationInfo info;
+  REQUIRE(articulation_info(*call.engine, {1}, &info) == Status::kOk);
+  REQUIRE(info.ignored_pair_count > 0);
+  std::vector<IgnoredPair> pairs(info.ignored_pair_count);
+  CHECK(ignored_pairs(*call.engine, {1}, {pairs.data(), pairs.size() - 1}) == Status::kBadOutput);
+  CHECK(ignored_pairs(*call.engine, {1}, {pairs.data(), pairs.size()}) == Status::kOk);
+}
+
 std::vector<CallRow> call_rows() {
   return {
       {{"origins far out, 1e9 m and more", "taken: boxes as at 0, hits by differences in double"}, check_far_origins},
@@ -668,6 +745,11 @@ std::vector<CallRow> call_rows() {
       {{"room for one box too few", "refused, `kBadOutput`"}, check_boxes_short},
       {{"vertices of `fit_box`: none, part of one, not finite or above 1e18", "refused, `kBadVertices`"},
        check_vertices},
+      {{"rest pose with numbers that a frame would mask", "refused, `kBadRestPose`"}, check_rest_numbers},
+      {{"rest pose of no known format, or badly strided", "refused, `kBadRestPose`"}, check_rest_layout},
+      {{"rest pose without data, or bad where a frame would not read it", "taken"}, check_rest_unread},
+      {{"`ignored_hops` as large as the longest way, or larger", "taken; no pair within an instance"}, check_many_hops},
+      {{"room for one ignored pair too few", "refused, `kBadOutput`"}, check_ignored_short},
   };
 }
 

@@ -35,6 +35,7 @@ enum class Status : std::int32_t {
   kShapeOutsideLeafBox,  // a convex part sticks out of its leaf's box
   kBadVertices,          // no vertices, not x y z of each, not finite, or a coordinate above kMaxCoordinate
   kBadIgnoredPair,       // an ignored pair names a link that does not exist
+  kBadRestPose,          // a rest pose's format or strides are none that poses may have, or its numbers no pose
   kUnknownArticulation,  // no articulation of this engine has that id
   kUnknownBatch,         // no batch of this engine has that id
   kBadBatchKind,         // a batch's kind holds a value that its enumeration lacks
@@ -83,6 +84,24 @@ struct Box {
   float half[3];
 };
 
+// ------------------------------------------------------------------------------------------------------ poses
+
+enum class PoseFormat : std::uint8_t {
+  kQuaternionTranslation,  // 7 floats: unit quaternion x y z w, translation x y z
+  kMatrix3x4,              // 12 floats: three rows of four, the translation in the last column
+  kMatrix4x4,              // 16 floats: four columns of four, the translation in floats 12..14 (glTF, ozz)
+};
+
+// Poses of all links of all instances, link to instance (model space, never parent-local). The pose of link l of
+// instance i starts at data + i * instance_stride + l * link_stride, strides in bytes, multiples of 4.
+// Strides of 0 mean densely packed.
+struct PoseView {
+  PoseFormat format = PoseFormat::kQuaternionTranslation;
+  const float* data = nullptr;
+  std::size_t link_stride = 0;
+  std::size_t instance_stride = 0;
+};
+
 // ---------------------------------------------------------------------------------------------- articulation
 
 enum class ShapeKind : std::uint8_t {
@@ -117,12 +136,33 @@ struct LinkPair {
 
 // An acyclic articulation. link_parents[0] is -1, every other parent has a lower index. link_joints (x y z of
 // each link's joint with its parent, in the link's own frame) may be empty: the joint is then at the frame's
-// origin. ignored_pairs are never reported between links of one instance, whatever their order.
+// origin. Between links of one instance are never reported:
+//   ignored_pairs, whatever the order of the two;
+//   links that are ignored_hops joints apart or less (0: none; 1: parent and child; 2: also siblings and the like);
+//   links whose leaf boxes touch in rest_pose, the pose of one instance (no data: none). They touch where a frame
+//   with that pose and no orientation would report them by any refit of oriented boxes, without an exact test.
 struct ArticulationDesc {
   Span<const std::int32_t> link_parents;
   Span<const float> link_joints;
   Span<const Leaf> leaves;
   Span<const LinkPair> ignored_pairs;
+  std::uint32_t ignored_hops = 0;
+  PoseView rest_pose = {};
+};
+
+// Why two links of one instance are no pair (bits).
+enum IgnoredReason : std::uint8_t {
+  kIgnoredExplicitly = 1,  // ArticulationDesc::ignored_pairs
+  kIgnoredByHops = 2,      // ArticulationDesc::ignored_hops
+  kIgnoredAtRest = 4,      // ArticulationDesc::rest_pose
+};
+
+// Two different links, a < b, that are never reported against each other within an instance; reasons is an
+// IgnoredReason set.
+struct IgnoredPair {
+  std::uint16_t a;
+  std::uint16_t b;
+  std::uint8_t reasons;
 };
 
 inline constexpr std::uint16_t kNoJoint = 0xffff;
@@ -140,6 +180,7 @@ struct ArticulationInfo {
   std::uint32_t leaf_count = 0;
   std::uint32_t node_count = 0;  // 2 leaf_count - 1; leaves first, the root last
   std::uint32_t depth = 0;       // merges on the longest way from the root to a leaf
+  std::uint32_t ignored_pair_count = 0;
 };
 
 // ---------------------------------------------------------------------------------------------------- batches
@@ -154,22 +195,6 @@ struct BatchDesc {
   ArticulationId articulation;
   std::uint32_t instance_count = 0;
   BatchKind kind = BatchKind::kCharacters;
-};
-
-enum class PoseFormat : std::uint8_t {
-  kQuaternionTranslation,  // 7 floats: unit quaternion x y z w, translation x y z
-  kMatrix3x4,              // 12 floats: three rows of four, the translation in the last column
-  kMatrix4x4,              // 16 floats: four columns of four, the translation in floats 12..14 (glTF, ozz)
-};
-
-// Poses of all links of all instances, link to instance (model space, never parent-local). The pose of link l of
-// instance i starts at data + i * instance_stride + l * link_stride, strides in bytes, multiples of 4.
-// Strides of 0 mean densely packed.
-struct PoseView {
-  PoseFormat format = PoseFormat::kQuaternionTranslation;
-  const float* data = nullptr;
-  std::size_t link_stride = 0;
-  std::size_t instance_stride = 0;
 };
 
 // Why an instance takes no part in a frame (bits).
