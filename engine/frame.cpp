@@ -95,8 +95,10 @@ void pair_instance(const Engine& engine, const Policies& policies, std::uint32_t
   std::uint64_t after = instance_key(index, instance);
   for (bool complete = false; !complete;) {
     complete = find_partners(engine, index, instance, after, policies.strategy == Strategy::kExactAll, worker);
-    for (const std::uint64_t key : worker.partners)
-      gather(static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key));
+    for (const std::uint64_t key : worker.partners) {
+      const auto other_index = static_cast<std::uint32_t>(key >> 32), other = static_cast<std::uint32_t>(key);
+      if (layers_meet(batch, instance, engine.batches[other_index]->batch, other)) gather(other_index, other);
+    }
     if (!complete) after = worker.partners.data[worker.partners.size - 1];
   }
 }
@@ -147,6 +149,17 @@ bool shift_of(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile
   return any;
 }
 
+// The lanes of one tile whose instances layers let meet. Lanes past the last instance repeat it.
+std::uint32_t lanes_that_meet(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile) {
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t in_a = std::min(tile_of(a, tile) * kLanes + lane, a.instance_count - 1);
+    const std::uint32_t in_b = std::min(tile_of(b, tile) * kLanes + lane, b.instance_count - 1);
+    out |= std::uint32_t{layers_meet(a, in_a, b, in_b)} << lane;
+  }
+  return out;
+}
+
 // Step 4 for one rule and one tile: both hierarchies, frames as lanes.
 template <class Tile>
 void descend(Worker& worker, const InstanceBatch& a, const InstanceBatch& b, const Tile* nodes,
@@ -190,7 +203,8 @@ void test_frames(Engine& engine, const Policies& policies, const PairRule& rule,
   const auto live = [&](const InstanceBatch& batch, std::uint32_t index) {
     return batch.instance_count == 1 && instances > 1 ? (worker.live[index] & 1 ? 0xffffu : 0u) : worker.live[index];
   };
-  const std::uint32_t lanes = in_tile & live(a, index_a) & live(b, index_b);
+  std::uint32_t lanes = in_tile & live(a, index_a) & live(b, index_b);
+  if (!is_within(rule)) lanes &= lanes_that_meet(a, b, tile);
   if (!lanes) return;
   {
     const Timed timed(worker.stats.seconds_test);

@@ -56,6 +56,8 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   if (!input.orientations.empty() && (!input.orientations.data || input.orientations.size != 4 * n))
     return Status::kBadOrientations;
   if (!input.flags.empty() && (!input.flags.data || input.flags.size != n)) return Status::kBadFlags;
+  for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks})
+    if (!words.empty() && (!words.data || words.size != n)) return Status::kBadLayers;
   return Status::kOk;
 }
 

@@ -48,4 +48,12 @@ inline double origin_of(const InstanceBatch& batch, std::uint32_t instance, std:
   return batch.input->origins.empty() ? 0.0 : batch.input->origins[3 * static_cast<std::size_t>(instance) + component];
 }
 
+// Whether the layers of two instances let them meet: each one's layer is in the other's mask.
+inline bool layers_meet(const InstanceBatch& a, std::uint32_t instance_a, const InstanceBatch& b,
+                        std::uint32_t instance_b) {
+  const auto word = [](Span<const std::uint32_t> words, std::uint32_t at) { return words.empty() ? ~0u : words[at]; };
+  return (word(a.input->layers, instance_a) & word(b.input->layer_masks, instance_b)) != 0 &&
+         (word(b.input->layers, instance_b) & word(a.input->layer_masks, instance_a)) != 0;
+}
+
 }  // namespace cab

@@ -1,4 +1,4 @@
-// Whole frames of random worlds by run_frame: every strategy and refit must report every pair of links that the exact
+// Whole frames of random worlds, half of them with layers, by run_frame: every strategy and refit must report every pair of links that the exact
 // judge calls touching. Where two strategies on the same leaf boxes differ, the pair is then one that the judge calls
 // apart; such pairs are counted.
 #include <algorithm>
@@ -48,6 +48,7 @@ void run(Task& task) {
   oracle::World world;
   const unsigned links = task.random.chance(kManyShare) ? kManyLinks : kFewLinks;
   task.regime == 0 ? oracle::add_characters(task.random, world, links) : oracle::add_frames(task.random, world, links);
+  if (task.random.chance(0.5)) oracle::add_layers(task.random, world);
   EngineDesc desc;
   desc.isa = task.subject->kernels->isa;
   const oracle::EnginePtr engine = oracle::make_engine_for(world, desc);

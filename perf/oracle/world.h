@@ -55,6 +55,7 @@ struct Member {
   Rig rig;
   Poses poses;
   BatchKind kind = BatchKind::kCharacters;
+  std::vector<std::uint32_t> layers = {}, layer_masks = {};
 };
 
 struct World {
@@ -77,6 +78,9 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   for (std::size_t m = 0; m < world.members.size(); ++m) {
     inputs.push_back(world.members[m].poses.input({static_cast<std::uint32_t>(m + 1)}));
     inputs.back().flags = {out.flags[m].data(), out.flags[m].size()};
+    const Member& member = world.members[m];
+    inputs.back().layers = {member.layers.data(), member.layers.size()};
+    inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
   }
   FrameJob job;
   job.inputs = {inputs.data(), inputs.size()};
@@ -128,6 +132,15 @@ inline bool same_counts(const FrameStats& a, const FrameStats& b) {
          a.false_alarms == b.false_alarms && a.instances_masked == b.instances_masked;
 }
 
+// Whether some bit of an instance's mask is a layer of another; all bits are set where none are given.
+inline bool sees(const Member& a, std::uint32_t instance_a, const Member& b, std::uint32_t instance_b) {
+  for (int bit = 0; bit < 32; ++bit)
+    if ((a.layer_masks.empty() || a.layer_masks[instance_a] >> bit & 1) &&
+        (b.layers.empty() || b.layers[instance_b] >> bit & 1))
+      return true;
+  return false;
+}
+
 // The link pairs that touch in a world by the judge of exact_pose.h, sorted, with the lowest leaf pair of each. grow:
 // how much wider each half extent is made, as a fraction of the box's size and of its distance from its origin.
 // masked(member, instance) says who takes no part.
@@ -149,6 +162,7 @@ std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
     if (masked(ma, ia) || masked(mb, ib)) return;
     const bool within = ma == mb && ia == ib;
     const Member &a = world.members[ma], &b = world.members[mb];
+    if (!within && !(sees(a, ia, b, ib) && sees(b, ib, a, ia))) return;
     const Point shift = exact_origin(b.poses, ib) - exact_origin(a.poses, ia);
     for (std::size_t la = 0; la < a.rig.leaves.size(); ++la) {
       for (std::size_t lb = within ? la + 1 : 0; lb < b.rig.leaves.size(); ++lb) {

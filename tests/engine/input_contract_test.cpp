@@ -656,10 +656,41 @@ void check_vertices() {
   }
 }
 
+void check_bad_layers() {
+  std::uint32_t words[20] = {};
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks})
+    for (const Span<const std::uint32_t> bad : {Span<const std::uint32_t>{words, 18}, {words, 20}, {nullptr, 19}}) {
+      Call call;
+      call.input.*layers = bad;
+      CHECK(run_frame(*call.engine, call.job) == Status::kBadLayers);
+      CHECK(call.job.hit_count == 0);
+    }
+}
+
+void check_no_layers() {
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks}) {
+    Call call;
+    std::vector<std::uint32_t> words(19, ~0u);
+    words[7] = 0;
+    REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+    std::vector<Hit> expected;
+    for (const Hit& hit : Span<Hit>{call.hits.data(), call.job.hit_count})
+      if (hit.instance_a == hit.instance_b || (hit.instance_a != 7 && hit.instance_b != 7)) expected.push_back(hit);
+    CHECK(expected.size() < call.job.hit_count);
+    CHECK(std::any_of(expected.begin(), expected.end(), [](const Hit& hit) { return hit.instance_a == 7; }));
+    call.input.*layers = {words.data(), 19};
+    REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+    call.hits.resize(call.job.hit_count);
+    CHECK(same_hits(call.hits, expected));
+  }
+}
+
 std::vector<CallRow> call_rows() {
   return {
       {{"origins far out, 1e9 m and more", "taken: boxes as at 0, hits by differences in double"}, check_far_origins},
       {{"origin that is not finite", "refused, `kBadOrigins`"}, check_bad_origins},
+      {{"layers or layer masks of another count than instances", "refused, `kBadLayers`"}, check_bad_layers},
+      {{"layer 0, or layer mask 0", "in no pair with others; its own links are paired"}, check_no_layers},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},
       {{"rule for a batch without input", "refused, `kBadPairRule`"}, check_rule_without_input},
       {{"batch of no instances", "refused, `kNoInstances`"}, check_empty_batch},

@@ -215,7 +215,8 @@ std::vector<std::uint32_t> shuffled(Random& random, std::uint32_t count) {
 TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate loses no touching pair") {
   std::size_t hits = 0;
   const bool whole = for_seeds(60, [&](Random& random) {
-    const World world = small_world(random);
+    World world = small_world(random);
+    if (random.chance(0.3)) add_layers(random, world);
     const EnginePtr engine = make_engine_for(world);
     const std::vector<Hit> touching = judge_world(world), wider = judge_world(world, kInvented);
     const std::vector<Hit> all = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kNone}).hits;

@@ -134,6 +134,15 @@ TEST_CASE("orientations and flags must be none or as many as instances") {
   refuse(Status::kBadFlags, [](Bench& b) { b.inputs[0].flags = {nullptr, 3}; });
 }
 
+TEST_CASE("layers and their masks must be none or one an instance") {
+  static std::uint32_t words[4] = {};
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks}) {
+    refuse(Status::kBadLayers, [=](Bench& b) { b.inputs[0].*layers = {words, 2}; });
+    refuse(Status::kBadLayers, [=](Bench& b) { b.inputs[0].*layers = {words, 4}; });
+    refuse(Status::kBadLayers, [=](Bench& b) { b.inputs[2].*layers = {nullptr, 4}; });
+  }
+}
+
 TEST_CASE("a rule must name batches that have input, and a pairing that they can have") {
   const auto refuse_rule = [](BatchId a, BatchId b, Pairing pairing) {
     refuse(Status::kBadPairRule, [&](Bench& bench) {

@@ -45,6 +45,7 @@ enum class Status : std::int32_t {
   kBadOrigins,           // origins must be none or three doubles an instance, and finite
   kBadOrientations,      // orientations must be none or four floats an instance
   kBadFlags,             // flags must be none or one an instance
+  kBadLayers,            // layers and layer_masks must each be none or one an instance
   kBadPairRule,          // a rule names a batch without input, or a pairing its batches cannot have
   kPairRuleGivenTwice,   // the same two batches are paired twice in the same way
   kBadPolicy,            // a policy field holds a value that its enumeration lacks
@@ -181,13 +182,17 @@ enum InstanceFlag : std::uint8_t {
 
 // One batch's poses of a frame. origins: x y z of each instance in the world, empty = all zero. orientations:
 // x y z w of each instance, applied about its origin, empty = identity. flags (optional) receives one
-// InstanceFlag set an instance.
+// InstanceFlag set an instance. layers and layer_masks: one word an instance, empty = all bits set; two different
+// instances are tested only when (layer of a & mask of b) != 0 and (layer of b & mask of a) != 0. Within one instance
+// they change nothing.
 struct BatchInput {
   BatchId batch;
   PoseView poses;
   Span<const double> origins;
   Span<const float> orientations;
   Span<std::uint8_t> flags;
+  Span<const std::uint32_t> layers;
+  Span<const std::uint32_t> layer_masks;
 };
 
 enum class Pairing : std::uint8_t {
@@ -225,7 +230,7 @@ struct Contact {
 
 // What a frame did; the paper's columns. Seconds are summed over the threads that worked.
 struct FrameStats {
-  std::uint64_t candidates = 0;    // pairs of instances whose bounds meet (of characters)
+  std::uint64_t candidates = 0;    // pairs of instances that layers let meet and whose bounds do (of characters)
   std::uint64_t box_tests = 0;     // overlap tests of two boxes, inner or leaf
   std::uint64_t leaf_pairs = 0;    // the paper's #coll: leaf pairs whose boxes overlap
   std::uint64_t exact_tests = 0;   // exact queries made (at most leaf_pairs)
