@@ -45,7 +45,7 @@ void update_characters(Engine& engine, const FrameJob& job, const Policies& poli
       const std::uint32_t first = tile * kLanes;
       const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
       batch.live[tile] = static_cast<std::uint16_t>(
-          update_tile(engine, batch, policies, tile, true, worker, worker.boxes.data, worker.bounds.data));
+          update_tile(engine, batch, policies, job.margin, tile, true, worker, worker.boxes.data, worker.bounds.data));
       const std::size_t row = std::size_t{first} * nodes;
       const std::uint32_t made = policies.strategy == Strategy::kTree ? nodes : leaves;
       if (is_axis_aligned(policies.refit)) {
@@ -249,7 +249,7 @@ void run_frame_batches(Engine& engine, const FrameJob& job, const Policies& poli
       const Timed timed(worker.stats.seconds_update);
       const bool report = tile == tile_of(batch, tile);  // a table is posed again for every tile, and reported once
       worker.live[input.batch.value - 1] =
-          update_tile(engine, batch, policies, tile_of(batch, tile), report, worker,
+          update_tile(engine, batch, policies, job.margin, tile_of(batch, tile), report, worker,
                       worker.boxes.data + batch.worker_nodes, worker.bounds.data + batch.worker_nodes);
     }
     for (const PairRule& rule : job.rules)

@@ -53,6 +53,7 @@ const char* to_string(Status status) noexcept {
       return "a pair rule names a batch without poses, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "two batches are paired twice in the same way";
     case Status::kBadPolicy: return "a policy has a value that does not exist";
+    case Status::kBadMargin: return "the margin must be finite, not negative and at most 1e18";
     case Status::kBadHitBuffer: return "hits has a size and no data, or contacts is neither empty nor as long as hits";
     case Status::kContactsNeedExact: return "contacts need an exact test";
     case Status::kBadOutput: return "an output span is too small";

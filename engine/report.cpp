@@ -85,7 +85,7 @@ void report_candidate(const Engine& engine, const Candidate& candidate, Span<Lea
     if (exact) {
       ++worker.stats.exact_tests;
       if (!leaves_touch(exact_leaf(engine, candidate.batch_a, candidate.instance_a, at.leaf_a),
-                        exact_leaf(engine, candidate.batch_b, candidate.instance_b, at.leaf_b))) {
+                        exact_leaf(engine, candidate.batch_b, candidate.instance_b, at.leaf_b), sink.job->margin)) {
         ++worker.stats.false_alarms;
         continue;
       }
@@ -116,7 +116,7 @@ Status finish_hits(const Engine& engine, HitSink& sink) {
     const Timed query(stats.seconds_query), contact(stats.seconds_contact);
     const Hit& hit = job.hits[i];
     job.contacts[i] = leaf_contact(exact_leaf(engine, hit.batch_a.value - 1, hit.instance_a, hit.leaf_a),
-                                   exact_leaf(engine, hit.batch_b.value - 1, hit.instance_b, hit.leaf_b));
+                                   exact_leaf(engine, hit.batch_b.value - 1, hit.instance_b, hit.leaf_b), job.margin);
   });
   return Status::kOk;
 }

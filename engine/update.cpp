@@ -11,12 +11,14 @@ namespace {
 
 // Steps after posing: inner boxes, or bounds of every node, by the refit policy.
 void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies, bool turned,
-           Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
+           float apart, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const std::size_t extents = static_cast<std::size_t>(policies.extents);
   const bool tree = policies.strategy == Strategy::kTree;
   if (policies.refit == Refit::kAabbVertices) {
-    kernels.fit_vertices({&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data,
-                          aabbs, turned ? kernel::kPosePadTurned : kernel::kPosePad});
+    kernel::PosePad pad = turned ? kernel::kPosePadTurned : kernel::kPosePad;
+    pad.apart = apart;
+    kernels.fit_vertices(
+        {&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data, aabbs, pad});
   } else if (policies.refit == Refit::kAabbHull) {
     kernels.bound_boxes(nodes, articulation.leaf_count, aabbs);
     if (tree) kernels.refit_aabbs[extents](articulation.program, aabbs);
@@ -28,7 +30,7 @@ void refit(const kernel::KernelTable& kernels, const Articulation& articulation,
 
 }  // namespace
 
-std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies,
+std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies, float margin,
                           std::uint32_t tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const BatchInput& input = *batch.input;
   const std::uint32_t first = tile * kLanes;
@@ -46,10 +48,12 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   pose.joints = worker.joints.data;
   pose.motions = policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
   pose.flags = flags;
+  pose.apart = kernel::kMarginShare * margin;
   engine.kernels->pose_leaves(pose);
 
   if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.articulation, policies, pose.orientations != nullptr, worker, nodes, aabbs);
+    refit(*engine.kernels, *batch.articulation, policies, pose.orientations != nullptr, pose.apart, worker, nodes,
+          aabbs);
 
   std::uint32_t taking_part = 0;
   for (std::uint32_t lane = 0; lane < live; ++lane)

@@ -86,6 +86,7 @@ Status validate_job(Engine& engine, const FrameJob& job) {
     if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;
   }
   if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;
+  if (!(job.margin >= 0 && job.margin <= kMaxCoordinate)) return Status::kBadMargin;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   if (!job.contacts.empty()) {
     if (!job.contacts.data || job.contacts.size != job.hits.size) return Status::kBadHitBuffer;

@@ -1,6 +1,7 @@
 // A world to run frames on: rigs with poses, rules, and what came out of a frame.
 #pragma once
 
+#include "perf/oracle/box_distance.h"
 #include "perf/oracle/exact_pose.h"
 
 #include <cab/cab.h>
@@ -61,6 +62,7 @@ struct Member {
 struct World {
   std::vector<Member> members;
   std::vector<PairRule> rules;
+  float margin = 0;
 };
 
 struct Outcome {
@@ -86,6 +88,7 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   job.inputs = {inputs.data(), inputs.size()};
   job.rules = {world.rules.data(), world.rules.size()};
   job.policies = policies;
+  job.margin = world.margin;
   Status status = frame(engine, job);
   if (status == Status::kHitsOverflow) {
     out.hits.resize(job.hits_needed);
@@ -141,7 +144,7 @@ inline bool sees(const Member& a, std::uint32_t instance_a, const Member& b, std
   return false;
 }
 
-// The link pairs that touch in a world by the judge of exact_pose.h, sorted, with the lowest leaf pair of each. grow:
+// The link pairs that touch in a world, or are no farther apart than its margin, by the judge of exact_pose.h, sorted, with the lowest leaf pair of each. grow:
 // how much wider each half extent is made, as a fraction of the box's size and of its distance from its origin.
 // masked(member, instance) says who takes no part.
 template <class Masked>
@@ -174,8 +177,11 @@ std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
           continue;
         const ExactBox &box_a = boxes[ma][ia][la], &box_b = boxes[mb][ib][lb];
         const Point between = shift + (center_of(box_b) - center_of(box_a));
-        const Real reach = half_sum(box_a) + half_sum(box_b);
-        if (dot(between, between) > 1.01L * reach * reach || !exactly_overlap(box_a, box_b, between)) continue;
+        const Real reach = half_sum(box_a) + half_sum(box_b) + static_cast<Real>(world.margin);
+        if (dot(between, between) > 1.01L * reach * reach) continue;
+        if (world.margin > 0 ? box_distance(box_a, box_b, between) > static_cast<Real>(world.margin)
+                             : !exactly_overlap(box_a, box_b, between))
+          continue;
         std::size_t leaf_a = la, leaf_b = lb;
         if (within && link_b < link_a) {
           std::swap(link_a, link_b);
@@ -215,6 +221,16 @@ std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
 
 inline std::vector<Hit> judge_world(const World& world, double grow = 0) {
   return judge_world(world, grow, [](std::size_t, std::uint32_t) { return false; });
+}
+
+// The link pairs that a frame may report: those whose leaf boxes touch when each half extent grows by half the world's
+// margin, and by a fraction of size and distance on top.
+inline std::vector<Hit> judge_widened(World world, double grow) {
+  for (Member& member : world.members)
+    for (Leaf& leaf : member.rig.leaves)
+      for (float& half : leaf.box.half) half = std::nextafter(half + world.margin / 2, HUGE_VALF);
+  world.margin = 0;
+  return judge_world(world, grow);
 }
 
 }  // namespace cab::oracle

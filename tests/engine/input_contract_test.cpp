@@ -685,12 +685,41 @@ void check_no_layers() {
   }
 }
 
+void check_bad_margin() {
+  for (const float bad : {-1e-45f, -1.0f, 1.0001e18f, kInfinity, kNan}) {
+    Call call;
+    call.job.margin = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadMargin);
+    CHECK(call.job.hit_count == 0);
+  }
+}
+
+void check_margins() {
+  World world = grid_world(0);
+  const std::vector<Hit> touching = run_world(world).hits;
+  for (const float margin : {-0.0f, 1e-45f, 1e-30f, 1e6f, 9e17f}) {
+    CAPTURE(margin);
+    world.margin = margin;
+    const Outcome outcome = run_world(world);
+    CHECK(outcome.stats.instances_masked == 0);
+    CHECK(missing_from(judge_world(world), outcome.hits) == 0);
+    if (margin < 1e-20f) CHECK(same_hits(outcome.hits, touching));
+  }
+  world.margin = 1e18f;
+  world.members[0].rig.leaves[0].box.half[0] = 9e17f;
+  const Outcome outcome = run_world(world);
+  CHECK(outcome.stats.instances_masked == 19);
+  CHECK(outcome.hits.empty());
+}
+
 std::vector<CallRow> call_rows() {
   return {
       {{"origins far out, 1e9 m and more", "taken: boxes as at 0, hits by differences in double"}, check_far_origins},
       {{"origin that is not finite", "refused, `kBadOrigins`"}, check_bad_origins},
       {{"layers or layer masks of another count than instances", "refused, `kBadLayers`"}, check_bad_layers},
       {{"layer 0, or layer mask 0", "in no pair with others; its own links are paired"}, check_no_layers},
+      {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},
+      {{"margin to 1e18", "taken; instances whose grown boxes leave the range are masked"}, check_margins},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},
       {{"rule for a batch without input", "refused, `kBadPairRule`"}, check_rule_without_input},
       {{"batch of no instances", "refused, `kNoInstances`"}, check_empty_batch},

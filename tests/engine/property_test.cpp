@@ -217,8 +217,9 @@ TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate
   const bool whole = for_seeds(60, [&](Random& random) {
     World world = small_world(random);
     if (random.chance(0.3)) add_layers(random, world);
+    if (random.chance(0.3)) world.margin = static_cast<float>(random.log_uniform(1e-4, 0.3));
     const EnginePtr engine = make_engine_for(world);
-    const std::vector<Hit> touching = judge_world(world), wider = judge_world(world, kInvented);
+    const std::vector<Hit> touching = judge_world(world), wider = judge_widened(world, kInvented);
     const std::vector<Hit> all = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kNone}).hits;
     const std::vector<Hit> all_fcl = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kFcl}).hits;
     std::map<Refit, std::vector<Hit>> by_predicate;

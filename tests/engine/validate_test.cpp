@@ -196,6 +196,11 @@ TEST_CASE("policies must hold values of their enumerations") {
   refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.extents = static_cast<Extents>(2); });
 }
 
+TEST_CASE("a margin must be finite and not negative") {
+  for (const float bad : {-1e-45f, -1.0f, 1.0001e18f, static_cast<float>(kInfinity), static_cast<float>(kNan)})
+    refuse(Status::kBadMargin, [=](Bench& b) { b.job.margin = bad; });
+}
+
 TEST_CASE("buffers must be there, and contacts be asked for with an exact test") {
   refuse(Status::kBadHitBuffer, [](Bench& b) { b.job.hits.data = nullptr; });
   const auto with_contacts = [](Bench& b, Exact exact, std::size_t size) {

@@ -49,6 +49,7 @@ enum class Status : std::int32_t {
   kBadPairRule,          // a rule names a batch without input, or a pairing its batches cannot have
   kPairRuleGivenTwice,   // the same two batches are paired twice in the same way
   kBadPolicy,            // a policy field holds a value that its enumeration lacks
+  kBadMargin,            // the margin must be finite, not negative and at most kMaxCoordinate
   kBadHitBuffer,         // hits has a size and no data, or contacts is neither empty nor as long as hits
   kContactsNeedExact,    // contacts were asked for with the exact test `none`
   kBadOutput,            // an output span is too small for what was asked
@@ -208,7 +209,7 @@ struct PairRule {
 
 // ------------------------------------------------------------------------------------------------------ frame
 
-// Two links that touch. (batch_a, instance_a, link_a) < (batch_b, instance_b, link_b); leaf_a and leaf_b are the
+// Two links that touch, or are nearer than the frame's margin. (batch_a, instance_a, link_a) < (batch_b, instance_b, link_b); leaf_a and leaf_b are the
 // lowest leaves of the two links that touch.
 struct Hit {
   BatchId batch_a;
@@ -220,8 +221,9 @@ struct Hit {
 };
 
 // Where two links touch, from FCL: the deepest contact of the hit's leaf pair. normal is a unit vector from a to
-// b in world axes, depth is how far b must move along it, point lies relative to the origin of instance a.
-// depth < 0: FCL called the pair touching but gave no contact.
+// b in world axes, depth is how far b must move along it, point lies relative to the origin of instance a. Of a pair
+// that is apart, but nearer than the frame's margin, depth is the distance below 0, and point the middle of the gap.
+// A normal of 0: FCL called the pair touching but gave no contact; depth and point are 0 then.
 struct Contact {
   float normal[3];
   float depth;
@@ -246,11 +248,14 @@ struct FrameStats {
 
 // One frame: what is posed, what is paired, how, and where the answer goes. The caller owns every span.
 // hits receives one entry a touching link pair, sorted by (batch_a, instance_a, batch_b, instance_b, link_a,
-// link_b), the same for any thread count. contacts is empty or as long as hits.
+// link_b), the same for any thread count. contacts is empty or as long as hits. margin, a length, reports links that are
+// apart too: none is left out whose boxes (with an exact test: shapes) are at most that far from each other, and boxes
+// somewhat farther apart at their corners may be reported with Exact::kNone.
 struct FrameJob {
   Span<const BatchInput> inputs;
   Span<const PairRule> rules;
   Policies policies;
+  float margin = 0;
   Span<Hit> hits;
   Span<Contact> contacts;
 
