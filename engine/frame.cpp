@@ -4,6 +4,7 @@
 #include "engine/broad_phase.h"
 #include "engine/report.h"
 #include "engine/timed.h"
+#include "engine/touched.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
 #include "engine/validate.h"
@@ -69,7 +70,8 @@ void test_candidates(const Engine& engine, const Policies& policies, std::uint32
   worker.stats.candidates += worker.candidates.size;
   {
     const Timed timed(worker.stats.seconds_test);
-    find_leaf_pairs(engine, policies, worker);
+    const bool first_only = sink.job->report == Report::kTouched && policies.exact == Exact::kNone;
+    find_leaf_pairs(engine, policies, first_only, worker);
   }
   const Timed timed(worker.stats.seconds_query);
   for (LeafPair* begin = worker.found.begin(); begin != worker.found.end();) {
@@ -86,9 +88,13 @@ void test_candidates(const Engine& engine, const Policies& policies, std::uint32
 void pair_instance(const Engine& engine, const Policies& policies, std::uint32_t index, std::uint32_t instance,
                    std::uint32_t task, Worker& worker, HitSink& sink) {
   const InstanceBatch& batch = engine.batches[index]->batch;
+  const bool touched = sink.job->report == Report::kTouched;
+  const std::uint32_t chunk = touched ? std::min(kLanes, engine.chunk_candidates) : engine.chunk_candidates;
   const auto gather = [&](std::uint32_t other_index, std::uint32_t other) {
-    worker.candidates.push({index, instance, other_index, other});
-    if (worker.candidates.size == engine.chunk_candidates) test_candidates(engine, policies, task, worker, sink);
+    const Candidate candidate = {index, instance, other_index, other};
+    if (touched && is_settled(engine, candidate)) return;
+    worker.candidates.push(candidate);
+    if (worker.candidates.size == chunk) test_candidates(engine, policies, task, worker, sink);
   };
   if (batch.pairs_within) gather(index, instance);
   if (!batch.pairs_between) return;
@@ -205,6 +211,13 @@ void test_frames(Engine& engine, const Policies& policies, const PairRule& rule,
   };
   std::uint32_t lanes = in_tile & live(a, index_a) & live(b, index_b);
   if (!is_within(rule)) lanes &= lanes_that_meet(a, b, tile);
+  const auto candidate_of = [&](std::uint32_t lane) -> Candidate {
+    const std::uint32_t frame = tile * kLanes + lane;
+    return {index_a, a.instance_count == 1 ? 0 : frame, index_b, b.instance_count == 1 ? 0 : frame};
+  };
+  if (sink.job->report == Report::kTouched)
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      if ((lanes >> lane & 1) && is_settled(engine, candidate_of(lane))) lanes &= ~(1u << lane);
   if (!lanes) return;
   {
     const Timed timed(worker.stats.seconds_test);
@@ -225,10 +238,7 @@ void test_frames(Engine& engine, const Policies& policies, const PairRule& rule,
     for (const TilePair& pair : worker.tile_found)
       if (pair.lanes >> lane & 1) worker.found.push({lane, pair.a, pair.b});
     if (worker.found.empty()) continue;
-    const std::uint32_t frame = tile * kLanes + lane;
-    const Candidate candidate = {index_a, a.instance_count == 1 ? 0 : frame, index_b,
-                                 b.instance_count == 1 ? 0 : frame};
-    report_candidate(engine, candidate, {worker.found.data, worker.found.size}, tile, worker, sink);
+    report_candidate(engine, candidate_of(lane), {worker.found.data, worker.found.size}, tile, worker, sink);
   }
 }
 
@@ -304,6 +314,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   for (const auto& worker : engine.workers) worker->stats = {};
+  for (const BatchInput& input : job.inputs) std::fill(input.touched.begin(), input.touched.end(), std::uint8_t{0});
 
   HitSink sink{&job};
   const Policies policies = resolved(engine, job);

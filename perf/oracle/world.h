@@ -68,27 +68,33 @@ struct World {
 struct Outcome {
   std::vector<Hit> hits;
   FrameStats stats;
-  std::vector<std::vector<std::uint8_t>> flags;  // of each member's instances
+  std::vector<std::vector<std::uint8_t>> flags;    // of each member's instances
+  std::vector<std::vector<std::uint8_t>> touched;  // likewise
 };
 
 // One frame of a world on an engine that holds its batches; frame does what run_frame does.
 inline Outcome run_on(Engine& engine, const World& world, const Policies& policies,
-                      decltype(&run_frame) frame = run_frame) {
+                      decltype(&run_frame) frame = run_frame, Report report = Report::kHits) {
   Outcome out;
   std::vector<BatchInput> inputs;
-  for (const Member& member : world.members) out.flags.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+  for (const Member& member : world.members) {
+    out.flags.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+    out.touched.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+  }
   for (std::size_t m = 0; m < world.members.size(); ++m) {
-    inputs.push_back(world.members[m].poses.input({static_cast<std::uint32_t>(m + 1)}));
-    inputs.back().flags = {out.flags[m].data(), out.flags[m].size()};
     const Member& member = world.members[m];
+    inputs.push_back(member.poses.input({static_cast<std::uint32_t>(m + 1)}));
+    inputs.back().flags = {out.flags[m].data(), out.flags[m].size()};
     inputs.back().layers = {member.layers.data(), member.layers.size()};
     inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
+    inputs.back().touched = {out.touched[m].data(), out.touched[m].size()};
   }
   FrameJob job;
   job.inputs = {inputs.data(), inputs.size()};
   job.rules = {world.rules.data(), world.rules.size()};
   job.policies = policies;
   job.margin = world.margin;
+  job.report = report;
   Status status = frame(engine, job);
   if (status == Status::kHitsOverflow) {
     out.hits.resize(job.hits_needed);
@@ -98,6 +104,15 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   require(status);
   if (job.hit_count != out.hits.size()) throw std::runtime_error("a retry wrote another number of hits");
   out.stats = job.stats;
+  return out;
+}
+
+// The instances that a list of hits names, as Outcome::touched.
+inline std::vector<std::vector<std::uint8_t>> touched_in(const World& world, const std::vector<Hit>& hits) {
+  std::vector<std::vector<std::uint8_t>> out;
+  for (const Member& member : world.members) out.emplace_back(member.poses.instance_count, std::uint8_t{0});
+  for (const Hit& hit : hits)
+    out[hit.batch_a.value - 1][hit.instance_a] = out[hit.batch_b.value - 1][hit.instance_b] = 1;
   return out;
 }
 

@@ -237,6 +237,8 @@ TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate
       INFO(name_of(policies));
       const Outcome got = run_on(*engine, world, policies);
       CHECK(is_sorted_once(got.hits));
+      CHECK(got.touched == touched_in(world, got.hits));
+      CHECK(run_on(*engine, world, policies, run_frame, Report::kTouched).touched == got.touched);
       CHECK(count_ignored(world, got.hits) == 0);
       CHECK(missing_from(got.hits, all) == 0);
       CHECK(got.stats.leaf_pairs >= got.hits.size());
