@@ -275,7 +275,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   Policies every_level = policies;
   every_level.strategy = Strategy::kTree;  // the strategies without a tree need no inner boxes
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
-    const std::uint32_t live = update_tile(engine, batch, every_level, instances_of(batch, tile), true, worker,
+    const std::uint32_t live = update_tile(engine, batch, every_level, 0, instances_of(batch, tile), true, worker,
                                            worker.boxes.data, worker.bounds.data);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;

@@ -59,6 +59,9 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   if (!input.orientations.empty() && (!input.orientations.data || input.orientations.size != 4 * n))
     return Status::kBadOrientations;
   if (!input.flags.empty() && (!input.flags.data || input.flags.size != n)) return Status::kBadFlags;
+  for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks})
+    if (!words.empty() && (!words.data || words.size != n)) return Status::kBadLayers;
+  if (!input.touched.empty() && (!input.touched.data || input.touched.size != n)) return Status::kBadTouched;
   return Status::kOk;
 }
 
@@ -87,6 +90,8 @@ Status validate_job(Engine& engine, const FrameJob& job) {
     if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;
   }
   if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;
+  if (job.report > Report::kTouched) return Status::kBadReport;
+  if (!(job.margin >= 0 && job.margin <= kMaxCoordinate)) return Status::kBadMargin;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   if (!job.contacts.empty()) {
     if (!job.contacts.data || job.contacts.size != job.hits.size) return Status::kBadHitBuffer;

@@ -73,6 +73,7 @@ struct CrowdOptions {
   char up = 0;                          // 'x', 'y', 'z', or 0 to find it
   std::string trajectories_path;        // empty: none
   Policies policies;
+  bool touched = false;  // ask only which characters touch anything
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: none

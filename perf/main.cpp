@@ -201,6 +201,7 @@ CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
   command.add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x, y in metres a line")
       ->type_name("FILE");
   for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
+  command.add_flag("--touched", o.touched, "find out only which characters touch anything, and no hits");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the table as JSON");

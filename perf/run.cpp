@@ -113,8 +113,10 @@ void write_hit(std::ostream& out, const scenes::Scene& scene, const Touch& touch
   const scenes::Character& b = scene.characters[touch.character_b];
   out << touch.frame << ',' << csv_field(a.name) << ',' << csv_field(a.link_names[touch.link_a]) << ','
       << csv_field(b.name) << ',' << csv_field(b.link_names[touch.link_b]);
-  if (contacts && touch.contact.depth < 0) out << ",,,,";
-  if (contacts && touch.contact.depth >= 0) {
+  const float* const normal = touch.contact.normal;
+  const bool given = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
+  if (contacts && !given) out << ",,,,";
+  if (contacts && given) {
     out << ',' << shortest(touch.contact.depth);
     for (const float component : touch.contact.normal) out << ',' << shortest(component);
   }

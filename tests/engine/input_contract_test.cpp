@@ -733,10 +733,109 @@ void check_ignored_short() {
   CHECK(ignored_pairs(*call.engine, {1}, {pairs.data(), pairs.size()}) == Status::kOk);
 }
 
+void check_bad_layers() {
+  std::uint32_t words[20] = {};
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks})
+    for (const Span<const std::uint32_t> bad : {Span<const std::uint32_t>{words, 18}, {words, 20}, {nullptr, 19}}) {
+      Call call;
+      call.input.*layers = bad;
+      CHECK(run_frame(*call.engine, call.job) == Status::kBadLayers);
+      CHECK(call.job.hit_count == 0);
+    }
+}
+
+void check_no_layers() {
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks}) {
+    Call call;
+    std::vector<std::uint32_t> words(19, ~0u);
+    words[7] = 0;
+    REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+    std::vector<Hit> expected;
+    for (const Hit& hit : Span<Hit>{call.hits.data(), call.job.hit_count})
+      if (hit.instance_a == hit.instance_b || (hit.instance_a != 7 && hit.instance_b != 7)) expected.push_back(hit);
+    CHECK(expected.size() < call.job.hit_count);
+    CHECK(std::any_of(expected.begin(), expected.end(), [](const Hit& hit) { return hit.instance_a == 7; }));
+    call.input.*layers = {words.data(), 19};
+    REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+    call.hits.resize(call.job.hit_count);
+    CHECK(same_hits(call.hits, expected));
+  }
+}
+
+void check_bad_margin() {
+  for (const float bad : {-1e-45f, -1.0f, 1.0001e18f, kInfinity, kNan}) {
+    Call call;
+    call.job.margin = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadMargin);
+    CHECK(call.job.hit_count == 0);
+  }
+}
+
+void check_margins() {
+  World world = grid_world(0);
+  const std::vector<Hit> touching = run_world(world).hits;
+  for (const float margin : {-0.0f, 1e-45f, 1e-30f, 1e6f, 9e17f}) {
+    CAPTURE(margin);
+    world.margin = margin;
+    const Outcome outcome = run_world(world);
+    CHECK(outcome.stats.instances_masked == 0);
+    CHECK(missing_from(judge_world(world), outcome.hits) == 0);
+    if (margin < 1e-20f) CHECK(same_hits(outcome.hits, touching));
+  }
+  world.margin = 1e18f;
+  world.members[0].rig.leaves[0].box.half[0] = 9e17f;
+  const Outcome outcome = run_world(world);
+  CHECK(outcome.stats.instances_masked == 19);
+  CHECK(outcome.hits.empty());
+}
+
+void check_bad_touched() {
+  std::uint8_t bytes[20] = {};
+  for (const Span<std::uint8_t> bad : {Span<std::uint8_t>{bytes, 18}, {bytes, 20}, {nullptr, 19}}) {
+    Call call;
+    call.input.touched = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadTouched);
+  }
+}
+
+void check_bad_report() {
+  Call call;
+  call.job.report = static_cast<Report>(2);
+  CHECK(run_frame(*call.engine, call.job) == Status::kBadReport);
+}
+
+void check_touched_without_room() {
+  Call call;
+  std::uint8_t expected[19], bytes[19] = {};
+  call.input.touched = {expected, 19};
+  REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+  CHECK(std::count(expected, expected + 19, 1) > 0);
+  call.job.hits = {};
+  call.input.touched = {bytes, 19};
+  CHECK(run_frame(*call.engine, call.job) == Status::kHitsOverflow);
+  CHECK(std::equal(bytes, bytes + 19, expected));
+  std::fill_n(bytes, 19, std::uint8_t{7});
+  call.job.report = Report::kTouched;
+  CHECK(run_frame(*call.engine, call.job) == Status::kOk);
+  CHECK(call.job.hits_needed == 0);
+  CHECK(std::equal(bytes, bytes + 19, expected));
+  call.input.touched = {};
+  CHECK(run_frame(*call.engine, call.job) == Status::kOk);
+  CHECK(call.job.stats.box_tests == 0);
+}
+
 std::vector<CallRow> call_rows() {
   return {
       {{"origins far out, 1e9 m and more", "taken: boxes as at 0, hits by differences in double"}, check_far_origins},
       {{"origin that is not finite", "refused, `kBadOrigins`"}, check_bad_origins},
+      {{"layers or layer masks of another count than instances", "refused, `kBadLayers`"}, check_bad_layers},
+      {{"layer 0, or layer mask 0", "in no pair with others; its own links are paired"}, check_no_layers},
+      {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},
+      {{"margin to 1e18", "taken; instances whose grown boxes leave the range are masked"}, check_margins},
+      {{"touched of another count than instances", "refused, `kBadTouched`"}, check_bad_touched},
+      {{"report that is none", "refused, `kBadReport`"}, check_bad_report},
+      {{"touched, and no room for hits", "complete: with `kTouched` `kOk`, with `kHits` `kHitsOverflow`"},
+       check_touched_without_room},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},
       {{"rule for a batch without input", "refused, `kBadPairRule`"}, check_rule_without_input},
       {{"batch of no instances", "refused, `kNoInstances`"}, check_empty_batch},

@@ -46,9 +46,13 @@ enum class Status : std::int32_t {
   kBadOrigins,           // origins must be none or three doubles an instance, and finite
   kBadOrientations,      // orientations must be none or four floats an instance
   kBadFlags,             // flags must be none or one an instance
+  kBadLayers,            // layers and layer_masks must each be none or one an instance
+  kBadTouched,           // touched must be none or one byte an instance
   kBadPairRule,          // a rule names a batch without input, or a pairing its batches cannot have
   kPairRuleGivenTwice,   // the same two batches are paired twice in the same way
   kBadPolicy,            // a policy field holds a value that its enumeration lacks
+  kBadReport,            // a frame's report holds a value that its enumeration lacks
+  kBadMargin,            // the margin must be finite, not negative and at most kMaxCoordinate
   kBadHitBuffer,         // hits has a size and no data, or contacts is neither empty nor as long as hits
   kContactsNeedExact,    // contacts were asked for with the exact test `none`
   kBadOutput,            // an output span is too small for what was asked
@@ -206,13 +210,19 @@ enum InstanceFlag : std::uint8_t {
 
 // One batch's poses of a frame. origins: x y z of each instance in the world, empty = all zero. orientations:
 // x y z w of each instance, applied about its origin, empty = identity. flags (optional) receives one
-// InstanceFlag set an instance.
+// InstanceFlag set an instance. layers and layer_masks: one word an instance, empty = all bits set; two different
+// instances are tested only when (layer of a & mask of b) != 0 and (layer of b & mask of a) != 0. Within one instance
+// they change nothing. touched (optional, written by run_frame alone) receives 1 for an instance that is in a hit, with
+// another or within itself, else 0.
 struct BatchInput {
   BatchId batch;
   PoseView poses;
   Span<const double> origins;
   Span<const float> orientations;
   Span<std::uint8_t> flags;
+  Span<const std::uint32_t> layers;
+  Span<const std::uint32_t> layer_masks;
+  Span<std::uint8_t> touched;
 };
 
 enum class Pairing : std::uint8_t {
@@ -228,7 +238,13 @@ struct PairRule {
 
 // ------------------------------------------------------------------------------------------------------ frame
 
-// Two links that touch. (batch_a, instance_a, link_a) < (batch_b, instance_b, link_b); leaf_a and leaf_b are the
+// What a frame is to find out.
+enum class Report : std::uint8_t {
+  kHits,     // every link pair that touches
+  kTouched,  // which instances touch anything (BatchInput::touched), and no hits: stops at an instance's first
+};
+
+// Two links that touch, or are nearer than the frame's margin. (batch_a, instance_a, link_a) < (batch_b, instance_b, link_b); leaf_a and leaf_b are the
 // lowest leaves of the two links that touch.
 struct Hit {
   BatchId batch_a;
@@ -240,17 +256,19 @@ struct Hit {
 };
 
 // Where two links touch, from FCL: the deepest contact of the hit's leaf pair. normal is a unit vector from a to
-// b in world axes, depth is how far b must move along it, point lies relative to the origin of instance a.
-// depth < 0: FCL called the pair touching but gave no contact.
+// b in world axes, depth is how far b must move along it, point lies relative to the origin of instance a. Of a pair
+// that is apart, but nearer than the frame's margin, depth is the distance below 0, and point the middle of the gap.
+// A normal of 0: FCL called the pair touching but gave no contact; depth and point are 0 then.
 struct Contact {
   float normal[3];
   float depth;
   float point[3];
 };
 
-// What a frame did; the paper's columns. Seconds are summed over the threads that worked.
+// What a frame did; the paper's columns. Seconds are summed over the threads that worked. With Report::kTouched counts
+// depend on which task came first.
 struct FrameStats {
-  std::uint64_t candidates = 0;    // pairs of instances whose bounds meet (of characters)
+  std::uint64_t candidates = 0;    // pairs of instances that layers let meet and whose bounds do (of characters)
   std::uint64_t box_tests = 0;     // overlap tests of two boxes, inner or leaf
   std::uint64_t leaf_pairs = 0;    // the paper's #coll: leaf pairs whose boxes overlap
   std::uint64_t exact_tests = 0;   // exact queries made (at most leaf_pairs)
@@ -266,16 +284,21 @@ struct FrameStats {
 
 // One frame: what is posed, what is paired, how, and where the answer goes. The caller owns every span.
 // hits receives one entry a touching link pair, sorted by (batch_a, instance_a, batch_b, instance_b, link_a,
-// link_b), the same for any thread count. contacts is empty or as long as hits.
+// link_b), the same for any thread count. contacts is empty or as long as hits. margin, a length, reports links that are
+// apart too: none is left out whose boxes (with an exact test: shapes) are at most that far from each other, and boxes
+// somewhat farther apart at their corners may be reported with Exact::kNone. With Report::kTouched hits and contacts are
+// left alone, may be empty, and hit_count and hits_needed are 0.
 struct FrameJob {
   Span<const BatchInput> inputs;
   Span<const PairRule> rules;
   Policies policies;
+  float margin = 0;
+  Report report = Report::kHits;
   Span<Hit> hits;
   Span<Contact> contacts;
 
   // Written by run_frame. On kHitsOverflow hits_needed is the count a retry needs, hit_count is 0 and the
-  // contents of hits and contacts are unspecified.
+  // contents of hits and contacts are unspecified; touched is complete.
   std::size_t hit_count = 0;
   std::size_t hits_needed = 0;
   FrameStats stats;
