@@ -37,6 +37,7 @@ struct Needs {
   std::size_t character_instances = 0;
   std::size_t character_nodes = 0;  // of the largest articulation
   std::size_t leaf_row_floats = 0;  // likewise
+  std::size_t character_tiles = 0;
 };
 
 Needs needs_of(const Engine& engine) {
@@ -53,6 +54,7 @@ Needs needs_of(const Engine& engine) {
     } else {
       needs.nodes = std::max<std::size_t>(needs.nodes, articulation.node_count);
       needs.character_instances += batch.instance_count;
+      needs.character_tiles += tile_count(batch.instance_count);
       needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
       needs.leaf_row_floats = std::max(needs.leaf_row_floats, leaf_row_floats(articulation.leaf_count));
     }
@@ -72,12 +74,16 @@ void size_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
   constexpr std::size_t kEntries = 1024;
   static_assert(kEntries >= 2 * kPosedTiles * kLanes);
   PosedSet& set = worker.posed;
-  set.tiles = make_list<PosedTile>(worker.arena, kPosedTiles);
+  // Two more than there are, since two are kept free.
+  const std::size_t tiles = std::min<std::size_t>(kPosedTiles, needs.character_tiles + 2);
+  const auto capacity = [&](std::size_t of_tile, std::size_t most) {
+    return std::max(2 * of_tile, std::min(most, tiles * of_tile));
+  };
+  set.tiles = make_list<PosedTile>(worker.arena, tiles);
   set.open = worker.arena.allocate<std::uint32_t>(batch_count);
   set.entries = worker.arena.allocate<PosedEntry>(kEntries);
-  set.rows = make_list<BoxRow>(worker.arena, std::max<std::size_t>(kPosedRows, 2 * kLanes * needs.character_nodes));
-  set.leaf_rows = make_list<float>(worker.arena, std::max<std::size_t>(kPosedTiles * kLanes * leaf_row_floats(kLanes),
-                                                                       2 * kLanes * needs.leaf_row_floats));
+  set.rows = make_list<BoxRow>(worker.arena, capacity(kLanes * needs.character_nodes, kPosedRows));
+  set.leaf_rows = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_row_floats, kPosedLeafFloats));
 }
 
 void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, std::size_t chunk) {

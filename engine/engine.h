@@ -135,7 +135,8 @@ inline constexpr std::uint32_t kChunkCandidates = 256;
 // Instances that a worker's set holds at most, and the rows that it has room for at least: little enough to stay in
 // the second level of cache, enough that few instances are posed more than once.
 inline constexpr std::uint32_t kPosedTiles = 24;
-inline constexpr std::uint32_t kPosedRows = kPosedTiles * kLanes * 31;
+inline constexpr std::size_t kPosedRows = kPosedTiles * kLanes * 31;
+inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLanes;
 
 // Words of the store for each instance: room for about 25 hits. Frames with more hits are paired in their order.
 inline constexpr std::size_t kStoreWords = 32;

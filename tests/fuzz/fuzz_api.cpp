@@ -130,7 +130,8 @@ struct Session {
   struct Arrays {
     std::vector<float> poses, orientations;
     std::vector<double> origins;
-    std::vector<std::uint8_t> flags;
+    std::vector<std::uint8_t> flags, touched;
+    std::vector<std::uint32_t> layers;
   };
 
   BatchInput make_input(std::uint32_t batch, Arrays& arrays) {
@@ -164,6 +165,15 @@ struct Session {
       input.origins = spoiled(bytes, Span<const double>{arrays.origins.data(), arrays.origins.size()});
     if (bytes.below(2))
       input.orientations = spoiled(bytes, Span<const float>{arrays.orientations.data(), arrays.orientations.size()});
+    if (bytes.rarely()) {
+      arrays.touched.assign(known.instances, 0xee);
+      input.touched = spoiled(bytes, Span<std::uint8_t>{arrays.touched.data(), arrays.touched.size()});
+    }
+    if (bytes.rarely()) {
+      for (std::size_t i = 0; i < known.instances; ++i) arrays.layers.push_back(bytes.below(4));
+      (bytes.below(2) ? input.layers : input.layer_masks) =
+          spoiled(bytes, Span<const std::uint32_t>{arrays.layers.data(), arrays.layers.size()});
+    }
     input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
     return input;
   }
@@ -189,7 +199,7 @@ struct Session {
     FrameJob job;
     job.inputs = spoiled(bytes, Span<const BatchInput>{inputs.data(), inputs.size()});
     job.rules = spoiled(bytes, Span<const PairRule>{rules.data(), rules.size()});
-    job.policies = {static_cast<Refit>(bytes.below(7)), static_cast<Strategy>(bytes.below(4)),
+    job.policies = {static_cast<Refit>(bytes.below(7)), static_cast<Strategy>(bytes.below(6)),
                     static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0), static_cast<Extents>(bytes.below(3))};
     if (!inputs.empty()) {
       const std::uint32_t batch = inputs[0].batch.value;
@@ -198,6 +208,8 @@ struct Session {
       (void)compute_boxes(engine, inputs[0], job.policies, spoiled(bytes, Span<Box>{boxes.data(), boxes.size()}));
       for (Arrays& each : arrays) each.flags.assign(each.flags.size(), 0xee);
     }
+    if (bytes.rarely()) job.margin = bytes.number();
+    if (bytes.rarely()) job.report = static_cast<Report>(bytes.below(3));
     job.hit_count = 77;
     const auto in_order = [](const Hit& a, const Hit& b) { return !oracle::link_less(a, b); };
     std::vector<Hit> hits(bytes.below(64));
