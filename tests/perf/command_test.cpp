@@ -126,7 +126,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const TwoFigures figures(5);
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
-      {{}, "choose run, inspect, paper, crowd or kernels"},
+      {{}, "choose run, inspect, paper, crowd, peers or kernels"},
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},

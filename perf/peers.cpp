@@ -1,0 +1,496 @@
+// `cab peers`: the same crowds through other libraries, each set-up verified and timed in turns with the engine.
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "perf/commands.h"
+#include "perf/crowd_session.h"
+#include "perf/oracle/exact_pose.h"
+#include "perf/oracle/overlap_exact.h"
+#include "perf/peers/peer.h"
+#include "perf/report.h"
+#include "scenes/crowd.h"
+
+namespace cab::perf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Pairs = std::vector<LeafPair>;
+
+// The frames of all runs: 1/30 s apart, there and back, so that every frame is one step of motion from the last.
+constexpr std::uint32_t kFrameOrder[] = {0, 1, 2, 3, 2, 1};
+constexpr std::uint32_t kFrames = 4;
+constexpr double kFramesPerSecond = 30;
+
+// In a turn a set-up runs one frame that is not measured, since the turn before filled the caches with other data, and
+// then these.
+constexpr std::uint32_t kMeasuredFrames = 2;
+
+// As many characters as brute force takes a moment for.
+constexpr std::uint32_t kVerifiedCharacters = 200;
+
+// Up to so many characters all rounds are run.
+constexpr std::uint32_t kFullRoundCharacters = 10000;
+constexpr std::uint32_t kLeastRounds = 3;
+
+// A pair counts as a threshold pair when its gap or depth is at most this share of its boxes' half extents' sum and of
+// their coordinates. The engine's slack is 2^-17.1 of the former (docs/numerics.md), and a float of a world coordinate
+// and the arithmetic on it are some 2^-23 of the latter.
+constexpr double kThresholdOfSize = 0x1p-15;
+constexpr double kThresholdOfPlace = 0x1p-21;
+
+// ------------------------------------------------------------------------------------------------------ the judge
+
+// How a pair of leaves stands by the judge.
+enum class Verdict { kOverlap, kApart, kThreshold };
+
+// All leaf boxes of a posed crowd in double, and the judge of perf/oracle on them.
+class JudgedCrowd {
+ public:
+  JudgedCrowd(const scenes::Character& figure, const scenes::PosedGroup& posed)
+      : leaves_(static_cast<std::uint32_t>(figure.leaves.size())), origins_(posed.origins) {
+    oracle::Rig rig;
+    rig.parents = figure.link_parents;
+    for (const scenes::BodyLeaf& leaf : figure.leaves) rig.leaves.push_back({leaf.link, leaf.box, {}});
+    oracle::Poses poses;
+    poses.link_count = rig.link_count();
+    poses.instance_count = static_cast<std::uint32_t>(posed.origins.size() / 3);
+    poses.data = posed.poses;
+    boxes_.reserve(std::size_t{poses.instance_count} * leaves_);
+    for (std::uint32_t i = 0; i < poses.instance_count; ++i)
+      for (const oracle::ExactBox& box : exact_leaf_boxes(rig, poses, i))
+        boxes_.push_back(oracle::convert<double>(box));
+  }
+
+  Verdict verdict(const LeafPair& pair) const {
+    const oracle::OracleBox<double>&a = boxes_[pair.a], &b = boxes_[pair.b];
+    const oracle::AxisGaps gaps = axis_gaps(a, b, between(pair));
+    const double gap = *std::max_element(gaps.begin(), gaps.end());
+    const double place = std::max(norm_max(place_of(pair.a)), norm_max(place_of(pair.b)));
+    const double threshold = kThresholdOfSize * (half_sum(a) + half_sum(b)) + kThresholdOfPlace * place;
+    return std::abs(gap) <= threshold ? Verdict::kThreshold : gap > 0 ? Verdict::kApart : Verdict::kOverlap;
+  }
+
+  // Brute force over all leaves of different characters: the pairs that overlap, threshold pairs with a gap of at most
+  // zero included.
+  Pairs overlapping_pairs() const {
+    Pairs pairs;
+    const auto count = static_cast<std::uint32_t>(boxes_.size());
+    for (std::uint32_t a = 0; a < count; ++a)
+      for (std::uint32_t b = (a / leaves_ + 1) * leaves_; b < count; ++b) {
+        const oracle::Vec3<double> d = between({a, b});
+        const double reach = half_sum(boxes_[a]) + half_sum(boxes_[b]);
+        if (dot(d, d) <= reach * reach && separating_axes(boxes_[a], boxes_[b], d).none()) pairs.push_back({a, b});
+      }
+    return pairs;
+  }
+
+ private:
+  oracle::Vec3<double> place_of(std::uint32_t leaf) const {
+    const double* const origin = origins_.data() + std::size_t{leaf / leaves_} * 3;
+    return oracle::Vec3<double>{{origin[0], origin[1], origin[2]}} + center_of(boxes_[leaf]);
+  }
+  oracle::Vec3<double> between(const LeafPair& pair) const { return place_of(pair.b) - place_of(pair.a); }
+
+  std::uint32_t leaves_;
+  std::vector<double> origins_;
+  std::vector<oracle::OracleBox<double>> boxes_;  // relative to their characters' origins
+};
+
+// What a set-up's pairs are beside others.
+struct Differences {
+  std::uint64_t pairs = 0;         // that it found
+  std::uint64_t misses = 0;        // overlap and were not found
+  std::uint64_t false_alarms = 0;  // found, and apart or found before
+  std::uint64_t threshold = 0;     // found by one of the two alone, at the threshold
+};
+
+// Adds how sorted pairs differ from sorted reference pairs. Each differing pair is judged, so that the reference need
+// not be right: where it is wrong, its own differences are counted (null: brute force).
+void add_differences(const JudgedCrowd& judge, const Pairs& pairs, const Pairs& reference, Differences& found,
+                     Differences* of_reference) {
+  found.pairs += pairs.size();
+  Pairs missing, more;
+  std::set_difference(reference.begin(), reference.end(), pairs.begin(), pairs.end(), std::back_inserter(missing));
+  std::set_difference(pairs.begin(), pairs.end(), reference.begin(), reference.end(), std::back_inserter(more));
+  for (const LeafPair& pair : missing) {
+    const Verdict verdict = judge.verdict(pair);
+    found.threshold += verdict == Verdict::kThreshold;
+    found.misses += verdict == Verdict::kOverlap;
+    if (of_reference != nullptr) of_reference->false_alarms += verdict == Verdict::kApart;
+  }
+  for (const LeafPair& pair : more) {
+    const Verdict verdict = judge.verdict(pair);
+    const bool twice = std::binary_search(reference.begin(), reference.end(), pair);
+    found.threshold += !twice && verdict == Verdict::kThreshold;
+    found.false_alarms += twice || verdict == Verdict::kApart;
+    if (of_reference != nullptr) of_reference->misses += !twice && verdict == Verdict::kOverlap;
+  }
+}
+
+// ------------------------------------------------------------------------------------------------- the contestants
+
+// A set-up of a peer or of ours, before it has a world.
+struct Contestant {
+  std::string name;
+  std::string meaning;
+  bool ours = false;
+  Isa isa = Isa::kAuto;    // of ours
+  PeerSetup setup = {};    // of a peer's
+  Differences small = {};  // beside brute force, kVerifiedCharacters, all scenes and frames
+};
+
+// One that has a world. run is what is measured; collect gives its pairs sorted.
+class Runner {
+ public:
+  Runner(const Contestant& contestant, const scenes::Crowd& crowd) {
+    const scenes::CrowdGroup& group = crowd.groups.front();
+    leaves_ = static_cast<std::uint32_t>(group.figure.leaves.size());
+    if (contestant.ours) {
+      session_ = std::make_unique<CrowdSession>(crowd, contestant.isa, 1);
+      policies_.strategy = Strategy::kAuto;
+    } else {
+      frame_ = contestant.setup.make(group.figure, group.count);
+    }
+  }
+
+  // Seconds from poses to pairs.
+  double run(const std::vector<scenes::PosedGroup>& posed) {
+    const auto start = std::chrono::steady_clock::now();
+    if (session_) {
+      session_->run(posed, policies_);
+    } else {
+      pairs_.clear();
+      frame_(posed.front(), pairs_);
+    }
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  // The pairs of the last frame. A link of these figures has one leaf, so that a hit of ours is a pair of leaves.
+  Pairs sorted_pairs() const {
+    Pairs pairs = pairs_;
+    if (session_)
+      for (const Hit& hit : session_->hits())
+        pairs.push_back(ordered_pair(hit.instance_a * leaves_ + hit.leaf_a, hit.instance_b * leaves_ + hit.leaf_b));
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+ private:
+  std::uint32_t leaves_ = 0;
+  std::unique_ptr<CrowdSession> session_;
+  Policies policies_;
+  PeerFrame frame_;
+  Pairs pairs_;
+};
+
+std::vector<Peer> all_peers() {
+  const auto missing = [](const char* name, const char* package) { return Peer{name, package, "", {}}; };
+  return {
+      fcl_peer(),
+#ifdef CAB_WITH_BULLET
+      bullet_peer(),
+#else
+      missing("bullet", "libbullet-dev"),
+#endif
+#ifdef CAB_WITH_EMBREE
+      embree_peer(),
+#else
+      missing("embree", "libembree-dev"),
+#endif
+#ifdef CAB_WITH_ODE
+      ode_peer(),
+#else
+      missing("ode", "libode-dev"),
+#endif
+  };
+}
+
+// Those that were asked for, or all.
+std::vector<Peer> choose_peers(const PeersOptions& options) {
+  std::vector<Peer> peers = all_peers(), chosen;
+  if (options.peers.empty()) return peers;
+  for (const std::string& name : options.peers) {
+    const auto peer = std::find_if(peers.begin(), peers.end(), [&](const Peer& p) { return name == p.name; });
+    if (peer == peers.end())
+      throw UsageError("--peers: '" + name + "' is no library that is known; choose fcl, bullet, embree, ode");
+    if (peer->version.empty())
+      throw UsageError("--peers: this build lacks " + name + "; install " + peer->package + " and build again");
+    chosen.push_back(*peer);
+  }
+  return chosen;
+}
+
+std::vector<Contestant> make_contestants(const PeersOptions& options, const std::vector<Peer>& peers) {
+  std::vector<Contestant> contestants;
+  const auto add_ours = [&](Isa isa, const std::string& meaning) {
+    Contestant ours{std::string("cab ") + to_string(isa), meaning};
+    ours.ours = true;
+    ours.isa = isa;
+    contestants.push_back(ours);
+  };
+  const Isa isa = CrowdSession({}, options.isa, 1).isa();
+  add_ours(isa, "this engine");
+  if (isa != Isa::kScalar) add_ours(Isa::kScalar, "this engine without SIMD, the same algorithm");
+  for (const Peer& peer : peers)
+    for (const PeerSetup& setup : peer.setups) {
+      Contestant other{std::string(peer.name) + ' ' + setup.name, setup.meaning};
+      other.setup = setup;
+      contestants.push_back(other);
+    }
+  return contestants;
+}
+
+// ------------------------------------------------------------------------------------------------------- the runs
+
+struct Spread {
+  double median = 0, least = 0, most = 0;
+};
+
+Spread spread_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return {values[values.size() / 2], values.front(), values.back()};
+}
+
+struct Row {
+  Differences differences;      // beside ours, in one frame
+  std::vector<double> seconds;  // a frame, of each round
+};
+
+struct Run {
+  std::string scene;
+  std::uint32_t character_count = 0;
+  std::uint32_t rounds = 0;
+  std::vector<Row> rows;  // of each contestant
+  // Of a row's time over ours, round by round.
+  Spread ratio(std::size_t row) const {
+    std::vector<double> ratios;
+    for (std::uint32_t r = 0; r < rounds; ++r) ratios.push_back(rows[row].seconds[r] / rows[0].seconds[r]);
+    return spread_of(ratios);
+  }
+};
+
+std::vector<std::vector<scenes::PosedGroup>> pose_frames(const scenes::Crowd& crowd) {
+  std::vector<std::vector<scenes::PosedGroup>> frames(kFrames);
+  for (std::uint32_t f = 0; f < kFrames; ++f) scenes::pose_crowd(crowd, f / kFramesPerSecond, frames[f]);
+  return frames;
+}
+
+// Every set-up against brute force, in frames that follow each other, so that trees are updated too.
+void verify(const std::string& scene, std::vector<Contestant>& contestants) {
+  const scenes::Crowd crowd = scenes::make_crowd(scene, kVerifiedCharacters);
+  std::vector<Runner> runners;
+  for (const Contestant& contestant : contestants) runners.emplace_back(contestant, crowd);
+  const auto frames = pose_frames(crowd);
+  for (const std::uint32_t f : kFrameOrder) {
+    const JudgedCrowd judge(crowd.groups.front().figure, frames[f].front());
+    const Pairs expected = judge.overlapping_pairs();
+    for (std::size_t c = 0; c < runners.size(); ++c) {
+      runners[c].run(frames[f]);
+      add_differences(judge, runners[c].sorted_pairs(), expected, contestants[c].small, nullptr);
+    }
+  }
+}
+
+Run measure(const PeersOptions& options, const std::string& scene, std::uint32_t count,
+            const std::vector<Contestant>& contestants) {
+  Run run;
+  run.scene = scene;
+  run.character_count = count;
+  run.rounds = options.rounds;
+  if (count > kFullRoundCharacters) {
+    const std::uint64_t fewer = std::uint64_t{options.rounds} * kFullRoundCharacters / count;
+    run.rounds = std::min(options.rounds, std::max(kLeastRounds, static_cast<std::uint32_t>(fewer)));
+  }
+  run.rows.resize(contestants.size());
+  const scenes::Crowd crowd = scenes::make_crowd(scene, count);
+  const auto frames = pose_frames(crowd);
+  std::vector<Runner> runners;
+  for (const Contestant& contestant : contestants) runners.emplace_back(contestant, crowd);
+  ProgressBar bar(scene + " " + std::to_string(count), (std::uint64_t{run.rounds} + 1) * runners.size());
+
+  // The first frame builds what is kept, and is where the pairs are compared.
+  {
+    const JudgedCrowd judge(crowd.groups.front().figure, frames[0].front());
+    Pairs ours;
+    for (std::size_t c = 0; c < runners.size(); ++c) {
+      runners[c].run(frames[0]);
+      const Pairs pairs = runners[c].sorted_pairs();
+      if (c == 0) ours = pairs;
+      add_differences(judge, pairs, ours, run.rows[c].differences, &run.rows[0].differences);
+      bar.advance(1);
+    }
+  }
+
+  constexpr std::uint32_t kTurn = 1 + kMeasuredFrames;
+  for (std::uint32_t r = 0; r < run.rounds; ++r)
+    for (std::size_t c = 0; c < runners.size(); ++c) {
+      double seconds = 0;
+      for (std::uint32_t k = 0; k < kTurn; ++k) {
+        const double frame = runners[c].run(frames[kFrameOrder[(1 + r * kTurn + k) % std::size(kFrameOrder)]]);
+        if (k > 0) seconds += frame;
+      }
+      run.rows[c].seconds.push_back(seconds / kMeasuredFrames);
+      bar.advance(1);
+    }
+  return run;
+}
+
+// ----------------------------------------------------------------------------------------------------- the output
+
+std::string versions(const std::vector<Peer>& peers, bool built) {
+  std::string text;
+  for (const Peer& peer : peers)
+    if (peer.version.empty() != built)
+      text += (text.empty() ? "" : ", ") + std::string(peer.name) + ' ' +
+              (built ? peer.version : std::string("(") + peer.package + ")");
+  return text;
+}
+
+void add_counts(std::vector<std::string>& cells, const Differences& d) {
+  for (const std::uint64_t count : {d.pairs, d.misses, d.false_alarms, d.threshold})
+    cells.push_back(std::to_string(count));
+}
+
+void print_verification(const PeersOptions& options, const std::vector<Contestant>& contestants) {
+  std::cout << "beside brute force in double, " << kVerifiedCharacters << " characters, " << std::size(kFrameOrder)
+            << " frames of";
+  for (const std::string& scene : options.scenes) std::cout << ' ' << scene;
+  std::cout << ":\n";
+  TextTable table;
+  table.add_row({"", "pairs", "misses", "false alarms", "at threshold"});
+  for (const Contestant& contestant : contestants) {
+    std::vector<std::string> cells = {contestant.name};
+    add_counts(cells, contestant.small);
+    table.add_row(std::move(cells));
+  }
+  table.print(std::cout);
+}
+
+void print_run(const Run& run, const std::vector<Contestant>& contestants) {
+  std::cout << '\n'
+            << run.scene << ", " << run.character_count << " characters, " << run.rounds
+            << " rounds, one thread; ms a frame, and times ours:\n";
+  TextTable table;
+  table.add_row(
+      {"", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false alarms", "at threshold"});
+  for (std::size_t c = 0; c < contestants.size(); ++c) {
+    const Spread time = spread_of(run.rows[c].seconds), ratio = run.ratio(c);
+    std::vector<std::string> cells = {contestants[c].name};
+    for (const double value : {time.median, time.least, time.most}) cells.push_back(fixed(1e3 * value, 3));
+    for (const double value : {ratio.median, ratio.least, ratio.most}) cells.push_back(fixed(value, 1));
+    add_counts(cells, run.rows[c].differences);
+    table.add_row(std::move(cells));
+  }
+  table.print(std::cout);
+}
+
+void add_counts(Json& json, const Differences& d) {
+  json["pairs"] = d.pairs;
+  json["misses"] = d.misses;
+  json["false_alarms"] = d.false_alarms;
+  json["threshold_pairs"] = d.threshold;
+}
+
+// The figures of one set-up in one run; the CSV file has a line for each, with the same keys.
+Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
+  Json row;
+  row["scene"] = run.scene;
+  row["characters"] = run.character_count;
+  row["rounds"] = run.rounds;
+  row["setup"] = contestant.name;
+  const auto add_spread = [&row](const std::string& key, const Spread& s) {
+    row[key + "_median"] = s.median;
+    row[key + "_least"] = s.least;
+    row[key + "_most"] = s.most;
+  };
+  add_spread("seconds", spread_of(run.rows[c].seconds));
+  add_spread("ratio", run.ratio(c));
+  add_counts(row, run.rows[c].differences);
+  return row;
+}
+
+void write_csv(const std::string& path, const std::vector<Json>& rows) {
+  OutputFile file(path);
+  std::string header;
+  for (const auto& [key, value] : rows.front().items()) header += (header.empty() ? "" : ",") + csv_field(key);
+  file.stream() << header << '\n';
+  for (const Json& row : rows) {
+    std::string line;
+    for (const auto& [key, value] : row.items())
+      line += (line.empty() ? "" : ",") + csv_field(value.is_string() ? value.get<std::string>() : value.dump());
+    file.stream() << line << '\n';
+  }
+  file.close();
+}
+
+void check(const PeersOptions& options) {
+  for (const std::string& scene : options.scenes)
+    if (scene != "uniform" && scene != "jitter")
+      throw UsageError("--scene: '" + scene + "' is not for peers; choose uniform, jitter");
+  for (const std::uint32_t count : options.character_counts)
+    if (count == 0 || count > 1000000)
+      throw UsageError("--characters: " + std::to_string(count) + " is not within 1 to 1000000");
+  if (!options.csv_path.empty() && options.csv_path == options.json_path)
+    throw UsageError("--csv and --json name the same file; give two");
+}
+
+}  // namespace
+
+int peers_command(const PeersOptions& options) {
+  check(options);
+  const std::vector<Peer> peers = choose_peers(options);
+  std::vector<Contestant> contestants = make_contestants(options, peers);
+  std::cout << "libraries: " << versions(peers, true) << '\n';
+  if (const std::string missing = versions(peers, false); !missing.empty())
+    std::cout << "not in this build: " << missing << '\n';
+  for (const Contestant& contestant : contestants)
+    std::cout << "  " << contestant.name << ": " << contestant.meaning << '\n';
+  std::cout << '\n';
+
+  for (const std::string& scene : options.scenes) verify(scene, contestants);
+  print_verification(options, contestants);
+  Json json;
+  json["cab_version"] = CAB_VERSION;
+  json["libraries"] = versions(peers, true);
+  json["not_in_this_build"] = versions(peers, false);
+  json["verification"] = Json::array();
+  for (const Contestant& contestant : contestants) {
+    Json row;
+    row["setup"] = contestant.name;
+    row["meaning"] = contestant.meaning;
+    add_counts(row, contestant.small);
+    json["verification"].push_back(row);
+  }
+  bool right = true;
+  const auto judge_ours = [&right](const Differences& d) { right = right && d.misses == 0 && d.false_alarms == 0; };
+  std::vector<Json> rows;
+  for (const std::string& scene : options.scenes)
+    for (const std::uint32_t count : options.character_counts) {
+      const Run run = measure(options, scene, count, contestants);
+      print_run(run, contestants);
+      std::cout.flush();
+      for (std::size_t c = 0; c < contestants.size(); ++c) {
+        rows.push_back(row_json(run, contestants[c], c));
+        if (contestants[c].ours) judge_ours(run.rows[c].differences);
+      }
+    }
+  for (const Contestant& contestant : contestants)
+    if (contestant.ours) judge_ours(contestant.small);
+  json["runs"] = rows;
+  if (!options.json_path.empty()) write_json(options.json_path, json);
+  if (!options.csv_path.empty()) write_csv(options.csv_path, rows);
+  if (!right) std::cerr << "cab peers: this engine's own pairs differ from the judge's beyond the threshold\n";
+  return right ? 0 : 1;
+}
+
+}  // namespace cab::perf
