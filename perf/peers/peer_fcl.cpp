@@ -164,13 +164,13 @@ PeerFrame make_bounds(const scenes::Character& figure, std::uint32_t count) {
 }  // namespace
 
 Peer fcl_peer() {
-  return {
-      "fcl",
-      "libfcl-dev",
-      FCL_VERSION " float",
-      {{"collide", "an object a link in the dynamic AABB tree, collide()", make_link},
-       {"obb", "the same with tight bounds, OBB::overlap", make_bounds<true>},
-       {"character", "an object a character in the tree, then its links' bounds, OBB::overlap", make_bounds<false>}}};
+  return {"fcl",
+          "libfcl-dev",
+          FCL_VERSION " float",
+          {{"collide", "an object a link in the dynamic AABB tree, collide()", make_link},
+           {"obb", "the same with tight bounds, OBB::overlap", make_bounds<true>},
+           {"character", "an object a character in the tree, then its links' bounds from outside, OBB::overlap",
+            make_bounds<false>}}};
 }
 
 }  // namespace cab::perf
