@@ -8,8 +8,8 @@
 namespace cab {
 namespace {
 
-// Rounding of origin + bound in double, as a fraction of their magnitudes.
-constexpr double kWorldPad = 0x1p-52;
+// Rounding of origin + bound in double, as a fraction of their magnitudes: docs/proof.md, step 4.4, a little over 2^-52.
+constexpr double kWorldPad = 0x1p-51;
 
 // Instances that one task counts or places.
 constexpr std::uint32_t kInstancesPerTask = 1024;

@@ -6,6 +6,7 @@
 #include "engine/update.h"
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
+#include "layout/fit_box.h"
 
 #include <algorithm>
 #include <cmath>
@@ -165,6 +166,13 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
 
 void destroy_engine(Engine* engine) noexcept { delete engine; }
 
+Status fit_box(Span<const float> vertices, Box* out) noexcept {
+  return guarded([&] {
+    const kernel::FloatMode mode;
+    return fit_box_to_vertices(vertices, out);
+  });
+}
+
 Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
                         std::uint32_t* bad_element) noexcept {
   return guarded([&] {
@@ -223,12 +231,12 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
 Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
+  const kernel::FloatMode mode;
   if (const Status status = validate_policies(policies); status != Status::kOk) return status;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
   const InstanceBatch& batch = engine.batch(input.batch);
   const std::size_t nodes = batch.articulation->node_count;
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
-  const kernel::FloatMode mode;
   Worker& worker = *engine.workers[0];
   const bool axis_aligned = is_axis_aligned(policies.refit);
   Policies every_level = policies;

@@ -3,6 +3,7 @@
 
 #include "engine/broad_phase.h"
 #include "engine/report.h"
+#include "engine/timed.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
 #include "engine/validate.h"
@@ -11,28 +12,10 @@
 #include "kernels/pose_leaves.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 
 namespace cab {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-// Adds the time of a scope to a sum.
-class Timed {
- public:
-  explicit Timed(double& sum) : sum_(sum), start_(Clock::now()) {}
-  ~Timed() { sum_ += seconds_since(start_); }
-  Timed(const Timed&) = delete;
-  Timed& operator=(const Timed&) = delete;
-
- private:
-  double& sum_;
-  Clock::time_point start_;
-};
 
 bool is_within(const PairRule& rule) { return rule.pairing == Pairing::kWithin; }
 
@@ -274,6 +257,7 @@ void add(FrameStats& sum, const FrameStats& part) {
   sum.seconds_broad += part.seconds_broad;
   sum.seconds_test += part.seconds_test;
   sum.seconds_query += part.seconds_query;
+  sum.seconds_contact += part.seconds_contact;
 }
 
 }  // namespace
@@ -302,9 +286,9 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   const Clock::time_point start = Clock::now();
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
+  const kernel::FloatMode mode;  // before the checks: they compare numbers too, and must not trap
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
-  const kernel::FloatMode mode;
   for (const auto& worker : engine.workers) worker->stats = {};
 
   HitSink sink{&job};

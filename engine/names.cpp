@@ -35,6 +35,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadShape:
       return "a convex part has sizes that are not positive, a rotation that is none, or no volume";
     case Status::kShapeOutsideLeafBox: return "a convex part sticks out of its leaf's box";
+    case Status::kBadVertices: return "vertices must be x y z of at least one point, finite and no larger than 1e18";
     case Status::kBadIgnoredPair: return "an ignored pair names a link that does not exist";
     case Status::kUnknownArticulation: return "the engine has no articulation of that id";
     case Status::kUnknownBatch: return "the engine has no batch of that id";

@@ -1,5 +1,7 @@
 #include "engine/report.h"
 
+#include "engine/timed.h"
+
 #include <algorithm>
 #include <thread>
 #include <tuple>
@@ -109,7 +111,9 @@ Status finish_hits(const Engine& engine, HitSink& sink) {
     std::sort(job.hits.data, job.hits.data + job.hit_count,
               [](const Hit& x, const Hit& y) { return order(x) < order(y); });
   if (job.contacts.empty()) return Status::kOk;
-  engine.schedule->for_each(static_cast<std::uint32_t>(job.hit_count), [&](std::uint32_t i, std::uint32_t) {
+  engine.schedule->for_each(static_cast<std::uint32_t>(job.hit_count), [&](std::uint32_t i, std::uint32_t w) {
+    FrameStats& stats = engine.workers[w]->stats;
+    const Timed query(stats.seconds_query), contact(stats.seconds_contact);
     const Hit& hit = job.hits[i];
     job.contacts[i] = leaf_contact(exact_leaf(engine, hit.batch_a.value - 1, hit.instance_a, hit.leaf_a),
                                    exact_leaf(engine, hit.batch_b.value - 1, hit.instance_b, hit.leaf_b));

@@ -10,13 +10,13 @@ namespace cab {
 namespace {
 
 // Steps after posing: inner boxes, or bounds of every node, by the refit policy.
-void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies,
+void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies, bool turned,
            Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const std::size_t extents = static_cast<std::size_t>(policies.extents);
   const bool tree = policies.strategy == Strategy::kTree;
   if (policies.refit == Refit::kAabbVertices) {
-    kernels.fit_vertices(
-        {&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data, aabbs});
+    kernels.fit_vertices({&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data,
+                          aabbs, turned ? kernel::kPosePadTurned : kernel::kPosePad});
   } else if (policies.refit == Refit::kAabbHull) {
     kernels.bound_boxes(nodes, articulation.leaf_count, aabbs);
     if (tree) kernels.refit_aabbs[extents](articulation.program, aabbs);
@@ -49,7 +49,7 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   engine.kernels->pose_leaves(pose);
 
   if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.articulation, policies, worker, nodes, aabbs);
+    refit(*engine.kernels, *batch.articulation, policies, pose.orientations != nullptr, worker, nodes, aabbs);
 
   std::uint32_t taking_part = 0;
   for (std::uint32_t lane = 0; lane < live; ++lane)

@@ -84,7 +84,7 @@ CAB_INLINE Mask<V> is_finite(Vec3<V> a) {
   return both(both(abs(a.x) <= largest, abs(a.y) <= largest), abs(a.z) <= largest);
 }
 
-// Eigenvectors, orthonormal to 16 u and right-handed, in no particular order. A matrix too large or too small for
+// Eigenvectors, orthonormal to rounding and right-handed, in no particular order. A matrix too large or too small for
 // float's squares gives the world's axes.
 template <class V>
 CAB_INLINE void eigen_axes(Symmetric<V> m, Vec3<V> (&axes)[3]) {

@@ -7,15 +7,15 @@
 
 namespace cab::kernel {
 
-// Lanes in which some axis separates a and b. between: centre of b less centre of a. Comparisons are written so
-// that an unordered value never separates.
+// Lanes in which some axis separates a and b. between: centre of b less centre of a. Both boxes are tested a little
+// larger than they are, which covers what rounding does on an axis in proportion to its length; what it does to a
+// product that should vanish is covered apart. Comparisons are written so that an unordered value never separates.
 template <class V>
 CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V> between) {
-  const V size = (sum(a.half) + sum(b.half)) + V(kOverlapTiny);
-  const V face_slack = V(kSlackFace) * size;
-  const V edge_slack = V(kSlackEdge) * size;
-  const V half_a[3] = {a.half.x, a.half.y, a.half.z};
-  const V half_b[3] = {b.half.x, b.half.y, b.half.z};
+  const V grow = V(kSlackGrow) * ((sum(a.half) + sum(b.half)) + V(kOverlapTiny));
+  const V half_a[3] = {a.half.x + grow, a.half.y + grow, a.half.z + grow};
+  const V half_b[3] = {b.half.x + grow, b.half.y + grow, b.half.z + grow};
+  const V edge_slack = V(kSlackEdge) * (half_b[0] + half_b[1] + half_b[2]);
 
   V r[3][3], r_abs[3][3], t[3];  // r = A^T B, t = between in a's axes
   for (int i = 0; i < 3; ++i) {
@@ -26,16 +26,13 @@ CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V>
     }
   }
 
-  Mask<V> out = abs(t[0]) >
-                half_a[0] + (half_b[0] * r_abs[0][0] + half_b[1] * r_abs[0][1] + half_b[2] * r_abs[0][2]) + face_slack;
+  Mask<V> out = abs(t[0]) > half_a[0] + (half_b[0] * r_abs[0][0] + half_b[1] * r_abs[0][1] + half_b[2] * r_abs[0][2]);
   for (int i = 1; i < 3; ++i)
-    out = either(out, abs(t[i]) > half_a[i] +
-                                      (half_b[0] * r_abs[i][0] + half_b[1] * r_abs[i][1] + half_b[2] * r_abs[i][2]) +
-                                      face_slack);
+    out = either(out,
+                 abs(t[i]) > half_a[i] + (half_b[0] * r_abs[i][0] + half_b[1] * r_abs[i][1] + half_b[2] * r_abs[i][2]));
   for (int j = 0; j < 3; ++j)
     out = either(out, abs(dot(b.axis[j], between)) >
-                          half_b[j] + (half_a[0] * r_abs[0][j] + half_a[1] * r_abs[1][j] + half_a[2] * r_abs[2][j]) +
-                              face_slack);
+                          half_b[j] + (half_a[0] * r_abs[0][j] + half_a[1] * r_abs[1][j] + half_a[2] * r_abs[2][j]));
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {

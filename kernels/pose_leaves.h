@@ -100,16 +100,15 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
 
 // A leaf box of one link in the instance's frame, padded so that it contains the exactly posed box.
 template <class V>
-CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local) {
+CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by) {
   BoxLanes<V> box;
   for (int k = 0; k < 3; ++k)
     box.axis[k] = rotate<V>(pose.column, {V(local.axis[k][0]), V(local.axis[k][1]), V(local.axis[k][2])});
   polish(box.axis);
   box.center = pose.translation + rotate<V>(pose.column, {V(local.center[0]), V(local.center[1]), V(local.center[2])});
-  const V place = max_component(abs(pose.translation)) +
-                  V(std::fabs(local.center[0]) + std::fabs(local.center[1]) + std::fabs(local.center[2]));
-  const V pad =
-      V(kPosePadSize * (local.half[0] + local.half[1] + local.half[2])) + V(kPosePadPlace) * place + V(kMergePadTiny);
+  const float size = local.half[0] + local.half[1] + local.half[2];
+  const float out = std::fabs(local.center[0]) + std::fabs(local.center[1]) + std::fabs(local.center[2]);
+  const V pad = V(by.body * (size + out) + kMergePadTiny) + V(by.place) * max_component(abs(pose.translation));
   box.half = {V(local.half[0]) + pad, V(local.half[1]) + pad, V(local.half[2]) + pad};
   return box;
 }
@@ -206,7 +205,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
   }
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
-    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf]);
+    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], args.orientations ? kPosePadTurned : kPosePad);
     checks.in_range = both(checks.in_range, both(in_range(box.center), in_range(box.half)));
     store_box(args.leaves[leaf], lane, box);
   }

@@ -190,12 +190,13 @@ void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
 }
 
 // A tile whose first node_count nodes, leaves first, are each fitted to all vertices below (the paper's AABB+). motions
-// are indexed by link.
+// are indexed by link; pad is that of their poses.
 struct VertexTile {
   const Articulation* articulation;
   std::uint32_t node_count;
   const MotionTile* motions;
   AabbTile* nodes;
+  PosePad pad;
 };
 
 // Bounds of one leaf's vertices, widened by what posing them rounds.
@@ -213,8 +214,8 @@ CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t lea
     const Vec3<V> at = V(vertex[0]) * column[0] + V(vertex[1]) * column[1] + V(vertex[2]) * column[2];
     out = merge_aabb(out, AabbLanes<V>{at, at});
   }
-  const V pad =
-      V(kPosePadPlace) * (max_component(abs(translation)) + V(articulation.leaf_vertex_reach[leaf])) + V(kMergePadTiny);
+  const V pad = V(tile.pad.body * articulation.leaf_vertex_reach[leaf] + kMergePadTiny) +
+                V(tile.pad.place) * max_component(abs(translation));
   const Vec3<V> wide = {pad, pad, pad};
   return {out.lo + translation - wide, out.hi + translation + wide};
 }

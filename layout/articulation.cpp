@@ -15,8 +15,8 @@ namespace {
 constexpr double kAxesTolerance = 1e-5;
 
 // Axes closer than this are kept bit for bit; further ones are made orthonormal and the box grows to cover the
-// change. 8 u leaves half of the 16 u that posed boxes may have to the posing itself.
-constexpr double kAxesExact = 8.0 / (1 << 24);
+// change. What is kept is a part of what posing pads (docs/proof.md, steps 2.1 and 2.5).
+constexpr double kAxesExact = 4.0 / (1 << 24);
 
 // A part may exceed its leaf's box by this fraction of the box's S (float rounding of the caller's own fit):
 // an eighth of the padding that posing adds.

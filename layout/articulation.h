@@ -23,7 +23,7 @@ struct Articulation {
   Span<const std::int32_t> link_parent;
   Span<const float> link_joint;  // 3 a link, in the link's frame
   Span<const std::uint16_t> leaf_link;
-  Span<const Box> leaf_box;  // in the link's frame, axes orthonormal to 8 u
+  Span<const Box> leaf_box;  // in the link's frame, axes orthonormal to 4 u
   Span<const PosedLink> posed_links;
   Span<const std::uint16_t> leaf_order;    // leaves grouped by link
   bool leaves_by_link = false;             // each link has one leaf at most, and leaves are in the order of links

@@ -8,8 +8,8 @@ namespace cab {
 // Instances in a tile, on every instruction set.
 inline constexpr std::uint32_t kLanes = 16;
 
-// One box of 16 instances. axis[k][c] is component c of the k-th axis. Orthonormal to 16 u, half >= 0, no NaN in
-// any lane; lanes past the last instance copy it.
+// One box of 16 instances. axis[k][c] is component c of the k-th axis. Orthonormal to rounding (docs/proof.md, part 1),
+// half >= 0, no NaN in any lane; lanes past the last instance copy it.
 struct alignas(64) BoxTile {
   float center[3][kLanes];
   float axis[3][3][kLanes];

@@ -95,4 +95,23 @@ struct KernelsOptions {
 };
 int kernels_command(const KernelsOptions& options);
 
+struct ContinuityOptions {
+  std::uint32_t step_count = 20000;
+  Isa isa = Isa::kAuto;
+  std::string json_path;  // empty: none
+  std::string csv_path;   // empty: none
+};
+int continuity_command(const ContinuityOptions& options);
+struct VerifyOptions {
+  double minutes = 1;                   // unless rounds or round are given
+  std::optional<std::uint64_t> rounds;  // this many
+  std::optional<std::uint64_t> round;   // this one alone
+  std::uint64_t seed = 1;
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 0;  // 0: every core
+  std::string resume_path;         // empty: none
+  std::string json_path;           // empty: none
+};
+int verify_command(const VerifyOptions& options);
+
 }  // namespace cab::perf

@@ -53,6 +53,7 @@ void add_stats(FrameStats& sum, const FrameStats& more) {
   sum.seconds_broad += more.seconds_broad;
   sum.seconds_test += more.seconds_test;
   sum.seconds_query += more.seconds_query;
+  sum.seconds_contact += more.seconds_contact;
   sum.seconds_total += more.seconds_total;
 }
 

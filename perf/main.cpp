@@ -28,6 +28,9 @@ constexpr std::uint32_t kMaxPaperFrames = 1000000;
 constexpr std::uint32_t kMaxCrowd = 4000000;
 constexpr std::uint32_t kMaxCrowdFrames = 1000000;
 
+// A sweep keeps the boxes of all its steps: this many take about 1 GB.
+constexpr std::uint32_t kMaxSweepSteps = 500000;
+
 void add_isa(CLI::App& command, Isa& isa) {
   command
       .add_option_function<std::string>(
@@ -37,7 +40,8 @@ void add_isa(CLI::App& command, Isa& isa) {
 }
 
 void add_threads(CLI::App& command, std::uint32_t& thread_count) {
-  command.add_option("--threads", thread_count, "threads that work (default 1); 0: every core")
+  const std::string by_default = thread_count == 0 ? "every core" : std::to_string(thread_count);
+  command.add_option("--threads", thread_count, "threads that work (default " + by_default + "); 0: every core")
       ->type_name("N")
       ->check(CLI::Range(0u, kMaxThreads).description(""));
 }
@@ -248,6 +252,47 @@ CLI::App& add_kernels(CLI::App& app, KernelsOptions& o) {
   return command;
 }
 
+CLI::App& add_continuity(CLI::App& app, ContinuityOptions& o) {
+  CLI::App& command =
+      *app.add_subcommand("continuity", "how far inner boxes jump when a pose moves a little, by refit and extents");
+  command
+      .add_option("--steps", o.step_count,
+                  "steps of each figure through its range (default 20000); more steps, less motion in each")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMaxSweepSteps).description(""));
+  add_isa(command, o.isa);
+  add_json(command, o.json_path, "write the figures as JSON");
+  command.add_option("--csv", o.csv_path, "write the figures as CSV")->type_name("OUT.csv");
+  return command;
+}
+
+CLI::App& add_verify(CLI::App& app, VerifyOptions& o) {
+  CLI::App& command = *app.add_subcommand(
+      "verify", "long, seeded verification of merges, overlap tests, hierarchies and frames by exact judges");
+  command
+      .add_option_function<std::string>(
+          "--minutes", [&o](const std::string& text) { o.minutes = read_positive("--minutes", text); },
+          "how long to run (default 1); a round that was begun is finished")
+      ->type_name("N");
+  CLI::Option* rounds =
+      command.add_option("--rounds", o.rounds, "run this many rounds instead; the counts follow from it and the seed")
+          ->type_name("N")
+          ->excludes("--minutes");
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  command.add_option("--seed", o.seed, "of all inputs (default 1)")->type_name("S");
+  CLI::Option* resume =
+      command.add_option("--resume", o.resume_path, "file to go on from where it exists, and to write the state to")
+          ->type_name("FILE");
+  command.add_option("--round", o.round, "run round K alone, to replay a violation")
+      ->type_name("K")
+      ->excludes("--minutes")
+      ->excludes(rounds)
+      ->excludes(resume);
+  add_json(command, o.json_path, "write all counts, a row a regime and method, as JSON");
+  return command;
+}
+
 // Text of an error as one line.
 std::string one_line(std::string text) {
   std::replace_if(
@@ -256,8 +301,22 @@ std::string one_line(std::string text) {
   return text;
 }
 
+std::vector<std::string> names_of_commands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  return names;
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& between, const std::string& before_last) {
+  std::string out;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    out += (i == 0 ? "" : i + 1 == words.size() ? before_last : between) + words[i];
+  return out;
+}
+
 int wrong_use(const CLI::App& app, const std::string& what) {
-  std::string name = "cab", usage = "cab run|inspect|paper|crowd|peers|kernels [OPTION...]";
+  std::string name = "cab", usage = "cab " + joined(names_of_commands(app), "|", "|") + " [OPTION...]";
   if (const auto given = app.get_subcommands(); !given.empty()) {
     name += " " + given.front()->get_name();
     const bool many = given.front()->get_name() == "run";
@@ -281,12 +340,16 @@ int main_command(int argc, char** argv) {
   CrowdOptions crowd_options;
   PeersOptions peers_options;
   KernelsOptions kernels_options;
+  ContinuityOptions continuity_options;
+  VerifyOptions verify_options;
   const CLI::App& run = add_run(app, run_options);
   const CLI::App& inspect = add_inspect(app, inspect_options);
   const CLI::App& paper = add_paper(app, paper_options);
   const CLI::App& crowd = add_crowd(app, crowd_options);
   const CLI::App& peers = add_peers(app, peers_options);
   const CLI::App& kernels = add_kernels(app, kernels_options);
+  const CLI::App& continuity = add_continuity(app, continuity_options);
+  const CLI::App& verify = add_verify(app, verify_options);
   try {
     app.parse(argc, argv);
     if (run.parsed()) return run_command(run_options);
@@ -295,13 +358,15 @@ int main_command(int argc, char** argv) {
     if (crowd.parsed()) return crowd_command(crowd_options);
     if (peers.parsed()) return peers_command(peers_options);
     if (kernels.parsed()) return kernels_command(kernels_options);
+    if (continuity.parsed()) return continuity_command(continuity_options);
+    if (verify.parsed()) return verify_command(verify_options);
   } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ParseError& error) {
     return wrong_use(app, error.what());
   } catch (const UsageError& error) { return wrong_use(app, error.what()); } catch (const std::exception& error) {
     std::cerr << "cab: " << one_line(error.what()) << '\n';
     return kBadData;
   }
-  return wrong_use(app, "no sub-command; choose run, inspect, paper, crowd, peers or kernels");
+  return wrong_use(app, "no sub-command; choose " + joined(names_of_commands(app), ", ", " or "));
 }
 
 }  // namespace

@@ -8,12 +8,13 @@
 
 #include "perf/commands.h"
 #include "scenes/crowd.h"
+#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
 
 [[noreturn]] void reject(const std::string& option, const std::string& text, const std::string& wanted) {
-  throw UsageError(option + ": '" + text + "' is not " + wanted);
+  throw UsageError(option + ": '" + scenes::printable(text) + "' is not " + wanted);
 }
 
 // The whole of text as one number.

@@ -3,17 +3,21 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <cmath>
+#include <functional>
 #include <iostream>
 #include <string>
+#include <utility>
 
 #include "perf/commands.h"
 #include "perf/engine_session.h"
+#include "perf/mesh_query.h"
 #include "perf/paper_gates.h"
 #include "perf/paper_output.h"
 #include "perf/paper_tables.h"
 #include "perf/partial_update.h"
 #include "perf/report.h"
+#include "scenes/bit_hash.h"
 #include "scenes/registry.h"
 
 namespace cab::perf {
@@ -39,6 +43,19 @@ const std::array<Method, 12> kMethods = {{
     {"all leaf pairs", std::nullopt, {Refit::kCab, Strategy::kBrute, Exact::kFcl, Extents::kChildren}},
 }};
 
+// Beside them where the scene's links are not convex: exact queries on triangle meshes instead of convex pieces.
+const std::array<Method, 2> kMeshMethods = {{
+    {"AABB* on meshes", std::nullopt, tree(Refit::kAabbHull), false, true},
+    {"CAB on meshes", std::nullopt, tree(Refit::kCab), false, true},
+}};
+constexpr std::uint32_t kMeshTable = 3;
+
+std::vector<Method> methods_of(const PaperTable& table) {
+  std::vector<Method> methods(kMethods.begin(), kMethods.end());
+  if (table.number == kMeshTable) methods.insert(methods.end(), kMeshMethods.begin(), kMeshMethods.end());
+  return methods;
+}
+
 // Times are medians of this many runs, the methods in turns. t[query] of a method that takes longer than the limit is
 // of one run: that long, noise averages out.
 constexpr std::size_t kTimedRuns = 5;
@@ -49,32 +66,10 @@ const PaperTable& find_table(std::uint32_t number) {
   throw UsageError("--tables: the paper has no table " + std::to_string(number) + "; choose from 1,2,3,4,5");
 }
 
-// FNV-1a of numbers, lowest byte first.
-class Hash {
- public:
-  void add(std::uint32_t number) {
-    for (int shift = 0; shift < 32; shift += 8) value_ = (value_ ^ ((number >> shift) & 0xffu)) * 0x100000001b3u;
-  }
-  void add(float number) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &number, sizeof bits);
-    add(bits);
-  }
-  void add(const Touch& touch) {
-    for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
-      add(number);
-  }
-  void add(const Box& box) {
-    for (const float x : box.center) add(x);
-    for (const auto& axis : box.axis)
-      for (const float x : axis) add(x);
-    for (const float x : box.half) add(x);
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
-};
+void add_touch(scenes::BitHash& hash, const Touch& touch) {
+  for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
+    hash.add(number);
+}
 
 double area(const Box& box) {
   const double x = 2.0 * box.half[0], y = 2.0 * box.half[1], z = 2.0 * box.half[2];
@@ -92,23 +87,52 @@ double mean_inner_area(EngineSession& session, const Policies& policies) {
 }
 
 std::uint64_t box_hash(EngineSession& session, const Policies& policies) {
-  Hash hash;
+  scenes::BitHash hash;
   session.visit_boxes(policies, [&](const ArticulationInfo&, Span<const Box> boxes) {
     for (const Box& box : boxes) hash.add(box);
   });
   return hash.value();
 }
 
+Policies without_exact(Policies policies) {
+  policies.exact = Exact::kNone;
+  return policies;
+}
+
+// Runs a method with its exact queries and hands out the hits of each block. As in the paper, a query that finds a hit
+// goes on to its normal and depth; those on meshes do not, since FCL gives the contacts of triangles, not of bodies.
+FrameStats run_queries(EngineSession& session, const scenes::Scene& scene, const Method& method,
+                       std::uint64_t& nested_count, const std::function<void(const BlockResult&)>& on_block) {
+  if (!method.on_meshes) return session.run(method.policies, true, on_block);
+  MeshQueries queries(scene);
+  FrameStats stats = session.run(without_exact(method.policies), false, [&](const BlockResult& block) {
+    on_block({block.frames, queries.touching(block.touches), block.stats});
+  });
+  stats.seconds_query = queries.seconds();
+  stats.seconds_total += queries.seconds();
+  nested_count = queries.nested_count();
+  return stats;
+}
+
+// To within what rounding to float leaves.
+bool is_unit(const float* v) {
+  constexpr double kRounding = 1e-6;
+  double square = 0;
+  for (int c = 0; c < 3; ++c) square += static_cast<double>(v[c]) * static_cast<double>(v[c]);
+  return std::fabs(square - 1) < kRounding;
+}
+
 // The hits, #coll and t[query] of a method; a hit counts between two characters only, a call counts wherever it is.
-void run_exact(EngineSession& session, MethodRun& run, ProgressBar& bar) {
-  Hash hash;
+void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& run, ProgressBar& bar) {
+  scenes::BitHash hash;
   BlockResult warm_up;
   session.run_block(0, run.method.policies, false, warm_up);
-  run.stats = session.run(run.method.policies, false, [&](const BlockResult& block) {
+  run.stats = run_queries(session, scene, run.method, run.nested_count, [&](const BlockResult& block) {
     for (const Touch& touch : block.touches) {
       if (touch.character_a == touch.character_b) continue;
       ++run.hits;
-      hash.add(touch);
+      if (touch.contact.depth >= 0 && is_unit(touch.contact.normal)) ++run.contact_count;
+      add_touch(hash, touch);
     }
     bar.advance(block.frames.count());
   });
@@ -122,19 +146,17 @@ double median(std::vector<double> values) {
 }
 
 // One run without exact tests, which would push boxes out of the caches; the hash is of the leaf pairs.
-FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, Hash& hash) {
+FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, scenes::BitHash& hash) {
   const auto add = [&hash](const std::vector<Touch>& touches) {
-    for (const Touch& touch : touches) hash.add(touch);
+    for (const Touch& touch : touches) add_touch(hash, touch);
   };
   if (method.on_demand) return run_partial_update(scene, session.isa(), add);
-  Policies boxes_only = method.policies;
-  boxes_only.exact = Exact::kNone;
-  return session.run(boxes_only, false, [&](const BlockResult& block) { add(block.touches); });
+  return session.run(without_exact(method.policies), false, [&](const BlockResult& block) { add(block.touches); });
 }
 
 // What was timed of one method, a value a run.
 struct Times {
-  std::vector<double> update, test, query;
+  std::vector<double> update, test, query, contact;
 };
 
 // Measures every method but brute, and finds the hash of its leaf pairs.
@@ -144,27 +166,50 @@ void measure(EngineSession& session, const scenes::Scene& scene, std::vector<Met
     for (std::size_t m = 0; m < runs.size(); ++m) {
       MethodRun& run = runs[m];
       if (run.method.policies.strategy == Strategy::kExactAll) continue;
-      Hash hash;
+      scenes::BitHash hash;
       const FrameStats stats = run_boxes(session, scene, run.method, hash);
       times[m].update.push_back(stats.seconds_update);
       times[m].test.push_back(stats.seconds_test);
       run.box_hits_hash = hash.value();
       run.stats.box_tests = stats.box_tests;
       run.stats.leaf_pairs = stats.leaf_pairs;
-      if (!run.method.on_demand && run.stats.seconds_query < kRepeatedQuerySeconds)
-        times[m].query.push_back(session.run(run.method.policies, false, [](const BlockResult&) {}).seconds_query);
+      if (!run.method.on_demand && run.stats.seconds_query < kRepeatedQuerySeconds) {
+        const FrameStats exact = run_queries(session, scene, run.method, run.nested_count, [](const BlockResult&) {});
+        times[m].query.push_back(exact.seconds_query);
+        times[m].contact.push_back(exact.seconds_contact);
+      }
       bar.advance(scene.frame_count);
     }
   for (std::size_t m = 0; m < runs.size(); ++m) {
     if (times[m].update.empty()) continue;
     runs[m].stats.seconds_update = median(times[m].update);
     runs[m].stats.seconds_test = median(times[m].test);
-    if (!times[m].query.empty()) runs[m].stats.seconds_query = median(times[m].query);
+    if (times[m].query.empty()) continue;
+    runs[m].stats.seconds_query = median(times[m].query);
+    runs[m].stats.seconds_contact = median(times[m].contact);
   }
   const auto is_hull = [](const MethodRun& run) { return run.method.paper == PaperMethod::kAabbHull; };
   const auto hull = std::find_if(runs.begin(), runs.end(), is_hull);
   for (MethodRun& run : runs)
-    if (run.method.on_demand) run.stats.seconds_query = hull->stats.seconds_query;
+    if (run.method.on_demand) {
+      run.stats.seconds_query = hull->stats.seconds_query;
+      run.stats.seconds_contact = hull->stats.seconds_contact;
+    }
+}
+
+// Which hits on meshes are not those on pieces, by the leaf pairs of CAB, which every method's hits are among.
+std::vector<std::string> mesh_differences(EngineSession& session, const scenes::Scene& scene) {
+  const auto hits_of = [&](const Method& method) {
+    std::vector<Touch> hits;
+    std::uint64_t nested_count = 0;
+    run_queries(session, scene, method, nested_count, [&hits](const BlockResult& block) {
+      hits.insert(hits.end(), block.touches.begin(), block.touches.end());
+    });
+    return hits;
+  };
+  const Method on_pieces = {"", std::nullopt, tree(Refit::kCab)},
+               on_meshes = {"", std::nullopt, tree(Refit::kCab), false, true};
+  return differing_hits(scene, hits_of(on_pieces), hits_of(on_meshes));
 }
 
 TableRun run_table(const PaperTable& table, const PaperOptions& options) {
@@ -182,9 +227,10 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
   result.thread_count = session.thread_count();
   result.pose_hash = scenes::pose_hash(scene);
 
-  const std::uint64_t passes = kMethods.size() + (kMethods.size() - 1) * kTimedRuns;
+  const std::vector<Method> methods = methods_of(table);
+  const std::uint64_t passes = methods.size() + (methods.size() - 1) * kTimedRuns;
   ProgressBar bar("table " + std::to_string(table.number), passes * result.frame_count);
-  for (const Method& method : kMethods) {
+  for (const Method& method : methods) {
     MethodRun run;
     run.method = method;
     if (method.on_demand) {
@@ -193,8 +239,10 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
       run.method = method;
       bar.advance(scene.frame_count);
     } else {
-      run_exact(method.policies.strategy == Strategy::kExactAll ? brute_session : session, run, bar);
+      run_exact(method.policies.strategy == Strategy::kExactAll ? brute_session : session, scene, run, bar);
     }
+    if (method.on_meshes && run.hits_hash != result.runs.front().hits_hash)
+      run.differences = mesh_differences(session, scene);
     result.runs.push_back(run);
   }
   measure(session, scene, result.runs, bar);
@@ -205,6 +253,8 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
     result.box_hit_hash = run.box_hits_hash;
   }
   result.gates = check_gates(table, result.runs, result.is_full());
+  result.alarms = count_added_alarms(scene, options.isa);
+  for (Gate& gate : alarm_gates(result.alarms, result.is_full())) result.gates.push_back(std::move(gate));
   return result;
 }
 
@@ -220,7 +270,10 @@ int paper_command(const PaperOptions& options) {
   std::cout
       << "Seconds are sums over all frames and over the threads that worked, medians of " << kTimedRuns
       << " runs (t[query] above " << fixed(kRepeatedQuerySeconds, 1)
-      << " s, and brute, of one).\nAABB* on demand runs on one thread; its t[query] and hits are those of AABB*, whose "
+      << " s, and brute, of one). t[query] has the normal and depth of every hit in it, % contact of t[total].\n"
+         "on meshes: exact queries on triangle meshes instead of convex pieces, without normal and depth, on one "
+         "thread.\n"
+         "AABB* on demand runs on one thread; its t[query] and hits are those of AABB*, whose "
          "leaf pairs it finds.\nbrute calls on all pairs of links, those of one chain too; its hits are those between "
          "the "
          "chains.\n"

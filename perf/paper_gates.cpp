@@ -33,19 +33,34 @@ Gate equal_coll(const MethodRun& a, const MethodRun& b) {
           a.stats.leaf_pairs == b.stats.leaf_pairs && a.box_hits_hash == b.box_hits_hash};
 }
 
+// The same hits by exact queries on meshes as on convex pieces, or which ones differ.
+Gate equal_hits_on_meshes(const MethodRun& pieces, const MethodRun& meshes) {
+  std::string text = std::string("true hits of ") + meshes.method.name + " " + std::to_string(meshes.hits) + " (" +
+                     std::to_string(meshes.nested_count) + " of them one inside the other) are those on convex pieces";
+  for (const std::string& difference : meshes.differences) text += "; " + difference;
+  return {text, pieces.hits == meshes.hits && pieces.hits_hash == meshes.hits_hash};
+}
+
 }  // namespace
 
 std::vector<Gate> check_gates(const PaperTable& table, const std::vector<MethodRun>& runs, bool full_run) {
   std::vector<Gate> gates;
   const bool same_hits = std::all_of(runs.begin(), runs.end(), [&](const MethodRun& run) {
+    if (run.method.on_meshes) return true;  // a gate of its own
     return run.hits == runs.front().hits && run.hits_hash == runs.front().hits_hash;
   });
   gates.push_back({"true hits " + std::to_string(runs.front().hits) + " are the same for all methods", same_hits});
+
+  const bool all_contacts = std::all_of(runs.begin(), runs.end(), [](const MethodRun& run) {
+    return run.method.on_meshes || run.contact_count == run.hits;
+  });
+  gates.push_back({"each true hit has a normal and a depth", all_contacts});
 
   const MethodRun* cab = find_run(runs, PaperMethod::kCab);
   const MethodRun* hull = find_run(runs, PaperMethod::kAabbHull);
   for (const MethodRun& run : runs) {
     if (run.method.policies.strategy == Strategy::kExactAll) continue;
+    if (run.method.on_meshes) gates.push_back(equal_hits_on_meshes(runs.front(), run));
     if (cab && &run != cab && !is_axis_aligned(run.method)) gates.push_back(equal_coll(*cab, run));
     if (hull && &run != hull && run.method.policies.refit == Refit::kAabbHull) gates.push_back(equal_coll(*hull, run));
   }

@@ -18,6 +18,7 @@ struct Method {
   std::optional<PaperMethod> paper;  // none: the paper has no such row
   Policies policies;
   bool on_demand = false;  // perf/partial_update instead of the engine; policies are those of the boxes it equals
+  bool on_meshes = false;  // exact queries by perf/mesh_query instead of the engine
 };
 
 // What one method counted over one scene.
@@ -27,7 +28,10 @@ struct MethodRun {
   std::uint64_t hits = 0;  // between two characters
   std::uint64_t hits_hash = 0;      // FNV-1a of every hit's frame, characters and links, in order
   std::uint64_t box_hits_hash = 0;  // likewise of the pairs whose leaf boxes overlap; 0 where the method has no boxes
-  double mean_area = 0;             // surface of the inner boxes, in the scene's units squared; 0 where there are none
+  std::uint64_t contact_count = 0;  // hits with a normal and a depth
+  std::uint64_t nested_count = 0;   // hits on meshes in which one link lies inside the other
+  std::vector<std::string> differences;  // hits on meshes and on convex pieces that are not the same ones, in words
+  double mean_area = 0;  // surface of the inner boxes, in the scene's units squared; 0 where there are none
 
   // The paper's #false: calls that found nothing between two characters.
   std::uint64_t false_alarms() const { return stats.leaf_pairs - hits; }

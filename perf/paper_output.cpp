@@ -53,7 +53,7 @@ void print_ratios(const TableRun& run) {
   const PaperRow& papers_cab = run.table->row(PaperMethod::kCab);
   TextTable text;
   text.add_row({"", "t[total]/CAB", "paper", "t[upd]/CAB", "paper", "ms/frame", "paper", "% of 1/30 s", "% query",
-                "% upd", "% test", "area/CAB"});
+                "% contact", "% upd", "% test", "area/CAB"});
   for (const MethodRun& method : run.runs) {
     const FrameStats& s = method.stats;
     const double total = method.total_seconds(), frame = total / run.frame_count;
@@ -64,7 +64,7 @@ void print_ratios(const TableRun& run) {
                   p ? ratio(p->update_seconds, papers_cab.update_seconds) : "-", fixed(1e3 * frame, 5),
                   p ? fixed(1e3 * p->total_seconds / run.table->frame_count, 2) : "-",
                   fixed(100 * frame / kFrameSeconds, 3), percent(s.seconds_query, total),
-                  percent(s.seconds_update, total), percent(s.seconds_test, total),
+                  percent(s.seconds_contact, total), percent(s.seconds_update, total), percent(s.seconds_test, total),
                   ratio(method.mean_area, cab->mean_area, 4)});
   }
   text.print(std::cout);
@@ -76,11 +76,13 @@ Json method_json(const TableRun& run, const MethodRun& method) {
   json["method"] = method.method.name;
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(method.method.policies, f)].name;
+  json["on_meshes"] = method.method.on_meshes;
   json["coll"] = s.leaf_pairs;
   json["false_alarms"] = method.false_alarms();
   json["hits"] = method.hits;
   json["box_tests"] = s.box_tests;
   json["query_thread_seconds"] = s.seconds_query;
+  json["contact_thread_seconds"] = s.seconds_contact;
   json["update_thread_seconds"] = s.seconds_update;
   json["test_thread_seconds"] = s.seconds_test;
   json["total_thread_seconds"] = method.total_seconds();
@@ -113,6 +115,7 @@ void print_table(const TableRun& run) {
   print_ratios(run);
   std::cout << "  hashes: poses " << hex(run.pose_hash) << ", boxes of CAB " << hex(run.box_hash) << ", box hits "
             << hex(run.box_hit_hash) << '\n';
+  if (!run.is_full()) std::cout << "  " << describe(run.alarms) << '\n';
   for (const Gate& gate : run.gates) std::cout << (gate.passed ? "  ok    " : "  FAIL  ") << gate.text << '\n';
   if (!run.is_full())
     std::cout << "  The paper's counts are compared in a run of all " << run.table->frame_count << " frames only.\n";
@@ -135,6 +138,9 @@ void write_paper_json(const std::string& path, const std::vector<TableRun>& tabl
     table["pose_hash"] = hex(run.pose_hash);
     table["box_hash"] = hex(run.box_hash);
     table["box_hit_hash"] = hex(run.box_hit_hash);
+    table["added_alarms"] = {{"found", run.alarms.found},           {"touching", run.alarms.touching},
+                             {"by_padding", run.alarms.by_padding}, {"by_slack", run.alarms.by_slack},
+                             {"missed", run.alarms.missed},         {"percent", run.alarms.percent()}};
     table["methods"] = Json::array();
     for (const MethodRun& method : run.runs) table["methods"].push_back(method_json(run, method));
     table["gates"] = Json::array();
@@ -148,8 +154,10 @@ void write_paper_csv(const std::string& path, const std::vector<TableRun>& table
   OutputFile file(path);
   std::ostream& out = file.stream();
   out << "table,method,frames,isa,lanes,threads,coll,false_alarms,hits,box_tests,query_thread_seconds,"
-         "update_thread_seconds,test_thread_seconds,total_thread_seconds,total_wall_seconds,mean_inner_box_area,"
-         "pose_hash,box_hash,box_hit_hash,hits_hash,paper_coll,paper_false_alarms,paper_query_seconds,"
+         "contact_thread_seconds,update_thread_seconds,test_thread_seconds,total_thread_seconds,total_wall_seconds,"
+         "mean_inner_box_area,"
+         "pose_hash,box_hash,box_hit_hash,hits_hash,touching,added_by_padding,added_by_slack,paper_coll,paper_false_"
+         "alarms,paper_query_seconds,"
          "paper_update_seconds,paper_test_seconds,paper_total_seconds\n";
   for (const TableRun& run : tables)
     for (const MethodRun& method : run.runs) {
@@ -157,10 +165,14 @@ void write_paper_csv(const std::string& path, const std::vector<TableRun>& table
       out << run.table->number << ',' << csv_field(method.method.name) << ',' << run.frame_count << ','
           << cab::to_string(run.isa) << ',' << to_string(run.lanes) << ',' << run.thread_count << ',' << s.leaf_pairs
           << ',' << method.false_alarms() << ',' << method.hits << ',' << s.box_tests << ','
-          << shortest(s.seconds_query) << ',' << shortest(s.seconds_update) << ',' << shortest(s.seconds_test) << ','
-          << shortest(method.total_seconds()) << ',' << shortest(s.seconds_total) << ',' << shortest(method.mean_area)
-          << ',' << hex(run.pose_hash) << ',' << hex(run.box_hash) << ',' << hex(run.box_hit_hash) << ','
-          << hex(method.hits_hash);
+          << shortest(s.seconds_query) << ',' << shortest(s.seconds_contact) << ',' << shortest(s.seconds_update) << ','
+          << shortest(s.seconds_test) << ',' << shortest(method.total_seconds()) << ',' << shortest(s.seconds_total)
+          << ',' << shortest(method.mean_area) << ',' << hex(run.pose_hash) << ',' << hex(run.box_hash) << ','
+          << hex(run.box_hit_hash) << ',' << hex(method.hits_hash);
+      if (method.method.paper == PaperMethod::kCab)
+        out << ',' << run.alarms.touching << ',' << run.alarms.by_padding << ',' << run.alarms.by_slack;
+      else
+        out << ",,,";
       if (method.method.paper) {
         const PaperRow& p = run.table->row(*method.method.paper);
         out << ',' << p.coll << ',' << p.false_alarms << ',' << shortest(p.query_seconds) << ','

@@ -1,33 +1,42 @@
-// The hash that names the bits of poses and of results.
+// FNV-1a of bits: names a difference in poses, boxes or hits, on any machine.
 #pragma once
 
-#include <cstddef>
+#include <cab/types.h>
+
 #include <cstdint>
 #include <cstring>
 
 namespace cab::scenes {
 
-// FNV-1a over the bits of numbers, lowest byte first on every machine.
+// Numbers are taken by their bits, lowest byte first: -0 is not 0.
 class BitHash {
  public:
-  void add(std::uint32_t value) { add_bits<std::uint32_t>(value); }
-  void add(float value) { add_bits<std::uint32_t>(value); }
-  void add(double value) { add_bits<std::uint64_t>(value); }
+  void add(std::uint32_t number) { add_bytes(number, 4); }
+  void add(std::uint64_t number) { add_bytes(number, 8); }
+  void add(float number) { add(bits<std::uint32_t>(number)); }
+  void add(double number) { add(bits<std::uint64_t>(number)); }
+  void add(const Box& box) {
+    for (const float x : box.center) add(x);
+    for (const auto& axis : box.axis)
+      for (const float x : axis) add(x);
+    for (const float x : box.half) add(x);
+  }
   std::uint64_t value() const { return value_; }
 
  private:
-  template <class Bits, class Value>
-  void add_bits(Value value) {
-    static_assert(sizeof(Bits) == sizeof(Value));
-    Bits bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    for (std::size_t byte = 0; byte < sizeof bits; ++byte) {
-      value_ ^= static_cast<std::uint64_t>((bits >> (8 * byte)) & 0xff);
-      value_ *= 0x100000001b3u;  // FNV's 64-bit prime
-    }
+  void add_bytes(std::uint64_t number, int count) {
+    for (int byte = 0; byte < count; ++byte) value_ = (value_ ^ ((number >> (8 * byte)) & 0xffu)) * 0x100000001b3u;
   }
 
-  std::uint64_t value_ = 0xcbf29ce484222325u;  // FNV's 64-bit offset basis
+  template <class Bits, class Value>
+  static Bits bits(Value value) {
+    static_assert(sizeof(Bits) == sizeof(Value));
+    Bits out;
+    std::memcpy(&out, &value, sizeof out);
+    return out;
+  }
+
+  std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
 }  // namespace cab::scenes

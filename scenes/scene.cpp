@@ -4,6 +4,7 @@
 #include "scenes/bit_hash.h"
 
 namespace cab::scenes {
+
 std::uint32_t pose_floats(PoseFormat format) {
   switch (format) {
     case PoseFormat::kQuaternionTranslation: return 7;
@@ -37,6 +38,20 @@ std::uint64_t pose_hash(const Scene& scene) {
   for (const Character& character : scene.characters) {
     for (const float value : character.poses) hash.add(value);
     for (const double value : character.origins) hash.add(value);
+  }
+  return hash.value();
+}
+
+std::uint64_t shape_hash(const Scene& scene) {
+  BitHash hash;
+  for (const Character& character : scene.characters) {
+    for (const float value : character.link_joints) hash.add(value);
+    for (const BodyLeaf& leaf : character.leaves) {
+      hash.add(leaf.link);
+      hash.add(leaf.box);
+      for (const Part& part : leaf.parts)
+        for (const float value : part.vertices) hash.add(value);
+    }
   }
   return hash.value();
 }

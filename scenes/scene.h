@@ -76,4 +76,7 @@ class ArticulationStorage {
 // FNV-1a hash of the bits of every pose and origin: names a difference that began before the engine.
 std::uint64_t pose_hash(const Scene& scene);
 
+// The same of every joint, leaf box and vertex.
+std::uint64_t shape_hash(const Scene& scene);
+
 }  // namespace cab::scenes

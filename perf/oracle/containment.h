@@ -19,4 +19,8 @@ ContainmentVerdict judge_containment_exactly(const OracleBox<float>& parent, con
 // The same verdict, but clear passes are settled in double, their excess good to 2^-44 of the sizes.
 ContainmentVerdict judge_containment(const OracleBox<float>& parent, const OracleBox<float>& child);
 
+// The same for a child in long double, as exact_pose.h poses leaf boxes. The screen is wider here by 2^-46 of the sizes
+// and of the child's centre, for the rounding of the child to double.
+ContainmentVerdict judge_containment(const OracleBox<float>& parent, const OracleBox<long double>& child);
+
 }  // namespace cab::oracle

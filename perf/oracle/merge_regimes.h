@@ -20,7 +20,7 @@ enum class MergeRegime {
   kTinyHuge,      // children apart by 1e2 to 1e12 in size
   kFar,           // 1e5 to 1e7 m from the origin
   kExtremeScale,  // everything scaled by 1e-30 to 1e18, at times one child alone
-  kDrifting,      // axes orthonormal only to 4 u to 16 u
+  kDrifting,      // axes as far from orthonormal as the kernels' may be
   kParents,       // children that are parents themselves, one to four levels up
 };
 inline constexpr unsigned kMergeRegimeCount = 10;

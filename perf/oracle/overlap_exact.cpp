@@ -10,6 +10,16 @@ namespace {
 // Rounding of a numerator in Quad relative to |offset|_1 + Sa + Sb, above what a count of operations gives.
 constexpr double kQuadRounding = 0x1p-100;
 
+// The same in double, for axes whose components are below 1.5 (e = 2^-53, o = |offset|_1, S = Sa + Sb, first order).
+// Products of two components are exact in double, since both are floats, so a component of a normal is off by 4.5 e and
+// not above 4.5. |normal . axis|: at most 20.3, off by 20.3 e for its normal, 20.3 e for its products, 40.5 e for its
+// sums: 81 e. |offset . normal|: at most 4.5 o, off by 4.5 e o each for the offset, the normal and the products and by
+// 9 e o for the sums: 22.5 e o. |(offset x a_i) . b_j|: at most 4.5 o, its cross off by 9 e o in all, times 1.5, and
+// 4.5 e o and 9 e o for products and sums: 27 e o. A radius: at most 20.3 S, off by 81 e S and three more roundings of
+// 20.3 e S. The last two subtractions round sums of at most 4.5 o + 20.3 S. Together below 37 e o + 183 e S.
+constexpr double kDoubleRounding = 0x1p-44;  // 512 e
+constexpr double kLargestComponent = 1.5;
+
 // Face normals of a box: normal[k] = axis[k + 1] x axis[k + 2].
 template <class T>
 std::array<Vec3<T>, 3> face_normals(const OracleBox<T>& box) {
@@ -72,6 +82,21 @@ AxisGaps axis_lengths(const OracleBox<double>& a, const OracleBox<double>& b) {
   return out;
 }
 
+// Whether the bound in double holds for the axes of both boxes.
+bool in_filter_range(const OracleBox<double>& a, const OracleBox<double>& b) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < 3; ++k)
+    largest = larger(largest, larger(norm_max(axis_of(a, k)), norm_max(axis_of(b, k))));
+  return largest < kLargestComponent;
+}
+
+// Whether A's axis i and B's axis j are parallel bit for bit: their cross product is zero and can never separate.
+bool same_line(const OracleBox<double>& a, std::size_t i, const OracleBox<double>& b, std::size_t j) {
+  const Vec3<double> one = axis_of(a, i), other = axis_of(b, j);
+  const bool same = one[0] == other[0] && one[1] == other[1] && one[2] == other[2];
+  return same || (one[0] == -other[0] && one[1] == -other[1] && one[2] == -other[2]);
+}
+
 // A numerator over the length of its axis.
 double gap_on_axis(double numerator, double length) {
   return length > 0.0 ? numerator / length : -std::numeric_limits<double>::infinity();
@@ -98,6 +123,22 @@ OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& 
 
 OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& b) {
   return judge_overlap(a, b, convert<Quad>(center_of(b)) - convert<Quad>(center_of(a)));
+}
+
+bool judge_overlap_filtered(const OracleBox<float>& a, const OracleBox<float>& b, const Vec3<Quad>& offset) {
+  const OracleBox<double> wide_a = convert<double>(a), wide_b = convert<double>(b);
+  const Vec3<double> rounded = convert<double>(offset);
+  const auto numerator = numerators(wide_a, wide_b, rounded);
+  // Below 2^-900 products could underflow.
+  const double bound = kDoubleRounding * (norm_1(rounded) + half_sum(wide_a) + half_sum(wide_b)) + 0x1p-900;
+  if (!in_filter_range(wide_a, wide_b)) return judge_overlap(a, b, offset).overlap;
+  bool clear = true;
+  for (std::size_t k = 0; k < kSeparatingAxisCount; ++k) {
+    if (numerator[k] > 2.0 * bound) return false;  // twice: judge_overlap itself asks for more than 2^-100 of the sizes
+    const bool vanishes = k >= 6 && same_line(wide_a, (k - 6) / 3, wide_b, (k - 6) % 3);
+    clear = clear && (vanishes || numerator[k] < -bound);
+  }
+  return clear || judge_overlap(a, b, offset).overlap;
 }
 
 AxisGaps axis_gaps(const OracleBox<double>& a, const OracleBox<double>& b, const Vec3<double>& offset) {

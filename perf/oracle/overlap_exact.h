@@ -30,6 +30,10 @@ OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& 
 // The same for boxes whose centres share one origin.
 OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& b);
 
+// The answer of judge_overlap alone, with clear cases settled in double: the same for every pair of boxes that
+// judge_overlap takes.
+bool judge_overlap_filtered(const OracleBox<float>& a, const OracleBox<float>& b, const Vec3<Quad>& offset);
+
 // The gaps on all axes, in double: good to 2^-48 of the sizes over the length of the axis.
 AxisGaps axis_gaps(const OracleBox<double>& a, const OracleBox<double>& b, const Vec3<double>& offset);
 

@@ -30,7 +30,24 @@ struct Rig {
   std::uint32_t node_count() const { return 2 * leaf_count() - 1; }
 };
 
-enum class Topology { kChain, kStar, kTree };
+enum class Topology { kChain, kStar, kTree, kHumanoid, kHand };
+inline constexpr unsigned kTopologyCount = 5;
+
+// The parent of a link above 0. A humanoid has spine, neck, head, arms and legs in its first 19 links and five fingers
+// a hand in those after them; a hand has five fingers of as many links.
+inline unsigned parent_link(Random& random, Topology topology, unsigned link) {
+  static constexpr unsigned kHumanoid[] = {0, 0, 1, 2, 3, 2, 5, 6, 7, 2, 9, 10, 11, 0, 13, 14, 0, 16, 17};
+  switch (topology) {
+    case Topology::kChain: return link - 1;
+    case Topology::kStar: return 0;
+    case Topology::kHumanoid:
+      if (link < 19) return kHumanoid[link];
+      return link >= 29 ? link - 10 : (link % 2 == 0 ? 8 : 12);
+    case Topology::kHand: return link <= 5 ? 0 : link - 5;
+    case Topology::kTree: break;
+  }
+  return random.index(link);
+}
 
 // A box with random axes, rounded to float, about a point.
 inline Box random_box(Random& random, const Vec3<double>& center, double least_half, double most_half) {
@@ -51,10 +68,7 @@ inline Rig random_rig(Random& random, Topology topology, unsigned links, unsigne
   Rig rig;
   const bool own_joints = random.chance(0.5);
   for (unsigned link = 0; link < links; ++link) {
-    const unsigned parent = link == 0                      ? 0
-                            : topology == Topology::kChain ? link - 1
-                            : topology == Topology::kStar  ? 0
-                                                           : random.index(link);
+    const unsigned parent = link == 0 ? 0 : parent_link(random, topology, link);
     rig.parents.push_back(link == 0 ? -1 : static_cast<std::int32_t>(parent));
     const double length = random.uniform(0.2, 0.4);
     rig.parent_offset.push_back(length * random.unit_vector());

@@ -99,9 +99,16 @@ BoxPair shape_pair(Random& random, TouchRegime regime) {
       tilt_frame(random, random.log_uniform(1e-8, 1e-2), pair.b);
       set_halves(random, 0.1 * size, size, pair.b);
       break;
+    case TouchRegime::kExtremeScale: {
+      const double extreme = random.log_uniform(1e-30, 1e18);
+      set_halves(random, 0.1 * extreme, extreme, pair.a);
+      set_halves(random, 0.1 * extreme, extreme, pair.b);
+      break;
+    }
     case TouchRegime::kOrdinary:
     case TouchRegime::kFarCenters:
-    case TouchRegime::kFarOrigins: break;
+    case TouchRegime::kFarOrigins:
+    case TouchRegime::kOneAxis: break;
   }
   return pair;
 }
@@ -227,8 +234,7 @@ Vec3<double> middle_support(const OracleBox<double>& box, const Vec3<double>& di
 }
 
 // Frame of B whose three faces look equally far from a direction: a corner points at A.
-void aim_corner(const Vec3<double>& direction, OracleBox<double>& box) {
-  Random random(7);
+void aim_corner(Random& random, const Vec3<double>& direction, OracleBox<double>& box) {
   double axis[3][3];
   random.rotation_about(direction, 0, axis);
   const Vec3<double> side1 = to_vec3(axis[1]);
@@ -250,6 +256,37 @@ Vec3<double> cross_edges(const OracleBox<double>& a, std::size_t i, std::size_t 
   return direction;
 }
 
+// Gives B a frame and a centre such that axis k in 0..14 alone separates the two, by gap in their unit. A has a frame
+// and a centre, both have halves that differ little.
+BoxPair pose_about_axis(Random& random, std::size_t k, double gap, OracleBox<double> a, OracleBox<double> b) {
+  Vec3<double> direction = axis_of(a, k % 3);
+  if (k < 6) {
+    aim_corner(random, direction, b);
+  } else {
+    direction = cross_edges(a, (k - 6) / 3, (k - 6) % 3, b);
+  }
+  const Vec3<double> offset = middle_support(a, direction) + gap * direction - middle_support(b, -1.0 * direction);
+  store(center_of(a) + offset, b.center);
+  const bool swapped = k >= 3 && k < 6;
+  BoxPair pair{};
+  pair.a = convert<float>(swapped ? b : a);
+  pair.b = convert<float>(swapped ? a : b);
+  return pair;
+}
+
+// Two boxes of any size and place that touch where one axis, chosen at random, decides.
+BoxPair one_axis_pair(Random& random) {
+  const double size = random.log_uniform(1e-3, 1e3);
+  OracleBox<double> a{}, b{};
+  random.rotation(a.axis);
+  for (std::size_t i = 0; i < 3; ++i) {
+    a.center[i] = size * random.uniform(-1.0, 1.0);
+    a.half[i] = size * static_cast<double>(kPoseHalves[0][i]) * random.uniform(0.95, 1.05);
+    b.half[i] = size * static_cast<double>(kPoseHalves[1][i]) * random.uniform(0.95, 1.05);
+  }
+  return pose_about_axis(random, random.index(kSeparatingAxisCount), 0.0, a, b);
+}
+
 }  // namespace
 
 BoxPair separating_axis_pose(std::size_t k) {
@@ -262,20 +299,8 @@ BoxPair separating_axis_pose(std::size_t k) {
     a.half[i] = static_cast<double>(kPoseHalves[0][i]);
     b.half[i] = static_cast<double>(kPoseHalves[1][i]);
   }
-  Vec3<double> direction = axis_of(a, k % 3);
-  if (k < 6) {
-    aim_corner(direction, b);
-  } else {
-    direction = cross_edges(a, (k - 6) / 3, (k - 6) % 3, b);
-  }
-  const double gap = kPoseGap * (half_sum(a) + half_sum(b));
-  const Vec3<double> offset = middle_support(a, direction) + gap * direction - middle_support(b, -1.0 * direction);
-  store(center_of(a) + offset, b.center);
-  const bool swapped = k >= 3 && k < 6;
-  BoxPair pair{};
-  pair.a = convert<float>(swapped ? b : a);
-  pair.b = convert<float>(swapped ? a : b);
-  return pair;
+  Random turn(7);
+  return pose_about_axis(turn, k, kPoseGap * (half_sum(a) + half_sum(b)), a, b);
 }
 
 Vec3<Quad> exact_offset(const BoxPair& pair) {
@@ -287,12 +312,13 @@ BoxPair near_touching_pair(Random& random, TouchRegime regime, double gap_ulps) 
   if (regime == TouchRegime::kLines && random.chance(0.2)) { return exactly_touching_pair(random, false); }
   if (regime == TouchRegime::kPoints && random.chance(0.3)) { return exactly_touching_pair(random, true); }
   BoxPair pair{};
-  do {
-    pair = shape_pair(random, regime);
-  } while (
-      !(orthonormality_error(pair.a) <= kOrthonormalityLimit && orthonormality_error(pair.b) <= kOrthonormalityLimit));
-  place_pair(random, regime, pair);
-  bring_together(random, contact_direction(random, pair), pair);
+  do { pair = shape_pair(random, regime); } while (!(frame_error(pair.a) <= 1 && frame_error(pair.b) <= 1));
+  if (regime == TouchRegime::kOneAxis) {
+    pair = one_axis_pair(random);
+  } else {
+    place_pair(random, regime, pair);
+    bring_together(random, contact_direction(random, pair), pair);
+  }
   for (int pass = 0; pass < kClosingPasses; ++pass) {
     const double size = half_sum(convert<double>(pair.a)) + half_sum(convert<double>(pair.b));
     close_gap(gap_ulps * kFloatRoundoff * size, pair);

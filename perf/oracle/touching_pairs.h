@@ -24,12 +24,14 @@ enum class TouchRegime {
   kNearParallelEdges,  // frames turned by 1e-8 to 1e-2
   kFarCenters,         // centres 10 to 1e4 sizes from their common origin
   kFarOrigins,         // instances 1e5 to 1e7 m out, centres within metres of their origins
+  kOneAxis,            // a pose about each of the 15 axes, which alone decides
+  kExtremeScale,       // sizes 1e-30 to 1e18
 };
-inline constexpr unsigned kTouchRegimeCount = 10;
+inline constexpr unsigned kTouchRegimeCount = 12;
 
 // A pair whose signed gap is about gap_ulps times 2^-24 (Sa + Sb), an ulp or so either way (to 6 in kHighAspect);
-// negative overlaps, and judge_overlap tells. Origins are zero except in kFarOrigins; half the frames drift by up to
-// 16 u. A fifth of kLines and a third of kPoints have no thickness to overlap by and touch exactly, whatever gap_ulps.
+// negative overlaps, and judge_overlap tells. Origins are zero except in kFarOrigins; half the frames drift as
+// far as the kernels' may. A fifth of kLines and a third of kPoints have no thickness to overlap by and touch exactly, whatever gap_ulps.
 BoxPair near_touching_pair(Random& random, TouchRegime regime, double gap_ulps);
 
 // B's centre minus A's in the world frame, exact to Quad.

@@ -20,9 +20,8 @@ constexpr std::size_t kMaxJoints = 8192;
 // assimp collects the digits before the point in 64 bits and quietly reads 0 when they do not fit.
 constexpr std::size_t kMaxIntegerDigits = 18;
 constexpr std::size_t kShownCharacters = 40;
-// Between a microsecond and an hour; assimp keeps the reciprocal.
+// assimp keeps the reciprocal.
 constexpr double kMinFrameSeconds = 1e-6;
-constexpr double kMaxFrameSeconds = 3600;
 
 constexpr std::array<const char*, 6> kChannelNames = {"Xposition", "Yposition", "Zposition",
                                                       "Xrotation", "Yrotation", "Zrotation"};

@@ -245,6 +245,8 @@ Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std
   if (!std::isfinite(ticks_per_second) || ticks_per_second < 0)
     throw ImportError(path + ": the ticks a second of its animation must be finite and above 0");
   clock.frame_seconds = std::max((last - first) / (most_keys - 1) / ticks_per_second, kMinFrameSeconds);
+  if (!(clock.frame_seconds <= kMaxFrameSeconds))
+    throw ImportError(path + ": the frame time of its animation is more than an hour");
   clock.ticks_per_frame = clock.frame_seconds * ticks_per_second;
   // The tolerance keeps the last key when the quotient falls a rounding error short of a whole number.
   const double frames = std::floor((last - first) / clock.ticks_per_frame + 1e-6) + 1;

@@ -1,5 +1,6 @@
 // compute_boxes: leaf boxes hold the exactly posed ones, inner boxes hold all below them, and bits do not vary.
 #include "perf/oracle/containment.h"
+#include "perf/oracle/float_frame.h"
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -57,7 +58,7 @@ std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, Artic
 }  // namespace
 
 TEST_CASE("every box contains every exactly posed leaf box below it, and the engine's own leaf boxes") {
-  double worst = -1e30;  // nearest that a posed corner comes to leaving a box, in ulps of size; measured -4.8
+  double worst = -1e30;  // nearest that a posed corner comes to leaving a box, in ulps of size; measured -2.7
   std::size_t judged = 0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     CAPTURE(seed);
@@ -101,7 +102,7 @@ TEST_CASE("every box contains every exactly posed leaf box below it, and the eng
   CHECK(worst < 0);
 }
 
-TEST_CASE("axes of boxes are orthonormal to 16 u, halves are not negative, and axis-aligned boxes are") {
+TEST_CASE("axes of boxes err no more than derived, halves are not negative, and axis-aligned boxes are") {
   double worst = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
@@ -111,7 +112,7 @@ TEST_CASE("axes of boxes are orthonormal to 16 u, halves are not negative, and a
     const EnginePtr engine = make_engine_for(world);
     for (const Policies& policies : all_refits()) {
       for (const Box& box : boxes_of(*engine, 1, world.members[0], policies)) {
-        worst = std::max(worst, oracle::orthonormality_error(oracle_box(box)));
+        worst = std::max(worst, oracle::frame_error(oracle_box(box)));
         for (int k = 0; k < 3; ++k) {
           CHECK(box.half[k] >= 0);
           for (int c = 0; c < 3 && !is_oriented(policies); ++c) CHECK(box.axis[k][c] == (k == c ? 1.0f : 0.0f));
@@ -119,7 +120,7 @@ TEST_CASE("axes of boxes are orthonormal to 16 u, halves are not negative, and a
       }
     }
   }
-  CHECK(worst <= 16 * oracle::kFloatRoundoff);
+  CHECK(worst <= 1);
 }
 
 TEST_CASE("merging child bounds and refitting from the leaves below give the same axis-aligned boxes, bit for bit") {

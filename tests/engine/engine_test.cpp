@@ -1,5 +1,6 @@
 // Creating engines, articulations and batches: every status, ids, counts, and one call at a time.
 #include "perf/oracle/random_world.h"
+#include "tests/engine/thread_sanitizer.h"
 
 #include <doctest/doctest.h>
 
@@ -125,6 +126,10 @@ TEST_CASE("a batch needs 1 to kMaxInstances instances, and an engine holds kMaxB
   CHECK(add_batch(*engine, {{1}, kMaxInstances + 1, BatchKind::kFrames}, &batch) == Status::kTooManyInstances);
   CHECK(add_batch(*engine, {{1}, 0xffffffffu, BatchKind::kCharacters}, &batch) == Status::kTooManyInstances);
   CHECK(batch.value == 42);
+  if (cab::tests::kThreadSanitizer) {
+    MESSAGE("under ThreadSanitizer the 4096 batches are left out: four minutes on one thread");
+    return;
+  }
   for (std::uint32_t i = 0; i < kMaxBatches; ++i)
     REQUIRE(add_batch(*engine, {{1}, 1, BatchKind::kFrames}, &batch) == Status::kOk);
   CHECK(batch.value == kMaxBatches);

@@ -22,6 +22,7 @@ constexpr unsigned kRoundToZero = 0x6000;
 constexpr unsigned kFlushToZero = 0x8000;
 constexpr unsigned kStickyFlags = 0x003f;
 constexpr unsigned kMaskInvalid = 0x0080;
+constexpr unsigned kMaskDenormal = 0x0100;
 constexpr unsigned kMaskDivide = 0x0200;
 
 constexpr unsigned kWords[] = {
@@ -132,7 +133,7 @@ World touchy_world(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("a caller's flush-to-zero, rounding mode and unmasked exceptions change no bit and are restored") {
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     CAPTURE(seed);
     const World world = touchy_world(seed);
     for (const Isa isa : available_isas()) {
@@ -140,7 +141,9 @@ TEST_CASE("a caller's flush-to-zero, rounding mode and unmasked exceptions chang
       EngineDesc desc;
       desc.isa = isa;
       const EnginePtr engine = make_engine_for(world, desc);
-      for (const Refit refit : {Refit::kCab, Refit::kAabbHull}) {
+      for (std::uint32_t row = 0; row < policy_table()[0].value_count; ++row) {
+        const auto refit = static_cast<Refit>(row);
+        CAPTURE(row);
         const Bits expected = bits_of(*engine, world, refit, 0);
         CHECK(expected.hits.size() > 0);
         for (const unsigned word : kWords) {
@@ -192,6 +195,34 @@ TEST_CASE("TBB's threads keep no trace of the calling thread's mode in a result"
   for (const unsigned word : kWords) {
     CAPTURE(word);
     CHECK(same(bits_of(*engine, world, Refit::kCab, word), expected));
+  }
+}
+
+TEST_CASE("origins that would trap in the caller's mode are checked in the library's") {
+  World world;
+  Random random(12);
+  world.members.push_back(any_member(random, 3, BatchKind::kCharacters, {1, false, true, {}}, 4));
+  const EnginePtr engine = make_engine_for(world);
+  const auto statuses = [&](double origin) {
+    world.members[0].poses.origins[4] = origin;
+    const BatchInput input = world.members[0].poses.input({1});
+    std::vector<Box> boxes(3 * world.members[0].rig.node_count());
+    FrameJob job;
+    job.inputs = {&input, 1};
+    Status frame, compute;
+    {
+      const ControlWord control(kDefault & ~(kMaskInvalid | kMaskDenormal | kMaskDivide));
+      frame = run_frame(*engine, job);
+      compute = compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()});
+    }
+    CHECK(frame == compute);
+    return frame;
+  };
+  CHECK(statuses(1e-310) == Status::kOk);
+  for (const std::uint64_t bits : {0x7ff0000000000001u, 0xfff4000000000000u, 0x7ff8000000000000u}) {  // two signal
+    double nan;
+    std::memcpy(&nan, &bits, sizeof nan);
+    CHECK(statuses(nan) == Status::kBadOrigins);
   }
 }
 

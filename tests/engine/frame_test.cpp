@@ -8,8 +8,8 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 
-// How much wider than exact the boxes of a reported pair may have to be made to touch: poses and slack together
-// (2^-19 + 2^-20 and 2^-17 of the sizes), with room for edges that are nearly parallel.
+// How much wider than exact the boxes of a reported pair may have to be made to touch: poses and slack together (some
+// 100 u of the sizes and distances), with room for edges that are nearly parallel.
 constexpr double kInvented = 1e-4;
 
 constexpr Policies kCabTree = {Refit::kCab, Strategy::kTree, Exact::kNone};

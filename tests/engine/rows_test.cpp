@@ -50,7 +50,8 @@ TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from
   Rig rig;
   rig.parents = {-1};
   for (int i = 0; i < 17; ++i)  // one leaf more than a row holds
-    rig.leaves.push_back({0, {{0.25f * static_cast<float>(i), 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.125f, 0.125f, 0.125f}}, {}});
+    rig.leaves.push_back(
+        {0, {{0.25f * static_cast<float>(i), 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.125f, 0.125f, 0.125f}}, {}});
   for (const double out : {0.0, 1e4, 1e7, 3e9}) {
     CAPTURE(out);
     World world;

@@ -8,10 +8,10 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 
-// The slack of faces and edges, as a fraction of the sizes of both boxes, and what posing adds to a half extent for its
-// box's size and for how far it was moved (numerics.md).
-constexpr double kSlackFace = 0x1p-18, kSlackEdge = 0x1p-17;
-constexpr double kPosePadSize = 0x1p-19, kPosePadPlace = 0x1p-20;
+// What the overlap test adds to half extents for the sizes of both boxes and to an edge for the second box's size, and
+// what posing adds to a half extent for its box's size and for how far it was moved (kernels/bounds.h).
+constexpr double kSlackGrow = 0x1.8p-20, kSlackEdge = 0x1p-20;
+constexpr double kPosePadSize = 0x1p-19, kPosePadPlace = 0x1p-22;
 
 // How far a box reaches along a unit direction when each half extent is wider by `pad`.
 Real reach_along(const ExactBox& box, const Point& direction, Real pad) {
@@ -39,11 +39,12 @@ void place_at_edge(Random& random, const Rig& rig, Poses& poses, std::uint32_t i
     const Real touching = reach_along(a, direction, 0) + reach_along(b, direction, 0);
     if (!exactly_overlap(a, b, (touching - sizes * 1e-3L) * direction)) continue;
     const Real far = touching * norm_max(direction);
-    const Real padded = reach_along(a, direction, kPosePadSize * half_sum(a)) +
-                        reach_along(b, direction, kPosePadSize * half_sum(b) + kPosePadPlace * far);
-    const Real slack =
-        (edge ? kSlackEdge / length : Real(kSlackFace)) * sizes * static_cast<Real>(random.uniform(0.96, 1.06));
-    const Point at = (padded + slack) * direction;
+    const Real pad_a = kPosePadSize * half_sum(a), pad_b = kPosePadSize * half_sum(b) + kPosePadPlace * far;
+    const auto reached = [&](Real grow) {
+      return reach_along(a, direction, pad_a + grow) + reach_along(b, direction, pad_b + grow);
+    };
+    const Real slack = reached(kSlackGrow * sizes) - reached(0) + (edge ? kSlackEdge / length * half_sum(a) : Real(0));
+    const Point at = (reached(0) + slack * static_cast<Real>(random.uniform(0.96, 1.06))) * direction;
     write_pose(poses.format, q, oracle::convert<double>(at), poses.pose(i, 1));
     return;
   }

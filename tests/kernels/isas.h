@@ -3,7 +3,7 @@
 
 #include "kernels/find_kernels.h"
 #include "layout/merge_program.h"
-#include "perf/oracle/oracle_box.h"
+#include "perf/oracle/box_tile.h"
 
 #include <cab/types.h>
 
@@ -25,23 +25,7 @@ inline const char* name_of(const kernel::KernelTable& table) {
   return kNames[static_cast<int>(table.isa)];
 }
 
-inline void put(BoxTile& tile, std::uint32_t lane, const oracle::OracleBox<float>& box) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    tile.center[c][lane] = box.center[c];
-    tile.half[c][lane] = box.half[c];
-    for (std::size_t k = 0; k < 3; ++k) tile.axis[k][c][lane] = box.axis[k][c];
-  }
-}
-
-inline oracle::OracleBox<float> get(const BoxTile& tile, std::uint32_t lane) {
-  oracle::OracleBox<float> box{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    box.center[c] = tile.center[c][lane];
-    box.half[c] = tile.half[c][lane];
-    for (std::size_t k = 0; k < 3; ++k) box.axis[k][c] = tile.axis[k][c][lane];
-  }
-  return box;
-}
+using oracle::get;
 
 template <class T>
 bool same_bits(const T& a, const T& b) {

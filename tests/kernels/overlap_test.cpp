@@ -15,16 +15,6 @@ namespace {
 
 constexpr std::uint64_t kSeed = 15;
 
-BoxRow row_of(const oracle::OracleBox<float>& box) {
-  BoxRow row{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    row.center[c] = box.center[c];
-    row.half[c] = box.half[c];
-    for (std::size_t k = 0; k < 3; ++k) row.axis[3 * k + c] = box.axis[k][c];
-  }
-  return row;
-}
-
 // Sixteen pairs in both layouts that kernels read.
 struct Pairs {
   oracle::BoxPair pair[kLanes];

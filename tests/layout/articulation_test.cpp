@@ -211,7 +211,7 @@ TEST_CASE("axes orthonormal to rounding are kept bit for bit") {
   }
 }
 
-TEST_CASE("axes that drifted by 8 u to 1e-5 are made orthonormal, and the box grows over its former corners") {
+TEST_CASE("axes that drifted by 4 u to 1e-5 are made orthonormal, and the box grows over its former corners") {
   int mended = 0;
   double worst = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
@@ -220,11 +220,11 @@ TEST_CASE("axes that drifted by 8 u to 1e-5 are made orthonormal, and the box gr
     Draft draft;
     Box& box = draft.leaves[1].box;
     box = random_box(random);
-    const double drift = random.log_uniform(5e-7, 4e-6);
+    const double drift = random.log_uniform(2e-7, 4e-6);
     for (auto& axis : box.axis)
       for (float& v : axis) v = static_cast<float>(static_cast<double>(v) + drift * random.uniform(-1, 1));
     const double error = oracle::orthonormality_error(oracle_box(box));
-    if (!(error > 8 * oracle::kFloatRoundoff && error < 9.9e-6)) continue;
+    if (!(error > 4 * oracle::kFloatRoundoff && error < 9.9e-6)) continue;
     ++mended;
     Arena arena(default_allocator());
     Articulation out;
@@ -234,11 +234,12 @@ TEST_CASE("axes that drifted by 8 u to 1e-5 are made orthonormal, and the box gr
     const auto verdict = oracle::judge_containment_exactly(got, oracle::convert<Quad>(oracle_box(box)));
     CHECK(verdict.inside);
     for (int k = 0; k < 3; ++k)  // and it grows by little
-      worst = std::max(worst, static_cast<double>(got.half[k] - box.half[k]) /
-                                  (error * oracle::half_sum(oracle::convert<double>(got))));
+      worst = std::max(
+          worst, (static_cast<double>(got.half[k]) * (1 - oracle::kFloatRoundoff) - static_cast<double>(box.half[k])) /
+                     (error * oracle::half_sum(oracle::convert<double>(got))));
   }
   CHECK(mended > 500);
-  CHECK(worst < 4.1);  // 4 times the drift
+  CHECK(worst < 4.1);  // 4 times the drift, apart from the rounding of the half extent itself
 }
 
 TEST_CASE("ignored pairs must name links that exist, and hold whatever their order") {

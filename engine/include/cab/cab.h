@@ -23,6 +23,12 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
                                               std::uint32_t* bad_element = nullptr) noexcept;
 
+// The oriented box about a mesh's vertices (x y z of each, in the link's frame), for Leaf::box; fit it once. Every vertex
+// is inside, in exact arithmetic. Axes by covariance of the vertices that are furthest out in some direction, or of less
+// area where turning them finds it, in the order nearest to the link's axes, which win ties. Order, repetition and
+// inner vertices change nothing. Kept out of the promise of same bits: the box is input, its last bits are the build's.
+[[nodiscard]] CAB_API Status fit_box(Span<const float> vertices, Box* out) noexcept;
+
 // Adds storage for a batch and sizes every worker's memory for it: this batch's only allocation.
 [[nodiscard]] CAB_API Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept;
 

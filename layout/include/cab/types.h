@@ -33,6 +33,7 @@ enum class Status : std::int32_t {
   kBadLeafAxes,          // axes of a leaf box not orthonormal and right-handed to 1e-5
   kBadShape,             // a convex part with sizes not finite or not positive, or a rotation that is none
   kShapeOutsideLeafBox,  // a convex part sticks out of its leaf's box
+  kBadVertices,          // no vertices, not x y z of each, not finite, or a coordinate above kMaxCoordinate
   kBadIgnoredPair,       // an ignored pair names a link that does not exist
   kUnknownArticulation,  // no articulation of this engine has that id
   kUnknownBatch,         // no batch of this engine has that id
@@ -230,11 +231,12 @@ struct FrameStats {
   std::uint64_t exact_tests = 0;   // exact queries made (at most leaf_pairs)
   std::uint64_t false_alarms = 0;  // the paper's #false: exact queries that answered no
   std::uint64_t instances_masked = 0;
-  double seconds_update = 0;  // posing and refit: t[upd]
-  double seconds_broad = 0;   // which instances come near each other (of characters)
-  double seconds_test = 0;    // box tests: t[test]
-  double seconds_query = 0;   // exact tests and the reporting of hits: t[query]
-  double seconds_total = 0;   // wall time of the call
+  double seconds_update = 0;   // posing and refit: t[upd]
+  double seconds_broad = 0;    // which instances come near each other (of characters)
+  double seconds_test = 0;     // box tests: t[test]
+  double seconds_query = 0;    // exact tests, the reporting of hits and the contacts: t[query]
+  double seconds_contact = 0;  // the part of seconds_query that contacts took
+  double seconds_total = 0;    // wall time of the call
 };
 
 // One frame: what is posed, what is paired, how, and where the answer goes. The caller owns every span.

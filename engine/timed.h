@@ -1,0 +1,27 @@
+// How the phases of a frame are timed.
+#pragma once
+
+#include <chrono>
+
+namespace cab {
+
+using Clock = std::chrono::steady_clock;
+
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Adds the time of a scope to a sum of seconds.
+class Timed {
+ public:
+  explicit Timed(double& sum) : sum_(sum), start_(Clock::now()) {}
+  ~Timed() { sum_ += seconds_since(start_); }
+  Timed(const Timed&) = delete;
+  Timed& operator=(const Timed&) = delete;
+
+ private:
+  double& sum_;
+  Clock::time_point start_;
+};
+
+}  // namespace cab

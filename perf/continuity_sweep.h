@@ -1,0 +1,60 @@
+// How far boxes jump when a pose moves a little: figures whose one pose parameter is swept through the places where a
+// refit has to choose its axes, and the measure of what their inner boxes do there.
+#pragma once
+
+#include <cab/cab.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cab::perf {
+
+// A link with one leaf box or none (half extents 0). Its frame stands at `offset` in its parent's frame (of link 0: in
+// the instance's) and is turned there by `rest` degrees about `axis`, and by `sway` degrees more for each degree of the
+// parameter.
+struct SweepLink {
+  std::int32_t parent;
+  double offset[3];
+  double axis[3];  // of unit length
+  double rest;
+  double sway;
+  float center[3];
+  float half[3];
+};
+
+// A figure and the range of its parameter, in degrees.
+struct SweepCase {
+  std::string name;
+  std::string meaning;
+  std::vector<SweepLink> links;
+  double first, last;
+};
+
+// The figures that are measured, in the order of the table.
+std::vector<SweepCase> sweep_cases();
+
+// What the inner boxes of one figure did under one policy. Distances of boxes are Hausdorff distances of the sets,
+// sizes are diagonals, and the motion of a step is the largest way of any corner of any leaf box in it.
+struct Continuity {
+  double jump = 0;                // largest distance of a box in one step to itself before, as a part of its size
+  double jump_motion = 0;         // the motion in that step, as a part of the same size
+  double closer_jump = 0;         // the same after that step has been halved kHalvings times, the half with the larger
+  double closer_motion = 0;       // jump each time: a jump that stays while the motion shrinks is a discontinuity
+  double ratio = 0;               // largest distance in a step over the motion in it: the Lipschitz constant seen
+  double volume_change = 0;       // largest change of a volume in a step, as a part of the larger of the two
+  double area_change = 0;         // the same of a surface
+  std::uint32_t steps_above = 0;  // steps in which a box moved by more than kJump of its size
+};
+inline constexpr int kHalvings = 5;
+inline constexpr double kJump = 0.01;
+
+// Hausdorff distance of two boxes taken as sets: the largest distance of a corner of one to the other.
+double box_distance(const Box& a, const Box& b);
+
+// Sweeps a figure in equal steps through its range by each of the policies. Throws std::runtime_error with the engine's
+// reason.
+std::vector<Continuity> measure_continuity(const SweepCase& figure, const std::vector<Policies>& policies,
+                                           std::uint32_t step_count, Isa isa);
+
+}  // namespace cab::perf

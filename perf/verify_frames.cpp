@@ -1,0 +1,73 @@
+// Whole frames of random worlds by run_frame: every strategy and refit must report every pair of links that the exact
+// judge calls touching. Where two strategies on the same leaf boxes differ, the pair is then one that the judge calls
+// apart; such pairs are counted.
+#include <algorithm>
+#include <iterator>
+
+#include "perf/oracle/random_world.h"
+#include "perf/verify_parts.h"
+
+namespace cab::perf {
+namespace {
+
+// Links of a world's articulations: few, so that the judge can look at every pair, and many in one world of this many.
+constexpr unsigned kFewLinks = 8, kManyLinks = 64;
+constexpr double kManyShare = 1.0 / 64;
+
+const std::vector<RefitMethod>& methods() {
+  static const std::vector<RefitMethod> all = frame_methods();
+  return all;
+}
+
+// The method that tests the same leaf boxes in all pairs, with which a method is compared unless it tests none.
+std::size_t reference_of(std::size_t method) {
+  std::size_t m = 0;
+  while (methods()[m].policies.strategy != Strategy::kBrute ||
+         methods()[m].policies.refit != methods()[method].policies.refit)
+    ++m;
+  return m;
+}
+
+void judge_hits(Task& task, std::size_t method, const std::vector<Hit>& touching, const std::vector<Hit>& hits) {
+  Tally& tally = task.tallies[method];
+  ++tally.judged;
+  tally.touching += touching.size();
+  tally.false_alarms += oracle::missing_from(hits, touching);
+  std::vector<Hit> missed;
+  std::set_difference(touching.begin(), touching.end(), hits.begin(), hits.end(), std::back_inserter(missed),
+                      oracle::link_less);
+  for (const Hit& hit : missed)
+    task.violation(method, "links that touch are not reported; method " + methods()[method].name + ", batch " +
+                               std::to_string(hit.batch_a.value) + " instance " + std::to_string(hit.instance_a) +
+                               " link " + std::to_string(hit.link_a) + " and batch " +
+                               std::to_string(hit.batch_b.value) + " instance " + std::to_string(hit.instance_b) +
+                               " link " + std::to_string(hit.link_b));
+}
+
+void run(Task& task) {
+  oracle::World world;
+  const unsigned links = task.random.chance(kManyShare) ? kManyLinks : kFewLinks;
+  task.regime == 0 ? oracle::add_characters(task.random, world, links) : oracle::add_frames(task.random, world, links);
+  EngineDesc desc;
+  desc.isa = task.subject->kernels->isa;
+  const oracle::EnginePtr engine = oracle::make_engine_for(world, desc);
+  const std::vector<Hit> touching = oracle::judge_world(world);
+  std::vector<std::vector<Hit>> hits;
+  for (std::size_t m = 0; m < methods().size(); ++m) {
+    hits.push_back(oracle::run_on(*engine, world, methods()[m].policies, task.subject->run_frame).hits);
+    judge_hits(task, m, touching, hits.back());
+  }
+  for (std::size_t m = 0; m < methods().size(); ++m) {
+    if (methods()[m].policies.strategy == Strategy::kExactAll) continue;
+    const std::vector<Hit>& reference = hits[reference_of(m)];
+    task.tallies[m].differing += oracle::missing_from(hits[m], reference) + oracle::missing_from(reference, hits[m]);
+  }
+}
+
+}  // namespace
+
+Part frames_part() {
+  return {"frames", "frames", Columns::kPairs, {"characters", "frame batches"}, names_of(methods()), run};
+}
+
+}  // namespace cab::perf

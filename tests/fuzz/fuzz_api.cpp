@@ -1,0 +1,245 @@
+// Bytes to calls of the public API, right and wrong: a call answers by its status, one that fails changes nothing, and
+// memory that ends early is a status too.
+#include "perf/oracle/world.h"
+#include "tests/fuzz/bytes.h"
+
+#include <list>
+
+namespace {
+
+using namespace cab;
+
+// Hands out this many bytes at a time and no more.
+struct Budget {
+  std::size_t left;
+  std::size_t used = 0;
+
+  static void* take(void* user, std::size_t bytes, std::size_t alignment) {
+    Budget& budget = *static_cast<Budget*>(user);
+    if (bytes > budget.left) return nullptr;
+    budget.left -= bytes;
+    budget.used += bytes;
+    return ::operator new (bytes, std::align_val_t{alignment});
+  }
+  static void give_back(void* user, void* memory, std::size_t bytes, std::size_t alignment) {
+    Budget& budget = *static_cast<Budget*>(user);
+    budget.left += bytes;
+    budget.used -= bytes;
+    ::operator delete (memory, std::align_val_t{alignment});
+  }
+};
+
+// The last task first, by the last worker.
+void run_backwards(void* user, std::uint32_t count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) {
+  const std::uint32_t workers = *static_cast<const std::uint32_t*>(user);
+  while (count-- > 0) task(context, count, workers - 1);
+}
+
+// A span as it is, without its last entry, or with a size and no data.
+template <class T>
+Span<T> spoiled(fuzz::Bytes& bytes, Span<T> span) {
+  if (!bytes.rarely()) return span;
+  if (bytes.below(2) == 0) return {nullptr, span.size};
+  return {span.data, span.size - (span.size > 0 ? 1 : 0)};
+}
+
+// One batch as the engine has it.
+struct Known {
+  std::uint32_t links, nodes, instances;
+};
+
+struct Session {
+  fuzz::Bytes bytes;
+  Engine& engine;
+  std::vector<ArticulationInfo> articulations;
+  std::vector<Known> batches;
+
+  void add_shape(std::vector<ConvexPart>& parts, std::list<std::vector<float>>& vertices) {
+    ConvexPart part;
+    part.kind = static_cast<ShapeKind>(bytes.below(5));
+    for (float& value : part.position) value = bytes.number() / 32;
+    for (float& value : part.size) value = std::fabs(bytes.number()) / 32;
+    if (bytes.rarely()) part.rotation[bytes.below(4)] = bytes.number();
+    vertices.emplace_back(3 * bytes.below(9));
+    for (float& value : vertices.back()) value = bytes.number() / 32;
+    part.vertices = {vertices.back().data(), vertices.back().size()};
+    parts.push_back(part);
+  }
+
+  void add_rig() {
+    oracle::Rig rig = bytes.rig(4);
+    std::list<std::vector<ConvexPart>> parts;
+    std::list<std::vector<float>> vertices;
+    for (Leaf& leaf : rig.leaves) {
+      for (parts.emplace_back(); bytes.rarely();) add_shape(parts.back(), vertices);
+      leaf.parts = spoiled(bytes, Span<const ConvexPart>{parts.back().data(), parts.back().size()});
+      if (bytes.rarely()) leaf.link = bytes.raw<std::uint32_t>();
+      if (bytes.rarely()) leaf.box.axis[bytes.below(3)][bytes.below(3)] = bytes.number();
+      if (bytes.rarely()) leaf.box.half[bytes.below(3)] = bytes.number();
+    }
+    if (bytes.rarely()) rig.parents[bytes.below(rig.link_count())] = bytes.raw<std::int32_t>();
+    if (bytes.rarely()) rig.ignored.push_back({bytes.raw<std::uint32_t>(), 0});
+    ArticulationDesc desc = rig.desc();
+    desc.link_parents = spoiled(bytes, desc.link_parents);
+    desc.link_joints = spoiled(bytes, desc.link_joints);
+    desc.leaves = spoiled(bytes, desc.leaves);
+    desc.ignored_pairs = spoiled(bytes, desc.ignored_pairs);
+    ArticulationId id = {77};
+    std::uint32_t bad_element = 0;
+    if (add_articulation(engine, desc, &id, &bad_element) != Status::kOk) {
+      FUZZ_CHECK(id.value == 77);
+      return;
+    }
+    articulations.emplace_back();
+    FUZZ_CHECK(id.value == articulations.size());
+    FUZZ_CHECK(articulation_info(engine, id, &articulations.back()) == Status::kOk);
+    std::vector<MergeStep> steps(articulations.back().leaf_count - 1);
+    FUZZ_CHECK(merge_steps(engine, id, spoiled(bytes, Span<MergeStep>{steps.data(), steps.size()})) <=
+               Status::kBadOutput);
+  }
+
+  void add_instances() {
+    const std::uint32_t articulation =
+        bytes.rarely() ? bytes.below(5) : static_cast<std::uint32_t>(articulations.size());
+    const std::uint32_t count = bytes.rarely() ? bytes.raw<std::uint32_t>() : 1 + bytes.below(20);
+    const auto kind = static_cast<BatchKind>(bytes.rarely() ? 2 : bytes.below(2));
+    BatchId id = {77};
+    if (add_batch(engine, {{articulation}, count, kind}, &id) != Status::kOk) {
+      FUZZ_CHECK(id.value == 77);
+      return;
+    }
+    const ArticulationInfo& info = articulations.at(articulation - 1);
+    batches.push_back({info.link_count, info.node_count, count});
+    FUZZ_CHECK(id.value == batches.size());
+  }
+
+  // What an input points to, exactly as large as the strides ask for.
+  struct Arrays {
+    std::vector<float> poses, orientations;
+    std::vector<double> origins;
+    std::vector<std::uint8_t> flags;
+  };
+
+  BatchInput make_input(std::uint32_t batch, Arrays& arrays) {
+    const Known known = batch > 0 && batch <= batches.size() ? batches[batch - 1] : Known{1, 1, 1};
+    BatchInput input;
+    input.batch = {batch};
+    input.poses.format = static_cast<PoseFormat>(bytes.below(4));
+    const std::size_t pose = input.poses.format == PoseFormat::kQuaternionTranslation ? 28
+                             : input.poses.format == PoseFormat::kMatrix3x4           ? 48
+                                                                                      : 64;
+    if (bytes.rarely())
+      input.poses.link_stride = bytes.below(2) ? pose + 4 * bytes.below(4) : bytes.raw<std::uint64_t>();
+    const std::size_t link_stride = input.poses.link_stride ? input.poses.link_stride : pose;
+    const std::size_t span = (known.links - 1) * link_stride + pose;
+    if (bytes.rarely()) input.poses.instance_stride = bytes.below(2) ? span + 4 * bytes.below(4) : bytes.below(256);
+    const std::size_t instance_stride =
+        input.poses.instance_stride ? input.poses.instance_stride : known.links * link_stride;
+    const bool far_apart = link_stride > 1024 || instance_stride > 8192;
+    // Beyond that the strides stay without their memory and the data is left out.
+    if (!far_apart) arrays.poses.resize(((known.instances - 1) * instance_stride + span + 3) / 4);
+    float pattern[16];
+    for (float& value : pattern) value = bytes.number();
+    for (std::size_t f = 0; f < arrays.poses.size(); ++f) arrays.poses[f] = pattern[(f + f / 7) % 16];
+    input.poses.data = far_apart || bytes.rarely() ? nullptr : arrays.poses.data();
+    for (std::size_t i = 0; i < known.instances; ++i) {
+      for (int c = 0; c < 3; ++c) arrays.origins.push_back(static_cast<double>(pattern[(i + 5) % 16]));
+      for (int c = 0; c < 4; ++c) arrays.orientations.push_back(pattern[(3 * i + static_cast<std::size_t>(c)) % 16]);
+    }
+    arrays.flags.assign(known.instances, 0xee);
+    if (bytes.below(2))
+      input.origins = spoiled(bytes, Span<const double>{arrays.origins.data(), arrays.origins.size()});
+    if (bytes.below(2))
+      input.orientations = spoiled(bytes, Span<const float>{arrays.orientations.data(), arrays.orientations.size()});
+    input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
+    return input;
+  }
+
+  void run() {
+    const std::size_t input_count = bytes.rarely() ? bytes.below(5) : batches.size();
+    std::vector<Arrays> arrays(input_count);
+    std::vector<BatchInput> inputs;
+    for (std::size_t n = 0; n < input_count; ++n) {
+      const std::uint32_t batch = bytes.rarely() ? bytes.below(6) : static_cast<std::uint32_t>(n + 1);
+      if (batch > 0 && batch <= batches.size() && batches[batch - 1].instances > 64)
+        continue;  // took raw bytes for a count
+      inputs.push_back(make_input(batch, arrays[n]));
+    }
+    std::vector<PairRule> rules;
+    for (std::uint32_t rule = bytes.below(5); rule > 0; --rule) {
+      const auto count = static_cast<std::uint32_t>(batches.size());
+      const std::uint32_t a = bytes.rarely() ? bytes.below(6) : 1 + bytes.below(std::clamp(count, 1u, 256u));
+      const std::uint32_t b = bytes.rarely() ? bytes.below(6) : 1 + bytes.below(std::clamp(count, 1u, 256u));
+      const auto pairing = static_cast<Pairing>(bytes.rarely() ? 2 : bytes.below(2));
+      rules.push_back({{a}, {pairing == Pairing::kWithin && !bytes.rarely() ? a : b}, pairing});
+    }
+    FrameJob job;
+    job.inputs = spoiled(bytes, Span<const BatchInput>{inputs.data(), inputs.size()});
+    job.rules = spoiled(bytes, Span<const PairRule>{rules.data(), rules.size()});
+    job.policies = {static_cast<Refit>(bytes.below(7)), static_cast<Strategy>(bytes.below(4)),
+                    static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0), static_cast<Extents>(bytes.below(3))};
+    if (!inputs.empty()) {
+      const std::uint32_t batch = inputs[0].batch.value;
+      std::vector<Box> boxes(
+          batch > 0 && batch <= batches.size() ? batches[batch - 1].nodes * batches[batch - 1].instances : 1);
+      (void)compute_boxes(engine, inputs[0], job.policies, spoiled(bytes, Span<Box>{boxes.data(), boxes.size()}));
+      for (Arrays& each : arrays) each.flags.assign(each.flags.size(), 0xee);
+    }
+    job.hit_count = 77;
+    const auto in_order = [](const Hit& a, const Hit& b) { return !oracle::link_less(a, b); };
+    std::vector<Hit> hits(bytes.below(64));
+    std::vector<Contact> contacts(bytes.rarely() ? hits.size() : 0);
+    job.hits = spoiled(bytes, Span<Hit>{hits.data(), hits.size()});
+    job.contacts = spoiled(bytes, Span<Contact>{contacts.data(), contacts.size()});
+    Status status = run_frame(engine, job);
+    if (status == Status::kHitsOverflow) {
+      FUZZ_CHECK(job.hit_count == 0 && job.hits_needed > job.hits.size);
+      hits.resize(job.hits_needed);
+      contacts.resize(contacts.empty() ? 0 : hits.size());
+      job.hits = {hits.data(), hits.size()};
+      job.contacts = {contacts.data(), contacts.size()};
+      status = run_frame(engine, job);
+      FUZZ_CHECK(status == Status::kOk && job.hit_count == hits.size());
+    }
+    if (status != Status::kOk) {
+      FUZZ_CHECK(job.hit_count == 77);
+      for (const Arrays& each : arrays)
+        for (const std::uint8_t flag : each.flags) FUZZ_CHECK(flag == 0xee);
+      return;
+    }
+    FUZZ_CHECK(job.hit_count <= job.hits.size);
+    hits.resize(job.hit_count);
+    FUZZ_CHECK(std::adjacent_find(hits.begin(), hits.end(), in_order) == hits.end());
+  }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  fuzz::Bytes bytes(data, size);
+  Budget budget{bytes.rarely() ? std::size_t{bytes.raw<std::uint16_t>()} << 6 : std::size_t{1} << 26};
+  const Allocator allocator = {&budget, Budget::take, Budget::give_back};
+  std::uint32_t worker_count = bytes.below(4);
+  const Scheduler scheduler = {&worker_count, worker_count, run_backwards};
+  EngineDesc desc;
+  desc.isa = static_cast<Isa>(bytes.below(7));
+  desc.allocator = &allocator;
+  desc.scheduler = bytes.below(2) ? &scheduler : nullptr;
+  Engine* engine = nullptr;
+  if (create_engine(desc, &engine) != Status::kOk) {
+    FUZZ_CHECK(engine == nullptr && budget.used == 0);
+    return 0;
+  }
+  Session session{bytes, *engine, {}, {}};
+  session.add_rig();
+  session.add_instances();
+  for (bool ran = false; !ran || !session.bytes.empty(); ran = true) {
+    const std::uint32_t call = session.bytes.below(4);
+    if (call == 0) session.add_rig();
+    if (call == 1 && session.batches.size() < 4) session.add_instances();
+    if (call > 1) session.run();
+  }
+  destroy_engine(engine);
+  FUZZ_CHECK(budget.used == 0);
+  return 0;
+}
