@@ -209,18 +209,17 @@ CLI::App& add_peers(CLI::App& app, PeersOptions& o) {
           "--scene", [&o](const std::string& text) { o.scenes = split_commas(text); },
           "crowds, separated by commas (default uniform,jitter)")
       ->type_name("uniform|jitter");
-  o.character_counts = {1000, 10000};
   command
       .add_option_function<std::string>(
           "--characters",
           [&o](const std::string& text) { o.character_counts = read_number_list("--characters", text); },
-          "characters at once, separated by commas (default 1000,10000)")
+          "characters at once, separated by commas (default 1000,10000, and 100000 of uniform)")
       ->type_name("LIST");
   o.rounds = 9;
   command
       .add_option("--rounds", o.rounds,
-                  "rounds of which the median is taken, each a turn of every set-up (default 9; fewer beyond 10000"
-                  " characters, but 3)")
+                  "rounds of which the median is taken, each a turn of every set-up (default 9; beyond 10000 characters"
+                  " fewer, but 3, and only of the best set-ups of each library)")
       ->type_name("R")
       ->check(CLI::Range(1u, 100000u).description(""));
   command

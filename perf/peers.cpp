@@ -38,9 +38,16 @@ constexpr std::uint32_t kMeasuredFrames = 2;
 // As many characters as brute force takes a moment for.
 constexpr std::uint32_t kVerifiedCharacters = 200;
 
-// Up to so many characters all rounds are run.
+// Up to so many characters every set-up runs all rounds. Beyond, all are verified and run one frame on trial, and ours
+// and of each library the fastest, and the fastest that needs nothing from outside, go on to fewer rounds.
 constexpr std::uint32_t kFullRoundCharacters = 10000;
 constexpr std::uint32_t kLeastRounds = 3;
+
+// Unless they are given.
+const std::vector<std::uint32_t>& default_character_counts(const std::string& scene) {
+  static const std::vector<std::uint32_t> uniform = {1000, 10000, 100000}, jitter = {1000, 10000};
+  return scene == "uniform" ? uniform : jitter;
+}
 
 // A pair counts as a threshold pair when its gap or depth is at most this share of its boxes' half extents' sum and of
 // their coordinates. The engine's slack is 2^-17.1 of the former (docs/numerics.md), and a float of a world coordinate
@@ -150,10 +157,11 @@ void add_differences(const JudgedCrowd& judge, const Pairs& pairs, const Pairs& 
 struct Contestant {
   std::string name;
   std::string meaning;
-  bool ours = false;
+  std::string library;     // empty: ours
   Isa isa = Isa::kAuto;    // of ours
   PeerSetup setup = {};    // of a peer's
   Differences small = {};  // beside brute force, kVerifiedCharacters, all scenes and frames
+  bool ours() const { return library.empty(); }
 };
 
 // One that has a world. run is what is measured; collect gives its pairs sorted.
@@ -162,7 +170,7 @@ class Runner {
   Runner(const Contestant& contestant, const scenes::Crowd& crowd) {
     const scenes::CrowdGroup& group = crowd.groups.front();
     leaves_ = static_cast<std::uint32_t>(group.figure.leaves.size());
-    if (contestant.ours) {
+    if (contestant.ours()) {
       session_ = std::make_unique<CrowdSession>(crowd, contestant.isa, 1);
       policies_.strategy = Strategy::kAuto;
     } else {
@@ -243,8 +251,7 @@ std::vector<Peer> choose_peers(const PeersOptions& options) {
 std::vector<Contestant> make_contestants(const PeersOptions& options, const std::vector<Peer>& peers) {
   std::vector<Contestant> contestants;
   const auto add_ours = [&](Isa isa, const std::string& meaning) {
-    Contestant ours{std::string("cab ") + to_string(isa), meaning};
-    ours.ours = true;
+    Contestant ours{std::string("cab ") + to_string(isa), meaning, ""};
     ours.isa = isa;
     contestants.push_back(ours);
   };
@@ -253,7 +260,7 @@ std::vector<Contestant> make_contestants(const PeersOptions& options, const std:
   if (isa != Isa::kScalar) add_ours(Isa::kScalar, "this engine without SIMD, the same algorithm");
   for (const Peer& peer : peers)
     for (const PeerSetup& setup : peer.setups) {
-      Contestant other{std::string(peer.name) + ' ' + setup.name, setup.meaning};
+      Contestant other{std::string(peer.name) + ' ' + setup.name, setup.meaning, peer.name};
       other.setup = setup;
       contestants.push_back(other);
     }
@@ -273,21 +280,52 @@ Spread spread_of(std::vector<double> values) {
 
 struct Row {
   Differences differences;      // beside ours, in one frame
-  std::vector<double> seconds;  // a frame, of each round
+  std::vector<double> seconds;  // a frame, of each round; of a set-up that was only tried, of its trial
 };
 
 struct Run {
   std::string scene;
   std::uint32_t character_count = 0;
-  std::uint32_t rounds = 0;
   std::vector<Row> rows;  // of each contestant
+  double our_trial = 0;   // seconds
+  std::vector<bool> only_tried;
   // Of a row's time over ours, round by round.
   Spread ratio(std::size_t row) const {
     std::vector<double> ratios;
-    for (std::uint32_t r = 0; r < rounds; ++r) ratios.push_back(rows[row].seconds[r] / rows[0].seconds[r]);
+    for (std::size_t r = 0; r < rows[row].seconds.size(); ++r)
+      ratios.push_back(rows[row].seconds[r] / (only_tried[row] ? our_trial : rows[0].seconds[r]));
     return spread_of(ratios);
   }
 };
+
+// The fastest of the contestants for which which(contestant) holds, by the medians of their times; their number where none does.
+template <class Which>
+std::size_t fastest(const Run& run, const std::vector<Contestant>& contestants, Which&& which) {
+  std::size_t best = contestants.size();
+  double least = 0;
+  for (std::size_t c = 0; c < contestants.size(); ++c) {
+    if (!which(contestants[c])) continue;
+    const double seconds = spread_of(run.rows[c].seconds).median;
+    if (best == contestants.size() || seconds < least) {
+      best = c;
+      least = seconds;
+    }
+  }
+  return best;
+}
+
+// Those that go on to the rounds: ours, and of each library the fastest on trial of all and of those alone.
+std::vector<bool> best_on_trial(const Run& run, const std::vector<Contestant>& contestants) {
+  std::vector<bool> best(contestants.size());
+  for (std::size_t c = 0; c < contestants.size(); ++c) {
+    if (contestants[c].ours()) best[c] = true;
+    const auto same = [&](const Contestant& other) { return other.library == contestants[c].library; };
+    const auto same_alone = [&](const Contestant& other) { return same(other) && other.setup.alone; };
+    if (!contestants[c].ours() && (fastest(run, contestants, same) == c || fastest(run, contestants, same_alone) == c))
+      best[c] = true;
+  }
+  return best;
+}
 
 std::vector<std::vector<scenes::PosedGroup>> pose_frames(const scenes::Crowd& crowd) {
   std::vector<std::vector<scenes::PosedGroup>> frames(kFrames);
@@ -316,37 +354,53 @@ Run measure(const PeersOptions& options, const std::string& scene, std::uint32_t
   Run run;
   run.scene = scene;
   run.character_count = count;
-  run.rounds = options.rounds;
-  if (count > kFullRoundCharacters) {
-    const std::uint64_t fewer = std::uint64_t{options.rounds} * kFullRoundCharacters / count;
-    run.rounds = std::min(options.rounds, std::max(kLeastRounds, static_cast<std::uint32_t>(fewer)));
-  }
   run.rows.resize(contestants.size());
   const scenes::Crowd crowd = scenes::make_crowd(scene, count);
   const auto frames = pose_frames(crowd);
-  std::vector<Runner> runners;
-  for (const Contestant& contestant : contestants) runners.emplace_back(contestant, crowd);
-  ProgressBar bar(scene + " " + std::to_string(count), (std::uint64_t{run.rounds} + 1) * runners.size());
+  std::vector<std::unique_ptr<Runner>> runners;
+  for (const Contestant& contestant : contestants) runners.push_back(std::make_unique<Runner>(contestant, crowd));
 
-  // The first frame builds what is kept, and is where the pairs are compared.
+  // The first frame builds what is kept, and is where the pairs are compared; the second is the trial.
   {
+    ProgressBar bar(scene + " " + std::to_string(count) + " compared", runners.size());
     const JudgedCrowd judge(crowd.groups.front().figure, frames[0].front());
     Pairs ours;
     for (std::size_t c = 0; c < runners.size(); ++c) {
-      runners[c].run(frames[0]);
-      const Pairs pairs = runners[c].sorted_pairs();
+      runners[c]->run(frames[0]);
+      const Pairs pairs = runners[c]->sorted_pairs();
       if (c == 0) ours = pairs;
       add_differences(judge, pairs, ours, run.rows[c].differences, &run.rows[0].differences);
+      run.rows[c].seconds = {runners[c]->run(frames[1])};
       bar.advance(1);
     }
   }
 
+  std::uint32_t rounds = options.rounds;
+  std::vector<bool> goes_on(contestants.size(), true);
+  if (count > kFullRoundCharacters) {
+    const std::uint64_t fewer = std::uint64_t{rounds} * kFullRoundCharacters / count;
+    rounds = std::min(rounds, std::max(kLeastRounds, static_cast<std::uint32_t>(fewer)));
+    goes_on = best_on_trial(run, contestants);
+  }
+  run.our_trial = run.rows[0].seconds[0];
+  run.only_tried = goes_on;
+  run.only_tried.flip();
+  for (std::size_t c = 0; c < runners.size(); ++c) {
+    if (goes_on[c])
+      run.rows[c].seconds.clear();
+    else
+      runners[c].reset();  // its memory is free for others
+  }
+
+  ProgressBar bar(scene + " " + std::to_string(count) + " in turns",
+                  std::uint64_t{rounds} * static_cast<std::uint64_t>(std::count(goes_on.begin(), goes_on.end(), true)));
   constexpr std::uint32_t kTurn = 1 + kMeasuredFrames;
-  for (std::uint32_t r = 0; r < run.rounds; ++r)
+  for (std::uint32_t r = 0; r < rounds; ++r)
     for (std::size_t c = 0; c < runners.size(); ++c) {
+      if (!goes_on[c]) continue;
       double seconds = 0;
       for (std::uint32_t k = 0; k < kTurn; ++k) {
-        const double frame = runners[c].run(frames[kFrameOrder[(1 + r * kTurn + k) % std::size(kFrameOrder)]]);
+        const double frame = runners[c]->run(frames[kFrameOrder[(2 + r * kTurn + k) % std::size(kFrameOrder)]]);
         if (k > 0) seconds += frame;
       }
       run.rows[c].seconds.push_back(seconds / kMeasuredFrames);
@@ -386,22 +440,39 @@ void print_verification(const PeersOptions& options, const std::vector<Contestan
   table.print(std::cout);
 }
 
+// The fastest set-up of any peer that takes nothing from outside, or the fastest of all. Those that miss pairs or add
+// some do not count; the number of contestants where none is left.
+std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants, bool alone) {
+  return fastest(run, contestants, [&](const Contestant& c) {
+    const Differences& d = run.rows[static_cast<std::size_t>(&c - contestants.data())].differences;
+    return !c.ours() && (c.setup.alone || !alone) && d.misses == 0 && d.false_alarms == 0;
+  });
+}
+
 void print_run(const Run& run, const std::vector<Contestant>& contestants) {
   std::cout << '\n'
-            << run.scene << ", " << run.character_count << " characters, " << run.rounds
-            << " rounds; processor ms a frame, and times ours:\n";
+            << run.scene << ", " << run.character_count
+            << " characters; processor ms a frame, and times ours round by round";
+  if (std::find(run.only_tried.begin(), run.only_tried.end(), true) != run.only_tried.end())
+    std::cout << "; one round: only tried, in one frame";
+  std::cout << ":\n";
   TextTable table;
-  table.add_row(
-      {"", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false alarms", "at threshold"});
+  table.add_row({"", "alone", "rounds", "median", "least", "most", "ratio", "least", "most", "pairs", "misses",
+                 "false alarms", "at threshold"});
   for (std::size_t c = 0; c < contestants.size(); ++c) {
     const Spread time = spread_of(run.rows[c].seconds), ratio = run.ratio(c);
-    std::vector<std::string> cells = {contestants[c].name};
+    std::vector<std::string> cells = {contestants[c].name, contestants[c].setup.alone ? "yes" : "",
+                                      std::to_string(run.rows[c].seconds.size())};
     for (const double value : {time.median, time.least, time.most}) cells.push_back(fixed(1e3 * value, 3));
     for (const double value : {ratio.median, ratio.least, ratio.most}) cells.push_back(fixed(value, 1));
     add_counts(cells, run.rows[c].differences);
     table.add_row(std::move(cells));
   }
   table.print(std::cout);
+  for (const bool alone : {true, false})
+    if (const std::size_t c = best_peer(run, contestants, alone); c < contestants.size())
+      std::cout << (alone ? "best peer alone: " : "best peer, with bounds and tests from outside: ")
+                << contestants[c].name << ", " << fixed(run.ratio(c).median, 1) << " times ours\n";
 }
 
 void add_counts(Json& json, const Differences& d) {
@@ -416,8 +487,10 @@ Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
   Json row;
   row["scene"] = run.scene;
   row["characters"] = run.character_count;
-  row["rounds"] = run.rounds;
   row["setup"] = contestant.name;
+  row["alone"] = contestant.setup.alone;
+  row["rounds"] = run.rows[c].seconds.size();
+  row["only_tried"] = static_cast<bool>(run.only_tried[c]);
   const auto add_spread = [&row](const std::string& key, const Spread& s) {
     row[key + "_median"] = s.median;
     row[key + "_least"] = s.least;
@@ -462,7 +535,8 @@ int peers_command(const PeersOptions& options) {
   std::vector<Contestant> contestants = make_contestants(options, peers);
   std::cout << "libraries: " << versions(peers, true) << '\n';
   if (const std::string missing = versions(peers, false); !missing.empty())
-    std::cout << "not in this build: " << missing << '\n';
+    std::cout << "not in this build, since their packages were not found when it was configured: " << missing << '\n';
+  std::cout << "threads 1; alone: by the library's own bounds and tests; outside: scalar code of ours around it\n";
   for (const Contestant& contestant : contestants)
     std::cout << "  " << contestant.name << ": " << contestant.meaning << '\n';
   std::cout << '\n';
@@ -477,6 +551,7 @@ int peers_command(const PeersOptions& options) {
   for (const Contestant& contestant : contestants) {
     Json row;
     row["setup"] = contestant.name;
+    row["alone"] = contestant.setup.alone;
     row["meaning"] = contestant.meaning;
     add_counts(row, contestant.small);
     json["verification"].push_back(row);
@@ -485,17 +560,25 @@ int peers_command(const PeersOptions& options) {
   const auto judge_ours = [&right](const Differences& d) { right = right && d.misses == 0 && d.false_alarms == 0; };
   std::vector<Json> rows;
   for (const std::string& scene : options.scenes)
-    for (const std::uint32_t count : options.character_counts) {
+    for (const std::uint32_t count :
+         options.character_counts.empty() ? default_character_counts(scene) : options.character_counts) {
       const Run run = measure(options, scene, count, contestants);
       print_run(run, contestants);
       std::cout.flush();
       for (std::size_t c = 0; c < contestants.size(); ++c) {
         rows.push_back(row_json(run, contestants[c], c));
-        if (contestants[c].ours) judge_ours(run.rows[c].differences);
+        if (contestants[c].ours()) judge_ours(run.rows[c].differences);
       }
+      for (const bool alone : {true, false})
+        if (const std::size_t c = best_peer(run, contestants, alone); c < contestants.size())
+          json["best"].push_back({{"scene", scene},
+                                  {"characters", count},
+                                  {"alone", alone},
+                                  {"setup", contestants[c].name},
+                                  {"ratio_median", run.ratio(c).median}});
     }
   for (const Contestant& contestant : contestants)
-    if (contestant.ours) judge_ours(contestant.small);
+    if (contestant.ours()) judge_ours(contestant.small);
   json["runs"] = rows;
   if (!options.json_path.empty()) write_json(options.json_path, json);
   if (!options.csv_path.empty()) write_csv(options.csv_path, rows);

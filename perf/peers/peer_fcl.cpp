@@ -167,9 +167,9 @@ Peer fcl_peer() {
   return {"fcl",
           "libfcl-dev",
           FCL_VERSION " float",
-          {{"collide", "an object a link in the dynamic AABB tree, collide()", make_link},
-           {"obb", "the same with tight bounds, OBB::overlap", make_bounds<true>},
-           {"character", "an object a character in the tree, then its links' bounds from outside, OBB::overlap",
+          {{"collide", true, "an object a link in the dynamic AABB tree, collide()", make_link},
+           {"obb", false, "the same with bounds from outside, which are tighter, OBB::overlap", make_bounds<true>},
+           {"character", false, "an object a character in the tree, then its links' bounds from outside, OBB::overlap",
             make_bounds<false>}}};
 }
 

@@ -20,6 +20,15 @@ Outcome peers(const Words& options) {
   return spawn(CAB_COMMAND, words);
 }
 
+// The median of the row that `best` names.
+double seconds_of(const Json& rows, const Json& best) {
+  for (const Json& row : rows)
+    if (row["scene"] == best["scene"] && row["characters"] == best["characters"] && row["setup"] == best["setup"])
+      return row["seconds_median"];
+  FAIL("no row of " << best.dump());
+  return 0;
+}
+
 }  // namespace
 
 TEST_CASE("cab peers finds the same pairs by every set-up of this build, up to pairs at the threshold") {
@@ -43,8 +52,18 @@ TEST_CASE("cab peers finds the same pairs by every set-up of this build, up to p
     CHECK(row["false_alarms"] == 0);
     CHECK(row["threshold_pairs"] <= 0.001 * row["pairs"].get<double>() + 1);
   }
+  for (const Json& best : json["best"]) {
+    CAPTURE(best.dump());
+    for (const Json& row : json["runs"])
+      if (row["scene"] == best["scene"] && row["characters"] == best["characters"] &&
+          (row["alone"] == true || best["alone"] == false) && row["setup"].get<std::string>().rfind("cab ", 0) != 0)
+        CHECK(row["seconds_median"] >= seconds_of(json["runs"], best));
+  }
+  CHECK(json["best"].size() == 2 * 4);  // alone and of all, in each run
   for (const Json& row : json["runs"]) {
     CAPTURE(row.dump());
+    CHECK(row["rounds"] == 2);
+    CHECK(row["only_tried"] == false);
     CHECK(row["seconds_least"] > 0);
     CHECK(row["seconds_least"] <= row["seconds_median"]);
     CHECK(row["seconds_median"] <= row["seconds_most"]);
@@ -69,6 +88,28 @@ TEST_CASE("cab peers runs the libraries that it is told to") {
     CHECK(row["scene"] == "jitter");
     CHECK(row["characters"] == 50);
   }
+}
+
+TEST_CASE("beyond 10 000 characters cab peers compares every set-up and times the best of each library") {
+  const TemporaryFolder folder;
+  const Outcome outcome = peers({"--peers", "fcl", "--scene", "jitter", "--characters", "10001", "--rounds", "1",
+                                 "--json", folder / "peers.json"});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(folder / "peers.json"));
+  int timed = 0, tried = 0;
+  for (const Json& row : json["runs"]) {
+    CAPTURE(row.dump());
+    CHECK(row["pairs"] > 1000);
+    CHECK(row["misses"] == 0);
+    CHECK(row["false_alarms"] == 0);
+    CHECK(row["ratio_median"] > 0);
+    if (row["setup"].get<std::string>().rfind("fcl ", 0) == 0) ++(row["only_tried"] == true ? tried : timed);
+    if (row["setup"] == "fcl collide") CHECK(row["only_tried"] == false);  // FCL's only one alone
+  }
+  CHECK(timed >= 1);
+  CHECK(timed <= 2);
+  CHECK(timed + tried == 3);
 }
 
 TEST_CASE("cab peers says what was wrong and how to do it right") {
