@@ -175,42 +175,72 @@ void note_rules(Engine& engine, const FrameJob& job) {
   }
 }
 
+// Rounded to float, away from the inside of the bounds.
+float rounded_down(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
+
+// Bounds about the grid's origin. What float rounds only lets more rows meet, which their bounds in double tell apart.
+BoundsRow row_of(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance) {
+  BoundsRow out;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    out.side[c] = rounded_down(bounds.lo[c] - grid.origin[c]);
+    out.side[3 + c] = rounded_down(grid.origin[c] - bounds.hi[c]);
+  }
+  out.batch = batch;
+  out.instance = instance;
+  return out;
+}
+
 // What a search of the grid looks for, and where it puts it.
 struct Search {
   const Engine& engine;
   const InstanceBounds& bounds;
+  float reach[8];  // of kernels' meeting_rows
   std::uint32_t batch;
   std::uint64_t above, below;  // keys to list lie between these two
   bool all;
-  FixedList<std::uint64_t>& found;
+  FixedList<Partner>& found;
   bool complete = true;
 };
 
+// Ascending, each once: cells that wrap around the buckets may be scanned twice.
+void sort_partners(FixedList<Partner>& list) {
+  std::sort(list.begin(), list.end(), [](const Partner& x, const Partner& y) { return x.key < y.key; });
+  list.size = static_cast<std::uint32_t>(
+      std::unique(list.begin(), list.end(), [](const Partner& x, const Partner& y) { return x.key == y.key; }) -
+      list.begin());
+}
+
 // Keeps the lower half of a full list, and from then on takes only what lies below its end.
 void keep_lower_half(Search& search) {
-  FixedList<std::uint64_t>& found = search.found;
-  std::sort(found.begin(), found.end());
-  found.size = static_cast<std::uint32_t>(std::unique(found.begin(), found.end()) - found.begin());
+  FixedList<Partner>& found = search.found;
+  sort_partners(found);
   if (found.size <= found.capacity / 2) return;
   found.size = found.capacity / 2;
-  search.below = found.data[found.size - 1];
+  search.below = found.data[found.size - 1].key;
   search.complete = false;
 }
 
-void scan_entries(Search& search, std::uint32_t first, std::uint32_t end) {
-  const BroadEntry* const entries = search.engine.grid.entries.data;
-  for (std::uint32_t i = first; i < end; ++i) {
-    const BroadEntry& entry = entries[i];
-    if (!search.all && !meet(search.bounds, entry.bounds)) continue;
-    const std::uint64_t key = instance_key(entry.batch, entry.instance);
-    if (key <= search.above || key >= search.below || !paired(search.engine, search.batch, entry.batch)) continue;
-    search.found.push(key);
-    if (search.found.size == search.found.capacity) keep_lower_half(search);
+void scan_rows(Search& search, std::uint32_t first, std::uint32_t end) {
+  constexpr std::uint32_t kAtOnce = 128;
+  const Engine& engine = search.engine;
+  std::uint32_t meeting[kAtOnce + 1];
+  for (; first < end; first += std::min(kAtOnce, end - first)) {
+    const BoundsRow* const rows = engine.grid.rows.data + first;
+    const std::uint32_t count =
+        engine.kernels->meeting_rows(rows, std::min(kAtOnce, end - first), search.reach, meeting);
+    for (std::uint32_t m = 0; m < count; ++m) {
+      const BoundsRow& row = rows[meeting[m]];
+      const std::uint64_t key = instance_key(row.batch, row.instance);
+      if (key <= search.above || key >= search.below || !paired(engine, search.batch, row.batch)) continue;
+      if (!search.all && !meet(search.bounds, engine.grid.placements[first + meeting[m]].bounds)) continue;
+      search.found.push({key, first + meeting[m]});
+      if (search.found.size == search.found.capacity) keep_lower_half(search);
+    }
   }
 }
 
 // Scans the cells of one level in which an instance may begin whose bounds meet the ones searched for: from one cell
-// before the first that they touch. False when those are more than there are entries.
+// before the first that they touch. False when those are more than there are rows.
 bool scan_level(Search& search, std::uint32_t level) {
   const Grid& grid = search.engine.grid;
   std::int64_t lo[3], hi[3];
@@ -227,8 +257,8 @@ bool scan_level(Search& search, std::uint32_t level) {
     for (std::int64_t y = lo[1]; y <= hi[1]; ++y) {
       const std::uint32_t first = bucket_of(grid, level, lo[0], y, z);
       const std::uint32_t fits = std::min(length, grid.mask + 1 - first);
-      scan_entries(search, grid.bucket[first], grid.bucket[first + fits]);
-      if (fits < length) scan_entries(search, 0, grid.bucket[length - fits]);
+      scan_rows(search, grid.bucket[first], grid.bucket[first + fits]);
+      if (fits < length) scan_rows(search, 0, grid.bucket[length - fits]);
     }
   return true;
 }
@@ -271,25 +301,29 @@ void build_grid(Engine& engine, const FrameJob& job) {
   });
   std::uint32_t sum = 0;
   for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
-  // Each bucket now holds its end; placing its entries from there down leaves its beginning.
+  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * survey.lo[c] + 0.5 * survey.hi[c];
+  // Each bucket now holds its end; placing its rows from there down leaves its beginning.
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
     const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
-    grid.entries[at] = {bounds, index, instance};
+    grid.rows[at] = row_of(grid, bounds, index, instance);
+    grid.placements[at] = placement_of(engine.batches[index]->batch, instance);
   });
 }
 
-bool find_partners(const Engine& engine, std::uint32_t batch, std::uint32_t instance, std::uint64_t after, bool all,
-                   Worker& worker) {
-  FixedList<std::uint64_t>& found = worker.partners;
+bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
+                   bool all, Worker& worker) {
+  FixedList<Partner>& found = worker.partners;
   found.clear();
-  Search search = {engine, engine.batches[batch]->batch.bounds[instance], batch, after, ~std::uint64_t{0}, all, found};
+  Search search = {engine, bounds, {}, batch, after, ~std::uint64_t{0}, all, found};
+  const BoundsRow row = row_of(engine.grid, bounds, 0, 0);
+  for (std::uint32_t c = 0; c < 6; ++c)
+    search.reach[c] = all ? std::numeric_limits<float>::infinity() : -row.side[(c + 3) % 6];
   bool by_cells = !all;
   for (std::uint32_t level = 0; level < kGridLevels && by_cells; ++level)
     if (engine.grid.used[level].load(std::memory_order_relaxed)) by_cells = scan_level(search, level);
-  if (!by_cells) scan_entries(search, 0, engine.grid.count);
-  std::sort(found.begin(), found.end());
-  found.size = static_cast<std::uint32_t>(std::unique(found.begin(), found.end()) - found.begin());
+  if (!by_cells) scan_rows(search, 0, engine.grid.count);
+  sort_partners(found);
   return search.complete;
 }
 

@@ -18,10 +18,10 @@ inline std::uint64_t instance_key(std::uint32_t batch, std::uint32_t instance) {
   return std::uint64_t{batch} << 32 | instance;
 }
 
-// Lists in worker.partners the keys of the instances above `after` whose bounds meet those of one instance (all of
-// them where `all` asks for tests without boxes) and with which a rule pairs it, ascending. False when the list is full
-// and there may be more above its last.
-bool find_partners(const Engine& engine, std::uint32_t batch, std::uint32_t instance, std::uint64_t after, bool all,
-                   Worker& worker);
+// Lists in worker.partners the instances above `after` whose bounds meet the given ones (all of them where `all` asks for
+// tests without boxes) and with which a rule pairs the batch, ascending. False when the list is full and there may be
+// more above its last.
+bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
+                   bool all, Worker& worker);
 
 }  // namespace cab

@@ -7,6 +7,7 @@
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
 #include "layout/fit_box.h"
+#include "layout/leaf_rows.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,8 @@ struct Needs {
   std::size_t depth = 0;
   std::size_t leaf_pairs = 0;
   std::size_t character_instances = 0;
+  std::size_t character_nodes = 0;  // of the largest articulation
+  std::size_t leaf_row_floats = 0;  // likewise
 };
 
 Needs needs_of(const Engine& engine) {
@@ -49,6 +52,8 @@ Needs needs_of(const Engine& engine) {
     } else {
       needs.nodes = std::max<std::size_t>(needs.nodes, articulation.node_count);
       needs.character_instances += batch.instance_count;
+      needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
+      needs.leaf_row_floats = std::max(needs.leaf_row_floats, leaf_row_floats(articulation.leaf_count));
     }
   }
   needs.nodes = std::max(needs.nodes, frame_nodes);
@@ -60,6 +65,18 @@ Needs needs_of(const Engine& engine) {
 template <class T>
 FixedList<T> make_list(Arena& arena, std::size_t capacity) {
   return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
+}
+
+void size_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
+  constexpr std::size_t kEntries = 1024;
+  static_assert(kEntries >= 2 * kPosedTiles * kLanes);
+  PosedSet& set = worker.posed;
+  set.tiles = make_list<PosedTile>(worker.arena, kPosedTiles);
+  set.open = worker.arena.allocate<std::uint32_t>(batch_count);
+  set.entries = worker.arena.allocate<PosedEntry>(kEntries);
+  set.rows = make_list<BoxRow>(worker.arena, std::max<std::size_t>(kPosedRows, 2 * kLanes * needs.character_nodes));
+  set.leaf_rows = make_list<float>(worker.arena, std::max<std::size_t>(kPosedTiles * kLanes * leaf_row_floats(kLanes),
+                                                                       2 * kLanes * needs.leaf_row_floats));
 }
 
 void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, std::size_t chunk) {
@@ -74,7 +91,8 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
   worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, chunk);
-  worker.partners = make_list<std::uint64_t>(worker.arena, kPartnerCapacity);
+  if (needs.character_instances) size_set(worker, needs, batch_count);
+  worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
 }
 
@@ -90,15 +108,20 @@ void size_workers(Engine& engine) {
   auto shared = std::make_unique<Arena>(engine.allocator);
   std::size_t buckets = 16;
   while (buckets < needs.character_instances) buckets *= 2;
-  const auto entries = shared->allocate<BroadEntry>(needs.character_instances);
+  const auto rows = shared->allocate<BoundsRow>(needs.character_instances ? needs.character_instances + 1 : 0);
+  const auto placements = shared->allocate<Placement>(needs.character_instances);
   const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
+  constexpr std::size_t most_words = std::numeric_limits<std::uint32_t>::max();
+  const auto store = shared->allocate<std::uint32_t>(std::min(kStoreWords * needs.character_instances, most_words));
   const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
   const auto rules = shared->allocate<std::uint64_t>((2 * engine.batches.size() * engine.batches.size() + 63) / 64);
   engine.rule_bits = rules;
   engine.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
-  engine.grid.entries = entries;
+  engine.grid.rows = rows;
+  engine.grid.placements = placements;
   engine.grid.bucket = bucket;
+  engine.store = store;
   engine.paired_bits = paired;
   engine.chunk_candidates = static_cast<std::uint32_t>(chunk);
 }
@@ -209,10 +232,10 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     batch.kind = desc.kind;
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
-      batch.rows = slot->arena.allocate<BoxRow>(std::size_t{desc.instance_count} * articulation->node_count);
-      batch.leaf_rows =
-          slot->arena.allocate<float>(std::size_t{desc.instance_count} * leaf_row_floats(articulation->leaf_count));
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
+      batch.stored = slot->arena.allocate<StoredHits>(desc.instance_count);
+      batch.stored_before =
+          slot->arena.allocate<std::size_t>((desc.instance_count + kStoredPerTask - 1) / kStoredPerTask);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
     }
     engine.batches.push_back(std::move(slot));
@@ -242,8 +265,8 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   Policies every_level = policies;
   every_level.strategy = Strategy::kTree;  // the strategies without a tree need no inner boxes
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
-    const std::uint32_t live =
-        update_tile(engine, batch, every_level, tile, true, worker, worker.boxes.data, worker.bounds.data);
+    const std::uint32_t live = update_tile(engine, batch, every_level, instances_of(batch, tile), true, worker,
+                                           worker.boxes.data, worker.bounds.data);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {

@@ -7,6 +7,7 @@
 #include "kernels/find_kernels.h"
 #include "layout/arena.h"
 #include "layout/articulation.h"
+#include "layout/box_row.h"
 #include "layout/instance_batch.h"
 #include "layout/pair_list.h"
 #include "layout/tile.h"
@@ -23,11 +24,51 @@ namespace cab {
 struct Candidate {
   std::uint32_t batch_a, instance_a;
   std::uint32_t batch_b, instance_b;
+  std::uint32_t place_a = 0, place_b = 0;  // of their boxes in the worker's set (engine/posed_set.h)
 };
 
 inline bool is_within(const Candidate& candidate) {
   return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
 }
+
+// What the broad phase finds for an instance: another, and where it stands in the grid.
+struct Partner {
+  std::uint64_t key;  // instance_key
+  std::uint32_t row;
+};
+
+// Instances of one batch that are posed together.
+struct TileInstances {
+  std::uint32_t instance[kLanes];
+  std::uint32_t count;
+};
+
+// A tile of a worker's set: the boxes of instance `lane` stand at rows + lane * nodes.
+struct PosedTile {
+  TileInstances of;
+  Placement placement[kLanes];
+  std::uint32_t batch;
+  std::uint32_t nodes;
+  BoxRow* rows;
+  float* leaf_rows;
+};
+
+// Where an instance stands in a worker's set: an entry of its hash table, empty unless `round` is the set's.
+struct PosedEntry {
+  std::uint64_t key;
+  std::uint32_t round;
+  std::uint32_t place;
+};
+
+// The instances whose boxes the candidates at hand need, each once, posed where they are tested.
+struct PosedSet {
+  FixedList<PosedTile> tiles;
+  Span<std::uint32_t> open;    // by batch: one more than the index of its tile that takes instances, or 0
+  Span<PosedEntry> entries;    // a power of two
+  FixedList<BoxRow> rows;      // an axis-aligned refit keeps AabbRows in the same memory
+  FixedList<float> leaf_rows;  // layout/leaf_rows.h
+  std::uint32_t round = 1;
+};
 
 // Memory of one worker. Sized when a batch is added, for the worst that any rule can ask.
 struct alignas(64) Worker {
@@ -45,10 +86,12 @@ struct alignas(64) Worker {
   FixedList<TilePair> tile_found;
   FixedList<LeafPair> found;
   FixedList<Candidate> candidates;
-  FixedList<std::uint64_t> partners;
+  PosedSet posed;
+  FixedList<Partner> partners;
   FixedList<Hit> hits;  // of the task at hand, until its turn comes
   GridSurvey survey;
   FrameStats stats;
+  FrameStats stats_before;  // the pairing of characters, should it begin again
 };
 
 struct ArticulationSlot {
@@ -75,6 +118,8 @@ struct Engine {
   std::vector<std::unique_ptr<Worker>> workers;
   std::unique_ptr<Arena> shared_arena;
   Grid grid;
+  Span<std::uint32_t> store;           // hits of characters by place, until they are written in order
+  std::uint32_t frames_in_order = 0;   // frames to come whose hits are not looked for by place
   Span<std::uint64_t> rule_bits;       // scratch of validate_job: rules seen so far
   Span<std::uint64_t> paired_bits;     // bit a * batch_count + b: some rule tests batch a against b
   std::uint32_t chunk_candidates = 0;  // candidates a worker takes at a time
@@ -86,6 +131,17 @@ struct Engine {
 // Leaf pairs that a worker's list can hold at least; a chunk takes as many candidates as fit.
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 inline constexpr std::uint32_t kChunkCandidates = 256;
+
+// Instances that a worker's set holds at most, and the rows that it has room for at least: little enough to stay in
+// the second level of cache, enough that few instances are posed more than once.
+inline constexpr std::uint32_t kPosedTiles = 24;
+inline constexpr std::uint32_t kPosedRows = kPosedTiles * kLanes * 31;
+
+// Words of the store for each instance: room for about 25 hits. Frames with more hits are paired in their order.
+inline constexpr std::size_t kStoreWords = 32;
+
+// Instances whose stored hits one task writes.
+inline constexpr std::uint32_t kStoredPerTask = 1024;
 
 // Partners of one instance, and hits of one task, that a worker keeps at a time; neither limits what a frame can hold.
 inline constexpr std::uint32_t kPartnerCapacity = 4096;

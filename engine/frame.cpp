@@ -2,6 +2,7 @@
 #include "engine/frame.h"
 
 #include "engine/broad_phase.h"
+#include "engine/posed_set.h"
 #include "engine/report.h"
 #include "engine/timed.h"
 #include "engine/traverse.h"
@@ -32,41 +33,37 @@ Policies resolved(const Engine& engine, const FrameJob& job) {
 
 // ------------------------------------------------------------------------------------------------- characters
 
-// Steps 1 and 3, all character batches: poses and refits every tile into rows, and bounds its instances.
-void update_characters(Engine& engine, const FrameJob& job, const Policies& policies) {
+// Step 1, all character batches: bounds every instance, by posing its leaves.
+void bound_characters(Engine& engine, const FrameJob& job, Policies policies) {
+  if (policies.strategy != Strategy::kExactAll)
+    policies.strategy = Strategy::kBrute;  // of whose boxes only leaves are made
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
     engine.schedule->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
       Worker& worker = *engine.workers[w];
       const Timed timed(worker.stats.seconds_update);
-      const kernel::KernelTable& kernels = *engine.kernels;
-      const std::uint32_t nodes = batch.articulation->node_count, leaves = batch.articulation->leaf_count;
-      const std::uint32_t first = tile * kLanes;
-      const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
-      batch.live[tile] = static_cast<std::uint16_t>(
-          update_tile(engine, batch, policies, tile, true, worker, worker.boxes.data, worker.bounds.data));
-      const std::size_t row = std::size_t{first} * nodes;
-      const std::uint32_t made = policies.strategy == Strategy::kTree ? nodes : leaves;
-      if (is_axis_aligned(policies.refit)) {
-        kernels.aabbs_to_rows(worker.bounds.data, made, live, aabb_rows(batch) + row, nodes);
-      } else {
-        kernels.boxes_to_rows(worker.boxes.data, made, live, batch.rows.data + row, nodes);
-        kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-      }
+      for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
+        prefetch_pose(batch, i);
+      batch.live[tile] = static_cast<std::uint16_t>(update_tile(engine, batch, policies, instances_of(batch, tile),
+                                                                true, worker, worker.boxes.data, worker.bounds.data));
+      if (!is_axis_aligned(policies.refit))
+        engine.kernels->bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
       bound_instances(engine, batch, tile, worker.bounds.data);
-      if (policies.strategy == Strategy::kRows)
-        kernels.bounds_to_leaf_rows(worker.bounds.data, leaves, live,
-                                    batch.leaf_rows.data + first * leaf_row_floats(leaves));
+      std::fill_n(batch.stored.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
+                  StoredHits{});
     });
   }
 }
 
-// Steps 4 to 6 for the candidates that a worker has gathered.
-void test_candidates(const Engine& engine, const Policies& policies, std::uint32_t task, Worker& worker,
-                     HitSink& sink) {
+// Steps 3 to 6 for the candidates that a worker has gathered.
+void test_candidates(Engine& engine, const Policies& policies, std::uint32_t task, Worker& worker, HitSink& sink) {
   if (worker.candidates.empty()) return;
   worker.stats.candidates += worker.candidates.size;
+  {
+    const Timed timed(worker.stats.seconds_update);
+    pose_set(engine, policies, worker);
+  }
   {
     const Timed timed(worker.stats.seconds_test);
     find_leaf_pairs(engine, policies, worker);
@@ -80,52 +77,126 @@ void test_candidates(const Engine& engine, const Policies& policies, std::uint32
     begin = end;
   }
   worker.candidates.clear();
+  clear_set(worker);
 }
 
 // Everything that one instance is tested against: itself, and its partners with a higher place in the order of hits.
-void pair_instance(const Engine& engine, const Policies& policies, std::uint32_t index, std::uint32_t instance,
-                   std::uint32_t task, Worker& worker, HitSink& sink) {
+void pair_instance(Engine& engine, const Policies& policies, std::uint32_t index, std::uint32_t instance,
+                   const Placement& placement, std::uint32_t task, Worker& worker, HitSink& sink) {
   const InstanceBatch& batch = engine.batches[index]->batch;
-  const auto gather = [&](std::uint32_t other_index, std::uint32_t other) {
-    worker.candidates.push({index, instance, other_index, other});
-    if (worker.candidates.size == engine.chunk_candidates) test_candidates(engine, policies, task, worker, sink);
+  const auto gather = [&](std::uint32_t other_index, std::uint32_t other, const Placement& other_placement) {
+    if (worker.candidates.size == engine.chunk_candidates || !has_room(engine, worker, index, other_index))
+      test_candidates(engine, policies, task, worker, sink);
+    const std::uint32_t place = place_of(engine, policies, index, instance, placement, worker);
+    worker.candidates.push({index, instance, other_index, other, place,
+                            place_of(engine, policies, other_index, other, other_placement, worker)});
   };
-  if (batch.pairs_within) gather(index, instance);
+  if (batch.pairs_within) gather(index, instance, placement);
   if (!batch.pairs_between) return;
   std::uint64_t after = instance_key(index, instance);
   for (bool complete = false; !complete;) {
-    complete = find_partners(engine, index, instance, after, policies.strategy == Strategy::kExactAll, worker);
-    for (const std::uint64_t key : worker.partners)
-      gather(static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key));
-    if (!complete) after = worker.partners.data[worker.partners.size - 1];
+    complete = find_partners(engine, index, placement.bounds, after, policies.strategy == Strategy::kExactAll, worker);
+    for (const Partner& partner : worker.partners)
+      gather(static_cast<std::uint32_t>(partner.key >> 32), static_cast<std::uint32_t>(partner.key),
+             engine.grid.placements[partner.row]);
+    if (!complete) after = worker.partners.data[worker.partners.size - 1].key;
   }
 }
 
-// Steps 4 to 6 of all character batches, in the order of hits.
-void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
-  constexpr std::uint32_t kInstancesPerTask = 64;
+// Pairs characters of one task: calls pair(worker) with its time split between the steps.
+template <class Pair>
+void timed_task(Engine& engine, const Policies& policies, std::uint32_t task, std::uint32_t w, HitSink& sink,
+                Pair&& pair) {
+  Worker& worker = *engine.workers[w];
+  const Clock::time_point start = Clock::now();
+  const auto others = [&worker] {
+    return worker.stats.seconds_update + worker.stats.seconds_test + worker.stats.seconds_query;
+  };
+  const double before = others();
+  pair(worker);
+  test_candidates(engine, policies, task, worker, sink);
+  worker.stats.seconds_broad += seconds_since(start) - (others() - before);
+}
+
+constexpr std::uint32_t kInstancesPerTask = 64;
+
+std::uint32_t task_count(std::uint32_t instances) { return (instances + kInstancesPerTask - 1) / kInstancesPerTask; }
+
+// Steps 3 to 6 for a run of instances of a batch that follow each other.
+void pair_run(Engine& engine, const Policies& policies, std::uint32_t index, std::uint32_t run, std::uint32_t task,
+              Worker& worker, HitSink& sink) {
+  const InstanceBatch& batch = engine.batches[index]->batch;
+  const std::uint32_t first = run * kInstancesPerTask;
+  for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i)
+    if (batch.live[i / kLanes] >> (i % kLanes) & 1)
+      pair_instance(engine, policies, index, i, placement_of(batch, i), task, worker, sink);
+}
+
+// Steps 2 to 6 of all character batches, in the order of hits.
+void pair_in_order(Engine& engine, const Policies& policies, HitSink& sink) {
   std::uint32_t tasks = 0;
   for (const auto& slot : engine.batches) {
     slot->batch.first_task = tasks;
-    if (slot->batch.pairs_within || slot->batch.pairs_between)
-      tasks += (slot->batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask;
+    if (slot->batch.pairs_within || slot->batch.pairs_between) tasks += task_count(slot->batch.instance_count);
   }
   engine.schedule->for_each_in_turn(tasks, [&](std::uint32_t task, std::uint32_t w) {
     const auto above = std::upper_bound(engine.batches.begin(), engine.batches.end(), task,
                                         [](std::uint32_t t, const auto& slot) { return t < slot->batch.first_task; });
     const std::uint32_t index = static_cast<std::uint32_t>(above - engine.batches.begin()) - 1;
-    const InstanceBatch& batch = engine.batches[index]->batch;
-    const std::uint32_t first = (task - batch.first_task) * kInstancesPerTask;
-    Worker& worker = *engine.workers[w];
-    const Clock::time_point start = Clock::now();
-    const double others = worker.stats.seconds_test + worker.stats.seconds_query;
-    for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i)
-      if (batch.live[i / kLanes] >> (i % kLanes) & 1) pair_instance(engine, policies, index, i, task, worker, sink);
-    test_candidates(engine, policies, task, worker, sink);
-    worker.stats.seconds_broad +=
-        seconds_since(start) - (worker.stats.seconds_test + worker.stats.seconds_query - others);
-    finish_task(task, worker, sink);
+    const std::uint32_t run = task - engine.batches[index]->batch.first_task;
+    timed_task(engine, policies, task, w, sink,
+               [&](Worker& worker) { pair_run(engine, policies, index, run, task, worker, sink); });
+    finish_task(task, *engine.workers[w], sink);
   });
+}
+
+// The same by place, as the grid keeps them: what is posed and read for one character is still in cache for the next.
+// False when the store is too small for the hits, of which none are left then.
+bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
+  sink.by_place = true;
+  for (const auto& worker : engine.workers) worker->stats_before = worker->stats;
+  const Grid& grid = engine.grid;
+  engine.schedule->for_each(task_count(grid.count), [&](std::uint32_t task, std::uint32_t w) {
+    if (sink.store_full) return;
+    timed_task(engine, policies, task, w, sink, [&](Worker& worker) {
+      const std::uint32_t end = std::min(grid.count, (task + 1) * kInstancesPerTask);
+      for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
+        pair_instance(engine, policies, grid.rows[i].batch, grid.rows[i].instance, grid.placements[i], task, worker,
+                      sink);
+    });
+    store_hits(engine, *engine.workers[w], sink);
+  });
+  for (std::uint32_t index = 0; index < engine.batches.size(); ++index) {
+    const InstanceBatch& batch = engine.batches[index]->batch;
+    if (!batch.pairs_within || batch.pairs_between) continue;  // not in the grid
+    engine.schedule->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
+      if (sink.store_full) return;
+      timed_task(engine, policies, task, w, sink,
+                 [&](Worker& worker) { pair_run(engine, policies, index, task, task, worker, sink); });
+      store_hits(engine, *engine.workers[w], sink);
+    });
+  }
+  sink.by_place = false;
+  if (!sink.store_full) return true;
+  for (const auto& worker : engine.workers) {
+    worker->stats = worker->stats_before;
+    worker->hits.clear();
+  }
+  return false;
+}
+
+// Steps 2 to 6 of all character batches.
+void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
+  constexpr std::uint32_t kFramesInOrder = 16;  // after one whose hits the store could not hold
+  if (engine.frames_in_order > 0) {
+    --engine.frames_in_order;
+  } else if (pair_by_place(engine, policies, sink)) {
+    write_stored_hits(engine, sink);
+    return;
+  } else {
+    engine.frames_in_order = kFramesInOrder;
+  }
+  pair_in_order(engine, policies, sink);
 }
 
 // ----------------------------------------------------------------------------------------------------- frames
@@ -235,7 +306,7 @@ void run_frame_batches(Engine& engine, const FrameJob& job, const Policies& poli
       const Timed timed(worker.stats.seconds_update);
       const bool report = tile == tile_of(batch, tile);  // a table is posed again for every tile, and reported once
       worker.live[input.batch.value - 1] =
-          update_tile(engine, batch, policies, tile_of(batch, tile), report, worker,
+          update_tile(engine, batch, policies, instances_of(batch, tile_of(batch, tile)), report, worker,
                       worker.boxes.data + batch.worker_nodes, worker.bounds.data + batch.worker_nodes);
     }
     for (const PairRule& rule : job.rules)
@@ -293,7 +364,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
 
   HitSink sink{&job};
   const Policies policies = resolved(engine, job);
-  update_characters(engine, job, policies);
+  bound_characters(engine, job, policies);
   {
     const Timed timed(engine.workers[0]->stats.seconds_broad);
     build_grid(engine, job);

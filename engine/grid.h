@@ -1,6 +1,7 @@
 // The grid of the broad phase: what a frame builds and every worker reads.
 #pragma once
 
+#include "layout/bounds_row.h"
 #include "layout/instance_batch.h"
 
 #include <atomic>
@@ -8,13 +9,6 @@
 #include <limits>
 
 namespace cab {
-
-// An instance in the grid.
-struct BroadEntry {
-  InstanceBounds bounds;
-  std::uint32_t batch;
-  std::uint32_t instance;
-};
 
 // Cells are 2^exponent wide on the lowest level and four times as wide on each level above; what is larger than the
 // cells of the last level but one is on the last, whose cells are as large as it needs.
@@ -33,10 +27,12 @@ struct GridSurvey {
 };
 
 struct Grid {
-  Span<BroadEntry> entries;    // grouped by bucket
-  Span<std::uint32_t> bucket;  // a power of two and one: where each bucket's entries begin
+  Span<BoundsRow> rows;        // grouped by bucket, and one more
+  Span<Placement> placements;  // of each row's instance
+  Span<std::uint32_t> bucket;  // a power of two and one: where each bucket's rows begin
   std::uint32_t mask = 0;      // bucket count less one
-  std::uint32_t count = 0;     // entries in use
+  std::uint32_t count = 0;     // rows in use
+  double origin[3] = {};       // of the rows' bounds
   int exponent[kGridLevels] = {};
   double scale[kGridLevels] = {};  // 2^-exponent
   std::atomic<bool> used[kGridLevels] = {};

@@ -46,10 +46,79 @@ void hand_over(Worker& worker, HitSink& sink) {
   worker.hits.clear();
 }
 
-void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair, std::uint32_t task, Worker& worker) {
+bool same_a(const Hit& x, const Hit& y) { return x.batch_a.value == y.batch_a.value && x.instance_a == y.instance_a; }
+bool same_b(const Hit& x, const Hit& y) { return x.batch_b.value == y.batch_b.value && x.instance_b == y.instance_b; }
+
+// Stores the hits before `end`: for each instance and each that it touches, which, how many, and their leaves.
+void store_until(Engine& engine, Worker& worker, const Hit* end, HitSink& sink) {
+  constexpr std::size_t kHead = 3;
+  std::size_t words = 0;
+  for (const Hit* hit = worker.hits.begin(); hit != end; ++hit)
+    words += hit == worker.hits.begin() || !same_a(hit[-1], *hit) || !same_b(hit[-1], *hit) ? kHead + 1 : 1;
+  std::uint64_t at = sink.stored_words.fetch_add(words, std::memory_order_relaxed);
+  if (at + words > engine.store.size) {
+    sink.store_full = true;
+    return;
+  }
+  for (const Hit* hit = worker.hits.begin(); hit != end;) {
+    StoredHits& stored = engine.batches[hit->batch_a.value - 1]->batch.stored[hit->instance_a];
+    stored.first = static_cast<std::uint32_t>(at);
+    const Hit* const first = hit;
+    while (hit != end && same_a(*first, *hit)) {
+      const Hit* const group = hit;
+      std::uint32_t* const head = engine.store.data + at;
+      at += kHead;
+      for (; hit != end && same_a(*group, *hit) && same_b(*group, *hit); ++hit)
+        engine.store[at++] = std::uint32_t{hit->leaf_a} << 16 | hit->leaf_b;
+      head[0] = group->batch_b.value;
+      head[1] = group->instance_b;
+      head[2] = static_cast<std::uint32_t>(hit - group);
+    }
+    stored.count = static_cast<std::uint32_t>(hit - first);
+  }
+}
+
+// Makes room in the list of a worker whose hits go to the store: those of the instance at hand stay.
+void store_finished(Engine& engine, Worker& worker, HitSink& sink) {
+  Hit* first = worker.hits.end() - 1;
+  while (first != worker.hits.begin() && same_a(first[-1], *first)) --first;
+  if (first == worker.hits.begin()) {
+    sink.store_full = true;
+    worker.hits.clear();
+    return;
+  }
+  store_until(engine, worker, first, sink);
+  worker.hits.size =
+      static_cast<std::uint32_t>(std::copy(first, worker.hits.end(), worker.hits.begin()) - worker.hits.begin());
+}
+
+// Writes one instance's hits, as far as there is room.
+void write_hits(const Engine& engine, std::uint32_t index, std::uint32_t instance, Span<Hit> room) {
+  const InstanceBatch& a = engine.batches[index]->batch;
+  const std::uint32_t* from = engine.store.data + a.stored[instance].first;
+  for (std::size_t at = 0; at < room.size;) {
+    const std::uint32_t batch_b = from[0], instance_b = from[1], count = from[2];
+    from += 3;
+    const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
+    const Span<const std::uint16_t> link_b = engine.batches[batch_b - 1]->batch.articulation->leaf_link;
+    for (std::uint32_t i = 0; i < count && at < room.size; ++i) {
+      const std::uint16_t leaf_a = static_cast<std::uint16_t>(from[i] >> 16),
+                          leaf_b = static_cast<std::uint16_t>(from[i]);
+      room[at++] = {{index + 1}, instance, {batch_b}, instance_b, link_a[leaf_a], link_b[leaf_b], leaf_a, leaf_b};
+    }
+    from += count;
+  }
+}
+
+void push_hit(Engine& engine, HitSink& sink, const Candidate& candidate, const LinkedPair& pair, std::uint32_t task,
+              Worker& worker) {
   if (worker.hits.size == worker.hits.capacity) {
-    wait_for_turn(task, sink);
-    hand_over(worker, sink);
+    if (sink.by_place) {
+      store_finished(engine, worker, sink);
+    } else {
+      wait_for_turn(task, sink);
+      hand_over(worker, sink);
+    }
   }
   worker.hits.push({{candidate.batch_a + 1},
                     candidate.instance_a,
@@ -63,7 +132,7 @@ void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair,
 
 }  // namespace
 
-void report_candidate(const Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, std::uint32_t task,
+void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, std::uint32_t task,
                       Worker& worker, HitSink& sink) {
   const Articulation& a = *engine.batches[candidate.batch_a]->batch.articulation;
   const Articulation& b = *engine.batches[candidate.batch_b]->batch.articulation;
@@ -90,7 +159,7 @@ void report_candidate(const Engine& engine, const Candidate& candidate, Span<Lea
         continue;
       }
     }
-    push_hit(sink, candidate, at, task, worker);
+    push_hit(engine, sink, candidate, at, task, worker);
     last_hit = at;
   }
 }
@@ -99,6 +168,45 @@ void finish_task(std::uint32_t task, Worker& worker, HitSink& sink) {
   wait_for_turn(task, sink);
   hand_over(worker, sink);
   sink.turn.store(task + 1, std::memory_order_release);
+}
+
+void store_hits(Engine& engine, Worker& worker, HitSink& sink) {
+  store_until(engine, worker, worker.hits.end(), sink);
+  worker.hits.clear();
+}
+
+void write_stored_hits(Engine& engine, HitSink& sink) {
+  FrameJob& job = *sink.job;
+  std::size_t found = sink.found;
+  for (std::uint32_t index = 0; index < engine.batches.size(); ++index) {
+    const InstanceBatch& batch = engine.batches[index]->batch;
+    if (!batch.pairs_between && !batch.pairs_within) continue;
+    const std::uint32_t tasks = (batch.instance_count + kStoredPerTask - 1) / kStoredPerTask;
+    const auto run = [&](std::uint32_t task, auto&& each) {
+      const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kStoredPerTask);
+      for (std::uint32_t i = task * kStoredPerTask; i < end; ++i) each(i);
+    };
+    engine.schedule->for_each(tasks, [&](std::uint32_t task, std::uint32_t) {
+      std::uint32_t count = 0;
+      run(task, [&](std::uint32_t i) { count += batch.stored[i].count; });
+      batch.stored_before[task] = count;
+    });
+    for (std::uint32_t task = 0; task < tasks; ++task) {
+      const std::size_t count = batch.stored_before[task];
+      batch.stored_before[task] = found;
+      found += count;
+    }
+    engine.schedule->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
+      const Timed timed(engine.workers[w]->stats.seconds_query);
+      std::size_t at = batch.stored_before[task];
+      run(task, [&](std::uint32_t i) {
+        const std::size_t count = batch.stored[i].count;
+        if (at < job.hits.size) write_hits(engine, index, i, {job.hits.data + at, std::min(count, job.hits.size - at)});
+        at += count;
+      });
+    });
+  }
+  sink.found = found;
 }
 
 Status finish_hits(const Engine& engine, HitSink& sink) {

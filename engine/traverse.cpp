@@ -2,6 +2,7 @@
 
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
+#include "layout/leaf_rows.h"
 
 #include <algorithm>
 #include <cmath>
@@ -75,21 +76,19 @@ struct Sides {
 };
 
 template <class Row>
-const Row* rows_of(const InstanceBatch& batch, std::uint32_t instance);
-template <>
-const BoxRow* rows_of(const InstanceBatch& batch, std::uint32_t instance) {
-  return batch.rows.data + std::size_t{instance} * batch.articulation->node_count;
+const Row* rows_at(const Worker& worker, std::uint32_t place) {
+  const PosedTile& tile = worker.posed.tiles.data[place / kLanes];
+  return reinterpret_cast<const Row*>(tile.rows) + place % kLanes * tile.nodes;
 }
-template <>
-const AabbRow* rows_of(const InstanceBatch& batch, std::uint32_t instance) {
-  return aabb_rows(batch) + std::size_t{instance} * batch.articulation->node_count;
+
+double origin_at(const Worker& worker, std::uint32_t place, std::uint32_t component) {
+  return worker.posed.tiles.data[place / kLanes].placement[place % kLanes].origin[component];
 }
 
 template <class Row>
-Sides<Row> sides_of(const Engine& engine, const Candidate& candidate) {
-  const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
-  const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
-  return {a.articulation, b.articulation, rows_of<Row>(a, candidate.instance_a), rows_of<Row>(b, candidate.instance_b)};
+Sides<Row> sides_of(const Engine& engine, const Worker& worker, const Candidate& candidate) {
+  return {engine.batches[candidate.batch_a]->batch.articulation, engine.batches[candidate.batch_b]->batch.articulation,
+          rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b)};
 }
 
 std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<BoxRow>& pairs) {
@@ -113,7 +112,7 @@ template <class Row>
 bool take(const Engine& engine, const Worker& worker, NodePair pair, Hand<Row>& hand) {
   const Candidate& candidate = worker.candidates.data[pair.slot];
   const bool within = is_within(candidate);
-  const Sides<Row> sides = sides_of<Row>(engine, candidate);
+  const Sides<Row> sides = sides_of<Row>(engine, worker, candidate);
   const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
   if (leaves && within) {
     if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return false;
@@ -125,15 +124,14 @@ bool take(const Engine& engine, const Worker& worker, NodePair pair, Hand<Row>& 
   hand.rows.b[lane] = sides.rows_b + pair.b;
   if (leaves) hand.rows.leaves |= 1u << lane;
   for (std::uint32_t c = 0; c < 3; ++c)
-    hand.shift.by[c][lane] = origin_of(engine.batches[candidate.batch_b]->batch, candidate.instance_b, c) -
-                             origin_of(engine.batches[candidate.batch_a]->batch, candidate.instance_a, c);
+    hand.shift.by[c][lane] = origin_at(worker, candidate.place_b, c) - origin_at(worker, candidate.place_a, c);
   return true;
 }
 
 // Opens the node with more leaves (ties: a), as a descent of tiles does.
 template <class Row>
 void open(const Engine& engine, Worker& worker, const NodePair& pair) {
-  const Sides<Row> sides = sides_of<Row>(engine, worker.candidates.data[pair.slot]);
+  const Sides<Row> sides = sides_of<Row>(engine, worker, worker.candidates.data[pair.slot]);
   const MergeProgram& a = sides.a->program;
   const MergeProgram& b = sides.b->program;
   if (a.node_leaf_count[pair.a] >= b.node_leaf_count[pair.b]) {
@@ -231,17 +229,20 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
   const Candidate& candidate = worker.candidates.data[slot];
   const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
   const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
-  RowSides<Row> sides = {rows_of<Row>(a, candidate.instance_a), rows_of<Row>(b, candidate.instance_b), {}, nullptr};
+  const PosedTile& tile_a = worker.posed.tiles.data[candidate.place_a / kLanes];
+  const PosedTile& tile_b = worker.posed.tiles.data[candidate.place_b / kLanes];
+  const std::uint32_t lane_a = candidate.place_a % kLanes, lane_b = candidate.place_b % kLanes;
+  RowSides<Row> sides = {rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b), {}, nullptr};
   if (is_within(candidate)) sides.within = a.articulation;
   kernel::RowFilter filter;
   filter.leaves_a = a.articulation->leaf_count;
   filter.leaves_b = b.articulation->leaf_count;
-  filter.a = a.leaf_rows.data + candidate.instance_a * leaf_row_floats(filter.leaves_a);
-  filter.b = b.leaf_rows.data + candidate.instance_b * leaf_row_floats(filter.leaves_b);
-  const InstanceBounds &bounds_a = a.bounds[candidate.instance_a], &bounds_b = b.bounds[candidate.instance_b];
+  filter.a = tile_a.leaf_rows + lane_a * leaf_row_floats(filter.leaves_a);
+  filter.b = tile_b.leaf_rows + lane_b * leaf_row_floats(filter.leaves_b);
+  const InstanceBounds &bounds_a = tile_a.placement[lane_a].bounds, &bounds_b = tile_b.placement[lane_b].bounds;
   for (std::uint32_t c = 0; c < 3; ++c) {
-    const double origin = origin_of(a, candidate.instance_a, c);
-    sides.shift[c] = origin_of(b, candidate.instance_b, c) - origin;
+    const double origin = tile_a.placement[lane_a].origin[c];
+    sides.shift[c] = tile_b.placement[lane_b].origin[c] - origin;
     filter.shift[c] = static_cast<float>(sides.shift[c]);
     filter.shift_rest[c] = static_cast<float>(sides.shift[c] - static_cast<double>(filter.shift[c]));
     filter.meet_lo[c] = below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);

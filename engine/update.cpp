@@ -28,20 +28,34 @@ void refit(const kernel::KernelTable& kernels, const Articulation& articulation,
 
 }  // namespace
 
+TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile) {
+  TileInstances out;
+  out.count = std::min(kLanes, batch.instance_count - tile * kLanes);
+  for (std::uint32_t lane = 0; lane < out.count; ++lane) out.instance[lane] = tile * kLanes + lane;
+  return out;
+}
+
+void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
+  constexpr std::size_t kLine = 64, kMostLines = 32;
+  const char* const from = reinterpret_cast<const char*>(pose_of(batch, instance));
+  const std::size_t bytes = std::min(batch.articulation->link_count * batch.link_stride, kMostLines * kLine);
+  for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(from + at);
+}
+
 std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies,
-                          std::uint32_t tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
+                          const TileInstances& tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const BatchInput& input = *batch.input;
-  const std::uint32_t first = tile * kLanes;
-  const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
   std::uint8_t flags[kLanes];
   kernel::PoseTile pose;
   pose.articulation = batch.articulation;
   pose.format = input.poses.format;
-  pose.poses = reinterpret_cast<const std::byte*>(input.poses.data) + first * batch.instance_stride;
-  pose.link_stride = batch.link_stride;
-  pose.instance_stride = batch.instance_stride;
-  pose.orientations = input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{first};
-  pose.live = live;
+  pose.link_stride = batch.link_stride / sizeof(float);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t instance = tile.instance[std::min(lane, tile.count - 1)];
+    pose.poses[lane] = pose_of(batch, instance);
+    pose.orientations[lane] =
+        input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
+  }
   pose.leaves = nodes;
   pose.joints = worker.joints.data;
   pose.motions = policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
@@ -49,14 +63,15 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   engine.kernels->pose_leaves(pose);
 
   if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.articulation, policies, pose.orientations != nullptr, worker, nodes, aabbs);
+    refit(*engine.kernels, *batch.articulation, policies, kernel::is_turned(pose), worker, nodes, aabbs);
 
   std::uint32_t taking_part = 0;
-  for (std::uint32_t lane = 0; lane < live; ++lane)
+  for (std::uint32_t lane = 0; lane < tile.count; ++lane)
     if (flags[lane] == kInstanceOk) taking_part |= 1u << lane;
   if (!report) return taking_part;
-  if (!input.flags.empty()) std::copy(flags, flags + live, input.flags.data + first);
-  worker.stats.instances_masked += live - static_cast<std::uint32_t>(__builtin_popcount(taking_part));
+  if (!input.flags.empty())
+    for (std::uint32_t lane = 0; lane < tile.count; ++lane) input.flags[tile.instance[lane]] = flags[lane];
+  worker.stats.instances_masked += tile.count - static_cast<std::uint32_t>(__builtin_popcount(taking_part));
   return taking_part;
 }
 

@@ -4,6 +4,7 @@
 #include "kernels/descend_tiles.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
+#include "kernels/meeting_rows.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"
 
@@ -44,6 +45,7 @@ const KernelTable CAB_ISA_TABLE = {
     bound_together<V>,
     bounds_to_leaf_rows<V>,
     filter_rows<V>,
+    meeting_rows<V>,
     boxes_to_rows<V>,
     aabbs_to_rows<V>,
     descend_tiles<V, BoxTile>,

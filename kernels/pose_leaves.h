@@ -8,21 +8,26 @@
 
 namespace cab::kernel {
 
-// One tile to pose. orientations: 4 floats of the tile's first instance, or null. Writes leaf boxes, the joints that
-// merges need (indexed by link), and for each lane why it is masked (InstanceFlag bits).
+// One tile to pose: any sixteen instances, unused lanes repeat a used one. Writes leaf boxes, the joints that merges need
+// (indexed by link), and for each lane why it is masked (InstanceFlag bits).
 struct PoseTile {
   const Articulation* articulation;
   PoseFormat format;
-  const std::byte* poses;       // of the tile's first instance
-  std::size_t link_stride;      // bytes
-  std::size_t instance_stride;  // bytes
-  const float* orientations;
-  std::uint32_t live;  // instances in the tile, 1..16
+  const float* poses[kLanes];         // of each instance's first link
+  std::size_t link_stride;            // floats
+  const float* orientations[kLanes];  // 4 floats each, or all null
   BoxTile* leaves;
   PointTile* joints;
   MotionTile* motions;  // by link, or null where nobody needs them
   std::uint8_t* flags;  // 16
 };
+
+// Points lanes at instances that follow each other, `stride` floats apart; lanes from `live` on repeat the last.
+inline void point_lanes(const float* first, std::size_t stride, std::uint32_t live, const float* (&lanes)[kLanes]) {
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) lanes[lane] = first + (lane < live ? lane : live - 1) * stride;
+}
+
+inline bool is_turned(const PoseTile& tile) { return tile.orientations[0] != nullptr; }
 
 // Rotation and translation of a link, one instance a lane.
 template <class V>
@@ -40,14 +45,12 @@ inline constexpr std::uint32_t pose_float_count(PoseFormat format) {
   return format == PoseFormat::kQuaternionTranslation ? 7u : format == PoseFormat::kMatrix3x4 ? 12u : 16u;
 }
 
-// Reads four floats of every instance's pose, from float `at` on. Lanes past the last live one copy it.
+// Reads four floats of every instance, from float `skip + at` on, into raw[at] to raw[at + 3].
 template <class V>
-CAB_INLINE void read_quad(const std::byte* first, std::size_t stride, std::uint32_t live, std::uint32_t at,
-                          RawPoses& out) {
+CAB_INLINE void read_quad(const float* const* from, std::size_t skip, std::uint32_t at, RawPoses& out) {
   for (std::uint32_t lane = 0; lane < kLanes; lane += 4) {
     const float* rows[4];
-    for (std::uint32_t i = 0; i < 4; ++i)
-      rows[i] = reinterpret_cast<const float*>(first + (lane + i < live ? lane + i : live - 1) * stride) + at;
+    for (std::uint32_t i = 0; i < 4; ++i) rows[i] = from[lane + i] + skip + at;
     float* const to[4] = {out.raw[at] + lane, out.raw[at + 1] + lane, out.raw[at + 2] + lane, out.raw[at + 3] + lane};
     transpose_quad<V>(rows, to);
   }
@@ -55,10 +58,9 @@ CAB_INLINE void read_quad(const std::byte* first, std::size_t stride, std::uint3
 
 // Reads every float of a pose that its format has; the seven of a quaternion and translation as two quads that share one.
 template <class V>
-CAB_INLINE void read_raw(const std::byte* first, std::size_t stride, std::uint32_t live, std::uint32_t floats,
-                         RawPoses& out) {
-  for (std::uint32_t at = 0; at + 4 <= floats; at += 4) read_quad<V>(first, stride, live, at, out);
-  if (floats % 4 != 0) read_quad<V>(first, stride, live, floats - 4, out);
+CAB_INLINE void read_raw(const float* const* from, std::size_t skip, std::uint32_t floats, RawPoses& out) {
+  for (std::uint32_t at = 0; at + 4 <= floats; at += 4) read_quad<V>(from, skip, at, out);
+  if (floats % 4 != 0) read_quad<V>(from, skip, floats - 4, out);
 }
 
 // Columns of the rotation of a quaternion of any length: no square root, orthonormal to rounding.
@@ -187,7 +189,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
                           std::uint32_t lane, LaneChecks<V>& checks) {
   const Articulation& articulation = *args.articulation;
   RigidLanes<V> pose = link_pose(raw, args.format, lane, checks);
-  if (args.orientations) {
+  if (is_turned(args)) {
     Vec3<V> turn[3];
     read_quaternion(turns, lane, checks, turn);
     for (int k = 0; k < 3; ++k) pose.column[k] = rotate(turn, pose.column[k]);
@@ -205,7 +207,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
   }
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
-    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], args.orientations ? kPosePadTurned : kPosePad);
+    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], is_turned(args) ? kPosePadTurned : kPosePad);
     checks.in_range = both(checks.in_range, both(in_range(box.center), in_range(box.half)));
     store_box(args.leaves[leaf], lane, box);
   }
@@ -249,12 +251,10 @@ void pose_leaves(const PoseTile& args) {
   LaneChecks<V> checks[kLanes / kWidth<V>];
   for (auto& check : checks) check = {yes, yes, yes};
   RawPoses raw, turns;
-  if (args.orientations)
-    read_raw<V>(reinterpret_cast<const std::byte*>(args.orientations), 4 * sizeof(float), args.live, 4, turns);
+  if (is_turned(args)) read_raw<V>(args.orientations, 0, 4, turns);
 
   for (const PosedLink& posed : articulation.posed_links) {
-    read_raw<V>(args.poses + posed.link * args.link_stride, args.instance_stride, args.live,
-                pose_float_count(args.format), raw);
+    read_raw<V>(args.poses, posed.link * args.link_stride, pose_float_count(args.format), raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
       pose_link(args, posed, raw, turns, lane, checks[lane / kWidth<V>]);
   }

@@ -43,6 +43,7 @@ struct Lanes;  // loads and stores of V
 template <>
 struct Lanes<float> {
   static CAB_INLINE float load(const float* at) { return *at; }
+  static CAB_INLINE float load_unaligned(const float* at) { return *at; }
   static CAB_INLINE void store(float* at, float v) { *at = v; }
 };
 
@@ -61,6 +62,7 @@ CAB_INLINE bool either(bool a, bool b) { return a || b; }
 template <class A>
 struct Lanes<Batch<A>> {
   static CAB_INLINE Batch<A> load(const float* at) { return Batch<A>::load_aligned(at); }
+  static CAB_INLINE Batch<A> load_unaligned(const float* at) { return Batch<A>::load_unaligned(at); }
   static CAB_INLINE void store(float* at, Batch<A> v) { v.store_aligned(at); }
 };
 

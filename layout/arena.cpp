@@ -2,6 +2,10 @@
 
 #include <cstring>
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 namespace cab {
 
 // Heads each block; the caller's memory follows after one alignment unit.
@@ -13,12 +17,25 @@ struct Arena::Block {
 
 namespace {
 
-void* new_aligned(void*, std::size_t bytes, std::size_t alignment) {
-  return ::operator new(bytes, std::align_val_t(alignment), std::nothrow);
+// Blocks of several huge pages are aligned to them and ask for them: a frame of many instances reads its rows in an order
+// that would miss the TLB on nearly every one.
+constexpr std::size_t kHugePage = std::size_t{1} << 21;
+
+std::align_val_t block_alignment(std::size_t bytes, std::size_t alignment) {
+  return std::align_val_t(bytes >= 2 * kHugePage && alignment < kHugePage ? kHugePage : alignment);
 }
 
-void delete_aligned(void*, void* memory, std::size_t, std::size_t alignment) {
-  ::operator delete(memory, std::align_val_t(alignment));
+void* new_aligned(void*, std::size_t bytes, std::size_t alignment) {
+  const std::align_val_t to = block_alignment(bytes, alignment);
+  void* memory = ::operator new(bytes, to, std::nothrow);
+#ifdef MADV_HUGEPAGE
+  if (memory && to == std::align_val_t(kHugePage)) madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: failing is no error
+#endif
+  return memory;
+}
+
+void delete_aligned(void*, void* memory, std::size_t bytes, std::size_t alignment) {
+  ::operator delete(memory, block_alignment(bytes, alignment));
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 #pragma once
 
 #include "layout/articulation.h"
-#include "layout/box_row.h"
-#include "layout/leaf_rows.h"
 
 namespace cab {
 
@@ -13,18 +11,29 @@ struct InstanceBounds {
   double hi[3];
 };
 
+// Where an instance is in the world.
+struct Placement {
+  InstanceBounds bounds;
+  double origin[3];
+};
+
+// Where an instance's hits stand in the engine's store, until they are written in order.
+struct StoredHits {
+  std::uint32_t first;  // of its words
+  std::uint32_t count;  // of hits
+};
+
 struct InstanceBatch {
   const Articulation* articulation = nullptr;
   std::uint32_t articulation_index = 0;
   BatchKind kind = BatchKind::kCharacters;
   std::uint32_t instance_count = 0;
 
-  // Characters: every box of every instance as rows, [instance][node]. An axis-aligned refit keeps AabbRows in the
-  // same memory.
-  Span<BoxRow> rows;
-  Span<float> leaf_rows;  // leaf_row_floats an instance
+  // Characters: what is kept of each instance. Its boxes are made where they are tested.
   Span<InstanceBounds> bounds;
   Span<std::uint16_t> live;  // one bit an instance, a word a tile: not masked
+  Span<StoredHits> stored;
+  Span<std::size_t> stored_before;  // hits before each task that writes them
 
   // Frames: where this batch's hierarchy of one tile stands in a worker's memory.
   std::uint32_t worker_nodes = 0;
@@ -41,11 +50,19 @@ struct InstanceBatch {
 // Whether a refit keeps axis-aligned boxes instead of oriented ones.
 inline bool is_axis_aligned(Refit refit) { return refit == Refit::kAabbHull || refit == Refit::kAabbVertices; }
 
-inline AabbRow* aabb_rows(const InstanceBatch& batch) { return reinterpret_cast<AabbRow*>(batch.rows.data); }
+// The pose of an instance's first link, as the caller laid it out.
+inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance) {
+  return batch.input->poses.data + instance * (batch.instance_stride / sizeof(float));
+}
 
 // Origin of an instance in the world; all zero where the caller gave none.
 inline double origin_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t component) {
   return batch.input->origins.empty() ? 0.0 : batch.input->origins[3 * static_cast<std::size_t>(instance) + component];
+}
+
+inline Placement placement_of(const InstanceBatch& batch, std::uint32_t instance) {
+  return {batch.bounds[instance],
+          {origin_of(batch, instance, 0), origin_of(batch, instance, 1), origin_of(batch, instance, 2)}};
 }
 
 }  // namespace cab

@@ -6,16 +6,16 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <new>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "layout/arena.h"
 #include "scenes/crowd.h"
 
 namespace cab::perf {
 
-// An allocator that counts what an engine holds, and the most that it held.
+// The built-in allocator, counted: what an engine holds, and the most that it held.
 class CountedMemory {
  public:
   Allocator allocator() { return {this, allocate, release}; }
@@ -23,19 +23,21 @@ class CountedMemory {
 
  private:
   static void* allocate(void* user, std::size_t bytes, std::size_t alignment) {
-    void* const memory = ::operator new (bytes, std::align_val_t{alignment}, std::nothrow);
-    if (memory == nullptr) return nullptr;
     auto& self = *static_cast<CountedMemory*>(user);
+    void* const memory = self.inner_.allocate(self.inner_.user, bytes, alignment);
+    if (memory == nullptr) return nullptr;
     const std::size_t held = self.held_ += bytes;
     std::size_t most = self.most_;
     while (held > most && !self.most_.compare_exchange_weak(most, held)) {}
     return memory;
   }
   static void release(void* user, void* memory, std::size_t bytes, std::size_t alignment) {
-    static_cast<CountedMemory*>(user)->held_ -= bytes;
-    ::operator delete (memory, std::align_val_t{alignment});
+    auto& self = *static_cast<CountedMemory*>(user);
+    self.held_ -= bytes;
+    self.inner_.release(self.inner_.user, memory, bytes, alignment);
   }
 
+  const Allocator inner_ = default_allocator();
   std::atomic<std::size_t> held_{0}, most_{0};
 };
 

@@ -67,16 +67,14 @@ class LazyTree {
     kernel::PoseTile pose = {};
     pose.articulation = &articulation_;
     pose.format = character_.pose_format;
-    pose.poses =
-        reinterpret_cast<const std::byte*>(character_.poses.data() + (character_.is_static ? 0 : first) * floats);
-    pose.link_stride = scenes::pose_floats(character_.pose_format) * sizeof(float);
-    pose.instance_stride = floats * sizeof(float);
-    pose.live = character_.is_static ? 1 : live;
+    if (character_.is_static) first = 0, live = 1;
+    kernel::point_lanes(character_.poses.data() + first * floats, floats, live, pose.poses);
+    pose.link_stride = scenes::pose_floats(character_.pose_format);
     pose.leaves = boxes_.data();
     pose.joints = joints_.data();
     pose.flags = flags;
     kernels.pose_leaves(pose);
-    for (std::uint32_t lane = 0; lane < pose.live; ++lane)
+    for (std::uint32_t lane = 0; lane < live; ++lane)
       if (flags[lane] != kInstanceOk) throw std::runtime_error(character_.name + ": a pose is not rigid");
     kernels.bound_boxes(boxes_.data(), articulation_.leaf_count, &bounds(0));
     std::fill(is_fresh_.begin(), is_fresh_.end(), false);

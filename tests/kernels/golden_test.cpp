@@ -33,11 +33,10 @@ struct Body {
     kernel::PoseTile pose = {};
     pose.articulation = &articulation;
     pose.format = character->pose_format;
-    pose.link_stride = kernel::pose_float_count(pose.format) * sizeof(float);
-    pose.instance_stride = articulation.link_count * pose.link_stride;
-    pose.poses = reinterpret_cast<const std::byte*>(character->poses.data()) +
-                 (character->is_static ? 0 : first * pose.instance_stride);
-    pose.live = character->is_static ? 1 : live;
+    pose.link_stride = kernel::pose_float_count(pose.format);
+    if (character->is_static) first = 0, live = 1;
+    const std::size_t floats = articulation.link_count * pose.link_stride;
+    kernel::point_lanes(character->poses.data() + first * floats, floats, live, pose.poses);
     pose.leaves = nodes;
     pose.joints = joints;
     pose.flags = flags;

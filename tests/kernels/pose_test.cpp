@@ -121,18 +121,15 @@ Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation,
   out.leaves.resize(articulation.leaf_count);
   out.joints.resize(articulation.link_count);
   std::memset(static_cast<void*>(out.joints.data()), 0, out.joints.size() * sizeof(PointTile));
-  const std::size_t link_stride = kernel::pose_float_count(format) * sizeof(float);
-  kernel::PoseTile job{&articulation,
-                       format,
-                       reinterpret_cast<const std::byte*>(poses.data()),
-                       link_stride,
-                       link_stride * articulation.link_count,
-                       turns,
-                       live,
-                       out.leaves.data(),
-                       out.joints.data(),
-                       nullptr,
-                       out.flags};
+  kernel::PoseTile job = {};
+  job.articulation = &articulation;
+  job.format = format;
+  job.link_stride = kernel::pose_float_count(format);
+  kernel::point_lanes(poses.data(), articulation.link_count * job.link_stride, live, job.poses);
+  if (turns) kernel::point_lanes(turns, 4, live, job.orientations);
+  job.leaves = out.leaves.data();
+  job.joints = out.joints.data();
+  job.flags = out.flags;
   kernels.pose_leaves(job);
   return out;
 }

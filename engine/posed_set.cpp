@@ -1,0 +1,98 @@
+#include "engine/posed_set.h"
+
+#include "engine/broad_phase.h"
+#include "engine/update.h"
+#include "layout/leaf_rows.h"
+
+#include <algorithm>
+
+namespace cab {
+namespace {
+
+std::uint32_t tile_rows(const Articulation& articulation) { return kLanes * articulation.node_count; }
+
+std::uint32_t tile_leaf_floats(const Articulation& articulation) {
+  return static_cast<std::uint32_t>(kLanes * leaf_row_floats(articulation.leaf_count));
+}
+
+// Where the key stands, or the free entry where it belongs.
+PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
+  const std::size_t mask = set.entries.size - 1;
+  for (std::size_t at = (key * 0x9e3779b97f4a7c15u) >> 40 & mask;; at = (at + 1) & mask)
+    if (PosedEntry& entry = set.entries[at]; entry.round != set.round || entry.key == key) return entry;
+}
+
+// A tile for more instances of a batch.
+void open_tile(const Articulation& articulation, const Policies& policies, std::uint32_t batch, PosedSet& set) {
+  PosedTile tile;
+  tile.of.count = 0;
+  tile.batch = batch;
+  tile.nodes = rows_made(articulation, policies);
+  tile.rows = set.rows.end();
+  tile.leaf_rows = set.leaf_rows.end();
+  set.rows.size += kLanes * tile.nodes;
+  set.leaf_rows.size += tile_leaf_floats(articulation);
+  set.tiles.push(tile);
+  set.open[batch] = set.tiles.size;
+}
+
+}  // namespace
+
+bool has_room(const Engine& engine, const Worker& worker, std::uint32_t batch_a, std::uint32_t batch_b) {
+  const PosedSet& set = worker.posed;
+  const Articulation& a = *engine.batches[batch_a]->batch.articulation;
+  const Articulation& b = *engine.batches[batch_b]->batch.articulation;
+  return set.tiles.size + 2 <= set.tiles.capacity && set.rows.size + tile_rows(a) + tile_rows(b) <= set.rows.capacity &&
+         set.leaf_rows.size + tile_leaf_floats(a) + tile_leaf_floats(b) <= set.leaf_rows.capacity;
+}
+
+std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
+                       const Placement& placement, Worker& worker) {
+  PosedSet& set = worker.posed;
+  const std::uint64_t key = instance_key(batch, instance);
+  PosedEntry& entry = find_entry(set, key);
+  if (entry.round == set.round) return entry.place;
+  const InstanceBatch& of = engine.batches[batch]->batch;
+  if (set.open[batch] == 0) open_tile(*of.articulation, policies, batch, set);
+  const std::uint32_t at = set.open[batch] - 1;
+  PosedTile& tile = set.tiles.data[at];
+  const std::uint32_t lane = tile.of.count++;
+  entry = {key, set.round, at * kLanes + lane};
+  tile.of.instance[lane] = instance;
+  tile.placement[lane] = placement;
+  if (tile.of.count == kLanes) set.open[batch] = 0;
+  prefetch_pose(of, instance);
+  return entry.place;
+}
+
+void pose_set(const Engine& engine, const Policies& policies, Worker& worker) {
+  if (policies.strategy == Strategy::kExactAll) return;
+  const kernel::KernelTable& kernels = *engine.kernels;
+  for (const PosedTile& tile : worker.posed.tiles) {
+    const InstanceBatch& batch = engine.batches[tile.batch]->batch;
+    const std::uint32_t leaves = batch.articulation->leaf_count;
+    update_tile(engine, batch, policies, tile.of, false, worker, worker.boxes.data, worker.bounds.data);
+    if (is_axis_aligned(policies.refit))
+      kernels.aabbs_to_rows(worker.bounds.data, tile.nodes, tile.of.count, reinterpret_cast<AabbRow*>(tile.rows),
+                            tile.nodes);
+    else
+      kernels.boxes_to_rows(worker.boxes.data, tile.nodes, tile.of.count, tile.rows, tile.nodes);
+    if (policies.strategy != Strategy::kRows) continue;
+    if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
+    kernels.bounds_to_leaf_rows(worker.bounds.data, leaves, tile.of.count, tile.leaf_rows);
+  }
+}
+
+void clear_set(Worker& worker) {
+  PosedSet& set = worker.posed;
+  for (const PosedTile& tile : set.tiles) set.open[tile.batch] = 0;
+  set.tiles.clear();
+  set.rows.clear();
+  set.leaf_rows.clear();
+  if (++set.round == 0) {
+    std::fill(set.entries.begin(), set.entries.end(), PosedEntry{});
+    set.round = 1;
+  }
+}
+
+}  // namespace cab
