@@ -79,7 +79,7 @@ struct CrowdOptions {
 int crowd_command(const CrowdOptions& options);
 
 struct PeersOptions {
-  std::vector<std::string> scenes;  // of uniform and jitter
+  std::vector<std::string> scenes;              // of uniform and jitter
   std::vector<std::uint32_t> character_counts;  // none: as many as each scene is run with by default
   std::uint32_t rounds = 0;
   std::vector<std::string> peers;  // none: all of this build

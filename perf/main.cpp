@@ -219,7 +219,7 @@ CLI::App& add_peers(CLI::App& app, PeersOptions& o) {
   command
       .add_option("--rounds", o.rounds,
                   "rounds of which the median is taken, each a turn of every set-up (default 9; beyond 10000 characters"
-                  " fewer, but 3, and only of the best set-ups of each library)")
+                  " fewer, but 3, of the best set-ups of each library)")
       ->type_name("R")
       ->check(CLI::Range(1u, 100000u).description(""));
   command

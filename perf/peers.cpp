@@ -38,8 +38,8 @@ constexpr std::uint32_t kMeasuredFrames = 2;
 // As many characters as brute force takes a moment for.
 constexpr std::uint32_t kVerifiedCharacters = 200;
 
-// Up to so many characters every set-up runs all rounds. Beyond, all are verified and run one frame on trial, and ours
-// and of each library the fastest, and the fastest that needs nothing from outside, go on to fewer rounds.
+// Up to so many characters every set-up runs all rounds. Beyond, rounds are fewer, and where the scene was run with fewer
+// characters before, only ours and the best of each library there are run: the fastest of all, and of those alone.
 constexpr std::uint32_t kFullRoundCharacters = 10000;
 constexpr std::uint32_t kLeastRounds = 3;
 
@@ -279,32 +279,30 @@ Spread spread_of(std::vector<double> values) {
 }
 
 struct Row {
-  Differences differences;      // beside ours, in one frame
-  std::vector<double> seconds;  // a frame, of each round; of a set-up that was only tried, of its trial
+  Differences differences;      // beside ours, in the last of the frames
+  std::vector<double> seconds;  // a frame, of each round; none: not run
 };
 
 struct Run {
   std::string scene;
   std::uint32_t character_count = 0;
   std::vector<Row> rows;  // of each contestant
-  double our_trial = 0;   // seconds
-  std::vector<bool> only_tried;
   // Of a row's time over ours, round by round.
   Spread ratio(std::size_t row) const {
     std::vector<double> ratios;
     for (std::size_t r = 0; r < rows[row].seconds.size(); ++r)
-      ratios.push_back(rows[row].seconds[r] / (only_tried[row] ? our_trial : rows[0].seconds[r]));
+      ratios.push_back(rows[row].seconds[r] / rows[0].seconds[r]);
     return spread_of(ratios);
   }
 };
 
-// The fastest of the contestants for which which(contestant) holds, by the medians of their times; their number where none does.
+// The fastest of the contestants that were run for which which(contestant) holds, by the medians of their times; their number where none does.
 template <class Which>
 std::size_t fastest(const Run& run, const std::vector<Contestant>& contestants, Which&& which) {
   std::size_t best = contestants.size();
   double least = 0;
   for (std::size_t c = 0; c < contestants.size(); ++c) {
-    if (!which(contestants[c])) continue;
+    if (run.rows[c].seconds.empty() || !which(contestants[c])) continue;
     const double seconds = spread_of(run.rows[c].seconds).median;
     if (best == contestants.size() || seconds < least) {
       best = c;
@@ -314,15 +312,14 @@ std::size_t fastest(const Run& run, const std::vector<Contestant>& contestants, 
   return best;
 }
 
-// Those that go on to the rounds: ours, and of each library the fastest on trial of all and of those alone.
-std::vector<bool> best_on_trial(const Run& run, const std::vector<Contestant>& contestants) {
-  std::vector<bool> best(contestants.size());
+// Ours, and of each library the fastest of all and of those alone.
+std::vector<bool> best_of_each(const Run& run, const std::vector<Contestant>& contestants) {
+  std::vector<bool> best;
   for (std::size_t c = 0; c < contestants.size(); ++c) {
-    if (contestants[c].ours()) best[c] = true;
     const auto same = [&](const Contestant& other) { return other.library == contestants[c].library; };
     const auto same_alone = [&](const Contestant& other) { return same(other) && other.setup.alone; };
-    if (!contestants[c].ours() && (fastest(run, contestants, same) == c || fastest(run, contestants, same_alone) == c))
-      best[c] = true;
+    best.push_back(contestants[c].ours() || fastest(run, contestants, same) == c ||
+                   fastest(run, contestants, same_alone) == c);
   }
   return best;
 }
@@ -349,58 +346,45 @@ void verify(const std::string& scene, std::vector<Contestant>& contestants) {
   }
 }
 
+// chosen: which contestants are run; the first always is.
 Run measure(const PeersOptions& options, const std::string& scene, std::uint32_t count,
-            const std::vector<Contestant>& contestants) {
+            const std::vector<Contestant>& contestants, const std::vector<bool>& chosen) {
   Run run;
   run.scene = scene;
   run.character_count = count;
   run.rows.resize(contestants.size());
+  std::uint32_t rounds = options.rounds;
+  if (count > kFullRoundCharacters) {
+    const std::uint64_t fewer = std::uint64_t{rounds} * kFullRoundCharacters / count;
+    rounds = std::min(rounds, std::max(kLeastRounds, static_cast<std::uint32_t>(fewer)));
+  }
   const scenes::Crowd crowd = scenes::make_crowd(scene, count);
   const auto frames = pose_frames(crowd);
-  std::vector<std::unique_ptr<Runner>> runners;
-  for (const Contestant& contestant : contestants) runners.push_back(std::make_unique<Runner>(contestant, crowd));
+  std::vector<std::pair<std::size_t, Runner>> runners;  // with their contestants' numbers
+  for (std::size_t c = 0; c < contestants.size(); ++c)
+    if (chosen[c]) runners.emplace_back(c, Runner(contestants[c], crowd));
+  ProgressBar bar(scene + " " + std::to_string(count), (std::uint64_t{rounds} + 1) * runners.size());
 
-  // The first frame builds what is kept, and is where the pairs are compared; the second is the trial.
+  // All frames once, which builds what is kept and makes room for the most pairs. Compared in the last of them, after
+  // updates of what is kept.
   {
-    ProgressBar bar(scene + " " + std::to_string(count) + " compared", runners.size());
-    const JudgedCrowd judge(crowd.groups.front().figure, frames[0].front());
+    const JudgedCrowd judge(crowd.groups.front().figure, frames.back().front());
     Pairs ours;
-    for (std::size_t c = 0; c < runners.size(); ++c) {
-      runners[c]->run(frames[0]);
-      const Pairs pairs = runners[c]->sorted_pairs();
+    for (auto& [c, runner] : runners) {
+      for (const auto& frame : frames) runner.run(frame);
+      const Pairs pairs = runner.sorted_pairs();
       if (c == 0) ours = pairs;
       add_differences(judge, pairs, ours, run.rows[c].differences, &run.rows[0].differences);
-      run.rows[c].seconds = {runners[c]->run(frames[1])};
       bar.advance(1);
     }
   }
 
-  std::uint32_t rounds = options.rounds;
-  std::vector<bool> goes_on(contestants.size(), true);
-  if (count > kFullRoundCharacters) {
-    const std::uint64_t fewer = std::uint64_t{rounds} * kFullRoundCharacters / count;
-    rounds = std::min(rounds, std::max(kLeastRounds, static_cast<std::uint32_t>(fewer)));
-    goes_on = best_on_trial(run, contestants);
-  }
-  run.our_trial = run.rows[0].seconds[0];
-  run.only_tried = goes_on;
-  run.only_tried.flip();
-  for (std::size_t c = 0; c < runners.size(); ++c) {
-    if (goes_on[c])
-      run.rows[c].seconds.clear();
-    else
-      runners[c].reset();  // its memory is free for others
-  }
-
-  ProgressBar bar(scene + " " + std::to_string(count) + " in turns",
-                  std::uint64_t{rounds} * static_cast<std::uint64_t>(std::count(goes_on.begin(), goes_on.end(), true)));
   constexpr std::uint32_t kTurn = 1 + kMeasuredFrames;
   for (std::uint32_t r = 0; r < rounds; ++r)
-    for (std::size_t c = 0; c < runners.size(); ++c) {
-      if (!goes_on[c]) continue;
+    for (auto& [c, runner] : runners) {
       double seconds = 0;
       for (std::uint32_t k = 0; k < kTurn; ++k) {
-        const double frame = runners[c]->run(frames[kFrameOrder[(2 + r * kTurn + k) % std::size(kFrameOrder)]]);
+        const double frame = runner.run(frames[kFrameOrder[(kFrames + r * kTurn + k) % std::size(kFrameOrder)]]);
         if (k > 0) seconds += frame;
       }
       run.rows[c].seconds.push_back(seconds / kMeasuredFrames);
@@ -451,24 +435,26 @@ std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants
 
 void print_run(const Run& run, const std::vector<Contestant>& contestants) {
   std::cout << '\n'
-            << run.scene << ", " << run.character_count
-            << " characters; processor ms a frame, and times ours round by round";
-  if (std::find(run.only_tried.begin(), run.only_tried.end(), true) != run.only_tried.end())
-    std::cout << "; one round: only tried, in one frame";
-  std::cout << ":\n";
+            << run.scene << ", " << run.character_count << " characters, " << run.rows.front().seconds.size()
+            << " rounds; processor ms a frame, and times ours:\n";
   TextTable table;
-  table.add_row({"", "alone", "rounds", "median", "least", "most", "ratio", "least", "most", "pairs", "misses",
-                 "false alarms", "at threshold"});
+  table.add_row({"", "alone", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false alarms",
+                 "at threshold"});
+  std::string left_out;
   for (std::size_t c = 0; c < contestants.size(); ++c) {
+    if (run.rows[c].seconds.empty()) {
+      left_out += (left_out.empty() ? "" : ", ") + contestants[c].name;
+      continue;
+    }
     const Spread time = spread_of(run.rows[c].seconds), ratio = run.ratio(c);
-    std::vector<std::string> cells = {contestants[c].name, contestants[c].setup.alone ? "yes" : "",
-                                      std::to_string(run.rows[c].seconds.size())};
+    std::vector<std::string> cells = {contestants[c].name, contestants[c].setup.alone ? "yes" : ""};
     for (const double value : {time.median, time.least, time.most}) cells.push_back(fixed(1e3 * value, 3));
     for (const double value : {ratio.median, ratio.least, ratio.most}) cells.push_back(fixed(value, 1));
     add_counts(cells, run.rows[c].differences);
     table.add_row(std::move(cells));
   }
   table.print(std::cout);
+  if (!left_out.empty()) std::cout << "not run, slower with fewer characters: " << left_out << '\n';
   for (const bool alone : {true, false})
     if (const std::size_t c = best_peer(run, contestants, alone); c < contestants.size())
       std::cout << (alone ? "best peer alone: " : "best peer, with bounds and tests from outside: ")
@@ -490,7 +476,6 @@ Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
   row["setup"] = contestant.name;
   row["alone"] = contestant.setup.alone;
   row["rounds"] = run.rows[c].seconds.size();
-  row["only_tried"] = static_cast<bool>(run.only_tried[c]);
   const auto add_spread = [&row](const std::string& key, const Spread& s) {
     row[key + "_median"] = s.median;
     row[key + "_least"] = s.least;
@@ -559,13 +544,20 @@ int peers_command(const PeersOptions& options) {
   bool right = true;
   const auto judge_ours = [&right](const Differences& d) { right = right && d.misses == 0 && d.false_alarms == 0; };
   std::vector<Json> rows;
-  for (const std::string& scene : options.scenes)
-    for (const std::uint32_t count :
-         options.character_counts.empty() ? default_character_counts(scene) : options.character_counts) {
-      const Run run = measure(options, scene, count, contestants);
+  for (const std::string& scene : options.scenes) {
+    std::vector<bool> best;  // of the last run of the scene
+    std::vector<std::uint32_t> counts =
+        options.character_counts.empty() ? default_character_counts(scene) : options.character_counts;
+    std::sort(counts.begin(), counts.end());
+    for (const std::uint32_t count : counts) {
+      const bool all = count <= kFullRoundCharacters || best.empty();
+      const Run run =
+          measure(options, scene, count, contestants, all ? std::vector<bool>(contestants.size(), true) : best);
+      best = best_of_each(run, contestants);
       print_run(run, contestants);
       std::cout.flush();
       for (std::size_t c = 0; c < contestants.size(); ++c) {
+        if (run.rows[c].seconds.empty()) continue;
         rows.push_back(row_json(run, contestants[c], c));
         if (contestants[c].ours()) judge_ours(run.rows[c].differences);
       }
@@ -577,6 +569,7 @@ int peers_command(const PeersOptions& options) {
                                   {"setup", contestants[c].name},
                                   {"ratio_median", run.ratio(c).median}});
     }
+  }
   for (const Contestant& contestant : contestants)
     if (contestant.ours()) judge_ours(contestant.small);
   json["runs"] = rows;
