@@ -457,8 +457,8 @@ void print_run(const Run& run, const std::vector<Contestant>& contestants) {
   if (!left_out.empty()) std::cout << "not run, slower with fewer characters: " << left_out << '\n';
   for (const bool alone : {true, false})
     if (const std::size_t c = best_peer(run, contestants, alone); c < contestants.size())
-      std::cout << (alone ? "best peer alone: " : "best peer, with bounds and tests from outside: ")
-                << contestants[c].name << ", " << fixed(run.ratio(c).median, 1) << " times ours\n";
+      std::cout << (alone ? "best peer alone: " : "best peer of all: ") << contestants[c].name << ", "
+                << fixed(run.ratio(c).median, 1) << " times ours\n";
 }
 
 void add_counts(Json& json, const Differences& d) {
