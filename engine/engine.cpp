@@ -2,6 +2,7 @@
 #include "engine/engine.h"
 
 #include "engine/frame.h"
+#include "engine/rest_pose.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
 #include "engine/validate.h"
@@ -207,6 +208,15 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
     if (const Status status = build_articulation(desc, slot->arena, &slot->articulation, bad_element);
         status != Status::kOk)
       return status;
+    if (desc.rest_pose.data) {
+      Arena scratch(engine.allocator);
+      Span<const LinkPair> touching;
+      if (const Status status =
+              links_that_touch(*engine.kernels, slot->articulation, desc.rest_pose, scratch, &touching);
+          status != Status::kOk)
+        return status;
+      ignore_at_rest(touching, slot->arena, slot->articulation);
+    }
     if (const Status status = make_exact_shapes(slot->articulation, &slot->shapes, bad_element); status != Status::kOk)
       return status;
     engine.articulations.push_back(std::move(slot));
@@ -265,7 +275,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   Policies every_level = policies;
   every_level.strategy = Strategy::kTree;  // the strategies without a tree need no inner boxes
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
-    const std::uint32_t live = update_tile(engine, batch, every_level, instances_of(batch, tile), true, worker,
+    const std::uint32_t live = update_tile(engine, batch, every_level, 0, instances_of(batch, tile), true, worker,
                                            worker.boxes.data, worker.bounds.data);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
@@ -282,7 +292,8 @@ Status articulation_info(const Engine& engine, ArticulationId id, ArticulationIn
   const Articulation* articulation = find_articulation(engine, id);
   if (!articulation) return Status::kUnknownArticulation;
   if (!out) return Status::kBadOutput;
-  *out = {articulation->link_count, articulation->leaf_count, articulation->node_count, articulation->program.depth};
+  *out = {articulation->link_count, articulation->leaf_count, articulation->node_count, articulation->program.depth,
+          static_cast<std::uint32_t>(articulation->ignored_pairs.size)};
   return Status::kOk;
 }
 
@@ -291,6 +302,14 @@ Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> step
   if (!articulation) return Status::kUnknownArticulation;
   if (steps.size < articulation->program.steps.size || (steps.size && !steps.data)) return Status::kBadOutput;
   std::copy(articulation->program.steps.begin(), articulation->program.steps.end(), steps.data);
+  return Status::kOk;
+}
+
+Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> pairs) noexcept {
+  const Articulation* articulation = find_articulation(engine, id);
+  if (!articulation) return Status::kUnknownArticulation;
+  if (pairs.size < articulation->ignored_pairs.size || (pairs.size && !pairs.data)) return Status::kBadOutput;
+  std::copy(articulation->ignored_pairs.begin(), articulation->ignored_pairs.end(), pairs.data);
   return Status::kOk;
 }
 

@@ -8,9 +8,13 @@
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/detail/convexity_based_algorithm/minkowski_diff.h>
+#include <fcl/narrowphase/distance.h>
 
+#include <cmath>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <vector>
 
 namespace cab {
@@ -129,6 +133,7 @@ Status make_exact_shapes(const Articulation& articulation, std::unique_ptr<Exact
       parts.push_back({std::move(geometry), place(rotation_of(part.rotation), vector_of(part.position))});
     }
     if (parts.empty()) parts.push_back(box_part(articulation.leaf_box[leaf]));
+    for (const Part& part : parts) part.geometry->computeLocalAABB();  // for its radius
     shapes->leaves.push_back(std::move(parts));
     shapes->leaf_link.push_back(articulation.leaf_link[leaf]);
   }
@@ -152,14 +157,63 @@ bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
   return false;
 }
 
+// FCL's distance query stops when a step gains less than this fraction of what the two parts may span.
+constexpr double kDistanceStep = 1e-10;
+
+// Rounding of support points and poses in double, with room.
+constexpr double kGapRounding = 0x1p-40;
+
+// Two parts that are apart: the distance FCL found (the least one is no larger), its direction from a to b, the middle
+// of the gap, and a distance that they surely keep.
+struct Gap {
+  double distance;
+  Vector normal;
+  Vector middle;
+  double at_least;
+};
+
+// How far a part reaches along a direction.
+double reach(const Part& part, const Transform& at, const Vector& along) {
+  const Vector local = at.linear().transpose() * along;
+  const auto* const shape = static_cast<const fcl::ShapeBased*>(part.geometry.get());
+  return along.dot(at * fcl::detail::getSupport(shape, local));
+}
+
+// Whether FCL finds two parts apart, and by how much. Its distance is that of two points of theirs, and so never too
+// small, but may be too large by any amount; what lies between the two parts along its direction is never too large.
+bool find_gap(const Part& a, const Transform& at_a, const Part& b, const Transform& at_b, double margin, Gap* out) {
+  fcl::DistanceRequestd request;
+  request.enable_nearest_points = true;
+  request.gjk_solver_type = fcl::GST_LIBCCD;
+  request.distance_tolerance = kDistanceStep * (a.geometry->aabb_radius + b.geometry->aabb_radius + margin);
+  try {
+    fcl::DistanceResultd result;
+    fcl::distance(a.geometry.get(), at_a, b.geometry.get(), at_b, request, result);
+    const Vector &on_a = result.nearest_points[0], &on_b = result.nearest_points[1];
+    const double length = (on_b - on_a).norm();
+    if (!(result.min_distance > 0 && length > 0)) return false;
+    out->distance = result.min_distance;
+    out->normal = (on_b - on_a) / length;
+    out->middle = 0.5 * (on_a + on_b);
+    const double end_a = reach(a, at_a, out->normal), end_b = -reach(b, at_b, -out->normal);
+    out->at_least = end_b - end_a - kGapRounding * (std::fabs(end_a) + std::fabs(end_b));
+    return true;
+  } catch (const std::exception&) { return false; }
+}
+
 }  // namespace
 
-bool leaves_touch(const ExactLeaf& a, const ExactLeaf& b) {
+bool leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   fcl::CollisionRequestd request;
   request.num_max_contacts = 1;
   request.enable_contact = false;
   request.gjk_solver_type = fcl::GST_LIBCCD;
   return visit_parts(a, b, [&](const Part& part_a, const Transform& at_a, const Part& part_b, const Transform& at_b) {
+    if (margin > 0) {
+      Gap gap;
+      const double limit = static_cast<double>(margin);
+      return !find_gap(part_a, at_a, part_b, at_b, limit, &gap) || !(gap.at_least > limit);
+    }
     try {
       fcl::CollisionResultd result;
       return fcl::collide(part_a.geometry.get(), at_a, part_b.geometry.get(), at_b, request, result) > 0;
@@ -167,28 +221,36 @@ bool leaves_touch(const ExactLeaf& a, const ExactLeaf& b) {
   });
 }
 
-Contact leaf_contact(const ExactLeaf& a, const ExactLeaf& b) {
+Contact leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   fcl::CollisionRequestd request;
   request.num_max_contacts = 1;
   request.enable_contact = true;
   request.gjk_solver_type = fcl::GST_LIBCCD;
-  Contact deepest = {{0, 0, 0}, -1.0f, {0, 0, 0}};
+  constexpr float kNone = -std::numeric_limits<float>::infinity();
+  Contact deepest = {{0, 0, 0}, kNone, {0, 0, 0}};
+  const auto keep = [&deepest](double depth, const Vector& normal, const Vector& point) {
+    if (!(static_cast<float>(depth) > deepest.depth)) return;
+    deepest.depth = static_cast<float>(depth);
+    for (int c = 0; c < 3; ++c) {
+      deepest.normal[c] = static_cast<float>(normal[c]);
+      deepest.point[c] = static_cast<float>(point[c]);
+    }
+  };
   visit_parts(a, b, [&](const Part& part_a, const Transform& at_a, const Part& part_b, const Transform& at_b) {
     try {
       fcl::CollisionResultd result;
       fcl::collide(part_a.geometry.get(), at_a, part_b.geometry.get(), at_b, request, result);
-      if (!result.isCollision()) return false;
-      const fcl::Contactd& contact = result.getContact(0);
-      const float depth = static_cast<float>(contact.penetration_depth);
-      if (!(depth > deepest.depth)) return false;
-      deepest.depth = depth;
-      for (int c = 0; c < 3; ++c) {
-        deepest.normal[c] = static_cast<float>(contact.normal[c]);
-        deepest.point[c] = static_cast<float>(contact.pos[c]);
+      Gap gap;
+      if (result.isCollision()) {
+        const fcl::Contactd& contact = result.getContact(0);
+        keep(contact.penetration_depth, contact.normal, contact.pos);
+      } else if (margin > 0 && find_gap(part_a, at_a, part_b, at_b, static_cast<double>(margin), &gap)) {
+        keep(-gap.distance, gap.normal, gap.middle);
       }
     } catch (const std::exception&) {}
     return false;
   });
+  if (deepest.depth == kNone) deepest.depth = 0;
   return deepest;
 }
 

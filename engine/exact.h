@@ -27,10 +27,12 @@ struct ExactLeaf {
   std::uint32_t leaf;
 };
 
-// True when some part of a touches some part of b. A query that FCL gives up on counts as touching.
-bool leaves_touch(const ExactLeaf& a, const ExactLeaf& b);
+// True when some part of a touches some part of b, or, with a margin above 0, unless every part of a is shown to be
+// farther than that from every part of b. A query that FCL gives up on counts as touching.
+bool leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin);
 
-// The deepest contact between the parts of a and of b; depth -1 when FCL gives none.
-Contact leaf_contact(const ExactLeaf& a, const ExactLeaf& b);
+// The deepest contact between the parts of a and of b, with a margin above 0 else their least gap; all 0 when FCL gives
+// none.
+Contact leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin);
 
 }  // namespace cab

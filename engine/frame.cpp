@@ -5,6 +5,7 @@
 #include "engine/posed_set.h"
 #include "engine/report.h"
 #include "engine/timed.h"
+#include "engine/touched.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
 #include "engine/validate.h"
@@ -45,8 +46,9 @@ void bound_characters(Engine& engine, const FrameJob& job, Policies policies) {
       const Timed timed(worker.stats.seconds_update);
       for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
         prefetch_pose(batch, i);
-      batch.live[tile] = static_cast<std::uint16_t>(update_tile(engine, batch, policies, instances_of(batch, tile),
-                                                                true, worker, worker.boxes.data, worker.bounds.data));
+      batch.live[tile] =
+          static_cast<std::uint16_t>(update_tile(engine, batch, policies, job.margin, instances_of(batch, tile), true,
+                                                 worker, worker.boxes.data, worker.bounds.data));
       if (!is_axis_aligned(policies.refit))
         engine.kernels->bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
       bound_instances(engine, batch, tile, worker.bounds.data);
@@ -62,11 +64,12 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
   worker.stats.candidates += worker.candidates.size;
   {
     const Timed timed(worker.stats.seconds_update);
-    pose_set(engine, policies, worker);
+    pose_set(engine, policies, sink.job->margin, worker);
   }
   {
     const Timed timed(worker.stats.seconds_test);
-    find_leaf_pairs(engine, policies, worker);
+    const bool first_only = sink.job->report == Report::kTouched && policies.exact == Exact::kNone;
+    find_leaf_pairs(engine, policies, first_only, worker);
   }
   const Timed timed(worker.stats.seconds_query);
   for (LeafPair* begin = worker.found.begin(); begin != worker.found.end();) {
@@ -80,25 +83,35 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
   clear_set(worker);
 }
 
+// Candidates that are tested at a time where only touching is asked for: what a test tells spares others.
+constexpr std::uint32_t kTouchedCandidates = 64;
+
 // Everything that one instance is tested against: itself, and its partners with a higher place in the order of hits.
 void pair_instance(Engine& engine, const Policies& policies, std::uint32_t index, std::uint32_t instance,
                    const Placement& placement, std::uint32_t task, Worker& worker, HitSink& sink) {
   const InstanceBatch& batch = engine.batches[index]->batch;
+  const bool touched = sink.job->report == Report::kTouched;
+  const std::uint32_t chunk = touched ? std::min(kTouchedCandidates, engine.chunk_candidates) : engine.chunk_candidates;
   const auto gather = [&](std::uint32_t other_index, std::uint32_t other, const Placement& other_placement) {
-    if (worker.candidates.size == engine.chunk_candidates || !has_room(engine, worker, index, other_index))
+    Candidate candidate = {index, instance, other_index, other};
+    if (touched && is_settled(engine, candidate)) return;
+    if (worker.candidates.size >= chunk || !has_room(engine, worker, index, other_index))
       test_candidates(engine, policies, task, worker, sink);
-    const std::uint32_t place = place_of(engine, policies, index, instance, placement, worker);
-    worker.candidates.push({index, instance, other_index, other, place,
-                            place_of(engine, policies, other_index, other, other_placement, worker)});
+    candidate.place_a = place_of(engine, policies, index, instance, placement, worker);
+    candidate.place_b = place_of(engine, policies, other_index, other, other_placement, worker);
+    worker.candidates.push(candidate);
   };
   if (batch.pairs_within) gather(index, instance, placement);
   if (!batch.pairs_between) return;
   std::uint64_t after = instance_key(index, instance);
   for (bool complete = false; !complete;) {
     complete = find_partners(engine, index, placement.bounds, after, policies.strategy == Strategy::kExactAll, worker);
-    for (const Partner& partner : worker.partners)
-      gather(static_cast<std::uint32_t>(partner.key >> 32), static_cast<std::uint32_t>(partner.key),
-             engine.grid.placements[partner.row]);
+    for (const Partner& partner : worker.partners) {
+      const auto other_index = static_cast<std::uint32_t>(partner.key >> 32),
+                 other = static_cast<std::uint32_t>(partner.key);
+      if (layers_meet(batch, instance, engine.batches[other_index]->batch, other))
+        gather(other_index, other, engine.grid.placements[partner.row]);
+    }
     if (!complete) after = worker.partners.data[worker.partners.size - 1].key;
   }
 }
@@ -218,6 +231,17 @@ bool shift_of(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile
   return any;
 }
 
+// The lanes of one tile whose instances layers let meet. Lanes past the last instance repeat it.
+std::uint32_t lanes_that_meet(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile) {
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t in_a = std::min(tile_of(a, tile) * kLanes + lane, a.instance_count - 1);
+    const std::uint32_t in_b = std::min(tile_of(b, tile) * kLanes + lane, b.instance_count - 1);
+    out |= std::uint32_t{layers_meet(a, in_a, b, in_b)} << lane;
+  }
+  return out;
+}
+
 // Step 4 for one rule and one tile: both hierarchies, frames as lanes.
 template <class Tile>
 void descend(Worker& worker, const InstanceBatch& a, const InstanceBatch& b, const Tile* nodes,
@@ -261,7 +285,15 @@ void test_frames(Engine& engine, const Policies& policies, const PairRule& rule,
   const auto live = [&](const InstanceBatch& batch, std::uint32_t index) {
     return batch.instance_count == 1 && instances > 1 ? (worker.live[index] & 1 ? 0xffffu : 0u) : worker.live[index];
   };
-  const std::uint32_t lanes = in_tile & live(a, index_a) & live(b, index_b);
+  std::uint32_t lanes = in_tile & live(a, index_a) & live(b, index_b);
+  if (!is_within(rule)) lanes &= lanes_that_meet(a, b, tile);
+  const auto candidate_of = [&](std::uint32_t lane) -> Candidate {
+    const std::uint32_t frame = tile * kLanes + lane;
+    return {index_a, a.instance_count == 1 ? 0 : frame, index_b, b.instance_count == 1 ? 0 : frame};
+  };
+  if (sink.job->report == Report::kTouched)
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      if ((lanes >> lane & 1) && is_settled(engine, candidate_of(lane))) lanes &= ~(1u << lane);
   if (!lanes) return;
   {
     const Timed timed(worker.stats.seconds_test);
@@ -282,10 +314,7 @@ void test_frames(Engine& engine, const Policies& policies, const PairRule& rule,
     for (const TilePair& pair : worker.tile_found)
       if (pair.lanes >> lane & 1) worker.found.push({lane, pair.a, pair.b});
     if (worker.found.empty()) continue;
-    const std::uint32_t frame = tile * kLanes + lane;
-    const Candidate candidate = {index_a, a.instance_count == 1 ? 0 : frame, index_b,
-                                 b.instance_count == 1 ? 0 : frame};
-    report_candidate(engine, candidate, {worker.found.data, worker.found.size}, tile, worker, sink);
+    report_candidate(engine, candidate_of(lane), {worker.found.data, worker.found.size}, tile, worker, sink);
   }
 }
 
@@ -306,7 +335,7 @@ void run_frame_batches(Engine& engine, const FrameJob& job, const Policies& poli
       const Timed timed(worker.stats.seconds_update);
       const bool report = tile == tile_of(batch, tile);  // a table is posed again for every tile, and reported once
       worker.live[input.batch.value - 1] =
-          update_tile(engine, batch, policies, instances_of(batch, tile_of(batch, tile)), report, worker,
+          update_tile(engine, batch, policies, job.margin, instances_of(batch, tile_of(batch, tile)), report, worker,
                       worker.boxes.data + batch.worker_nodes, worker.bounds.data + batch.worker_nodes);
     }
     for (const PairRule& rule : job.rules)
@@ -361,6 +390,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   for (const auto& worker : engine.workers) worker->stats = {};
+  for (const BatchInput& input : job.inputs) std::fill(input.touched.begin(), input.touched.end(), std::uint8_t{0});
 
   HitSink sink{&job};
   const Policies policies = resolved(engine, job);

@@ -37,6 +37,7 @@ const char* to_string(Status status) noexcept {
     case Status::kShapeOutsideLeafBox: return "a convex part sticks out of its leaf's box";
     case Status::kBadVertices: return "vertices must be x y z of at least one point, finite and no larger than 1e18";
     case Status::kBadIgnoredPair: return "an ignored pair names a link that does not exist";
+    case Status::kBadRestPose: return "the rest pose is not finite, not rigid, of no known format or badly strided";
     case Status::kUnknownArticulation: return "the engine has no articulation of that id";
     case Status::kUnknownBatch: return "the engine has no batch of that id";
     case Status::kBadBatchKind: return "the batch is of no known kind";
@@ -48,10 +49,14 @@ const char* to_string(Status status) noexcept {
     case Status::kBadOrigins: return "origins must be none or three finite doubles an instance";
     case Status::kBadOrientations: return "orientations must be none or four floats an instance";
     case Status::kBadFlags: return "flags must be none or one byte an instance";
+    case Status::kBadLayers: return "layers and their masks must be none or one word an instance";
+    case Status::kBadTouched: return "touched must be none or one byte an instance";
     case Status::kBadPairRule:
       return "a pair rule names a batch without poses, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "two batches are paired twice in the same way";
     case Status::kBadPolicy: return "a policy has a value that does not exist";
+    case Status::kBadReport: return "the report is of no known kind";
+    case Status::kBadMargin: return "the margin must be finite, not negative and at most 1e18";
     case Status::kBadHitBuffer: return "hits has a size and no data, or contacts is neither empty nor as long as hits";
     case Status::kContactsNeedExact: return "contacts need an exact test";
     case Status::kBadOutput: return "an output span is too small";

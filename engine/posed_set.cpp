@@ -65,13 +65,13 @@ std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint
   return entry.place;
 }
 
-void pose_set(const Engine& engine, const Policies& policies, Worker& worker) {
+void pose_set(const Engine& engine, const Policies& policies, float margin, Worker& worker) {
   if (policies.strategy == Strategy::kExactAll) return;
   const kernel::KernelTable& kernels = *engine.kernels;
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = engine.batches[tile.batch]->batch;
     const std::uint32_t leaves = batch.articulation->leaf_count;
-    update_tile(engine, batch, policies, tile.of, false, worker, worker.boxes.data, worker.bounds.data);
+    update_tile(engine, batch, policies, margin, tile.of, false, worker, worker.boxes.data, worker.bounds.data);
     if (is_axis_aligned(policies.refit))
       kernels.aabbs_to_rows(worker.bounds.data, tile.nodes, tile.of.count, reinterpret_cast<AabbRow*>(tile.rows),
                             tile.nodes);

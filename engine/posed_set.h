@@ -20,7 +20,7 @@ std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint
                        const Placement& placement, Worker& worker);
 
 // Poses every instance of the set, and refits those whose strategy descends.
-void pose_set(const Engine& engine, const Policies& policies, Worker& worker);
+void pose_set(const Engine& engine, const Policies& policies, float margin, Worker& worker);
 
 // Empties the set.
 void clear_set(Worker& worker);

@@ -1,6 +1,7 @@
 #include "engine/report.h"
 
 #include "engine/timed.h"
+#include "engine/touched.h"
 
 #include <algorithm>
 #include <thread>
@@ -130,6 +131,18 @@ void push_hit(Engine& engine, HitSink& sink, const Candidate& candidate, const L
                     pair.leaf_b});
 }
 
+// Asks the exact test about two leaves whose boxes overlap, if the frame has one.
+bool confirm(const Engine& engine, const Candidate& candidate, const FrameJob& job, std::uint32_t leaf_a,
+             std::uint32_t leaf_b, Worker& worker) {
+  if (job.policies.exact == Exact::kNone) return true;
+  ++worker.stats.exact_tests;
+  if (leaves_touch(exact_leaf(engine, candidate.batch_a, candidate.instance_a, leaf_a),
+                   exact_leaf(engine, candidate.batch_b, candidate.instance_b, leaf_b), job.margin))
+    return true;
+  ++worker.stats.false_alarms;
+  return false;
+}
+
 }  // namespace
 
 void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, std::uint32_t task,
@@ -137,8 +150,17 @@ void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair>
   const Articulation& a = *engine.batches[candidate.batch_a]->batch.articulation;
   const Articulation& b = *engine.batches[candidate.batch_b]->batch.articulation;
   const bool within = is_within(candidate);
-  const bool exact = sink.job->policies.exact == Exact::kFcl;
   worker.stats.leaf_pairs += pairs.size;
+  if (sink.job->report == Report::kTouched) {
+    if (is_settled(engine, candidate)) return;
+    const auto touch = [&](const LeafPair& pair) {
+      const LinkedPair at =
+          linked(a, b, pair, within);  // the order of operands that hits have: FCL's answer may differ
+      return confirm(engine, candidate, *sink.job, at.leaf_a, at.leaf_b, worker);
+    };
+    if (std::any_of(pairs.begin(), pairs.end(), touch)) set_touched(engine, candidate);
+    return;
+  }
   const auto in_order = [&](const LeafPair& x, const LeafPair& y) {
     const LinkedPair lx = linked(a, b, x, within), ly = linked(a, b, y, within);
     return order(lx) < order(ly);
@@ -151,17 +173,11 @@ void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair>
   for (const LeafPair& pair : pairs) {
     const LinkedPair at = linked(a, b, pair, within);
     if (at.link_a == last_hit.link_a && at.link_b == last_hit.link_b) continue;
-    if (exact) {
-      ++worker.stats.exact_tests;
-      if (!leaves_touch(exact_leaf(engine, candidate.batch_a, candidate.instance_a, at.leaf_a),
-                        exact_leaf(engine, candidate.batch_b, candidate.instance_b, at.leaf_b))) {
-        ++worker.stats.false_alarms;
-        continue;
-      }
-    }
+    if (!confirm(engine, candidate, *sink.job, at.leaf_a, at.leaf_b, worker)) continue;
     push_hit(engine, sink, candidate, at, task, worker);
     last_hit = at;
   }
+  if (last_hit.link_a != 0xffff) set_touched(engine, candidate);
 }
 
 void finish_task(std::uint32_t task, Worker& worker, HitSink& sink) {
@@ -224,7 +240,7 @@ Status finish_hits(const Engine& engine, HitSink& sink) {
     const Timed query(stats.seconds_query), contact(stats.seconds_contact);
     const Hit& hit = job.hits[i];
     job.contacts[i] = leaf_contact(exact_leaf(engine, hit.batch_a.value - 1, hit.instance_a, hit.leaf_a),
-                                   exact_leaf(engine, hit.batch_b.value - 1, hit.instance_b, hit.leaf_b));
+                                   exact_leaf(engine, hit.batch_b.value - 1, hit.instance_b, hit.leaf_b), job.margin);
   });
   return Status::kOk;
 }

@@ -1,5 +1,6 @@
 #include "engine/traverse.h"
 
+#include "engine/touched.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 #include "layout/leaf_rows.h"
@@ -159,20 +160,27 @@ void pad(Hand<Row>& hand) {
 // bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
 // along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
 template <class Row>
-void traverse(const Engine& engine, const Policies& policies, Worker& worker) {
+void traverse(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
   Seeds seeds(engine, worker, policies.strategy);
   worker.stack.clear();
   worker.found.clear();
+  const auto is_open = [&](const NodePair& pair) {
+    return !first_only || !is_settled(engine, worker.candidates.data[pair.slot]);
+  };
   for (;;) {
     Hand<Row> hand;
     hand.rows.leaves = 0;
     hand.rows.shift = &hand.shift;
     const std::uint32_t popped = worker.stack.size < kLanes ? worker.stack.size : kLanes;
     worker.stack.size -= popped;
-    for (std::uint32_t i = 0; i < popped; ++i) take(engine, worker, worker.stack.data[worker.stack.size + i], hand);
+    for (std::uint32_t i = 0; i < popped; ++i) {
+      const NodePair& from = worker.stack.data[worker.stack.size + i];
+      if (is_open(from)) take(engine, worker, from, hand);
+    }
     const std::uint32_t from_stack = hand.count;
     NodePair pair;
-    while (hand.count < kLanes && worker.stack.empty() && seeds.next(&pair)) take(engine, worker, pair, hand);
+    while (hand.count < kLanes && worker.stack.empty() && seeds.next(&pair))
+      if (is_open(pair)) take(engine, worker, pair, hand);
     if (hand.count == 0) {
       if (worker.stack.empty()) return;
       continue;
@@ -187,10 +195,12 @@ void traverse(const Engine& engine, const Policies& policies, Worker& worker) {
       const std::uint32_t lane = (from_stack + i) % hand.count;  // seeds first: they are the shallowest
       if (!(overlapping >> lane & 1)) continue;
       const NodePair& tested = hand.pair[lane];
-      if (hand.rows.leaves >> lane & 1)
-        worker.found.push({tested.slot, tested.a, tested.b});
-      else
+      if (!(hand.rows.leaves >> lane & 1)) {
         open<Row>(engine, worker, tested);
+        continue;
+      }
+      worker.found.push({tested.slot, tested.a, tested.b});
+      if (first_only) set_touched(engine, worker.candidates.data[tested.slot]);
     }
   }
 }
@@ -199,13 +209,14 @@ void traverse(const Engine& engine, const Policies& policies, Worker& worker) {
 
 // Tests the pairs in hand and keeps those that overlap in worker.found, of which `kept` are done.
 template <class Row>
-void test_hand(const Engine& engine, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
+void test_hand(const Engine& engine, bool first_only, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
   pad(hand);
   worker.stats.box_tests += hand.count;
   const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows);
   for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
     worker.found.data[kept] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
     kept += overlapping >> lane & 1;
+    if (first_only && (overlapping >> lane & 1)) set_touched(engine, worker.candidates.data[hand.pair[lane].slot]);
   }
   hand.count = 0;
 }
@@ -256,7 +267,7 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
 }
 
 template <class Row>
-void test_rows(const Engine& engine, Worker& worker) {
+void test_rows(const Engine& engine, bool first_only, Worker& worker) {
   RowSides<Row> sides[kChunkCandidates];
   worker.found.clear();
   for (std::uint32_t slot = 0; slot < worker.candidates.size; ++slot)
@@ -266,6 +277,7 @@ void test_rows(const Engine& engine, Worker& worker) {
   hand.rows.leaves = 0xffff;
   std::uint32_t kept = 0;
   for (const LeafPair& pair : worker.found) {
+    if (first_only && is_settled(engine, worker.candidates.data[pair.slot])) continue;
     const RowSides<Row>& side = sides[pair.slot];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
@@ -274,27 +286,27 @@ void test_rows(const Engine& engine, Worker& worker) {
     hand.rows.a[lane] = side.a + pair.a;
     hand.rows.b[lane] = side.b + pair.b;
     for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = side.shift[c];
-    if (hand.count == kLanes) test_hand(engine, hand, worker, kept);
+    if (hand.count == kLanes) test_hand(engine, first_only, hand, worker, kept);
   }
-  if (hand.count) test_hand(engine, hand, worker, kept);
+  if (hand.count) test_hand(engine, first_only, hand, worker, kept);
   worker.found.size = kept;
 }
 
 template <class Row>
-void find_by(const Engine& engine, const Policies& policies, Worker& worker) {
-  if (policies.strategy == Strategy::kRows) return test_rows<Row>(engine, worker);
-  traverse<Row>(engine, policies, worker);
+void find_by(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
+  if (policies.strategy == Strategy::kRows) return test_rows<Row>(engine, first_only, worker);
+  traverse<Row>(engine, policies, first_only, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });
 }
 
 }  // namespace
 
-void find_leaf_pairs(const Engine& engine, const Policies& policies, Worker& worker) {
+void find_leaf_pairs(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
   if (is_axis_aligned(policies.refit))
-    find_by<AabbRow>(engine, policies, worker);
+    find_by<AabbRow>(engine, policies, first_only, worker);
   else
-    find_by<BoxRow>(engine, policies, worker);
+    find_by<BoxRow>(engine, policies, first_only, worker);
 }
 
 }  // namespace cab

@@ -9,7 +9,8 @@ namespace cab {
 inline constexpr std::uint32_t kStackPairsPerLevel = 32;
 
 // Tests worker.candidates (each between two instances, or within one) and leaves every overlapping leaf pair in
-// worker.found, slot = index of the candidate, ascending.
-void find_leaf_pairs(const Engine& engine, const Policies& policies, Worker& worker);
+// worker.found, slot = index of the candidate, ascending. first_only: one pair settles a candidate; it is noted as
+// touched at once, and candidates that are settled are tested no further.
+void find_leaf_pairs(const Engine& engine, const Policies& policies, bool first_only, Worker& worker);
 
 }  // namespace cab

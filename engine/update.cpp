@@ -11,12 +11,14 @@ namespace {
 
 // Steps after posing: inner boxes, or bounds of every node, by the refit policy.
 void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies, bool turned,
-           Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
+           float apart, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const std::size_t extents = static_cast<std::size_t>(policies.extents);
   const bool tree = policies.strategy == Strategy::kTree;
   if (policies.refit == Refit::kAabbVertices) {
-    kernels.fit_vertices({&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data,
-                          aabbs, turned ? kernel::kPosePadTurned : kernel::kPosePad});
+    kernel::PosePad pad = turned ? kernel::kPosePadTurned : kernel::kPosePad;
+    pad.apart = apart;
+    kernels.fit_vertices(
+        {&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data, aabbs, pad});
   } else if (policies.refit == Refit::kAabbHull) {
     kernels.bound_boxes(nodes, articulation.leaf_count, aabbs);
     if (tree) kernels.refit_aabbs[extents](articulation.program, aabbs);
@@ -42,7 +44,7 @@ void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
   for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(from + at);
 }
 
-std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies,
+std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies, float margin,
                           const TileInstances& tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const BatchInput& input = *batch.input;
   std::uint8_t flags[kLanes];
@@ -60,10 +62,11 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   pose.joints = worker.joints.data;
   pose.motions = policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
   pose.flags = flags;
+  pose.apart = kernel::kMarginShare * margin;
   engine.kernels->pose_leaves(pose);
 
   if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.articulation, policies, kernel::is_turned(pose), worker, nodes, aabbs);
+    refit(*engine.kernels, *batch.articulation, policies, kernel::is_turned(pose), pose.apart, worker, nodes, aabbs);
 
   std::uint32_t taking_part = 0;
   for (std::uint32_t lane = 0; lane < tile.count; ++lane)

@@ -36,17 +36,20 @@ bool note_rule(Engine& engine, const PairRule& rule) {
 
 }  // namespace
 
+bool valid_poses(const PoseView& poses, std::size_t link_count) {
+  if (!poses.data || poses.format > PoseFormat::kMatrix4x4) return false;
+  const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
+  const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
+  if (link_stride % 4 || poses.instance_stride % 4 || link_stride < pose_bytes) return false;
+  if (link_stride > (std::size_t{1} << 32) || poses.instance_stride > (std::size_t{1} << 38)) return false;
+  const std::size_t span = (link_count - 1) * link_stride + pose_bytes;
+  return poses.instance_stride == 0 || poses.instance_stride >= span;
+}
+
 Status validate_input(const Engine& engine, const BatchInput& input) {
   if (input.batch.value == 0 || input.batch.value > engine.batches.size()) return Status::kUnknownBatch;
   const InstanceBatch& batch = engine.batches[input.batch.value - 1]->batch;
-  const PoseView& poses = input.poses;
-  if (!poses.data || poses.format > PoseFormat::kMatrix4x4) return Status::kBadPoses;
-  const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
-  const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
-  if (link_stride % 4 || poses.instance_stride % 4 || link_stride < pose_bytes) return Status::kBadPoses;
-  if (link_stride > (std::size_t{1} << 32) || poses.instance_stride > (std::size_t{1} << 38)) return Status::kBadPoses;
-  const std::size_t span = (batch.articulation->link_count - 1) * link_stride + pose_bytes;
-  if (poses.instance_stride && poses.instance_stride < span) return Status::kBadPoses;
+  if (!valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t n = batch.instance_count;
   if (!input.origins.empty()) {
     if (!input.origins.data || input.origins.size != 3 * n) return Status::kBadOrigins;
@@ -56,6 +59,9 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   if (!input.orientations.empty() && (!input.orientations.data || input.orientations.size != 4 * n))
     return Status::kBadOrientations;
   if (!input.flags.empty() && (!input.flags.data || input.flags.size != n)) return Status::kBadFlags;
+  for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks})
+    if (!words.empty() && (!words.data || words.size != n)) return Status::kBadLayers;
+  if (!input.touched.empty() && (!input.touched.data || input.touched.size != n)) return Status::kBadTouched;
   return Status::kOk;
 }
 
@@ -84,6 +90,8 @@ Status validate_job(Engine& engine, const FrameJob& job) {
     if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;
   }
   if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;
+  if (job.report > Report::kTouched) return Status::kBadReport;
+  if (!(job.margin >= 0 && job.margin <= kMaxCoordinate)) return Status::kBadMargin;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   if (!job.contacts.empty()) {
     if (!job.contacts.data || job.contacts.size != job.hits.size) return Status::kBadHitBuffer;

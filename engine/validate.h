@@ -5,6 +5,9 @@
 
 namespace cab {
 
+// True when poses of so many links have data, a known format, and strides that are wide enough.
+bool valid_poses(const PoseView& poses, std::size_t link_count);
+
 // Checks one batch's poses against the batch.
 Status validate_input(const Engine& engine, const BatchInput& input);
 

@@ -5,13 +5,17 @@
 namespace cab::kernel {
 
 // A posed leaf box: half += body (S + |c|_1) + place max|t| + kMergePadTiny, c the local centre, t the link's
-// translation as it is added, turned already where the instance is.
+// translation as it is added, turned already where the instance is. apart comes on top: kMarginShare of a margin.
 struct PosePad {
   float body;
   float place;
+  float apart = 0;
 };
 inline constexpr PosePad kPosePad = {0x1p-19f, 0x1p-22f};            // 32 u and 4 u; steps 2.5, 2.6: 31.3 u and 2 u
 inline constexpr PosePad kPosePadTurned = {0x1.cp-19f, 0x1.8p-19f};  // 56 u and 48 u; step 2.7: 51.5 u and 39.1 u
+
+// What each of two boxes grows by for a margin: a half and 16 u of that; step 2.9: 15.3 u.
+inline constexpr float kMarginShare = 0x1.00002p-1f;
 
 // A merged box: half += kMergePadSize S + kMergePadPlace M + kMergePadTiny, S and M of the unpadded result.
 inline constexpr float kMergePadSize = 0x1p-18f;       // 64 u; step 3.6: 62.9 u

@@ -20,6 +20,7 @@ struct PoseTile {
   PointTile* joints;
   MotionTile* motions;  // by link, or null where nobody needs them
   std::uint8_t* flags;  // 16
+  float apart = 0;      // what leaf boxes grow by on top of their padding
 };
 
 // Points lanes at instances that follow each other, `stride` floats apart; lanes from `live` on repeat the last.
@@ -100,7 +101,8 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
                        abs(dot(c[1], c[2])) <= tolerance));
 }
 
-// A leaf box of one link in the instance's frame, padded so that it contains the exactly posed box.
+// A leaf box of one link in the instance's frame, padded so that it contains the exactly posed box (and, with by.apart,
+// every point that near to it).
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by) {
   BoxLanes<V> box;
@@ -110,7 +112,8 @@ CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, Pos
   box.center = pose.translation + rotate<V>(pose.column, {V(local.center[0]), V(local.center[1]), V(local.center[2])});
   const float size = local.half[0] + local.half[1] + local.half[2];
   const float out = std::fabs(local.center[0]) + std::fabs(local.center[1]) + std::fabs(local.center[2]);
-  const V pad = V(by.body * (size + out) + kMergePadTiny) + V(by.place) * max_component(abs(pose.translation));
+  const V pad =
+      V((by.body * (size + out) + kMergePadTiny) + by.apart) + V(by.place) * max_component(abs(pose.translation));
   box.half = {V(local.half[0]) + pad, V(local.half[1]) + pad, V(local.half[2]) + pad};
   return box;
 }
@@ -205,9 +208,11 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
     checks.in_range = both(checks.in_range, in_range(at));
     store3(args.joints[posed.link].at, lane, at);
   }
+  PosePad pad = is_turned(args) ? kPosePadTurned : kPosePad;
+  pad.apart = args.apart;
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
-    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], is_turned(args) ? kPosePadTurned : kPosePad);
+    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], pad);
     checks.in_range = both(checks.in_range, both(in_range(box.center), in_range(box.half)));
     store_box(args.leaves[leaf], lane, box);
   }

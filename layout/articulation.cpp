@@ -205,17 +205,56 @@ void plan_posing(Articulation& articulation, Arena& arena) {
   articulation.posed_links = constant(arena.copy(Span<const PosedLink>{posed.data(), posed.size()}));
 }
 
-Span<const std::uint64_t> ignored_matrix(Span<const LinkPair> pairs, std::size_t link_count, Arena& arena) {
+void append_ignored(Span<const LinkPair> pairs, IgnoredReason reason, std::vector<IgnoredPair>& out) {
+  for (const LinkPair& pair : pairs)
+    if (pair.a != pair.b)
+      out.push_back({static_cast<std::uint16_t>(std::min(pair.a, pair.b)),
+                     static_cast<std::uint16_t>(std::max(pair.a, pair.b)), reason});
+}
+
+// Appends every two links that are at most most_hops joints apart.
+void append_within_hops(Span<const std::int32_t> parents, std::uint32_t most_hops, std::vector<IgnoredPair>& out) {
+  if (most_hops == 0) return;
+  const std::size_t count = parents.size;
+  std::vector<std::uint16_t> hops(count * count, 0);
+  for (std::size_t b = 1; b < count; ++b) {
+    const auto parent = static_cast<std::size_t>(parents[b]);
+    for (std::size_t a = 0; a < b; ++a) {
+      // Nothing below b has a lower index than b, so the way from a ends at b's parent.
+      const auto apart = static_cast<std::uint16_t>(hops[a * count + parent] + 1);
+      hops[a * count + b] = hops[b * count + a] = apart;
+      if (apart <= most_hops)
+        out.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), kIgnoredByHops});
+    }
+  }
+}
+
+// Gives an articulation these ignored pairs: each once with all its reasons, in order, and as bits.
+void set_ignored(std::vector<IgnoredPair>& pairs, Arena& arena, Articulation& articulation) {
+  std::sort(pairs.begin(), pairs.end(), [](const IgnoredPair& left, const IgnoredPair& right) {
+    return left.a != right.a ? left.a < right.a : left.b < right.b;
+  });
+  std::size_t kept = 0;
+  for (const IgnoredPair& pair : pairs) {
+    if (kept > 0 && pairs[kept - 1].a == pair.a && pairs[kept - 1].b == pair.b)
+      pairs[kept - 1].reasons |= pair.reasons;
+    else
+      pairs[kept++] = pair;
+  }
+  pairs.resize(kept);
+  articulation.ignored_pairs = constant(arena.copy(Span<const IgnoredPair>{pairs.data(), pairs.size()}));
+
+  const std::size_t link_count = articulation.link_count;
   auto bits = arena.allocate<std::uint64_t>((link_count * link_count + 63) / 64);
   const auto set = [&](std::size_t a, std::size_t b) {
     bits[(a * link_count + b) >> 6] |= std::uint64_t{1} << ((a * link_count + b) & 63);
   };
   for (std::size_t link = 0; link < link_count; ++link) set(link, link);
-  for (const LinkPair& pair : pairs) {
+  for (const IgnoredPair& pair : pairs) {
     set(pair.a, pair.b);
     set(pair.b, pair.a);
   }
-  return constant(bits);
+  articulation.ignored_bits = constant(bits);
 }
 
 void copy_parts(const ArticulationDesc& desc, Articulation& articulation, Arena& arena) {
@@ -321,7 +360,10 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
                                                            : arena.allocate<float>(3 * desc.link_parents.size));
   articulation.leaf_link = constant(leaf_links);
   articulation.leaf_box = constant(boxes);
-  articulation.ignored_bits = ignored_matrix(desc.ignored_pairs, desc.link_parents.size, arena);
+  std::vector<IgnoredPair> ignored;
+  append_ignored(desc.ignored_pairs, kIgnoredExplicitly, ignored);
+  append_within_hops(desc.link_parents, desc.ignored_hops, ignored);
+  set_ignored(ignored, arena, articulation);
   copy_parts(desc, articulation, arena);
   list_vertices(articulation, arena);
   articulation.program = build_merge_program(articulation.link_parent, articulation.leaf_link, arena);
@@ -339,6 +381,12 @@ Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulati
   else if (bad_element)
     *bad_element = static_cast<std::uint32_t>(fault.element);
   return fault.status;
+}
+
+void ignore_at_rest(Span<const LinkPair> touching, Arena& arena, Articulation& articulation) {
+  std::vector<IgnoredPair> pairs(articulation.ignored_pairs.begin(), articulation.ignored_pairs.end());
+  append_ignored(touching, kIgnoredAtRest, pairs);
+  set_ignored(pairs, arena, articulation);
 }
 
 }  // namespace cab

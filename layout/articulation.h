@@ -27,6 +27,7 @@ struct Articulation {
   Span<const PosedLink> posed_links;
   Span<const std::uint16_t> leaf_order;    // leaves grouped by link
   bool leaves_by_link = false;             // each link has one leaf at most, and leaves are in the order of links
+  Span<const IgnoredPair> ignored_pairs;   // sorted by a, then b; each once
   Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: links a and b of one instance are no pair
   // What the exact shape of each leaf is the hull of, x y z in the link's frame: the vertices of its hulls, and for every
   // other part, or a leaf without parts, the eight corners of its box. vertex_reach: the largest |x| + |y| + |z|.
@@ -44,8 +45,12 @@ inline bool is_ignored(const Articulation& articulation, std::uint32_t a, std::u
   return (articulation.ignored_bits[bit >> 6] >> (bit & 63)) & 1;
 }
 
-// Checks desc and copies it into arena. On an error *out is untouched and *bad_element (optional) receives the
+// Checks desc and copies it into arena, its rest pose apart. On an error *out is untouched and *bad_element (optional) receives the
 // index of the link, leaf or pair at fault. Throws std::bad_alloc.
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element);
+
+// Adds to the ignored pairs of an articulation in that arena the links that touch in its rest pose; a pair may be given
+// more than once and in either order. Throws std::bad_alloc.
+void ignore_at_rest(Span<const LinkPair> touching, Arena& arena, Articulation& articulation);
 
 }  // namespace cab

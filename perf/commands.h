@@ -30,11 +30,13 @@ struct RunOptions {
   std::optional<FrameRange> frames;            // none: all
   Policies policies;
   Isa isa = Isa::kAuto;
-  std::uint32_t thread_count = 1;  // 0: every core
-  bool within = false;             // also the links of one character against each other
-  bool contacts = false;           // normal and depth
-  std::string json_path;           // empty: none
-  std::string hits_path;           // empty: none
+  std::uint32_t thread_count = 1;           // 0: every core
+  bool within = false;                      // also the links of one character against each other, but for:
+  std::uint32_t ignored_hops = 0;           // links this many joints apart or less
+  std::optional<std::uint32_t> rest_frame;  // links that touch in this frame
+  bool contacts = false;                    // normal and depth
+  std::string json_path;                    // empty: none
+  std::string hits_path;                    // empty: none
 };
 int run_command(const RunOptions& options);
 
@@ -71,6 +73,7 @@ struct CrowdOptions {
   char up = 0;                          // 'x', 'y', 'z', or 0 to find it
   std::string trajectories_path;        // empty: none
   Policies policies;
+  bool touched = false;  // ask only which characters touch anything
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: none

@@ -38,6 +38,9 @@ void check_arrays(const scenes::Scene& scene, const scenes::Character& character
   const std::size_t pose = character.link_parents.size() * scenes::pose_floats(character.pose_format);
   if (character.poses.size() != frames * pose || (!character.origins.empty() && character.origins.size() != frames * 3))
     throw std::runtime_error(character.name + ": the scene has poses or origins for another number of frames or links");
+  if (character.rest_frame && *character.rest_frame >= frames)
+    throw std::runtime_error(character.name + ": the scene has no frame " + std::to_string(*character.rest_frame) +
+                             " to take the rest pose from");
 }
 
 }  // namespace
@@ -184,6 +187,15 @@ FrameStats EngineSession::run(const Policies& policies, bool contacts,
     on_block(result);
   }
   return sum;
+}
+
+std::vector<IgnoredPair> EngineSession::ignored_pairs(std::uint32_t character) const {
+  const std::string& name = scene_.characters[character].name;
+  ArticulationInfo info;
+  require(articulation_info(*engine_, articulations_[character], &info), name);
+  std::vector<IgnoredPair> pairs(info.ignored_pair_count);
+  require(cab::ignored_pairs(*engine_, articulations_[character], {pairs.data(), pairs.size()}), name);
+  return pairs;
 }
 
 CharacterBoxes EngineSession::boxes(std::uint32_t character, const Policies& policies) {

@@ -77,6 +77,9 @@ class EngineSession {
   // Runs all blocks in order, calls on_block for each and returns the sum of their stats.
   FrameStats run(const Policies& policies, bool contacts, const std::function<void(const BlockResult&)>& on_block);
 
+  // Which links of one character are never tested against each other, and why.
+  std::vector<IgnoredPair> ignored_pairs(std::uint32_t character) const;
+
   // The boxes of one character in the session's first frame.
   CharacterBoxes boxes(std::uint32_t character, const Policies& policies);
 

@@ -110,7 +110,15 @@ CLI::App& add_run(CLI::App& app, RunOptions& o) {
   for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
-  command.add_flag("--self", o.within, "also test the links of each character against each other");
+  CLI::Option* self = command.add_flag(
+      "--self", o.within, "also test the links of each character against each other, and list which pairs are masked");
+  command.add_option("--hops", o.ignored_hops, "mask links that are at most N joints apart")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMaxLinks).description(""))
+      ->needs(self);
+  command.add_option("--rest-frame", o.rest_frame, "mask links whose boxes touch in frame F, counted from 0")
+      ->type_name("F")
+      ->needs(self);
   command.add_flag("--contacts", o.contacts, "also normal and depth of each hit; needs --exact fcl");
   add_json(command, o.json_path, "write the table as JSON");
   command.add_option("--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
@@ -193,6 +201,7 @@ CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
   command.add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x, y in metres a line")
       ->type_name("FILE");
   for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
+  command.add_flag("--touched", o.touched, "find out only which characters touch anything, and no hits");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the table as JSON");

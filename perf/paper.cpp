@@ -131,7 +131,7 @@ void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& ru
     for (const Touch& touch : block.touches) {
       if (touch.character_a == touch.character_b) continue;
       ++run.hits;
-      if (touch.contact.depth >= 0 && is_unit(touch.contact.normal)) ++run.contact_count;
+      if (is_unit(touch.contact.normal)) ++run.contact_count;
       add_touch(hash, touch);
     }
     bar.advance(block.frames.count());

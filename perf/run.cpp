@@ -72,7 +72,14 @@ scenes::Scene import_world(const RunOptions& options) {
   }
   scenes::Scene scene = scenes::make_world(std::move(clips));
 
-  for (scenes::Character& character : scene.characters) hold_in_every_frame(character, scene.frame_count);
+  if (options.rest_frame && *options.rest_frame >= scene.frame_count)
+    throw UsageError("--rest-frame: there is no frame " + std::to_string(*options.rest_frame) + " among the scene's " +
+                     std::to_string(scene.frame_count) + "; they are counted from 0");
+  for (scenes::Character& character : scene.characters) {
+    hold_in_every_frame(character, scene.frame_count);
+    character.ignored_hops = options.ignored_hops;
+    character.rest_frame = options.rest_frame;
+  }
 
   // Hits are read by name, so two characters from files of one name must differ.
   for (std::size_t c = 1; c < scene.characters.size(); ++c) {
@@ -106,8 +113,10 @@ void write_hit(std::ostream& out, const scenes::Scene& scene, const Touch& touch
   const scenes::Character& b = scene.characters[touch.character_b];
   out << touch.frame << ',' << csv_field(a.name) << ',' << csv_field(a.link_names[touch.link_a]) << ','
       << csv_field(b.name) << ',' << csv_field(b.link_names[touch.link_b]);
-  if (contacts && touch.contact.depth < 0) out << ",,,,";
-  if (contacts && touch.contact.depth >= 0) {
+  const float* const normal = touch.contact.normal;
+  const bool given = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
+  if (contacts && !given) out << ",,,,";
+  if (contacts && given) {
     out << ',' << shortest(touch.contact.depth);
     for (const float component : touch.contact.normal) out << ',' << shortest(component);
   }
@@ -153,16 +162,70 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.print(std::cout);
 }
 
+// Each reason that two links can be masked for, as tables and files name it.
+struct ReasonName {
+  IgnoredReason reason;
+  const char* name;
+};
+constexpr ReasonName kReasonNames[] = {
+    {kIgnoredExplicitly, "joint"}, {kIgnoredByHops, "hops"}, {kIgnoredAtRest, "rest"}};
+
+// Every two different links of a character.
+std::size_t count_pairs(const scenes::Character& character) {
+  return character.link_parents.size() * (character.link_parents.size() - 1) / 2;
+}
+
+// What --self leaves out, a row a pair of links with its reasons: they meet at a joint of the file, are few joints apart
+// or touch in the rest frame.
+void print_masked(const scenes::Scene& scene, const EngineSession& session) {
+  for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
+    const scenes::Character& character = scene.characters[c];
+    const std::vector<IgnoredPair> pairs = session.ignored_pairs(c);
+    std::cout << "\nmasked within " << character.name << ": " << pairs.size() << " of " << count_pairs(character)
+              << " pairs of links (";
+    for (const ReasonName& row : kReasonNames)
+      std::cout << (&row == kReasonNames ? "" : ", ") << row.name << ' '
+                << std::count_if(pairs.begin(), pairs.end(),
+                                 [&](const IgnoredPair& pair) { return (pair.reasons & row.reason) != 0; });
+    std::cout << ")\n";
+    TextTable table;
+    for (const IgnoredPair& pair : pairs) {
+      std::vector<std::string> cells = {character.link_names[pair.a], character.link_names[pair.b]};
+      for (const ReasonName& row : kReasonNames) cells.push_back(pair.reasons & row.reason ? row.name : "-");
+      table.add_row(cells);
+    }
+    table.print(std::cout);
+  }
+}
+
+Json masked_to_json(const scenes::Character& character, const std::vector<IgnoredPair>& pairs) {
+  Json json;
+  json["pair_count"] = count_pairs(character);
+  json["masked_count"] = pairs.size();
+  json["masked"] = Json::array();
+  for (const IgnoredPair& pair : pairs) {
+    Json reasons = Json::array();
+    for (const ReasonName& row : kReasonNames)
+      if (pair.reasons & row.reason) reasons.push_back(row.name);
+    json["masked"].push_back(
+        {{"link_a", character.link_names[pair.a]}, {"link_b", character.link_names[pair.b]}, {"reasons", reasons}});
+  }
+  return json;
+}
+
 Json to_json(const RunOptions& options, const scenes::Scene& scene, const EngineSession& session,
              const RunTotals& totals, FrameRange frames) {
   const FrameStats& stats = totals.stats;
   Json json;
   json["cab_version"] = CAB_VERSION;
   json["characters"] = Json::array();
-  for (std::size_t c = 0; c < scene.characters.size(); ++c)
+  for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
     json["characters"].push_back({{"name", scene.characters[c].name},
                                   {"file", options.files[c]},
                                   {"links", scene.characters[c].link_parents.size()}});
+    if (options.within)
+      json["characters"].back()["self"] = masked_to_json(scene.characters[c], session.ignored_pairs(c));
+  }
   json["character_count"] = scene.characters.size();
   json["link_count"] = count_links(scene);
   json["frame_count"] = frames.count();
@@ -173,6 +236,8 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
   json["within_characters"] = options.within;
+  json["ignored_hops"] = options.ignored_hops;
+  if (options.rest_frame) json["rest_frame"] = *options.rest_frame;
   json["box_tests"] = stats.box_tests;
   json["coll"] = stats.leaf_pairs;
   json["exact_tests"] = stats.exact_tests;
@@ -220,6 +285,7 @@ int run_command(const RunOptions& options) {
   }
   if (hits) hits->close();
   print_table(options, scene, session, totals, frames);
+  if (options.within) print_masked(scene, session);
   if (!options.json_path.empty()) write_json(options.json_path, to_json(options, scene, session, totals, frames));
   return 0;
 }

@@ -1,6 +1,6 @@
-// Whole frames of random worlds by run_frame: every strategy and refit must report every pair of links that the exact
-// judge calls touching. Where two strategies on the same leaf boxes differ, the pair is then one that the judge calls
-// apart; such pairs are counted.
+// Whole frames of random worlds, half of them with layers and some with a margin, by run_frame: every strategy and refit
+// must report every pair of links that the exact judge calls touching, or no farther apart than the margin. Where two
+// strategies on the same leaf boxes differ, the pair is then one that the judge calls apart; such pairs are counted.
 #include <algorithm>
 #include <iterator>
 
@@ -48,6 +48,8 @@ void run(Task& task) {
   oracle::World world;
   const unsigned links = task.random.chance(kManyShare) ? kManyLinks : kFewLinks;
   task.regime == 0 ? oracle::add_characters(task.random, world, links) : oracle::add_frames(task.random, world, links);
+  if (task.random.chance(0.5)) oracle::add_layers(task.random, world);
+  if (task.random.chance(0.3)) world.margin = static_cast<float>(task.random.log_uniform(1e-6, 1));
   EngineDesc desc;
   desc.isa = task.subject->kernels->isa;
   const oracle::EnginePtr engine = oracle::make_engine_for(world, desc);

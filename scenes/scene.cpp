@@ -31,6 +31,12 @@ ArticulationStorage::ArticulationStorage(const Character& character)
   desc_.link_joints = {character.link_joints.data(), character.link_joints.size()};
   desc_.leaves = {leaves_.data(), leaves_.size()};
   desc_.ignored_pairs = {character.ignored_pairs.data(), character.ignored_pairs.size()};
+  desc_.ignored_hops = character.ignored_hops;
+  if (character.rest_frame)
+    desc_.rest_pose = {character.pose_format,
+                       character.poses.data() + std::size_t{*character.rest_frame} * character.link_parents.size() *
+                                                    pose_floats(character.pose_format),
+                       0, 0};
 }
 
 std::uint64_t pose_hash(const Scene& scene) {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct Character {
   std::vector<float> link_joints;  // empty, or x y z a link in the link's frame
   std::vector<BodyLeaf> leaves;
   std::vector<LinkPair> ignored_pairs;
+  std::uint32_t ignored_hops = 0;           // as in ArticulationDesc
+  std::optional<std::uint32_t> rest_frame;  // links that touch in this frame are ignored pairs as well
 
   PoseFormat pose_format = PoseFormat::kQuaternionTranslation;
   std::vector<float> poses;     // [frame][link][floats of pose_format], link to instance

@@ -46,6 +46,21 @@ inline void pair_all(World& world, std::uint32_t first, std::uint32_t count) {
   }
 }
 
+// Layers and masks of few bits for some members, so that many pairs are let through and many are not.
+inline void add_layers(Random& random, World& world) {
+  const auto few_bits = [&] {
+    return (1u << random.index(4)) | (random.chance(0.6) ? 1u << (28 + random.index(4)) : 0);
+  };
+  for (Member& member : world.members) {
+    const std::uint32_t count = member.poses.instance_count;
+    if (random.chance(0.7))
+      for (std::uint32_t i = 0; i < count; ++i) member.layers.push_back(random.chance(0.05) ? 0 : few_bits());
+    if (random.chance(0.7))
+      for (std::uint32_t i = 0; i < count; ++i)
+        member.layer_masks.push_back(random.chance(0.2) ? ~0u : few_bits() | few_bits());
+  }
+}
+
 // One to three batches of characters, crowded enough that many touch.
 inline void add_characters(Random& random, World& world, unsigned most_links = 64) {
   const auto first = static_cast<std::uint32_t>(world.members.size() + 1);

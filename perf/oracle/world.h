@@ -1,6 +1,7 @@
 // A world to run frames on: rigs with poses, rules, and what came out of a frame.
 #pragma once
 
+#include "perf/oracle/box_distance.h"
 #include "perf/oracle/exact_pose.h"
 
 #include <cab/cab.h>
@@ -55,33 +56,45 @@ struct Member {
   Rig rig;
   Poses poses;
   BatchKind kind = BatchKind::kCharacters;
+  std::vector<std::uint32_t> layers = {}, layer_masks = {};
 };
 
 struct World {
   std::vector<Member> members;
   std::vector<PairRule> rules;
+  float margin = 0;
 };
 
 struct Outcome {
   std::vector<Hit> hits;
   FrameStats stats;
-  std::vector<std::vector<std::uint8_t>> flags;  // of each member's instances
+  std::vector<std::vector<std::uint8_t>> flags;    // of each member's instances
+  std::vector<std::vector<std::uint8_t>> touched;  // likewise
 };
 
 // One frame of a world on an engine that holds its batches; frame does what run_frame does.
 inline Outcome run_on(Engine& engine, const World& world, const Policies& policies,
-                      decltype(&run_frame) frame = run_frame) {
+                      decltype(&run_frame) frame = run_frame, Report report = Report::kHits) {
   Outcome out;
   std::vector<BatchInput> inputs;
-  for (const Member& member : world.members) out.flags.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+  for (const Member& member : world.members) {
+    out.flags.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+    out.touched.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+  }
   for (std::size_t m = 0; m < world.members.size(); ++m) {
-    inputs.push_back(world.members[m].poses.input({static_cast<std::uint32_t>(m + 1)}));
+    const Member& member = world.members[m];
+    inputs.push_back(member.poses.input({static_cast<std::uint32_t>(m + 1)}));
     inputs.back().flags = {out.flags[m].data(), out.flags[m].size()};
+    inputs.back().layers = {member.layers.data(), member.layers.size()};
+    inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
+    inputs.back().touched = {out.touched[m].data(), out.touched[m].size()};
   }
   FrameJob job;
   job.inputs = {inputs.data(), inputs.size()};
   job.rules = {world.rules.data(), world.rules.size()};
   job.policies = policies;
+  job.margin = world.margin;
+  job.report = report;
   Status status = frame(engine, job);
   if (status == Status::kHitsOverflow) {
     out.hits.resize(job.hits_needed);
@@ -91,6 +104,15 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   require(status);
   if (job.hit_count != out.hits.size()) throw std::runtime_error("a retry wrote another number of hits");
   out.stats = job.stats;
+  return out;
+}
+
+// The instances that a list of hits names, as Outcome::touched.
+inline std::vector<std::vector<std::uint8_t>> touched_in(const World& world, const std::vector<Hit>& hits) {
+  std::vector<std::vector<std::uint8_t>> out;
+  for (const Member& member : world.members) out.emplace_back(member.poses.instance_count, std::uint8_t{0});
+  for (const Hit& hit : hits)
+    out[hit.batch_a.value - 1][hit.instance_a] = out[hit.batch_b.value - 1][hit.instance_b] = 1;
   return out;
 }
 
@@ -128,7 +150,16 @@ inline bool same_counts(const FrameStats& a, const FrameStats& b) {
          a.false_alarms == b.false_alarms && a.instances_masked == b.instances_masked;
 }
 
-// The link pairs that touch in a world by the judge of exact_pose.h, sorted, with the lowest leaf pair of each. grow:
+// Whether some bit of an instance's mask is a layer of another; all bits are set where none are given.
+inline bool sees(const Member& a, std::uint32_t instance_a, const Member& b, std::uint32_t instance_b) {
+  for (int bit = 0; bit < 32; ++bit)
+    if ((a.layer_masks.empty() || a.layer_masks[instance_a] >> bit & 1) &&
+        (b.layers.empty() || b.layers[instance_b] >> bit & 1))
+      return true;
+  return false;
+}
+
+// The link pairs that touch in a world, or are no farther apart than its margin, by the judge of exact_pose.h, sorted, with the lowest leaf pair of each. grow:
 // how much wider each half extent is made, as a fraction of the box's size and of its distance from its origin.
 // masked(member, instance) says who takes no part.
 template <class Masked>
@@ -149,6 +180,7 @@ std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
     if (masked(ma, ia) || masked(mb, ib)) return;
     const bool within = ma == mb && ia == ib;
     const Member &a = world.members[ma], &b = world.members[mb];
+    if (!within && !(sees(a, ia, b, ib) && sees(b, ib, a, ia))) return;
     const Point shift = exact_origin(b.poses, ib) - exact_origin(a.poses, ia);
     for (std::size_t la = 0; la < a.rig.leaves.size(); ++la) {
       for (std::size_t lb = within ? la + 1 : 0; lb < b.rig.leaves.size(); ++lb) {
@@ -160,8 +192,11 @@ std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
           continue;
         const ExactBox &box_a = boxes[ma][ia][la], &box_b = boxes[mb][ib][lb];
         const Point between = shift + (center_of(box_b) - center_of(box_a));
-        const Real reach = half_sum(box_a) + half_sum(box_b);
-        if (dot(between, between) > 1.01L * reach * reach || !exactly_overlap(box_a, box_b, between)) continue;
+        const Real reach = half_sum(box_a) + half_sum(box_b) + static_cast<Real>(world.margin);
+        if (dot(between, between) > 1.01L * reach * reach) continue;
+        if (world.margin > 0 ? box_distance(box_a, box_b, between) > static_cast<Real>(world.margin)
+                             : !exactly_overlap(box_a, box_b, between))
+          continue;
         std::size_t leaf_a = la, leaf_b = lb;
         if (within && link_b < link_a) {
           std::swap(link_a, link_b);
@@ -201,6 +236,16 @@ std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
 
 inline std::vector<Hit> judge_world(const World& world, double grow = 0) {
   return judge_world(world, grow, [](std::size_t, std::uint32_t) { return false; });
+}
+
+// The link pairs that a frame may report: those whose leaf boxes touch when each half extent grows by half the world's
+// margin, and by a fraction of size and distance on top.
+inline std::vector<Hit> judge_widened(World world, double grow) {
+  for (Member& member : world.members)
+    for (Leaf& leaf : member.rig.leaves)
+      for (float& half : leaf.box.half) half = std::nextafter(half + world.margin / 2, HUGE_VALF);
+  world.margin = 0;
+  return judge_world(world, grow);
 }
 
 }  // namespace cab::oracle

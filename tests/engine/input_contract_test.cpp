@@ -656,10 +656,186 @@ void check_vertices() {
   }
 }
 
+// Adds the rig of the table with a rest pose, or what a test made of it, and checks the answer.
+void check_rest(Status status, const std::function<void(Random&, Poses&, PoseView&)>& change) {
+  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+    Random random(11);
+    const Rig rig = contract_rig(random);
+    Poses poses = random_poses(random, rig, 1, format, {0.1, false, false, {}});
+    ArticulationDesc desc = rig.desc();
+    desc.rest_pose = {format, poses.data.data(), 0, 0};
+    change(random, poses, desc.rest_pose);
+    const EnginePtr engine = make_engine();
+    ArticulationId id = {77};
+    CHECK(add_articulation(*engine, desc, &id) == status);
+    CHECK(id.value == (status == Status::kOk ? 1 : 77));
+    ArticulationInfo info;
+    CHECK(articulation_info(*engine, {1}, &info) ==
+          (status == Status::kOk ? Status::kOk : Status::kUnknownArticulation));
+  }
+}
+
+void check_rest_numbers() {
+  for (const std::uint32_t link : {0u, kNeeded, 3u})
+    for (const float bad : {kNan, kInfinity, -kInfinity, 1.0001e18f})
+      check_rest(Status::kBadRestPose,
+                 [&](Random& random, Poses& poses, PoseView&) { number(link, bad)(random, poses, 0); });
+  check_rest(Status::kBadRestPose, [](Random&, Poses& poses, PoseView&) {
+    for (std::uint32_t link = 0; link < poses.link_count; ++link)
+      std::fill_n(poses.pose(0, link), poses.floats_per_pose(), 0.0f);
+  });
+}
+
+void check_rest_layout() {
+  check_rest(Status::kBadRestPose, [](Random&, Poses&, PoseView& view) { view.format = static_cast<PoseFormat>(3); });
+  for (const std::size_t stride : {std::size_t{1}, std::size_t{24}, std::size_t{66}, std::size_t{1} << 33})
+    check_rest(Status::kBadRestPose, [&](Random&, Poses&, PoseView& view) { view.link_stride = stride; });
+  check_rest(Status::kBadRestPose, [](Random&, Poses&, PoseView& view) { view.instance_stride = 28; });
+}
+
+void check_rest_unread() {
+  for (const float bad : {kNan, kInfinity})
+    check_rest(Status::kOk, [&](Random&, Poses& poses, PoseView&) {
+      std::fill_n(poses.pose(0, kUnneeded), poses.floats_per_pose(), bad);
+    });
+  check_rest(Status::kOk, [](Random&, Poses&, PoseView& view) { view = {static_cast<PoseFormat>(9), nullptr, 1, 1}; });
+}
+
+void check_many_hops() {
+  Random random(11);
+  Rig rig = contract_rig(random);
+  for (Leaf& leaf : rig.leaves) std::fill_n(leaf.box.center, 3, 0.0f);
+  Poses poses = random_poses(random, rig, 1, PoseFormat::kQuaternionTranslation, {});
+  for (std::uint32_t link = 0; link < rig.link_count(); ++link)
+    std::copy_n(poses.pose(0, 0), poses.floats_per_pose(), poses.pose(0, link));  // every leaf in one place
+  World world;
+  world.members.push_back({rig, poses, BatchKind::kCharacters});
+  world.rules = {{{1}, {1}, Pairing::kWithin}};
+  CHECK(run_world(world).hits.size() == 3);
+  for (const std::uint32_t hops : {3u, 65536u, 0xffffffffu}) {
+    ArticulationDesc desc = rig.desc();
+    desc.ignored_hops = hops;
+    const EnginePtr engine = make_engine();
+    ArticulationId id;
+    REQUIRE(add_articulation(*engine, desc, &id) == Status::kOk);
+    add_instances(*engine, id, 1);
+    CHECK(run_on(*engine, world, {}).hits.empty());
+  }
+}
+
+void check_ignored_short() {
+  Call call;
+  ArticulationInfo info;
+  REQUIRE(articulation_info(*call.engine, {1}, &info) == Status::kOk);
+  REQUIRE(info.ignored_pair_count > 0);
+  std::vector<IgnoredPair> pairs(info.ignored_pair_count);
+  CHECK(ignored_pairs(*call.engine, {1}, {pairs.data(), pairs.size() - 1}) == Status::kBadOutput);
+  CHECK(ignored_pairs(*call.engine, {1}, {pairs.data(), pairs.size()}) == Status::kOk);
+}
+
+void check_bad_layers() {
+  std::uint32_t words[20] = {};
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks})
+    for (const Span<const std::uint32_t> bad : {Span<const std::uint32_t>{words, 18}, {words, 20}, {nullptr, 19}}) {
+      Call call;
+      call.input.*layers = bad;
+      CHECK(run_frame(*call.engine, call.job) == Status::kBadLayers);
+      CHECK(call.job.hit_count == 0);
+    }
+}
+
+void check_no_layers() {
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks}) {
+    Call call;
+    std::vector<std::uint32_t> words(19, ~0u);
+    words[7] = 0;
+    REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+    std::vector<Hit> expected;
+    for (const Hit& hit : Span<Hit>{call.hits.data(), call.job.hit_count})
+      if (hit.instance_a == hit.instance_b || (hit.instance_a != 7 && hit.instance_b != 7)) expected.push_back(hit);
+    CHECK(expected.size() < call.job.hit_count);
+    CHECK(std::any_of(expected.begin(), expected.end(), [](const Hit& hit) { return hit.instance_a == 7; }));
+    call.input.*layers = {words.data(), 19};
+    REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+    call.hits.resize(call.job.hit_count);
+    CHECK(same_hits(call.hits, expected));
+  }
+}
+
+void check_bad_margin() {
+  for (const float bad : {-1e-45f, -1.0f, 1.0001e18f, kInfinity, kNan}) {
+    Call call;
+    call.job.margin = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadMargin);
+    CHECK(call.job.hit_count == 0);
+  }
+}
+
+void check_margins() {
+  World world = grid_world(0);
+  const std::vector<Hit> touching = run_world(world).hits;
+  for (const float margin : {-0.0f, 1e-45f, 1e-30f, 1e6f, 9e17f}) {
+    CAPTURE(margin);
+    world.margin = margin;
+    const Outcome outcome = run_world(world);
+    CHECK(outcome.stats.instances_masked == 0);
+    CHECK(missing_from(judge_world(world), outcome.hits) == 0);
+    if (margin < 1e-20f) CHECK(same_hits(outcome.hits, touching));
+  }
+  world.margin = 1e18f;
+  world.members[0].rig.leaves[0].box.half[0] = 9e17f;
+  const Outcome outcome = run_world(world);
+  CHECK(outcome.stats.instances_masked == 19);
+  CHECK(outcome.hits.empty());
+}
+
+void check_bad_touched() {
+  std::uint8_t bytes[20] = {};
+  for (const Span<std::uint8_t> bad : {Span<std::uint8_t>{bytes, 18}, {bytes, 20}, {nullptr, 19}}) {
+    Call call;
+    call.input.touched = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadTouched);
+  }
+}
+
+void check_bad_report() {
+  Call call;
+  call.job.report = static_cast<Report>(2);
+  CHECK(run_frame(*call.engine, call.job) == Status::kBadReport);
+}
+
+void check_touched_without_room() {
+  Call call;
+  std::uint8_t expected[19], bytes[19] = {};
+  call.input.touched = {expected, 19};
+  REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
+  CHECK(std::count(expected, expected + 19, 1) > 0);
+  call.job.hits = {};
+  call.input.touched = {bytes, 19};
+  CHECK(run_frame(*call.engine, call.job) == Status::kHitsOverflow);
+  CHECK(std::equal(bytes, bytes + 19, expected));
+  std::fill_n(bytes, 19, std::uint8_t{7});
+  call.job.report = Report::kTouched;
+  CHECK(run_frame(*call.engine, call.job) == Status::kOk);
+  CHECK(call.job.hits_needed == 0);
+  CHECK(std::equal(bytes, bytes + 19, expected));
+  call.input.touched = {};
+  CHECK(run_frame(*call.engine, call.job) == Status::kOk);
+  CHECK(call.job.stats.box_tests == 0);
+}
+
 std::vector<CallRow> call_rows() {
   return {
       {{"origins far out, 1e9 m and more", "taken: boxes as at 0, hits by differences in double"}, check_far_origins},
       {{"origin that is not finite", "refused, `kBadOrigins`"}, check_bad_origins},
+      {{"layers or layer masks of another count than instances", "refused, `kBadLayers`"}, check_bad_layers},
+      {{"layer 0, or layer mask 0", "in no pair with others; its own links are paired"}, check_no_layers},
+      {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},
+      {{"margin to 1e18", "taken; instances whose grown boxes leave the range are masked"}, check_margins},
+      {{"touched of another count than instances", "refused, `kBadTouched`"}, check_bad_touched},
+      {{"report that is none", "refused, `kBadReport`"}, check_bad_report},
+      {{"touched, and no room for hits", "complete: with `kTouched` `kOk`, with `kHits` `kHitsOverflow`"},
+       check_touched_without_room},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},
       {{"rule for a batch without input", "refused, `kBadPairRule`"}, check_rule_without_input},
       {{"batch of no instances", "refused, `kNoInstances`"}, check_empty_batch},
@@ -668,6 +844,11 @@ std::vector<CallRow> call_rows() {
       {{"room for one box too few", "refused, `kBadOutput`"}, check_boxes_short},
       {{"vertices of `fit_box`: none, part of one, not finite or above 1e18", "refused, `kBadVertices`"},
        check_vertices},
+      {{"rest pose with numbers that a frame would mask", "refused, `kBadRestPose`"}, check_rest_numbers},
+      {{"rest pose of no known format, or badly strided", "refused, `kBadRestPose`"}, check_rest_layout},
+      {{"rest pose without data, or bad where a frame would not read it", "taken"}, check_rest_unread},
+      {{"`ignored_hops` as large as the longest way, or larger", "taken; no pair within an instance"}, check_many_hops},
+      {{"room for one ignored pair too few", "refused, `kBadOutput`"}, check_ignored_short},
   };
 }
 

@@ -215,9 +215,11 @@ std::vector<std::uint32_t> shuffled(Random& random, std::uint32_t count) {
 TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate loses no touching pair") {
   std::size_t hits = 0;
   const bool whole = for_seeds(60, [&](Random& random) {
-    const World world = small_world(random);
+    World world = small_world(random);
+    if (random.chance(0.3)) add_layers(random, world);
+    if (random.chance(0.3)) world.margin = static_cast<float>(random.log_uniform(1e-4, 0.3));
     const EnginePtr engine = make_engine_for(world);
-    const std::vector<Hit> touching = judge_world(world), wider = judge_world(world, kInvented);
+    const std::vector<Hit> touching = judge_world(world), wider = judge_widened(world, kInvented);
     const std::vector<Hit> all = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kNone}).hits;
     const std::vector<Hit> all_fcl = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kFcl}).hits;
     std::map<Refit, std::vector<Hit>> by_predicate;
@@ -235,6 +237,8 @@ TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate
       INFO(name_of(policies));
       const Outcome got = run_on(*engine, world, policies);
       CHECK(is_sorted_once(got.hits));
+      CHECK(got.touched == touched_in(world, got.hits));
+      CHECK(run_on(*engine, world, policies, run_frame, Report::kTouched).touched == got.touched);
       CHECK(count_ignored(world, got.hits) == 0);
       CHECK(missing_from(got.hits, all) == 0);
       CHECK(got.stats.leaf_pairs >= got.hits.size());

@@ -134,6 +134,15 @@ TEST_CASE("orientations and flags must be none or as many as instances") {
   refuse(Status::kBadFlags, [](Bench& b) { b.inputs[0].flags = {nullptr, 3}; });
 }
 
+TEST_CASE("layers and their masks must be none or one an instance") {
+  static std::uint32_t words[4] = {};
+  for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks}) {
+    refuse(Status::kBadLayers, [=](Bench& b) { b.inputs[0].*layers = {words, 2}; });
+    refuse(Status::kBadLayers, [=](Bench& b) { b.inputs[0].*layers = {words, 4}; });
+    refuse(Status::kBadLayers, [=](Bench& b) { b.inputs[2].*layers = {nullptr, 4}; });
+  }
+}
+
 TEST_CASE("a rule must name batches that have input, and a pairing that they can have") {
   const auto refuse_rule = [](BatchId a, BatchId b, Pairing pairing) {
     refuse(Status::kBadPairRule, [&](Bench& bench) {
@@ -185,6 +194,25 @@ TEST_CASE("policies must hold values of their enumerations") {
   refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.strategy = static_cast<Strategy>(200); });
   refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.exact = static_cast<Exact>(200); });
   refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.extents = static_cast<Extents>(2); });
+}
+
+TEST_CASE("touched must be none or one an instance, and the report one that there is") {
+  static std::uint8_t bytes[4] = {};
+  refuse(Status::kBadTouched, [](Bench& b) { b.inputs[0].touched = {bytes, 2}; });
+  refuse(Status::kBadTouched, [](Bench& b) { b.inputs[0].touched = {bytes, 4}; });
+  refuse(Status::kBadTouched, [](Bench& b) { b.inputs[2].touched = {nullptr, 4}; });
+  refuse(Status::kBadReport, [](Bench& b) { b.job.report = static_cast<Report>(2); });
+  refuse(Status::kBadMargin, [](Bench& b) {  // what is refused leaves the bytes as they were
+    std::fill_n(bytes, 4, std::uint8_t{0xcc});
+    b.inputs[2].touched = {bytes, 4};
+    b.job.margin = -1;
+  });
+  for (const std::uint8_t byte : bytes) CHECK(byte == 0xcc);
+}
+
+TEST_CASE("a margin must be finite and not negative") {
+  for (const float bad : {-1e-45f, -1.0f, 1.0001e18f, static_cast<float>(kInfinity), static_cast<float>(kNan)})
+    refuse(Status::kBadMargin, [=](Bench& b) { b.job.margin = bad; });
 }
 
 TEST_CASE("buffers must be there, and contacts be asked for with an exact test") {

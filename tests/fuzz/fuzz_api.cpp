@@ -66,7 +66,8 @@ struct Session {
     parts.push_back(part);
   }
 
-  void add_rig() {
+  // masked: with hops and a rest pose where the bytes say so.
+  void add_rig(bool masked) {
     oracle::Rig rig = bytes.rig(4);
     std::list<std::vector<ConvexPart>> parts;
     std::list<std::vector<float>> vertices;
@@ -84,6 +85,15 @@ struct Session {
     desc.link_joints = spoiled(bytes, desc.link_joints);
     desc.leaves = spoiled(bytes, desc.leaves);
     desc.ignored_pairs = spoiled(bytes, desc.ignored_pairs);
+    std::vector<float> rest(16 * rig.parents.size());
+    if (masked) {
+      desc.ignored_hops = bytes.rarely() ? bytes.raw<std::uint32_t>() : bytes.below(4);
+      for (float& value : rest) value = bytes.number();
+      desc.rest_pose.format = static_cast<PoseFormat>(bytes.below(4));
+      if (bytes.rarely()) desc.rest_pose.link_stride = bytes.below(68);
+      if (bytes.rarely()) desc.rest_pose.instance_stride = bytes.raw<std::uint64_t>();
+      desc.rest_pose.data = bytes.below(2) ? rest.data() : nullptr;
+    }
     ArticulationId id = {77};
     std::uint32_t bad_element = 0;
     if (add_articulation(engine, desc, &id, &bad_element) != Status::kOk) {
@@ -95,6 +105,9 @@ struct Session {
     FUZZ_CHECK(articulation_info(engine, id, &articulations.back()) == Status::kOk);
     std::vector<MergeStep> steps(articulations.back().leaf_count - 1);
     FUZZ_CHECK(merge_steps(engine, id, spoiled(bytes, Span<MergeStep>{steps.data(), steps.size()})) <=
+               Status::kBadOutput);
+    std::vector<IgnoredPair> pairs(articulations.back().ignored_pair_count);
+    FUZZ_CHECK(ignored_pairs(engine, id, spoiled(bytes, Span<IgnoredPair>{pairs.data(), pairs.size()})) <=
                Status::kBadOutput);
   }
 
@@ -231,11 +244,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   Session session{bytes, *engine, {}, {}};
-  session.add_rig();
+  session.add_rig(false);
   session.add_instances();
   for (bool ran = false; !ran || !session.bytes.empty(); ran = true) {
     const std::uint32_t call = session.bytes.below(4);
-    if (call == 0) session.add_rig();
+    if (call == 0) session.add_rig(true);
     if (call == 1 && session.batches.size() < 4) session.add_instances();
     if (call > 1) session.run();
   }

@@ -35,6 +35,7 @@ constexpr Real kTurnError = 17.8;                               // 2.2
 constexpr Real kPosedAxes = 26.3, kPosedAxesTurned = 46.6;      // 2.5, 2.7
 constexpr Real kPosedCenter = 23.3, kPosedCenterTurned = 47.5;  // 2.6, 2.7
 constexpr Real kPosedPlace = 1.74, kPosedPlaceTurned = 39.1;    // 2.6, 2.7
+constexpr Real kMarginGrowth = 15.3;                            // 2.9
 constexpr Real kMergeSize = 62.9, kMergePlace = 1.74;           // 3.6, 3.4
 constexpr Real kBoundsSize = 5.1, kBoundsPlace = 1.01;          // 4.2
 constexpr Real kBoundsBoth = 13.1;                              // 4.3
@@ -49,6 +50,7 @@ static_assert(kernel::kPosePad.place >= (kPosedPlace + 1) * kU);
 static_assert(kernel::kPosePadTurned.body >= (kPosedAxesTurned + 5) * kU);
 static_assert(kernel::kPosePadTurned.body >= kPosedCenterTurned * kU);
 static_assert(kernel::kPosePadTurned.place >= (kPosedPlaceTurned + 1) * kU);
+static_assert(2 * Real{kernel::kMarginShare} >= 1 + kMarginGrowth * kU);
 static_assert(kernel::kMergePadSize >= kMergeSize * kU && kernel::kMergePadPlace >= kMergePlace * kU);
 static_assert(kernel::kBoundsPad >= kBoundsBoth * kU && kBoundsBoth >= kBoundsSize && kBoundsBoth >= kBoundsPlace);
 static_assert(kernel::kSlackWorld >= kWorld * kU);

@@ -3,6 +3,7 @@
 
 #include "layout/arena.h"
 #include "perf/oracle/containment.h"
+#include "perf/oracle/joints_from.h"
 #include "perf/oracle/random.h"
 
 #include <doctest/doctest.h>
@@ -260,6 +261,63 @@ TEST_CASE("ignored pairs must name links that exist, and hold whatever their ord
   REQUIRE(build(draft, arena, &out) == Status::kOk);
   for (std::uint32_t a = 0; a < 3; ++a)
     for (std::uint32_t b = 0; b < 3; ++b) CHECK(is_ignored(out, a, b) == (a == b || a + b == 2));
+}
+
+TEST_CASE("every ignored pair has its two bits and no other pair has any, whatever the reason") {
+  std::size_t ignored = 0, left = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    Draft draft;
+    const std::uint32_t links = 1 + random.index(70);
+    draft.parents.clear();
+    draft.leaves.clear();
+    for (std::uint32_t link = 0; link < links; ++link) {
+      draft.parents.push_back(link == 0 ? -1 : static_cast<std::int32_t>(random.index(link)));
+      draft.leaves.push_back({link, kUnitBox, {}});
+    }
+    const auto some_pairs = [&] {
+      std::vector<LinkPair> pairs(random.index(links + 1));
+      for (LinkPair& pair : pairs) pair = {random.index(links), random.index(links)};
+      return pairs;
+    };
+    draft.ignored = some_pairs();
+    ArticulationDesc desc = draft.desc();
+    desc.ignored_hops = random.index(4);
+    const std::vector<LinkPair> at_rest = some_pairs();
+    Arena arena(default_allocator());
+    Articulation out;
+    REQUIRE(build_articulation(desc, arena, &out, nullptr) == Status::kOk);
+    ignore_at_rest({at_rest.data(), at_rest.size()}, arena, out);
+
+    std::vector<unsigned> reasons(links * links, 0);
+    const auto note = [&](std::uint32_t a, std::uint32_t b, unsigned reason) {
+      if (a != b) reasons[a * links + b] |= reason, reasons[b * links + a] |= reason;
+    };
+    for (const LinkPair& pair : draft.ignored) note(pair.a, pair.b, kIgnoredExplicitly);
+    for (const LinkPair& pair : at_rest) note(pair.a, pair.b, kIgnoredAtRest);
+    for (std::uint32_t a = 0; a < links; ++a) {
+      const std::vector<std::uint32_t> joints = oracle::joints_from(draft.parents, a);
+      for (std::uint32_t b = 0; b < links; ++b)
+        if (joints[b] <= desc.ignored_hops) note(a, b, kIgnoredByHops);
+    }
+    std::size_t listed = 0;
+    for (std::uint32_t a = 0; a < links; ++a)
+      for (std::uint32_t b = 0; b < links; ++b) {
+        CHECK(is_ignored(out, a, b) == (a == b || reasons[a * links + b] != 0));
+        if (a >= b) continue;
+        ++(reasons[a * links + b] ? ignored : left);
+        if (reasons[a * links + b] == 0) continue;
+        REQUIRE(listed < out.ignored_pairs.size);
+        const IgnoredPair& pair = out.ignored_pairs[listed++];
+        CHECK(pair.a == a);
+        CHECK(pair.b == b);
+        CHECK(pair.reasons == reasons[a * links + b]);
+      }
+    CHECK(listed == out.ignored_pairs.size);
+  }
+  CHECK(ignored > 1000);
+  CHECK(left > 1000);
 }
 
 TEST_CASE("an articulation owns copies of all it was given") {

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -81,7 +83,7 @@ TEST_CASE("help names every option, every policy value and every instruction set
   const std::vector<std::pair<std::string, Words>> commands = {
       {"run",
        {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
-        "--contacts", "--json", "--hits", "FILE"}},
+        "--hops", "--rest-frame", "--contacts", "--json", "--hits", "FILE"}},
       {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--refit", "--isa", "FILE"}},
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
@@ -155,6 +157,11 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--threads", "-1"}, "--threads"},
       {{"run", file, "--threads", "100000"}, "--threads"},
       {{"run", file, "--contacts"}, "add --exact fcl"},
+      {{"run", file, "--hops", "1"}, "--hops requires --self"},
+      {{"run", file, "--rest-frame", "1"}, "--rest-frame requires --self"},
+      {{"run", file, "--self", "--hops", "0"}, "--hops"},
+      {{"run", file, "--self", "--rest-frame", "5"}, "no frame 5 among the scene's 5"},
+      {{"run", file, "--self", "--rest-frame", "-1"}, "--rest-frame"},
       {{"run", file, "--hits", file}, "is an input"},
       {{"run", file, "--hits", figures.folder / "x", "--json", figures.folder / "x"}, "same file"},
       {{"inspect"}, "FILE"},
@@ -297,6 +304,77 @@ TEST_CASE("hits are sorted by frame, name both characters and have frames withou
     if (split(rows[r])[1] != split(rows[r])[3]) text += rows[r] + "\n";
   CHECK(text == figures.hits({}));
   CHECK(split(lines_of(text)[1])[0] != "0");
+}
+
+TEST_CASE("--self says which pairs of links are masked and why, and loses the hits of those alone") {
+  const TwoFigures figures;
+  const auto key = [](const std::string& a, const std::string& b) { return a < b ? a + " " + b : b + " " + a; };
+  const Words plain = lines_of(figures.hits({"--self"}));
+  std::size_t lost = 0, for_rest_alone = 0, for_hops_alone = 0;
+  for (const int hops : {1, 2})
+    for (const int rest : {0, 7}) {
+      CAPTURE(hops);
+      CAPTURE(rest);
+      const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
+      const Outcome outcome =
+          run_cab(Words{"run"} + figures.files + Words{"--self", "--hops", std::to_string(hops)} +
+                  Words{"--rest-frame", std::to_string(rest), "--json", json_path, "--hits", hits_path});
+      REQUIRE(outcome.exit_code == 0);
+      const Json json = Json::parse(read_text(json_path));
+      CHECK(json["ignored_hops"] == hops);
+      CHECK(json["rest_frame"] == rest);
+      Words expected = {plain[0]};
+      std::map<std::string, std::set<std::string>> masked;  // by character
+      for (const Json& character : json["characters"]) {
+        const std::string name = character["name"];
+        const Json& self = character["self"];
+        CHECK(self["pair_count"] == 55);  // of eleven links
+        std::map<std::string, std::size_t> counts;
+        std::set<std::string> at_rest_alone, in_that_frame;
+        for (const Json& pair : self["masked"]) {
+          const std::string links = key(pair["link_a"], pair["link_b"]);
+          CHECK(masked[name].insert(links).second);
+          for (const Json& reason : pair["reasons"]) ++counts[reason];
+          if (pair["reasons"] == Json{"rest"}) at_rest_alone.insert(links);
+          if (pair["reasons"] == Json{"hops"}) ++for_hops_alone;
+        }
+        for_rest_alone += at_rest_alone.size();
+        CHECK(self["masked_count"] == masked[name].size());
+        CHECK(counts["joint"] == 10);
+        // Ten joints. Two apart: three pairs of children of the hips, three of the chest, the three children of the
+        // chest with the hips, and each of the four lower limbs with what the upper one hangs on.
+        CHECK(counts["hops"] == (hops == 1 ? 10 : 10 + 3 + 3 + 3 + 4));
+        for (const std::string& row : plain)
+          if (const Words fields = split(row); fields[0] == std::to_string(rest) && fields[1] == name)
+            if (fields[1] == fields[3]) in_that_frame.insert(key(fields[2], fields[4]));
+        std::set<std::string> at_rest;  // of what a run without masks reports in that frame, no other reason takes
+        for (const std::string& links : in_that_frame)
+          if (std::none_of(self["masked"].begin(), self["masked"].end(), [&](const Json& pair) {
+                return key(pair["link_a"], pair["link_b"]) == links && pair["reasons"].size() > 1;
+              }))
+            at_rest.insert(links);
+        CHECK(at_rest_alone == at_rest);
+
+        CHECK(outcome.out.find("masked within " + name + ": " + std::to_string(masked[name].size()) +
+                               " of 55 pairs of links (joint 10, hops " + std::to_string(counts["hops"]) + ", rest " +
+                               std::to_string(counts["rest"]) + ")\n") != std::string::npos);
+      }
+      for (std::size_t r = 1; r < plain.size(); ++r) {
+        const Words fields = split(plain[r]);
+        if (fields[1] != fields[3] || masked[fields[1]].count(key(fields[2], fields[4])) == 0)
+          expected.push_back(plain[r]);
+      }
+      CHECK(expected.size() > 1);
+      lost += plain.size() - expected.size();
+      CHECK(lines_of(read_text(hits_path)) == expected);
+      const Words lines = lines_of(outcome.out);
+      CHECK(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
+        return line.find("hips ") == 0 && line.find("chest  joint  hops") != std::string::npos;
+      }));
+    }
+  CHECK(lost > 100);
+  CHECK(for_rest_alone > 0);
+  CHECK(for_hops_alone > 0);
 }
 
 TEST_CASE("a range of frames gives the rows of those frames") {

@@ -50,6 +50,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // The merge order of an articulation; steps must hold leaf_count - 1 entries.
 [[nodiscard]] CAB_API Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> steps) noexcept;
 
+// Which links of an articulation are no pairs, and why: sorted by a, then b. pairs must hold ignored_pair_count entries.
+[[nodiscard]] CAB_API Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> pairs) noexcept;
+
 // How many threads an engine works with, the instruction set that it runs, the names of instruction sets, and what this
 // CPU and build can run.
 CAB_API std::uint32_t engine_thread_count(const Engine& engine) noexcept;

@@ -35,6 +35,7 @@ enum class Status : std::int32_t {
   kShapeOutsideLeafBox,  // a convex part sticks out of its leaf's box
   kBadVertices,          // no vertices, not x y z of each, not finite, or a coordinate above kMaxCoordinate
   kBadIgnoredPair,       // an ignored pair names a link that does not exist
+  kBadRestPose,          // a rest pose's format or strides are none that poses may have, or its numbers no pose
   kUnknownArticulation,  // no articulation of this engine has that id
   kUnknownBatch,         // no batch of this engine has that id
   kBadBatchKind,         // a batch's kind holds a value that its enumeration lacks
@@ -45,9 +46,13 @@ enum class Status : std::int32_t {
   kBadOrigins,           // origins must be none or three doubles an instance, and finite
   kBadOrientations,      // orientations must be none or four floats an instance
   kBadFlags,             // flags must be none or one an instance
+  kBadLayers,            // layers and layer_masks must each be none or one an instance
+  kBadTouched,           // touched must be none or one byte an instance
   kBadPairRule,          // a rule names a batch without input, or a pairing its batches cannot have
   kPairRuleGivenTwice,   // the same two batches are paired twice in the same way
   kBadPolicy,            // a policy field holds a value that its enumeration lacks
+  kBadReport,            // a frame's report holds a value that its enumeration lacks
+  kBadMargin,            // the margin must be finite, not negative and at most kMaxCoordinate
   kBadHitBuffer,         // hits has a size and no data, or contacts is neither empty nor as long as hits
   kContactsNeedExact,    // contacts were asked for with the exact test `none`
   kBadOutput,            // an output span is too small for what was asked
@@ -81,6 +86,24 @@ struct Box {
   float center[3];
   float axis[3][3];
   float half[3];
+};
+
+// ------------------------------------------------------------------------------------------------------ poses
+
+enum class PoseFormat : std::uint8_t {
+  kQuaternionTranslation,  // 7 floats: unit quaternion x y z w, translation x y z
+  kMatrix3x4,              // 12 floats: three rows of four, the translation in the last column
+  kMatrix4x4,              // 16 floats: four columns of four, the translation in floats 12..14 (glTF, ozz)
+};
+
+// Poses of all links of all instances, link to instance (model space, never parent-local). The pose of link l of
+// instance i starts at data + i * instance_stride + l * link_stride, strides in bytes, multiples of 4.
+// Strides of 0 mean densely packed.
+struct PoseView {
+  PoseFormat format = PoseFormat::kQuaternionTranslation;
+  const float* data = nullptr;
+  std::size_t link_stride = 0;
+  std::size_t instance_stride = 0;
 };
 
 // ---------------------------------------------------------------------------------------------- articulation
@@ -117,12 +140,33 @@ struct LinkPair {
 
 // An acyclic articulation. link_parents[0] is -1, every other parent has a lower index. link_joints (x y z of
 // each link's joint with its parent, in the link's own frame) may be empty: the joint is then at the frame's
-// origin. ignored_pairs are never reported between links of one instance, whatever their order.
+// origin. Between links of one instance are never reported:
+//   ignored_pairs, whatever the order of the two;
+//   links that are ignored_hops joints apart or less (0: none; 1: parent and child; 2: also siblings and the like);
+//   links whose leaf boxes touch in rest_pose, the pose of one instance (no data: none). They touch where a frame
+//   with that pose and no orientation would report them by any refit of oriented boxes, without an exact test.
 struct ArticulationDesc {
   Span<const std::int32_t> link_parents;
   Span<const float> link_joints;
   Span<const Leaf> leaves;
   Span<const LinkPair> ignored_pairs;
+  std::uint32_t ignored_hops = 0;
+  PoseView rest_pose = {};
+};
+
+// Why two links of one instance are no pair (bits).
+enum IgnoredReason : std::uint8_t {
+  kIgnoredExplicitly = 1,  // ArticulationDesc::ignored_pairs
+  kIgnoredByHops = 2,      // ArticulationDesc::ignored_hops
+  kIgnoredAtRest = 4,      // ArticulationDesc::rest_pose
+};
+
+// Two different links, a < b, that are never reported against each other within an instance; reasons is an
+// IgnoredReason set.
+struct IgnoredPair {
+  std::uint16_t a;
+  std::uint16_t b;
+  std::uint8_t reasons;
 };
 
 inline constexpr std::uint16_t kNoJoint = 0xffff;
@@ -140,6 +184,7 @@ struct ArticulationInfo {
   std::uint32_t leaf_count = 0;
   std::uint32_t node_count = 0;  // 2 leaf_count - 1; leaves first, the root last
   std::uint32_t depth = 0;       // merges on the longest way from the root to a leaf
+  std::uint32_t ignored_pair_count = 0;
 };
 
 // ---------------------------------------------------------------------------------------------------- batches
@@ -156,22 +201,6 @@ struct BatchDesc {
   BatchKind kind = BatchKind::kCharacters;
 };
 
-enum class PoseFormat : std::uint8_t {
-  kQuaternionTranslation,  // 7 floats: unit quaternion x y z w, translation x y z
-  kMatrix3x4,              // 12 floats: three rows of four, the translation in the last column
-  kMatrix4x4,              // 16 floats: four columns of four, the translation in floats 12..14 (glTF, ozz)
-};
-
-// Poses of all links of all instances, link to instance (model space, never parent-local). The pose of link l of
-// instance i starts at data + i * instance_stride + l * link_stride, strides in bytes, multiples of 4.
-// Strides of 0 mean densely packed.
-struct PoseView {
-  PoseFormat format = PoseFormat::kQuaternionTranslation;
-  const float* data = nullptr;
-  std::size_t link_stride = 0;
-  std::size_t instance_stride = 0;
-};
-
 // Why an instance takes no part in a frame (bits).
 enum InstanceFlag : std::uint8_t {
   kInstanceOk = 0,
@@ -181,13 +210,19 @@ enum InstanceFlag : std::uint8_t {
 
 // One batch's poses of a frame. origins: x y z of each instance in the world, empty = all zero. orientations:
 // x y z w of each instance, applied about its origin, empty = identity. flags (optional) receives one
-// InstanceFlag set an instance.
+// InstanceFlag set an instance. layers and layer_masks: one word an instance, empty = all bits set; two different
+// instances are tested only when (layer of a & mask of b) != 0 and (layer of b & mask of a) != 0. Within one instance
+// they change nothing. touched (optional, written by run_frame alone) receives 1 for an instance that is in a hit, with
+// another or within itself, else 0.
 struct BatchInput {
   BatchId batch;
   PoseView poses;
   Span<const double> origins;
   Span<const float> orientations;
   Span<std::uint8_t> flags;
+  Span<const std::uint32_t> layers;
+  Span<const std::uint32_t> layer_masks;
+  Span<std::uint8_t> touched;
 };
 
 enum class Pairing : std::uint8_t {
@@ -203,7 +238,13 @@ struct PairRule {
 
 // ------------------------------------------------------------------------------------------------------ frame
 
-// Two links that touch. (batch_a, instance_a, link_a) < (batch_b, instance_b, link_b); leaf_a and leaf_b are the
+// What a frame is to find out.
+enum class Report : std::uint8_t {
+  kHits,     // every link pair that touches
+  kTouched,  // which instances touch anything (BatchInput::touched), and no hits: stops at an instance's first
+};
+
+// Two links that touch, or are nearer than the frame's margin. (batch_a, instance_a, link_a) < (batch_b, instance_b, link_b); leaf_a and leaf_b are the
 // lowest leaves of the two links that touch.
 struct Hit {
   BatchId batch_a;
@@ -215,17 +256,19 @@ struct Hit {
 };
 
 // Where two links touch, from FCL: the deepest contact of the hit's leaf pair. normal is a unit vector from a to
-// b in world axes, depth is how far b must move along it, point lies relative to the origin of instance a.
-// depth < 0: FCL called the pair touching but gave no contact.
+// b in world axes, depth is how far b must move along it, point lies relative to the origin of instance a. Of a pair
+// that is apart, but nearer than the frame's margin, depth is the distance below 0, and point the middle of the gap.
+// A normal of 0: FCL called the pair touching but gave no contact; depth and point are 0 then.
 struct Contact {
   float normal[3];
   float depth;
   float point[3];
 };
 
-// What a frame did; the paper's columns. Seconds are summed over the threads that worked.
+// What a frame did; the paper's columns. Seconds are summed over the threads that worked. With Report::kTouched counts
+// depend on which task came first.
 struct FrameStats {
-  std::uint64_t candidates = 0;    // pairs of instances whose bounds meet (of characters)
+  std::uint64_t candidates = 0;    // pairs of instances that layers let meet and whose bounds do (of characters)
   std::uint64_t box_tests = 0;     // overlap tests of two boxes, inner or leaf
   std::uint64_t leaf_pairs = 0;    // the paper's #coll: leaf pairs whose boxes overlap
   std::uint64_t exact_tests = 0;   // exact queries made (at most leaf_pairs)
@@ -241,16 +284,21 @@ struct FrameStats {
 
 // One frame: what is posed, what is paired, how, and where the answer goes. The caller owns every span.
 // hits receives one entry a touching link pair, sorted by (batch_a, instance_a, batch_b, instance_b, link_a,
-// link_b), the same for any thread count. contacts is empty or as long as hits.
+// link_b), the same for any thread count. contacts is empty or as long as hits. margin, a length, reports links that are
+// apart too: none is left out whose boxes (with an exact test: shapes) are at most that far from each other, and boxes
+// somewhat farther apart at their corners may be reported with Exact::kNone. With Report::kTouched hits and contacts are
+// left alone, may be empty, and hit_count and hits_needed are 0.
 struct FrameJob {
   Span<const BatchInput> inputs;
   Span<const PairRule> rules;
   Policies policies;
+  float margin = 0;
+  Report report = Report::kHits;
   Span<Hit> hits;
   Span<Contact> contacts;
 
   // Written by run_frame. On kHitsOverflow hits_needed is the count a retry needs, hit_count is 0 and the
-  // contents of hits and contacts are unspecified.
+  // contents of hits and contacts are unspecified; touched is complete.
   std::size_t hit_count = 0;
   std::size_t hits_needed = 0;
   FrameStats stats;

@@ -1,0 +1,102 @@
+// Which instances touch anything: the same answer from a frame of hits and from one that asks for nothing else.
+#include "perf/oracle/random_world.h"
+
+#include <doctest/doctest.h>
+
+namespace {
+
+using namespace cab;
+using namespace cab::oracle;
+
+constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kBrute, Strategy::kExactAll};
+
+using Bytes = std::vector<std::vector<std::uint8_t>>;
+
+std::size_t count_of(const Bytes& bytes, std::uint8_t value) {
+  std::size_t out = 0;
+  for (const auto& member : bytes) out += static_cast<std::size_t>(std::count(member.begin(), member.end(), value));
+  return out;
+}
+
+// A sparse world, so that there are instances that touch nothing.
+World sparse_world(Random& random) {
+  World world;
+  for (int m = 0; m < 2; ++m)
+    world.members.push_back(
+        any_member(random, 60, BatchKind::kCharacters, {random.uniform(1, 4), random.chance(0.5), true, {}}, 8));
+  const std::uint32_t frames = kInstanceCounts[random.index(6)];
+  for (int m = 0; m < 3; ++m)
+    world.members.push_back(any_member(random, m == 2 ? 1 : frames, BatchKind::kFrames, {1, false, true, {}}, 4));
+  world.rules = {{{1}, {1}, Pairing::kBetween},
+                 {{2}, {1}, Pairing::kBetween},
+                 {{3}, {4}, Pairing::kBetween},
+                 {{5}, {3}, Pairing::kBetween}};
+  if (random.chance(0.3)) world.rules.push_back({{2}, {2}, Pairing::kWithin});
+  if (random.chance(0.3)) add_layers(random, world);
+  if (random.chance(0.3)) world.margin = 0.05f;
+  return world;
+}
+
+}  // namespace
+
+TEST_CASE("who touches anything is who is in a hit, asked for alone or not, whoever computes it") {
+  std::size_t yes = 0, no = 0;
+  for (std::uint64_t seed = 1; seed <= 16; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const World world = sparse_world(random);
+    const std::vector<Hit> judged = judge_world(world);
+    for (const Exact exact : {Exact::kNone, Exact::kFcl})
+      for (const Strategy strategy : kStrategies) {
+        if (strategy == Strategy::kExactAll && exact == Exact::kFcl) continue;  // slow; the property test has it
+        const Policies policies = {Refit::kCab, strategy, exact};
+        const Outcome hits = run_world(world, policies);
+        const Bytes expected = touched_in(world, hits.hits);
+        CHECK(hits.touched == expected);
+        if (strategy == Strategy::kTree) {
+          yes += count_of(expected, 1);
+          no += count_of(expected, 0);
+        }
+        if (exact == Exact::kNone) {
+          const Bytes least = touched_in(world, judged);
+          for (std::size_t m = 0; m < least.size(); ++m)
+            for (std::size_t i = 0; i < least[m].size(); ++i) CHECK(expected[m][i] >= least[m][i]);
+        }
+        for (const Isa isa : available_isas())
+          for (const std::uint32_t threads : {1u, 2u}) {
+            EngineDesc desc;
+            desc.isa = isa;
+            desc.thread_count = threads;
+            const EnginePtr engine = make_engine_for(world, desc);
+            const Outcome alone = run_on(*engine, world, policies, run_frame, Report::kTouched);
+            CHECK(alone.touched == expected);
+            CHECK(alone.hits.empty());
+          }
+      }
+  }
+  CHECK(yes > 300);
+  CHECK(no > 300);
+}
+
+TEST_CASE("a crowd in one spot is settled by far fewer box tests than it has pairs, and nobody's question by none") {
+  Random random(7);
+  World world;
+  world.members.push_back(any_member(random, 300, BatchKind::kCharacters, {0.1, false, true, {}}, 8));
+  world.rules = {{{1}, {1}, Pairing::kBetween}};
+  const EnginePtr engine = make_engine_for(world);
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kBrute}) {
+    const Policies policies = {Refit::kCab, strategy, Exact::kNone};
+    const Outcome hits = run_on(*engine, world, policies);
+    const Outcome alone = run_on(*engine, world, policies, run_frame, Report::kTouched);
+    CHECK(alone.touched == hits.touched);
+    CHECK(alone.stats.box_tests * 20 < hits.stats.box_tests);
+    CHECK(alone.stats.candidates * 20 < hits.stats.candidates);
+  }
+  BatchInput input = world.members[0].poses.input({1});
+  FrameJob job;
+  job.inputs = {&input, 1};
+  job.rules = {world.rules.data(), world.rules.size()};
+  job.report = Report::kTouched;
+  CHECK(run_frame(*engine, job) == Status::kOk);
+  CHECK(job.stats.candidates == 0);
+}
