@@ -81,6 +81,17 @@ struct CrowdOptions {
 };
 int crowd_command(const CrowdOptions& options);
 
+struct PeersOptions {
+  std::vector<std::string> scenes;              // of uniform and jitter
+  std::vector<std::uint32_t> character_counts;  // none: as many as each scene is run with by default
+  std::uint32_t rounds = 0;
+  std::vector<std::string> peers;  // none: all of this build
+  Isa isa = Isa::kAuto;
+  std::string json_path;  // empty: none
+  std::string csv_path;   // empty: none
+};
+int peers_command(const PeersOptions& options);
+
 struct KernelsOptions {
   std::string isas;  // names separated by commas, each one available; empty: every available one
   std::uint32_t rounds = 0;

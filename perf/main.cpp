@@ -209,6 +209,39 @@ CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
   return command;
 }
 
+CLI::App& add_peers(CLI::App& app, PeersOptions& o) {
+  CLI::App& command =
+      *app.add_subcommand("peers", "crowds through other libraries, verified, timed in turns with ours");
+  o.scenes = {"uniform", "jitter"};
+  command
+      .add_option_function<std::string>(
+          "--scene", [&o](const std::string& text) { o.scenes = split_commas(text); },
+          "crowds, separated by commas (default uniform,jitter)")
+      ->type_name("uniform|jitter");
+  command
+      .add_option_function<std::string>(
+          "--characters",
+          [&o](const std::string& text) { o.character_counts = read_number_list("--characters", text); },
+          "characters at once, separated by commas (default 1000,10000, and 100000 of uniform)")
+      ->type_name("LIST");
+  o.rounds = 9;
+  command
+      .add_option("--rounds", o.rounds,
+                  "rounds of which the median is taken, each a turn of every set-up (default 9; beyond 10000 characters"
+                  " fewer, but 3, of the best set-ups of each library)")
+      ->type_name("R")
+      ->check(CLI::Range(1u, 100000u).description(""));
+  command
+      .add_option_function<std::string>(
+          "--peers", [&o](const std::string& text) { o.peers = split_commas(text); },
+          "libraries, separated by commas, of fcl, bullet, embree, ode (default: all in this build)")
+      ->type_name("LIST");
+  add_isa(command, o.isa);
+  add_json(command, o.json_path, "write the tables as JSON");
+  command.add_option("--csv", o.csv_path, "write the tables as CSV")->type_name("OUT.csv");
+  return command;
+}
+
 CLI::App& add_kernels(CLI::App& app, KernelsOptions& o) {
   CLI::App& command = *app.add_subcommand("kernels", "times of the merge and the overlap test beside FCL's");
   command
@@ -313,6 +346,7 @@ int main_command(int argc, char** argv) {
   InspectOptions inspect_options;
   PaperOptions paper_options;
   CrowdOptions crowd_options;
+  PeersOptions peers_options;
   KernelsOptions kernels_options;
   ContinuityOptions continuity_options;
   VerifyOptions verify_options;
@@ -320,6 +354,7 @@ int main_command(int argc, char** argv) {
   const CLI::App& inspect = add_inspect(app, inspect_options);
   const CLI::App& paper = add_paper(app, paper_options);
   const CLI::App& crowd = add_crowd(app, crowd_options);
+  const CLI::App& peers = add_peers(app, peers_options);
   const CLI::App& kernels = add_kernels(app, kernels_options);
   const CLI::App& continuity = add_continuity(app, continuity_options);
   const CLI::App& verify = add_verify(app, verify_options);
@@ -329,6 +364,7 @@ int main_command(int argc, char** argv) {
     if (inspect.parsed()) return inspect_command(inspect_options);
     if (paper.parsed()) return paper_command(paper_options);
     if (crowd.parsed()) return crowd_command(crowd_options);
+    if (peers.parsed()) return peers_command(peers_options);
     if (kernels.parsed()) return kernels_command(kernels_options);
     if (continuity.parsed()) return continuity_command(continuity_options);
     if (verify.parsed()) return verify_command(verify_options);

@@ -1,0 +1,50 @@
+// What a peer library is to `cab peers`: set-ups that take poses to the overlapping leaf boxes of different characters.
+// Each library has its own peer_<name>.cpp, compiled where its package is found.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "scenes/crowd.h"
+
+namespace cab::perf {
+
+// Two leaf boxes of different characters that overlap, a < b. A leaf's number is character * leaves + leaf.
+struct LeafPair {
+  std::uint32_t a;
+  std::uint32_t b;
+  friend bool operator<(const LeafPair& p, const LeafPair& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); }
+  friend bool operator==(const LeafPair& p, const LeafPair& q) { return p.a == q.a && p.b == q.b; }
+};
+
+inline LeafPair ordered_pair(std::uint32_t a, std::uint32_t b) { return a < b ? LeafPair{a, b} : LeafPair{b, a}; }
+
+// One frame, the measured time: sets every box from the poses, updates the trees that it keeps, and appends the
+// overlapping pairs in any order. It owns its world and is called frame after frame.
+using PeerFrame = std::function<void(const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs)>;
+
+// One way to use a library. alone: it finds the pairs by its own bounds and tests; otherwise some of that is done in our
+// code (leaf_boxes.h), which is what an experienced user would write around its broad phase. make builds the world for `count` characters, outside of the measured time.
+struct PeerSetup {
+  const char* name;
+  bool alone;
+  const char* meaning;
+  PeerFrame (*make)(const scenes::Character& figure, std::uint32_t count);
+};
+
+struct Peer {
+  const char* name;
+  const char* package;  // Debian's
+  std::string version;  // of the library and its scalar; empty: not in this build
+  std::vector<PeerSetup> setups;
+};
+
+Peer fcl_peer();
+Peer bullet_peer();
+Peer embree_peer();
+Peer ode_peer();
+
+}  // namespace cab::perf

@@ -1,0 +1,242 @@
+// Bullet: its collision world with its own test of two boxes, and its dynamic tree with a test from outside.
+#include <BulletCollision/BroadphaseCollision/btDbvt.h>
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <btBulletCollisionCommon.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perf/peers/leaf_boxes.h"
+#include "perf/peers/peer.h"
+
+namespace cab::perf {
+namespace {
+
+// ------------------------------------------------------------------------------------------- its collision world
+
+btTransform transform_of(const WorldBox<btScalar>& box) {
+  const auto& r = box.axis;
+  return btTransform(btMatrix3x3(r[0][0], r[1][0], r[2][0], r[0][1], r[1][1], r[2][1], r[0][2], r[1][2], r[2][2]),
+                     btVector3(box.center[0], box.center[1], box.center[2]));
+}
+
+// Objects of one character are kept out of the pair cache.
+struct BetweenCharacters : btOverlapFilterCallback {
+  int objects_a_character = 1;
+  static int number(const btBroadphaseProxy* proxy) {
+    return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getUserIndex();
+  }
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
+    return number(a) / objects_a_character != number(b) / objects_a_character;
+  }
+};
+
+// Notes which boxes have a contact with depth, and keeps no contact.
+struct PairResult : btManifoldResult {
+  std::vector<LeafPair>& pairs;
+  std::uint32_t leaves;
+
+  PairResult(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, std::vector<LeafPair>& out,
+             std::uint32_t leaf_count)
+      : btManifoldResult(a, b), pairs(out), leaves(leaf_count) {}
+
+  // An object is a box, or a compound of all of a character's.
+  std::uint32_t leaf_of(const btCollisionObjectWrapper& wrapper) const {
+    const auto object = static_cast<std::uint32_t>(wrapper.getCollisionObject()->getUserIndex());
+    return wrapper.m_index < 0 ? object : object * leaves + static_cast<std::uint32_t>(wrapper.m_index);
+  }
+  void addContactPoint(const btVector3&, const btVector3&, btScalar depth) override {
+    if (depth > 0) return;  // the distance, below zero inside
+    const LeafPair pair = ordered_pair(leaf_of(*getBody0Wrap()), leaf_of(*getBody1Wrap()));
+    if (pairs.empty() || !(pairs.back() == pair)) pairs.push_back(pair);  // a pair's contacts follow each other
+  }
+};
+
+struct PairDispatcher : btCollisionDispatcher {
+  std::vector<LeafPair>* pairs = nullptr;
+  std::uint32_t leaves = 1;
+
+  explicit PairDispatcher(btCollisionConfiguration* configuration) : btCollisionDispatcher(configuration) {
+    setNearCallback(meet);
+  }
+  // btCollisionDispatcher::defaultNearCallback with another result; algorithms are kept with their pairs, as there.
+  static void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+    auto& self = static_cast<PairDispatcher&>(dispatcher);
+    const auto object = [](const btBroadphaseProxy* p) { return static_cast<btCollisionObject*>(p->m_clientObject); };
+    const btCollisionObject *a = object(pair.m_pProxy0), *b = object(pair.m_pProxy1);
+    const btCollisionObjectWrapper wrap_a(nullptr, a->getCollisionShape(), a, a->getWorldTransform(), -1, -1);
+    const btCollisionObjectWrapper wrap_b(nullptr, b->getCollisionShape(), b, b->getWorldTransform(), -1, -1);
+    if (pair.m_algorithm == nullptr)
+      pair.m_algorithm = self.findAlgorithm(&wrap_a, &wrap_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    if (pair.m_algorithm == nullptr) return;
+    PairResult result(&wrap_a, &wrap_b, *self.pairs, self.leaves);
+    pair.m_algorithm->processCollision(&wrap_a, &wrap_b, info, &result);
+  }
+};
+
+// An object a link, or one a character with a compound of boxes for its shape.
+class World {
+ public:
+  World(const scenes::Character& figure, std::uint32_t count, bool per_link)
+      : poser_(figure), dispatcher_(&configuration_), world_(&dispatcher_, &broadphase_, &configuration_) {
+    const std::uint32_t leaves = poser_.leaf_count();
+    gContactBreakingThreshold = 0;  // else all bounds are grown by it, for contacts that are kept
+    // Pairs are found in one pass over the trees at the end, not object by object: all objects move.
+    broadphase_.m_deferedcollide = true;
+    filter_.objects_a_character = per_link ? static_cast<int>(leaves) : 1;
+    world_.getPairCache()->setOverlapFilterCallback(&filter_);
+    dispatcher_.leaves = leaves;
+    for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
+      const float(&half)[3] = poser_.local_box(leaf).half;
+      boxes_.push_back(std::make_unique<btBoxShape>(btVector3(half[0], half[1], half[2])));
+    }
+    for (std::uint32_t i = 0; !per_link && i < count; ++i)
+      compounds_.push_back(std::make_unique<btCompoundShape>(true, static_cast<int>(leaves)));
+    objects_.resize(per_link ? std::size_t{count} * leaves : count);
+  }
+  ~World() {
+    if (!added_) return;
+    for (const auto& object : objects_) world_.removeCollisionObject(object.get());
+  }
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+    if (compounds_.empty())
+      set_links(posed);
+    else
+      set_compounds(posed);
+    if (!added_) add_objects();
+    dispatcher_.pairs = &out;
+    world_.performDiscreteCollisionDetection();
+  }
+
+ private:
+  void set_links(const scenes::PosedGroup& posed) {
+    const std::uint32_t leaves = poser_.leaf_count();
+    for (std::uint32_t n = 0; n < objects_.size(); ++n) {
+      if (!added_) objects_[n] = make_object(boxes_[n % leaves].get(), n);
+      objects_[n]->setWorldTransform(transform_of(poser_.pose(posed, n / leaves, n % leaves)));
+    }
+  }
+  // The boxes are placed in the world, and their object stays at its origin.
+  void set_compounds(const scenes::PosedGroup& posed) {
+    const std::uint32_t leaves = poser_.leaf_count();
+    for (std::uint32_t i = 0; i < compounds_.size(); ++i) {
+      for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
+        const btTransform transform = transform_of(poser_.pose(posed, i, leaf));
+        if (!added_)
+          compounds_[i]->addChildShape(transform, boxes_[leaf].get());
+        else
+          compounds_[i]->updateChildTransform(static_cast<int>(leaf), transform, false);
+      }
+      compounds_[i]->recalculateLocalAabb();
+      if (!added_) objects_[i] = make_object(compounds_[i].get(), i);
+    }
+  }
+  static std::unique_ptr<btCollisionObject> make_object(btCollisionShape* shape, std::uint32_t number) {
+    auto object = std::make_unique<btCollisionObject>();
+    object->setCollisionShape(shape);
+    object->setWorldTransform(btTransform::getIdentity());
+    object->setUserIndex(static_cast<int>(number));
+    return object;
+  }
+  void add_objects() {
+    for (const auto& object : objects_) world_.addCollisionObject(object.get());
+    added_ = true;
+  }
+
+  LeafPoser<btScalar> poser_;
+  BetweenCharacters filter_;
+  btDefaultCollisionConfiguration configuration_;
+  PairDispatcher dispatcher_;
+  btDbvtBroadphase broadphase_;
+  btCollisionWorld world_;
+  std::vector<std::unique_ptr<btBoxShape>> boxes_;
+  std::vector<std::unique_ptr<btCompoundShape>> compounds_;
+  std::vector<std::unique_ptr<btCollisionObject>> objects_;
+  bool added_ = false;
+};
+
+// ------------------------------------------------------------------------------------------- its tree, and no more
+
+class TreeWorld : btDbvt::ICollide {
+ public:
+  TreeWorld(const scenes::Character& figure, std::uint32_t count, bool per_link)
+      : boxes_(figure, count),
+        per_link_(per_link),
+        leaves_(per_link ? std::size_t{count} * boxes_.leaf_count() : count) {}
+
+  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+    boxes_.pose(posed);
+    const bool built = !tree_.empty();
+    for (std::uint32_t n = 0; n < leaves_.size(); ++n) {
+      const WorldBounds& b = per_link_ ? boxes_.bounds(n) : boxes_.character(n);
+      btDbvtVolume volume =
+          btDbvtVolume::FromMM(btVector3(b.low[0], b.low[1], b.low[2]), btVector3(b.high[0], b.high[1], b.high[2]));
+      if (!built)
+        leaves_[n] = tree_.insert(volume, reinterpret_cast<void*>(std::uintptr_t{n}));
+      else if (!leaves_[n]->volume.Contain(volume)) {
+        volume.Expand(btVector3(kMargin, kMargin, kMargin));
+        tree_.update(leaves_[n], volume);
+      }
+    }
+    pairs_ = &out;
+    tree_.collideTTpersistentStack(tree_.m_root, tree_.m_root, *this);
+  }
+
+ private:
+  // Metres that bounds are grown by when they change, so that a leaf is put into the tree anew in a few frames only.
+  static constexpr btScalar kMargin = 0.05f;
+
+  void test(std::uint32_t a, std::uint32_t b) {
+    if (boxes_overlap(boxes_.box(a), boxes_.box(b))) pairs_->push_back(ordered_pair(a, b));
+  }
+
+  void Process(const btDbvtNode* a, const btDbvtNode* b) override {
+    const auto number = [](const btDbvtNode* node) {
+      return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(node->data));
+    };
+    const std::uint32_t na = number(a), nb = number(b);
+    if (na == nb) return;
+    if (!per_link_)
+      boxes_.for_leaves(na, nb, [this](std::uint32_t la, std::uint32_t lb) { test(la, lb); });
+    else if (boxes_.character_of(na) != boxes_.character_of(nb) && bounds_meet(boxes_.bounds(na), boxes_.bounds(nb)))
+      test(na, nb);
+  }
+
+  CrowdBoxes boxes_;
+  bool per_link_;
+  btDbvt tree_;
+  std::vector<btDbvtNode*> leaves_;
+  std::vector<LeafPair>* pairs_ = nullptr;
+};
+
+template <bool per_link>
+PeerFrame make_world(const scenes::Character& figure, std::uint32_t count) {
+  const auto world = std::make_shared<World>(figure, count, per_link);
+  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+}
+template <bool per_link>
+PeerFrame make_tree(const scenes::Character& figure, std::uint32_t count) {
+  const auto world = std::make_shared<TreeWorld>(figure, count, per_link);
+  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+}
+
+}  // namespace
+
+Peer bullet_peer() {
+  return {
+      "bullet",
+      "libbullet-dev",
+      std::to_string(BT_BULLET_VERSION / 100) + '.' + std::to_string(BT_BULLET_VERSION % 100) +
+          (sizeof(btScalar) == sizeof(double) ? " double" : " float"),
+      {{"world", true, "an object a link in a collision world, its own test of two boxes", make_world<true>},
+       {"compound", true, "a compound of boxes a character in a collision world, its own tests", make_world<false>},
+       {"link", false, "a leaf a link in btDbvt; an overlap test from outside", make_tree<true>},
+       {"character", false, "a leaf a character in btDbvt, then its links' bounds; all inside a character from outside",
+        make_tree<false>}}};
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,176 @@
+// FCL in float: its dynamic AABB tree, refitted from frame to frame.
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/config.h>
+#include <fcl/math/bv/OBB.h>
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/collision_object.h>
+
+#include <memory>
+#include <vector>
+
+#include "perf/peers/leaf_boxes.h"
+#include "perf/peers/peer.h"
+
+namespace cab::perf {
+namespace {
+
+// An object whose bounds the user may set: FCL's own are those of the bounding sphere once an object is turned.
+class Object : public fcl::CollisionObjectf {
+ public:
+  using fcl::CollisionObjectf::CollisionObjectf;
+  void set_bounds(const WorldBounds& bounds) {
+    aabb.min_ = fcl::Vector3f(bounds.low[0], bounds.low[1], bounds.low[2]);
+    aabb.max_ = fcl::Vector3f(bounds.high[0], bounds.high[1], bounds.high[2]);
+  }
+  std::uint32_t number() const { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(user_data)); }
+};
+
+std::uint32_t number_of(const fcl::CollisionObjectf* object) { return static_cast<const Object*>(object)->number(); }
+
+std::shared_ptr<fcl::CollisionGeometryf> make_box(const Box& box) {
+  return std::make_shared<fcl::Boxf>(2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);
+}
+
+// Objects in a tree that is refitted by update().
+struct Tree {
+  std::vector<Object> objects;
+  fcl::DynamicAABBTreeCollisionManagerf manager;
+
+  void add(const std::shared_ptr<fcl::CollisionGeometryf>& geometry) {
+    objects.emplace_back(geometry);
+    objects.back().setUserData(reinterpret_cast<void*>(std::uintptr_t{objects.size() - 1}));
+  }
+
+  // The tree is built from the first frame's places; set(object, number) places one.
+  template <class Set>
+  void update(Set&& set) {
+    for (std::uint32_t n = 0; n < objects.size(); ++n) set(objects[n], n);
+    if (!manager.empty()) {
+      manager.update();
+      return;
+    }
+    std::vector<fcl::CollisionObjectf*> pointers;
+    for (Object& object : objects) pointers.push_back(&object);
+    manager.registerObjects(pointers);
+    manager.setup();
+  }
+};
+
+void set_pose(Object& object, const WorldBox<float>& box) {
+  fcl::Matrix3f rotation;
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) rotation(c, k) = box.axis[k][c];
+  object.setTransform(rotation, fcl::Vector3f(box.center[0], box.center[1], box.center[2]));
+}
+
+fcl::OBBf obb_of(const WorldBox<float>& box) {
+  fcl::OBBf obb;
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) obb.axis(c, k) = box.axis[k][c];
+  obb.To = fcl::Vector3f(box.center[0], box.center[1], box.center[2]);
+  obb.extent = fcl::Vector3f(box.half[0], box.half[1], box.half[2]);
+  return obb;
+}
+
+// ------------------------------------------------------------------------------------ an object a link, and collide()
+
+struct LinkWorld {
+  LeafPoser<float> poser;
+  Tree tree;
+  fcl::CollisionRequestf request;  // by default: one contact, no contact information, no cost
+  std::vector<LeafPair>* pairs = nullptr;
+
+  LinkWorld(const scenes::Character& figure, std::uint32_t count) : poser(figure) {
+    std::vector<std::shared_ptr<fcl::CollisionGeometryf>> boxes;
+    for (std::uint32_t leaf = 0; leaf < poser.leaf_count(); ++leaf) boxes.push_back(make_box(poser.local_box(leaf)));
+    tree.objects.reserve(std::size_t{count} * boxes.size());
+    for (std::uint32_t i = 0; i < count; ++i)
+      for (const auto& box : boxes) tree.add(box);
+  }
+
+  static bool meet(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
+    auto& self = *static_cast<LinkWorld*>(user);
+    const std::uint32_t na = number_of(a), nb = number_of(b), leaves = self.poser.leaf_count();
+    if (na / leaves == nb / leaves) return false;
+    fcl::CollisionResultf result;
+    if (fcl::collide(a, b, self.request, result) > 0) self.pairs->push_back(ordered_pair(na, nb));
+    return false;  // go on
+  }
+
+  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+    tree.update([&](Object& object, std::uint32_t n) {
+      set_pose(object, poser.pose(posed, n / poser.leaf_count(), n % poser.leaf_count()));
+      object.computeAABB();
+    });
+    pairs = &out;
+    tree.manager.collide(this, meet);
+  }
+};
+
+// --------------------------------------------------- bounds from outside, and FCL's overlap test of oriented boxes
+
+struct BoundsWorld {
+  CrowdBoxes boxes;
+  std::vector<fcl::OBBf> obbs;
+  Tree tree;
+  bool link_objects;  // an object a link, else one a character
+  std::vector<LeafPair>* pairs = nullptr;
+
+  BoundsWorld(const scenes::Character& figure, std::uint32_t count, bool per_link)
+      : boxes(figure, count), obbs(std::size_t{count} * boxes.leaf_count()), link_objects(per_link) {
+    const auto any = std::make_shared<fcl::Boxf>(1.f, 1.f, 1.f);  // only the bounds count
+    const std::size_t objects = per_link ? obbs.size() : count;
+    tree.objects.reserve(objects);
+    for (std::size_t n = 0; n < objects; ++n) tree.add(any);
+  }
+
+  void test(std::uint32_t a, std::uint32_t b) {
+    if (obbs[a].overlap(obbs[b])) pairs->push_back(ordered_pair(a, b));
+  }
+
+  static bool meet_links(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
+    auto& self = *static_cast<BoundsWorld*>(user);
+    const std::uint32_t na = number_of(a), nb = number_of(b);
+    if (self.boxes.character_of(na) != self.boxes.character_of(nb)) self.test(na, nb);
+    return false;
+  }
+  static bool meet_characters(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
+    auto& self = *static_cast<BoundsWorld*>(user);
+    self.boxes.for_leaves(number_of(a), number_of(b), [&](std::uint32_t la, std::uint32_t lb) { self.test(la, lb); });
+    return false;
+  }
+
+  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+    boxes.pose(posed);
+    for (std::uint32_t n = 0; n < obbs.size(); ++n) obbs[n] = obb_of(boxes.box(n));
+    tree.update([&](Object& object, std::uint32_t n) {
+      object.set_bounds(link_objects ? boxes.bounds(n) : boxes.character(n));
+    });
+    pairs = &out;
+    tree.manager.collide(this, link_objects ? meet_links : meet_characters);
+  }
+};
+
+PeerFrame make_link(const scenes::Character& figure, std::uint32_t count) {
+  const auto world = std::make_shared<LinkWorld>(figure, count);
+  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+}
+template <bool per_link>
+PeerFrame make_bounds(const scenes::Character& figure, std::uint32_t count) {
+  const auto world = std::make_shared<BoundsWorld>(figure, count, per_link);
+  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+}
+
+}  // namespace
+
+Peer fcl_peer() {
+  return {"fcl",
+          "libfcl-dev",
+          FCL_VERSION " float",
+          {{"collide", true, "an object a link in the dynamic AABB tree, collide()", make_link},
+           {"obb", false, "the same with bounds from outside, which are tighter, OBB::overlap", make_bounds<true>},
+           {"character", false, "an object a character in the tree, then its links' bounds from outside, OBB::overlap",
+            make_bounds<false>}}};
+}
+
+}  // namespace cab::perf
