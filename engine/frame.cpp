@@ -21,14 +21,21 @@ namespace {
 
 bool is_within(const PairRule& rule) { return rule.pairing == Pairing::kWithin; }
 
-// What `auto` stands for in this frame.
-Policies resolved(const Engine& engine, const FrameJob& job) {
+// What `auto` stands for with characters in this frame, and with frames.
+Policies for_characters(Engine& engine, const FrameJob& job) {
   Policies out = job.policies;
   if (out.strategy != Strategy::kAuto) return out;
   out.strategy = Strategy::kRows;
   for (const BatchInput& input : job.inputs)
-    if (engine.batches[input.batch.value - 1]->batch.articulation->leaf_count > kRowsMaxLeaves)
+    if (engine.batch(input.batch).kind == BatchKind::kCharacters &&
+        engine.batch(input.batch).articulation->leaf_count > kRowsMaxLeaves)
       out.strategy = Strategy::kTree;
+  return out;
+}
+
+Policies for_frames(const FrameJob& job) {
+  Policies out = job.policies;
+  if (out.strategy == Strategy::kAuto) out.strategy = Strategy::kTree;
   return out;
 }
 
@@ -393,14 +400,14 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   for (const BatchInput& input : job.inputs) std::fill(input.touched.begin(), input.touched.end(), std::uint8_t{0});
 
   HitSink sink{&job};
-  const Policies policies = resolved(engine, job);
+  const Policies policies = for_characters(engine, job);
   bound_characters(engine, job, policies);
   {
     const Timed timed(engine.workers[0]->stats.seconds_broad);
     build_grid(engine, job);
   }
   pair_characters(engine, policies, sink);
-  run_frame_batches(engine, job, policies, sink);
+  run_frame_batches(engine, job, for_frames(job), sink);
   const Status status = finish_hits(engine, sink);
 
   job.stats = {};

@@ -472,7 +472,7 @@ TEST_CASE("the JSON file agrees with the table and with the hit list") {
   CHECK(json["exact_tests"] == json["coll"]);
   CHECK(json["false_alarms"].get<int>() + json["hits"].get<int>() == json["coll"].get<int>());
   CHECK(json["box_tests"] > json["coll"]);
-  CHECK(json["policies"]["strategy"] == "tree");
+  CHECK(json["policies"]["strategy"] == "auto");
   CHECK(json["instances_masked"] == 0);
   CHECK(json["total_wall_seconds"] > 0);
   Words frames;

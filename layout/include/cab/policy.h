@@ -43,7 +43,7 @@ enum class Exact : std::uint8_t {
 // Every combination is valid and conservative.
 struct Policies {
   Refit refit = Refit::kCab;
-  Strategy strategy = Strategy::kTree;
+  Strategy strategy = Strategy::kAuto;
   Exact exact = Exact::kNone;
   Extents extents = Extents::kChildren;
 };
