@@ -29,7 +29,8 @@ void* new_aligned(void*, std::size_t bytes, std::size_t alignment) {
   const std::align_val_t to = block_alignment(bytes, alignment);
   void* memory = ::operator new(bytes, to, std::nothrow);
 #ifdef MADV_HUGEPAGE
-  if (memory && to == std::align_val_t(kHugePage)) madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: failing is no error
+  if (memory && to == std::align_val_t(kHugePage))
+    madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: failing is no error
 #endif
   return memory;
 }
