@@ -138,7 +138,7 @@ void timed_task(Engine& engine, const Policies& policies, std::uint32_t task, st
   worker.stats.seconds_broad += seconds_since(start) - (others() - before);
 }
 
-constexpr std::uint32_t kInstancesPerTask = 64;
+constexpr std::uint32_t kInstancesPerTask = 128;
 
 std::uint32_t task_count(std::uint32_t instances) { return (instances + kInstancesPerTask - 1) / kInstancesPerTask; }
 

@@ -209,14 +209,13 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, W
 
 // Tests the pairs in hand and keeps those that overlap in worker.found, of which `kept` are done.
 template <class Row>
-void test_hand(const Engine& engine, bool first_only, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
+void test_hand(const Engine& engine, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
   pad(hand);
   worker.stats.box_tests += hand.count;
   const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows);
   for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
     worker.found.data[kept] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
     kept += overlapping >> lane & 1;
-    if (first_only && (overlapping >> lane & 1)) set_touched(engine, worker.candidates.data[hand.pair[lane].slot]);
   }
   hand.count = 0;
 }
@@ -276,6 +275,13 @@ void test_rows(const Engine& engine, bool first_only, Worker& worker) {
   hand.rows.shift = &hand.shift;
   hand.rows.leaves = 0xffff;
   std::uint32_t kept = 0;
+  const auto test = [&] {
+    const std::uint32_t before = kept;
+    test_hand(engine, hand, worker, kept);
+    if (first_only)
+      for (std::uint32_t i = before; i < kept; ++i)
+        set_touched(engine, worker.candidates.data[worker.found.data[i].slot]);
+  };
   for (const LeafPair& pair : worker.found) {
     if (first_only && is_settled(engine, worker.candidates.data[pair.slot])) continue;
     const RowSides<Row>& side = sides[pair.slot];
@@ -286,9 +292,9 @@ void test_rows(const Engine& engine, bool first_only, Worker& worker) {
     hand.rows.a[lane] = side.a + pair.a;
     hand.rows.b[lane] = side.b + pair.b;
     for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = side.shift[c];
-    if (hand.count == kLanes) test_hand(engine, first_only, hand, worker, kept);
+    if (hand.count == kLanes) test();
   }
-  if (hand.count) test_hand(engine, first_only, hand, worker, kept);
+  if (hand.count) test();
   worker.found.size = kept;
 }
 
