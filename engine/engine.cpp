@@ -101,6 +101,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   if (needs.character_instances) size_set(worker, needs, batch_count);
   worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
+  worker.words = make_list<std::uint32_t>(worker.arena, needs.character_instances ? kTaskWords : 0);
 }
 
 // Sizes fresh workers and shared lists for all batches, then replaces the old ones: nothing changes if memory fails.

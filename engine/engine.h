@@ -88,7 +88,8 @@ struct alignas(64) Worker {
   FixedList<Candidate> candidates;
   PosedSet posed;
   FixedList<Partner> partners;
-  FixedList<Hit> hits;  // of the task at hand, until its turn comes
+  FixedList<Hit> hits;             // of the task at hand, until its turn comes
+  FixedList<std::uint32_t> words;  // or groups of hits, until they are stored (engine/report.cpp)
   GridSurvey survey;
   FrameStats stats;
   FrameStats stats_before;  // the pairing of characters, should it begin again
@@ -147,5 +148,6 @@ inline constexpr std::uint32_t kStoredPerTask = 1024;
 // Partners of one instance, and hits of one task, that a worker keeps at a time; neither limits what a frame can hold.
 inline constexpr std::uint32_t kPartnerCapacity = 4096;
 inline constexpr std::uint32_t kTaskHits = 4096;
+inline constexpr std::uint32_t kTaskWords = 1u << 14;
 
 }  // namespace cab

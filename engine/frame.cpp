@@ -200,7 +200,7 @@ bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
   if (!sink.store_full) return true;
   for (const auto& worker : engine.workers) {
     worker->stats = worker->stats_before;
-    worker->hits.clear();
+    worker->words.clear();
   }
   return false;
 }

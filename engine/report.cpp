@@ -47,50 +47,40 @@ void hand_over(Worker& worker, HitSink& sink) {
   worker.hits.clear();
 }
 
-bool same_a(const Hit& x, const Hit& y) { return x.batch_a.value == y.batch_a.value && x.instance_a == y.instance_a; }
-bool same_b(const Hit& x, const Hit& y) { return x.batch_b.value == y.batch_b.value && x.instance_b == y.instance_b; }
+// A group in the store: the hits of one candidate. Words: its two instances, how many hits there are, then both leaves of
+// each in one word.
+enum GroupWord : std::uint32_t { kBatchA, kInstanceA, kBatchB, kInstanceB, kHits, kGroupHead };
 
-// Stores the hits before `end`: for each instance and each that it touches, which, how many, and their leaves.
-void store_until(Engine& engine, Worker& worker, const Hit* end, HitSink& sink) {
-  constexpr std::size_t kHead = 3;
-  std::size_t words = 0;
-  for (const Hit* hit = worker.hits.begin(); hit != end; ++hit)
-    words += hit == worker.hits.begin() || !same_a(hit[-1], *hit) || !same_b(hit[-1], *hit) ? kHead + 1 : 1;
-  std::uint64_t at = sink.stored_words.fetch_add(words, std::memory_order_relaxed);
-  if (at + words > engine.store.size) {
+// Puts the groups of a worker that end before `end` into the store. They are in order of instances.
+void store_until(Engine& engine, Worker& worker, std::uint32_t end, HitSink& sink) {
+  const std::uint64_t at = sink.stored_words.fetch_add(end, std::memory_order_relaxed);
+  if (at + end > engine.store.size) {
     sink.store_full = true;
     return;
   }
-  for (const Hit* hit = worker.hits.begin(); hit != end;) {
-    StoredHits& stored = engine.batches[hit->batch_a.value - 1]->batch.stored[hit->instance_a];
-    stored.first = static_cast<std::uint32_t>(at);
-    const Hit* const first = hit;
-    while (hit != end && same_a(*first, *hit)) {
-      const Hit* const group = hit;
-      std::uint32_t* const head = engine.store.data + at;
-      at += kHead;
-      for (; hit != end && same_a(*group, *hit) && same_b(*group, *hit); ++hit)
-        engine.store[at++] = std::uint32_t{hit->leaf_a} << 16 | hit->leaf_b;
-      head[0] = group->batch_b.value;
-      head[1] = group->instance_b;
-      head[2] = static_cast<std::uint32_t>(hit - group);
-    }
-    stored.count = static_cast<std::uint32_t>(hit - first);
+  const std::uint32_t* const words = worker.words.data;
+  std::copy(words, words + end, engine.store.data + at);
+  for (std::uint32_t group = 0; group < end; group += kGroupHead + words[group + kHits]) {
+    StoredHits& stored = engine.batches[words[group + kBatchA]]->batch.stored[words[group + kInstanceA]];
+    if (stored.count == 0) stored.first = static_cast<std::uint32_t>(at + group);
+    stored.count += words[group + kHits];
   }
 }
 
-// Makes room in the list of a worker whose hits go to the store: those of the instance at hand stay.
-void store_finished(Engine& engine, Worker& worker, HitSink& sink) {
-  Hit* first = worker.hits.end() - 1;
-  while (first != worker.hits.begin() && same_a(first[-1], *first)) --first;
-  if (first == worker.hits.begin()) {
-    sink.store_full = true;
-    worker.hits.clear();
-    return;
-  }
-  store_until(engine, worker, first, sink);
-  worker.hits.size =
-      static_cast<std::uint32_t>(std::copy(first, worker.hits.end(), worker.hits.begin()) - worker.hits.begin());
+// Whether a worker's groups have room for one more of up to `hits`. Where they have not, those of finished instances are
+// stored; those of the candidate's own stay, since an instance is stored at once.
+bool has_room_for(Engine& engine, Worker& worker, const Candidate& candidate, std::size_t hits, HitSink& sink) {
+  FixedList<std::uint32_t>& words = worker.words;
+  if (words.size + kGroupHead + hits <= words.capacity) return true;
+  std::uint32_t finished = 0;
+  while (finished < words.size && (words.data[finished + kBatchA] != candidate.batch_a ||
+                                   words.data[finished + kInstanceA] != candidate.instance_a))
+    finished += kGroupHead + words.data[finished + kHits];
+  store_until(engine, worker, finished, sink);
+  words.size = static_cast<std::uint32_t>(std::copy(words.data + finished, words.end(), words.data) - words.data);
+  if (words.size + kGroupHead + hits <= words.capacity) return true;
+  sink.store_full = true;
+  return false;
 }
 
 // Writes one instance's hits, as far as there is room.
@@ -98,28 +88,23 @@ void write_hits(const Engine& engine, std::uint32_t index, std::uint32_t instanc
   const InstanceBatch& a = engine.batches[index]->batch;
   const std::uint32_t* from = engine.store.data + a.stored[instance].first;
   for (std::size_t at = 0; at < room.size;) {
-    const std::uint32_t batch_b = from[0], instance_b = from[1], count = from[2];
-    from += 3;
+    const std::uint32_t batch_b = from[kBatchB], instance_b = from[kInstanceB], count = from[kHits];
+    from += kGroupHead;
     const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
-    const Span<const std::uint16_t> link_b = engine.batches[batch_b - 1]->batch.articulation->leaf_link;
+    const Span<const std::uint16_t> link_b = engine.batches[batch_b]->batch.articulation->leaf_link;
     for (std::uint32_t i = 0; i < count && at < room.size; ++i) {
       const std::uint16_t leaf_a = static_cast<std::uint16_t>(from[i] >> 16),
                           leaf_b = static_cast<std::uint16_t>(from[i]);
-      room[at++] = {{index + 1}, instance, {batch_b}, instance_b, link_a[leaf_a], link_b[leaf_b], leaf_a, leaf_b};
+      room[at++] = {{index + 1}, instance, {batch_b + 1}, instance_b, link_a[leaf_a], link_b[leaf_b], leaf_a, leaf_b};
     }
     from += count;
   }
 }
 
-void push_hit(Engine& engine, HitSink& sink, const Candidate& candidate, const LinkedPair& pair, std::uint32_t task,
-              Worker& worker) {
+void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair, std::uint32_t task, Worker& worker) {
   if (worker.hits.size == worker.hits.capacity) {
-    if (sink.by_place) {
-      store_finished(engine, worker, sink);
-    } else {
-      wait_for_turn(task, sink);
-      hand_over(worker, sink);
-    }
+    wait_for_turn(task, sink);
+    hand_over(worker, sink);
   }
   worker.hits.push({{candidate.batch_a + 1},
                     candidate.instance_a,
@@ -169,15 +154,31 @@ void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair>
   const bool same_order = a.leaves_by_link && b.leaves_by_link && !within;
   if (!same_order || !std::is_sorted(pairs.begin(), pairs.end(), by_leaves))
     std::sort(pairs.begin(), pairs.end(), in_order);
+  const bool by_place = sink.by_place;
+  if (by_place && !has_room_for(engine, worker, candidate, pairs.size, sink)) return;
+  const std::uint32_t group = worker.words.size;
+  if (by_place) worker.words.size += kGroupHead;
   LinkedPair last_hit = {0xffff, 0xffff, 0, 0};
+  std::uint32_t hits = 0;
   for (const LeafPair& pair : pairs) {
     const LinkedPair at = linked(a, b, pair, within);
     if (at.link_a == last_hit.link_a && at.link_b == last_hit.link_b) continue;
     if (!confirm(engine, candidate, *sink.job, at.leaf_a, at.leaf_b, worker)) continue;
-    push_hit(engine, sink, candidate, at, task, worker);
+    if (by_place)
+      worker.words.push(std::uint32_t{at.leaf_a} << 16 | at.leaf_b);
+    else
+      push_hit(sink, candidate, at, task, worker);
     last_hit = at;
+    ++hits;
   }
-  if (last_hit.link_a != 0xffff) set_touched(engine, candidate);
+  if (hits > 0) set_touched(engine, candidate);
+  if (!by_place) return;
+  const std::uint32_t head[kGroupHead] = {candidate.batch_a, candidate.instance_a, candidate.batch_b,
+                                          candidate.instance_b, hits};
+  if (hits > 0)
+    std::copy(head, head + kGroupHead, worker.words.data + group);
+  else
+    worker.words.size = group;
 }
 
 void finish_task(std::uint32_t task, Worker& worker, HitSink& sink) {
@@ -187,8 +188,8 @@ void finish_task(std::uint32_t task, Worker& worker, HitSink& sink) {
 }
 
 void store_hits(Engine& engine, Worker& worker, HitSink& sink) {
-  store_until(engine, worker, worker.hits.end(), sink);
-  worker.hits.clear();
+  store_until(engine, worker, worker.words.size, sink);
+  worker.words.clear();
 }
 
 void write_stored_hits(Engine& engine, HitSink& sink) {
