@@ -49,11 +49,11 @@ inline constexpr std::uint32_t pose_float_count(PoseFormat format) {
 // Reads four floats of every instance, from float `skip + at` on, into raw[at] to raw[at + 3].
 template <class V>
 CAB_INLINE void read_quad(const float* const* from, std::size_t skip, std::uint32_t at, RawPoses& out) {
-  for (std::uint32_t lane = 0; lane < kLanes; lane += 4) {
-    const float* rows[4];
-    for (std::uint32_t i = 0; i < 4; ++i) rows[i] = from[lane + i] + skip + at;
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kQuadRows<V>) {
+    const float* rows[kQuadRows<V>];
+    for (std::uint32_t i = 0; i < kQuadRows<V>; ++i) rows[i] = from[lane + i] + skip + at;
     float* const to[4] = {out.raw[at] + lane, out.raw[at + 1] + lane, out.raw[at + 2] + lane, out.raw[at + 3] + lane};
-    transpose_quad<V>(rows, to);
+    transpose_quads<V>(rows, to);
   }
 }
 

@@ -5,10 +5,15 @@
 
 namespace cab::kernel {
 
-// Four floats of each of four rows, of any alignment, to out[0..3], 16-byte aligned: out[k] gets float k of every row.
-// Scalar moves them one by one, every other instruction set by 128-bit registers.
+// Rows that one call of transpose_quads takes.
 template <class V>
-CAB_INLINE void transpose_quad(const float* const (&rows)[4], float* const (&out)[4]) {
+inline constexpr std::uint32_t kQuadRows = kWidth<V> < 4 ? 4 : kWidth<V>;
+
+// Four floats of each of kQuadRows<V> rows, of any alignment, to out[0..3], aligned: out[k] gets float k of every row.
+// Scalar moves them one by one. Wide registers hold a quad of every fourth row, so that a transpose within their parts of
+// 128 bits leaves the rows in order.
+template <class V>
+CAB_INLINE void transpose_quads(const float* const* rows, float* const (&out)[4]) {
 #if defined(__SSE2__)
   __m128 a = _mm_loadu_ps(rows[0]), b = _mm_loadu_ps(rows[1]), c = _mm_loadu_ps(rows[2]), d = _mm_loadu_ps(rows[3]);
   _MM_TRANSPOSE4_PS(a, b, c, d);
@@ -27,10 +32,42 @@ CAB_INLINE void transpose_quad(const float* const (&rows)[4], float* const (&out
 #endif
 }
 template <>
-CAB_INLINE void transpose_quad<float>(const float* const (&rows)[4], float* const (&out)[4]) {
+CAB_INLINE void transpose_quads<float>(const float* const* rows, float* const (&out)[4]) {
   for (int r = 0; r < 4; ++r)
     for (int k = 0; k < 4; ++k) out[k][r] = rows[r][k];
 }
+#if XSIMD_WITH_AVX2
+template <>
+CAB_INLINE void transpose_quads<Batch<xsimd::avx2>>(const float* const* rows, float* const (&out)[4]) {
+  __m256 quad[4];
+  for (int j = 0; j < 4; ++j)
+    quad[j] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(rows[j])), _mm_loadu_ps(rows[j + 4]), 1);
+  const __m256 ab_lo = _mm256_unpacklo_ps(quad[0], quad[1]), ab_hi = _mm256_unpackhi_ps(quad[0], quad[1]);
+  const __m256 cd_lo = _mm256_unpacklo_ps(quad[2], quad[3]), cd_hi = _mm256_unpackhi_ps(quad[2], quad[3]);
+  _mm256_store_ps(out[0], _mm256_shuffle_ps(ab_lo, cd_lo, 0x44));
+  _mm256_store_ps(out[1], _mm256_shuffle_ps(ab_lo, cd_lo, 0xee));
+  _mm256_store_ps(out[2], _mm256_shuffle_ps(ab_hi, cd_hi, 0x44));
+  _mm256_store_ps(out[3], _mm256_shuffle_ps(ab_hi, cd_hi, 0xee));
+}
+#endif
+#if XSIMD_WITH_AVX512F
+template <>
+CAB_INLINE void transpose_quads<Batch<xsimd::avx512bw>>(const float* const* rows, float* const (&out)[4]) {
+  __m512 quad[4];
+  for (int j = 0; j < 4; ++j) {
+    quad[j] = _mm512_castps128_ps512(_mm_loadu_ps(rows[j]));
+    quad[j] = _mm512_insertf32x4(quad[j], _mm_loadu_ps(rows[j + 4]), 1);
+    quad[j] = _mm512_insertf32x4(quad[j], _mm_loadu_ps(rows[j + 8]), 2);
+    quad[j] = _mm512_insertf32x4(quad[j], _mm_loadu_ps(rows[j + 12]), 3);
+  }
+  const __m512 ab_lo = _mm512_unpacklo_ps(quad[0], quad[1]), ab_hi = _mm512_unpackhi_ps(quad[0], quad[1]);
+  const __m512 cd_lo = _mm512_unpacklo_ps(quad[2], quad[3]), cd_hi = _mm512_unpackhi_ps(quad[2], quad[3]);
+  _mm512_store_ps(out[0], _mm512_shuffle_ps(ab_lo, cd_lo, 0x44));
+  _mm512_store_ps(out[1], _mm512_shuffle_ps(ab_lo, cd_lo, 0xee));
+  _mm512_store_ps(out[2], _mm512_shuffle_ps(ab_hi, cd_hi, 0x44));
+  _mm512_store_ps(out[3], _mm512_shuffle_ps(ab_hi, cd_hi, 0xee));
+}
+#endif
 
 // The caller gives kWidth<V> row addresses, 16-byte aligned; out[k] holds float k of every row.
 template <class V>
