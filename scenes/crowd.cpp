@@ -18,6 +18,9 @@ constexpr std::uint64_t kMotionSeed = 1, kPlaceSeed = 2, kOrderSeed = 3;
 
 constexpr double kJitter = .25;         // metres
 constexpr double kBattleDensity = 1.5;  // characters a square metre
+constexpr double kLineStep = .5;        // metres
+constexpr double kFarSide = 1e7;        // metres
+constexpr float kGiant = 100;           // times as large
 constexpr double kTileGap = 2;          // metres between copies of a recording: nobody reaches across
 
 // A crowd of humanoids whose pelvises are above x y each at time 0. Each humanoid is drawn again whenever it is posed:
@@ -43,12 +46,15 @@ Crowd humanoid_crowd(std::vector<double> places) {
 }
 
 // x y of `count` characters at random in a square.
-std::vector<double> uniform_places(std::uint32_t count, double characters_a_square_metre) {
-  const double side = std::sqrt(count / characters_a_square_metre);
+std::vector<double> square_places(std::uint32_t count, double side) {
   std::vector<double> places(std::size_t{count} * 2);
   Random random(kPlaceSeed);
   for (double& coordinate : places) coordinate = random.uniform(0, side);
   return places;
+}
+
+std::vector<double> uniform_places(std::uint32_t count, double characters_a_square_metre) {
+  return square_places(count, std::sqrt(count / characters_a_square_metre));
 }
 
 // Puts things in random order (Fisher and Yates).
@@ -72,6 +78,39 @@ std::vector<double> jitter_places(std::uint32_t count) {
     for (const std::uint32_t point : {cell % side, cell / side})
       places.push_back(point + random.uniform(-kJitter, kJitter));
   return places;
+}
+
+// x y of `count` characters in random order on a line.
+std::vector<double> line_places(std::uint32_t count) {
+  std::vector<double> at(count);
+  for (std::uint32_t i = 0; i < count; ++i) at[i] = kLineStep * i;
+  shuffle(at);
+  std::vector<double> places(std::size_t{count} * 2, 0.0);
+  for (std::uint32_t i = 0; i < count; ++i) places[2 * i] = at[i];
+  return places;
+}
+
+// The last of a uniform crowd, in a group of its own and larger.
+Crowd with_giant(std::uint32_t count) {
+  std::vector<double> places = uniform_places(count, 1);
+  const std::vector<double> place(places.end() - 2, places.end());
+  places.resize(places.size() - 2);
+  Crowd crowd;
+  if (!places.empty()) crowd = humanoid_crowd(std::move(places));
+  CrowdGroup giant = humanoid_crowd(place).groups[0];
+  for (float& coordinate : giant.figure.link_joints) coordinate *= kGiant;
+  for (BodyLeaf& leaf : giant.figure.leaves)
+    for (std::size_t c = 0; c < 3; ++c) {
+      leaf.box.center[c] *= kGiant;
+      leaf.box.half[c] *= kGiant;
+    }
+  giant.pose = [pose = giant.pose](double seconds, PosedGroup& posed) {
+    pose(seconds, posed);
+    for (std::size_t link = 0; link < posed.poses.size(); link += 7)
+      for (std::size_t f = 4; f < 7; ++f) posed.poses[link + f] *= kGiant;
+  };
+  crowd.groups.push_back(std::move(giant));
+  return crowd;
 }
 
 Crowd battle(std::uint32_t count, CrowdSources sources) {
@@ -153,6 +192,10 @@ Crowd make_crowd(const std::string& name, std::uint32_t count, CrowdSources sour
     throw std::invalid_argument("make_crowd: " + name + " needs trajectories");
   if (name == "uniform") return humanoid_crowd(uniform_places(count, 1));
   if (name == "jitter") return humanoid_crowd(jitter_places(count));
+  if (name == "spot") return humanoid_crowd(std::vector<double>(std::size_t{count} * 2, 0.0));
+  if (name == "line") return humanoid_crowd(line_places(count));
+  if (name == "giant") return with_giant(count);
+  if (name == "far") return humanoid_crowd(square_places(count, kFarSide));
   return name == "battle" ? battle(count, std::move(sources)) : bottleneck(count, std::move(sources));
 }
 

@@ -44,11 +44,15 @@ struct CrowdScene {
   double pairs_a_character;
   double tolerance;
 };
-inline constexpr std::array<CrowdScene, 4> kCrowdScenes = {{
+inline constexpr std::array<CrowdScene, 8> kCrowdScenes = {{
     {"uniform", "humanoids at random places, 1 a square metre", false, false, 5.8, .1},
     {"jitter", "humanoids on a 1 m grid, each within 0.25 m", false, false, .22, .2},
     {"bottleneck", "recorded pedestrians, playing walking clips", true, true, 0, 0},
     {"battle", "clips at random places, 1.5 a square metre", true, false, 0, 0},
+    {"spot", "humanoids all in one spot", false, false, 0, 0},
+    {"line", "humanoids in one line, 0.5 m apart", false, false, 0, 0},
+    {"giant", "uniform, one of them 100 times as large as the others", false, false, 0, 0},
+    {"far", "humanoids at random places of a square of 1e7 m", false, false, 0, 0},
 }};
 
 // What crowd scenes are made from. up: the axis that points up in the clips, or 0 for that along which each is tallest.
