@@ -133,7 +133,7 @@ struct Engine {
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 inline constexpr std::uint32_t kChunkCandidates = 256;
 
-// Instances that a worker's set holds at most, and the rows that it has room for at least: little enough to stay in
+// Tiles that a worker's set holds at most, and the rows that it has room for at least: little enough to stay in
 // the second level of cache, enough that few instances are posed more than once.
 inline constexpr std::uint32_t kPosedTiles = 24;
 inline constexpr std::size_t kPosedRows = kPosedTiles * kLanes * 31;

@@ -1,6 +1,6 @@
 // Step 3 of a frame for characters: the boxes of the instances that a worker is about to test. Nothing of them is kept
-// for all instances: what is posed here stays in cache until its pairs are tested, and an instance that comes near no
-// other is never refitted.
+// for all instances: what is posed here stays in cache until its pairs are tested, and an instance that is
+// tested against nothing is never refitted.
 #pragma once
 
 #include "engine/engine.h"

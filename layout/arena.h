@@ -10,7 +10,7 @@
 
 namespace cab {
 
-// The built-in allocator: aligned operator new and delete.
+// The built-in allocator: aligned operator new and delete. On Linux large blocks ask for huge pages.
 Allocator default_allocator() noexcept;
 
 class Arena {

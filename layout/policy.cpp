@@ -20,10 +20,10 @@ constexpr PolicyValue kExtentsValues[] = {
 };
 constexpr PolicyValue kStrategyValues[] = {
     {"tree", "simultaneous descent of two hierarchies"},
-    {"rows", "each leaf's bounds against all of the other's at once, then the boxes of those that meet"},
+    {"rows", "each leaf's bounds against all of the other's at once, then the boxes of those that meet; frames: brute"},
     {"brute", "every leaf of one against every leaf of the other"},
     {"exact_all", "no boxes: every leaf pair goes to the exact test"},
-    {"auto", "rows up to 64 leaves an articulation, else tree"},
+    {"auto", "rows for characters of up to 64 leaves, tree for larger ones and for frames"},
 };
 constexpr PolicyValue kExactValues[] = {
     {"none", "overlapping leaf boxes are the answer"},

@@ -24,7 +24,7 @@ constexpr std::uint32_t kMaxThreads = 1024;
 // A paper run keeps the poses of all its frames: this many take about 800 MB.
 constexpr std::uint32_t kMaxPaperFrames = 1000000;
 
-// A crowd of this many takes some 10 GB; a run of this many frames goes on for hours.
+// A crowd of this many takes some 4 GB; a run of this many frames goes on for hours.
 constexpr std::uint32_t kMaxCrowd = 4000000;
 constexpr std::uint32_t kMaxCrowdFrames = 1000000;
 

@@ -26,10 +26,10 @@ enum class Extents : std::uint8_t {
 
 enum class Strategy : std::uint8_t {
   kTree,      // simultaneous descent of two hierarchies
-  kRows,      // each leaf's bounds against all of the other's as lanes, the overlap test on those that meet
+  kRows,      // each leaf's bounds against all of the other's, then the boxes of those that meet; frames: as kBrute
   kBrute,     // every leaf of one against every leaf of the other
   kExactAll,  // no boxes: every leaf pair goes to the exact test (with Exact::kNone every pair is reported)
-  kAuto,      // rows where no articulation of the frame has more than kRowsMaxLeaves leaves, else tree
+  kAuto,      // characters: rows while none in the frame has more than kRowsMaxLeaves leaves, else tree; frames: tree
 };
 
 // Up to this many leaves an articulation is paired faster by rows than by its tree.

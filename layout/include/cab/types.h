@@ -244,8 +244,8 @@ enum class Report : std::uint8_t {
   kTouched,  // which instances touch anything (BatchInput::touched), and no hits: stops at an instance's first
 };
 
-// Two links that touch, or are nearer than the frame's margin. (batch_a, instance_a, link_a) < (batch_b, instance_b, link_b); leaf_a and leaf_b are the
-// lowest leaves of the two links that touch.
+// Two links that touch, or are nearer than the frame's margin. (batch_a, instance_a, link_a) <
+// (batch_b, instance_b, link_b); leaf_a and leaf_b are the lowest leaves of the two links that touch.
 struct Hit {
   BatchId batch_a;
   std::uint32_t instance_a;
@@ -268,7 +268,7 @@ struct Contact {
 // What a frame did; the paper's columns. Seconds are summed over the threads that worked. With Report::kTouched counts
 // depend on which task came first.
 struct FrameStats {
-  std::uint64_t candidates = 0;    // pairs of instances that layers let meet and whose bounds do (of characters)
+  std::uint64_t candidates = 0;    // characters: pairs whose layers and bounds meet, and those tested within
   std::uint64_t box_tests = 0;     // overlap tests of two boxes, inner or leaf
   std::uint64_t leaf_pairs = 0;    // the paper's #coll: leaf pairs whose boxes overlap
   std::uint64_t exact_tests = 0;   // exact queries made (at most leaf_pairs)
@@ -327,7 +327,7 @@ struct EngineDesc {
   // Built-in scheduler: 1 = the calling thread; else TBB with at most that many threads, and no more than cores;
   // 0 = every core.
   std::uint32_t thread_count = 1;
-  const Allocator* allocator = nullptr;  // null = aligned operator new
+  const Allocator* allocator = nullptr;  // null = aligned operator new; on Linux large blocks ask for huge pages
   const Scheduler* scheduler = nullptr;  // null = built-in
 };
 
