@@ -31,6 +31,9 @@ inline bool is_within(const Candidate& candidate) {
   return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
 }
 
+// The row of what was not looked for in the grid.
+inline constexpr std::uint32_t kNoRow = 0xffffffff;
+
 // What the broad phase finds for an instance: another, and where it stands in the grid.
 struct Partner {
   std::uint64_t key;  // instance_key

@@ -121,7 +121,11 @@ void pair_instance(Engine& engine, const Policies& policies, std::uint32_t index
     for (const Partner& partner : worker.partners) {
       const auto other_index = static_cast<std::uint32_t>(partner.key >> 32),
                  other = static_cast<std::uint32_t>(partner.key);
-      if (layers_meet(batch, instance, engine.batches[other_index]->batch, other))
+      const InstanceBatch& other_batch = engine.batches[other_index]->batch;
+      if (!layers_meet(batch, instance, other_batch, other)) continue;
+      if (partner.row == kNoRow)
+        gather(other_index, other, placement_of(other_batch, other));
+      else
         gather(other_index, other, engine.grid.placements[partner.row]);
     }
     if (!complete) after = worker.partners.data[worker.partners.size - 1].key;
