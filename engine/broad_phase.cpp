@@ -197,7 +197,7 @@ struct Search {
   float reach[8];  // of kernels' meeting_rows
   std::uint32_t batch;
   std::uint64_t above, below;  // keys to list lie between these two
-  bool all;
+  bool every_row = false;      // of the grid is scanned: a full list ends the search
   FixedList<Partner>& found;
   bool complete = true;
 };
@@ -232,9 +232,14 @@ void scan_rows(Search& search, std::uint32_t first, std::uint32_t end) {
       const BoundsRow& row = rows[meeting[m]];
       const std::uint64_t key = instance_key(row.batch, row.instance);
       if (key <= search.above || key >= search.below || !paired(engine, search.batch, row.batch)) continue;
-      if (!search.all && !meet(search.bounds, engine.grid.placements[first + meeting[m]].bounds)) continue;
+      if (!meet(search.bounds, engine.grid.placements[first + meeting[m]].bounds)) continue;
       search.found.push({key, first + meeting[m]});
-      if (search.found.size == search.found.capacity) keep_lower_half(search);
+      if (search.found.size < search.found.capacity) continue;
+      if (search.every_row) {
+        search.complete = false;
+        return;
+      }
+      keep_lower_half(search);
     }
   }
 }
@@ -260,6 +265,24 @@ bool scan_level(Search& search, std::uint32_t level) {
       scan_rows(search, grid.bucket[first], grid.bucket[first + fits]);
       if (fits < length) scan_rows(search, 0, grid.bucket[length - fits]);
     }
+  return true;
+}
+
+// Looks at every instance in the order of keys, so that after a full list the next goes on where it ended.
+bool list_in_order(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
+                   bool all, FixedList<Partner>& found) {
+  found.clear();
+  std::uint32_t instance = static_cast<std::uint32_t>(after) + 1;
+  for (auto index = static_cast<std::uint32_t>(after >> 32); index < engine.batches.size(); ++index, instance = 0) {
+    if (!paired(engine, batch, index)) continue;
+    const InstanceBatch& other = engine.batches[index]->batch;
+    for (; instance < other.instance_count; ++instance) {
+      if (!(other.live[instance / kLanes] >> (instance % kLanes) & 1)) continue;
+      if (!all && !meet(bounds, other.bounds[instance])) continue;
+      if (found.size == found.capacity) return false;
+      found.push({instance_key(index, instance), kNoRow});
+    }
+  }
   return true;
 }
 
@@ -314,15 +337,23 @@ void build_grid(Engine& engine, const FrameJob& job) {
 bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
                    bool all, Worker& worker) {
   FixedList<Partner>& found = worker.partners;
+  if (all) return list_in_order(engine, batch, bounds, after, all, found);
   found.clear();
-  Search search = {engine, bounds, {}, batch, after, ~std::uint64_t{0}, all, found};
+  Search search = {engine, bounds, {}, batch, after, ~std::uint64_t{0}, false, found};
   const BoundsRow row = row_of(engine.grid, bounds, 0, 0);
-  for (std::uint32_t c = 0; c < 6; ++c)
-    search.reach[c] = all ? std::numeric_limits<float>::infinity() : -row.side[(c + 3) % 6];
-  bool by_cells = !all;
-  for (std::uint32_t level = 0; level < kGridLevels && by_cells; ++level)
-    if (engine.grid.used[level].load(std::memory_order_relaxed)) by_cells = scan_level(search, level);
-  if (!by_cells) scan_rows(search, 0, engine.grid.count);
+  for (std::uint32_t c = 0; c < 6; ++c) search.reach[c] = -row.side[(c + 3) % 6];
+  for (std::uint32_t level = 0; level < kGridLevels; ++level)
+    if (engine.grid.used[level].load(std::memory_order_relaxed) && !scan_level(search, level)) {
+      search.every_row = true;
+      break;
+    }
+  if (search.every_row) {  // few partners are found faster by rows, many in order
+    found.clear();
+    search.below = ~std::uint64_t{0};
+    search.complete = true;
+    scan_rows(search, 0, engine.grid.count);
+    if (!search.complete) return list_in_order(engine, batch, bounds, after, all, found);
+  }
   sort_partners(found);
   return search.complete;
 }

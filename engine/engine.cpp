@@ -86,7 +86,7 @@ void size_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
   set.leaf_rows = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_row_floats, kPosedLeafFloats));
 }
 
-void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, std::size_t chunk) {
+void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
   worker.boxes = worker.arena.allocate<BoxTile>(needs.nodes);
   worker.bounds = worker.arena.allocate<AabbTile>(needs.nodes);
   worker.joints = worker.arena.allocate<PointTile>(needs.joints);
@@ -96,8 +96,10 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
   worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
   worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
   worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
-  worker.found = make_list<LeafPair>(worker.arena, chunk * needs.leaf_pairs + kLanes);
-  worker.candidates = make_list<Candidate>(worker.arena, chunk);
+  const std::size_t found =
+      std::min(kChunkCandidates * needs.leaf_pairs, std::max<std::size_t>(kChunkLeafPairs, needs.leaf_pairs));
+  worker.found = make_list<LeafPair>(worker.arena, found + kLanes);
+  worker.candidates = make_list<Candidate>(worker.arena, kChunkCandidates);
   if (needs.character_instances) size_set(worker, needs, batch_count);
   worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
@@ -107,11 +109,10 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count, st
 // Sizes fresh workers and shared lists for all batches, then replaces the old ones: nothing changes if memory fails.
 void size_workers(Engine& engine) {
   const Needs needs = needs_of(engine);
-  const std::size_t chunk = std::clamp<std::size_t>(kChunkLeafPairs / needs.leaf_pairs, 1, kChunkCandidates);
   std::vector<std::unique_ptr<Worker>> workers;
   for (std::uint32_t w = 0; w < engine.schedule->worker_count(); ++w) {
     workers.push_back(std::make_unique<Worker>(engine.allocator));
-    size_worker(*workers.back(), needs, engine.batches.size(), chunk);
+    size_worker(*workers.back(), needs, engine.batches.size());
   }
   auto shared = std::make_unique<Arena>(engine.allocator);
   std::size_t buckets = 16;
@@ -131,7 +132,6 @@ void size_workers(Engine& engine) {
   engine.grid.bucket = bucket;
   engine.store = store;
   engine.paired_bits = paired;
-  engine.chunk_candidates = static_cast<std::uint32_t>(chunk);
 }
 
 // Where each frame batch's hierarchy stands in a worker's memory.

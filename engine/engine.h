@@ -31,6 +31,9 @@ inline bool is_within(const Candidate& candidate) {
   return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
 }
 
+// The row of what was not looked for in the grid.
+inline constexpr std::uint32_t kNoRow = 0xffffffff;
+
 // What the broad phase finds for an instance: another, and where it stands in the grid.
 struct Partner {
   std::uint64_t key;  // instance_key
@@ -86,6 +89,7 @@ struct alignas(64) Worker {
   FixedList<TilePair> tile_found;
   FixedList<LeafPair> found;
   FixedList<Candidate> candidates;
+  std::uint32_t leaf_pairs = 0;  // of the candidates: what `found` must hold at most
   PosedSet posed;
   FixedList<Partner> partners;
   FixedList<Hit> hits;             // of the task at hand, until its turn comes
@@ -119,19 +123,19 @@ struct Engine {
   std::vector<std::unique_ptr<Worker>> workers;
   std::unique_ptr<Arena> shared_arena;
   Grid grid;
-  Span<std::uint32_t> store;           // hits of characters by place, until they are written in order
-  std::uint32_t frames_in_order = 0;   // frames to come whose hits are not looked for by place
-  Span<std::uint64_t> rule_bits;       // scratch of validate_job: rules seen so far
-  Span<std::uint64_t> paired_bits;     // bit a * batch_count + b: some rule tests batch a against b
-  std::uint32_t chunk_candidates = 0;  // candidates a worker takes at a time
+  Span<std::uint32_t> store;          // hits of characters by place, until they are written in order
+  std::uint32_t frames_in_order = 0;  // frames to come whose hits are not looked for by place
+  Span<std::uint64_t> rule_bits;      // scratch of validate_job: rules seen so far
+  Span<std::uint64_t> paired_bits;    // bit a * batch_count + b: some rule tests batch a against b
   std::atomic_flag busy = ATOMIC_FLAG_INIT;
 
   InstanceBatch& batch(BatchId id) { return batches[id.value - 1]->batch; }
 };
 
-// Leaf pairs that a worker's list can hold at least; a chunk takes as many candidates as fit.
-inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
+// Candidates that a worker takes at a time: at most this many, and with no more leaf pairs than these (one candidate may
+// have more).
 inline constexpr std::uint32_t kChunkCandidates = 256;
+inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 
 // Tiles that a worker's set holds at most, and the rows that it has room for at least: little enough to stay in
 // the second level of cache, enough that few instances are posed more than once.

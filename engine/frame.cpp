@@ -87,6 +87,7 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
     begin = end;
   }
   worker.candidates.clear();
+  worker.leaf_pairs = 0;
   clear_set(worker);
 }
 
@@ -98,15 +99,19 @@ void pair_instance(Engine& engine, const Policies& policies, std::uint32_t index
                    const Placement& placement, std::uint32_t task, Worker& worker, HitSink& sink) {
   const InstanceBatch& batch = engine.batches[index]->batch;
   const bool touched = sink.job->report == Report::kTouched;
-  const std::uint32_t chunk = touched ? std::min(kTouchedCandidates, engine.chunk_candidates) : engine.chunk_candidates;
+  const std::uint32_t chunk = touched ? kTouchedCandidates : kChunkCandidates;
   const auto gather = [&](std::uint32_t other_index, std::uint32_t other, const Placement& other_placement) {
     Candidate candidate = {index, instance, other_index, other};
     if (touched && is_settled(engine, candidate)) return;
-    if (worker.candidates.size >= chunk || !has_room(engine, worker, index, other_index))
+    const std::uint32_t leaf_pairs =
+        batch.articulation->leaf_count * engine.batches[other_index]->batch.articulation->leaf_count;
+    if (worker.candidates.size >= chunk || worker.leaf_pairs + leaf_pairs > worker.found.capacity - kLanes ||
+        !has_room(engine, worker, index, other_index))
       test_candidates(engine, policies, task, worker, sink);
     candidate.place_a = place_of(engine, policies, index, instance, placement, worker);
     candidate.place_b = place_of(engine, policies, other_index, other, other_placement, worker);
     worker.candidates.push(candidate);
+    worker.leaf_pairs += leaf_pairs;
   };
   if (batch.pairs_within) gather(index, instance, placement);
   if (!batch.pairs_between) return;
@@ -116,7 +121,11 @@ void pair_instance(Engine& engine, const Policies& policies, std::uint32_t index
     for (const Partner& partner : worker.partners) {
       const auto other_index = static_cast<std::uint32_t>(partner.key >> 32),
                  other = static_cast<std::uint32_t>(partner.key);
-      if (layers_meet(batch, instance, engine.batches[other_index]->batch, other))
+      const InstanceBatch& other_batch = engine.batches[other_index]->batch;
+      if (!layers_meet(batch, instance, other_batch, other)) continue;
+      if (partner.row == kNoRow)
+        gather(other_index, other, placement_of(other_batch, other));
+      else
         gather(other_index, other, engine.grid.placements[partner.row]);
     }
     if (!complete) after = worker.partners.data[worker.partners.size - 1].key;

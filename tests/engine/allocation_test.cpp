@@ -1,4 +1,5 @@
 // Memory: none in a frame, all of it returned, and every failure to get it is a status that changes nothing.
+#include "engine/engine.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
 
@@ -16,10 +17,11 @@ namespace {
 // Calls of operator new and of malloc since the program began, by all threads; and a countdown to a failing new.
 std::atomic<std::uint64_t> new_calls{0}, malloc_calls{0};
 thread_local std::int64_t news_until_failure = -1;  // -1 = never
+std::atomic<bool> all_news_fail{false};             // on every thread
 
 void* counted_new(std::size_t bytes, std::size_t alignment) noexcept {
   new_calls.fetch_add(1, std::memory_order_relaxed);
-  if (news_until_failure == 0) return nullptr;
+  if (all_news_fail.load(std::memory_order_relaxed) || news_until_failure == 0) return nullptr;
   if (news_until_failure > 0) --news_until_failure;
   if (alignment <= alignof(std::max_align_t)) return std::malloc(bytes ? bytes : 1);
   return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
@@ -248,6 +250,66 @@ TEST_CASE("a frame does not ask an allocator that would fail") {
   const Outcome expected = run_on(*engine, world, {});
   ledger.fail_after(0);
   CHECK(same_hits(run_on(*engine, world, {}).hits, expected.hits));
+}
+
+TEST_CASE(
+    "with no memory left after its first frame an engine goes on, whatever is asked of it and however much touches") {
+  Random random(10);
+  World world = mixed_world(10);
+  // More hits than the store holds, more of one character than a worker keeps, more partners than are listed at a time.
+  const auto giant = static_cast<std::uint32_t>(world.members.size() + 1), crowd = giant + 1, many = giant + 2;
+  world.members.push_back(any_member(random, 1, BatchKind::kCharacters, {1, false, true, {}}, 2));
+  for (Leaf& leaf : world.members.back().rig.leaves) std::fill_n(leaf.box.half, 3, 100.0f);
+  world.members.push_back(any_member(random, 60, BatchKind::kCharacters, {0.2, true, true, {}}, 12));
+  world.members.push_back(any_member(random, kPartnerCapacity + 400, BatchKind::kCharacters, {40, false, true, {}}, 2));
+  world.rules.push_back({{giant}, {crowd}, Pairing::kBetween});
+  world.rules.push_back({{giant}, {many}, Pairing::kBetween});
+  world.rules.push_back({{crowd}, {crowd}, Pairing::kBetween});
+  world.rules.push_back({{crowd}, {crowd}, Pairing::kWithin});
+  std::vector<BatchInput> inputs;
+  std::vector<std::vector<std::uint8_t>> touched;
+  for (const Member& member : world.members) touched.emplace_back(member.poses.instance_count);
+  for (std::uint32_t m = 0; m < world.members.size(); ++m) {
+    inputs.push_back(world.members[m].poses.input({m + 1}));
+    inputs.back().touched = {touched[m].data(), touched[m].size()};
+  }
+  std::vector<Hit> hits(2'000'000);
+  ThreadPool pool(3);
+  const Scheduler scheduler = pool.scheduler();
+  for (const bool threads : {false, true}) {
+    Ledger ledger;
+    const Allocator allocator = ledger.allocator();
+    EngineDesc desc;
+    desc.allocator = &allocator;
+    if (threads) desc.scheduler = &scheduler;
+    const EnginePtr engine = make_engine_for(world, desc);
+    run_on(*engine, world, {});
+    ledger.fail_after(0);
+    const std::uint64_t ledger_calls = ledger.calls();
+    for (const Strategy strategy :
+         {Strategy::kTree, Strategy::kRows, Strategy::kBrute, Strategy::kExactAll, Strategy::kAuto})
+      for (const Refit refit : {Refit::kCab, Refit::kCovariance, Refit::kAabbHull, Refit::kAabbVertices})
+        for (const Report report : {Report::kHits, Report::kTouched})
+          for (const std::size_t capacity : {hits.size(), std::size_t{1000}}) {
+            FrameJob job;
+            job.inputs = {inputs.data(), inputs.size()};
+            job.rules = {world.rules.data(), world.rules.size()};
+            job.policies = {refit, strategy, Exact::kNone};
+            job.report = report;
+            job.hits = {hits.data(), capacity};
+            const std::uint64_t news = new_calls, mallocs = malloc_calls;
+            all_news_fail = true;
+            const Status status = run_frame(*engine, job);
+            all_news_fail = false;
+            const std::uint64_t news_after = new_calls, mallocs_after = malloc_calls;
+            const bool overflows = report == Report::kHits && capacity < hits.size();
+            CHECK(status == (overflows ? Status::kHitsOverflow : Status::kOk));
+            if (report == Report::kHits) CHECK(job.hits_needed > 20'000);
+            CHECK(news_after == news);
+            CHECK(mallocs_after == mallocs);
+          }
+    CHECK(ledger.calls() == ledger_calls);
+  }
 }
 
 TEST_CASE("an allocator that fails at any call of an add gives kOutOfMemory, and the engine goes on") {

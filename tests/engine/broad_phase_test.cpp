@@ -239,6 +239,46 @@ TEST_CASE("an instance with more partners than a worker lists at a time meets ea
   for (std::uint32_t i = 0; i < outcome.hits.size(); ++i) CHECK(outcome.hits[i].instance_b == i);
 }
 
+TEST_CASE(
+    "partners beyond one list are found by cells, by rows and in order: those of several batches, masked ones left "
+    "out") {
+  const std::uint32_t n = 3 * kPartnerCapacity / 4;
+  for (const float half :
+       {0.001f, 1000.0f}) {  // as small as its partners, in one spot with them; larger than all cells
+    CAPTURE(half);
+    std::vector<World> parts;
+    for (const std::size_t count : {std::size_t{1}, std::size_t{n}, std::size_t{n}, std::size_t{n}}) {
+      std::vector<oracle::Vec3<double>> places(count);
+      if (half > 1)
+        for (std::size_t i = 0; i < count; ++i)
+          places[i] = {{0.01 * static_cast<double>(i % 60), 0.01 * static_cast<double>(i / 60), 0}};
+      parts.push_back(cubes_at(places, std::vector<float>(count, count == 1 ? half : 0.001f)));
+    }
+    World world = parts[0];
+    for (std::size_t p = 1; p < parts.size(); ++p) world.members.push_back(parts[p].members[0]);
+    world.rules = {{{1}, {2}, Pairing::kBetween}, {{1}, {4}, Pairing::kBetween}};
+    const auto masked = [](std::uint32_t i) { return i % 100 == 7; };
+    for (std::uint32_t i = 0; i < n; ++i)
+      if (masked(i))
+        for (std::size_t m = 1; m < 4; ++m) world.members[m].poses.data[7 * std::size_t{i} + 4] = std::nanf("");
+    for (const Policies& policies :
+         {Policies{Refit::kCab, Strategy::kTree}, Policies{Refit::kCab, Strategy::kExactAll}}) {
+      const Outcome outcome = run_world(world, policies);
+      std::size_t at = 0;
+      for (const std::uint32_t batch : {2u, 4u})
+        for (std::uint32_t i = 0; i < n; ++i) {
+          if (masked(i)) continue;
+          REQUIRE(at < outcome.hits.size());
+          CHECK(outcome.hits[at].batch_b.value == batch);
+          CHECK(outcome.hits[at++].instance_b == i);
+        }
+      CHECK(at > kPartnerCapacity);
+      CHECK(at == outcome.hits.size());
+      CHECK(outcome.stats.candidates == at);
+    }
+  }
+}
+
 TEST_CASE("every instance of a crowd in one place is paired with every other") {
   World world = two_cubes({}, 0, BatchKind::kCharacters);
   for (Member& member : world.members) {

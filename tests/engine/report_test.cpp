@@ -1,12 +1,17 @@
 // The caller's hit buffer: sorted, exact counts, and what happens when it is too small.
+#include "engine/engine.h"
 #include "perf/oracle/random_world.h"
+#include "tests/engine/thread_pool.h"
 
 #include <doctest/doctest.h>
+
+#include <cmath>
 
 namespace {
 
 using namespace cab;
 using namespace cab::oracle;
+using namespace cab::tests;
 
 // A job over a whole world, and the storage it points to.
 struct Prepared {
@@ -29,6 +34,61 @@ World crowded_world(std::uint64_t seed) {
   add_frames(random, world, 12);
   return world;
 }
+
+// A caller's scheduler on the calling thread alone: the last task first, on any worker.
+const Scheduler kBackwards = {
+    nullptr, 3, [](void*, std::uint32_t count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) {
+      for (std::uint32_t t = count; t-- > 0;) task(context, t, t % 3);
+    }};
+
+// Characters of two batches and bodies of one link and one leaf, `spread` wide: what a spread changes is where they are.
+World gathering(double spread) {
+  Random random(21);
+  World world;
+  for (const std::uint32_t instances : {70u, 33u})
+    world.members.push_back(any_member(random, instances, BatchKind::kCharacters, {1, true, true, {}}, 10));
+  Rig body;
+  body.parents = {-1};
+  body.leaves = {{0, random_box(random, {}, 0.1, 0.2), {}}};
+  world.members.push_back(
+      {body, random_poses(random, body, 50, PoseFormat::kMatrix3x4, {1, false, true, {}}), BatchKind::kCharacters});
+  add_layers(random, world);
+  world.rules = {{{1}, {1}, Pairing::kBetween}, {{2}, {1}, Pairing::kBetween}, {{1}, {3}, Pairing::kBetween},
+                 {{3}, {2}, Pairing::kBetween}, {{2}, {2}, Pairing::kWithin},  {{3}, {3}, Pairing::kWithin}};
+  for (Member& member : world.members) {
+    for (double& at : member.poses.origins) at *= spread;
+    const std::size_t floats = member.poses.data.size() / member.poses.instance_count;
+    std::fill_n(member.poses.data.begin(), floats, std::nanf(""));  // the first instance is masked
+  }
+  return world;
+}
+
+// One frame of a world, its buffer as large as said.
+struct Frame {
+  std::vector<Hit> hits;
+  std::vector<std::vector<std::uint8_t>> touched;
+  FrameJob job;
+  Status status;
+
+  Frame(Engine& engine, const World& world, const Policies& policies, Report report, std::size_t capacity)
+      : hits(capacity) {
+    std::vector<BatchInput> inputs;
+    for (const Member& member : world.members) touched.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+    for (std::uint32_t m = 0; m < world.members.size(); ++m) {
+      const Member& member = world.members[m];
+      inputs.push_back(member.poses.input({m + 1}));
+      inputs.back().layers = {member.layers.data(), member.layers.size()};
+      inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
+      inputs.back().touched = {touched[m].data(), touched[m].size()};
+    }
+    job.inputs = {inputs.data(), inputs.size()};
+    job.rules = {world.rules.data(), world.rules.size()};
+    job.policies = policies;
+    job.report = report;
+    job.hits = {hits.data(), hits.size()};
+    status = run_frame(engine, job);
+  }
+};
 
 // A box of one link at a point, identity pose.
 Rig boxes_rig(std::initializer_list<Leaf> leaves, std::uint32_t links) {
@@ -80,6 +140,63 @@ TEST_CASE("a buffer that is too small overflows with the exact count, and the re
       for (std::size_t i = n; i < capacity; ++i) CHECK(enough.hits[i].link_a == 0xabcd);  // the rest is left alone
       enough.hits.resize(n);
       CHECK(same_hits(enough.hits, expected.hits));
+    }
+  }
+}
+
+TEST_CASE("crowds in one spot and thin ones in turn have the same hits, counts and touched by place and in order") {
+  constexpr double kInvented = 1e-4;  // as in frame_test
+  const World dense = gathering(0.02), thin = gathering(3);
+  // Dense: the first frame is tried by place, sixteen follow in order. Thin ones among them, and after them by place.
+  std::vector<const World*> frames(40, &thin);
+  for (const int at : {0, 1, 2, 9, 16, 22, 23, 39}) frames[static_cast<std::size_t>(at)] = &dense;
+  ThreadPool pool(3);
+  const Scheduler threads = pool.scheduler();
+  EngineDesc descs[4];
+  descs[1].thread_count = 2;
+  descs[2].scheduler = &threads;
+  descs[3].scheduler = &kBackwards;
+  for (const Strategy strategy : {Strategy::kBrute, Strategy::kTree, Strategy::kRows}) {
+    CAPTURE(static_cast<int>(strategy));
+    const Policies policies = {Refit::kCab, strategy, Exact::kNone};
+    Outcome expected[2];
+    for (const World* world : {&dense, &thin}) {
+      Outcome& of = expected[world == &thin];
+      of = run_world(*world, policies);
+      const auto masked = [](std::size_t, std::uint32_t i) { return i == 0; };
+      CHECK(missing_from(judge_world(*world, 0, masked), of.hits) == 0);
+      CHECK(missing_from(of.hits, judge_world(*world, kInvented, masked)) == 0);
+      CHECK(of.touched == touched_in(*world, of.hits));
+      CHECK(of.stats.instances_masked == 3);
+      CHECK(same_hits(of.hits, run_world(*world, {Refit::kCab, Strategy::kBrute, Exact::kNone}).hits));
+    }
+    CHECK(expected[0].hits.size() > std::size_t{40} * 153);
+    CHECK(expected[1].hits.size() > 50);
+    CHECK(expected[1].hits.size() < std::size_t{5} * 153);
+    for (const EngineDesc& desc : descs) {
+      const EnginePtr engine = make_engine_for(dense, desc);
+      std::size_t begun = 0, by_place = 0;
+      for (std::size_t f = 0; f < frames.size(); ++f) {
+        CAPTURE(f);
+        const Outcome& of = expected[frames[f] == &thin];
+        const std::uint32_t before = engine->frames_in_order;
+        const std::size_t n = of.hits.size(), capacity = f % 3 == 2 ? n / 2 : n;
+        Frame frame(*engine, *frames[f], policies, Report::kHits, capacity);
+        begun += before == 0 && engine->frames_in_order > 0;
+        by_place += before == 0 && engine->frames_in_order == 0;
+        CHECK(frame.status == (capacity < n ? Status::kHitsOverflow : Status::kOk));
+        CHECK(frame.job.hits_needed == n);
+        CHECK(frame.job.hit_count == (capacity < n ? 0 : n));
+        if (capacity == n) CHECK(same_hits(frame.hits, of.hits));
+        CHECK(frame.touched == of.touched);
+        CHECK(same_counts(frame.job.stats, of.stats));
+        CHECK(frame.job.stats.candidates == of.stats.candidates);
+      }
+      CHECK(begun == 3);
+      CHECK(by_place == 5);
+      for (int f = 0; f < 20; ++f)  // the last of them by place again
+        for (const World* world : {&dense, &thin})
+          CHECK(Frame(*engine, *world, policies, Report::kTouched, 0).touched == expected[world == &thin].touched);
     }
   }
 }

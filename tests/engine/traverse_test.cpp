@@ -112,3 +112,30 @@ TEST_CASE("a tree opens fewer pairs than brute where bodies are apart, and both 
   CHECK(tree.stats.box_tests < brute.stats.box_tests / 2);
   CHECK(tree.stats.box_tests >= 2);
 }
+
+TEST_CASE(
+    "bodies of 1, a few and hundreds of leaves in one spot: tree and rows find what brute finds, each pair once") {
+  Random random(31);
+  World world;
+  for (const std::uint32_t instances : {2u, 30u, 400u}) {
+    const unsigned links = instances == 2 ? 300 : instances == 30 ? 12 : 1;
+    Member member;
+    member.rig = random_rig(random, Topology::kTree, links, 1);
+    member.poses =
+        random_poses(random, member.rig, instances, PoseFormat::kQuaternionTranslation, {0.3, true, true, {}});
+    world.members.push_back(member);
+  }
+  pair_all(world, 1, 3);
+  const Outcome brute = run_world(world, {Refit::kCab, Strategy::kBrute, Exact::kNone});
+  CHECK(brute.hits.size() > 10'000);
+  CHECK(missing_from(judge_world(world), brute.hits) == 0);
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows})
+    for (const std::uint32_t threads : {1u, 2u}) {
+      EngineDesc desc;
+      desc.thread_count = threads;
+      const Outcome outcome = run_world(world, {Refit::kCab, strategy, Exact::kNone}, desc);
+      CHECK(same_hits(outcome.hits, brute.hits));
+      CHECK(outcome.stats.leaf_pairs == brute.stats.leaf_pairs);
+      CHECK(outcome.stats.candidates == brute.stats.candidates);
+    }
+}
