@@ -107,7 +107,8 @@ std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alon
 
 // How far instances spread and how large they are, over all workers.
 GridSurvey survey_instances(Engine& engine) {
-  for (const auto& worker : engine.workers) worker->survey = {};
+  const std::size_t working = engine.schedule->alone ? 1 : engine.workers.size();
+  for (std::size_t w = 0; w < working; ++w) engine.workers[w]->survey = {};
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t w) {
     GridSurvey& survey = engine.workers[w]->survey;
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
@@ -119,7 +120,7 @@ GridSurvey survey_instances(Engine& engine) {
     ++survey.count;
   });
   GridSurvey all = engine.workers[0]->survey;
-  for (std::size_t w = 1; w < engine.workers.size(); ++w) {
+  for (std::size_t w = 1; w < working; ++w) {
     const GridSurvey& part = engine.workers[w]->survey;
     for (std::uint32_t c = 0; c < 3; ++c) {
       all.lo[c] = std::min(all.lo[c], part.lo[c]);
@@ -314,7 +315,7 @@ void build_grid(Engine& engine, const FrameJob& job) {
   choose_levels(survey, grid);
   grid.mask = 15;
   while (grid.mask + 1 < survey.count) grid.mask = 2 * grid.mask + 1;
-  const bool alone = engine.workers.size() == 1;
+  const bool alone = engine.schedule->alone || engine.workers.size() == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];

@@ -19,10 +19,18 @@ class Schedule {
   virtual void run(std::uint32_t task_count, void (*task)(void* context, std::uint32_t task, std::uint32_t worker),
                    void* context) = 0;
 
+  // While set, the calling thread runs all tasks as worker 0, in its own floating-point mode: for work that is over before
+  // other threads would begin.
+  bool alone = false;
+
   // Runs body(task, worker) for every task.
   template <class Body>
   void for_each(std::uint32_t task_count, Body&& body) {
     if (task_count == 0) return;
+    if (alone) {
+      for (std::uint32_t task = 0; task < task_count; ++task) body(task, std::uint32_t{0});
+      return;
+    }
     run(
         task_count,
         [](void* context, std::uint32_t task, std::uint32_t worker) { (*static_cast<Body*>(context))(task, worker); },
@@ -34,7 +42,7 @@ class Schedule {
   template <class Body>
   void for_each_in_turn(std::uint32_t task_count, Body&& body) {
     std::atomic<std::uint32_t> next{0};
-    for_each(std::min(worker_count(), task_count), [&](std::uint32_t, std::uint32_t worker) {
+    for_each(alone ? 1 : std::min(worker_count(), task_count), [&](std::uint32_t, std::uint32_t worker) {
       for (std::uint32_t task = next++; task < task_count; task = next++) body(task, worker);
     });
   }
