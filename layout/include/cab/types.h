@@ -14,7 +14,8 @@
 
 namespace cab {
 
-// What a call answers. Anything but kOk left its outputs untouched, kHitsOverflow excepted (see FrameJob).
+// What a call answers. Anything but kOk left its outputs untouched, but for kHitsOverflow (see FrameJob) and run_frame's
+// kOutOfMemory, after which flags and touched may be half written.
 enum class Status : std::int32_t {
   kOk = 0,
   kOutOfMemory,          // the allocator returned null, or std::bad_alloc
@@ -40,7 +41,7 @@ enum class Status : std::int32_t {
   kUnknownBatch,         // no batch of this engine has that id
   kBadBatchKind,         // a batch's kind holds a value that its enumeration lacks
   kNoInstances,          // a batch needs at least one instance
-  kTooManyInstances,     // more than kMaxInstances
+  kTooManyInstances,     // more than kMaxInstances in a batch, kMaxBatches, or 2^31 characters in an engine
   kBatchGivenTwice,      // a batch appears twice in the inputs of one call
   kBadPoses,             // poses missing, or the stride is too small or no multiple of 4 bytes
   kBadOrigins,           // origins must be none or three doubles an instance, and finite
