@@ -5,6 +5,7 @@
 #include "scenes/clip_crowd.h"
 #include "scenes/humanoid.h"
 #include "tests/engine/thread_pool.h"
+#include "tests/engine/thread_sanitizer.h"
 #include "tests/scenes/temporary_file.h"
 
 #include <cab/cab.h>
@@ -247,6 +248,10 @@ TEST_CASE("a crowd's hits are the same for every strategy, instruction set and t
   tests::ThreadPool three(3);
   const Scheduler callers = three.scheduler();
   for (const std::uint32_t count : {200u, 2000u, 20000u}) {
+    if (tests::kThreadSanitizer && count > 200) {
+      MESSAGE("under ThreadSanitizer not with " << count << " characters: it takes minutes");
+      continue;
+    }
     CAPTURE(count);
     const Crowd crowd = scenes::make_crowd("uniform", count);
     const std::vector<PosedGroup> posed = posed_at(crowd, 0);
