@@ -133,6 +133,19 @@ inline auto link_key(const Hit& hit) {
 inline auto leaf_key(const Hit& hit) { return std::make_tuple(hit.leaf_a, hit.leaf_b); }
 inline bool link_less(const Hit& a, const Hit& b) { return link_key(a) < link_key(b); }
 
+inline bool same_bits(const Box* a, const Box* b, std::size_t count) {
+  return std::memcmp(a, b, count * sizeof(Box)) == 0;
+}
+
+// Every way to refit: each row of the table of policies with both extents, to be descended.
+inline std::vector<Policies> all_refits() {
+  std::vector<Policies> out;
+  for (std::uint32_t refit = 0; refit < policy_table()[0].value_count; ++refit)
+    for (const Extents extents : {Extents::kChildren, Extents::kLeaves})
+      out.push_back({static_cast<Refit>(refit), Strategy::kTree, Exact::kNone, extents});
+  return out;
+}
+
 inline bool same_hits(const std::vector<Hit>& a, const std::vector<Hit>& b) {
   static_assert(sizeof(Hit) == 24, "no padding to compare");
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Hit)) == 0);

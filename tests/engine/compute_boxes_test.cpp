@@ -13,15 +13,6 @@ using namespace cab;
 using namespace cab::oracle;
 using oracle::Quad;
 
-// Every way to refit: each row of the table of policies with both extents.
-std::vector<Policies> all_refits() {
-  std::vector<Policies> out;
-  for (std::uint32_t refit = 0; refit < policy_table()[0].value_count; ++refit)
-    for (const Extents extents : {Extents::kChildren, Extents::kLeaves})
-      out.push_back({static_cast<Refit>(refit), Strategy::kTree, Exact::kNone, extents});
-  return out;
-}
-
 bool is_oriented(const Policies& policies) { return policies.refit < Refit::kAabbHull; }
 
 std::vector<Box> boxes_of(Engine& engine, std::uint32_t batch, const Member& member, const Policies& policies = {}) {

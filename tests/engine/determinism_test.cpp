@@ -22,15 +22,6 @@ float float_of(std::uint32_t bits) {
   return out;
 }
 
-// Every way to refit: each row of the table of policies with both extents.
-std::vector<Policies> all_refits() {
-  std::vector<Policies> out;
-  for (std::uint32_t refit = 0; refit < policy_table()[0].value_count; ++refit)
-    for (const Extents extents : {Extents::kChildren, Extents::kLeaves})
-      out.push_back({static_cast<Refit>(refit), Strategy::kTree, Exact::kNone, extents});
-  return out;
-}
-
 // Boxes of every batch on an engine that holds the world.
 std::vector<std::vector<Box>> boxes_of(Engine& engine, const World& world, const Policies& policies) {
   std::vector<std::vector<Box>> out;
@@ -41,8 +32,6 @@ std::vector<std::vector<Box>> boxes_of(Engine& engine, const World& world, const
   }
   return out;
 }
-
-bool same_bits(const Box* a, const Box* b, std::size_t count) { return std::memcmp(a, b, count * sizeof(Box)) == 0; }
 
 std::array<float, 15> floats_of(const Box& box) {
   std::array<float, 15> out;
@@ -309,22 +298,25 @@ bool separated_with(const Box& a, const Box& b, const Point& between, Real times
   return false;
 }
 
+constexpr Policies kTree = {Refit::kCab, Strategy::kTree}, kRows = {Refit::kCab, Strategy::kRows};
+
 // Compares a batch with itself in another order; every pair that only one of the two reports must be apart, and not by
 // more than twice the slack. Returns how many there are.
-std::size_t check_permuted(const World& world, const std::vector<std::uint32_t>& order, const EngineDesc& desc) {
+std::size_t check_permuted(const World& world, const std::vector<std::uint32_t>& order, const Policies& policies,
+                           const EngineDesc& desc = {}) {
   const Member& member = world.members[0];
   World permuted = world;
   permuted.members[0].poses = picked(member.poses, order);
   std::vector<std::uint32_t> same(order.size());
   std::iota(same.begin(), same.end(), 0u);
   const EnginePtr engine = make_engine_for(world, desc);
-  const std::set<Touching> before = touching(run_on(*engine, world, {}).hits, same);
-  const std::set<Touching> after = touching(run_on(*engine, permuted, {}).hits, order);
+  const std::set<Touching> before = touching(run_on(*engine, world, policies).hits, same);
+  const std::set<Touching> after = touching(run_on(*engine, permuted, policies).hits, order);
   std::vector<Touching> differing;
   std::set_symmetric_difference(before.begin(), before.end(), after.begin(), after.end(),
                                 std::back_inserter(differing));
   if (differing.empty()) return 0;
-  const std::vector<Box> boxes = boxes_of(*engine, world, {})[0];
+  const std::vector<Box> boxes = boxes_of(*engine, world, policies)[0];
   for (const Touching& pair : differing) {
     CHECK(pair[0] != pair[2]);  // within one instance nothing is swapped
     const Point shift = exact_origin(member.poses, pair[2]) - exact_origin(member.poses, pair[0]);
@@ -394,7 +386,10 @@ TEST_CASE("instances in another order touch the same, except for pairs within tw
     world.members.push_back(any_member(random, 33, BatchKind::kCharacters, place, 16));
     world.rules = {{{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin}};
     hits += run_world(world).hits.size();
-    in_worlds += check_permuted(world, shuffled(random, 33), {});
+    const std::vector<std::uint32_t> order = shuffled(random, 33);
+    const std::size_t by_tree = check_permuted(world, order, kTree);
+    CHECK(check_permuted(world, order, kRows) == by_tree);
+    in_worlds += by_tree;
   }
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     CAPTURE(seed);
@@ -406,7 +401,8 @@ TEST_CASE("instances in another order touch the same, except for pairs within tw
     for (const Isa isa : available_isas()) {
       EngineDesc desc;
       desc.isa = isa;
-      const std::size_t found = check_permuted(world, order, desc);
+      const std::size_t found = check_permuted(world, order, kTree, desc);
+      CHECK(check_permuted(world, order, kRows, desc) == found);
       if (isa != Isa::kScalar) CHECK(found == differing);
       differing = found;
     }
@@ -429,43 +425,46 @@ TEST_CASE("an order-preserving change of who else is there, and of how inputs an
     const Placement place = any_placement(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.0);
     for (int m = 0; m < 2; ++m) all.members.push_back(any_member(random, 40, BatchKind::kCharacters, place, 8));
     pair_all(all, 1, 2);
-    const Outcome of_all = run_world(all);
+    for (const Policies& policies : {kTree, kRows}) {
+      const Outcome of_all = run_world(all, policies);
 
-    // Some instances are left out; the others keep their order and move to other lanes and tiles.
-    World some = all;
-    std::vector<std::uint32_t> kept[2], number[2];
-    for (std::size_t m = 0; m < 2; ++m) {
-      number[m].assign(40, 40);
-      for (std::uint32_t i = 0; i < 40; ++i)
-        if (random.chance(0.6)) {
-          number[m][i] = static_cast<std::uint32_t>(kept[m].size());
-          kept[m].push_back(i);
-        }
-      some.members[m].poses = picked(all.members[m].poses, kept[m]);
-    }
-    std::vector<Hit> expected;
-    for (Hit hit : of_all.hits) {
-      hit.instance_a = number[hit.batch_a.value - 1][hit.instance_a];
-      hit.instance_b = number[hit.batch_b.value - 1][hit.instance_b];
-      if (hit.instance_a < 40 && hit.instance_b < 40) expected.push_back(hit);
-    }
-    CHECK(expected.size() > 0);
-    CHECK(same_hits(run_world(some).hits, expected));
+      // Some instances are left out; the others keep their order and move to other lanes and tiles.
+      World some = all;
+      std::vector<std::uint32_t> kept[2], number[2];
+      for (std::size_t m = 0; m < 2; ++m) {
+        number[m].assign(40, 40);
+        for (std::uint32_t i = 0; i < 40; ++i)
+          if (random.chance(0.6)) {
+            number[m][i] = static_cast<std::uint32_t>(kept[m].size());
+            kept[m].push_back(i);
+          }
+        some.members[m].poses = picked(all.members[m].poses, kept[m]);
+      }
+      std::vector<Hit> expected;
+      for (Hit hit : of_all.hits) {
+        hit.instance_a = number[hit.batch_a.value - 1][hit.instance_a];
+        hit.instance_b = number[hit.batch_b.value - 1][hit.instance_b];
+        if (hit.instance_a < 40 && hit.instance_b < 40) expected.push_back(hit);
+      }
+      CHECK(expected.size() > 0);
+      CHECK(same_hits(run_world(some, policies).hits, expected));
 
-    // Inputs and rules in another order, rules with their batches swapped.
-    const EnginePtr engine = make_engine_for(all);
-    std::vector<BatchInput> inputs = {all.members[1].poses.input({2}), all.members[0].poses.input({1})};
-    std::vector<PairRule> rules;
-    for (const std::uint32_t r : shuffled(random, static_cast<std::uint32_t>(all.rules.size())))
-      rules.push_back({all.rules[r].b, all.rules[r].a, all.rules[r].pairing});
-    std::vector<Hit> hits(of_all.hits.size());
-    FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
-    job.hits = {hits.data(), hits.size()};
-    REQUIRE(run_frame(*engine, job) == Status::kOk);
-    CHECK(job.hit_count == hits.size());
-    CHECK(same_hits(hits, of_all.hits));
-    CHECK(same_counts(job.stats, of_all.stats));
+      // Inputs and rules in another order, rules with their batches swapped.
+      const EnginePtr engine = make_engine_for(all);
+      std::vector<BatchInput> inputs = {all.members[1].poses.input({2}), all.members[0].poses.input({1})};
+      std::vector<PairRule> rules;
+      for (const std::uint32_t r : shuffled(random, static_cast<std::uint32_t>(all.rules.size())))
+        rules.push_back({all.rules[r].b, all.rules[r].a, all.rules[r].pairing});
+      std::vector<Hit> hits(of_all.hits.size());
+      FrameJob job;
+      job.inputs = {inputs.data(), inputs.size()};
+      job.rules = {rules.data(), rules.size()};
+      job.policies = policies;
+      job.hits = {hits.data(), hits.size()};
+      REQUIRE(run_frame(*engine, job) == Status::kOk);
+      CHECK(job.hit_count == hits.size());
+      CHECK(same_hits(hits, of_all.hits));
+      CHECK(same_counts(job.stats, of_all.stats));
+    }
   }
 }

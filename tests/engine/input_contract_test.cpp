@@ -249,10 +249,8 @@ std::vector<Box> boxes_of(Engine& engine, const World& world, std::uint32_t batc
   return out;
 }
 
-bool same_bits(const Box* a, const Box* b, std::size_t count) { return std::memcmp(a, b, count * sizeof(Box)) == 0; }
-
-constexpr Policies kCabTree = {}, kHullTree = {Refit::kAabbHull, {}, {}, {}},
-                   kObbLeaves = {Refit::kCovarianceLeaves, {}, {}, Extents::kLeaves};
+constexpr Policies kCabTree = {Refit::kCab, Strategy::kTree}, kHullTree = {Refit::kAabbHull, Strategy::kTree},
+                   kObbLeaves = {Refit::kCovarianceLeaves, Strategy::kTree, Exact::kNone, Extents::kLeaves};
 
 // The engine's leaf boxes of one instance hold the exact ones.
 bool leaves_hold(const World& world, std::uint32_t i, const std::vector<Box>& boxes) {

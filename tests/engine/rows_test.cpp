@@ -105,5 +105,6 @@ TEST_CASE("hits stand in their order without a sort, whoever ran the tasks and h
     EngineDesc desc;
     desc.scheduler = &scheduler;
     CHECK(same_hits(run_world(world, {Refit::kCab, Strategy::kRows}, desc).hits, serial.hits));
+    CHECK(pool.tasks_run() > 0);
   }
 }

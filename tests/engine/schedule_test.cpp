@@ -145,16 +145,19 @@ TEST_CASE("splitting the instances of a batch into several batches changes no hi
       parts.members.push_back(part);
     }
     pair_all(parts, 1, 3);
-    Outcome of_parts = run_world(parts);
-    for (Hit& hit : of_parts.hits) {
-      hit.instance_a += begin[hit.batch_a.value - 1];
-      hit.instance_b += begin[hit.batch_b.value - 1];
-      hit.batch_a = hit.batch_b = {1};
+    for (const Strategy strategy : {Strategy::kTree, Strategy::kRows}) {
+      const Policies policies = {Refit::kCab, strategy};
+      Outcome of_parts = run_world(parts, policies);
+      for (Hit& hit : of_parts.hits) {
+        hit.instance_a += begin[hit.batch_a.value - 1];
+        hit.instance_b += begin[hit.batch_b.value - 1];
+        hit.batch_a = hit.batch_b = {1};
+      }
+      std::sort(of_parts.hits.begin(), of_parts.hits.end(), link_less);
+      const Outcome of_whole = run_world(whole, policies);
+      CHECK(of_whole.hits.size() > 0);
+      CHECK(same_hits(of_whole.hits, of_parts.hits));
+      CHECK(same_counts(of_whole.stats, of_parts.stats));
     }
-    std::sort(of_parts.hits.begin(), of_parts.hits.end(), link_less);
-    const Outcome of_whole = run_world(whole);
-    CHECK(of_whole.hits.size() > 0);
-    CHECK(same_hits(of_whole.hits, of_parts.hits));
-    CHECK(same_counts(of_whole.stats, of_parts.stats));
   }
 }

@@ -92,27 +92,28 @@ std::vector<Box> boxes_of(const World& world, Refit refit, const EngineDesc& des
   return boxes;
 }
 
-bool same_boxes(const Box* a, const Box* b, std::size_t count) { return std::memcmp(a, b, count * sizeof(Box)) == 0; }
-
 // Checks that instance `who`, and nobody else, is masked in the spoilt world.
 void check_masked(const World& sound, const World& spoilt, std::uint32_t who, InstanceFlag flag,
                   const EngineDesc& desc) {
   const std::uint32_t n = sound.members[0].poses.instance_count;
   const std::size_t nodes = sound.members[0].rig.node_count();
-  const Outcome before = run_world(sound, {}, desc), after = run_world(spoilt, {}, desc);
-  for (std::uint32_t i = 0; i < n; ++i) CHECK(after.flags[0][i] == (i == who ? flag : kInstanceOk));
-  CHECK(after.stats.instances_masked == 1);
-  std::vector<Hit> others;
-  for (const Hit& hit : before.hits)
-    if (hit.instance_a != who && hit.instance_b != who) others.push_back(hit);
-  CHECK(same_hits(after.hits, others));
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows}) {
+    const Policies policies = {Refit::kCab, strategy};
+    const Outcome before = run_world(sound, policies, desc), after = run_world(spoilt, policies, desc);
+    for (std::uint32_t i = 0; i < n; ++i) CHECK(after.flags[0][i] == (i == who ? flag : kInstanceOk));
+    CHECK(after.stats.instances_masked == 1);
+    std::vector<Hit> others;
+    for (const Hit& hit : before.hits)
+      if (hit.instance_a != who && hit.instance_b != who) others.push_back(hit);
+    CHECK(same_hits(after.hits, others));
+  }
 
   for (const Refit refit : {Refit::kCab, Refit::kAabbHull}) {
     const std::vector<Box> was = boxes_of(sound, refit, desc), is = boxes_of(spoilt, refit, desc);
     for (std::uint32_t i = 0; i < n; ++i)
-      if (i != who) CHECK(same_boxes(&was[i * nodes], &is[i * nodes], nodes));
+      if (i != who) CHECK(same_bits(&was[i * nodes], &is[i * nodes], nodes));
     const Box zero = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-    for (std::size_t node = 0; node < nodes; ++node) CHECK(same_boxes(&is[who * nodes + node], &zero, 1));
+    for (std::size_t node = 0; node < nodes; ++node) CHECK(same_bits(&is[who * nodes + node], &zero, 1));
   }
 }
 
