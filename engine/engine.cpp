@@ -52,14 +52,13 @@ Needs needs_of(const Engine& engine) {
     if (batch.kind == BatchKind::kFrames) {
       frame_nodes += articulation.node_count;
     } else {
-      needs.nodes = std::max<std::size_t>(needs.nodes, articulation.node_count);
       needs.character_instances += batch.instance_count;
       needs.character_tiles += tile_count(batch.instance_count);
       needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
       needs.leaf_row_floats = std::max(needs.leaf_row_floats, leaf_row_floats(articulation.leaf_count));
     }
   }
-  needs.nodes = std::max(needs.nodes, frame_nodes);
+  needs.nodes = std::max(needs.character_nodes, frame_nodes);
   needs.depth = 2 * depth + 2;
   needs.leaf_pairs = leaves * leaves;
   return needs;

@@ -1,29 +1,16 @@
-// Random numbers that are the same on every platform's standard library.
+// What the judges' generators draw beside what scenes draw.
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 
 #include "perf/oracle/vec3.h"
+#include "scenes/random.h"
 
 namespace cab::oracle {
 
-// splitmix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators").
-class Random {
+class Random : public scenes::Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-
-  // 64 uniform bits.
-  std::uint64_t next_u64() {
-    state_ += 0x9E3779B97F4A7C15u;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return z ^ (z >> 31);
-  }
-
-  // An integer in 0..count-1, count > 0 and far below 2^32.
-  unsigned index(unsigned count) { return static_cast<unsigned>(((next_u64() >> 32) * count) >> 32); }
+  using scenes::Random::Random;
 
   // True with the given probability.
   bool chance(double probability) { return uniform(0.0, 1.0) < probability; }
@@ -31,19 +18,10 @@ class Random {
   // +1 or -1.
   double sign() { return chance(0.5) ? 1.0 : -1.0; }
 
-  // Uniform in [a, b).
-  double uniform(double a, double b) { return a + (b - a) * (static_cast<double>(next_u64() >> 11) * 0x1p-53); }
-
   // Uniform in the logarithm, a and b positive.
   double log_uniform(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
 
-  // Mean 0, deviation 1 (Box and Muller).
-  double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform(0.0, 1.0)));
-    return radius * std::cos(6.283185307179586 * uniform(0.0, 1.0));
-  }
-
-  // Uniform on the sphere.
+  // Uniform on the sphere, by no formula that scenes use.
   Vec3<double> unit_vector() {
     for (;;) {
       const Vec3<double> a{{normal(), normal(), normal()}};
@@ -63,9 +41,6 @@ class Random {
     store(side, axis[(k + 1) % 3]);
     store(cross(direction, side), axis[(k + 2) % 3]);
   }
-
- private:
-  std::uint64_t state_;
 };
 
 }  // namespace cab::oracle

@@ -17,11 +17,7 @@ namespace {
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
-Outcome crowd(const Words& options) {
-  Words words = {"crowd"};
-  words.insert(words.end(), options.begin(), options.end());
-  return spawn(CAB_COMMAND, words);
-}
+Outcome crowd(const Words& options) { return run_command("crowd", options); }
 
 // Runs a small crowd and returns its figures.
 Json figures(const Words& options) {

@@ -14,11 +14,7 @@ namespace {
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
-Outcome peers(const Words& options) {
-  Words words = {"peers"};
-  words.insert(words.end(), options.begin(), options.end());
-  return spawn(CAB_COMMAND, words);
-}
+Outcome peers(const Words& options) { return run_command("peers", options); }
 
 // The median of the row that `best` names.
 double seconds_of(const Json& rows, const Json& best) {

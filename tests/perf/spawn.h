@@ -86,4 +86,11 @@ inline Outcome spawn(const std::string& program, const std::vector<std::string>&
   return outcome;
 }
 
+// `cab COMMAND OPTION...`
+inline Outcome run_command(const std::string& command, const std::vector<std::string>& options) {
+  std::vector<std::string> words = {command};
+  words.insert(words.end(), options.begin(), options.end());
+  return spawn(CAB_COMMAND, words);
+}
+
 }  // namespace cab::test

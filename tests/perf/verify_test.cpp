@@ -34,10 +34,10 @@ struct Run {
 Run run_verify(const Words& options) {
   const TemporaryFolder folder;
   const std::string path = folder / "counts.json";
-  Words words = {"verify", "--json", path};
+  Words words = {"--json", path};
   words.insert(words.end(), options.begin(), options.end());
   Run run;
-  run.outcome = spawn(CAB_COMMAND, words);
+  run.outcome = run_command("verify", words);
   INFO(run.outcome.error);
   REQUIRE(run.outcome.exit_code == 0);
   run.counts = counts_in(path);
