@@ -1,5 +1,7 @@
 #include "engine/broad_phase.h"
 
+#include "engine/search_grid.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -23,62 +25,10 @@ constexpr std::uint32_t kLargeShare = 32;
 // An axis along which the instances spread over fewer cells than this is flat.
 constexpr double kFlatCells = 4;
 
-bool paired(const Engine& engine, std::uint32_t a, std::uint32_t b) {
-  const std::size_t bit = std::size_t{a} * engine.batches.size() + b;
-  return engine.paired_bits[bit >> 6] >> (bit & 63) & 1;
-}
-
 void set_paired(Engine& engine, std::uint32_t a, std::uint32_t b) {
   const std::size_t bit = std::size_t{a} * engine.batches.size() + b;
   engine.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
   engine.batches[a]->batch.pairs_between = true;
-}
-
-bool meet(const InstanceBounds& a, const InstanceBounds& b) {
-  return (a.lo[0] <= b.hi[0]) & (b.lo[0] <= a.hi[0]) & (a.lo[1] <= b.hi[1]) & (b.lo[1] <= a.hi[1]) &
-         (a.lo[2] <= b.hi[2]) & (b.lo[2] <= a.hi[2]);
-}
-
-// The least e such that every value up to `extent` is below 2^e.
-int exponent_above(double extent) {
-  std::uint64_t bits;
-  std::memcpy(&bits, &extent, sizeof bits);
-  const int exponent = static_cast<int>(bits >> 52 & 0x7ff) - 1022;  // extents are never negative
-  return std::clamp(exponent, GridSurvey::kLeastExponent, GridSurvey::kMostExponent);
-}
-
-std::uint32_t level_of_exponent(const Grid& grid, int exponent) {
-  const int above = exponent - grid.exponent[0];
-  return above <= 0 ? 0 : std::min((static_cast<std::uint32_t>(above) + 1) / 2, kGridLevels - 1);
-}
-
-std::uint32_t level_of(const Grid& grid, const InstanceBounds& bounds) {
-  double extent = 0;
-  for (std::uint32_t c = 0; c < 3; ++c)
-    if (!grid.flat[c]) extent = std::max(extent, bounds.hi[c] - bounds.lo[c]);
-  return level_of_exponent(grid, exponent_above(extent));
-}
-
-// The number of the cell that holds a coordinate. Cells are powers of two, so nothing is rounded but to below.
-std::int64_t cell_of(const Grid& grid, std::uint32_t level, std::uint32_t axis, double at) {
-  if (grid.flat[axis]) return 0;
-  constexpr double most = 0x1p61;
-  const double scaled = std::clamp(at * grid.scale[level], -most, most);
-  const std::int64_t whole = static_cast<std::int64_t>(scaled);
-  return whole - (static_cast<double>(whole) > scaled);
-}
-
-// Cells that follow each other along x have buckets that follow each other.
-std::uint32_t bucket_of(const Grid& grid, std::uint32_t level, std::int64_t x, std::int64_t y, std::int64_t z) {
-  const std::uint64_t hash = static_cast<std::uint64_t>(x) + static_cast<std::uint64_t>(y) * 0x9e3779b97f4a7c15u +
-                             static_cast<std::uint64_t>(z) * 0xc2b2ae3d27d4eb4fu +
-                             std::uint64_t{level} * 0x165667b19e3779f9u;
-  return static_cast<std::uint32_t>(hash) & grid.mask;
-}
-
-std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds, std::uint32_t level) {
-  return bucket_of(grid, level, cell_of(grid, level, 0, bounds.lo[0]), cell_of(grid, level, 1, bounds.lo[1]),
-                   cell_of(grid, level, 2, bounds.lo[2]));
 }
 
 // Runs body(batch index, instance, worker) for every instance that some rule tests against others.
@@ -176,34 +126,14 @@ void note_rules(Engine& engine, const FrameJob& job) {
   }
 }
 
-// Rounded to float, away from the inside of the bounds.
-float rounded_down(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
-
-// Bounds about the grid's origin. What float rounds only lets more rows meet, which their bounds in double tell apart.
-BoundsRow row_of(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance) {
-  BoundsRow out;
-  for (std::uint32_t c = 0; c < 3; ++c) {
-    out.side[c] = rounded_down(bounds.lo[c] - grid.origin[c]);
-    out.side[3 + c] = rounded_down(grid.origin[c] - bounds.hi[c]);
-  }
-  out.batch = batch;
-  out.instance = instance;
-  return out;
-}
-
-// What a search of the grid looks for, and where it puts it.
-struct Search {
-  const Engine& engine;
-  const InstanceBounds& bounds;
-  float reach[8];  // of kernels' meeting_rows
-  std::uint32_t batch;
-  std::uint64_t above, below;  // keys to list lie between these two
-  bool every_row = false;      // of the grid is scanned: a full list ends the search
+// Partners that a search lists, in the order of keys: those between two keys.
+struct PartnerList {
   FixedList<Partner>& found;
+  std::uint64_t above, below;
   bool complete = true;
 };
 
-// Ascending, each once: cells that wrap around the buckets may be scanned twice.
+// Ascending, each once: cells that share buckets may be scanned twice.
 void sort_partners(FixedList<Partner>& list) {
   std::sort(list.begin(), list.end(), [](const Partner& x, const Partner& y) { return x.key < y.key; });
   list.size = static_cast<std::uint32_t>(
@@ -212,61 +142,19 @@ void sort_partners(FixedList<Partner>& list) {
 }
 
 // Keeps the lower half of a full list, and from then on takes only what lies below its end.
-void keep_lower_half(Search& search) {
-  FixedList<Partner>& found = search.found;
-  sort_partners(found);
-  if (found.size <= found.capacity / 2) return;
-  found.size = found.capacity / 2;
-  search.below = found.data[found.size - 1].key;
-  search.complete = false;
+void keep_lower_half(PartnerList& list) {
+  sort_partners(list.found);
+  if (list.found.size <= list.found.capacity / 2) return;
+  list.found.size = list.found.capacity / 2;
+  list.below = list.found.data[list.found.size - 1].key;
+  list.complete = false;
 }
 
-void scan_rows(Search& search, std::uint32_t first, std::uint32_t end) {
-  constexpr std::uint32_t kAtOnce = 128;
-  const Engine& engine = search.engine;
-  std::uint32_t meeting[kAtOnce + 1];
-  for (; first < end; first += std::min(kAtOnce, end - first)) {
-    const BoundsRow* const rows = engine.grid.rows.data + first;
-    const std::uint32_t count =
-        engine.kernels->meeting_rows(rows, std::min(kAtOnce, end - first), search.reach, meeting);
-    for (std::uint32_t m = 0; m < count; ++m) {
-      const BoundsRow& row = rows[meeting[m]];
-      const std::uint64_t key = instance_key(row.batch, row.instance);
-      if (key <= search.above || key >= search.below || !paired(engine, search.batch, row.batch)) continue;
-      if (!meet(search.bounds, engine.grid.placements[first + meeting[m]].bounds)) continue;
-      search.found.push({key, first + meeting[m]});
-      if (search.found.size < search.found.capacity) continue;
-      if (search.every_row) {
-        search.complete = false;
-        return;
-      }
-      keep_lower_half(search);
-    }
-  }
-}
-
-// Scans the cells of one level in which an instance may begin whose bounds meet the ones searched for: from one cell
-// before the first that they touch. False when those are more than there are rows.
-bool scan_level(Search& search, std::uint32_t level) {
-  const Grid& grid = search.engine.grid;
-  std::int64_t lo[3], hi[3];
-  double cells = 1;
-  for (std::uint32_t c = 0; c < 3; ++c) {
-    lo[c] = cell_of(grid, level, c, search.bounds.lo[c]) - (grid.flat[c] ? 0 : 1);
-    hi[c] = cell_of(grid, level, c, search.bounds.hi[c]);
-    cells *= static_cast<double>(hi[c] - lo[c] + 1);
-  }
-  if (cells > 64 + static_cast<double>(grid.count)) return false;
-  const std::uint32_t length = static_cast<std::uint32_t>(hi[0] - lo[0] + 1);
-  if (length > grid.mask) return false;
-  for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
-    for (std::int64_t y = lo[1]; y <= hi[1]; ++y) {
-      const std::uint32_t first = bucket_of(grid, level, lo[0], y, z);
-      const std::uint32_t fits = std::min(length, grid.mask + 1 - first);
-      scan_rows(search, grid.bucket[first], grid.bucket[first + fits]);
-      if (fits < length) scan_rows(search, 0, grid.bucket[length - fits]);
-    }
-  return true;
+// Whether searching these cells one by one is no dearer than looking at every row.
+bool is_worth_searching(const Grid& grid, const CellRange& cells) {
+  double count = 1;
+  for (std::uint32_t c = 0; c < 3; ++c) count *= static_cast<double>(cells.hi[c] - cells.lo[c] + 1);
+  return count <= 64 + static_cast<double>(grid.count) && cells.hi[0] - cells.lo[0] < std::int64_t{grid.mask};
 }
 
 // Looks at every instance in the order of keys, so that after a full list the next goes on where it ended.
@@ -323,6 +211,10 @@ void build_grid(Engine& engine, const FrameJob& job) {
     if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
     shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
   });
+  grid.level_count = 0;
+  for (std::uint32_t level = 0; level < kGridLevels; ++level)
+    if (grid.used[level]) grid.levels[grid.level_count++] = level;
+  grid.order_axis = !grid.flat[2] ? 2 : !grid.flat[1] ? 1 : 0;
   std::uint32_t sum = 0;
   for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
   for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * survey.lo[c] + 0.5 * survey.hi[c];
@@ -330,7 +222,7 @@ void build_grid(Engine& engine, const FrameJob& job) {
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
     const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
-    grid.rows[at] = row_of(grid, bounds, index, instance);
+    set_row(grid, bounds, index, instance, grid.rows[at]);
     grid.placements[at] = placement_of(engine.batches[index]->batch, instance);
   });
 }
@@ -339,24 +231,39 @@ bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBoun
                    bool all, Worker& worker) {
   FixedList<Partner>& found = worker.partners;
   if (all) return list_in_order(engine, batch, bounds, after, all, found);
+  const Grid& grid = engine.grid;
+  BoundsRow of;
+  set_row(grid, bounds, batch, 0, of);
   found.clear();
-  Search search = {engine, bounds, {}, batch, after, ~std::uint64_t{0}, false, found};
-  const BoundsRow row = row_of(engine.grid, bounds, 0, 0);
-  for (std::uint32_t c = 0; c < 6; ++c) search.reach[c] = -row.side[(c + 3) % 6];
-  for (std::uint32_t level = 0; level < kGridLevels; ++level)
-    if (engine.grid.used[level].load(std::memory_order_relaxed) && !scan_level(search, level)) {
-      search.every_row = true;
-      break;
-    }
-  if (search.every_row) {  // few partners are found faster by rows, many in order
+  PartnerList list = {found, after, ~std::uint64_t{0}};
+  bool every_row = false;  // is scanned: a full list ends the search
+  const auto take = [&](std::uint32_t row) {
+    const BoundsRow& other = grid.rows[row];
+    const std::uint64_t key = instance_key(other.batch, other.instance);
+    if (key <= list.above || key >= list.below || !paired(engine, batch, other.batch) ||
+        !meet(bounds, grid.placements[row].bounds))
+      return true;
+    found.push({key, row});
+    if (found.size < found.capacity) return true;
+    if (every_row) return false;
+    keep_lower_half(list);
+    return true;
+  };
+  for (std::uint32_t l = 0; l < grid.level_count && !every_row; ++l) {
+    const CellRange cells = cells_to_search(grid, grid.levels[l], bounds);
+    every_row = !is_worth_searching(grid, cells);
+    if (!every_row)
+      for_each_run(grid, grid.levels[l], cells,
+                   [&](std::uint32_t first, std::uint32_t end) { return scan_rows(engine, of, first, end, take); });
+  }
+  if (every_row) {  // few partners are found faster by rows, many in order
     found.clear();
-    search.below = ~std::uint64_t{0};
-    search.complete = true;
-    scan_rows(search, 0, engine.grid.count);
-    if (!search.complete) return list_in_order(engine, batch, bounds, after, all, found);
+    list.below = ~std::uint64_t{0};
+    list.complete = true;
+    if (!scan_rows(engine, of, 0, grid.count, take)) return list_in_order(engine, batch, bounds, after, all, found);
   }
   sort_partners(found);
-  return search.complete;
+  return list.complete;
 }
 
 }  // namespace cab

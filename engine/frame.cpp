@@ -4,6 +4,7 @@
 #include "engine/broad_phase.h"
 #include "engine/posed_set.h"
 #include "engine/report.h"
+#include "engine/search_grid.h"
 #include "engine/timed.h"
 #include "engine/touched.h"
 #include "engine/traverse.h"
@@ -108,55 +109,94 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
 // Candidates that are tested at a time where only touching is asked for: what a test tells spares others.
 constexpr std::uint32_t kTouchedCandidates = 64;
 
-// Everything that one instance is tested against: itself, and its partners with a higher place in the order of hits.
-void pair_instance(Engine& engine, const Policies& policies, std::uint32_t index, std::uint32_t instance,
-                   const Placement& placement, std::uint32_t task, Worker& worker, HitSink& sink) {
-  const InstanceBatch& batch = engine.batches[index]->batch;
-  const bool touched = sink.job->report == Report::kTouched;
-  const std::uint32_t chunk = touched ? kTouchedCandidates : kChunkCandidates;
-  const auto gather = [&](std::uint32_t other_index, std::uint32_t other, const Placement& other_placement) {
-    Candidate candidate = {index, instance, other_index, other};
+// An instance and where it is.
+struct Placed {
+  std::uint32_t batch, instance;
+  const Placement& placement;
+};
+
+// One task's way to its candidates: they are tested whenever as many are gathered as a worker can hold.
+struct Gathering {
+  Engine& engine;
+  const Policies& policies;
+  std::uint32_t task;
+  Worker& worker;
+  HitSink& sink;
+
+  // Adds two instances, of which a has the lower place in the order of hits, or one against itself.
+  void add(const Placed& a, const Placed& b) {
+    Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
+    const bool touched = sink.job->report == Report::kTouched;
     if (touched && is_settled(engine, candidate)) return;
-    const std::uint32_t leaf_pairs =
-        batch.articulation->leaf_count * engine.batches[other_index]->batch.articulation->leaf_count;
-    if (worker.candidates.size >= chunk || worker.leaf_pairs + leaf_pairs > worker.found.capacity - kLanes ||
-        !has_room(engine, worker, index, other_index))
+    const std::uint32_t leaf_pairs = engine.batches[a.batch]->batch.articulation->leaf_count *
+                                     engine.batches[b.batch]->batch.articulation->leaf_count;
+    if (worker.candidates.size >= (touched ? kTouchedCandidates : kChunkCandidates) ||
+        worker.leaf_pairs + leaf_pairs > worker.found.capacity - kLanes || !has_room(engine, worker, a.batch, b.batch))
       test_candidates(engine, policies, task, worker, sink);
-    candidate.place_a = place_of(engine, policies, index, instance, placement, worker);
-    candidate.place_b = place_of(engine, policies, other_index, other, other_placement, worker);
+    candidate.place_a = place_of(engine, policies, a.batch, a.instance, a.placement, worker);
+    candidate.place_b = place_of(engine, policies, b.batch, b.instance, b.placement, worker);
     worker.candidates.push(candidate);
     worker.leaf_pairs += leaf_pairs;
-  };
-  if (batch.pairs_within) gather(index, instance, placement);
+  }
+};
+
+// Gathers everything that one instance is tested against: itself, and its partners with a higher place in the order of
+// hits.
+void gather_in_order(Gathering& gathering, const Placed& placed) {
+  Engine& engine = gathering.engine;
+  const InstanceBatch& batch = engine.batches[placed.batch]->batch;
+  if (batch.pairs_within) gathering.add(placed, placed);
   if (!batch.pairs_between) return;
-  std::uint64_t after = instance_key(index, instance);
+  std::uint64_t after = instance_key(placed.batch, placed.instance);
+  const bool all = gathering.policies.strategy == Strategy::kExactAll;
   for (bool complete = false; !complete;) {
-    complete = find_partners(engine, index, placement.bounds, after, policies.strategy == Strategy::kExactAll, worker);
+    Worker& worker = gathering.worker;
+    complete = find_partners(engine, placed.batch, placed.placement.bounds, after, all, worker);
     for (const Partner& partner : worker.partners) {
-      const auto other_index = static_cast<std::uint32_t>(partner.key >> 32),
-                 other = static_cast<std::uint32_t>(partner.key);
-      const InstanceBatch& other_batch = engine.batches[other_index]->batch;
-      if (!layers_meet(batch, instance, other_batch, other)) continue;
-      if (partner.row == kNoRow)
-        gather(other_index, other, placement_of(other_batch, other));
-      else
-        gather(other_index, other, engine.grid.placements[partner.row]);
+      const auto index = static_cast<std::uint32_t>(partner.key >> 32),
+                 instance = static_cast<std::uint32_t>(partner.key);
+      const InstanceBatch& other = engine.batches[index]->batch;
+      if (!layers_meet(batch, placed.instance, other, instance)) continue;
+      const Placement placement =
+          partner.row == kNoRow ? placement_of(other, instance) : engine.grid.placements[partner.row];
+      gathering.add(placed, {index, instance, placement});
     }
     if (!complete) after = worker.partners.data[worker.partners.size - 1].key;
   }
 }
 
-// Pairs characters of one task: calls pair(worker) with its time split between the steps.
-template <class Pair>
+// Gathers what the instance of one row of the grid is tested against: itself, and the rows that it finds.
+void gather_by_place(Gathering& gathering, std::uint32_t row) {
+  const Engine& engine = gathering.engine;
+  const Grid& grid = engine.grid;
+  const auto placed = [&grid](std::uint32_t at) {
+    return Placed{grid.rows[at].batch, grid.rows[at].instance, grid.placements[at]};
+  };
+  const Placed one = placed(row);
+  const InstanceBatch& batch = engine.batches[one.batch]->batch;
+  if (batch.pairs_within) gathering.add(one, one);
+  for_each_later(engine, row, [&](std::uint32_t other_row) {
+    const Placed other = placed(other_row);
+    if (!layers_meet(batch, one.instance, engine.batches[other.batch]->batch, other.instance)) return;
+    if (instance_key(one.batch, one.instance) < instance_key(other.batch, other.instance))
+      gathering.add(one, other);
+    else
+      gathering.add(other, one);
+  });
+}
+
+// Pairs characters of one task: gather(gathering) brings its candidates. Time is split between the steps.
+template <class Gather>
 void timed_task(Engine& engine, const Policies& policies, std::uint32_t task, std::uint32_t w, HitSink& sink,
-                Pair&& pair) {
+                Gather&& gather) {
   Worker& worker = *engine.workers[w];
   const Clock::time_point start = Clock::now();
   const auto others = [&worker] {
     return worker.stats.seconds_update + worker.stats.seconds_test + worker.stats.seconds_query;
   };
   const double before = others();
-  pair(worker);
+  Gathering gathering = {engine, policies, task, worker, sink};
+  gather(gathering);
   test_candidates(engine, policies, task, worker, sink);
   worker.stats.seconds_broad += seconds_since(start) - (others() - before);
 }
@@ -165,14 +205,15 @@ constexpr std::uint32_t kInstancesPerTask = 128;
 
 std::uint32_t task_count(std::uint32_t instances) { return (instances + kInstancesPerTask - 1) / kInstancesPerTask; }
 
-// Steps 3 to 6 for a run of instances of a batch that follow each other.
-void pair_run(Engine& engine, const Policies& policies, std::uint32_t index, std::uint32_t run, std::uint32_t task,
-              Worker& worker, HitSink& sink) {
-  const InstanceBatch& batch = engine.batches[index]->batch;
+// Gathers for a run of instances of a batch that follow each other.
+void gather_run(Gathering& gathering, std::uint32_t index, std::uint32_t run) {
+  const InstanceBatch& batch = gathering.engine.batches[index]->batch;
   const std::uint32_t first = run * kInstancesPerTask;
-  for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i)
-    if (batch.live[i / kLanes] >> (i % kLanes) & 1)
-      pair_instance(engine, policies, index, i, placement_of(batch, i), task, worker, sink);
+  for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i) {
+    if (!(batch.live[i / kLanes] >> (i % kLanes) & 1)) continue;
+    const Placement placement = placement_of(batch, i);
+    gather_in_order(gathering, {index, i, placement});
+  }
 }
 
 // Steps 2 to 6 of all character batches, in the order of hits.
@@ -187,8 +228,7 @@ void pair_in_order(Engine& engine, const Policies& policies, HitSink& sink) {
                                         [](std::uint32_t t, const auto& slot) { return t < slot->batch.first_task; });
     const std::uint32_t index = static_cast<std::uint32_t>(above - engine.batches.begin()) - 1;
     const std::uint32_t run = task - engine.batches[index]->batch.first_task;
-    timed_task(engine, policies, task, w, sink,
-               [&](Worker& worker) { pair_run(engine, policies, index, run, task, worker, sink); });
+    timed_task(engine, policies, task, w, sink, [&](Gathering& gathering) { gather_run(gathering, index, run); });
     finish_task(task, *engine.workers[w], sink);
   });
 }
@@ -201,11 +241,9 @@ bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
   const Grid& grid = engine.grid;
   engine.schedule->for_each(task_count(grid.count), [&](std::uint32_t task, std::uint32_t w) {
     if (sink.store_full) return;
-    timed_task(engine, policies, task, w, sink, [&](Worker& worker) {
+    timed_task(engine, policies, task, w, sink, [&](Gathering& gathering) {
       const std::uint32_t end = std::min(grid.count, (task + 1) * kInstancesPerTask);
-      for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
-        pair_instance(engine, policies, grid.rows[i].batch, grid.rows[i].instance, grid.placements[i], task, worker,
-                      sink);
+      for (std::uint32_t row = task * kInstancesPerTask; row < end; ++row) gather_by_place(gathering, row);
     });
     store_hits(engine, *engine.workers[w], sink);
   });
@@ -214,8 +252,7 @@ bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
     if (!batch.pairs_within || batch.pairs_between) continue;  // not in the grid
     engine.schedule->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
       if (sink.store_full) return;
-      timed_task(engine, policies, task, w, sink,
-                 [&](Worker& worker) { pair_run(engine, policies, index, task, task, worker, sink); });
+      timed_task(engine, policies, task, w, sink, [&](Gathering& gathering) { gather_run(gathering, index, task); });
       store_hits(engine, *engine.workers[w], sink);
     });
   }
@@ -230,7 +267,11 @@ bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
 
 // Steps 2 to 6 of all character batches.
 void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
-  constexpr std::uint32_t kFramesInOrder = 16;  // after one whose hits the store could not hold
+  constexpr std::uint32_t kFramesInOrder = 16;     // after one whose hits the store could not hold
+  if (policies.strategy == Strategy::kExactAll) {  // the grid is not asked
+    pair_in_order(engine, policies, sink);
+    return;
+  }
   if (engine.frames_in_order > 0) {
     --engine.frames_in_order;
   } else if (pair_by_place(engine, policies, sink)) {

@@ -4,8 +4,11 @@
 #include "layout/bounds_row.h"
 #include "layout/instance_batch.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace cab {
@@ -36,7 +39,67 @@ struct Grid {
   int exponent[kGridLevels] = {};
   double scale[kGridLevels] = {};  // 2^-exponent
   std::atomic<bool> used[kGridLevels] = {};
-  bool flat[3] = {};  // axes along which the instances spread too little to be told apart by cells
+  std::uint32_t levels[kGridLevels] = {};  // that are used, ascending
+  std::uint32_t level_count = 0;
+  bool flat[3] = {};             // axes along which the instances spread too little to be told apart by cells
+  std::uint32_t order_axis = 0;  // one that is not flat, if any is: along it pairs of one level are ordered
 };
+
+// The least e such that every value up to `extent` is below 2^e.
+inline int exponent_above(double extent) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &extent, sizeof bits);
+  const int exponent = static_cast<int>(bits >> 52 & 0x7ff) - 1022;  // extents are never negative
+  return std::clamp(exponent, GridSurvey::kLeastExponent, GridSurvey::kMostExponent);
+}
+
+inline std::uint32_t level_of_exponent(const Grid& grid, int exponent) {
+  const int above = exponent - grid.exponent[0];
+  return above <= 0 ? 0 : std::min((static_cast<std::uint32_t>(above) + 1) / 2, kGridLevels - 1);
+}
+
+inline std::uint32_t level_of(const Grid& grid, const InstanceBounds& bounds) {
+  double extent = 0;
+  for (std::uint32_t c = 0; c < 3; ++c)
+    if (!grid.flat[c]) extent = std::max(extent, bounds.hi[c] - bounds.lo[c]);
+  return level_of_exponent(grid, exponent_above(extent));
+}
+
+// The number of the cell that holds a coordinate. Cells are powers of two, so nothing is rounded but to below.
+inline std::int64_t cell_of(const Grid& grid, std::uint32_t level, std::uint32_t axis, double at) {
+  if (grid.flat[axis]) return 0;
+  constexpr double most = 0x1p61;
+  const double scaled = std::clamp(at * grid.scale[level], -most, most);
+  const std::int64_t whole = static_cast<std::int64_t>(scaled);
+  return whole - (static_cast<double>(whole) > scaled);
+}
+
+// Cells that follow each other along x have buckets that follow each other.
+inline std::uint32_t bucket_of(const Grid& grid, std::uint32_t level, std::int64_t x, std::int64_t y, std::int64_t z) {
+  const std::uint64_t hash = static_cast<std::uint64_t>(x) + static_cast<std::uint64_t>(y) * 0x9e3779b97f4a7c15u +
+                             static_cast<std::uint64_t>(z) * 0xc2b2ae3d27d4eb4fu +
+                             std::uint64_t{level} * 0x165667b19e3779f9u;
+  return static_cast<std::uint32_t>(hash) & grid.mask;
+}
+
+inline std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds, std::uint32_t level) {
+  return bucket_of(grid, level, cell_of(grid, level, 0, bounds.lo[0]), cell_of(grid, level, 1, bounds.lo[1]),
+                   cell_of(grid, level, 2, bounds.lo[2]));
+}
+
+// Rounded to float, away from the inside of the bounds.
+inline float rounded_down(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
+
+// Makes a row: bounds about the grid's origin. What float rounds only lets more rows meet, which their bounds in double
+// tell apart.
+inline void set_row(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance,
+                    BoundsRow& out) {
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    out.side[c] = rounded_down(bounds.lo[c] - grid.origin[c]);
+    out.side[3 + c] = rounded_down(grid.origin[c] - bounds.hi[c]);
+  }
+  out.batch = batch;
+  out.instance = instance;
+}
 
 }  // namespace cab

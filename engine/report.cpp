@@ -1,5 +1,6 @@
 #include "engine/report.h"
 
+#include "engine/broad_phase.h"
 #include "engine/timed.h"
 #include "engine/touched.h"
 
@@ -47,47 +48,81 @@ void hand_over(Worker& worker, HitSink& sink) {
   worker.hits.clear();
 }
 
-// A group in the store: the hits of one candidate. Words: its two instances, how many hits there are, then both leaves of
-// each in one word.
-enum GroupWord : std::uint32_t { kBatchA, kInstanceA, kBatchB, kInstanceB, kHits, kGroupHead };
+// A group in the store: the hits of one candidate. Words: where the next group of its first instance begins, its two
+// instances, how many hits there are, then both leaves of each in one word.
+enum GroupWord : std::uint32_t { kNext, kBatchA, kInstanceA, kBatchB, kInstanceB, kHits, kGroupHead };
 
-// Puts the groups of a worker that end before `end` into the store. They are in order of instances.
-void store_until(Engine& engine, Worker& worker, std::uint32_t end, HitSink& sink) {
-  const std::uint64_t at = sink.stored_words.fetch_add(end, std::memory_order_relaxed);
-  if (at + end > engine.store.size) {
+// Puts the groups of a worker into the store, each before the others of its first instance.
+void store_groups(Engine& engine, Worker& worker, HitSink& sink) {
+  const FixedList<std::uint32_t>& words = worker.words;
+  const std::uint64_t at = sink.stored_words.fetch_add(words.size, std::memory_order_relaxed);
+  if (at + words.size > engine.store.size) {
     sink.store_full = true;
     return;
   }
-  const std::uint32_t* const words = worker.words.data;
-  std::copy(words, words + end, engine.store.data + at);
-  for (std::uint32_t group = 0; group < end; group += kGroupHead + words[group + kHits]) {
-    StoredHits& stored = engine.batches[words[group + kBatchA]]->batch.stored[words[group + kInstanceA]];
-    if (stored.count == 0) stored.first = static_cast<std::uint32_t>(at + group);
-    stored.count += words[group + kHits];
+  std::uint32_t* const to = engine.store.data + at;
+  std::copy(words.begin(), words.end(), to);
+  for (std::uint32_t group = 0; group < words.size; group += kGroupHead + to[group + kHits]) {
+    StoredHits& stored = engine.batches[to[group + kBatchA]]->batch.stored[to[group + kInstanceA]];
+    to[group + kNext] = __atomic_exchange_n(&stored.head, static_cast<std::uint32_t>(at + group), __ATOMIC_RELAXED);
+    __atomic_fetch_add(&stored.count, to[group + kHits], __ATOMIC_RELAXED);
   }
 }
 
-// Whether a worker's groups have room for one more of up to `hits`. Where they have not, those of finished instances are
-// stored; those of the candidate's own stay, since an instance is stored at once.
-bool has_room_for(Engine& engine, Worker& worker, const Candidate& candidate, std::size_t hits, HitSink& sink) {
+// Whether a worker's groups have room for one more of up to `hits`, after they are stored if need be.
+bool has_room_for(Engine& engine, Worker& worker, std::size_t hits, HitSink& sink) {
   FixedList<std::uint32_t>& words = worker.words;
   if (words.size + kGroupHead + hits <= words.capacity) return true;
-  std::uint32_t finished = 0;
-  while (finished < words.size && (words.data[finished + kBatchA] != candidate.batch_a ||
-                                   words.data[finished + kInstanceA] != candidate.instance_a))
-    finished += kGroupHead + words.data[finished + kHits];
-  store_until(engine, worker, finished, sink);
-  words.size = static_cast<std::uint32_t>(std::copy(words.data + finished, words.end(), words.data) - words.data);
-  if (words.size + kGroupHead + hits <= words.capacity) return true;
+  store_hits(engine, worker, sink);
+  if (kGroupHead + hits <= words.capacity) return true;
   sink.store_full = true;
   return false;
 }
 
+// One chain of two, in the order of the instances that its groups touch.
+std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t y) {
+  std::uint32_t first, *link = &first;
+  const auto key = [store](std::uint32_t group) {
+    return instance_key(store[group + kBatchB], store[group + kInstanceB]);
+  };
+  while (x != StoredHits::kNone && y != StoredHits::kNone) {
+    std::uint32_t& lower = key(x) < key(y) ? x : y;
+    *link = lower;
+    link = &store[lower + kNext];
+    lower = *link;
+  }
+  *link = x != StoredHits::kNone ? x : y;
+  return first;
+}
+
+// Sorts a chain of groups by merging: chain[k], if there is one, holds 2^k of them.
+std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
+  constexpr std::uint32_t kChains = 32;
+  std::uint32_t chain[kChains], chains = 0;
+  while (head != StoredHits::kNone) {
+    std::uint32_t carried = head;
+    head = store[carried + kNext];
+    store[carried + kNext] = StoredHits::kNone;
+    std::uint32_t k = 0;
+    for (; k < chains && chain[k] != StoredHits::kNone; ++k) {
+      carried = merge_chains(store, chain[k], carried);
+      chain[k] = StoredHits::kNone;
+    }
+    if (k == chains) ++chains;
+    chain[k] = carried;
+  }
+  std::uint32_t sorted = StoredHits::kNone;
+  for (std::uint32_t k = 0; k < chains; ++k) sorted = merge_chains(store, chain[k], sorted);
+  return sorted;
+}
+
 // Writes one instance's hits, as far as there is room.
-void write_hits(const Engine& engine, std::uint32_t index, std::uint32_t instance, Span<Hit> room) {
+void write_hits(Engine& engine, std::uint32_t index, std::uint32_t instance, Span<Hit> room) {
   const InstanceBatch& a = engine.batches[index]->batch;
-  const std::uint32_t* from = engine.store.data + a.stored[instance].first;
-  for (std::size_t at = 0; at < room.size;) {
+  std::size_t at = 0;
+  for (std::uint32_t group = sort_chain(engine.store.data, a.stored[instance].head); at < room.size;
+       group = engine.store[group + kNext]) {
+    const std::uint32_t* from = engine.store.data + group;
     const std::uint32_t batch_b = from[kBatchB], instance_b = from[kInstanceB], count = from[kHits];
     from += kGroupHead;
     const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
@@ -97,7 +132,6 @@ void write_hits(const Engine& engine, std::uint32_t index, std::uint32_t instanc
                           leaf_b = static_cast<std::uint16_t>(from[i]);
       room[at++] = {{index + 1}, instance, {batch_b + 1}, instance_b, link_a[leaf_a], link_b[leaf_b], leaf_a, leaf_b};
     }
-    from += count;
   }
 }
 
@@ -128,6 +162,57 @@ bool confirm(const Engine& engine, const Candidate& candidate, const FrameJob& j
   return false;
 }
 
+// Sorts the leaf pairs of one candidate by links, then leaves. What is found by rows stands sorted where leaves do.
+void sort_by_links(const Articulation& a, const Articulation& b, bool within, Span<LeafPair> pairs) {
+  const auto by_leaves = [](const LeafPair& x, const LeafPair& y) {
+    return (std::uint32_t{x.a} << 16 | x.b) < (std::uint32_t{y.a} << 16 | y.b);
+  };
+  if (a.leaves_by_link && b.leaves_by_link && !within && std::is_sorted(pairs.begin(), pairs.end(), by_leaves)) return;
+  std::sort(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) {
+    const LinkedPair lx = linked(a, b, x, within), ly = linked(a, b, y, within);
+    return order(lx) < order(ly);
+  });
+}
+
+// Calls take(pair) for one touching leaf pair of each two links, the first.
+template <class Take>
+void for_each_touching(const Engine& engine, const Candidate& candidate, const Articulation& a, const Articulation& b,
+                       Span<LeafPair> pairs, const FrameJob& job, Worker& worker, Take&& take) {
+  const bool within = is_within(candidate), confirmed = job.policies.exact == Exact::kNone;
+  std::uint16_t link_a = 0xffff, link_b = 0xffff;
+  bool any = false;
+  for (const LeafPair& pair : pairs) {
+    const LinkedPair at = linked(a, b, pair, within);
+    if ((at.link_a == link_a && at.link_b == link_b) ||
+        (!confirmed && !confirm(engine, candidate, job, at.leaf_a, at.leaf_b, worker)))
+      continue;
+    take(at);
+    link_a = at.link_a;
+    link_b = at.link_b;
+    any = true;
+  }
+  if (any) set_touched(engine, candidate);
+}
+
+// Adds the hits of one candidate to the worker's groups.
+void add_group(Engine& engine, const Candidate& candidate, const Articulation& a, const Articulation& b,
+               Span<LeafPair> pairs, Worker& worker, HitSink& sink) {
+  if (!has_room_for(engine, worker, pairs.size, sink)) return;
+  std::uint32_t* const head = worker.words.end();
+  std::uint32_t* end = head + kGroupHead;
+  for_each_touching(engine, candidate, a, b, pairs, *sink.job, worker,
+                    [&end](const LinkedPair& pair) { *end++ = std::uint32_t{pair.leaf_a} << 16 | pair.leaf_b; });
+  const auto hits = static_cast<std::uint32_t>(end - head) - kGroupHead;
+  if (hits == 0) return;
+  head[kNext] = StoredHits::kNone;
+  head[kBatchA] = candidate.batch_a;
+  head[kInstanceA] = candidate.instance_a;
+  head[kBatchB] = candidate.batch_b;
+  head[kInstanceB] = candidate.instance_b;
+  head[kHits] = hits;
+  worker.words.size += kGroupHead + hits;
+}
+
 }  // namespace
 
 void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, std::uint32_t task,
@@ -146,39 +231,12 @@ void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair>
     if (std::any_of(pairs.begin(), pairs.end(), touch)) set_touched(engine, candidate);
     return;
   }
-  const auto in_order = [&](const LeafPair& x, const LeafPair& y) {
-    const LinkedPair lx = linked(a, b, x, within), ly = linked(a, b, y, within);
-    return order(lx) < order(ly);
-  };
-  const auto by_leaves = [](const LeafPair& x, const LeafPair& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); };
-  const bool same_order = a.leaves_by_link && b.leaves_by_link && !within;
-  if (!same_order || !std::is_sorted(pairs.begin(), pairs.end(), by_leaves))
-    std::sort(pairs.begin(), pairs.end(), in_order);
-  const bool by_place = sink.by_place;
-  if (by_place && !has_room_for(engine, worker, candidate, pairs.size, sink)) return;
-  const std::uint32_t group = worker.words.size;
-  if (by_place) worker.words.size += kGroupHead;
-  LinkedPair last_hit = {0xffff, 0xffff, 0, 0};
-  std::uint32_t hits = 0;
-  for (const LeafPair& pair : pairs) {
-    const LinkedPair at = linked(a, b, pair, within);
-    if (at.link_a == last_hit.link_a && at.link_b == last_hit.link_b) continue;
-    if (!confirm(engine, candidate, *sink.job, at.leaf_a, at.leaf_b, worker)) continue;
-    if (by_place)
-      worker.words.push(std::uint32_t{at.leaf_a} << 16 | at.leaf_b);
-    else
-      push_hit(sink, candidate, at, task, worker);
-    last_hit = at;
-    ++hits;
-  }
-  if (hits > 0) set_touched(engine, candidate);
-  if (!by_place) return;
-  const std::uint32_t head[kGroupHead] = {candidate.batch_a, candidate.instance_a, candidate.batch_b,
-                                          candidate.instance_b, hits};
-  if (hits > 0)
-    std::copy(head, head + kGroupHead, worker.words.data + group);
+  sort_by_links(a, b, within, pairs);
+  if (sink.by_place)
+    add_group(engine, candidate, a, b, pairs, worker, sink);
   else
-    worker.words.size = group;
+    for_each_touching(engine, candidate, a, b, pairs, *sink.job, worker,
+                      [&](const LinkedPair& pair) { push_hit(sink, candidate, pair, task, worker); });
 }
 
 void finish_task(std::uint32_t task, Worker& worker, HitSink& sink) {
@@ -188,11 +246,12 @@ void finish_task(std::uint32_t task, Worker& worker, HitSink& sink) {
 }
 
 void store_hits(Engine& engine, Worker& worker, HitSink& sink) {
-  store_until(engine, worker, worker.words.size, sink);
+  store_groups(engine, worker, sink);
   worker.words.clear();
 }
 
 void write_stored_hits(Engine& engine, HitSink& sink) {
+  constexpr std::uint32_t kPrefetched = 16;  // instances ahead, whose hits lie anywhere
   FrameJob& job = *sink.job;
   std::size_t found = sink.found;
   for (std::uint32_t index = 0; index < engine.batches.size(); ++index) {
@@ -217,6 +276,8 @@ void write_stored_hits(Engine& engine, HitSink& sink) {
       const Timed timed(engine.workers[w]->stats.seconds_query);
       std::size_t at = batch.stored_before[task];
       run(task, [&](std::uint32_t i) {
+        const std::uint32_t ahead = std::min(i + kPrefetched, batch.instance_count - 1);
+        if (const StoredHits& next = batch.stored[ahead]; next.count) __builtin_prefetch(engine.store.data + next.head);
         const std::size_t count = batch.stored[i].count;
         if (at < job.hits.size) write_hits(engine, index, i, {job.hits.data + at, std::min(count, job.hits.size - at)});
         at += count;

@@ -17,10 +17,12 @@ struct Placement {
   double origin[3];
 };
 
-// Where an instance's hits stand in the engine's store, until they are written in order.
+// An instance's hits in the engine's store, until they are written in order: groups that are chained, one for each
+// instance that it touches.
 struct StoredHits {
-  std::uint32_t first;  // of its words
-  std::uint32_t count;  // of hits
+  static constexpr std::uint32_t kNone = 0xffffffff;
+  std::uint32_t head = kNone;  // where the last group begins that was put in
+  std::uint32_t count = 0;     // of hits
 };
 
 struct InstanceBatch {

@@ -1,0 +1,114 @@
+// Searches of the broad phase's grid.
+#pragma once
+
+#include "engine/broad_phase.h"
+
+#include <cassert>
+
+namespace cab {
+
+inline bool paired(const Engine& engine, std::uint32_t a, std::uint32_t b) {
+  const std::size_t bit = std::size_t{a} * engine.batches.size() + b;
+  return engine.paired_bits[bit >> 6] >> (bit & 63) & 1;
+}
+
+inline bool meet(const InstanceBounds& a, const InstanceBounds& b) {
+  return (a.lo[0] <= b.hi[0]) & (b.lo[0] <= a.hi[0]) & (a.lo[1] <= b.hi[1]) & (b.lo[1] <= a.hi[1]) &
+         (a.lo[2] <= b.hi[2]) & (b.lo[2] <= a.hi[2]);
+}
+
+// Rows that a kernel looks at in one call.
+inline constexpr std::uint32_t kRowsAtOnce = 128;
+
+// Calls take(row) for each of the grid's rows from `first` to `end` - 1 that meets `of`; false when a call was.
+template <class Take>
+bool scan_rows(const Engine& engine, const BoundsRow& of, std::uint32_t first, std::uint32_t end, Take&& take) {
+  std::uint32_t found[kRowsAtOnce + 1];
+  for (; first < end; first += std::min(kRowsAtOnce, end - first)) {
+    const std::uint32_t count =
+        engine.kernels->meeting_rows(engine.grid.rows.data, first, std::min(end, first + kRowsAtOnce), of, found);
+    for (std::uint32_t i = 0; i < count; ++i)
+      if (!take(found[i])) return false;
+  }
+  return true;
+}
+
+// The cells of one level in which instances may begin that are looked for.
+struct CellRange {
+  std::int64_t lo[3], hi[3];
+};
+
+inline CellRange cells_to_search(const Grid& grid, std::uint32_t level, const InstanceBounds& bounds) {
+  CellRange out;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    out.lo[c] = cell_of(grid, level, c, bounds.lo[c]) - (grid.flat[c] ? 0 : 1);
+    out.hi[c] = cell_of(grid, level, c, bounds.hi[c]);
+  }
+  return out;
+}
+
+// Calls scan(first, end) for the runs of rows that hold a range of cells, no longer along x than there are buckets. Cells
+// share buckets: runs may overlap, and hold other rows too. False when a call was.
+template <class Scan>
+bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells, Scan&& scan) {
+  const std::uint32_t length = static_cast<std::uint32_t>(cells.hi[0] - cells.lo[0] + 1);
+  for (std::int64_t z = cells.lo[2]; z <= cells.hi[2]; ++z)
+    for (std::int64_t y = cells.lo[1]; y <= cells.hi[1]; ++y) {
+      const std::uint32_t first = bucket_of(grid, level, cells.lo[0], y, z);
+      const std::uint32_t fits = std::min(length, grid.mask + 1 - first);
+      if (!scan(grid.bucket[first], grid.bucket[first + fits])) return false;
+      if (fits < length && !scan(0u, grid.bucket[length - fits])) return false;
+    }
+  return true;
+}
+
+// Whether the instance of row x is the one of two on a level that finds the other: it begins lower along one axis, so in
+// no later cell. Rows tell mostly, since rounding keeps the order of what it does not make equal.
+inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
+  const std::uint32_t axis = grid.order_axis;
+  const BoundsRow &row_x = grid.rows[x], &row_y = grid.rows[y];
+  if (row_x.side[axis] != row_y.side[axis]) return row_x.side[axis] < row_y.side[axis];
+  const double from = grid.placements[x].bounds.lo[axis], to = grid.placements[y].bounds.lo[axis];
+  if (from != to) return from < to;
+  return instance_key(row_x.batch, row_x.instance) < instance_key(row_y.batch, row_y.instance);
+}
+
+// Calls take(other) for the rows of the grid whose bounds meet those of `row`, with whose batch a rule pairs it, and that
+// do not find `row` themselves: each pair of rows is found once, by the one on the lower level or by the one that is
+// before the other. No instance is larger than the cells of its own level and of higher ones, so it reaches into three
+// of them at most along each axis.
+template <class Take>
+void for_each_later(const Engine& engine, std::uint32_t row, Take&& take) {
+  constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 along y and z, each in two parts where the buckets end
+  const Grid& grid = engine.grid;
+  const BoundsRow* const rows = grid.rows.data;
+  const BoundsRow& of = rows[row];
+  const InstanceBounds& bounds = grid.placements[row].bounds;
+  const bool several = grid.level_count > 1;
+  const std::uint32_t own = several ? level_of(grid, bounds) : grid.levels[0];
+  for (std::uint32_t l = 0; l < grid.level_count; ++l) {
+    const std::uint32_t level = grid.levels[l];
+    if (level < own) continue;
+    CellRange cells = cells_to_search(grid, level, bounds);
+    if (level == own && !grid.flat[grid.order_axis]) ++cells.lo[grid.order_axis];
+    std::uint32_t begin[kMostRuns], end[kMostRuns], runs = 0;
+    for_each_run(grid, level, cells, [&](std::uint32_t run_begin, std::uint32_t run_end) {
+      scan_rows(engine, of, run_begin, run_end, [&](std::uint32_t other) {
+        if (level == own && !is_before(grid, row, other)) return true;
+        const InstanceBounds& others = grid.placements[other].bounds;
+        if (several && level_of(grid, others) != level) return true;
+        if (!paired(engine, of.batch, rows[other].batch) || !meet(bounds, others)) return true;
+        for (std::uint32_t i = 0; i < runs; ++i)
+          if (other >= begin[i] && other < end[i]) return true;
+        take(other);
+        return true;
+      });
+      assert(runs < kMostRuns);
+      begin[runs] = run_begin;
+      end[runs++] = run_end;
+      return true;
+    });
+  }
+}
+
+}  // namespace cab
