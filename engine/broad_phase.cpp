@@ -47,6 +47,9 @@ void for_each_instance(Engine& engine, Body&& body) {
   }
 }
 
+// Workers that this frame runs on.
+std::size_t working_count(const Engine& engine) { return engine.schedule->alone ? 1 : engine.workers.size(); }
+
 // Adds to a counter that all workers share; returns what it held.
 std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alone) {
   if (!alone) return __atomic_fetch_add(&counter, amount, __ATOMIC_RELAXED);
@@ -55,22 +58,20 @@ std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alon
   return before;
 }
 
-// How far instances spread and how large they are, over all workers.
-GridSurvey survey_instances(Engine& engine) {
-  const std::size_t working = engine.schedule->alone ? 1 : engine.workers.size();
-  for (std::size_t w = 0; w < working; ++w) engine.workers[w]->survey = {};
-  for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t w) {
-    GridSurvey& survey = engine.workers[w]->survey;
-    const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      survey.lo[c] = std::min(survey.lo[c], bounds.lo[c]);
-      survey.hi[c] = std::max(survey.hi[c], bounds.lo[c]);
-      ++survey.of_exponent[c][exponent_above(bounds.hi[c] - bounds.lo[c]) - GridSurvey::kLeastExponent];
-    }
-    ++survey.count;
-  });
+// Adds the bounds of one instance to what is known of all.
+void survey_bounds(const InstanceBounds& bounds, GridSurvey& survey) {
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    survey.lo[c] = std::min(survey.lo[c], bounds.lo[c]);
+    survey.hi[c] = std::max(survey.hi[c], bounds.lo[c]);
+    ++survey.of_exponent[c][exponent_above(bounds.hi[c] - bounds.lo[c]) - GridSurvey::kLeastExponent];
+  }
+  ++survey.count;
+}
+
+// What all workers have surveyed.
+GridSurvey survey_of(const Engine& engine) {
   GridSurvey all = engine.workers[0]->survey;
-  for (std::size_t w = 1; w < working; ++w) {
+  for (std::size_t w = 1; w < working_count(engine); ++w) {
     const GridSurvey& part = engine.workers[w]->survey;
     for (std::uint32_t c = 0; c < 3; ++c) {
       all.lo[c] = std::min(all.lo[c], part.lo[c]);
@@ -177,7 +178,13 @@ bool list_in_order(const Engine& engine, std::uint32_t batch, const InstanceBoun
 
 }  // namespace
 
-void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves) {
+void begin_grid(Engine& engine, const FrameJob& job) {
+  note_rules(engine, job);
+  for (std::size_t w = 0; w < working_count(engine); ++w) engine.workers[w]->survey = {};
+}
+
+void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves,
+                     Worker& worker) {
   AabbTile all;
   engine.kernels->bound_together(leaves, batch.articulation->leaf_count, &all);
   const std::uint32_t first = tile * kLanes;
@@ -191,19 +198,19 @@ void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t t
       out.lo[c] = origin + lo - pad;
       out.hi[c] = origin + hi + pad;
     }
+    if (batch.pairs_between && (batch.live[tile] >> lane & 1)) survey_bounds(out, worker.survey);
   }
 }
 
-void build_grid(Engine& engine, const FrameJob& job) {
-  note_rules(engine, job);
+void build_grid(Engine& engine) {
   Grid& grid = engine.grid;
-  const GridSurvey survey = survey_instances(engine);
+  const GridSurvey survey = survey_of(engine);
   grid.count = survey.count;
   if (survey.count == 0) return;
   choose_levels(survey, grid);
   grid.mask = 15;
   while (grid.mask + 1 < survey.count) grid.mask = 2 * grid.mask + 1;
-  const bool alone = engine.schedule->alone || engine.workers.size() == 1;
+  const bool alone = working_count(engine) == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];

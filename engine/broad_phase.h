@@ -7,11 +7,16 @@
 
 namespace cab {
 
-// Bounds of a tile's instances in the world from bounds of their leaves, widened by what forming them in double rounds.
-void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves);
+// Notes which batches the rules pair. Instances are bounded next.
+void begin_grid(Engine& engine, const FrameJob& job);
 
-// Notes which batches the rules pair, and puts every instance that they test against others into the grid.
-void build_grid(Engine& engine, const FrameJob& job);
+// Bounds of a tile's instances in the world from bounds of their leaves, widened by what forming them in double rounds;
+// what the grid must know of all of them is gathered in the worker. Who is masked is known.
+void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves,
+                     Worker& worker);
+
+// Puts every instance that the rules test against others into the grid.
+void build_grid(Engine& engine);
 
 // An instance by its place in the order of hits.
 inline std::uint64_t instance_key(std::uint32_t batch, std::uint32_t instance) {

@@ -73,7 +73,7 @@ void bound_characters(Engine& engine, const FrameJob& job, Policies policies) {
                                                  worker, worker.boxes.data, worker.bounds.data));
       if (!is_axis_aligned(policies.refit))
         engine.kernels->bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
-      bound_instances(engine, batch, tile, worker.bounds.data);
+      bound_instances(engine, batch, tile, worker.bounds.data, worker);
       std::fill_n(batch.stored.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
                   StoredHits{});
     });
@@ -466,10 +466,11 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   HitSink sink{&job};
   const Policies policies = for_characters(engine, job);
   engine.schedule->alone = is_small(engine, job, policies);
+  begin_grid(engine, job);
   bound_characters(engine, job, policies);
   {
     const Timed timed(engine.workers[0]->stats.seconds_broad);
-    build_grid(engine, job);
+    build_grid(engine);
   }
   pair_characters(engine, policies, sink);
   run_frame_batches(engine, job, for_frames(job), sink);

@@ -75,18 +75,18 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
   return out;
 }
 
-// Adds the pair `first` with its b raised by each bit that is set. Room for kLanes more pairs than are added must be left.
+// Writes the pair `first` with its b raised by each bit that is set to `to`, which has room for kLanes pairs; returns its
+// new end.
 template <class V>
-CAB_INLINE void append_pairs(FixedList<LeafPair>& list, LeafPair first, std::uint32_t set) {
+CAB_INLINE LeafPair* append_pairs(LeafPair* to, LeafPair first, std::uint32_t set) {
   for (; set != 0; set &= set - 1)
-    list.push(
-        {first.slot, first.a, static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))});
+    *to++ = {first.slot, first.a, static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))};
+  return to;
 }
 #if XSIMD_WITH_AVX512F
-// Without a branch: lanes are compressed and all sixteen stored, of which the list counts those that are set.
+// Without a branch: lanes are compressed and all sixteen stored, of which those count that are set.
 template <>
-CAB_INLINE void append_pairs<Batch<xsimd::avx512bw>>(FixedList<LeafPair>& list, LeafPair first, std::uint32_t set) {
-  assert(list.size + kLanes <= list.capacity);
+CAB_INLINE LeafPair* append_pairs<Batch<xsimd::avx512bw>>(LeafPair* to, LeafPair first, std::uint32_t set) {
   const __m512i lanes = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
   const __m512i b = _mm512_maskz_compress_epi32(static_cast<__mmask16>(set), lanes);
   std::uint64_t base;
@@ -94,37 +94,59 @@ CAB_INLINE void append_pairs<Batch<xsimd::avx512bw>>(FixedList<LeafPair>& list, 
   const __m512i from = _mm512_set1_epi64(static_cast<long long>(base));
   const __m512i low = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm512_castsi512_si256(b)), 48);
   const __m512i high = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm512_extracti64x4_epi64(b, 1)), 48);
-  _mm512_storeu_si512(list.data + list.size, _mm512_add_epi64(from, low));
-  _mm512_storeu_si512(list.data + list.size + 8, _mm512_add_epi64(from, high));
-  list.size += static_cast<std::uint32_t>(__builtin_popcount(set));
+  _mm512_storeu_si512(to, _mm512_add_epi64(from, low));
+  _mm512_storeu_si512(to + 8, _mm512_add_epi64(from, high));
+  return to + __builtin_popcount(set);
 }
 #endif
 
+// Sides of as many leaves as a vector holds: lower bounds x y z, then upper bounds.
+template <class V>
+struct LeafSides {
+  V side[6];
+};
+
+template <class V>
+CAB_INLINE LeafSides<V> load_sides(const float* rows, std::uint32_t width, std::uint32_t first) {
+  LeafSides<V> out;
+  for (std::uint32_t r = 0; r < 6; ++r) out.side[r] = Lanes<V>::load(rows + std::size_t{r} * width + first);
+  return out;
+}
+
 // Adds every pair of leaves whose bounds meet: a superset of the pairs that pass the leaf predicate, in order of (a, b).
+// Room for kLanes more pairs than are added must be left.
 template <class V>
 void filter_rows(const RowFilter& filter) {
   const std::uint32_t width_b = leaf_row_width(filter.leaves_b);
+  const LeafSides<V> first_b = load_sides<V>(filter.b, width_b, 0);  // all of them where they fit into a vector
   alignas(64) float lo[3][kLanes], hi[3][kLanes];
+  LeafPair* end = filter.found->end();
   for (std::uint32_t first = 0; first < filter.leaves_a; first += kLanes) {
     std::uint32_t left = move_leaves<V>(filter, first, lo, hi);
     if (filter.leaves_a - first < kLanes) left &= (1u << (filter.leaves_a - first)) - 1;
-    while (left != 0) {
-      const std::uint32_t i = static_cast<std::uint32_t>(__builtin_ctz(left));
-      left &= left - 1;
+    for (; left != 0; left &= left - 1) {
+      const std::uint32_t i = static_cast<std::uint32_t>(__builtin_ctz(left)), a = first + i;
       const V lo_x(lo[0][i]), lo_y(lo[1][i]), lo_z(lo[2][i]), hi_x(hi[0][i]), hi_y(hi[1][i]), hi_z(hi[2][i]);
-      for (std::uint32_t j = filter.self ? (first + i) / kWidth<V> * kWidth<V> : 0; j < filter.leaves_b;
-           j += kWidth<V>) {
-        const auto row = [&](std::uint32_t r) { return Lanes<V>::load(filter.b + std::size_t{r} * width_b + j); };
-        const Mask<V> apart = either(either(either(lo_x > row(3), row(0) > hi_x), either(lo_y > row(4), row(1) > hi_y)),
-                                     either(lo_z > row(5), row(2) > hi_z));
+      const auto compare = [&](const LeafSides<V>& b, std::uint32_t j) {
+        const V* const side = b.side;
+        const Mask<V> apart =
+            either(either(either(lo_x > side[3], side[0] > hi_x), either(lo_y > side[4], side[1] > hi_y)),
+                   either(lo_z > side[5], side[2] > hi_z));
         std::uint32_t meet = ~bits(apart) & ((1u << kWidth<V>)-1);
         if (filter.leaves_b - j < kWidth<V>) meet &= (1u << (filter.leaves_b - j)) - 1;
-        if (filter.self && j <= first + i) meet &= ~((2u << (first + i - j)) - 1);
-        append_pairs<V>(*filter.found,
-                        {filter.slot, static_cast<std::uint16_t>(first + i), static_cast<std::uint16_t>(j)}, meet);
+        if (filter.self && j <= a) meet &= ~((2u << (a - j)) - 1);
+        assert(end + kLanes <= filter.found->data + filter.found->capacity);
+        end = append_pairs<V>(end, {filter.slot, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(j)}, meet);
+      };
+      std::uint32_t j = filter.self ? a / kWidth<V> * kWidth<V> : 0;
+      if (j == 0) {
+        compare(first_b, 0);
+        j = kWidth<V>;
       }
+      for (; j < filter.leaves_b; j += kWidth<V>) compare(load_sides<V>(filter.b, width_b, j), j);
     }
   }
+  filter.found->size = static_cast<std::uint32_t>(end - filter.found->data);
 }
 
 }  // namespace cab::kernel

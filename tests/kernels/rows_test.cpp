@@ -1,0 +1,151 @@
+// What compares rows of bounds: instances in the broad phase, leaves of two instances. Judged by plain comparisons.
+#include "kernels/filter_rows.h"
+#include "scenes/random.h"
+#include "tests/kernels/isas.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace cab::tests {
+namespace {
+
+constexpr std::uint64_t kSeed = 51;
+
+// Bounds on a coarse lattice, so that sides are often equal; now and then endless or not a number.
+BoundsRow random_row(scenes::Random& random) {
+  BoundsRow row;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    const float lo = 0.25f * static_cast<float>(random.index(16));
+    row.side[c] = lo;
+    row.side[3 + c] = -(lo + 0.25f * static_cast<float>(random.index(8)));
+  }
+  constexpr float kOdd[] = {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+                            std::numeric_limits<float>::quiet_NaN(), -0.0f};
+  if (random.index(8) == 0) row.side[random.index(6)] = kOdd[random.index(4)];
+  row.batch = 0x7fc00000u;  // what is no number of a row must not be taken for one
+  row.instance = 0x7f800000u;
+  return row;
+}
+
+bool rows_meet(const BoundsRow& x, const BoundsRow& y) {
+  for (std::uint32_t c = 0; c < 6; ++c)
+    if (x.side[c] > -y.side[(c + 3) % 6]) return false;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("meeting_rows lists the rows that meet, whatever run it is given, on every instruction set") {
+  constexpr std::uint32_t kRows = 40;
+  scenes::Random random(kSeed);
+  std::size_t listed = 0;
+  for (int round = 0; round < 300; ++round) {
+    BoundsRow rows[kRows + 1];
+    for (BoundsRow& row : rows) row = random_row(random);
+    const BoundsRow of = random_row(random);
+    const std::uint32_t first = random.index(kRows), end = first + random.index(kRows - first + 1);
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t i = first; i < end; ++i)
+      if (rows_meet(rows[i], of)) expected.push_back(i);
+    listed += expected.size();
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      CAPTURE(name_of(*kernels));
+      std::uint32_t found[kRows + 1];
+      const std::uint32_t count = kernels->meeting_rows(rows, first, end, of, found);
+      CHECK(std::vector<std::uint32_t>(found, found + count) == expected);
+    }
+  }
+  CHECK(listed > 200);
+}
+
+TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, the same on every instruction set") {
+  scenes::Random random(kSeed + 1);
+  std::size_t kept = 0, needed = 0;
+  for (int round = 0; round < 300; ++round) {
+    const bool self = round % 4 == 0;
+    const std::uint32_t leaves_a = 1 + random.index(50), leaves_b = self ? leaves_a : 1 + random.index(50);
+    const double far = round % 3 == 0 ? 1e5 : 1;  // metres between the origins
+    std::vector<float> a(leaf_row_floats(leaves_a) + kLanes), b(leaf_row_floats(leaves_b) + kLanes);
+    double shift[3];
+    for (double& s : shift) s = self ? 0 : far * random.uniform(-1, 1);
+    const auto aligned = [](std::vector<float>& rows) {
+      return reinterpret_cast<float*>((reinterpret_cast<std::uintptr_t>(rows.data()) + 63) / 64 * 64);
+    };
+    const auto fill = [&](float* rows, std::uint32_t leaves, double sign) {
+      const std::uint32_t width = leaf_row_width(leaves);
+      for (std::uint32_t c = 0; c < 3; ++c)
+        for (std::uint32_t i = 0; i < width; ++i) {
+          const double at = sign * 0.5 * shift[c] + random.uniform(-1, 1);
+          rows[c * width + i] = i < leaves ? static_cast<float>(at) : 3.402823466e38f;
+          rows[(3 + c) * width + i] = i < leaves ? static_cast<float>(at + random.uniform(0, 1)) : -3.402823466e38f;
+        }
+    };
+    float *const rows_a = aligned(a), *const rows_b = self ? rows_a : aligned(b);
+    fill(rows_a, leaves_a, 1);
+    if (!self) fill(rows_b, leaves_b, -1);
+
+    kernel::RowFilter filter;
+    filter.a = rows_a;
+    filter.b = rows_b;
+    filter.leaves_a = leaves_a;
+    filter.leaves_b = leaves_b;
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      filter.shift[c] = static_cast<float>(shift[c]);
+      filter.shift_rest[c] = static_cast<float>(shift[c] - static_cast<double>(filter.shift[c]));
+      filter.meet_lo[c] = -3.402823466e38f;
+      filter.meet_hi[c] = 3.402823466e38f;
+    }
+    filter.slot = 7;
+    filter.self = self;
+
+    // How far two leaves' bounds are from meeting: at most zero where they do.
+    const auto gap = [&](std::uint32_t i, std::uint32_t j) {
+      double out = -std::numeric_limits<double>::infinity();
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        const auto side = [c](const float* rows, std::uint32_t leaves, std::uint32_t leaf, std::uint32_t half) {
+          return static_cast<double>(rows[(half + c) * leaf_row_width(leaves) + leaf]);
+        };
+        const double lo_a = side(rows_a, leaves_a, i, 0) - shift[c], hi_a = side(rows_a, leaves_a, i, 3) - shift[c];
+        out = std::max({out, lo_a - side(rows_b, leaves_b, j, 3), side(rows_b, leaves_b, j, 0) - hi_a});
+      }
+      return out;
+    };
+    std::vector<std::pair<int, int>> first_list;
+    bool is_first = true;
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      CAPTURE(name_of(*kernels));
+      std::vector<LeafPair> memory(leaves_a * leaves_b + kLanes);
+      FixedList<LeafPair> found = {memory.data(), static_cast<std::uint32_t>(memory.size()), 0};
+      filter.found = &found;
+      kernels->filter_rows(filter);
+      std::vector<std::pair<int, int>> list;
+      for (const LeafPair& pair : found) {
+        CHECK(pair.slot == 7);
+        list.push_back({pair.a, pair.b});
+      }
+      CHECK(std::is_sorted(list.begin(), list.end()));
+      if (std::exchange(is_first, false)) first_list = list;
+      CHECK(list == first_list);
+    }
+    for (std::uint32_t i = 0; i < leaves_a; ++i)
+      for (std::uint32_t j = self ? i + 1 : 0; j < leaves_b; ++j) {
+        const bool listed = std::binary_search(first_list.begin(), first_list.end(),
+                                               std::pair<int, int>(static_cast<int>(i), static_cast<int>(j)));
+        const double rounding = 4e-7 * (1 + far);
+        if (gap(i, j) <= 0) CHECK(listed);
+        if (gap(i, j) > rounding) CHECK_FALSE(listed);
+        needed += gap(i, j) <= 0;
+        kept += listed;
+      }
+    if (self)
+      CHECK(std::all_of(first_list.begin(), first_list.end(), [](const auto& p) { return p.first < p.second; }));
+  }
+  CHECK(needed > 1000);
+  CHECK(kept >= needed);
+}
+
+}  // namespace cab::tests
