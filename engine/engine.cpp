@@ -38,6 +38,7 @@ struct Needs {
   std::size_t character_nodes = 0;  // of the largest articulation
   std::size_t leaf_row_floats = 0;  // likewise
   std::size_t character_tiles = 0;
+  bool several_leaves = false;  // some link of a character has
 };
 
 Needs needs_of(const Engine& engine) {
@@ -54,6 +55,7 @@ Needs needs_of(const Engine& engine) {
     } else {
       needs.character_instances += batch.instance_count;
       needs.character_tiles += tile_count(batch.instance_count);
+      needs.several_leaves = needs.several_leaves || batch.outline->has_several;
       needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
       needs.leaf_row_floats = std::max(needs.leaf_row_floats, leaf_row_floats(articulation.leaf_count));
     }
@@ -83,6 +85,11 @@ void size_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
   set.entries = worker.arena.allocate<PosedEntry>(kEntries);
   set.rows = make_list<BoxRow>(worker.arena, capacity(kLanes * needs.character_nodes, kPosedRows));
   set.leaf_rows = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_row_floats, kPosedLeafFloats));
+  if (!needs.several_leaves) return;
+  worker.posed_links.rows = make_list<BoxRow>(worker.arena, kPosedLinkLeaves);
+  worker.posed_links.leaf_rows = make_list<float>(worker.arena, 6 * std::size_t{kPosedLinkLeaves});
+  worker.posed_links.entries = worker.arena.allocate<PosedLinkEntry>(set.rows.capacity);
+  worker.link_pairs = make_list<LeafPair>(worker.arena, worker.found.capacity);
 }
 
 void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
@@ -225,6 +232,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
     }
     if (const Status status = make_exact_shapes(slot->articulation, &slot->shapes, bad_element); status != Status::kOk)
       return status;
+    build_outline(slot->articulation, slot->arena, &slot->outline);
     engine.articulations.push_back(std::move(slot));
     out->value = static_cast<std::uint32_t>(engine.articulations.size());
     return Status::kOk;
@@ -248,6 +256,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     InstanceBatch& batch = slot->batch;
     batch.articulation = articulation;
     batch.articulation_index = desc.articulation.value - 1;
+    batch.outline = &engine.articulations[batch.articulation_index]->outline;
     batch.kind = desc.kind;
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {

@@ -73,6 +73,20 @@ struct PosedSet {
   std::uint32_t round = 1;
 };
 
+// Where the leaves of one link of one instance stand, valid while `round` is the set's.
+struct PosedLinkEntry {
+  std::uint32_t round;
+  std::uint32_t first;  // padded to whole tiles
+};
+
+// Strategy links: leaves of the links whose boxes meet those of another, posed when they are first asked for.
+struct PosedLinkSet {
+  FixedList<BoxRow> rows;
+  FixedList<float> leaf_rows;    // layout/leaf_rows.h, six floats for every row
+  Span<PosedLinkEntry> entries;  // by the link's row in the PosedSet
+  std::uint32_t round = 1;
+};
+
 // Memory of one worker. Sized when a batch is added, for the worst that any rule can ask.
 struct alignas(64) Worker {
   explicit Worker(const Allocator& allocator) : arena(allocator) {}
@@ -91,6 +105,8 @@ struct alignas(64) Worker {
   FixedList<Candidate> candidates;
   std::uint32_t leaf_pairs = 0;  // of the candidates: what `found` must hold at most
   PosedSet posed;
+  PosedLinkSet posed_links;
+  FixedList<LeafPair> link_pairs;  // of an outline: links of candidates whose boxes overlap
   FixedList<Partner> partners;
   FixedList<Hit> hits;             // of the task at hand, until its turn comes
   FixedList<std::uint32_t> words;  // or groups of hits, until they are stored (engine/report.cpp)
@@ -104,6 +120,7 @@ struct ArticulationSlot {
 
   Arena arena;
   Articulation articulation;
+  Outline outline;
   std::unique_ptr<ExactShapes, ExactShapesDelete> shapes;
 };
 
@@ -142,6 +159,10 @@ inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 inline constexpr std::uint32_t kPosedTiles = 24;
 inline constexpr std::size_t kPosedRows = kPosedTiles * kLanes * 31;
 inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLanes;
+
+// Leaves, padded to whole tiles, that a worker's posed links hold: two links of the most leaves at least.
+inline constexpr std::uint32_t kPosedLinkLeaves = 4096;
+static_assert(kPosedLinkLeaves >= 2 * kMaxLeaves);
 
 // Words of the store for each instance: room for about 25 hits. Frames with more hits are paired in their order.
 inline constexpr std::size_t kStoreWords = 32;

@@ -1,7 +1,7 @@
 // One frame, step by step: pose, broad phase, refit, pairs, exact, results.
 #include "engine/frame.h"
 
-#include "engine/broad_phase.h"
+#include "engine/link_pairs.h"
 #include "engine/posed_set.h"
 #include "engine/report.h"
 #include "engine/search_grid.h"
@@ -22,21 +22,27 @@ namespace {
 
 bool is_within(const PairRule& rule) { return rule.pairing == Pairing::kWithin; }
 
-// What `auto` stands for with characters in this frame, and with frames.
+// What a strategy stands for with characters in this frame, and with frames.
 Policies for_characters(Engine& engine, const FrameJob& job) {
   Policies out = job.policies;
-  if (out.strategy != Strategy::kAuto) return out;
-  out.strategy = Strategy::kRows;
-  for (const BatchInput& input : job.inputs)
-    if (engine.batch(input.batch).kind == BatchKind::kCharacters &&
-        engine.batch(input.batch).articulation->leaf_count > kRowsMaxLeaves)
-      out.strategy = Strategy::kTree;
+  bool several_leaves = false, many_links = false, many_leaves = false;
+  for (const BatchInput& input : job.inputs) {
+    const InstanceBatch& batch = engine.batch(input.batch);
+    if (batch.kind != BatchKind::kCharacters) continue;
+    several_leaves = several_leaves || batch.outline->has_several;
+    many_links = many_links || batch.outline->links.leaf_count > kRowsMaxLeaves;
+    many_leaves = many_leaves || batch.articulation->leaf_count > kRowsMaxLeaves;
+  }
+  if (out.strategy == Strategy::kAuto)
+    out.strategy = many_links ? Strategy::kTree : many_leaves ? Strategy::kLinks : Strategy::kRows;
+  if (out.strategy == Strategy::kLinks && (!several_leaves || is_axis_aligned(out.refit)))
+    out.strategy = Strategy::kRows;
   return out;
 }
 
 Policies for_frames(const FrameJob& job) {
   Policies out = job.policies;
-  if (out.strategy == Strategy::kAuto) out.strategy = Strategy::kTree;
+  if (out.strategy == Strategy::kAuto || out.strategy == Strategy::kLinks) out.strategy = Strategy::kTree;
   return out;
 }
 
@@ -72,12 +78,47 @@ void bound_characters(Engine& engine, const FrameJob& job, Policies policies) {
           static_cast<std::uint16_t>(update_tile(engine, batch, policies, job.margin, instances_of(batch, tile), true,
                                                  worker, worker.boxes.data, worker.bounds.data));
       if (!is_axis_aligned(policies.refit))
-        engine.kernels->bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
+        engine.kernels->bound_boxes(worker.boxes.data, batch.tested->leaf_count, worker.bounds.data);
       bound_instances(engine, batch, tile, worker.bounds.data, worker);
       std::fill_n(batch.stored.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
                   StoredHits{});
     });
   }
+}
+
+// Calls report(candidate, pairs) for the pairs of each candidate of a list that is grouped by candidates.
+template <class ReportPairs>
+void for_each_candidate(const Worker& worker, const FixedList<LeafPair>& list, ReportPairs&& report) {
+  for (LeafPair* begin = list.begin(); begin != list.end();) {
+    LeafPair* end = begin;
+    while (end != list.end() && end->slot == begin->slot) ++end;
+    report(worker.candidates.data[begin->slot], Span<LeafPair>{begin, static_cast<std::size_t>(end - begin)});
+    begin = end;
+  }
+}
+
+// Steps 4 to 6 for the candidates of which boxes overlap: leaves, or by strategy links those of links so far.
+void report_candidates(Engine& engine, const Policies& policies, bool first_only, std::uint32_t task, Worker& worker,
+                       HitSink& sink) {
+  if (policies.strategy != Strategy::kLinks) {
+    const Timed timed(worker.stats.seconds_query);
+    for_each_candidate(worker, worker.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+      report_candidate(engine, candidate, pairs, task, worker, sink);
+    });
+    return;
+  }
+  std::swap(worker.found, worker.link_pairs);
+  for_each_candidate(worker, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> links) {
+    if (first_only && is_settled(engine, candidate)) return;
+    {
+      const Timed timed(worker.stats.seconds_test);
+      find_pairs_of_links(engine, sink.job->margin, candidate, {links.data, links.size}, policies.exact == Exact::kNone,
+                          first_only, worker);
+    }
+    const Timed timed(worker.stats.seconds_query);
+    if (!worker.found.empty())
+      report_candidate(engine, candidate, {worker.found.data, worker.found.size}, task, worker, sink);
+  });
 }
 
 // Steps 3 to 6 for the candidates that a worker has gathered.
@@ -88,19 +129,12 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
     const Timed timed(worker.stats.seconds_update);
     pose_set(engine, policies, sink.job->margin, worker);
   }
+  const bool first_only = sink.job->report == Report::kTouched && policies.exact == Exact::kNone;
   {
     const Timed timed(worker.stats.seconds_test);
-    const bool first_only = sink.job->report == Report::kTouched && policies.exact == Exact::kNone;
-    find_leaf_pairs(engine, policies, first_only, worker);
+    find_leaf_pairs(engine, policies, first_only && policies.strategy != Strategy::kLinks, worker);
   }
-  const Timed timed(worker.stats.seconds_query);
-  for (LeafPair* begin = worker.found.begin(); begin != worker.found.end();) {
-    LeafPair* end = begin;
-    while (end != worker.found.end() && end->slot == begin->slot) ++end;
-    report_candidate(engine, worker.candidates.data[begin->slot], {begin, static_cast<std::size_t>(end - begin)}, task,
-                     worker, sink);
-    begin = end;
-  }
+  report_candidates(engine, policies, first_only, task, worker, sink);
   worker.candidates.clear();
   worker.leaf_pairs = 0;
   clear_set(worker);
@@ -128,8 +162,8 @@ struct Gathering {
     Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
     const bool touched = sink.job->report == Report::kTouched;
     if (touched && is_settled(engine, candidate)) return;
-    const std::uint32_t leaf_pairs = engine.batches[a.batch]->batch.articulation->leaf_count *
-                                     engine.batches[b.batch]->batch.articulation->leaf_count;
+    const std::uint32_t leaf_pairs =
+        engine.batches[a.batch]->batch.tested->leaf_count * engine.batches[b.batch]->batch.tested->leaf_count;
     if (worker.candidates.size >= (touched ? kTouchedCandidates : kChunkCandidates) ||
         worker.leaf_pairs + leaf_pairs > worker.found.capacity - kLanes || !has_room(engine, worker, a.batch, b.batch))
       test_candidates(engine, policies, task, worker, sink);
@@ -447,6 +481,7 @@ Call::~Call() {
 void Call::bind(const BatchInput& input) {
   InstanceBatch& batch = engine_.batch(input.batch);
   batch.input = &input;
+  batch.tested = batch.articulation;
   const std::size_t pose_bytes = kernel::pose_float_count(input.poses.format) * sizeof(float);
   batch.link_stride = input.poses.link_stride ? input.poses.link_stride : pose_bytes;
   batch.instance_stride =
@@ -465,6 +500,9 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
 
   HitSink sink{&job};
   const Policies policies = for_characters(engine, job);
+  for (const BatchInput& input : job.inputs)
+    if (policies.strategy == Strategy::kLinks && engine.batch(input.batch).kind == BatchKind::kCharacters)
+      engine.batch(input.batch).tested = &engine.batch(input.batch).outline->links;
   engine.schedule->alone = is_small(engine, job, policies);
   begin_grid(engine, job);
   bound_characters(engine, job, policies);

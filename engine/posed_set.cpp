@@ -1,6 +1,7 @@
 #include "engine/posed_set.h"
 
 #include "engine/broad_phase.h"
+#include "engine/link_pairs.h"
 #include "engine/update.h"
 #include "layout/leaf_rows.h"
 
@@ -40,8 +41,8 @@ void open_tile(const Articulation& articulation, const Policies& policies, std::
 
 bool has_room(const Engine& engine, const Worker& worker, std::uint32_t batch_a, std::uint32_t batch_b) {
   const PosedSet& set = worker.posed;
-  const Articulation& a = *engine.batches[batch_a]->batch.articulation;
-  const Articulation& b = *engine.batches[batch_b]->batch.articulation;
+  const Articulation& a = *engine.batches[batch_a]->batch.tested;
+  const Articulation& b = *engine.batches[batch_b]->batch.tested;
   return set.tiles.size + 2 <= set.tiles.capacity && set.rows.size + tile_rows(a) + tile_rows(b) <= set.rows.capacity &&
          set.leaf_rows.size + tile_leaf_floats(a) + tile_leaf_floats(b) <= set.leaf_rows.capacity;
 }
@@ -53,7 +54,7 @@ std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint
   PosedEntry& entry = find_entry(set, key);
   if (entry.round == set.round) return entry.place;
   const InstanceBatch& of = engine.batches[batch]->batch;
-  if (set.open[batch] == 0) open_tile(*of.articulation, policies, batch, set);
+  if (set.open[batch] == 0) open_tile(*of.tested, policies, batch, set);
   const std::uint32_t at = set.open[batch] - 1;
   PosedTile& tile = set.tiles.data[at];
   const std::uint32_t lane = tile.of.count++;
@@ -70,14 +71,14 @@ void pose_set(const Engine& engine, const Policies& policies, float margin, Work
   const kernel::KernelTable& kernels = *engine.kernels;
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = engine.batches[tile.batch]->batch;
-    const std::uint32_t leaves = batch.articulation->leaf_count;
+    const std::uint32_t leaves = batch.tested->leaf_count;
     update_tile(engine, batch, policies, margin, tile.of, false, worker, worker.boxes.data, worker.bounds.data);
     if (is_axis_aligned(policies.refit))
       kernels.aabbs_to_rows(worker.bounds.data, tile.nodes, tile.of.count, reinterpret_cast<AabbRow*>(tile.rows),
                             tile.nodes);
     else
       kernels.boxes_to_rows(worker.boxes.data, tile.nodes, tile.of.count, tile.rows, tile.nodes);
-    if (policies.strategy != Strategy::kRows) continue;
+    if (!uses_leaf_rows(policies.strategy)) continue;
     if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
     kernels.bounds_to_leaf_rows(worker.bounds.data, leaves, tile.of.count, tile.leaf_rows);
   }
@@ -89,6 +90,7 @@ void clear_set(Worker& worker) {
   set.tiles.clear();
   set.rows.clear();
   set.leaf_rows.clear();
+  clear_links(worker);
   if (++set.round == 0) {
     std::fill(set.entries.begin(), set.entries.end(), PosedEntry{});
     set.round = 1;

@@ -1,5 +1,7 @@
 #include "engine/traverse.h"
 
+#include "engine/hand.h"
+#include "engine/posed_set.h"
 #include "engine/touched.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
@@ -76,12 +78,6 @@ struct Sides {
   const Row* rows_b;
 };
 
-template <class Row>
-const Row* rows_at(const Worker& worker, std::uint32_t place) {
-  const PosedTile& tile = worker.posed.tiles.data[place / kLanes];
-  return reinterpret_cast<const Row*>(tile.rows) + place % kLanes * tile.nodes;
-}
-
 double origin_at(const Worker& worker, std::uint32_t place, std::uint32_t component) {
   return worker.posed.tiles.data[place / kLanes].placement[place % kLanes].origin[component];
 }
@@ -91,22 +87,6 @@ Sides<Row> sides_of(const Engine& engine, const Worker& worker, const Candidate&
   return {engine.batches[candidate.batch_a]->batch.articulation, engine.batches[candidate.batch_b]->batch.articulation,
           rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b)};
 }
-
-std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<BoxRow>& pairs) {
-  return kernels.overlap_box_rows(pairs);
-}
-std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<AabbRow>& pairs) {
-  return kernels.overlap_aabb_rows(pairs);
-}
-
-// Up to sixteen pairs in hand, their rows, and the differences of their origins.
-template <class Row>
-struct Hand {
-  NodePair pair[kLanes];
-  std::uint32_t count = 0;
-  kernel::RowPairs<Row> rows;
-  ShiftTile shift;
-};
 
 // Takes a pair in hand; false when it is an ignored pair of leaves, which is never tested.
 template <class Row>
@@ -143,16 +123,6 @@ void open(const Engine& engine, Worker& worker, const NodePair& pair) {
     const MergeStep& step = b.steps[pair.b - sides.b->leaf_count];
     worker.stack.push({pair.slot, pair.a, step.right});
     worker.stack.push({pair.slot, pair.a, step.left});
-  }
-}
-
-// Fills the unused lanes of a hand with its first pair.
-template <class Row>
-void pad(Hand<Row>& hand) {
-  for (std::uint32_t lane = hand.count; lane < kLanes; ++lane) {
-    hand.rows.a[lane] = hand.rows.a[0];
-    hand.rows.b[lane] = hand.rows.b[0];
-    for (auto& by : hand.shift.by) by[lane] = by[0];
   }
 }
 
@@ -220,10 +190,6 @@ void test_hand(const Engine& engine, Hand<Row>& hand, Worker& worker, std::uint3
   hand.count = 0;
 }
 
-// A bound of a in b's place, rounded outwards.
-float below(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
-float above(double value) { return static_cast<float>(value + 0x1p-22 * std::fabs(value)); }
-
 // A candidate's rows, and the difference of its origins.
 template <class Row>
 struct RowSides {
@@ -243,18 +209,17 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
   const PosedTile& tile_b = worker.posed.tiles.data[candidate.place_b / kLanes];
   const std::uint32_t lane_a = candidate.place_a % kLanes, lane_b = candidate.place_b % kLanes;
   RowSides<Row> sides = {rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b), {}, nullptr};
-  if (is_within(candidate)) sides.within = a.articulation;
+  if (is_within(candidate)) sides.within = a.tested;
   kernel::RowFilter filter;
-  filter.leaves_a = a.articulation->leaf_count;
-  filter.leaves_b = b.articulation->leaf_count;
+  filter.leaves_a = filter.end_a = a.tested->leaf_count;
+  filter.begin_a = 0;
+  filter.leaves_b = b.tested->leaf_count;
   filter.a = tile_a.leaf_rows + lane_a * leaf_row_floats(filter.leaves_a);
   filter.b = tile_b.leaf_rows + lane_b * leaf_row_floats(filter.leaves_b);
   const InstanceBounds &bounds_a = tile_a.placement[lane_a].bounds, &bounds_b = tile_b.placement[lane_b].bounds;
+  set_shift(worker, candidate, sides.shift, filter);
   for (std::uint32_t c = 0; c < 3; ++c) {
     const double origin = tile_a.placement[lane_a].origin[c];
-    sides.shift[c] = tile_b.placement[lane_b].origin[c] - origin;
-    filter.shift[c] = static_cast<float>(sides.shift[c]);
-    filter.shift_rest[c] = static_cast<float>(sides.shift[c] - static_cast<double>(filter.shift[c]));
     filter.meet_lo[c] = below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
     filter.meet_hi[c] = above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
   }
@@ -300,7 +265,7 @@ void test_rows(const Engine& engine, bool first_only, Worker& worker) {
 
 template <class Row>
 void find_by(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
-  if (policies.strategy == Strategy::kRows) return test_rows<Row>(engine, first_only, worker);
+  if (uses_leaf_rows(policies.strategy)) return test_rows<Row>(engine, first_only, worker);
   traverse<Row>(engine, policies, first_only, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });

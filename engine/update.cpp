@@ -4,6 +4,7 @@
 #include "kernels/refit_tree.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cab {
 
@@ -28,6 +29,36 @@ void refit(const kernel::KernelTable& kernels, const Articulation& articulation,
   }
 }
 
+// Whether a number of a tile's boxes is so large that one of a leaf in them may be too large.
+bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
+  constexpr float kNear = kMaxCoordinate / 16;
+  bool out = false;
+  for (std::uint32_t i = 0; i < count; ++i)
+    for (std::uint32_t c = 0; c < 3; ++c)
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+        out |= !(std::fabs(boxes[i].center[c][lane]) < kNear) | !(boxes[i].half[c][lane] < kNear);
+  return out;
+}
+
+// Poses the boxes that are tested. Which instances are masked is decided by the leaves, whatever is tested: an outline
+// tells as long as its boxes are far from the limit.
+void pose_leaves(const Engine& engine, const InstanceBatch& batch, bool report, kernel::PoseTile& pose) {
+  if (batch.tested == batch.articulation) return engine.kernels->pose_leaves(pose);
+  pose.pads = kOutlinePads;
+  pose.range = kOutlineRange * kMaxCoordinate;
+  engine.kernels->pose_leaves(pose);
+  if (!report || !is_near_limit(pose.leaves, batch.tested->leaf_count)) return;
+  std::uint8_t flags[kLanes];
+  kernel::PoseTile leaves = pose;
+  leaves.articulation = batch.articulation;
+  leaves.pads = 1;
+  leaves.range = kMaxCoordinate;
+  leaves.flags = flags;
+  engine.kernels->pose_leaves(leaves);
+  engine.kernels->pose_leaves(pose);
+  std::copy(flags, flags + kLanes, pose.flags);
+}
+
 }  // namespace
 
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile) {
@@ -49,7 +80,7 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   const BatchInput& input = *batch.input;
   std::uint8_t flags[kLanes];
   kernel::PoseTile pose;
-  pose.articulation = batch.articulation;
+  pose.articulation = batch.tested;
   pose.format = input.poses.format;
   pose.link_stride = batch.link_stride / sizeof(float);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -63,10 +94,10 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   pose.motions = policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
   pose.flags = flags;
   pose.apart = kernel::kMarginShare * margin;
-  engine.kernels->pose_leaves(pose);
+  pose_leaves(engine, batch, report, pose);
 
   if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.articulation, policies, kernel::is_turned(pose), pose.apart, worker, nodes, aabbs);
+    refit(*engine.kernels, *batch.tested, policies, kernel::is_turned(pose), pose.apart, worker, nodes, aabbs);
 
   std::uint32_t taking_part = 0;
   for (std::uint32_t lane = 0; lane < tile.count; ++lane)

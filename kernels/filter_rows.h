@@ -17,7 +17,7 @@ static_assert(sizeof(LeafPair) == 8 && offsetof(LeafPair, b) == 6);
 // Writes the bounds of a tile's leaves as leaf rows: instance i's start at rows + i * leaf_row_floats(leaves).
 template <class V>
 void bounds_to_leaf_rows(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* rows) {
-  const V none[2] = {V(3.402823466e38f), V(-3.402823466e38f)};
+  const V none[2] = {V(kNoLeafLo), V(-kNoLeafLo)};
   const std::uint32_t width = leaf_row_width(leaves);
   alignas(64) float unused[kLanes];
   for (std::uint32_t first = 0; first < width; first += kLanes)
@@ -44,6 +44,7 @@ struct RowFilter {
   const float* a;
   const float* b;
   std::uint32_t leaves_a, leaves_b;
+  std::uint32_t begin_a, end_a;
   float shift[3], shift_rest[3];
   float meet_lo[3], meet_hi[3];
   std::uint32_t slot;
@@ -121,9 +122,9 @@ void filter_rows(const RowFilter& filter) {
   const LeafSides<V> first_b = load_sides<V>(filter.b, width_b, 0);  // all of them where they fit into a vector
   alignas(64) float lo[3][kLanes], hi[3][kLanes];
   LeafPair* end = filter.found->end();
-  for (std::uint32_t first = 0; first < filter.leaves_a; first += kLanes) {
+  for (std::uint32_t first = filter.begin_a; first < filter.end_a; first += kLanes) {
     std::uint32_t left = move_leaves<V>(filter, first, lo, hi);
-    if (filter.leaves_a - first < kLanes) left &= (1u << (filter.leaves_a - first)) - 1;
+    if (filter.end_a - first < kLanes) left &= (1u << (filter.end_a - first)) - 1;
     for (; left != 0; left &= left - 1) {
       const std::uint32_t i = static_cast<std::uint32_t>(__builtin_ctz(left)), a = first + i;
       const V lo_x(lo[0][i]), lo_y(lo[1][i]), lo_z(lo[2][i]), hi_x(hi[0][i]), hi_y(hi[1][i]), hi_z(hi[2][i]);

@@ -6,6 +6,7 @@
 #include "kernels/gather_pairs.h"
 #include "kernels/meeting_rows.h"
 #include "kernels/pose_leaves.h"
+#include "kernels/pose_link.h"
 #include "kernels/refit_tree.h"
 
 namespace cab::kernel {
@@ -35,6 +36,7 @@ extern const KernelTable CAB_ISA_TABLE;
 const KernelTable CAB_ISA_TABLE = {
     Isa::CAB_ISA_ID,
     pose_leaves<V>,
+    pose_link_leaves<V>,
     {{refit_boxes<V, CabRule<false>, ChildrenExtents>, refit_boxes<V, CabRule<false>, LeavesExtents>},
      {refit_boxes<V, CabRule<true>, ChildrenExtents>, refit_boxes<V, CabRule<true>, LeavesExtents>},
      {refit_boxes<V, CovarianceRule, ChildrenExtents>, refit_boxes<V, CovarianceRule, LeavesExtents>},

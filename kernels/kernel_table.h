@@ -12,6 +12,7 @@
 namespace cab::kernel {
 
 struct PoseTile;
+struct PoseLink;
 struct RefitTile;
 struct VertexTile;
 struct RowFilter;
@@ -25,6 +26,7 @@ struct RowPairs;
 struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
+  void (*pose_link_leaves)(const PoseLink&);
   void (*refit_boxes[4][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
   void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
   void (*fit_vertices)(const VertexTile&);

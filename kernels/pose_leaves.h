@@ -21,6 +21,9 @@ struct PoseTile {
   MotionTile* motions;  // by link, or null where nobody needs them
   std::uint8_t* flags;  // 16
   float apart = 0;      // what leaf boxes grow by on top of their padding
+  // An outline's boxes: what padding and `apart` are multiplied by, and how large their numbers may be.
+  float pads = 1;
+  float range = kMaxCoordinate;
 };
 
 // Points lanes at instances that follow each other, `stride` floats apart; lanes from `live` on repeat the last.
@@ -101,21 +104,37 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
                        abs(dot(c[1], c[2])) <= tolerance));
 }
 
-// A leaf box of one link in the instance's frame, padded so that it contains the exactly posed box (and, with by.apart,
-// every point that near to it).
+// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: what its size adds to its
+// half extents, place: what the translation's magnitude does.
+template <class V>
+CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float place) {
+  BoxLanes<V> box;
+  for (int k = 0; k < 3; ++k) box.axis[k] = rotate(pose.column, local.axis[k]);
+  polish(box.axis);
+  box.center = pose.translation + rotate(pose.column, local.center);
+  const V pad = body + V(place) * max_component(abs(pose.translation));
+  box.half = {local.half.x + pad, local.half.y + pad, local.half.z + pad};
+  return box;
+}
+
+// Padded so that it contains the exactly posed box (and, with by.apart, every point that near to it).
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by) {
-  BoxLanes<V> box;
-  for (int k = 0; k < 3; ++k)
-    box.axis[k] = rotate<V>(pose.column, {V(local.axis[k][0]), V(local.axis[k][1]), V(local.axis[k][2])});
-  polish(box.axis);
-  box.center = pose.translation + rotate<V>(pose.column, {V(local.center[0]), V(local.center[1]), V(local.center[2])});
+  const auto vector = [](const float* p) { return Vec3<V>{V(p[0]), V(p[1]), V(p[2])}; };
   const float size = local.half[0] + local.half[1] + local.half[2];
   const float out = std::fabs(local.center[0]) + std::fabs(local.center[1]) + std::fabs(local.center[2]);
-  const V pad =
-      V((by.body * (size + out) + kMergePadTiny) + by.apart) + V(by.place) * max_component(abs(pose.translation));
-  box.half = {V(local.half[0]) + pad, V(local.half[1]) + pad, V(local.half[2]) + pad};
-  return box;
+  return pose_box<V>(
+      pose,
+      {vector(local.center), {vector(local.axis[0]), vector(local.axis[1]), vector(local.axis[2])}, vector(local.half)},
+      V((by.body * (size + out) + kMergePadTiny) + by.apart), by.place);
+}
+
+// The same with another local box in every lane.
+template <class V>
+CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& local, PosePad by) {
+  const Vec3<V> away = abs(local.center);
+  const V size = local.half.x + local.half.y + local.half.z, out = away.x + away.y + away.z;
+  return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + V(by.apart), by.place);
 }
 
 // True lanes have every number within kMaxCoordinate (so no NaN and no infinity).
@@ -126,6 +145,10 @@ CAB_INLINE Mask<V> number_in_range(V v) {
 template <class V>
 CAB_INLINE Mask<V> in_range(Vec3<V> p) {
   return both(both(number_in_range(p.x), number_in_range(p.y)), number_in_range(p.z));
+}
+template <class V>
+CAB_INLINE Mask<V> in_range(Vec3<V> p, V most) {
+  return both(both(abs(p.x) <= most, abs(p.y) <= most), abs(p.z) <= most);
 }
 
 // What a tile's lanes have passed so far: every number read was finite, every rotation was one, every number made
@@ -186,18 +209,32 @@ CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   store_box(tile, lane, box);
 }
 
+// A link's pose in the instance's frame, turned as the instance is. turns: null where none is.
+template <class V>
+CAB_INLINE RigidLanes<V> turned_pose(const RawPoses& raw, const RawPoses* turns, PoseFormat format, std::uint32_t lane,
+                                     LaneChecks<V>& checks) {
+  RigidLanes<V> pose = link_pose(raw, format, lane, checks);
+  if (turns) {
+    Vec3<V> turn[3];
+    read_quaternion(*turns, lane, checks, turn);
+    for (int k = 0; k < 3; ++k) pose.column[k] = rotate(turn, pose.column[k]);
+    pose.translation = rotate(turn, pose.translation);
+  }
+  return pose;
+}
+
+// What pads the leaves of a link.
+inline PosePad pad_of(bool turned, float apart, float pads) {
+  const PosePad pad = turned ? kPosePadTurned : kPosePad;
+  return {pad.body * pads, pad.place * pads, apart * pads};
+}
+
 // Poses one link and its leaves in the lanes that V covers.
 template <class V>
 CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const RawPoses& raw, const RawPoses& turns,
                           std::uint32_t lane, LaneChecks<V>& checks) {
   const Articulation& articulation = *args.articulation;
-  RigidLanes<V> pose = link_pose(raw, args.format, lane, checks);
-  if (is_turned(args)) {
-    Vec3<V> turn[3];
-    read_quaternion(turns, lane, checks, turn);
-    for (int k = 0; k < 3; ++k) pose.column[k] = rotate(turn, pose.column[k]);
-    pose.translation = rotate(turn, pose.translation);
-  }
+  const RigidLanes<V> pose = turned_pose(raw, is_turned(args) ? &turns : nullptr, args.format, lane, checks);
   if (args.motions) {
     for (int k = 0; k < 3; ++k) store3(args.motions[posed.link].column[k], lane, pose.column[k]);
     store3(args.motions[posed.link].translation, lane, pose.translation);
@@ -208,12 +245,12 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
     checks.in_range = both(checks.in_range, in_range(at));
     store3(args.joints[posed.link].at, lane, at);
   }
-  PosePad pad = is_turned(args) ? kPosePadTurned : kPosePad;
-  pad.apart = args.apart;
+  const PosePad pad = pad_of(is_turned(args), args.apart, args.pads);
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
     const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], pad);
-    checks.in_range = both(checks.in_range, both(in_range(box.center), in_range(box.half)));
+    checks.in_range =
+        both(checks.in_range, both(in_range(box.center, V(args.range)), in_range(box.half, V(args.range))));
     store_box(args.leaves[leaf], lane, box);
   }
 }

@@ -8,7 +8,10 @@
 
 namespace cab {
 
-// Leaves in a row, padded to whole tiles. A padding leaf has lo = +FLT_MAX and hi = -FLT_MAX, and meets nothing.
+// A padding leaf has lo = +FLT_MAX and hi = -FLT_MAX, and meets nothing.
+inline constexpr float kNoLeafLo = 3.402823466e38f;
+
+// Leaves in a row, padded to whole tiles.
 inline constexpr std::uint32_t leaf_row_width(std::uint32_t leaves) { return tile_count(leaves) * kLanes; }
 
 // Floats of one instance: rows lo x, lo y, lo z, hi x, hi y, hi z.

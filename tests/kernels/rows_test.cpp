@@ -93,6 +93,8 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, t
     filter.b = rows_b;
     filter.leaves_a = leaves_a;
     filter.leaves_b = leaves_b;
+    filter.begin_a = 0;
+    filter.end_a = leaves_a;
     for (std::uint32_t c = 0; c < 3; ++c) {
       filter.shift[c] = static_cast<float>(shift[c]);
       filter.shift_rest[c] = static_cast<float>(shift[c] - static_cast<double>(filter.shift[c]));

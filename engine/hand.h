@@ -1,0 +1,60 @@
+// Pairs of boxes in hand: up to sixteen, tested by one call of a kernel.
+#pragma once
+
+#include "engine/engine.h"
+#include "kernels/filter_rows.h"
+#include "kernels/gather_pairs.h"
+
+#include <cmath>
+
+namespace cab {
+
+template <class Row>
+const Row* rows_at(const Worker& worker, std::uint32_t place) {
+  const PosedTile& tile = worker.posed.tiles.data[place / kLanes];
+  return reinterpret_cast<const Row*>(tile.rows) + place % kLanes * tile.nodes;
+}
+
+inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<BoxRow>& pairs) {
+  return kernels.overlap_box_rows(pairs);
+}
+inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<AabbRow>& pairs) {
+  return kernels.overlap_aabb_rows(pairs);
+}
+
+// Up to sixteen pairs in hand, their rows, and the differences of their origins.
+template <class Row>
+struct Hand {
+  NodePair pair[kLanes];
+  std::uint32_t count = 0;
+  kernel::RowPairs<Row> rows;
+  ShiftTile shift;
+};
+
+// Fills the unused lanes of a hand with its first pair.
+template <class Row>
+void pad(Hand<Row>& hand) {
+  for (std::uint32_t lane = hand.count; lane < kLanes; ++lane) {
+    hand.rows.a[lane] = hand.rows.a[0];
+    hand.rows.b[lane] = hand.rows.b[0];
+    for (auto& by : hand.shift.by) by[lane] = by[0];
+  }
+}
+
+// A bound of a in b's place, rounded outwards.
+inline float below(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
+inline float above(double value) { return static_cast<float>(value + 0x1p-22 * std::fabs(value)); }
+
+// Gives a filter the difference of a candidate's origins, b less a, which is kept in double as well.
+inline void set_shift(const Worker& worker, const Candidate& candidate, double (&shift)[3], kernel::RowFilter& filter) {
+  const auto origin = [&worker](std::uint32_t place, std::uint32_t c) {
+    return worker.posed.tiles.data[place / kLanes].placement[place % kLanes].origin[c];
+  };
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    shift[c] = origin(candidate.place_b, c) - origin(candidate.place_a, c);
+    filter.shift[c] = static_cast<float>(shift[c]);
+    filter.shift_rest[c] = static_cast<float>(shift[c] - static_cast<double>(filter.shift[c]));
+  }
+}
+
+}  // namespace cab

@@ -1,0 +1,169 @@
+#include "engine/link_pairs.h"
+
+#include "engine/hand.h"
+#include "engine/touched.h"
+#include "kernels/pose_link.h"
+
+#include <algorithm>
+
+namespace cab {
+namespace {
+
+// One link of an instance in the set: its leaves, and its bounds.
+struct LinkSide {
+  const InstanceBatch* batch;
+  const LinkLeaves* leaves;
+  std::uint32_t place;
+  std::uint32_t link;  // a leaf of the outline
+
+  std::uint32_t width() const { return leaf_row_width(leaves->leaf_count); }
+  std::uint16_t leaf(std::uint32_t i) const { return batch->articulation->leaf_order[leaves->first_leaf + i]; }
+};
+
+LinkSide side_of(const Engine& engine, std::uint32_t batch, std::uint32_t place, std::uint32_t link) {
+  const InstanceBatch& of = engine.batches[batch]->batch;
+  return {&of, &of.outline->leaves[link], place, link};
+}
+
+// Where the side's leaves stand, which are posed if they are not yet; room must be left.
+std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& side, Worker& worker) {
+  const PosedTile& tile = worker.posed.tiles.data[side.place / kLanes];
+  const std::uint32_t lane = side.place % kLanes;
+  PosedLinkSet& set = worker.posed_links;
+  PosedLinkEntry& entry =
+      set.entries[static_cast<std::size_t>(tile.rows - worker.posed.rows.data) + lane * tile.nodes + side.link];
+  if (entry.round == set.round) return entry.first;
+  entry = {set.round, set.rows.size};
+  const BatchInput& input = *side.batch->input;
+  const std::uint32_t instance = tile.of.instance[lane];
+  kernel::PoseLink pose;
+  pose.format = input.poses.format;
+  pose.pose = pose_of(*side.batch, instance) + side.leaves->link * (side.batch->link_stride / sizeof(float));
+  pose.orientation = input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
+  pose.local = side.batch->outline->tiles.data + side.leaves->first_tile;
+  pose.leaf_count = side.leaves->leaf_count;
+  pose.apart = kernel::kMarginShare * margin;
+  pose.rows = set.rows.end();
+  pose.leaf_rows = set.leaf_rows.end();
+  engine.kernels->pose_link_leaves(pose);
+  set.rows.size += side.width();
+  set.leaf_rows.size += 6 * side.width();
+  return entry.first;
+}
+
+// Where leaves of one side can meet the other: where the bounds of both links do, about a's origin.
+void set_meeting(const Worker& worker, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
+                 kernel::RowFilter& filter) {
+  const auto bound = [&worker](const LinkSide& side, std::uint32_t row) {
+    const std::uint32_t links = side.batch->tested->leaf_count;
+    const float* const rows =
+        worker.posed.tiles.data[side.place / kLanes].leaf_rows + side.place % kLanes * leaf_row_floats(links);
+    return static_cast<double>(rows[row * leaf_row_width(links) + side.link]);
+  };
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    filter.meet_lo[c] = below(std::max(bound(a, c), bound(b, c) + shift[c]));
+    filter.meet_hi[c] = above(std::min(bound(a, 3 + c), bound(b, 3 + c) + shift[c]));
+  }
+}
+
+// Leaf pairs of a candidate on their way through the overlap test, in the order of links.
+struct Testing {
+  const Engine& engine;
+  Worker& worker;
+  bool only_first;
+  Hand<BoxRow> hand;
+  std::uint32_t link_pair[kLanes] = {};  // of each pair in hand
+  std::uint32_t kept = 0;                // in worker.found
+  std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
+
+  Testing(const Engine& of, Worker& by, bool first) : engine(of), worker(by), only_first(first) {
+    hand.rows.shift = &hand.shift;
+    hand.rows.leaves = 0xffff;
+  }
+
+  void test() {
+    if (hand.count == 0) return;
+    pad(hand);
+    worker.stats.box_tests += hand.count;
+    const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows);
+    for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
+      if (!(overlapping >> lane & 1) || (only_first && link_pair[lane] == last_kept)) continue;
+      worker.found.data[kept++] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
+      last_kept = link_pair[lane];
+    }
+    hand.count = 0;
+  }
+
+  bool is_done(std::uint32_t pair) const { return only_first && last_kept == pair; }
+};
+
+}  // namespace
+
+void find_pairs_of_links(const Engine& engine, float margin, const Candidate& candidate, Span<const LeafPair> links,
+                         bool only_first, bool first_only, Worker& worker) {
+  const bool within = is_within(candidate);
+  PosedLinkSet& set = worker.posed_links;
+  FixedList<LeafPair>& found = worker.found;
+  kernel::RowFilter filter;
+  filter.self = false;
+  filter.found = &found;
+  double shift[3];
+  set_shift(worker, candidate, shift, filter);
+  Testing testing(engine, worker, only_first);
+  for (std::uint32_t at = 0; at < links.size; ++at) {
+    const LinkSide a = side_of(engine, candidate.batch_a, candidate.place_a, links[at].a),
+                   b = side_of(engine, candidate.batch_b, candidate.place_b, links[at].b);
+    if (set.rows.size + a.width() + b.width() > set.rows.capacity) {
+      testing.test();
+      clear_links(worker);
+    }
+    const std::uint32_t first_a = posed_leaves(engine, margin, a, worker),
+                        first_b = posed_leaves(engine, margin, b, worker);
+    filter.a = set.leaf_rows.data + 6 * std::size_t{first_a};
+    filter.b = set.leaf_rows.data + 6 * std::size_t{first_b};
+    filter.leaves_a = a.leaves->leaf_count;
+    filter.leaves_b = b.leaves->leaf_count;
+    filter.slot = links[at].slot;
+    set_meeting(worker, a, b, shift, filter);
+    for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !testing.is_done(at); filter.begin_a += kLanes) {
+      filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
+      // What is kept and in hand stays below what the filter writes, and what it wrote below is read by then.
+      const std::uint32_t begin = found.size = testing.kept + testing.hand.count;
+      engine.kernels->filter_rows(filter);
+      for (std::uint32_t i = begin; i < found.size && !testing.is_done(at); ++i) {
+        const LeafPair pair = found.data[i];
+        Hand<BoxRow>& hand = testing.hand;
+        const std::uint32_t lane = hand.count++;
+        NodePair nodes = {pair.slot, a.leaf(pair.a), b.leaf(pair.b)};
+        const BoxRow *row_a = set.rows.data + first_a + pair.a, *row_b = set.rows.data + first_b + pair.b;
+        if (within && nodes.b < nodes.a) {  // the predicate takes the lower leaf first
+          std::swap(nodes.a, nodes.b);
+          std::swap(row_a, row_b);
+        }
+        hand.pair[lane] = nodes;
+        hand.rows.a[lane] = row_a;
+        hand.rows.b[lane] = row_b;
+        for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = shift[c];
+        testing.link_pair[lane] = at;
+        if (hand.count == kLanes) testing.test();
+      }
+    }
+    if (!first_only) continue;
+    testing.test();
+    if (testing.kept > 0) break;
+  }
+  testing.test();
+  found.size = testing.kept;
+  if (first_only && testing.kept > 0) set_touched(engine, candidate);
+}
+
+void clear_links(Worker& worker) {
+  PosedLinkSet& set = worker.posed_links;
+  set.rows.clear();
+  set.leaf_rows.clear();
+  if (++set.round != 0) return;
+  std::fill(set.entries.begin(), set.entries.end(), PosedLinkEntry{});
+  set.round = 1;
+}
+
+}  // namespace cab

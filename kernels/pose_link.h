@@ -1,0 +1,57 @@
+// Posing on demand: one link of one instance, its leaves as lanes.
+#pragma once
+
+#include "kernels/gather_pairs.h"
+#include "kernels/pose_leaves.h"
+#include "layout/leaf_rows.h"
+
+#include <algorithm>
+
+namespace cab::kernel {
+
+// pose: the link's, in the caller's layout. orientation: the instance's, or null. local: leaf boxes in the link's frame,
+// leaves as lanes. Writes the boxes that pose_leaves makes of them, bit for bit, as rows, and their bounds as leaf rows.
+struct PoseLink {
+  PoseFormat format;
+  const float* pose;
+  const float* orientation;
+  const BoxTile* local;
+  std::uint32_t leaf_count;
+  float apart;
+  BoxRow* rows;
+  float* leaf_rows;
+};
+
+// One pose in every lane.
+template <class V>
+CAB_INLINE void spread_raw(const float* from, std::uint32_t floats, RawPoses& out) {
+  for (std::uint32_t f = 0; f < floats; ++f) Lanes<V>::store(out.raw[f], V(from[f]));
+}
+
+template <class V>
+void pose_link_leaves(const PoseLink& args) {
+  const Mask<V> yes = V(0.0f) <= V(0.0f);
+  LaneChecks<V> checks = {yes, yes, yes};  // passed before, when the instance was bounded
+  RawPoses raw, turns;
+  spread_raw<V>(args.pose, pose_float_count(args.format), raw);
+  if (args.orientation) spread_raw<V>(args.orientation, 4, turns);
+  const RigidLanes<V> pose = turned_pose<V>(raw, args.orientation ? &turns : nullptr, args.format, 0, checks);
+  const PosePad pad = pad_of(args.orientation != nullptr, args.apart, 1);
+  const std::uint32_t width = leaf_row_width(args.leaf_count);
+  for (std::uint32_t first = 0; first < args.leaf_count; first += kLanes) {
+    BoxTile tile;
+    for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+      const BoxLanes<V> box = pose_boxes(pose, load_box<V>(args.local[first / kLanes], lane), pad);
+      store_box(tile, lane, box);
+      const AabbLanes<V> bounds = bounds_of(box);
+      const V sides[6] = {bounds.lo.x, bounds.lo.y, bounds.lo.z, bounds.hi.x, bounds.hi.y, bounds.hi.z};
+      for (std::uint32_t r = 0; r < 6; ++r)
+        Lanes<V>::store(args.leaf_rows + std::size_t{r} * width + first + lane, sides[r]);
+    }
+    boxes_to_rows<V>(&tile, 1, std::min(kLanes, args.leaf_count - first), args.rows + first, 1);
+  }
+  for (std::uint32_t i = args.leaf_count; i < width; ++i)
+    for (std::uint32_t r = 0; r < 6; ++r) args.leaf_rows[std::size_t{r} * width + i] = r < 3 ? kNoLeafLo : -kNoLeafLo;
+}
+
+}  // namespace cab::kernel
