@@ -103,7 +103,6 @@ struct alignas(64) Worker {
   FixedList<TilePair> tile_found;
   FixedList<LeafPair> found;
   FixedList<Candidate> candidates;
-  std::uint32_t leaf_pairs = 0;  // of the candidates: what `found` must hold at most
   PosedSet posed;
   PosedLinkSet posed_links;
   FixedList<LeafPair> link_pairs;  // of an outline: links of candidates whose boxes overlap
@@ -149,8 +148,8 @@ struct Engine {
   InstanceBatch& batch(BatchId id) { return batches[id.value - 1]->batch; }
 };
 
-// Candidates that a worker takes at a time: at most this many, and with no more leaf pairs than these (one candidate may
-// have more).
+// Candidates that a worker gathers at a time, and the leaf pairs of those that it tests at a time (one candidate may have
+// more).
 inline constexpr std::uint32_t kChunkCandidates = 256;
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 

@@ -121,6 +121,19 @@ void report_candidates(Engine& engine, const Policies& policies, bool first_only
   });
 }
 
+// The end of the candidates from `begin` on whose leaf pairs the worker's list can hold; one always fits.
+std::uint32_t candidates_at_once(const Engine& engine, const Worker& worker, std::uint32_t begin) {
+  std::size_t leaf_pairs = 0;
+  std::uint32_t end = begin;
+  for (; end < worker.candidates.size; ++end) {
+    const Candidate& candidate = worker.candidates.data[end];
+    leaf_pairs += std::size_t{engine.batches[candidate.batch_a]->batch.tested->leaf_count} *
+                  engine.batches[candidate.batch_b]->batch.tested->leaf_count;
+    if (end > begin && leaf_pairs > worker.found.capacity - kLanes) break;
+  }
+  return end;
+}
+
 // Steps 3 to 6 for the candidates that a worker has gathered.
 void test_candidates(Engine& engine, const Policies& policies, std::uint32_t task, Worker& worker, HitSink& sink) {
   if (worker.candidates.empty()) return;
@@ -130,13 +143,15 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
     pose_set(engine, policies, sink.job->margin, worker);
   }
   const bool first_only = sink.job->report == Report::kTouched && policies.exact == Exact::kNone;
-  {
-    const Timed timed(worker.stats.seconds_test);
-    find_leaf_pairs(engine, policies, first_only && policies.strategy != Strategy::kLinks, worker);
+  for (std::uint32_t begin = 0, end; begin < worker.candidates.size; begin = end) {
+    end = candidates_at_once(engine, worker, begin);
+    {
+      const Timed timed(worker.stats.seconds_test);
+      find_leaf_pairs(engine, policies, first_only && policies.strategy != Strategy::kLinks, begin, end, worker);
+    }
+    report_candidates(engine, policies, first_only, task, worker, sink);
   }
-  report_candidates(engine, policies, first_only, task, worker, sink);
   worker.candidates.clear();
-  worker.leaf_pairs = 0;
   clear_set(worker);
 }
 
@@ -162,15 +177,12 @@ struct Gathering {
     Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
     const bool touched = sink.job->report == Report::kTouched;
     if (touched && is_settled(engine, candidate)) return;
-    const std::uint32_t leaf_pairs =
-        engine.batches[a.batch]->batch.tested->leaf_count * engine.batches[b.batch]->batch.tested->leaf_count;
     if (worker.candidates.size >= (touched ? kTouchedCandidates : kChunkCandidates) ||
-        worker.leaf_pairs + leaf_pairs > worker.found.capacity - kLanes || !has_room(engine, worker, a.batch, b.batch))
+        !has_room(engine, candidate, worker))
       test_candidates(engine, policies, task, worker, sink);
     candidate.place_a = place_of(engine, policies, a.batch, a.instance, a.placement, worker);
     candidate.place_b = place_of(engine, policies, b.batch, b.instance, b.placement, worker);
     worker.candidates.push(candidate);
-    worker.leaf_pairs += leaf_pairs;
   }
 };
 

@@ -39,12 +39,28 @@ void open_tile(const Articulation& articulation, const Policies& policies, std::
 
 }  // namespace
 
-bool has_room(const Engine& engine, const Worker& worker, std::uint32_t batch_a, std::uint32_t batch_b) {
-  const PosedSet& set = worker.posed;
-  const Articulation& a = *engine.batches[batch_a]->batch.tested;
-  const Articulation& b = *engine.batches[batch_b]->batch.tested;
-  return set.tiles.size + 2 <= set.tiles.capacity && set.rows.size + tile_rows(a) + tile_rows(b) <= set.rows.capacity &&
-         set.leaf_rows.size + tile_leaf_floats(a) + tile_leaf_floats(b) <= set.leaf_rows.capacity;
+bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) {
+  PosedSet& set = worker.posed;
+  const auto fit = [&](bool tile_a, bool tile_b) {
+    const Articulation& a = *engine.batches[candidate.batch_a]->batch.tested;
+    const Articulation& b = *engine.batches[candidate.batch_b]->batch.tested;
+    const auto both = [=](std::size_t of_a, std::size_t of_b) { return tile_a * of_a + tile_b * of_b; };
+    return set.tiles.size + both(1, 1) <= set.tiles.capacity &&
+           set.rows.size + both(tile_rows(a), tile_rows(b)) <= set.rows.capacity &&
+           set.leaf_rows.size + both(tile_leaf_floats(a), tile_leaf_floats(b)) <= set.leaf_rows.capacity;
+  };
+  if (fit(true, true)) return true;
+  // Not for two new tiles; but who is in the set needs none, nor who fits into a tile that takes instances.
+  const auto is_new = [&set](std::uint32_t batch, std::uint32_t instance) {
+    return std::uint32_t{find_entry(set, instance_key(batch, instance)).round != set.round};
+  };
+  const auto free_lanes = [&set](std::uint32_t batch) {
+    return set.open[batch] == 0 ? 0 : kLanes - set.tiles.data[set.open[batch] - 1].of.count;
+  };
+  const std::uint32_t new_a = is_new(candidate.batch_a, candidate.instance_a),
+                      new_b = is_within(candidate) ? 0 : is_new(candidate.batch_b, candidate.instance_b);
+  if (candidate.batch_a == candidate.batch_b) return fit(new_a + new_b > free_lanes(candidate.batch_a), false);
+  return fit(new_a > free_lanes(candidate.batch_a), new_b > free_lanes(candidate.batch_b));
 }
 
 std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,

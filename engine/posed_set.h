@@ -15,8 +15,8 @@ inline std::uint32_t rows_made(const Articulation& articulation, const Policies&
   return policies.strategy == Strategy::kTree ? articulation.node_count : articulation.leaf_count;
 }
 
-// Whether two more instances fit, whatever their batches' tiles hold.
-bool has_room(const Engine& engine, const Worker& worker, std::uint32_t batch_a, std::uint32_t batch_b);
+// Whether both instances of a candidate fit.
+bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker);
 
 // The place of an instance, which joins the set if it is not in it; room must be left.
 std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,

@@ -17,11 +17,11 @@ namespace {
 // or, for brute, every leaf pair. Hands out one pair at a time so that nothing is stored.
 class Seeds {
  public:
-  Seeds(const Engine& engine, const Worker& worker, Strategy strategy)
-      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree) {}
+  Seeds(const Engine& engine, const Worker& worker, Strategy strategy, std::uint32_t begin, std::uint32_t end)
+      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree), slot_(begin), end_(end) {}
 
   bool next(NodePair* out) {
-    while (slot_ < worker_.candidates.size) {
+    while (slot_ < end_) {
       const Candidate& candidate = worker_.candidates.data[slot_];
       const Articulation& a = *engine_.batches[candidate.batch_a]->batch.articulation;
       const Articulation& b = *engine_.batches[candidate.batch_b]->batch.articulation;
@@ -65,7 +65,7 @@ class Seeds {
   const Engine& engine_;
   const Worker& worker_;
   bool brute_;
-  std::uint32_t slot_ = 0;
+  std::uint32_t slot_, end_;
   std::uint32_t i_ = 0, j_ = 0;
 };
 
@@ -130,8 +130,9 @@ void open(const Engine& engine, Worker& worker, const NodePair& pair) {
 // bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
 // along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
 template <class Row>
-void traverse(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
-  Seeds seeds(engine, worker, policies.strategy);
+void traverse(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin, std::uint32_t end,
+              Worker& worker) {
+  Seeds seeds(engine, worker, policies.strategy, begin, end);
   worker.stack.clear();
   worker.found.clear();
   const auto is_open = [&](const NodePair& pair) {
@@ -231,11 +232,10 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
 }
 
 template <class Row>
-void test_rows(const Engine& engine, bool first_only, Worker& worker) {
+void test_rows(const Engine& engine, bool first_only, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   RowSides<Row> sides[kChunkCandidates];
   worker.found.clear();
-  for (std::uint32_t slot = 0; slot < worker.candidates.size; ++slot)
-    sides[slot] = filter_candidate<Row>(engine, slot, worker);
+  for (std::uint32_t slot = begin; slot < end; ++slot) sides[slot] = filter_candidate<Row>(engine, slot, worker);
   Hand<Row> hand;
   hand.rows.shift = &hand.shift;
   hand.rows.leaves = 0xffff;
@@ -264,20 +264,22 @@ void test_rows(const Engine& engine, bool first_only, Worker& worker) {
 }
 
 template <class Row>
-void find_by(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
-  if (uses_leaf_rows(policies.strategy)) return test_rows<Row>(engine, first_only, worker);
-  traverse<Row>(engine, policies, first_only, worker);
+void find_by(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin, std::uint32_t end,
+             Worker& worker) {
+  if (uses_leaf_rows(policies.strategy)) return test_rows<Row>(engine, first_only, begin, end, worker);
+  traverse<Row>(engine, policies, first_only, begin, end, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });
 }
 
 }  // namespace
 
-void find_leaf_pairs(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
+void find_leaf_pairs(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin,
+                     std::uint32_t end, Worker& worker) {
   if (is_axis_aligned(policies.refit))
-    find_by<AabbRow>(engine, policies, first_only, worker);
+    find_by<AabbRow>(engine, policies, first_only, begin, end, worker);
   else
-    find_by<BoxRow>(engine, policies, first_only, worker);
+    find_by<BoxRow>(engine, policies, first_only, begin, end, worker);
 }
 
 }  // namespace cab
