@@ -1,6 +1,7 @@
 // One frame, step by step: pose, broad phase, refit, pairs, exact, results.
 #include "engine/frame.h"
 
+#include "engine/choose.h"
 #include "engine/link_pairs.h"
 #include "engine/posed_set.h"
 #include "engine/report.h"
@@ -21,30 +22,6 @@ namespace cab {
 namespace {
 
 bool is_within(const PairRule& rule) { return rule.pairing == Pairing::kWithin; }
-
-// What a strategy stands for with characters in this frame, and with frames.
-Policies for_characters(Engine& engine, const FrameJob& job) {
-  Policies out = job.policies;
-  bool several_leaves = false, many_links = false, many_leaves = false;
-  for (const BatchInput& input : job.inputs) {
-    const InstanceBatch& batch = engine.batch(input.batch);
-    if (batch.kind != BatchKind::kCharacters) continue;
-    several_leaves = several_leaves || batch.outline->has_several;
-    many_links = many_links || batch.outline->links.leaf_count > kRowsMaxLeaves;
-    many_leaves = many_leaves || batch.articulation->leaf_count > kRowsMaxLeaves;
-  }
-  if (out.strategy == Strategy::kAuto)
-    out.strategy = many_links ? Strategy::kTree : many_leaves ? Strategy::kLinks : Strategy::kRows;
-  if (out.strategy == Strategy::kLinks && (!several_leaves || is_axis_aligned(out.refit)))
-    out.strategy = Strategy::kRows;
-  return out;
-}
-
-Policies for_frames(const FrameJob& job) {
-  Policies out = job.policies;
-  if (out.strategy == Strategy::kAuto || out.strategy == Strategy::kLinks) out.strategy = Strategy::kTree;
-  return out;
-}
 
 // Whether a frame is over before other threads would begin. Measured with uniform crowds and two threads of TBB, whose
 // start takes about 5 microseconds for each of a frame's five loops: they are even at about 300 characters.
@@ -511,7 +488,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   for (const BatchInput& input : job.inputs) std::fill(input.touched.begin(), input.touched.end(), std::uint8_t{0});
 
   HitSink sink{&job};
-  const Policies policies = for_characters(engine, job);
+  const Policies policies = choose_for_characters(engine, job);
   for (const BatchInput& input : job.inputs)
     if (policies.strategy == Strategy::kLinks && engine.batch(input.batch).kind == BatchKind::kCharacters)
       engine.batch(input.batch).tested = &engine.batch(input.batch).outline->links;
@@ -523,7 +500,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
     build_grid(engine);
   }
   pair_characters(engine, policies, sink);
-  run_frame_batches(engine, job, for_frames(job), sink);
+  run_frame_batches(engine, job, choose_for_frames(engine, job), sink);
   const Status status = finish_hits(engine, sink);
 
   job.stats = {};

@@ -24,7 +24,7 @@ constexpr PolicyValue kStrategyValues[] = {
     {"links", "the boxes of links by rows, then the leaves of those that overlap; one leaf a link: rows; frames: tree"},
     {"brute", "every leaf of one against every leaf of the other"},
     {"exact_all", "no boxes: every leaf pair goes to the exact test"},
-    {"auto", "rows for characters of up to 64 leaves, tree for larger ones and for frames"},
+    {"auto", "characters: rows, links or tree by leaves and links; frames: brute or tree by leaf pairs and nodes"},
 };
 constexpr PolicyValue kExactValues[] = {
     {"none", "overlapping leaf boxes are the answer"},

@@ -30,11 +30,15 @@ enum class Strategy : std::uint8_t {
   kLinks,     // links first: boxes about all leaves of a link by rows, then the leaves of links whose boxes overlap
   kBrute,     // every leaf of one against every leaf of the other
   kExactAll,  // no boxes: every leaf pair goes to the exact test (with Exact::kNone every pair is reported)
-  kAuto,      // characters: rows while none in the frame has more than kRowsMaxLeaves leaves, else tree; frames: tree
+  kAuto,      // characters: rows, links or tree by leaves and links; frames: brute or tree by leaf pairs and nodes
 };
 
-// Up to this many leaves an articulation is paired faster by rows than by its tree.
+// Crossovers of kAuto (docs/policies.md). Up to this many links with leaves an articulation is paired faster by rows than
+// by its tree.
 inline constexpr std::uint32_t kRowsMaxLeaves = 64;
+
+// From this many leaves on an articulation that has several on some link is paired faster by links than by rows.
+inline constexpr std::uint32_t kLinksMinLeaves = 49;
 
 enum class Exact : std::uint8_t {
   kNone,  // overlapping leaf boxes are the answer

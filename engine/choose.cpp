@@ -1,0 +1,64 @@
+#include "engine/choose.h"
+
+namespace cab {
+namespace {
+
+// The crossovers below and those in cab/policy.h were measured on one core with AVX-512 and SSE2; docs/policies.md, "Crossovers", has the figures.
+
+// A tree pays in a frame batch from this many leaf pairs on for every inner node that is refitted, and some for the
+// descent itself: what a merge costs in pair tests, sixteen frames as lanes.
+constexpr std::uint64_t kTreeLeafPairs = 64;
+std::uint64_t pairs_a_merge(Refit refit) {
+  switch (refit) {
+    case Refit::kAabbHull: return 1;
+    case Refit::kCovariance:
+    case Refit::kCovarianceLeaves: return 64;
+    default: return 8;
+  }
+}
+
+const InstanceBatch& batch_of(const Engine& engine, BatchId id) { return engine.batches[id.value - 1]->batch; }
+
+std::uint64_t leaf_pairs_of(const Engine& engine, const PairRule& rule) {
+  const std::uint64_t a = batch_of(engine, rule.a).articulation->leaf_count,
+                      b = batch_of(engine, rule.b).articulation->leaf_count;
+  return rule.pairing == Pairing::kWithin ? a * (a - 1) / 2 : a * b;
+}
+
+}  // namespace
+
+Policies choose_for_characters(const Engine& engine, const FrameJob& job) {
+  Policies out = job.policies;
+  const bool axis_aligned = is_axis_aligned(out.refit);
+  bool several_leaves = false, links_pay = false, tree_pays = false;
+  for (const BatchInput& input : job.inputs) {
+    const InstanceBatch& batch = batch_of(engine, input.batch);
+    if (batch.kind != BatchKind::kCharacters) continue;
+    const std::uint32_t leaves = batch.articulation->leaf_count;
+    several_leaves = several_leaves || batch.outline->has_several;
+    links_pay = links_pay || (batch.outline->has_several && leaves >= kLinksMinLeaves);
+    tree_pays = tree_pays || (axis_aligned ? leaves : batch.outline->links.leaf_count) > kRowsMaxLeaves;
+  }
+  if (out.strategy == Strategy::kAuto)
+    out.strategy = tree_pays ? Strategy::kTree : links_pay ? Strategy::kLinks : Strategy::kRows;
+  // Boxes of links say nothing about axis-aligned leaves, which may reach out of them.
+  if (out.strategy == Strategy::kLinks && (!several_leaves || axis_aligned)) out.strategy = Strategy::kRows;
+  return out;
+}
+
+Policies choose_for_frames(const Engine& engine, const FrameJob& job) {
+  Policies out = job.policies;
+  if (out.strategy == Strategy::kLinks) out.strategy = Strategy::kTree;
+  if (out.strategy != Strategy::kAuto) return out;
+  std::uint64_t leaf_pairs = 0, inner_nodes = 0;
+  for (const PairRule& rule : job.rules)
+    if (batch_of(engine, rule.a).kind == BatchKind::kFrames) leaf_pairs += leaf_pairs_of(engine, rule);
+  for (const BatchInput& input : job.inputs)
+    if (const InstanceBatch& batch = batch_of(engine, input.batch); batch.kind == BatchKind::kFrames)
+      inner_nodes += batch.articulation->leaf_count - 1;
+  const bool tree = leaf_pairs > pairs_a_merge(out.refit) * inner_nodes + kTreeLeafPairs;
+  out.strategy = tree ? Strategy::kTree : Strategy::kBrute;
+  return out;
+}
+
+}  // namespace cab
