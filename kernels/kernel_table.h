@@ -25,7 +25,7 @@ struct RowPairs;
 struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
-  void (*refit_boxes[4][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
+  void (*refit_boxes[5][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
   void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
   void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);

@@ -11,6 +11,7 @@ constexpr PolicyValue kRefitValues[] = {
     {"cab_sum", "the footnote's variant: along the sum of the major axes where their ends are closest"},
     {"covariance", "the paper's OBB: oriented boxes along the principal axes of the children's corners"},
     {"covariance_leaves", "oriented boxes along the principal axes of the corners of all leaf boxes below"},
+    {"best3", "of the boxes along the axes of cab and of each child, the one with the least surface"},
     {"aabb_hull", "the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included"},
     {"aabb_vertices", "the paper's AABB+: axis-aligned boxes of all vertices below at every level, leaves included"},
 };

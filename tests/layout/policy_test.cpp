@@ -54,6 +54,7 @@ TEST_CASE("the rows of the table are the fields of Policies, and their values th
                                                   {"cab_sum", Refit::kCabSum},
                                                   {"covariance", Refit::kCovariance},
                                                   {"covariance_leaves", Refit::kCovarianceLeaves},
+                                                  {"best3", Refit::kBest3},
                                                   {"aabb_hull", Refit::kAabbHull},
                                                   {"aabb_vertices", Refit::kAabbVertices}};
   for (const auto& [name, refit] : refits) {
@@ -67,7 +68,7 @@ TEST_CASE("the rows of the table are the fields of Policies, and their values th
 TEST_CASE("a name that is no value of the field is refused and changes nothing") {
   const auto table = policy_table();
   for (std::uint32_t row = 0; row <= table.size; ++row) {
-    for (const char* const name : {"", "no such policy", "CAB", "tre", "treee", "fcl ", "best3"}) {
+    for (const char* const name : {"", "no such policy", "CAB", "tre", "treee", "fcl ", "best4"}) {
       CAPTURE(row);
       CAPTURE(name);
       Policies policies = {Refit::kAabbHull, Strategy::kBrute, Exact::kFcl};

@@ -634,7 +634,7 @@ TEST_CASE("tables 1, 2, 4 and 5 in full pass the gates against the paper") {
   for (const Json& table : json["tables"]) {
     CHECK(table["full_run"] == true);
     CHECK(table["frame_count"] == (table["table"] == 5 ? 4001 : 10000));
-    CHECK(table["gates"].size() == 17);
+    CHECK(table["gates"].size() == 19);
     for (const Json& gate : table["gates"]) {
       CAPTURE(gate["gate"].get<std::string>());
       CHECK(gate["passed"] == true);

@@ -15,6 +15,7 @@ enum class Refit : std::uint8_t {
   kCabSum,            // its footnote's variant: the sum of the major axes where their ends are closest
   kCovariance,        // the paper's OBB: principal axes of the children's corners
   kCovarianceLeaves,  // principal axes of the corners of all leaf boxes below
+  kBest3,             // of kCab's axes and both children's, those that make the box of least surface
   kAabbHull,          // the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included
   kAabbVertices,      // the paper's AABB+: axis-aligned boxes of all vertices below, leaves included
 };
