@@ -92,10 +92,10 @@ Sides<Row> sides_of(const Engine& engine, const Worker& worker, const Candidate&
           rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b)};
 }
 
-std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<BoxRow>& pairs) {
-  return kernels.overlap_box_rows(pairs);
+std::uint32_t overlap_rows(const kernel::KernelTable& kernels, Sat sat, const kernel::RowPairs<BoxRow>& pairs) {
+  return kernels.overlap_box_rows[static_cast<std::size_t>(sat)](pairs);
 }
-std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<AabbRow>& pairs) {
+std::uint32_t overlap_rows(const kernel::KernelTable& kernels, Sat, const kernel::RowPairs<AabbRow>& pairs) {
   return kernels.overlap_aabb_rows(pairs);
 }
 
@@ -189,7 +189,7 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, W
     if (policies.strategy != Strategy::kExactAll) {
       pad(hand);
       worker.stats.box_tests += hand.count;
-      overlapping &= overlap_rows(*engine.kernels, hand.rows);
+      overlapping &= overlap_rows(*engine.kernels, policies.sat, hand.rows);
     }
     for (std::uint32_t i = 0; i < hand.count; ++i) {
       const std::uint32_t lane = (from_stack + i) % hand.count;  // seeds first: they are the shallowest
@@ -209,10 +209,10 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, W
 
 // Tests the pairs in hand and keeps those that overlap in worker.found, of which `kept` are done.
 template <class Row>
-void test_hand(const Engine& engine, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
+void test_hand(const Engine& engine, Sat sat, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
   pad(hand);
   worker.stats.box_tests += hand.count;
-  const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows);
+  const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, hand.rows);
   for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
     worker.found.data[kept] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
     kept += overlapping >> lane & 1;
@@ -266,7 +266,7 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
 }
 
 template <class Row>
-void test_rows(const Engine& engine, bool first_only, Worker& worker) {
+void test_rows(const Engine& engine, Sat sat, bool first_only, Worker& worker) {
   RowSides<Row> sides[kChunkCandidates];
   worker.found.clear();
   for (std::uint32_t slot = 0; slot < worker.candidates.size; ++slot)
@@ -277,7 +277,7 @@ void test_rows(const Engine& engine, bool first_only, Worker& worker) {
   std::uint32_t kept = 0;
   const auto test = [&] {
     const std::uint32_t before = kept;
-    test_hand(engine, hand, worker, kept);
+    test_hand(engine, sat, hand, worker, kept);
     if (first_only)
       for (std::uint32_t i = before; i < kept; ++i)
         set_touched(engine, worker.candidates.data[worker.found.data[i].slot]);
@@ -300,7 +300,7 @@ void test_rows(const Engine& engine, bool first_only, Worker& worker) {
 
 template <class Row>
 void find_by(const Engine& engine, const Policies& policies, bool first_only, Worker& worker) {
-  if (policies.strategy == Strategy::kRows) return test_rows<Row>(engine, first_only, worker);
+  if (policies.strategy == Strategy::kRows) return test_rows<Row>(engine, policies.sat, first_only, worker);
   traverse<Row>(engine, policies, first_only, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });

@@ -37,11 +37,11 @@ struct KernelTable {
                         std::size_t instance_stride);
   void (*aabbs_to_rows)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,
                         std::size_t instance_stride);
-  void (*descend_boxes)(TileDescent<BoxTile>&);
+  void (*descend_boxes[2])(TileDescent<BoxTile>&);  // by Sat
   void (*descend_aabbs)(TileDescent<AabbTile>&);
-  void (*brute_boxes)(TileDescent<BoxTile>&);
+  void (*brute_boxes[2])(TileDescent<BoxTile>&);  // by Sat
   void (*brute_aabbs)(TileDescent<AabbTile>&);
-  std::uint32_t (*overlap_box_rows)(const RowPairs<BoxRow>&);
+  std::uint32_t (*overlap_box_rows[2])(const RowPairs<BoxRow>&);  // by Sat
   std::uint32_t (*overlap_aabb_rows)(const RowPairs<AabbRow>&);
 };
 

@@ -30,6 +30,10 @@ constexpr PolicyValue kExactValues[] = {
     {"none", "overlapping leaf boxes are the answer"},
     {"fcl", "overlapping leaf boxes are confirmed by FCL on the exact shapes"},
 };
+constexpr PolicyValue kSatValues[] = {
+    {"all_15", "the six faces and the nine pairs of edges"},
+    {"faces_6", "the six faces: less time for each test, but more pairs pass"},
+};
 
 template <std::size_t N>
 constexpr PolicyField field(const char* name, const char* meaning, const PolicyValue (&values)[N]) {
@@ -42,6 +46,7 @@ constexpr PolicyField kTable[] = {
     field("strategy", "how overlapping leaf pairs are found", kStrategyValues),
     field("exact", "what confirms an overlapping leaf pair", kExactValues),
     field("extents", "what an inner box is made to contain", kExtentsValues),
+    field("sat", "which axes may show that two oriented boxes are apart", kSatValues),
 };
 
 std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
@@ -49,7 +54,8 @@ std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
     case 0: return reinterpret_cast<std::uint8_t*>(&policies.refit);
     case 1: return reinterpret_cast<std::uint8_t*>(&policies.strategy);
     case 2: return reinterpret_cast<std::uint8_t*>(&policies.exact);
-    default: return reinterpret_cast<std::uint8_t*>(&policies.extents);
+    case 3: return reinterpret_cast<std::uint8_t*>(&policies.extents);
+    default: return reinterpret_cast<std::uint8_t*>(&policies.sat);
   }
 }
 

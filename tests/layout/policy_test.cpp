@@ -12,13 +12,13 @@ namespace {
 
 using namespace cab;
 
-constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2, kExtentsRow = 3;
+constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2, kExtentsRow = 3, kSatRow = 4;
 
 }  // namespace
 
 TEST_CASE("every policy value is read back as it was set by name, and alone") {
   const auto table = policy_table();
-  REQUIRE(table.size == 4);
+  REQUIRE(table.size == 5);
   for (std::uint32_t row = 0; row < table.size; ++row) {
     for (std::uint32_t value = 0; value < table[row].value_count; ++value) {
       CAPTURE(table[row].values[value].name);
@@ -50,6 +50,10 @@ TEST_CASE("the rows of the table are the fields of Policies, and their values th
   CHECK(policies.exact == Exact::kNone);
   CHECK(policy_set(policies, kExtentsRow, "leaves"));
   CHECK(policies.extents == Extents::kLeaves);
+  CHECK(policy_set(policies, kSatRow, "faces_6"));
+  CHECK(policies.sat == Sat::kFaces6);
+  CHECK(policy_set(policies, kSatRow, "all_15"));
+  CHECK(policies.sat == Sat::kAll15);
   const std::pair<const char*, Refit> refits[] = {{"cab", Refit::kCab},
                                                   {"cab_sum", Refit::kCabSum},
                                                   {"covariance", Refit::kCovariance},

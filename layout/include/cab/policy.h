@@ -41,12 +41,19 @@ enum class Exact : std::uint8_t {
   kFcl,   // overlapping leaf boxes are confirmed by FCL on the leaves' exact shapes
 };
 
+// Which axes may show that two oriented boxes are apart, inner ones and leaves. Fewer axes let more pairs pass.
+enum class Sat : std::uint8_t {
+  kAll15,   // the six faces and the nine pairs of edges
+  kFaces6,  // the six faces
+};
+
 // Every combination is valid and conservative.
 struct Policies {
   Refit refit = Refit::kCab;
   Strategy strategy = Strategy::kAuto;
   Exact exact = Exact::kNone;
   Extents extents = Extents::kChildren;
+  Sat sat = Sat::kAll15;
 };
 
 // One value of a policy field: its name on the command line and in files, and what it does.
