@@ -49,6 +49,20 @@ constexpr PolicyField kTable[] = {
     field("sat", "which axes may show that two oriented boxes are apart", kSatValues),
 };
 
+// docs/policies.md has the figures behind them.
+constexpr PolicyPreset kPresets[] = {
+    {"paper",
+     "what the paper's CAB does before its exact queries: trees of cab, all fifteen axes",
+     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kAll15}},
+    {"fast",
+     "the least time where about a tenth more pairs than touch as boxes are fine",
+     {Refit::kCab, Strategy::kAuto, Exact::kNone, Extents::kChildren, Sat::kFaces6}},
+    {"balanced", "the defaults: the sharpest answer in the least time", {}},
+    {"tight",
+     "the fewest box tests: inner boxes nearly as small as they can be, for more time to make them",
+     {Refit::kBest3, Strategy::kAuto, Exact::kNone, Extents::kLeaves, Sat::kAll15}},
+};
+
 std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
   switch (row) {
     case 0: return reinterpret_cast<std::uint8_t*>(&policies.refit);
@@ -62,6 +76,18 @@ std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
 }  // namespace
 
 Span<const PolicyField> policy_table() noexcept { return {kTable, sizeof(kTable) / sizeof(kTable[0])}; }
+
+Span<const PolicyPreset> preset_table() noexcept { return {kPresets, sizeof(kPresets) / sizeof(kPresets[0])}; }
+
+bool preset_set(Policies& policies, const char* preset_name) noexcept {
+  if (!preset_name) return false;
+  for (const PolicyPreset& preset : kPresets) {
+    if (std::strcmp(preset.name, preset_name) != 0) continue;
+    policies = preset.policies;
+    return true;
+  }
+  return false;
+}
 
 std::uint32_t policy_get(const Policies& policies, std::uint32_t row) noexcept {
   Policies copy = policies;

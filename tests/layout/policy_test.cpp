@@ -100,3 +100,37 @@ TEST_CASE("every field and every value has a meaning and a name of its own") {
     }
   }
 }
+
+TEST_CASE(
+    "every preset has a name, a meaning and policies of its own, asks for no exact test, and is set by its name") {
+  std::set<std::string> names, rows;
+  for (const PolicyPreset& preset : preset_table()) {
+    CAPTURE(preset.name);
+    CHECK(names.insert(preset.name).second);
+    CHECK(std::strlen(preset.meaning) > 0);
+    std::string row;
+    for (std::uint32_t field = 0; field < policy_table().size; ++field) {
+      const std::uint32_t value = policy_get(preset.policies, field);
+      REQUIRE(value < policy_table()[field].value_count);
+      row += std::string(policy_table()[field].values[value].name) + " ";
+    }
+    CHECK(rows.insert(row).second);
+    CHECK(preset.policies.exact == Exact::kNone);
+    Policies policies = {Refit::kAabbVertices, Strategy::kBrute, Exact::kFcl, Extents::kLeaves, Sat::kFaces6};
+    CHECK(preset_set(policies, preset.name));
+    CHECK(std::memcmp(&policies, &preset.policies, sizeof(Policies)) == 0);
+  }
+  Policies balanced = {Refit::kAabbVertices, Strategy::kBrute, Exact::kFcl, Extents::kLeaves, Sat::kFaces6};
+  CHECK(preset_set(balanced, "balanced"));
+  const Policies defaults;
+  CHECK(std::memcmp(&balanced, &defaults, sizeof(Policies)) == 0);
+}
+
+TEST_CASE("a name that is no preset is refused and changes nothing") {
+  for (const char* const name : {"", "fas", "fastt", "Fast", "cab", static_cast<const char*>(nullptr)}) {
+    Policies policies = {Refit::kAabbHull, Strategy::kBrute, Exact::kFcl};
+    const Policies before = policies;
+    CHECK_FALSE(preset_set(policies, name));
+    CHECK(std::memcmp(&policies, &before, sizeof(Policies)) == 0);
+  }
+}

@@ -77,4 +77,18 @@ CAB_API Span<const PolicyField> policy_table() noexcept;
 CAB_API std::uint32_t policy_get(const Policies& policies, std::uint32_t field) noexcept;
 CAB_API bool policy_set(Policies& policies, std::uint32_t field, const char* value_name) noexcept;
 
+// All policies chosen at once, by a name. Presets say how boxes are made and tested; `exact`, which is what is asked, is
+// kNone in all of them.
+struct PolicyPreset {
+  const char* name;
+  const char* meaning;
+  Policies policies;
+};
+
+// The one table of presets.
+CAB_API Span<const PolicyPreset> preset_table() noexcept;
+
+// Sets every field to a preset's; false for a name that is none, and nothing is changed.
+CAB_API bool preset_set(Policies& policies, const char* preset_name) noexcept;
+
 }  // namespace cab
