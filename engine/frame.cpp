@@ -89,8 +89,7 @@ void report_candidates(Engine& engine, const Policies& policies, bool first_only
     if (first_only && is_settled(engine, candidate)) return;
     {
       const Timed timed(worker.stats.seconds_test);
-      find_pairs_of_links(engine, sink.job->margin, candidate, {links.data, links.size}, policies.exact == Exact::kNone,
-                          first_only, worker);
+      find_pairs_of_links(engine, policies, sink.job->margin, candidate, {links.data, links.size}, first_only, worker);
     }
     const Timed timed(worker.stats.seconds_query);
     if (!worker.found.empty())
@@ -400,7 +399,9 @@ void test_frames(Engine& engine, const Policies& policies, const PairRule& rule,
     else if (is_axis_aligned(policies.refit))
       descend(worker, a, b, worker.bounds.data, brute ? kernels.brute_aabbs : kernels.descend_aabbs, by, lanes, self);
     else
-      descend(worker, a, b, worker.boxes.data, brute ? kernels.brute_boxes : kernels.descend_boxes, by, lanes, self);
+      descend(worker, a, b, worker.boxes.data,
+              (brute ? kernels.brute_boxes : kernels.descend_boxes)[static_cast<std::size_t>(policies.sat)], by, lanes,
+              self);
   }
   const Timed timed(worker.stats.seconds_query);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {

@@ -15,10 +15,11 @@ const Row* rows_at(const Worker& worker, std::uint32_t place) {
   return reinterpret_cast<const Row*>(tile.rows) + place % kLanes * tile.nodes;
 }
 
-inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<BoxRow>& pairs) {
-  return kernels.overlap_box_rows(pairs);
+// Bits of the pairs that overlap.
+inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, Sat sat, const kernel::RowPairs<BoxRow>& pairs) {
+  return kernels.overlap_box_rows[static_cast<std::size_t>(sat)](pairs);
 }
-inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const kernel::RowPairs<AabbRow>& pairs) {
+inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, Sat, const kernel::RowPairs<AabbRow>& pairs) {
   return kernels.overlap_aabb_rows(pairs);
 }
 

@@ -70,13 +70,15 @@ void set_meeting(const Worker& worker, const LinkSide& a, const LinkSide& b, con
 struct Testing {
   const Engine& engine;
   Worker& worker;
+  Sat sat;
   bool only_first;
   Hand<BoxRow> hand;
   std::uint32_t link_pair[kLanes] = {};  // of each pair in hand
   std::uint32_t kept = 0;                // in worker.found
   std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
 
-  Testing(const Engine& of, Worker& by, bool first) : engine(of), worker(by), only_first(first) {
+  Testing(const Engine& of, Worker& by, Sat by_sat, bool first)
+      : engine(of), worker(by), sat(by_sat), only_first(first) {
     hand.rows.shift = &hand.shift;
     hand.rows.leaves = 0xffff;
   }
@@ -85,7 +87,7 @@ struct Testing {
     if (hand.count == 0) return;
     pad(hand);
     worker.stats.box_tests += hand.count;
-    const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows);
+    const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, hand.rows);
     for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
       if (!(overlapping >> lane & 1) || (only_first && link_pair[lane] == last_kept)) continue;
       worker.found.data[kept++] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
@@ -99,8 +101,9 @@ struct Testing {
 
 }  // namespace
 
-void find_pairs_of_links(const Engine& engine, float margin, const Candidate& candidate, Span<const LeafPair> links,
-                         bool only_first, bool first_only, Worker& worker) {
+void find_pairs_of_links(const Engine& engine, const Policies& policies, float margin, const Candidate& candidate,
+                         Span<const LeafPair> links, bool first_only, Worker& worker) {
+  const bool only_first = policies.exact == Exact::kNone;
   const bool within = is_within(candidate);
   PosedLinkSet& set = worker.posed_links;
   FixedList<LeafPair>& found = worker.found;
@@ -109,7 +112,7 @@ void find_pairs_of_links(const Engine& engine, float margin, const Candidate& ca
   filter.found = &found;
   double shift[3];
   set_shift(worker, candidate, shift, filter);
-  Testing testing(engine, worker, only_first);
+  Testing testing(engine, worker, policies.sat, only_first);
   for (std::uint32_t at = 0; at < links.size; ++at) {
     const LinkSide a = side_of(engine, candidate.batch_a, candidate.place_a, links[at].a),
                    b = side_of(engine, candidate.batch_b, candidate.place_b, links[at].b);

@@ -5,10 +5,10 @@
 
 namespace cab {
 
-// Lists in worker.found the overlapping leaf pairs of a candidate's links, whose boxes overlap. only_first: the lowest
-// leaf pair of every two links is enough; first_only: whether any overlap is, which is noted.
-void find_pairs_of_links(const Engine& engine, float margin, const Candidate& candidate, Span<const LeafPair> links,
-                         bool only_first, bool first_only, Worker& worker);
+// Lists in worker.found the overlapping leaf pairs of a candidate's links, whose boxes overlap: the lowest of every two
+// links alone where nothing exact may deny it. first_only: whether any overlap is enough; it is noted.
+void find_pairs_of_links(const Engine& engine, const Policies& policies, float margin, const Candidate& candidate,
+                         Span<const LeafPair> links, bool first_only, Worker& worker);
 
 // Drops what is posed of links.
 void clear_links(Worker& worker);

@@ -38,7 +38,7 @@ Status links_that_touch(const kernel::KernelTable& kernels, const Articulation& 
   descent.lanes = 1;
   descent.self = true;
   descent.found = {scratch.allocate<TilePair>(most).data, most, 0};
-  kernels.brute_boxes(descent);
+  kernels.brute_boxes[static_cast<std::size_t>(Sat::kAll15)](descent);
 
   const Span<LinkPair> touching = scratch.allocate<LinkPair>(descent.found.size);
   std::transform(descent.found.begin(), descent.found.end(), touching.begin(), [&](const TilePair& pair) {

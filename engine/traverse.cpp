@@ -160,7 +160,7 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
     if (policies.strategy != Strategy::kExactAll) {
       pad(hand);
       worker.stats.box_tests += hand.count;
-      overlapping &= overlap_rows(*engine.kernels, hand.rows);
+      overlapping &= overlap_rows(*engine.kernels, policies.sat, hand.rows);
     }
     for (std::uint32_t i = 0; i < hand.count; ++i) {
       const std::uint32_t lane = (from_stack + i) % hand.count;  // seeds first: they are the shallowest
@@ -180,10 +180,10 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
 
 // Tests the pairs in hand and keeps those that overlap in worker.found, of which `kept` are done.
 template <class Row>
-void test_hand(const Engine& engine, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
+void test_hand(const Engine& engine, Sat sat, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
   pad(hand);
   worker.stats.box_tests += hand.count;
-  const std::uint32_t overlapping = overlap_rows(*engine.kernels, hand.rows);
+  const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, hand.rows);
   for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
     worker.found.data[kept] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
     kept += overlapping >> lane & 1;
@@ -232,7 +232,7 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
 }
 
 template <class Row>
-void test_rows(const Engine& engine, bool first_only, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   RowSides<Row> sides[kChunkCandidates];
   worker.found.clear();
   for (std::uint32_t slot = begin; slot < end; ++slot) sides[slot] = filter_candidate<Row>(engine, slot, worker);
@@ -242,7 +242,7 @@ void test_rows(const Engine& engine, bool first_only, std::uint32_t begin, std::
   std::uint32_t kept = 0;
   const auto test = [&] {
     const std::uint32_t before = kept;
-    test_hand(engine, hand, worker, kept);
+    test_hand(engine, sat, hand, worker, kept);
     if (first_only)
       for (std::uint32_t i = before; i < kept; ++i)
         set_touched(engine, worker.candidates.data[worker.found.data[i].slot]);
@@ -266,7 +266,7 @@ void test_rows(const Engine& engine, bool first_only, std::uint32_t begin, std::
 template <class Row>
 void find_by(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin, std::uint32_t end,
              Worker& worker) {
-  if (uses_leaf_rows(policies.strategy)) return test_rows<Row>(engine, first_only, begin, end, worker);
+  if (uses_leaf_rows(policies.strategy)) return test_rows<Row>(engine, policies.sat, first_only, begin, end, worker);
   traverse<Row>(engine, policies, first_only, begin, end, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });

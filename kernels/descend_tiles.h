@@ -34,8 +34,8 @@ CAB_INLINE Vec3<V> between_centers(const BoxLanes<V>& a, const BoxLanes<V>& b, c
 }
 
 // Lanes (of those given) in which two nodes overlap. A pair of leaves must pass the leaf predicate: world axes and
-// the fifteen axes.
-template <class V>
+// those that kSat names.
+template <class V, Sat kSat>
 CAB_INLINE std::uint32_t overlap_lanes(const BoxTile& a, const BoxTile& b, const ShiftTile* shift, std::uint32_t lanes,
                                        bool leaves) {
   std::uint32_t out = 0;
@@ -45,13 +45,14 @@ CAB_INLINE std::uint32_t overlap_lanes(const BoxTile& a, const BoxTile& b, const
     const Vec3<V> between = between_centers(box_a, box_b, shift, lane);
     std::uint32_t apart = 0;
     if (leaves) apart = bits(separated_in_world(box_a, box_b, between));
-    if (apart != (1u << kWidth<V>)-1) apart |= bits(separated(box_a, box_b, between));
+    if (apart != (1u << kWidth<V>)-1) apart |= bits(separated<kSat>(box_a, box_b, between));
     out |= (~apart & ((1u << kWidth<V>)-1)) << lane;
   }
   return out & lanes;
 }
 
-template <class V>
+// The same of bounds, to which kSat is nothing.
+template <class V, Sat>
 CAB_INLINE std::uint32_t overlap_lanes(const AabbTile& a, const AabbTile& b, const ShiftTile* shift,
                                        std::uint32_t lanes, bool) {
   std::uint32_t out = 0;
@@ -65,16 +66,16 @@ CAB_INLINE std::uint32_t overlap_lanes(const AabbTile& a, const AabbTile& b, con
 }
 
 // Tests one pair of nodes in the lanes given and counts it.
-template <class V, class Tile>
+template <class V, class Tile, Sat kSat>
 CAB_INLINE std::uint32_t test_nodes(TileDescent<Tile>& job, std::uint32_t a, std::uint32_t b, std::uint32_t lanes,
                                     bool leaves) {
   job.box_tests += static_cast<std::uint32_t>(__builtin_popcount(lanes));
-  return overlap_lanes<V>(job.nodes_a[a], job.nodes_b[b], job.shift, lanes, leaves);
+  return overlap_lanes<V, kSat>(job.nodes_a[a], job.nodes_b[b], job.shift, lanes, leaves);
 }
 
 // Descends from one pair of nodes: the node with more leaves opens first (ties: a), so that the tests made are those
 // of a scalar descent of each lane.
-template <class V, class Tile>
+template <class V, class Tile, Sat kSat>
 void descend_from(TileDescent<Tile>& job, std::uint32_t root_a, std::uint32_t root_b) {
   const Articulation& art_a = *job.articulation_a;
   const Articulation& art_b = *job.articulation_b;
@@ -86,7 +87,7 @@ void descend_from(TileDescent<Tile>& job, std::uint32_t root_a, std::uint32_t ro
     const bool leaves = pair.a < leaves_a && pair.b < leaves_b;
     if (leaves && job.self && is_ignored(art_a, art_a.leaf_link[pair.a], art_a.leaf_link[pair.b])) continue;
     if (leaves && job.self && pair.b < pair.a) pair = {pair.b, pair.a, pair.lanes};
-    const std::uint32_t lanes = test_nodes<V>(job, pair.a, pair.b, pair.lanes, leaves);
+    const std::uint32_t lanes = test_nodes<V, Tile, kSat>(job, pair.a, pair.b, pair.lanes, leaves);
     if (!lanes) continue;
     if (leaves) {
       job.found.push({pair.a, pair.b, lanes});
@@ -103,20 +104,22 @@ void descend_from(TileDescent<Tile>& job, std::uint32_t root_a, std::uint32_t ro
 }
 
 // Simultaneous descent; within one articulation, of the two children of every inner node.
-template <class V, class Tile>
+template <class V, class Tile, Sat kSat = Sat::kAll15>
 void descend_tiles(TileDescent<Tile>& job) {
-  if (!job.self) return descend_from<V>(job, job.articulation_a->node_count - 1, job.articulation_b->node_count - 1);
-  for (const MergeStep& step : job.articulation_a->program.steps) descend_from<V>(job, step.left, step.right);
+  if (!job.self)
+    return descend_from<V, Tile, kSat>(job, job.articulation_a->node_count - 1, job.articulation_b->node_count - 1);
+  for (const MergeStep& step : job.articulation_a->program.steps)
+    descend_from<V, Tile, kSat>(job, step.left, step.right);
 }
 
 // Every leaf of a against every leaf of b; within one articulation, every two leaves.
-template <class V, class Tile>
+template <class V, class Tile, Sat kSat = Sat::kAll15>
 void brute_tiles(TileDescent<Tile>& job) {
   const Articulation& art_a = *job.articulation_a;
   for (std::uint32_t a = 0; a < art_a.leaf_count; ++a) {
     for (std::uint32_t b = job.self ? a + 1 : 0; b < job.articulation_b->leaf_count; ++b) {
       if (job.self && is_ignored(art_a, art_a.leaf_link[a], art_a.leaf_link[b])) continue;
-      const std::uint32_t lanes = test_nodes<V>(job, a, b, job.lanes, true);
+      const std::uint32_t lanes = test_nodes<V, Tile, kSat>(job, a, b, job.lanes, true);
       if (lanes) job.found.push({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), lanes});
     }
   }

@@ -58,13 +58,13 @@ CAB_INLINE BoxLanes<V> gather_boxes(const BoxRow* const* rows) {
 }
 
 // Bits of the pairs that overlap.
-template <class V>
+template <class V, Sat kSat>
 std::uint32_t overlap_box_rows(const RowPairs<BoxRow>& pairs) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     const BoxLanes<V> a = gather_boxes<V>(pairs.a + lane), b = gather_boxes<V>(pairs.b + lane);
     const Vec3<V> between = between_centers(a, b, pairs.shift, lane);
-    std::uint32_t apart = bits(separated(a, b, between));
+    std::uint32_t apart = bits(separated<kSat>(a, b, between));
     const std::uint32_t leaves = pairs.leaves >> lane & ((1u << kWidth<V>)-1);
     if (leaves & ~apart) apart |= bits(separated_in_world(a, b, between)) & leaves;
     out |= (~apart & ((1u << kWidth<V>)-1)) << lane;

@@ -40,7 +40,8 @@ const KernelTable CAB_ISA_TABLE = {
     {{refit_boxes<V, CabRule<false>, ChildrenExtents>, refit_boxes<V, CabRule<false>, LeavesExtents>},
      {refit_boxes<V, CabRule<true>, ChildrenExtents>, refit_boxes<V, CabRule<true>, LeavesExtents>},
      {refit_boxes<V, CovarianceRule, ChildrenExtents>, refit_boxes<V, CovarianceRule, LeavesExtents>},
-     {refit_boxes<V, CovarianceLeavesRule, ChildrenExtents>, refit_boxes<V, CovarianceLeavesRule, LeavesExtents>}},
+     {refit_boxes<V, CovarianceLeavesRule, ChildrenExtents>, refit_boxes<V, CovarianceLeavesRule, LeavesExtents>},
+     {refit_boxes<V, Best3Rule, ChildrenExtents>, refit_boxes<V, Best3Rule, LeavesExtents>}},
     {refit_aabb<V>, refit_aabb_leaves<V>},
     fit_vertices<V>,
     bound_boxes<V>,
@@ -50,11 +51,11 @@ const KernelTable CAB_ISA_TABLE = {
     meeting_rows<V>,
     boxes_to_rows<V>,
     aabbs_to_rows<V>,
-    descend_tiles<V, BoxTile>,
+    {descend_tiles<V, BoxTile, Sat::kAll15>, descend_tiles<V, BoxTile, Sat::kFaces6>},
     descend_tiles<V, AabbTile>,
-    brute_tiles<V, BoxTile>,
+    {brute_tiles<V, BoxTile, Sat::kAll15>, brute_tiles<V, BoxTile, Sat::kFaces6>},
     brute_tiles<V, AabbTile>,
-    overlap_box_rows<V>,
+    {overlap_box_rows<V, Sat::kAll15>, overlap_box_rows<V, Sat::kFaces6>},
     overlap_aabb_rows<V>};
 
 }  // namespace cab::kernel

@@ -27,7 +27,7 @@ struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
   void (*pose_link_leaves)(const PoseLink&);
-  void (*refit_boxes[4][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
+  void (*refit_boxes[5][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
   void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
   void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
@@ -40,11 +40,11 @@ struct KernelTable {
                         std::size_t instance_stride);
   void (*aabbs_to_rows)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,
                         std::size_t instance_stride);
-  void (*descend_boxes)(TileDescent<BoxTile>&);
+  void (*descend_boxes[2])(TileDescent<BoxTile>&);  // by Sat
   void (*descend_aabbs)(TileDescent<AabbTile>&);
-  void (*brute_boxes)(TileDescent<BoxTile>&);
+  void (*brute_boxes[2])(TileDescent<BoxTile>&);  // by Sat
   void (*brute_aabbs)(TileDescent<AabbTile>&);
-  std::uint32_t (*overlap_box_rows)(const RowPairs<BoxRow>&);
+  std::uint32_t (*overlap_box_rows[2])(const RowPairs<BoxRow>&);  // by Sat
   std::uint32_t (*overlap_aabb_rows)(const RowPairs<AabbRow>&);
 };
 

@@ -5,12 +5,14 @@
 #include "kernels/box.h"
 #include "kernels/merge_aabb.h"
 
+#include <cab/policy.h>
+
 namespace cab::kernel {
 
-// Lanes in which some axis separates a and b. between: centre of b less centre of a. Both boxes are tested a little
+// Lanes in which some axis that kSat names separates a and b. between: centre of b less centre of a. Both boxes are tested a little
 // larger than they are, which covers what rounding does on an axis in proportion to its length; what it does to a
 // product that should vanish is covered apart. Comparisons are written so that an unordered value never separates.
-template <class V>
+template <Sat kSat, class V>
 CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V> between) {
   const V grow = V(kSlackGrow) * ((sum(a.half) + sum(b.half)) + V(kOverlapTiny));
   const V half_a[3] = {a.half.x + grow, a.half.y + grow, a.half.z + grow};
@@ -33,6 +35,7 @@ CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V>
   for (int j = 0; j < 3; ++j)
     out = either(out, abs(dot(b.axis[j], between)) >
                           half_b[j] + (half_a[0] * r_abs[0][j] + half_a[1] * r_abs[1][j] + half_a[2] * r_abs[2][j]));
+  if constexpr (kSat == Sat::kFaces6) return out;
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {

@@ -26,12 +26,12 @@ struct MergeTile {
   const PointTile* joint;  // null: they share none
 };
 
-// ---- rules: the axes of a parent
+// ---- rules: the axes of a parent, whose box is made by Extents
 
 template <bool UseSum>
 struct CabRule {
   static constexpr bool kUsesJoint = true, kNeedsMoments = false;
-  template <class V, bool HasJoint>
+  template <class V, class Extents, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const Vec3<V> joint = HasJoint ? load3<V>(merge.joint->at, lane) : Vec3<V>{};
     cab_axes<V, UseSum>(load_box<V>(*merge.first, lane), load_box<V>(*merge.second, lane), HasJoint ? &joint : nullptr,
@@ -52,7 +52,7 @@ CAB_INLINE void principal_axes(const BoxLanes<V>& left, const BoxLanes<V>& right
 // Of the sixteen corners of the children.
 struct CovarianceRule {
   static constexpr bool kUsesJoint = false, kNeedsMoments = false;
-  template <class V, bool HasJoint>
+  template <class V, class Extents, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const BoxLanes<V> left = load_box<V>(*merge.first, lane);
     const BoxLanes<V> right = load_box<V>(*merge.second, lane);
@@ -77,7 +77,7 @@ CAB_INLINE void store_moments(MomentTile& tile, std::uint32_t lane, const Moment
 // Of the corners of all leaf boxes below; the moments of the parent are kept for its own parent.
 struct CovarianceLeavesRule {
   static constexpr bool kUsesJoint = false, kNeedsMoments = true;
-  template <class V, bool HasJoint>
+  template <class V, class Extents, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const MergeProgram& program = *merge.tile->program;
     const float share = static_cast<float>(program.node_leaf_count[merge.right]) /
@@ -87,6 +87,33 @@ struct CovarianceLeavesRule {
         combined(load_moments<V>(moments[merge.left], lane), load_moments<V>(moments[merge.right], lane), V(share));
     store_moments(moments[merge.parent], lane, all);
     principal_axes(load_box<V>(*merge.first, lane), load_box<V>(*merge.second, lane), all.second, axes);
+  }
+};
+
+// An eighth of a box's surface.
+template <class V>
+CAB_INLINE V eighth_of_surface(Vec3<V> half) {
+  return half.x * half.y + half.y * half.z + half.z * half.x;
+}
+
+// Of CAB's axes and each child's own, those along which the box is to have the least surface: CAB's, then the first
+// child's, where surfaces are equal or are no numbers. Measured as parts of CAB's box, so that no square under- or
+// overflows. A child's axes are taken as they are, so their errors do not grow.
+struct Best3Rule {
+  static constexpr bool kUsesJoint = true, kNeedsMoments = false;
+  template <class V, class Extents, bool HasJoint>
+  static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
+    CabRule<false>::choose_axes<V, Extents, HasJoint>(merge, lane, axes);
+    const Vec3<V> half = Extents::template contain<V>(merge, lane, axes).half;
+    const V scale = divide(V(1.0f), max_component(half));
+    V least = eighth_of_surface(scale * half);
+    for (const BoxTile* child : {merge.first, merge.second}) {
+      const BoxLanes<V> box = load_box<V>(*child, lane);
+      const V surface = eighth_of_surface(scale * Extents::template contain<V>(merge, lane, box.axis).half);
+      const Mask<V> smaller = surface < least;
+      for (int k = 0; k < 3; ++k) axes[k] = choose<V>(smaller, box.axis[k], axes[k]);
+      least = select(smaller, surface, least);
+    }
   }
 };
 
@@ -117,7 +144,7 @@ template <class V, class Rule, class Extents, bool HasJoint>
 CAB_INLINE void merge_node(const MergeTile merge) {
   Vec3<V> axes[kLanes / kWidth<V>][3];
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-    Rule::template choose_axes<V, HasJoint>(merge, lane, axes[lane / kWidth<V>]);
+    Rule::template choose_axes<V, Extents, HasJoint>(merge, lane, axes[lane / kWidth<V>]);
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
     store_box(merge.tile->nodes[merge.parent], lane, Extents::template contain<V>(merge, lane, axes[lane / kWidth<V>]));
 }

@@ -11,6 +11,7 @@ constexpr PolicyValue kRefitValues[] = {
     {"cab_sum", "the footnote's variant: along the sum of the major axes where their ends are closest"},
     {"covariance", "the paper's OBB: oriented boxes along the principal axes of the children's corners"},
     {"covariance_leaves", "oriented boxes along the principal axes of the corners of all leaf boxes below"},
+    {"best3", "of the boxes along the axes of cab and of each child, the one with the least surface"},
     {"aabb_hull", "the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included"},
     {"aabb_vertices", "the paper's AABB+: axis-aligned boxes of all vertices below at every level, leaves included"},
 };
@@ -30,6 +31,10 @@ constexpr PolicyValue kExactValues[] = {
     {"none", "overlapping leaf boxes are the answer"},
     {"fcl", "overlapping leaf boxes are confirmed by FCL on the exact shapes"},
 };
+constexpr PolicyValue kSatValues[] = {
+    {"all_15", "the six faces and the nine pairs of edges"},
+    {"faces_6", "the six faces: less time for each test, but more pairs pass"},
+};
 
 template <std::size_t N>
 constexpr PolicyField field(const char* name, const char* meaning, const PolicyValue (&values)[N]) {
@@ -42,6 +47,21 @@ constexpr PolicyField kTable[] = {
     field("strategy", "how overlapping leaf pairs are found", kStrategyValues),
     field("exact", "what confirms an overlapping leaf pair", kExactValues),
     field("extents", "what an inner box is made to contain", kExtentsValues),
+    field("sat", "which axes may show that two oriented boxes are apart", kSatValues),
+};
+
+// docs/policies.md has the figures behind them.
+constexpr PolicyPreset kPresets[] = {
+    {"paper",
+     "what the paper's CAB does before its exact queries: trees of cab, all fifteen axes",
+     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kAll15}},
+    {"fast",
+     "the least time where some more false alarms are fine",
+     {Refit::kCab, Strategy::kAuto, Exact::kNone, Extents::kChildren, Sat::kFaces6}},
+    {"balanced", "the defaults: the sharpest answer in the least time", {}},
+    {"tight",
+     "the fewest box tests: inner boxes nearly as small as they can be, for more time to make them",
+     {Refit::kBest3, Strategy::kAuto, Exact::kNone, Extents::kLeaves, Sat::kAll15}},
 };
 
 std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
@@ -49,13 +69,26 @@ std::uint8_t* value_of(Policies& policies, std::uint32_t row) {
     case 0: return reinterpret_cast<std::uint8_t*>(&policies.refit);
     case 1: return reinterpret_cast<std::uint8_t*>(&policies.strategy);
     case 2: return reinterpret_cast<std::uint8_t*>(&policies.exact);
-    default: return reinterpret_cast<std::uint8_t*>(&policies.extents);
+    case 3: return reinterpret_cast<std::uint8_t*>(&policies.extents);
+    default: return reinterpret_cast<std::uint8_t*>(&policies.sat);
   }
 }
 
 }  // namespace
 
 Span<const PolicyField> policy_table() noexcept { return {kTable, sizeof(kTable) / sizeof(kTable[0])}; }
+
+Span<const PolicyPreset> preset_table() noexcept { return {kPresets, sizeof(kPresets) / sizeof(kPresets[0])}; }
+
+bool preset_set(Policies& policies, const char* preset_name) noexcept {
+  if (!preset_name) return false;
+  for (const PolicyPreset& preset : kPresets) {
+    if (std::strcmp(preset.name, preset_name) != 0) continue;
+    policies = preset.policies;
+    return true;
+  }
+  return false;
+}
 
 std::uint32_t policy_get(const Policies& policies, std::uint32_t row) noexcept {
   Policies copy = policies;

@@ -232,7 +232,8 @@ std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector
       hand.a[lane] = &rows[pairs[i + lane].a];
       hand.b[lane] = &rows[pairs[i + lane].b];
     }
-    count += static_cast<std::uint64_t>(__builtin_popcount(table.overlap_box_rows(hand)));
+    count += static_cast<std::uint64_t>(
+        __builtin_popcount(table.overlap_box_rows[static_cast<std::size_t>(Sat::kAll15)](hand)));
   }
   return count;
 }

@@ -59,6 +59,16 @@ void add_policy(CLI::App& command, std::uint32_t field, Policies& policies) {
       ->type_name(policy_names(field, "|"));
 }
 
+// --preset and every policy. CLI11 reads options in the order in which they are added here, so that a preset comes first
+// wherever it stands on the command line.
+void add_policies(CLI::App& command, Policies& policies) {
+  command
+      .add_option_function<std::string>(
+          "--preset", [&policies](const std::string& text) { set_preset(policies, text); }, preset_help())
+      ->type_name(preset_names("|"));
+  for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, policies);
+}
+
 void add_up(CLI::App& command, char& up, const char* meaning = kUpForHeight) {
   command
       .add_option_function<std::string>(
@@ -107,7 +117,7 @@ CLI::App& add_run(CLI::App& app, RunOptions& o) {
           "--frames", [&o](const std::string& text) { o.frames = read_frame_range("--frames", text); },
           "only frames A to B - 1, counted from 0")
       ->type_name("A:B");
-  for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
+  add_policies(command, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   CLI::Option* self = command.add_flag(
@@ -225,7 +235,7 @@ CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
   command.add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x, y in metres a line")
       ->type_name("FILE");
   add_detail_and_ropes(command, o);
-  for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
+  add_policies(command, o.policies);
   command.add_flag("--touched", o.touched, "find out only which characters touch anything, and no hits");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);

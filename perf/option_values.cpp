@@ -173,4 +173,26 @@ void set_policy(Policies& policies, std::uint32_t field, const std::string& text
     reject(std::string("--") + row.name, text, "one of its values; choose " + policy_names(field, ", "));
 }
 
+std::string preset_names(const char* separator) {
+  std::string names;
+  for (const PolicyPreset& preset : preset_table())
+    names += (names.empty() ? "" : separator) + std::string(preset.name);
+  return names;
+}
+
+std::string preset_help() {
+  std::string help = "policies to start from; the options below override it";
+  for (const PolicyPreset& preset : preset_table()) {
+    help += std::string("\n  ") + preset.name + ": " + preset.meaning + "\n   ";
+    for (std::uint32_t f = 0; f < policy_table().size; ++f)
+      help += std::string(" --") + policy_table()[f].name + " " +
+              policy_table()[f].values[policy_get(preset.policies, f)].name;
+  }
+  return help;
+}
+
+void set_preset(Policies& policies, const std::string& text) {
+  if (!preset_set(policies, text.c_str())) reject("--preset", text, "a preset; choose " + preset_names(", "));
+}
+
 }  // namespace cab::perf

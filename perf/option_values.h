@@ -58,4 +58,11 @@ std::string policy_help(const Policies& defaults, std::uint32_t field);
 // Sets a field of policies by the name of a value.
 void set_policy(Policies& policies, std::uint32_t field, const std::string& text);
 
+// The names of all rows of preset_table() joined by a separator; what they are, a line each.
+std::string preset_names(const char* separator);
+std::string preset_help();
+
+// Sets all policies by the name of a preset.
+void set_preset(Policies& policies, const std::string& text);
+
 }  // namespace cab::perf

@@ -28,7 +28,7 @@ constexpr Policies tree(Refit refit, Extents extents = Extents::kChildren) {
 }
 
 // The paper's rows in its order, each followed by its variants.
-const std::array<Method, 12> kMethods = {{
+const std::array<Method, 14> kMethods = {{
     {"brute", PaperMethod::kBrute, {Refit::kCab, Strategy::kExactAll, Exact::kFcl, Extents::kChildren}},
     {"AABB+", PaperMethod::kAabbVertices, tree(Refit::kAabbVertices)},
     {"AABB*", PaperMethod::kAabbHull, tree(Refit::kAabbHull)},
@@ -40,6 +40,8 @@ const std::array<Method, 12> kMethods = {{
     {"CAB", PaperMethod::kCab, tree(Refit::kCab)},
     {"CAB sum", std::nullopt, tree(Refit::kCabSum)},
     {"CAB leaf extents", std::nullopt, tree(Refit::kCab, Extents::kLeaves)},
+    {"best3", std::nullopt, tree(Refit::kBest3)},
+    {"best3 leaf extents", std::nullopt, tree(Refit::kBest3, Extents::kLeaves)},
     {"all leaf pairs", std::nullopt, {Refit::kCab, Strategy::kBrute, Exact::kFcl, Extents::kChildren}},
 }};
 

@@ -19,11 +19,12 @@ const std::vector<RefitMethod>& methods() {
   return all;
 }
 
-// The method that tests the same leaf boxes in all pairs, with which a method is compared unless it tests none.
+// The method that tests the same leaf boxes by the same axes in all pairs, with which a method is compared unless it tests none.
 std::size_t reference_of(std::size_t method) {
   std::size_t m = 0;
   while (methods()[m].policies.strategy != Strategy::kBrute ||
-         methods()[m].policies.refit != methods()[method].policies.refit)
+         methods()[m].policies.refit != methods()[method].policies.refit ||
+         methods()[m].policies.sat != methods()[method].policies.sat)
     ++m;
   return m;
 }
@@ -60,7 +61,11 @@ void run(Task& task) {
     judge_hits(task, m, touching, hits.back());
   }
   for (std::size_t m = 0; m < methods().size(); ++m) {
-    if (methods()[m].policies.strategy == Strategy::kExactAll) continue;
+    const Policies& policies = methods()[m].policies;
+    if (policies.strategy == Strategy::kExactAll) continue;
+    // With fewer axes, inner boxes that are told apart spare leaf pairs that would have passed: a difference by design.
+    if (policies.sat != Sat::kAll15 && policies.strategy != Strategy::kBrute && policies.strategy != Strategy::kRows)
+      continue;
     const std::vector<Hit>& reference = hits[reference_of(m)];
     task.tallies[m].differing += oracle::missing_from(hits[m], reference) + oracle::missing_from(reference, hits[m]);
   }

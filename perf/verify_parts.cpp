@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "layout/instance_batch.h"
 #include "perf/report.h"
 
 namespace cab::perf {
@@ -67,6 +68,16 @@ std::vector<RefitMethod> refit_methods(std::uint32_t refit_count) {
   return out;
 }
 
+std::vector<RefitMethod> sat_methods() {
+  std::vector<RefitMethod> out;
+  for (const Sat sat : values_of<Sat>("sat")) {
+    Policies policies;
+    policies.sat = sat;
+    out.push_back({value_name(policies, "sat"), policies});
+  }
+  return out;
+}
+
 std::vector<RefitMethod> frame_methods() {
   std::vector<RefitMethod> out;
   for (const Refit refit : values_of<Refit>("refit")) {
@@ -80,6 +91,13 @@ std::vector<RefitMethod> frame_methods() {
         if (strategy != Strategy::kExactAll) name += ", " + value_name(policies, "refit");
         if (descends) name += ", " + value_name(policies, "extents");
         out.push_back({name, policies});
+        if (strategy == Strategy::kExactAll || is_axis_aligned(refit) || extents != Extents::kChildren) continue;
+        for (const RefitMethod& sat : sat_methods()) {
+          if (sat.policies.sat == Sat::kAll15) continue;
+          Policies fewer = policies;
+          fewer.sat = sat.policies.sat;
+          out.push_back({name + ", " + sat.name, fewer});
+        }
       }
     }
   }

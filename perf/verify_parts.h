@@ -82,7 +82,11 @@ struct RefitMethod {
 // The first refits of the table, each with all extents.
 std::vector<RefitMethod> refit_methods(std::uint32_t refit_count);
 
-// Every refit with every strategy; extents only where a strategy descends, and no refit where boxes are not used.
+// Every choice of axes for the overlap test.
+std::vector<RefitMethod> sat_methods();
+
+// Every refit with every strategy; extents only where a strategy descends, and no refit where boxes are not used. Fewer
+// axes are tested with every refit and strategy that they matter to.
 std::vector<RefitMethod> frame_methods();
 
 std::vector<std::string> names_of(const std::vector<RefitMethod>& methods);

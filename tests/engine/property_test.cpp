@@ -77,7 +77,12 @@ constexpr Refit kLeafPredicates[] = {Refit::kCab, Refit::kAabbHull, Refit::kAabb
 
 Policies by_brute(Refit refit) { return {refit, Strategy::kBrute, Exact::kNone}; }
 
-// Two batches of characters and two to three frame batches, small enough to run 72 times.
+// Whether a strategy may test inner boxes, by whose rejections fewer leaf pairs are tested.
+bool may_descend(Strategy strategy) {
+  return strategy == Strategy::kTree || strategy == Strategy::kLinks || strategy == Strategy::kAuto;
+}
+
+// Two batches of characters and two to three frame batches, small enough to run by every combination of policies.
 World small_world(Random& random, unsigned most_links = 6) {
   constexpr std::uint32_t kCounts[] = {1, 2, 3, 5, 17};
   World world;
@@ -212,8 +217,10 @@ std::vector<std::uint32_t> shuffled(Random& random, std::uint32_t count) {
 
 }  // namespace
 
-TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate loses no touching pair") {
-  std::size_t hits = 0;
+TEST_CASE(
+    "policies: by every combination hits lose no touching pair and are the same after an exact test, before it they "
+    "depend on the leaf predicate alone, or with fewer axes lie between that of all axes and that of brute") {
+  std::size_t hits = 0, more_by_fewer_axes = 0;
   const bool whole = for_seeds(60, [&](Random& random) {
     World world = small_world(random);
     if (random.chance(0.3)) add_layers(random, world);
@@ -225,6 +232,13 @@ TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate
     std::map<Refit, std::vector<Hit>> by_predicate;
     for (const Refit refit : kLeafPredicates) by_predicate[refit] = run_on(*engine, world, by_brute(refit)).hits;
     hits += by_predicate[Refit::kCab].size();
+
+    // Fewer axes let more leaf pairs pass, of which a descent reports those that its inner boxes do not tell apart.
+    const std::vector<Hit> fewer_axes =
+        run_on(*engine, world, {Refit::kCab, Strategy::kBrute, Exact::kNone, Extents::kChildren, Sat::kFaces6}).hits;
+    more_by_fewer_axes += fewer_axes.size() - by_predicate[Refit::kCab].size();
+    CHECK(missing_from(by_predicate[Refit::kCab], fewer_axes) == 0);
+    CHECK(missing_from(fewer_axes, by_predicate[Refit::kAabbHull]) == 0);
 
     CHECK(missing_from(touching, by_predicate[Refit::kCab]) == 0);
     CHECK(missing_from(by_predicate[Refit::kCab], wider) == 0);
@@ -249,12 +263,17 @@ TEST_CASE("policies: hits depend on the leaf predicate alone, and each predicate
       } else if (policies.strategy == Strategy::kExactAll) {
         CHECK(same_hits(got.hits, all));
         CHECK(got.stats.box_tests == 0);
+      } else if (is_oriented(policies.refit) && policies.sat != Sat::kAll15) {
+        CHECK(missing_from(by_predicate[Refit::kCab], got.hits) == 0);
+        CHECK(missing_from(got.hits, fewer_axes) == 0);
+        if (!may_descend(policies.strategy)) CHECK(same_hits(got.hits, fewer_axes));
       } else {
         CHECK(same_hits(got.hits, by_predicate[is_oriented(policies.refit) ? Refit::kCab : policies.refit]));
       }
     }
   });
   if (whole) CHECK(hits > 1500);
+  if (whole) CHECK(more_by_fewer_axes > 50);
 }
 
 TEST_CASE("moving the whole world by what its origins can hold changes nothing") {
@@ -547,6 +566,7 @@ struct PlainDescent {
   std::vector<std::uint32_t> leaves_below[2];
   const Box* boxes[2];
   const ShiftTile* shift;  // null: one origin
+  Sat sat;
   std::uint64_t box_tests = 0, leaf_pairs = 0;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::pair<std::uint32_t, std::uint32_t>> lowest;  // by links
 
@@ -561,7 +581,9 @@ struct PlainDescent {
     const kernel::BoxLanes<float> box_a = lanes_of(boxes[0][a]), box_b = lanes_of(boxes[1][b]);
     const kernel::Vec3<float> between = kernel::between_centers(box_a, box_b, shift, 0);
     ++box_tests;
-    if (kernel::separated(box_a, box_b, between)) return;
+    if (sat == Sat::kFaces6 ? kernel::separated<Sat::kFaces6>(box_a, box_b, between)
+                            : kernel::separated<Sat::kAll15>(box_a, box_b, between))
+      return;
     if (leaves) {
       if (kernel::separated_in_world(box_a, box_b, between)) return;
       ++leaf_pairs;
@@ -614,6 +636,7 @@ TEST_CASE("compute_boxes writes the bits that a frame tests: a plain descent of 
         REQUIRE(compute_boxes(*engine, world.members[m].poses.input({m + 1}), policies,
                               {boxes[m].data(), boxes[m].size()}) == Status::kOk);
       }
+      plain.sat = policies.sat;
       plain.box_tests = plain.leaf_pairs = 0;
       std::vector<Hit> expected;
       for (std::uint32_t f = 0; f < frames; ++f) {

@@ -199,8 +199,11 @@ struct Session {
     FrameJob job;
     job.inputs = spoiled(bytes, Span<const BatchInput>{inputs.data(), inputs.size()});
     job.rules = spoiled(bytes, Span<const PairRule>{rules.data(), rules.size()});
-    job.policies = {static_cast<Refit>(bytes.below(7)), static_cast<Strategy>(bytes.below(6)),
-                    static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0), static_cast<Extents>(bytes.below(3))};
+    // Every value of every field, and one beyond.
+    const auto any = [&](std::uint32_t field) { return bytes.below(policy_table()[field].value_count + 1); };
+    job.policies = {static_cast<Refit>(any(0)), static_cast<Strategy>(any(1)),
+                    static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0), static_cast<Extents>(any(3)),
+                    static_cast<Sat>(bytes.rarely() ? 1 + bytes.below(2) : 0)};
     if (!inputs.empty()) {
       const std::uint32_t batch = inputs[0].batch.value;
       std::vector<Box> boxes(

@@ -43,7 +43,8 @@ std::vector<Box> boxes_of(Engine& engine, const World& world, const Policies& po
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Bytes bytes(data, size);
   const auto extents = static_cast<Extents>(bytes.below(2));
-  const Policies policies = {static_cast<Refit>(bytes.below(6)), Strategy::kTree, Exact::kNone, extents};
+  const Policies policies = {static_cast<Refit>(bytes.below(policy_table()[0].value_count)), Strategy::kTree,
+                             Exact::kNone, extents};
   const auto exact = bytes.rarely() ? Exact::kFcl : Exact::kNone;
   const World world = world_of(bytes);
   EnginePtr scalar;

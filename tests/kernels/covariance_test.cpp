@@ -100,7 +100,7 @@ TEST_CASE("the covariance merge takes the principal axes of the sixteen corners"
 TEST_CASE(
     "every oriented rule contains its children, has axes within their limits and is the same on every instruction "
     "set") {
-  for (std::size_t rule = 0; rule < 4; ++rule) {
+  for (std::size_t rule = 0; rule < std::extent_v<decltype(kernel::KernelTable::refit_boxes)>; ++rule) {
     for (unsigned regime = 0; regime < oracle::kMergeRegimeCount; ++regime) {
       oracle::Random random(kSeed + 50 + regime);
       std::size_t outside = 0, crooked = 0, differing = 0;

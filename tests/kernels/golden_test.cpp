@@ -55,8 +55,9 @@ struct Body {
 };
 
 // The pairs of links that touch in a tile of frames.
-void append_touches(const kernel::KernelTable& kernels, std::deque<Body>& bodies, const scenes::CharacterPair& pair,
-                    std::uint32_t first, std::uint32_t live, std::vector<GoldenTouch>& touches) {
+void append_touches(const kernel::KernelTable& kernels, const Policies& policies, std::deque<Body>& bodies,
+                    const scenes::CharacterPair& pair, std::uint32_t first, std::uint32_t live,
+                    std::vector<GoldenTouch>& touches) {
   const Articulation &a = bodies[pair.a].articulation, &b = bodies[pair.b].articulation;
   std::vector<TilePair> stack(a.program.depth + b.program.depth + 2), found(a.leaf_count * b.leaf_count);
   kernel::TileDescent<BoxTile> job = {};
@@ -67,7 +68,8 @@ void append_touches(const kernel::KernelTable& kernels, std::deque<Body>& bodies
   job.lanes = (2u << (live - 1)) - 1;
   job.stack = {stack.data(), static_cast<std::uint32_t>(stack.size()), 0};
   job.found = {found.data(), static_cast<std::uint32_t>(found.size()), 0};
-  kernels.descend_boxes(job);
+  (policies.strategy == Strategy::kTree ? kernels.descend_boxes
+                                        : kernels.brute_boxes)[static_cast<std::size_t>(policies.sat)](job);
   for (const TilePair& leaves : job.found)
     for (std::uint32_t lane = 0; lane < live; ++lane)
       if (leaves.lanes >> lane & 1)
@@ -93,7 +95,8 @@ GoldenBits bits_of(const Scene& scene, const kernel::KernelTable& kernels, const
         }
       }
     }
-    for (const scenes::CharacterPair& pair : scene.pairs) append_touches(kernels, bodies, pair, first, live, touches);
+    for (const scenes::CharacterPair& pair : scene.pairs)
+      append_touches(kernels, policies, bodies, pair, first, live, touches);
   }
   return {boxes.value(), hash_touches(std::move(touches))};
 }

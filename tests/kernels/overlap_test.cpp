@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::uint64_t kSeed = 15;
 
+constexpr std::size_t kAll15 = static_cast<std::size_t>(Sat::kAll15), kFaces6 = static_cast<std::size_t>(Sat::kFaces6);
+
 // Sixteen pairs in both layouts that kernels read.
 struct Pairs {
   oracle::BoxPair pair[kLanes];
@@ -34,7 +36,8 @@ void fill(Pairs& pairs) {
   }
 }
 
-std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const Pairs& pairs, std::uint32_t leaves) {
+std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const Pairs& pairs, std::uint32_t leaves,
+                           std::size_t sat = kAll15) {
   kernel::RowPairs<BoxRow> rows;
   rows.shift = &pairs.shift;
   rows.leaves = leaves;
@@ -42,7 +45,7 @@ std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const Pairs& pair
     rows.a[lane] = &pairs.row_a[lane];
     rows.b[lane] = &pairs.row_b[lane];
   }
-  return kernels.overlap_box_rows(rows);
+  return kernels.overlap_box_rows[sat](rows);
 }
 
 // An articulation of one link and one leaf, for the tile kernels.
@@ -57,12 +60,13 @@ Articulation one_leaf() {
   return articulation;
 }
 
-std::uint32_t overlap_tiles(const kernel::KernelTable& kernels, const Pairs& pairs, const ShiftTile* shift) {
+std::uint32_t overlap_tiles(const kernel::KernelTable& kernels, const Pairs& pairs, const ShiftTile* shift,
+                            std::size_t sat = kAll15) {
   const Articulation articulation = one_leaf();
   TilePair stack[4], found[4];
   kernel::TileDescent<BoxTile> job{&articulation, &articulation, &pairs.tile_a, &pairs.tile_b, shift,
                                    0xffff,        false,         {stack, 4, 0}, {found, 4, 0}, 0};
-  kernels.descend_boxes(job);
+  kernels.descend_boxes[sat](job);
   CHECK(job.box_tests == kLanes);
   return job.found.size ? found[0].lanes : 0;
 }
@@ -129,6 +133,50 @@ TEST_CASE("each of the fifteen axes alone separates the pose made for it") {
   }
 }
 
+// In the order of oracle::separating_axis_pose the six faces come first.
+TEST_CASE("the six faces alone separate what they separate, and none of the poses that only edges do") {
+  for (std::size_t axis = 0; axis < oracle::kSeparatingAxisCount; ++axis) {
+    Pairs pairs;
+    for (auto& pair : pairs.pair) pair = oracle::separating_axis_pose(axis);
+    fill(pairs);
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      CAPTURE(axis);
+      CAPTURE(name_of(*kernels));
+      const std::uint32_t expected = axis < 6 ? 0 : 0xffff;
+      CHECK(overlap_rows(*kernels, pairs, 0, kFaces6) == expected);
+    }
+  }
+}
+
+TEST_CASE("fewer axes let every pair pass that all fifteen do, and the same ones on every instruction set") {
+  std::size_t more = 0;
+  for (unsigned regime = 0; regime < oracle::kTouchRegimeCount; ++regime) {
+    oracle::Random random(kSeed + 400 + regime);
+    std::size_t lost = 0, differing = 0;
+    for (std::uint32_t t = 0; t < 400; ++t) {
+      Pairs pairs;
+      for (auto& pair : pairs.pair)
+        pair = oracle::near_touching_pair(random, static_cast<oracle::TouchRegime>(regime), random.uniform(-20, 1000));
+      fill(pairs);
+      const kernel::KernelTable& scalar = *kernel::find_kernels(Isa::kScalar);
+      for (const std::uint32_t leaves : {0u, 0xffffu}) {
+        const std::uint32_t all = overlap_rows(scalar, pairs, leaves),
+                            faces = overlap_rows(scalar, pairs, leaves, kFaces6);
+        lost += (all & ~faces) != 0;
+        more += static_cast<std::size_t>(__builtin_popcount(faces & ~all));
+        for (const kernel::KernelTable* kernels : available_kernels()) {
+          differing += overlap_rows(*kernels, pairs, leaves, kFaces6) != faces;
+          if (leaves) differing += overlap_tiles(*kernels, pairs, &pairs.shift, kFaces6) != faces;
+        }
+      }
+    }
+    CAPTURE(regime);
+    CHECK(lost == 0);
+    CHECK(differing == 0);
+  }
+  CHECK(more > 1000);
+}
+
 TEST_CASE("a NaN never separates two boxes") {
   oracle::Random random(kSeed);
   Pairs pairs;
@@ -137,7 +185,8 @@ TEST_CASE("a NaN never separates two boxes") {
     pair.b.center[0] = pair.b.center[1] = pair.b.center[2] = std::numeric_limits<float>::quiet_NaN();
   }
   fill(pairs);
-  for (const kernel::KernelTable* kernels : available_kernels()) CHECK(overlap_rows(*kernels, pairs, 0xffff) == 0xffff);
+  for (const kernel::KernelTable* kernels : available_kernels())
+    for (const std::size_t sat : {kAll15, kFaces6}) CHECK(overlap_rows(*kernels, pairs, 0xffff, sat) == 0xffff);
 }
 
 TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says so") {

@@ -110,13 +110,77 @@ TEST_CASE("help names every option, every policy value and every instruction set
     for (std::uint8_t i = 0; i < kIsaCount; ++i)
       CHECK(help.out.find(to_string(static_cast<Isa>(i))) != std::string::npos);
   }
-  const std::string run_help = run_cab({"run", "--help"}).out;
-  for (const PolicyField& field : policy_table()) {
-    CHECK(run_help.find(std::string("--") + field.name) != std::string::npos);
-    for (std::uint32_t v = 0; v < field.value_count; ++v) {
-      CAPTURE(field.values[v].name);
-      CHECK(run_help.find(std::string(field.values[v].name) + ": " + field.values[v].meaning) != std::string::npos);
+  for (const char* command : {"run", "crowd"}) {
+    CAPTURE(std::string(command));
+    const std::string help = run_cab({command, "--help"}).out;
+    const auto shows = [&help](const std::string& text) { return help.find(text) != std::string::npos; };
+    const auto shows_option = [&](const std::string& text) { return shows(text + " ") || shows(text + "\n"); };
+    for (const PolicyField& field : policy_table()) {
+      std::string names;
+      for (std::uint32_t v = 0; v < field.value_count; ++v) {
+        CAPTURE(field.values[v].name);
+        CHECK(shows(std::string(field.values[v].name) + ": " + field.values[v].meaning));
+        names += (v ? "|" : "") + std::string(field.values[v].name);
+      }
+      CHECK(shows_option(std::string("--") + field.name + " " + names));
     }
+    std::string names;
+    for (const PolicyPreset& preset : preset_table()) {
+      CHECK(shows(std::string(preset.name) + ": " + preset.meaning));
+      names += (names.empty() ? "" : "|") + std::string(preset.name);
+    }
+    CHECK(shows_option("--preset " + names));
+  }
+}
+
+TEST_CASE("docs/policies.md has the tables of policies and presets, word for word") {
+  std::string wanted, found;
+  for (const PolicyField& field : policy_table())
+    for (std::uint32_t v = 0; v < field.value_count; ++v) {
+      const bool by_default = policy_get({}, static_cast<std::uint32_t>(&field - policy_table().begin())) == v;
+      if (v == 0) wanted += std::string("| `") + field.name + "`: " + field.meaning + " |";
+      if (v != 0) wanted += "| |";
+      wanted += std::string(" `") + field.values[v].name + "`" + (by_default ? " (default)" : "") + " | " +
+                field.values[v].meaning + " |\n";
+    }
+  for (const PolicyPreset& preset : preset_table()) {
+    wanted += std::string("| `") + preset.name + "` |";
+    for (std::uint32_t f = 0; f < policy_table().size; ++f)
+      wanted += std::string(f ? ", " : " ") + policy_table()[f].values[policy_get(preset.policies, f)].name;
+    wanted += std::string(" | ") + preset.meaning + " |\n";
+  }
+  std::istringstream page(read_text(CAB_DOCS "/policies.md"));
+  bool inside = false;  // of one of the two tables
+  for (std::string line; std::getline(page, line);) {
+    if (line.rfind("| field |", 0) == 0 || line.rfind("| preset | refit", 0) == 0)
+      inside = std::getline(page, line) && line == "|---|---|---|";
+    else if (line.rfind("| ", 0) != 0)
+      inside = false;
+    else if (inside)
+      found += line + "\n";
+  }
+  CHECK(found == wanted);
+}
+
+TEST_CASE("a preset sets every policy, and an option that is given overrides it on either side") {
+  const TwoFigures figures(5);
+  const auto policies_of = [&](const Words& options) {
+    const std::string path = figures.folder / "run.json";
+    const Outcome outcome = run_cab(Words{"run"} + figures.files + Words{"--json", path} + options);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    return Json::parse(read_text(path))["policies"];
+  };
+  for (const PolicyPreset& preset : preset_table()) {
+    CAPTURE(std::string(preset.name));
+    Json expected;
+    for (std::uint32_t f = 0; f < policy_table().size; ++f)
+      expected[policy_table()[f].name] = policy_table()[f].values[policy_get(preset.policies, f)].name;
+    CHECK(policies_of({"--preset", preset.name}) == expected);
+    expected["refit"] = "covariance";
+    expected["sat"] = "all_15";
+    CHECK(policies_of({"--preset", preset.name, "--refit", "covariance", "--sat", "all_15"}) == expected);
+    CHECK(policies_of({"--sat", "all_15", "--refit", "covariance", "--preset", preset.name}) == expected);
   }
 }
 
@@ -134,6 +198,8 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},
+      {{"run", file, "--preset", "slow"}, "--preset: 'slow' is not a preset; choose paper, fast, balanced, tight"},
+      {{"crowd", "--scene", "uniform", "--preset", ""}, "--preset"},
       {{"run", file, "--offset", "1,2"}, "--offset: '1,2' is not X,Y,Z"},
       {{"run", file, "--offset", "1,2,3,4"}, "--offset"},
       {{"run", file, "--offset", "1,nan,3"}, "--offset"},
@@ -634,7 +700,7 @@ TEST_CASE("tables 1, 2, 4 and 5 in full pass the gates against the paper") {
   for (const Json& table : json["tables"]) {
     CHECK(table["full_run"] == true);
     CHECK(table["frame_count"] == (table["table"] == 5 ? 4001 : 10000));
-    CHECK(table["gates"].size() == 17);
+    CHECK(table["gates"].size() == 19);
     for (const Json& gate : table["gates"]) {
       CAPTURE(gate["gate"].get<std::string>());
       CHECK(gate["passed"] == true);

@@ -106,8 +106,8 @@ TEST_CASE("cab crowd finds the same hits by every strategy, refit, instruction s
   for (const PolicyField& field : policy_table())
     for (std::uint32_t v = 0; v < field.value_count; ++v) {
       const std::string name = field.name, value = field.values[v].name;
-      // An exact test, and refits that make leaf boxes larger, may give other hits.
-      if (name == "exact" || value == "exact_all" || value.rfind("aabb", 0) == 0) continue;
+      // An exact test, refits that make leaf boxes larger, and fewer axes may give other hits.
+      if (name == "exact" || value == "exact_all" || value.rfind("aabb", 0) == 0 || name == "sat") continue;
       CAPTURE(name);
       CAPTURE(value);
       CHECK(figures({"--scene", "uniform", "--" + name, value})["hits_hash"] == expected);

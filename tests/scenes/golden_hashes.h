@@ -21,16 +21,20 @@ namespace cab::tests {
 inline constexpr std::uint32_t kGoldenFrames = 300;
 
 // Methods in the columns of the table; the oriented ones, whose boxes are what kernels write, come first.
-inline constexpr std::array<Policies, 7> kGoldenPolicies = {{
+inline constexpr std::array<Policies, 11> kGoldenPolicies = {{
     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kLeaves},
     {Refit::kCabSum, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kCovariance, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kCovarianceLeaves, Strategy::kTree, Exact::kNone, Extents::kChildren},
+    {Refit::kBest3, Strategy::kTree, Exact::kNone, Extents::kChildren},
+    {Refit::kBest3, Strategy::kTree, Exact::kNone, Extents::kLeaves},
+    {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kFaces6},
+    {Refit::kCab, Strategy::kBrute, Exact::kNone, Extents::kChildren, Sat::kFaces6},
     {Refit::kAabbHull, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kAabbVertices, Strategy::kTree, Exact::kNone, Extents::kChildren},
 }};
-inline constexpr std::size_t kGoldenOriented = 5;
+inline constexpr std::size_t kGoldenOriented = 9;
 
 // All boxes of all frames, and all box-level hits, as `cab paper --frames 300` hashes them.
 struct GoldenBits {
@@ -55,6 +59,10 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0xce5e69081b0481a4, 0x01c680caaf4ad89f},
        {0x6411a3f582b4c15a, 0x01c680caaf4ad89f},
        {0x14c3ec8cbe654cc1, 0x01c680caaf4ad89f},
+       {0x2f8a05204083d4d0, 0x01c680caaf4ad89f},
+       {0xa52f3f4664373536, 0x01c680caaf4ad89f},
+       {0xce5e69081b0481a4, 0x1bcaeafc1b752b58},
+       {0xce5e69081b0481a4, 0x1bcaeafc1b752b58},
        {0xdc705c36ea263c17, 0x76f84ce1f1a361ad},
        {0x21f19be3f68bd743, 0xfb5d8bab14e95fff}}}},
     {2,
@@ -65,6 +73,10 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0xed6645d733d2d089, 0x8c82324248f41ca9},
        {0xcca5d29bd522df37, 0x8c82324248f41ca9},
        {0x389b5b90395625d2, 0x8c82324248f41ca9},
+       {0xe2c4aab6dbbd4c23, 0x8c82324248f41ca9},
+       {0xefcbb9c174f327ac, 0x8c82324248f41ca9},
+       {0xed6645d733d2d089, 0x48fb41ca9fc86416},
+       {0xed6645d733d2d089, 0xb885de9073c023f9},
        {0xfced7912358495bf, 0xf237cccb834d1c87},
        {0xb9b66eb4c232f42d, 0xa9b25c458c04fa8f}}}},
     {3,
@@ -75,6 +87,10 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0xa0a4ee6893a1b3a7, 0x8d9d7f047b8b2b45},
        {0x15dde735779bcefc, 0x8d9d7f047b8b2b45},
        {0xbde9d4d6243dee8b, 0x8d9d7f047b8b2b45},
+       {0xc66100726bed0de2, 0x8d9d7f047b8b2b45},
+       {0xd576b5af3deb32db, 0x8d9d7f047b8b2b45},
+       {0xa0a4ee6893a1b3a7, 0xc37530a325b60011},
+       {0xa0a4ee6893a1b3a7, 0x3f8eebddb5863b91},
        {0x663c75016eed9d61, 0x4aef46d1c0a7254a},
        {0xe49b6c202387cfae, 0x8a6cdcc3f7634f09}}}},
     {4,
@@ -85,6 +101,10 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0x015d94c17d510181, 0x89389d83edc7a9ce},
        {0x0c0be6a5711ea52e, 0x89389d83edc7a9ce},
        {0x5ffb875a36e1b502, 0x89389d83edc7a9ce},
+       {0xd54d5755865a10a2, 0x89389d83edc7a9ce},
+       {0x9e667ac7af3a0b78, 0x89389d83edc7a9ce},
+       {0x015d94c17d510181, 0xb9073b22547b84f6},
+       {0x015d94c17d510181, 0x1286e66ecedec97d},
        {0xd8df6abde439efe6, 0x9c49f3dd378ad192},
        {0x3b85447da4b2c47e, 0xec01009d70cc4879}}}},
     {5,
@@ -95,6 +115,10 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0x102a3e0d763251e1, 0x81618555a1b758f9},
        {0x22d9566321067c8a, 0x81618555a1b758f9},
        {0x8714e442d76416cc, 0x81618555a1b758f9},
+       {0x44b7d97c454407f4, 0x81618555a1b758f9},
+       {0x479a6f8842c9f91e, 0x81618555a1b758f9},
+       {0x16a7f4e97b5ed58a, 0xca8fc29eec95deeb},
+       {0x16a7f4e97b5ed58a, 0xca8fc29eec95deeb},
        {0xca388b471f4d0c95, 0xf621b5043b94209f},
        {0x13e324454a1fab2f, 0x7a250f05a7564f06}}}},
 }};

@@ -15,6 +15,7 @@ enum class Refit : std::uint8_t {
   kCabSum,            // its footnote's variant: the sum of the major axes where their ends are closest
   kCovariance,        // the paper's OBB: principal axes of the children's corners
   kCovarianceLeaves,  // principal axes of the corners of all leaf boxes below
+  kBest3,             // of kCab's axes and both children's, those that make the box of least surface
   kAabbHull,          // the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included
   kAabbVertices,      // the paper's AABB+: axis-aligned boxes of all vertices below, leaves included
 };
@@ -45,12 +46,19 @@ enum class Exact : std::uint8_t {
   kFcl,   // overlapping leaf boxes are confirmed by FCL on the leaves' exact shapes
 };
 
+// Which axes may show that two oriented boxes are apart, inner ones and leaves. Fewer axes let more pairs pass.
+enum class Sat : std::uint8_t {
+  kAll15,   // the six faces and the nine pairs of edges
+  kFaces6,  // the six faces
+};
+
 // Every combination is valid and conservative.
 struct Policies {
   Refit refit = Refit::kCab;
   Strategy strategy = Strategy::kAuto;
   Exact exact = Exact::kNone;
   Extents extents = Extents::kChildren;
+  Sat sat = Sat::kAll15;
 };
 
 // One value of a policy field: its name on the command line and in files, and what it does.
@@ -73,5 +81,19 @@ CAB_API Span<const PolicyField> policy_table() noexcept;
 // Reads and writes a field of Policies by its row of the table; set returns false for a name that is no value.
 CAB_API std::uint32_t policy_get(const Policies& policies, std::uint32_t field) noexcept;
 CAB_API bool policy_set(Policies& policies, std::uint32_t field, const char* value_name) noexcept;
+
+// All policies chosen at once, by a name. Presets say how boxes are made and tested; `exact`, which is what is asked, is
+// kNone in all of them.
+struct PolicyPreset {
+  const char* name;
+  const char* meaning;
+  Policies policies;
+};
+
+// The one table of presets.
+CAB_API Span<const PolicyPreset> preset_table() noexcept;
+
+// Sets every field to a preset's; false for a name that is none, and nothing is changed.
+CAB_API bool preset_set(Policies& policies, const char* preset_name) noexcept;
 
 }  // namespace cab
