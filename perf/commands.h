@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "perf/engine_session.h"
+#include "scenes/ropes.h"
 
 namespace cab::perf {
 
@@ -69,9 +70,12 @@ struct CrowdOptions {
   std::uint32_t frame_count = 0;
   std::uint32_t rounds = 0;
   std::vector<std::string> clips;
-  std::vector<double> metres_per_unit;  // none, one for all clips, or one a clip
-  char up = 0;                          // 'x', 'y', 'z', or 0 to find it
-  std::string trajectories_path;        // empty: none
+  std::vector<double> metres_per_unit;                      // none, one for all clips, or one a clip
+  char up = 0;                                              // 'x', 'y', 'z', or 0 to find it
+  std::string trajectories_path;                            // empty: none
+  std::optional<std::uint32_t> boxes_per_link, rope_links;  // none: as by default, or not for the scene
+  std::optional<scenes::RopeShape> rope_shape;
+  std::optional<double> rope_spacing;
   Policies policies;
   bool touched = false;  // ask only which characters touch anything
   Isa isa = Isa::kAuto;

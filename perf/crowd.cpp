@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -81,6 +82,9 @@ class FramePoses {
 struct CrowdRun {
   const scenes::CrowdScene* scene = nullptr;
   std::uint32_t character_count = 0;
+  std::size_t most_links = 0, most_leaves = 0;  // of a character
+  std::optional<std::uint32_t> boxes_per_link;  // of `detailed`
+  std::optional<scenes::RopeOptions> ropes;     // of `ropes`
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 0;
   std::size_t engine_bytes = 0;
@@ -184,8 +188,9 @@ std::string expectation(const CrowdRun& run) {
 }
 
 void print_table(const CrowdOptions& options, const CrowdRun& run) {
-  std::cout << run.scene->name << ": " << run.character_count << " characters, " << options.frame_count << " frames, "
-            << options.rounds << " rounds (" << to_string(run.isa) << ", threads " << run.thread_count;
+  std::cout << run.scene->name << ": " << run.character_count << " characters of " << run.most_leaves << " boxes, "
+            << options.frame_count << " frames, " << options.rounds << " rounds (" << to_string(run.isa) << ", threads "
+            << run.thread_count;
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     std::cout << ", " << policy_table()[f].name << ' '
               << policy_table()[f].values[policy_get(options.policies, f)].name;
@@ -230,6 +235,11 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["cab_version"] = CAB_VERSION;
   json["scene"] = run.scene->name;
   json["characters"] = run.character_count;
+  json["links"] = run.most_links;
+  json["leaves"] = run.most_leaves;
+  json["boxes_per_link"] = run.boxes_per_link ? Json(*run.boxes_per_link) : Json();
+  json["rope_shape"] = run.ropes ? Json(scenes::kRopeShapeNames[static_cast<std::size_t>(run.ropes->shape)]) : Json();
+  json["rope_spacing"] = run.ropes ? Json(run.ropes->spacing) : Json();
   json["frames"] = options.frame_count;
   json["rounds"] = options.rounds;
   json["isa"] = to_string(run.isa);
@@ -283,13 +293,21 @@ const scenes::CrowdScene& find_scene(const std::string& name) {
 // Wrong use that only shows when options are seen together.
 void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   const std::string name = scene.name;
-  if (scene.needs_clips && options.clips.empty()) throw UsageError("--scene " + name + " needs --clip FILE");
+  if (scene.clips == scenes::ClipUse::kNeeded && options.clips.empty())
+    throw UsageError("--scene " + name + " needs --clip FILE");
   if (scene.needs_trajectories && options.trajectories_path.empty())
     throw UsageError("--scene " + name + " needs --trajectories FILE");
-  if (!scene.needs_clips && (!options.clips.empty() || !options.metres_per_unit.empty() || options.up != 0))
+  if (scene.clips == scenes::ClipUse::kNone &&
+      (!options.clips.empty() || !options.metres_per_unit.empty() || options.up != 0))
     throw UsageError("--clip, --units and --up are not for --scene " + name + ", whose characters are its own");
   if (!scene.needs_trajectories && !options.trajectories_path.empty())
     throw UsageError("--trajectories is not for --scene " + name + ", whose places are its own");
+  if (options.clips.empty() && (!options.metres_per_unit.empty() || options.up != 0))
+    throw UsageError("--units and --up are of clips; add --clip FILE");
+  if (name != "detailed" && options.boxes_per_link)
+    throw UsageError("--boxes-per-link is for --scene detailed, not for " + name);
+  if (name != "ropes" && (options.rope_links || options.rope_shape || options.rope_spacing))
+    throw UsageError("--links, --shape and --spacing are for --scene ropes, not for " + name);
   if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != options.clips.size())
     throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
                      std::to_string(options.clips.size()) +
@@ -311,6 +329,10 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
 scenes::CrowdSources import_sources(const CrowdOptions& options) {
   scenes::CrowdSources sources;
   sources.up = options.up;
+  sources.boxes_per_link = options.boxes_per_link.value_or(sources.boxes_per_link);
+  sources.ropes.link_count = options.rope_links.value_or(sources.ropes.link_count);
+  sources.ropes.shape = options.rope_shape.value_or(sources.ropes.shape);
+  sources.ropes.spacing = options.rope_spacing.value_or(sources.ropes.spacing);
   for (std::size_t c = 0; c < options.clips.size(); ++c) {
     scenes::ImportOptions import;
     import.up = options.up;
@@ -329,9 +351,16 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
 int crowd_command(const CrowdOptions& options) {
   const scenes::CrowdScene& scene = find_scene(options.scene);
   check(options, scene);
-  const scenes::Crowd crowd = scenes::make_crowd(scene.name, options.character_count, import_sources(options));
+  const scenes::CrowdSources sources = import_sources(options);
+  const scenes::Crowd crowd = scenes::make_crowd(scene.name, options.character_count, sources);
   CrowdRun run = measure(options, crowd);
   run.scene = &scene;
+  if (options.scene == "detailed") run.boxes_per_link = sources.boxes_per_link;
+  if (options.scene == "ropes") run.ropes = sources.ropes;
+  for (const scenes::CrowdGroup& group : crowd.groups) {
+    run.most_links = std::max(run.most_links, group.figure.link_parents.size());
+    run.most_leaves = std::max(run.most_leaves, group.figure.leaves.size());
+  }
   print_table(options, run);
   const Json figures = to_json(options, run);
   if (!options.json_path.empty()) write_json(options.json_path, figures);

@@ -174,6 +174,30 @@ CLI::App& add_paper(CLI::App& app, PaperOptions& o) {
   return command;
 }
 
+// What only the crowd scenes `detailed` and `ropes` have.
+void add_detail_and_ropes(CLI::App& command, CrowdOptions& o) {
+  command
+      .add_option_function<std::string>(
+          "--boxes-per-link",
+          [&o](const std::string& text) { o.boxes_per_link = read_boxes_per_link("--boxes-per-link", text); },
+          "detailed: boxes of each link (default 16)")
+      ->type_name(boxes_per_link_names("|"));
+  command.add_option("--links", o.rope_links, "ropes: links of each, 2 to 1024 (default 64)")
+      ->type_name("N")
+      ->check(CLI::Range(scenes::kLeastRopeLinks, kMaxLinks).description(""));
+  command
+      .add_option_function<std::string>(
+          "--shape", [&o](const std::string& text) { o.rope_shape = read_rope_shape("--shape", text); },
+          "ropes: how they lie (default straight)")
+      ->type_name(rope_shape_names("|"));
+  command
+      .add_option("--spacing", o.rope_spacing,
+                  "ropes: from neighbour to neighbour where they come closest, in thicknesses, .1 to 10; below 1 they"
+                  " touch (default 1.5)")
+      ->type_name("X")
+      ->check(CLI::Range(scenes::kLeastSpacing, scenes::kMostSpacing).description(""));
+}
+
 CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
   CLI::App& command = *app.add_subcommand("crowd", "many characters at once: times, memory and counts of a frame");
   command
@@ -200,6 +224,7 @@ CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
   add_up(command, o.up, "axis that points up in the clips; without it the one along which each figure is tallest");
   command.add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x, y in metres a line")
       ->type_name("FILE");
+  add_detail_and_ropes(command, o);
   for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, o.policies);
   command.add_flag("--touched", o.touched, "find out only which characters touch anything, and no hits");
   add_isa(command, o.isa);

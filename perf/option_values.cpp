@@ -8,6 +8,7 @@
 
 #include "perf/commands.h"
 #include "scenes/crowd.h"
+#include "scenes/detailed.h"
 #include "scenes/import/printable.h"
 
 namespace cab::perf {
@@ -110,6 +111,31 @@ std::string read_crowd_scene(const std::string& option, const std::string& text)
   for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
     if (text == scene.name) return text;
   reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
+}
+
+std::string boxes_per_link_names(const char* separator) {
+  std::string names;
+  for (const std::uint32_t count : scenes::kBoxesPerLink)
+    names += (names.empty() ? "" : separator) + std::to_string(count);
+  return names;
+}
+
+std::uint32_t read_boxes_per_link(const std::string& option, const std::string& text) {
+  for (const std::uint32_t count : scenes::kBoxesPerLink)
+    if (text == std::to_string(count)) return count;
+  reject(option, text, "a number of boxes that a link can have; choose " + boxes_per_link_names(", "));
+}
+
+std::string rope_shape_names(const char* separator) {
+  std::string names;
+  for (const char* name : scenes::kRopeShapeNames) names += (names.empty() ? "" : separator) + std::string(name);
+  return names;
+}
+
+scenes::RopeShape read_rope_shape(const std::string& option, const std::string& text) {
+  for (std::size_t i = 0; i < scenes::kRopeShapeNames.size(); ++i)
+    if (text == scenes::kRopeShapeNames[i]) return static_cast<scenes::RopeShape>(i);
+  reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
 }
 
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text) {

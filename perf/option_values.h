@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "perf/engine_session.h"
+#include "scenes/ropes.h"
 
 namespace cab::perf {
 
@@ -31,6 +32,14 @@ Lanes read_lanes(const std::string& option, const std::string& text);
 std::string read_crowd_scene(const std::string& option, const std::string& text);
 std::string crowd_scene_names(const char* separator);
 std::string crowd_scene_help();
+
+// How many boxes a link of the scene `detailed` has; the numbers there are, joined by a separator.
+std::uint32_t read_boxes_per_link(const std::string& option, const std::string& text);
+std::string boxes_per_link_names(const char* separator);
+
+// The shape of a rope; all names joined by a separator.
+scenes::RopeShape read_rope_shape(const std::string& option, const std::string& text);
+std::string rope_shape_names(const char* separator);
 
 // Whole numbers separated by commas, each one once.
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text);

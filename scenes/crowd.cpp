@@ -2,6 +2,7 @@
 
 #include "scenes/bit_hash.h"
 #include "scenes/clip_crowd.h"
+#include "scenes/detailed.h"
 #include "scenes/humanoid.h"
 
 #include <algorithm>
@@ -113,12 +114,57 @@ Crowd with_giant(std::uint32_t count) {
   return crowd;
 }
 
-Crowd battle(std::uint32_t count, CrowdSources sources) {
-  const auto stand = [places = uniform_places(count, kBattleDensity)](std::uint32_t character, double) {
+// Clips played on places.
+Crowd clips_on(std::vector<double> places, CrowdSources sources) {
+  const auto count = static_cast<std::uint32_t>(places.size() / 2);
+  const auto stand = [places = std::move(places)](std::uint32_t character, double) {
     return Standing{places[std::size_t{character} * 2], places[std::size_t{character} * 2 + 1],
                     Random::of(kMotionSeed, character).angle()};
   };
   return clip_crowd(std::move(sources.clips), sources.up, count, stand);
+}
+
+Crowd detailed(std::uint32_t count, CrowdSources sources) {
+  const std::uint32_t boxes_per_link = sources.boxes_per_link;
+  std::vector<double> places = uniform_places(count, 1);
+  Crowd crowd =
+      sources.clips.empty() ? humanoid_crowd(std::move(places)) : clips_on(std::move(places), std::move(sources));
+  for (CrowdGroup& group : crowd.groups) group.figure = with_detail(std::move(group.figure), boxes_per_link);
+  return crowd;
+}
+
+void check(const RopeOptions& options) {
+  if (options.link_count < kLeastRopeLinks || options.link_count > kMaxLinks)
+    throw std::invalid_argument("make_crowd: no rope has " + std::to_string(options.link_count) + " links");
+  if (!(options.spacing >= kLeastSpacing && options.spacing <= kMostSpacing))
+    throw std::invalid_argument("make_crowd: a spacing of " + std::to_string(options.spacing) + " is out of range");
+}
+
+// Bundles in random order on a square grid; a braid's strands follow each other, the last may be alone.
+Crowd ropes(std::uint32_t count, const RopeOptions& options) {
+  check(options);
+  const std::uint32_t strands = options.shape == RopeShape::kBraided ? 2 : 1;
+  std::vector<std::uint32_t> points((count + strands - 1) / strands);
+  for (std::uint32_t i = 0; i < points.size(); ++i) points[i] = i;
+  shuffle(points);
+  CrowdGroup group;
+  group.figure = make_rope(options.link_count);
+  group.count = count;
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(points.size())));
+  group.pose = [options, count, strands, side, points = std::move(points)](double seconds, PosedGroup& posed) {
+    const std::size_t floats = std::size_t{options.link_count} * 7;
+    posed.poses.resize(count * floats);
+    posed.origins.resize(std::size_t{count} * 3);
+    posed.orientations.clear();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t bundle = i / strands, point = points[bundle];
+      pose_rope(options, {bundle, point % side, point / side, i % strands}, seconds, posed.poses.data() + i * floats,
+                posed.origins.data() + std::size_t{i} * 3);
+    }
+  };
+  Crowd crowd;
+  crowd.groups.push_back(std::move(group));
+  return crowd;
 }
 
 // A person of a recording in one of its copies.
@@ -186,7 +232,7 @@ Crowd make_crowd(const std::string& name, std::uint32_t count, CrowdSources sour
                                   [&name](const CrowdScene& entry) { return name == entry.name; });
   if (scene == kCrowdScenes.end()) throw std::invalid_argument("make_crowd: no crowd scene is called " + name);
   if (count == 0) throw std::invalid_argument("make_crowd: a crowd needs at least one character");
-  if (scene->needs_clips && sources.clips.empty())
+  if (scene->clips == ClipUse::kNeeded && sources.clips.empty())
     throw std::invalid_argument("make_crowd: " + name + " needs at least one clip");
   if (scene->needs_trajectories && sources.trajectories.tracks.empty())
     throw std::invalid_argument("make_crowd: " + name + " needs trajectories");
@@ -196,7 +242,10 @@ Crowd make_crowd(const std::string& name, std::uint32_t count, CrowdSources sour
   if (name == "line") return humanoid_crowd(line_places(count));
   if (name == "giant") return with_giant(count);
   if (name == "far") return humanoid_crowd(square_places(count, kFarSide));
-  return name == "battle" ? battle(count, std::move(sources)) : bottleneck(count, std::move(sources));
+  if (name == "detailed") return detailed(count, std::move(sources));
+  if (name == "ropes") return ropes(count, sources.ropes);
+  if (name == "battle") return clips_on(uniform_places(count, kBattleDensity), std::move(sources));
+  return bottleneck(count, std::move(sources));
 }
 
 void pose_crowd(const Crowd& crowd, double seconds, std::vector<PosedGroup>& posed) {

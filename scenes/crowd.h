@@ -4,6 +4,7 @@
 
 #include "scenes/import/import.h"
 #include "scenes/import/trajectories.h"
+#include "scenes/ropes.h"
 #include "scenes/scene.h"
 
 #include <array>
@@ -34,25 +35,30 @@ struct Crowd {
   std::uint32_t count() const;
 };
 
+// Whether a crowd scene plays clips.
+enum class ClipUse : std::uint8_t { kNone, kOptional, kNeeded };
+
 // A crowd scene by its name: what it needs, and the touching leaf pairs a character in its first frame where they are
 // known (0: unknown), with the share by which they may differ at 2000 characters and more.
 struct CrowdScene {
   const char* name;
   const char* meaning;
-  bool needs_clips;
+  ClipUse clips;
   bool needs_trajectories;
   double pairs_a_character;
   double tolerance;
 };
-inline constexpr std::array<CrowdScene, 8> kCrowdScenes = {{
-    {"uniform", "humanoids at random places, 1 a square metre", false, false, 5.8, .1},
-    {"jitter", "humanoids on a 1 m grid, each within 0.25 m", false, false, .22, .2},
-    {"bottleneck", "recorded pedestrians, playing walking clips", true, true, 0, 0},
-    {"battle", "clips at random places, 1.5 a square metre", true, false, 0, 0},
-    {"spot", "humanoids all in one spot", false, false, 0, 0},
-    {"line", "humanoids in one line, 0.5 m apart", false, false, 0, 0},
-    {"giant", "uniform, one of them 100 times as large as the others", false, false, 0, 0},
-    {"far", "humanoids at random places of a square of 1e7 m", false, false, 0, 0},
+inline constexpr std::array<CrowdScene, 10> kCrowdScenes = {{
+    {"uniform", "humanoids at random places, 1 a square metre", ClipUse::kNone, false, 5.8, .1},
+    {"jitter", "humanoids on a 1 m grid, each within 0.25 m", ClipUse::kNone, false, .22, .2},
+    {"bottleneck", "recorded pedestrians, playing walking clips", ClipUse::kNeeded, true, 0, 0},
+    {"battle", "clips at random places, 1.5 a square metre", ClipUse::kNeeded, false, 0, 0},
+    {"spot", "humanoids all in one spot", ClipUse::kNone, false, 0, 0},
+    {"line", "humanoids in one line, 0.5 m apart", ClipUse::kNone, false, 0, 0},
+    {"giant", "uniform, one of them 100 times as large as the others", ClipUse::kNone, false, 0, 0},
+    {"detailed", "uniform, each link of each humanoid or clip in many boxes", ClipUse::kOptional, false, 0, 0},
+    {"ropes", "long chains side by side, all slanting the same way", ClipUse::kNone, false, 0, 0},
+    {"far", "humanoids at random places of a square of 1e7 m", ClipUse::kNone, false, 0, 0},
 }};
 
 // What crowd scenes are made from. up: the axis that points up in the clips, or 0 for that along which each is tallest.
@@ -60,10 +66,12 @@ struct CrowdSources {
   std::vector<Clip> clips;
   Trajectories trajectories;
   char up = 0;
+  std::uint32_t boxes_per_link = 16;  // of `detailed`
+  RopeOptions ropes;
 };
 
 // Makes a scene of kCrowdScenes with `count` characters, at least 1. Throws std::invalid_argument for another name, for
-// no characters, and where a source is missing that the scene needs.
+// no characters, where a source is missing that the scene needs, and where an option is out of range.
 Crowd make_crowd(const std::string& name, std::uint32_t count, CrowdSources sources = {});
 
 // The crowd at one time; posed[g] is of group g.

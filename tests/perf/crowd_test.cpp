@@ -86,7 +86,7 @@ TEST_CASE("cab crowd prints and writes times, memory, counts and the hash of the
   const std::string hash = json["hits_hash"];
   CHECK(hash.size() == 16);
   for (const std::string& shown : {std::string("within 10 % of 5.8"), hash, std::string("characters a second"),
-                                   std::string("2000 characters, 1 frames, 2 rounds")}) {
+                                   std::string("2000 characters of 16 boxes, 1 frames, 2 rounds")}) {
     CAPTURE(shown);
     CHECK(outcome.out.find(shown) != std::string::npos);
   }
@@ -162,6 +162,34 @@ TEST_CASE("cab crowd plays clips, at random places or along recorded ways") {
   }
 }
 
+TEST_CASE("cab crowd makes humanoids and clips of many boxes, and ropes") {
+  const Sources sources;
+  const Json plain = figures({"--scene", "uniform"});
+  CHECK(plain["leaves"] == 16);
+  CHECK(plain["boxes_per_link"].is_null());
+  CHECK(plain["rope_shape"].is_null());
+  CHECK(figures({"--scene", "detailed", "--boxes-per-link", "1"})["hits_hash"] == plain["hits_hash"]);
+  const Json detailed = figures({"--scene", "detailed"});
+  CHECK(detailed["links"] == 16);
+  CHECK(detailed["leaves"] == 256);
+  CHECK(detailed["boxes_per_link"] == 16);
+  CHECK(detailed["leaf_pairs"] > detailed["hits"]);
+  CHECK(detailed["hits"] < plain["hits"]);
+  const Words clips = {"--scene", "detailed", "--clip", sources.anna, "--boxes-per-link", "4"};
+  const Json played = figures(clips);
+  CHECK(played["leaves"] == 4 * played["links"].get<int>());
+  CHECK(played["hits"] > 0);
+  const Json ropes = figures({"--scene", "ropes"});
+  CHECK(ropes["leaves"] == 64);
+  CHECK(ropes["rope_shape"] == "straight");
+  CHECK(ropes["rope_spacing"] == 1.5);
+  CHECK(ropes["hits"] > 0);
+  const Json braids = figures({"--scene", "ropes", "--links", "20", "--shape", "braided", "--spacing", "3"});
+  CHECK(braids["leaves"] == 20);
+  CHECK(braids["rope_shape"] == "braided");
+  CHECK(braids["hits"] == 0);
+}
+
 TEST_CASE("cab crowd says what was wrong and how to do it right") {
   const Sources sources;
   const TemporaryFolder folder;
@@ -183,6 +211,14 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
       {{"--scene", "uniform", "--clip", sources.anna}, "--clip, --units and --up are not for --scene uniform"},
       {{"--scene", "jitter", "--trajectories", sources.ways}, "--trajectories is not for --scene jitter"},
       {{"--scene", "battle"}, "--scene battle needs --clip FILE"},
+      {{"--scene", "uniform", "--boxes-per-link", "16"}, "--boxes-per-link is for --scene detailed, not for uniform"},
+      {{"--scene", "detailed", "--boxes-per-link", "5"}, "choose 1, 2, 4, 8, 16, 32, 64"},
+      {{"--scene", "detailed", "--up", "y"}, "add --clip FILE"},
+      {{"--scene", "jitter", "--spacing", "2"}, "--links, --shape and --spacing are for --scene ropes, not for jitter"},
+      {{"--scene", "ropes", "--shape", "knotted"}, "choose straight, wavy, coiled, braided"},
+      {{"--scene", "ropes", "--links", "1"}, "--links"},
+      {{"--scene", "ropes", "--spacing", "0"}, "--spacing"},
+      {{"--scene", "ropes", "--clip", sources.anna}, "are not for --scene ropes"},
       {{"--scene", "bottleneck", "--clip", sources.anna}, "--scene bottleneck needs --trajectories FILE"},
       {{"--scene", "battle", "--clip", sources.anna, "--units", "1", "--units", "1"}, "2 times for 1 clips"},
       {{"--scene", "battle", "--clip", sources.anna, "--json", sources.anna}, "is an input"},

@@ -222,8 +222,9 @@ std::vector<Policies> strategies() {
 
 TEST_CASE("humanoids touch as often as the scene says, and every strategy finds the same links") {
   for (const scenes::CrowdScene& scene : scenes::kCrowdScenes) {
-    if (scene.needs_clips) continue;
+    if (scene.clips == scenes::ClipUse::kNeeded) continue;
     CAPTURE(std::string(scene.name));
+    if (std::string(scene.name) == "detailed" || std::string(scene.name) == "ropes") continue;  // in large_test.cpp
     const bool known = scene.pairs_a_character > 0;
     const std::uint32_t count = known ? 2000 : 150;
     const Crowd crowd = scenes::make_crowd(scene.name, count);
