@@ -1,0 +1,77 @@
+// `cab sweep`: what every policy costs and brings, on many scenes or on one's own.
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "perf/commands.h"
+#include "perf/run_world.h"
+#include "perf/sweep_cells.h"
+#include "perf/sweep_output.h"
+#include "perf/sweep_scenes.h"
+
+namespace cab::perf {
+namespace {
+
+// Wrong use that only shows when options are seen together.
+void check(const SweepOptions& options) {
+  check_files(options.world);
+  const bool about_files =
+      !options.world.offsets.empty() || !options.world.metres_per_unit.empty() || options.world.up != 0;
+  if (options.world.files.empty() && about_files)
+    throw UsageError("--offset, --units and --up are of FILE...; give some");
+  if (!options.world.files.empty() && !options.scenes.empty())
+    throw UsageError("--scene and FILE...: give one of the two; files are a scene of their own");
+  if (!options.csv_path.empty() && options.csv_path == options.json_path)
+    throw UsageError("--csv and --json name the same file; give two");
+  for (const std::string& file : options.world.files)
+    for (const std::string& output : {options.csv_path, options.json_path}) {
+      std::error_code ignored;  // an output that is not there yet is no input either
+      if (!output.empty() && std::filesystem::equivalent(file, output, ignored))
+        throw UsageError(output + " is an input; write the output to another file");
+    }
+}
+
+std::vector<std::string> choose_scenes(const SweepOptions& options) {
+  std::vector<std::string> names = options.scenes;
+  if (names.empty())
+    for (const SweepSceneName& scene : kSweepScenes)
+      if (scene.by_default) names.emplace_back(scene.name);
+  return names;
+}
+
+}  // namespace
+
+int sweep_command(const SweepOptions& options) {
+  check(options);
+  const SweepPlan plan = {choose_policies(options.values), options.isas, options.thread_counts, options.rounds};
+  std::vector<SweepRun> runs;
+  const auto run = [&](const SweepScene& scene) {
+    runs.push_back(run_sweep(scene, plan));
+    print_sweep(runs.back());
+  };
+  if (!options.world.files.empty()) {
+    const SweepScene scene = make_files_scene(options.world);
+    for (const std::string& note : scene.scene->notes) std::cerr << "note: " << note << '\n';
+    run(scene);
+  } else {
+    for (const std::string& name : choose_scenes(options)) run(make_sweep_scene(name, options.character_count));
+  }
+  std::cout
+      << "Times are medians of rounds in which every cell has its turn, summed over threads but for those of a frame. "
+         "false: leaf pairs whose boxes overlap and whose shapes are apart by FCL; misses: true hits that are lost. "
+         "area: of all "
+         "inner boxes, beside refit covariance's and beside the smallest that turning each finds, of some poses. *: no "
+         "other of the same isa, threads and exact is as fast with as few false alarms.\n";
+  if (!options.json_path.empty()) write_sweep_json(options.json_path, runs);
+  if (!options.csv_path.empty()) write_sweep_csv(options.csv_path, runs);
+
+  std::uint64_t misses = 0;
+  for (const SweepRun& done : runs)
+    for (const SweepCell& cell : done.cells) misses += cell.misses;
+  if (misses > 0) std::cerr << "cab sweep: " << misses << " true hits were missed\n";
+  return misses > 0 ? 1 : 0;
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,100 @@
+// The scenes of `cab sweep`: frames of a few characters, or crowds, behind one face.
+#pragma once
+
+#include <cab/cab.h>
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perf/box_growth.h"
+#include "perf/commands.h"
+#include "perf/crowd_session.h"
+#include "perf/engine_session.h"
+#include "scenes/crowd.h"
+#include "scenes/scene.h"
+
+namespace cab::perf {
+
+// A scene that can be asked for by name.
+struct SweepSceneName {
+  const char* name;
+  const char* meaning;
+  bool by_default;
+};
+inline constexpr std::array<SweepSceneName, 16> kSweepScenes = {{
+    {"chains3", "table 1 of the paper: two chains that collide, links 3:1", true},
+    {"chains6", "table 2: links 6:1", true},
+    {"dented", "table 3: links that are not convex", true},
+    {"braid", "table 4: two strands wound about each other", true},
+    {"hand", "table 5: a hand flicks a ball", true},
+    {"cmu", "two captured people who touch (Debian's package assimp-testmodels)", true},
+    {"uniform", "a crowd of humanoids at random places", true},
+    {"detailed-64", "humanoids of 64 boxes", false},
+    {"detailed-256", "of 256 boxes", true},
+    {"detailed-1024", "of 1024 boxes", false},
+    {"ropes", "straight ropes of 64 links that hardly touch", true},
+    {"ropes-256", "the same of 256 links", false},
+    {"ropes-1024", "the same of 1024 links", false},
+    {"ropes-wavy", "waves of 64 links", false},
+    {"ropes-coiled", "springs of 64 links", false},
+    {"ropes-braided", "braids of 64 links", false},
+}};
+
+// A scene in memory: frames of a few characters, or a crowd with its poses.
+struct SweepScene {
+  std::string name;
+  std::uint32_t frame_count = 0;
+  FrameRange frames;                           // of `scene`
+  std::shared_ptr<const scenes::Scene> scene;  // or:
+  std::shared_ptr<const scenes::Crowd> crowd;
+  std::vector<std::vector<scenes::PosedGroup>> posed;  // of the crowd, each frame
+
+  std::uint32_t character_count() const;
+  std::size_t most_leaves() const;  // of a character
+};
+
+// By its name in kSweepScenes. character_count: of a crowd; 0: as many as by default. Throws std::runtime_error where
+// cmu's files are not there.
+SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count);
+
+// Humanoids of `leaf_count` boxes each, 16 times one of scenes::kBoxesPerLink.
+SweepScene make_detailed(std::uint32_t leaf_count, std::uint32_t character_count);
+
+// The user's own files, as `cab run` takes them.
+SweepScene make_files_scene(const RunOptions& options);
+
+// Some of the scene's poses of each of its figures.
+std::vector<PosedFigure> sample_figures(const SweepScene& scene);
+
+// Two links that touch. Instances are those of a crowd's group, 0 elsewhere; groups are characters there.
+struct SweepHit {
+  std::uint32_t frame;
+  std::uint32_t group_a, instance_a, link_a;
+  std::uint32_t group_b, instance_b, link_b;
+  auto operator<=>(const SweepHit&) const = default;
+};
+
+// A scene in an engine. The scene must outlive it.
+class SweepWorld {
+ public:
+  SweepWorld(const SweepScene& scene, Isa isa, std::uint32_t thread_count);
+  Isa isa() const;
+  std::uint32_t thread_count() const;
+
+  // Runs all frames and sums. hits (optional) receives who touches, sorted.
+  FrameStats run(const Policies& policies, std::vector<SweepHit>* hits = nullptr);
+
+  // Runs some of it, so that what is run next finds the caches as it will leave them.
+  void warm(const Policies& policies);
+
+ private:
+  const SweepScene& scene_;
+  std::unique_ptr<EngineSession> frames_;
+  std::unique_ptr<CrowdSession> crowd_;
+};
+
+}  // namespace cab::perf
