@@ -288,7 +288,8 @@ CLI::App& add_sweep(CLI::App& app, SweepOptions& o) {
           "--scene", [&o](const std::string& text) { o.scenes = read_sweep_scenes("--scene", text); },
           sweep_scene_help())
       ->type_name("LIST");
-  command.add_option("--characters", o.character_count, "characters of a crowd (default: runs of some milliseconds)")
+  command
+      .add_option("--characters", o.character_count, "characters of detailed and of rope scenes (default 100 and 16)")
       ->type_name("N")
       ->check(CLI::Range(1u, kMaxCrowd).description(""));
   o.values.resize(policy_table().size);
@@ -326,6 +327,12 @@ CLI::App& add_sweep(CLI::App& app, SweepOptions& o) {
       ->check(CLI::Range(1u, 100000u).description(""));
   add_json(command, o.json_path, "write a row a cell as JSON");
   command.add_option("--csv", o.csv_path, "write a row a cell as CSV")->type_name("OUT.csv");
+  command
+      .add_option(
+          "--plot", o.plot_folder,
+          "draw pictures as SVG into a folder (needs gnuplot); without FILE and --scene also strategies by number"
+          " of boxes and times by size of the crowd")
+      ->type_name("DIR");
   return command;
 }
 

@@ -9,6 +9,7 @@
 #include "perf/run_world.h"
 #include "perf/sweep_cells.h"
 #include "perf/sweep_output.h"
+#include "perf/sweep_plot.h"
 #include "perf/sweep_scenes.h"
 
 namespace cab::perf {
@@ -33,30 +34,60 @@ void check(const SweepOptions& options) {
     }
 }
 
-std::vector<std::string> choose_scenes(const SweepOptions& options) {
-  std::vector<std::string> names = options.scenes;
-  if (names.empty())
-    for (const SweepSceneName& scene : kSweepScenes)
-      if (scene.by_default) names.emplace_back(scene.name);
-  return names;
+// A scene and whether all policies are run on it, or strategies alone.
+struct ChosenScene {
+  std::string name;
+  bool all_policies;
+};
+
+// Those that are asked for, or those by default; to these come, where there are pictures of them, all scenes that differ
+// in size alone.
+std::vector<ChosenScene> choose_scenes(const SweepOptions& options) {
+  std::vector<ChosenScene> chosen;
+  for (const std::string& name : options.scenes) chosen.push_back({name, true});
+  if (!chosen.empty()) return chosen;
+  for (const SweepSceneName& scene : kSweepScenes)
+    if (scene.by_default) chosen.push_back({scene.name, true});
+  if (options.plot_folder.empty()) return chosen;
+  for (const char* family : {"uniform", "detailed", "ropes"})
+    for (const SweepMember& member : sweep_family(family))
+      if (std::none_of(chosen.begin(), chosen.end(), [&](const ChosenScene& c) { return c.name == member.name; }))
+        chosen.push_back({member.name, false});
+  return chosen;
+}
+
+// Of the policies those that differ from the defaults in strategy and exact test alone.
+std::vector<Policies> strategies_alone(const std::vector<Policies>& all) {
+  std::vector<Policies> out;
+  for (const Policies& policies : all) {
+    Policies same;
+    same.strategy = policies.strategy;
+    same.exact = policies.exact;
+    if (code_line(same) == code_line(policies)) out.push_back(policies);
+  }
+  return out;
 }
 
 }  // namespace
 
 int sweep_command(const SweepOptions& options) {
   check(options);
+  if (!options.plot_folder.empty()) prepare_plots(options.plot_folder);
   const SweepPlan plan = {choose_policies(options.values), options.isas, options.thread_counts, options.rounds};
+  SweepPlan strategies = plan;
+  strategies.policies = strategies_alone(plan.policies);
   std::vector<SweepRun> runs;
-  const auto run = [&](const SweepScene& scene) {
-    runs.push_back(run_sweep(scene, plan));
+  const auto run = [&](const SweepScene& scene, bool all_policies) {
+    runs.push_back(run_sweep(scene, all_policies ? plan : strategies));
     print_sweep(runs.back());
   };
   if (!options.world.files.empty()) {
     const SweepScene scene = make_files_scene(options.world);
     for (const std::string& note : scene.scene->notes) std::cerr << "note: " << note << '\n';
-    run(scene);
+    run(scene, true);
   } else {
-    for (const std::string& name : choose_scenes(options)) run(make_sweep_scene(name, options.character_count));
+    for (const ChosenScene& chosen : choose_scenes(options))
+      run(make_sweep_scene(chosen.name, options.character_count), chosen.all_policies);
   }
   std::cout
       << "Times are medians of rounds in which every cell has its turn, summed over threads but for those of a frame. "
@@ -66,6 +97,11 @@ int sweep_command(const SweepOptions& options) {
          "other of the same isa, threads and exact is as fast with as few false alarms.\n";
   if (!options.json_path.empty()) write_sweep_json(options.json_path, runs);
   if (!options.csv_path.empty()) write_sweep_csv(options.csv_path, runs);
+  if (!options.plot_folder.empty()) {
+    std::cout << "pictures in " << options.plot_folder << ':';
+    for (const std::string& name : plot_sweep(options.plot_folder, runs)) std::cout << ' ' << name;
+    std::cout << '\n';
+  }
 
   std::uint64_t misses = 0;
   for (const SweepRun& done : runs)

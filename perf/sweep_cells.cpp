@@ -24,6 +24,9 @@ constexpr std::size_t kMostSearchedLeaves = 32;
 constexpr double kLongSeconds = .1;
 constexpr std::size_t kLongRounds = 3;
 
+// One that takes longer than this is not measured again after it was counted.
+constexpr double kLongestSeconds = 1;
+
 // A turn measures as many runs as take about this long, but no more than so many.
 constexpr double kTurnSeconds = 2e-3;
 constexpr int kMostRuns = 20;
@@ -71,8 +74,8 @@ class Judge {
  public:
   explicit Judge(SweepWorld& world) : world_(world) {
     Policies policies;
+    const bool all = world.most_leaf_pairs() <= kMostJudgedPairs;
     policies.strategy = Strategy::kBrute;
-    const bool all = world.run(policies).box_tests <= kMostJudgedPairs;
     if (all) policies.strategy = Strategy::kExactAll;
     world.run(with_exact(policies, Exact::kFcl), &hits_);
     name_ = all ? "FCL on all pairs" : "FCL on the pairs of brute";
@@ -103,7 +106,7 @@ class Judge {
 FrameStats turn(SweepWorld& world, const SweepCell& cell) {
   const double runs = std::clamp(std::ceil(kTurnSeconds / cell.counts.seconds_total), 1.0, double{kMostRuns});
   FrameStats sum;
-  world.warm(cell.policies);
+  if (cell.counts.seconds_total < kLongSeconds) world.warm(cell.policies);
   for (int r = 0; r < static_cast<int>(runs); ++r) add_stats(sum, world.run(cell.policies));
   for (const SweepPhase& phase : kSweepPhases) sum.*phase.seconds /= runs;
   return sum;
@@ -194,13 +197,15 @@ SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan) {
     cell->counts = world->run(cell->policies, &hits);
     cell->hits = hits.size();
     cell->hits_hash = hash_of(hits);
+    if (cell->counts.seconds_total > kLongestSeconds) cell->rounds.push_back(cell->counts);
     judge.judge(hits, *cell);
     bar.advance(1);
   }
   for (std::uint32_t r = 0; r < plan.rounds; ++r)
     for (const auto& [cell, world] : turns) {
       bar.advance(1);
-      if (r >= kLongRounds && cell->rounds.front().seconds_total > kLongSeconds) continue;
+      if (cell->counts.seconds_total > kLongestSeconds) continue;
+      if (r >= kLongRounds && cell->counts.seconds_total > kLongSeconds) continue;
       cell->rounds.push_back(turn(*world, *cell));
     }
   mark_front(run.cells);

@@ -70,7 +70,7 @@ struct SweepPlan {
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values);
 
 // Counts, judges, then times: in each round every cell has its turn, of a run that is not measured and some that are. A
-// cell whose run takes long is timed in fewer rounds.
+// cell whose run takes long is timed in fewer rounds, without the first.
 SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan);
 
 // Marks who is on the front of time against false alarms, among cells of one instruction set, thread count and exact

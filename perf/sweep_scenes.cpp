@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "perf/run_world.h"
-#include "scenes/detailed.h"
 #include "scenes/humanoid.h"
 #include "scenes/registry.h"
 
@@ -16,9 +15,7 @@ namespace {
 // Sizes that make one run of a scene a matter of milliseconds.
 constexpr std::uint32_t kFrames = 1000;    // of the paper's scenes
 constexpr std::uint32_t kCrowdFrames = 2;  // 1/30 s apart
-constexpr std::uint32_t kUniformCount = 1000, kRopeCount = 60;
-constexpr std::uint32_t kDetailedBoxes = 25600;  // of all characters, but no fewer than kLeastDetailed of these
-constexpr std::uint32_t kLeastDetailed = 60;
+constexpr std::uint32_t kDetailedCount = 100, kRopeCount = 16;
 constexpr double kCrowdFramesPerSecond = 30;
 
 // The clips of `./dev demo`, placed as it does, and the frames in which they are near each other.
@@ -61,17 +58,6 @@ SweepScene make_clips() {
   return of_frames("cmu", import_world(options), kClipFrames);
 }
 
-// ropes, ropes-256, ropes-1024, ropes-wavy and so on.
-SweepScene make_ropes(const std::string& name, std::uint32_t character_count) {
-  scenes::CrowdSources sources;
-  for (std::size_t s = 0; s < scenes::kRopeShapeNames.size(); ++s)
-    if (name == std::string("ropes-") + scenes::kRopeShapeNames[s])
-      sources.ropes.shape = static_cast<scenes::RopeShape>(s);
-  for (const std::uint32_t links : {256u, 1024u})
-    if (name == "ropes-" + std::to_string(links)) sources.ropes.link_count = links;
-  return of_crowd(name, scenes::make_crowd("ropes", character_count > 0 ? character_count : kRopeCount, sources));
-}
-
 std::uint32_t paper_table(const std::string& name) {
   for (const scenes::PaperScene& paper : scenes::kPaperScenes)
     if (name == paper.name) return paper.table;
@@ -93,23 +79,44 @@ std::size_t SweepScene::most_leaves() const {
   return most;
 }
 
-SweepScene make_detailed(std::uint32_t leaf_count, std::uint32_t character_count) {
-  scenes::CrowdSources sources;
-  sources.boxes_per_link = leaf_count / scenes::kHumanoidLinks;
-  if (character_count == 0) character_count = std::max(kLeastDetailed, kDetailedBoxes / leaf_count);
-  return of_crowd("detailed-" + std::to_string(leaf_count),
-                  scenes::make_crowd("detailed", character_count, std::move(sources)));
+std::vector<SweepMember> sweep_family(const std::string& family) {
+  std::vector<SweepMember> members;
+  for (const SweepSceneName& scene : kSweepScenes) {
+    const std::string name = scene.name;
+    const std::size_t minus = name.find('-');
+    if (minus != std::string::npos && name.substr(0, minus) == family)
+      members.push_back({name, static_cast<std::uint32_t>(std::stoul(name.substr(minus + 1)))});
+  }
+  return members;
 }
 
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count) {
   if (const std::uint32_t table = paper_table(name); table > 0)
     return of_frames(name, scenes::make_paper_scene(table, kFrames), {0, kFrames});
   if (name == "cmu") return make_clips();
-  if (name == "uniform")
-    return of_crowd(name, scenes::make_crowd(name, character_count > 0 ? character_count : kUniformCount));
-  for (const std::uint32_t leaves : {64u, 256u, 1024u})
-    if (name == "detailed-" + std::to_string(leaves)) return make_detailed(leaves, character_count);
-  return make_ropes(name, character_count);
+  const auto count_or = [character_count](std::uint32_t by_default) {
+    return character_count > 0 ? character_count : by_default;
+  };
+  scenes::CrowdSources sources;
+  for (const SweepMember& member : sweep_family("uniform"))
+    if (name == member.name) return of_crowd(name, scenes::make_crowd("uniform", member.number));
+  for (const SweepMember& member : sweep_family("detailed")) {
+    if (name != member.name) continue;
+    sources.boxes_per_link = member.number / scenes::kHumanoidLinks;
+    return of_crowd(name, scenes::make_crowd("detailed", count_or(kDetailedCount), sources));
+  }
+  const std::pair<const char*, scenes::RopeShape> shapes[] = {{"ropes", scenes::RopeShape::kStraight},
+                                                              {"wavy", scenes::RopeShape::kWavy},
+                                                              {"coiled", scenes::RopeShape::kCoiled},
+                                                              {"braided", scenes::RopeShape::kBraided}};
+  for (const auto& [family, shape] : shapes)
+    for (const SweepMember& member : sweep_family(family)) {
+      if (name != member.name) continue;
+      sources.ropes.link_count = member.number;
+      sources.ropes.shape = shape;
+      return of_crowd(name, scenes::make_crowd("ropes", count_or(kRopeCount), sources));
+    }
+  throw std::invalid_argument("make_sweep_scene: no scene is called " + name);
 }
 
 SweepScene make_files_scene(const RunOptions& options) {
@@ -180,6 +187,13 @@ FrameStats SweepWorld::run(const Policies& policies, std::vector<SweepHit>* hits
   }
   if (hits) std::sort(hits->begin(), hits->end());
   return sum;
+}
+
+std::uint64_t SweepWorld::most_leaf_pairs() {
+  if (crowd_) return run({}).candidates * scene_.most_leaves() * scene_.most_leaves();
+  Policies policies;
+  policies.strategy = Strategy::kBrute;
+  return run(policies).box_tests;
 }
 
 void SweepWorld::warm(const Policies& policies) {

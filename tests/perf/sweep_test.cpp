@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -136,9 +137,9 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
 
 TEST_CASE(
     "cab sweep runs the cells that are asked for beside the defaults; exact tests find the true hits and no more") {
-  const Json scenes = scenes_of({"--scene", "braid,uniform", "--characters", "40", "--refit", "cab_sum,aabb_hull",
-                                 "--strategy", "tree,brute", "--extents", "leaves", "--exact", "none,fcl", "--isa",
-                                 "scalar,auto", "--threads", "1,2"});
+  const Json scenes =
+      scenes_of({"--scene", "braid,uniform-100", "--refit", "cab_sum,aabb_hull", "--strategy", "tree,brute",
+                 "--extents", "leaves", "--exact", "none,fcl", "--isa", "scalar,auto", "--threads", "1,2"});
   REQUIRE(scenes.size() == 2);
   for (const Json& scene : scenes) {
     CAPTURE(scene["scene"].get<std::string>());
@@ -273,7 +274,7 @@ TEST_CASE("the rotation limit is a turned box's own surface, and no orientation 
 }
 
 TEST_CASE("no policy's inner boxes are smaller than the limit, and the best are less than half above it") {
-  for (const std::string name : {"hand", "uniform"}) {
+  for (const std::string name : {"hand", "uniform-100"}) {
     CAPTURE(name);
     const auto figures = perf::sample_figures(perf::make_sweep_scene(name, 30));
     const double limit = perf::inner_area_limit(figures);
@@ -290,6 +291,61 @@ TEST_CASE("no policy's inner boxes are smaller than the limit, and the best are 
       }
     CHECK(least < 1.5 * limit);
   }
+}
+
+TEST_CASE("cab sweep --plot draws pictures that name their axes, units and policies, or says what to install") {
+  const TemporaryFolder folder;
+  const std::string plots = folder / "new/plots";
+  const Words words = {"--scene",      "chains6,detailed-16,detailed-32,detailed-64",
+                       "--characters", "20",
+                       "--rounds",     "2",
+                       "--refit",      "cab,aabb_hull",
+                       "--plot",       plots};
+  {
+    const std::string path = std::getenv("PATH");
+    setenv("PATH", "/nonexistent", 1);
+    const Outcome outcome = sweep(words);
+    setenv("PATH", path.c_str(), 1);
+    CHECK(outcome.exit_code == 1);
+    CHECK(outcome.out.empty());
+    CHECK(outcome.error == "cab: --plot: gnuplot does not run here; install the package gnuplot-nox\n");
+  }
+  const Outcome outcome = sweep(words);
+  if (outcome.error.find("gnuplot-nox") != std::string::npos) {
+    MESSAGE("skipped: gnuplot is not installed");
+    return;
+  }
+  CHECK(outcome.error == "");
+  REQUIRE(outcome.exit_code == 0);
+  Words file = words;
+  file.back() = plots + "/alarms-chains6.svg";
+  const Outcome not_made = sweep(file);
+  CHECK(not_made.exit_code == 1);
+  CHECK(not_made.out.empty());
+  CHECK(not_made.error.find("--plot: cannot make the folder") != std::string::npos);
+  struct Shown {
+    const char* picture;
+    Words words;
+  };
+  const std::vector<Shown> all = {
+      {"alarms-chains6",
+       {"false alarms a frame", "time, microseconds a frame", "refit cab", "refit aabb_hull", "strategy rows"}},
+      {"growth-chains6", {"smallest oriented boxes", "time, microseconds a frame", "refit cab", "extents leaves"}},
+      {"growth-detailed-64", {"times that of refit covariance", "refit aabb_hull"}},
+      {"crossover-detailed",
+       {"boxes of a character", "time, microseconds a character and frame", "strategy tree", "strategy brute", ">16<",
+        ">64<"}}};
+  for (const Shown& shown : all) {
+    CAPTURE(std::string(shown.picture));
+    const std::string svg = read_text(plots + "/" + shown.picture + ".svg");
+    CHECK(svg.find("</svg>") != std::string::npos);
+    for (const std::string& word : shown.words) {
+      CAPTURE(word);
+      CHECK(svg.find(word) != std::string::npos);
+    }
+    CHECK(outcome.out.find(std::string(" ") + shown.picture + ".svg") != std::string::npos);
+  }
+  CHECK(outcome.out.find("scaling") == std::string::npos);  // of one crowd there is nothing to draw
 }
 
 TEST_CASE("cab sweep says what was wrong and how to do it right") {
