@@ -76,6 +76,13 @@ int sweep_command(const SweepOptions& options) {
   const SweepPlan plan = {choose_policies(options.values), options.isas, options.thread_counts, options.rounds};
   SweepPlan strategies = plan;
   strategies.policies = strategies_alone(plan.policies);
+  std::cout
+      << "Times are medians of rounds in which every cell has its turn, the fastest of some runs; those of phases are "
+         "summed over threads.\nfalse: leaf pairs whose boxes overlap and whose shapes are apart by FCL; misses: true "
+         "hits that are lost.\narea: of all inner boxes in some poses, over that of refit covariance and over the "
+         "least "
+         "that turning each box finds.\n*: no other of the same isa, threads and exact is as fast with as few false "
+         "alarms.\n\n";
   std::vector<SweepRun> runs;
   const auto run = [&](const SweepScene& scene, bool all_policies) {
     runs.push_back(run_sweep(scene, all_policies ? plan : strategies));
@@ -89,12 +96,6 @@ int sweep_command(const SweepOptions& options) {
     for (const ChosenScene& chosen : choose_scenes(options))
       run(make_sweep_scene(chosen.name, options.character_count), chosen.all_policies);
   }
-  std::cout
-      << "Times are medians of rounds in which every cell has its turn, summed over threads but for those of a frame. "
-         "false: leaf pairs whose boxes overlap and whose shapes are apart by FCL; misses: true hits that are lost. "
-         "area: of all "
-         "inner boxes, beside refit covariance's and beside the smallest that turning each finds, of some poses. *: no "
-         "other of the same isa, threads and exact is as fast with as few false alarms.\n";
   if (!options.json_path.empty()) write_sweep_json(options.json_path, runs);
   if (!options.csv_path.empty()) write_sweep_csv(options.csv_path, runs);
   if (!options.plot_folder.empty()) {

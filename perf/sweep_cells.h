@@ -38,7 +38,7 @@ struct SweepCell {
   std::uint64_t hits_hash = 0;
   std::uint64_t misses = 0;        // true hits that are not among them
   std::uint64_t false_alarms = 0;  // leaf pairs whose boxes overlap and whose shapes are apart, by FCL
-  std::vector<FrameStats> rounds;  // times of all frames, the mean of a turn
+  std::vector<FrameStats> rounds;  // times of all frames, the fastest of a turn
   double area = 0;                 // of inner boxes, where the strategy is the tree; 0: none
   bool on_front = false;           // none of its group that misses nothing is as fast with as few false alarms
 
@@ -69,8 +69,8 @@ struct SweepPlan {
 // every pair, and of strategies that descend no hierarchy what differs in inner boxes alone.
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values);
 
-// Counts, judges, then times: in each round every cell has its turn, of a run that is not measured and some that are. A
-// cell whose run takes long is timed in fewer rounds, without the first.
+// Counts, judges, then times: in each round every cell has its turn, of some runs of which the fastest counts. A cell
+// whose run takes long is timed in fewer rounds, one run each.
 SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan);
 
 // Marks who is on the front of time against false alarms, among cells of one instruction set, thread count and exact
@@ -81,7 +81,8 @@ void mark_front(std::vector<SweepCell>& cells);
 std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector<SweepHit>& found);
 
 // The cell to take instead of cells[of]: of the same instruction set, thread count and exact test, missing nothing, with
-// at most so many false alarms, and faster by more than the rounds differ; the fastest of them. None: `of` is best.
+// at most so many false alarms, and faster by 5 % in the median and in three of four rounds; the fastest of them. Another
+// name of the same work is none. None: `of` is best.
 std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std::size_t of,
                                        std::uint64_t most_false_alarms);
 

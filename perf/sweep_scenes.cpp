@@ -196,13 +196,4 @@ std::uint64_t SweepWorld::most_leaf_pairs() {
   return run(policies).box_tests;
 }
 
-void SweepWorld::warm(const Policies& policies) {
-  if (crowd_) {
-    crowd_->run(scene_.posed[0], policies);
-  } else {
-    BlockResult result;
-    frames_->run_block(0, policies, false, result);
-  }
-}
-
 }  // namespace cab::perf

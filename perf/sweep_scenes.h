@@ -103,9 +103,6 @@ class SweepWorld {
   // How many leaf pairs there are between those that come near each other, at most; of frames, between all that are paired.
   std::uint64_t most_leaf_pairs();
 
-  // Runs some of it, so that what is run next finds the caches as it will leave them.
-  void warm(const Policies& policies);
-
  private:
   const SweepScene& scene_;
   std::unique_ptr<EngineSession> frames_;
