@@ -96,6 +96,20 @@ struct PeersOptions {
 };
 int peers_command(const PeersOptions& options);
 
+struct SweepOptions {
+  RunOptions world;                                // its files, offsets, units and up axis
+  std::vector<std::string> scenes;                 // of kSweepScenes; none: those by default, or the files alone
+  std::vector<std::vector<std::uint32_t>> values;  // of each row of policy_table(); none: all that make a difference
+  std::vector<Isa> isas = {Isa::kAuto};
+  std::vector<std::uint32_t> thread_counts = {1};  // 0: every core
+  std::uint32_t character_count = 0;               // of a crowd; 0: as many as by default
+  std::uint32_t rounds = 0;
+  std::string json_path;    // empty: none
+  std::string csv_path;     // empty: none
+  std::string plot_folder;  // empty: none
+};
+int sweep_command(const SweepOptions& options);
+
 struct KernelsOptions {
   std::string isas;  // names separated by commas, each one available; empty: every available one
   std::uint32_t rounds = 0;

@@ -273,18 +273,6 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   return json;
 }
 
-void write_csv(const std::string& path, const Json& figures) {
-  std::string header, line;
-  for (const auto& [key, value] : figures.items()) {
-    header += (header.empty() ? "" : ",") + csv_field(key);
-    if (!line.empty()) line += ',';
-    if (!value.is_null()) line += csv_field(value.is_string() ? value.get<std::string>() : value.dump());
-  }
-  OutputFile file(path);
-  file.stream() << header << '\n' << line << '\n';
-  file.close();
-}
-
 const scenes::CrowdScene& find_scene(const std::string& name) {
   return *std::find_if(scenes::kCrowdScenes.begin(), scenes::kCrowdScenes.end(),
                        [&name](const scenes::CrowdScene& scene) { return name == scene.name; });
@@ -364,7 +352,7 @@ int crowd_command(const CrowdOptions& options) {
   print_table(options, run);
   const Json figures = to_json(options, run);
   if (!options.json_path.empty()) write_json(options.json_path, figures);
-  if (!options.csv_path.empty()) write_csv(options.csv_path, figures);
+  if (!options.csv_path.empty()) write_csv(options.csv_path, {figures});
   return 0;
 }
 

@@ -277,6 +277,75 @@ CLI::App& add_peers(CLI::App& app, PeersOptions& o) {
   return command;
 }
 
+CLI::App& add_sweep(CLI::App& app, SweepOptions& o) {
+  CLI::App& command =
+      *app.add_subcommand("sweep", "what every policy costs and brings, on many scenes or on one's own files");
+  command.add_option("FILE", o.world.files, "motion files, one character each; without them the scenes below")
+      ->type_name("");
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--offset",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) o.world.offsets.push_back(read_offset("--offset", text));
+          },
+          "metres to move a character; give it again for the next file")
+      ->type_name("X,Y,Z")
+      ->allow_extra_args(false);
+  add_units(command, "file", o.world.metres_per_unit);
+  add_up(command, o.world.up);
+  command
+      .add_option_function<std::string>(
+          "--scene", [&o](const std::string& text) { o.scenes = read_sweep_scenes("--scene", text); },
+          sweep_scene_help())
+      ->type_name("LIST");
+  command
+      .add_option("--characters", o.character_count, "characters of detailed and of rope scenes (default 100 and 16)")
+      ->type_name("N")
+      ->check(CLI::Range(1u, kMaxCrowd).description(""));
+  o.values.resize(policy_table().size);
+  for (std::uint32_t field = 0; field < policy_table().size; ++field)
+    command
+        .add_option_function<std::string>(
+            std::string("--") + policy_table()[field].name,
+            [&o, field](const std::string& text) { o.values[field] = read_policy_values(field, text); },
+            policy_list_help(field))
+        ->type_name("LIST");
+  command
+      .add_option_function<std::string>(
+          "--isa",
+          [&o](const std::string& text) {
+            o.isas.clear();
+            for (const std::string& name : split_commas(text)) o.isas.push_back(read_isa("--isa", name));
+          },
+          "instruction sets, separated by commas (default auto); this machine has " + isa_names(", ", true))
+      ->type_name("LIST");
+  command
+      .add_option_function<std::string>(
+          "--threads",
+          [&o](const std::string& text) {
+            o.thread_counts = read_number_list("--threads", text);
+            for (const std::uint32_t count : o.thread_counts)
+              if (count > kMaxThreads)
+                throw UsageError("--threads: " + std::to_string(count) + " is not within 0 to " +
+                                 std::to_string(kMaxThreads));
+          },
+          "threads that work, separated by commas (default 1); 0: every core")
+      ->type_name("LIST");
+  o.rounds = 7;
+  command.add_option("--rounds", o.rounds, "rounds of which the median is taken, every cell in turns (default 7)")
+      ->type_name("R")
+      ->check(CLI::Range(1u, 100000u).description(""));
+  add_json(command, o.json_path, "write a row a cell as JSON");
+  command.add_option("--csv", o.csv_path, "write a row a cell as CSV")->type_name("OUT.csv");
+  command
+      .add_option(
+          "--plot", o.plot_folder,
+          "draw pictures as SVG into a folder (needs gnuplot); without FILE and --scene also strategies by number"
+          " of boxes and times by size of the crowd")
+      ->type_name("DIR");
+  return command;
+}
+
 CLI::App& add_kernels(CLI::App& app, KernelsOptions& o) {
   CLI::App& command = *app.add_subcommand("kernels", "times of the merge and the overlap test beside FCL's");
   command
@@ -362,9 +431,9 @@ int wrong_use(const CLI::App& app, const std::string& what) {
   std::string name = "cab", usage = "cab " + joined(names_of_commands(app), "|", "|") + " [OPTION...]";
   if (const auto given = app.get_subcommands(); !given.empty()) {
     name += " " + given.front()->get_name();
-    const bool many = given.front()->get_name() == "run";
-    const bool file = many || given.front()->get_name() == "inspect";
-    usage = name + (file ? " FILE" : "") + (many ? " [FILE...]" : "") + " [OPTION...]";
+    const std::string command = given.front()->get_name();
+    const bool many = command == "run", file = many || command == "inspect";
+    usage = name + (file ? " FILE" : "") + (many || command == "sweep" ? " [FILE...]" : "") + " [OPTION...]";
   }
   std::cerr << name << ": " << one_line(what) << "\nusage: " << usage << "; `" << name
             << " --help` lists the options\n";
@@ -382,6 +451,7 @@ int main_command(int argc, char** argv) {
   PaperOptions paper_options;
   CrowdOptions crowd_options;
   PeersOptions peers_options;
+  SweepOptions sweep_options;
   KernelsOptions kernels_options;
   ContinuityOptions continuity_options;
   VerifyOptions verify_options;
@@ -390,6 +460,7 @@ int main_command(int argc, char** argv) {
   const CLI::App& paper = add_paper(app, paper_options);
   const CLI::App& crowd = add_crowd(app, crowd_options);
   const CLI::App& peers = add_peers(app, peers_options);
+  const CLI::App& sweep = add_sweep(app, sweep_options);
   const CLI::App& kernels = add_kernels(app, kernels_options);
   const CLI::App& continuity = add_continuity(app, continuity_options);
   const CLI::App& verify = add_verify(app, verify_options);
@@ -400,6 +471,7 @@ int main_command(int argc, char** argv) {
     if (paper.parsed()) return paper_command(paper_options);
     if (crowd.parsed()) return crowd_command(crowd_options);
     if (peers.parsed()) return peers_command(peers_options);
+    if (sweep.parsed()) return sweep_command(sweep_options);
     if (kernels.parsed()) return kernels_command(kernels_options);
     if (continuity.parsed()) return continuity_command(continuity_options);
     if (verify.parsed()) return verify_command(verify_options);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "perf/commands.h"
+#include "perf/sweep_scenes.h"
 #include "scenes/crowd.h"
 #include "scenes/detailed.h"
 #include "scenes/import/printable.h"
@@ -164,6 +165,46 @@ std::string policy_help(const Policies& defaults, std::uint32_t field) {
   std::string help = std::string(row.meaning) + " (default " + row.values[policy_get(defaults, field)].name + ")";
   for (std::uint32_t v = 0; v < row.value_count; ++v)
     help += std::string("\n  ") + row.values[v].name + ": " + row.values[v].meaning;
+  return help;
+}
+
+std::vector<std::uint32_t> read_policy_values(std::uint32_t field, const std::string& text) {
+  std::vector<std::uint32_t> values;
+  for (const std::string& name : split_commas(text)) {
+    Policies policies;
+    set_policy(policies, field, name);
+    values.push_back(policy_get(policies, field));
+    if (std::count(values.begin(), values.end(), values.back()) > 1)
+      reject(std::string("--") + policy_table()[field].name, text, "a list of different values");
+  }
+  return values;
+}
+
+std::string policy_list_help(std::uint32_t field) {
+  const PolicyField& row = policy_table()[field];
+  const bool exact = std::string(row.name) == "exact";
+  return std::string(row.meaning) + ", separated by commas (default " + (exact ? "none" : "all") +
+         "): " + policy_names(field, ", ");
+}
+
+std::vector<std::string> read_sweep_scenes(const std::string& option, const std::string& text) {
+  std::vector<std::string> names = split_commas(text);
+  for (const std::string& name : names) {
+    const auto known = [&name](const SweepSceneName& scene) { return name == scene.name; };
+    if (std::none_of(kSweepScenes.begin(), kSweepScenes.end(), known) ||
+        std::count(names.begin(), names.end(), name) > 1) {
+      std::string all;
+      for (const SweepSceneName& scene : kSweepScenes) all += (all.empty() ? "" : ", ") + std::string(scene.name);
+      reject(option, text, "a list of different scenes; choose from " + all);
+    }
+  }
+  return names;
+}
+
+std::string sweep_scene_help() {
+  std::string help = "scenes, separated by commas (default: those with *)";
+  for (const SweepSceneName& scene : kSweepScenes)
+    help += std::string("\n  ") + scene.name + (scene.by_default ? "*" : "") + ": " + scene.meaning;
   return help;
 }
 

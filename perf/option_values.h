@@ -55,6 +55,14 @@ std::string isa_names(const char* separator, bool available_only);
 std::string policy_names(std::uint32_t field, const char* separator);
 std::string policy_help(const Policies& defaults, std::uint32_t field);
 
+// Values of a field by their names, separated by commas, each one once; what may be given.
+std::vector<std::uint32_t> read_policy_values(std::uint32_t field, const std::string& text);
+std::string policy_list_help(std::uint32_t field);
+
+// Scenes of `cab sweep` separated by commas, each one once; what there is, a line each.
+std::vector<std::string> read_sweep_scenes(const std::string& option, const std::string& text);
+std::string sweep_scene_help();
+
 // Sets a field of policies by the name of a value.
 void set_policy(Policies& policies, std::uint32_t field, const std::string& text);
 

@@ -487,20 +487,6 @@ Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
   return row;
 }
 
-void write_csv(const std::string& path, const std::vector<Json>& rows) {
-  OutputFile file(path);
-  std::string header;
-  for (const auto& [key, value] : rows.front().items()) header += (header.empty() ? "" : ",") + csv_field(key);
-  file.stream() << header << '\n';
-  for (const Json& row : rows) {
-    std::string line;
-    for (const auto& [key, value] : row.items())
-      line += (line.empty() ? "" : ",") + csv_field(value.is_string() ? value.get<std::string>() : value.dump());
-    file.stream() << line << '\n';
-  }
-  file.close();
-}
-
 void check(const PeersOptions& options) {
   for (const std::string& scene : options.scenes)
     if (scene != "uniform" && scene != "jitter")

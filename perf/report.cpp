@@ -93,6 +93,22 @@ void write_json(const std::string& path, const nlohmann::ordered_json& json) {
   file.close();
 }
 
+void write_csv(const std::string& path, const std::vector<nlohmann::ordered_json>& rows) {
+  OutputFile file(path);
+  std::string header;
+  for (const auto& [key, value] : rows.front().items()) header += (header.empty() ? "" : ",") + csv_field(key);
+  file.stream() << header << '\n';
+  for (const nlohmann::ordered_json& row : rows) {
+    std::string line;
+    for (const auto& [key, value] : row.items()) {
+      if (!line.empty()) line += ',';
+      if (!value.is_null()) line += csv_field(value.is_string() ? value.get<std::string>() : value.dump());
+    }
+    file.stream() << line << '\n';
+  }
+  file.close();
+}
+
 std::string csv_field(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
   std::string quoted = "\"";

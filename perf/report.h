@@ -55,6 +55,9 @@ class OutputFile {
 std::string to_text(const nlohmann::ordered_json& json);
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
+// The rows of a table under a line of their keys, which all of them have in this order; null is an empty field.
+void write_csv(const std::string& path, const std::vector<nlohmann::ordered_json>& rows);
+
 // A field of a CSV file, quoted where RFC 4180 asks for it.
 std::string csv_field(std::string_view text);
 

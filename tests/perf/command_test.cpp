@@ -194,7 +194,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const TwoFigures figures(5);
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
-      {{}, "choose run, inspect, paper, crowd, peers, kernels, continuity or verify"},
+      {{}, "choose run, inspect, paper, crowd, peers, sweep, kernels, continuity or verify"},
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},

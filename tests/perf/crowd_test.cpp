@@ -173,7 +173,9 @@ TEST_CASE("cab crowd makes humanoids and clips of many boxes, and ropes") {
   CHECK(detailed["links"] == 16);
   CHECK(detailed["leaves"] == 256);
   CHECK(detailed["boxes_per_link"] == 16);
-  CHECK(detailed["leaf_pairs"] > detailed["hits"]);
+  const Json brute = figures({"--scene", "detailed", "--strategy", "brute"});
+  CHECK(brute["leaf_pairs"] > brute["hits"]);
+  CHECK(brute["hits_hash"] == detailed["hits_hash"]);
   CHECK(detailed["hits"] < plain["hits"]);
   const Words clips = {"--scene", "detailed", "--clip", sources.anna, "--boxes-per-link", "4"};
   const Json played = figures(clips);

@@ -1,0 +1,27 @@
+// How large the inner boxes of a policy are beside those of others, on figures in some of their poses.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "scenes/scene.h"
+
+namespace cab::perf {
+
+// A figure in some poses.
+struct PosedFigure {
+  scenes::Character figure;  // its poses are those of the sample, [pose][link]
+  std::uint32_t pose_count = 0;
+  std::vector<float> orientations;  // [pose][4], or empty: none is turned
+};
+
+// Sum of the surfaces of all inner boxes of all figures in all poses; 0 where there are none.
+double inner_area(const std::vector<PosedFigure>& figures, const Policies& policies);
+
+// The same for the smallest boxes that there could be over the leaf boxes of each inner node, found by trying
+// orientations (perf/oracle/rotation_limit.h).
+double inner_area_limit(const std::vector<PosedFigure>& figures);
+
+}  // namespace cab::perf
