@@ -38,8 +38,9 @@ bool is_leaf_policy(Refit refit) { return refit == Refit::kAabbHull || refit == 
 
 // The same policies with what the strategy does not look at as by default.
 Policies without_unread(Policies policies) {
-  if (policies.strategy == Strategy::kTree) return policies;
   const Policies defaults;
+  if (is_leaf_policy(policies.refit)) policies.sat = defaults.sat;
+  if (policies.strategy == Strategy::kTree) return policies;
   policies.extents = defaults.extents;
   if (!is_leaf_policy(policies.refit)) policies.refit = defaults.refit;  // all oriented refits have the same leaves
   return policies;
