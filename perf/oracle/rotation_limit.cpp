@@ -17,8 +17,6 @@ constexpr int kRandomStarts = 60;
 constexpr std::size_t kRefinedStarts = 6;
 constexpr double kFirstStep = .25, kLastStep = 1e-4;  // rad; at the last the surface is flat to 1e-7 or so
 
-double surface_of(double x, double y, double z) { return 8 * (x * y + y * z + z * x); }
-
 // The surface of the box along the axes about all boxes.
 double surface_along(const Axes& axes, const std::vector<OracleBox<double>>& boxes) {
   double half[3];
@@ -33,7 +31,7 @@ double surface_along(const Axes& axes, const std::vector<OracleBox<double>>& box
     }
     half[a] = (high - low) / 2;
   }
-  return surface_of(half[0], half[1], half[2]);
+  return surface_of(half);
 }
 
 // Turned about one of the axes.
@@ -70,8 +68,6 @@ double refined(Axes axes, double best, const std::vector<OracleBox<double>>& box
 }
 
 }  // namespace
-
-double surface(const OracleBox<double>& box) { return surface_of(box.half[0], box.half[1], box.half[2]); }
 
 double rotation_limit(const std::vector<OracleBox<double>>& boxes) {
   std::vector<std::pair<double, Axes>> starts;

@@ -7,8 +7,11 @@
 
 namespace cab::oracle {
 
-// The surface of a box.
-double surface(const OracleBox<double>& box);
+// The surface of a box, by its half extents.
+template <class T>
+T surface_of(const T (&half)[3]) {
+  return 8 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0]);
+}
 
 // The smallest surface of any oriented box that contains all of the boxes (their axes orthonormal), in the same frame.
 // Orientations: the frame's axes, those of every box, and a fixed set of random ones; the best few of them are turned in

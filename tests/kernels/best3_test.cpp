@@ -1,6 +1,6 @@
 // best3 against its words: the axes of CAB or of a child, whichever box has the least surface, computed apart in double.
 #include "kernels/refit_tree.h"
-#include "perf/oracle/least_box.h"
+#include "perf/oracle/rotation_limit.h"
 #include "perf/oracle/merge_regimes.h"
 #include "tests/kernels/isas.h"
 

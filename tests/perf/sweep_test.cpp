@@ -244,7 +244,7 @@ TEST_CASE("the rotation limit is a turned box's own surface, and no orientation 
     CAPTURE(k);
     const double x = random.uniform(.1, 1), y = random.uniform(.1, 1), z = random.uniform(.01, 1);
     const OracleBox<double> box = turned_box(random, x, y, z);
-    CHECK(oracle::rotation_limit({box}) == doctest::Approx(oracle::surface(box)).epsilon(1e-6));
+    CHECK(oracle::rotation_limit({box}) == doctest::Approx(oracle::surface_of(box.half)).epsilon(1e-6));
     // Its eight octants, each turned into another order of axes, which the search starts from too.
     std::vector<OracleBox<double>> octants;
     for (unsigned c = 0; c < 8; ++c) {
@@ -254,7 +254,7 @@ TEST_CASE("the rotation limit is a turned box's own surface, and no orientation 
       for (double& half : octant.half) half /= 2;
       octants.push_back(octant);
     }
-    CHECK(oracle::rotation_limit(octants) == doctest::Approx(oracle::surface(box)).epsilon(1e-6));
+    CHECK(oracle::rotation_limit(octants) == doctest::Approx(oracle::surface_of(box.half)).epsilon(1e-6));
     std::vector<OracleBox<double>> any;
     for (int b = 0; b < 5; ++b) {
       any.push_back(turned_box(random, x, y, z));

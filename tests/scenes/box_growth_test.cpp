@@ -1,5 +1,5 @@
 // How much larger inner boxes are than the smallest that any rotation gives about the leaf boxes below.
-#include "perf/oracle/least_box.h"
+#include "perf/oracle/rotation_limit.h"
 #include "perf/oracle/world.h"
 #include "scenes/hand.h"
 #include "scenes/humanoid.h"
@@ -56,7 +56,6 @@ Posed posed(const scenes::Character& character, std::vector<float> poses) {
   std::vector<MergeStep> steps(out.info.leaf_count - 1);
   oracle::require(merge_steps(*out.engine, id, {steps.data(), steps.size()}));
 
-  oracle::Random random(kSeed);
   const std::vector<Box> all = out.boxes({Refit::kCab, Strategy::kTree});
   for (std::uint32_t i = 0; i < kPoses; ++i) {
     std::vector<std::vector<oracle::OracleBox<double>>> below(out.info.node_count);
@@ -66,7 +65,7 @@ Posed posed(const scenes::Character& character, std::vector<float> poses) {
       auto& node = below[out.info.leaf_count + s];
       for (const std::uint32_t child : {std::uint32_t{steps[s].left}, std::uint32_t{steps[s].right}})
         node.insert(node.end(), below[child].begin(), below[child].end());
-      out.least.push_back(oracle::least_surface(node, random));
+      out.least.push_back(oracle::rotation_limit(node));
     }
   }
   return out;
