@@ -53,7 +53,7 @@ double inner_area(const std::vector<PosedFigure>& figures, const Policies& polic
   for (const PosedFigure& posed : figures) {
     const FigureBoxes found = boxes_of(posed, policies);
     for (std::size_t b = 0; b < found.boxes.size(); ++b)
-      if (b % found.info.node_count >= found.info.leaf_count) sum += surface_of(in_double(found.boxes[b]).half);
+      if (b % found.info.node_count >= found.info.leaf_count) sum += oracle::surface_of(in_double(found.boxes[b]).half);
   }
   return sum;
 }
