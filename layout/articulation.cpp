@@ -202,6 +202,13 @@ void plan_posing(Articulation& articulation, Arena& arena) {
   articulation.leaf_order = constant(order);
   articulation.leaves_by_link = std::adjacent_find(articulation.leaf_link.begin(), articulation.leaf_link.end(),
                                                    std::greater_equal<>()) == articulation.leaf_link.end();
+  std::vector<bool> has_child(articulation.link_count, false);
+  articulation.is_chain = true;
+  for (std::size_t link = 1; link < articulation.link_count; ++link) {
+    const auto parent = static_cast<std::size_t>(articulation.link_parent[link]);
+    articulation.is_chain = articulation.is_chain && !has_child[parent];
+    has_child[parent] = true;
+  }
   articulation.posed_links = constant(arena.copy(Span<const PosedLink>{posed.data(), posed.size()}));
 }
 

@@ -26,6 +26,7 @@ struct Articulation {
   Span<const Box> leaf_box;  // in the link's frame, axes orthonormal to 4 u
   Span<const PosedLink> posed_links;
   Span<const std::uint16_t> leaf_order;    // leaves grouped by link
+  bool is_chain = false;                   // no link has two children
   bool leaves_by_link = false;             // each link has one leaf at most, and leaves are in the order of links
   Span<const IgnoredPair> ignored_pairs;   // sorted by a, then b; each once
   Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: links a and b of one instance are no pair

@@ -275,7 +275,7 @@ TEST_CASE("the rotation limit is a turned box's own surface, and no orientation 
           }
         about.half[a] = (high - low) / 2;
       }
-      if (oracle::surface(about) < (1 - kTolerance) * limit) FAIL_CHECK("orientation ", t, " is better");
+      if (oracle::surface_of(about.half) < (1 - kTolerance) * limit) FAIL_CHECK("orientation ", t, " is better");
     }
   }
 }

@@ -35,8 +35,9 @@ enum class Strategy : std::uint8_t {
 };
 
 // Crossovers of kAuto (docs/policies.md). Up to this many links with leaves an articulation is paired faster by rows than
-// by its tree.
+// by its tree; fewer where the links are one chain.
 inline constexpr std::uint32_t kRowsMaxLeaves = 64;
+inline constexpr std::uint32_t kRowsMaxLeavesOfChain = 47;
 
 // From this many leaves on an articulation that has several on some link is paired faster by links than by rows.
 inline constexpr std::uint32_t kLinksMinLeaves = 49;
