@@ -156,7 +156,7 @@ TEST_CASE("crowds in one spot and thin ones in turn have the same hits, counts a
   descs[1].thread_count = 2;
   descs[2].scheduler = &threads;
   descs[3].scheduler = &kBackwards;
-  for (const Strategy strategy : {Strategy::kBrute, Strategy::kTree, Strategy::kRows}) {
+  for (const Strategy strategy : {Strategy::kBrute, Strategy::kTree, Strategy::kRows, Strategy::kLinks}) {
     CAPTURE(static_cast<int>(strategy));
     const Policies policies = {Refit::kCab, strategy, Exact::kNone};
     Outcome expected[2];
