@@ -46,14 +46,16 @@ Box enclose(const Box& along, const std::vector<Box>& boxes) {
       hi[k] = std::max(hi[k], at + reach);
     }
   }
-  double size = 0;
+  double size = kOutlineTiny, away = 0;
   for (int c = 0; c < 3; ++c) {
     double center = 0;
     for (int k = 0; k < 3; ++k) center += 0.5 * (lo[k] + hi[k]) * static_cast<double>(along.axis[k][c]);
     out.center[c] = static_cast<float>(center);
-    size += std::fabs(center) + 0.5 * (hi[c] - lo[c]);
+    away += std::fabs(center);
+    size += 0.5 * (hi[c] - lo[c]);
   }
-  for (int k = 0; k < 3; ++k) out.half[k] = static_cast<float>(0.5 * (hi[k] - lo[k]) + kOutlineGrow * size);
+  const double grow = kOutlineGrowSize * size + kOutlineGrowPlace * away;
+  for (int k = 0; k < 3; ++k) out.half[k] = static_cast<float>(0.5 * (hi[k] - lo[k]) + grow);
   return out;
 }
 

@@ -22,12 +22,18 @@ struct Outline {
   bool has_several = false;  // some link has more leaves than one
 };
 
-// What a link's box is larger than the boxes in it, as a fraction of its size and of where it is, and what padding and
-// margins are multiplied by when it is posed: docs/proof.md, part 6.
-inline constexpr double kOutlineGrow = 0x1p-15;
-inline constexpr float kOutlinePads = 2;
+// What the half extents of a link's box are larger by than the boxes in it ask: a part of their sum and of how far its
+// centre is, for what the leaf predicate's slack and the rounding of posing reach (docs/proof.md, steps 6.3 and 6.5).
+inline constexpr double kOutlineGrowSize = 0x1.8p-10;  // 1.46e-3; step 6.5: 1.20e-3
+inline constexpr double kOutlineGrowPlace = 0x1p-17;   // 128 u; step 6.5: 58 u
+// Added to the sum, so that links of points keep some slack, as kOverlapTiny does for the overlap test (step 6.6).
+inline constexpr double kOutlineTiny = 0x1p-100;
 
-// Numbers of a posed outline are at most this many times as large as a leaf's may be: part 6.
+// What padding and margins are multiplied by when a link's box is posed: a leaf's reach sqrt 3 times as far along its
+// corners, and both boxes' places are rounded. Step 6.4: 2.61.
+inline constexpr float kOutlinePads = 2.75f;
+
+// Numbers of a posed outline are at most this many times as large as a leaf's may be. Step 6.7: 3.99.
 inline constexpr float kOutlineRange = 4;
 
 // Makes the outline of a built articulation, whose memory it shares. Throws std::bad_alloc.

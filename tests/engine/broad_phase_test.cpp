@@ -29,11 +29,10 @@ World two_cubes(const oracle::Vec3<double>& at, double distance, BatchKind kind)
   return world;
 }
 
-constexpr Policies kPolicies[] = {{Refit::kCab, Strategy::kTree, Exact::kNone},
-                                  {Refit::kCab, Strategy::kBrute, Exact::kNone},
-                                  {Refit::kAabbHull, Strategy::kTree, Exact::kNone},
-                                  {Refit::kAabbHull, Strategy::kBrute, Exact::kNone},
-                                  {Refit::kCab, Strategy::kRows, Exact::kNone}};
+constexpr Policies kPolicies[] = {
+    {Refit::kCab, Strategy::kTree, Exact::kNone},      {Refit::kCab, Strategy::kBrute, Exact::kNone},
+    {Refit::kAabbHull, Strategy::kTree, Exact::kNone}, {Refit::kAabbHull, Strategy::kBrute, Exact::kNone},
+    {Refit::kCab, Strategy::kRows, Exact::kNone},      {Refit::kCab, Strategy::kLinks, Exact::kNone}};
 constexpr BatchKind kKinds[] = {BatchKind::kCharacters, BatchKind::kFrames};
 
 }  // namespace

@@ -298,7 +298,8 @@ bool separated_with(const Box& a, const Box& b, const Point& between, Real times
   return false;
 }
 
-constexpr Policies kTree = {Refit::kCab, Strategy::kTree}, kRows = {Refit::kCab, Strategy::kRows};
+constexpr Policies kTree = {Refit::kCab, Strategy::kTree}, kRows = {Refit::kCab, Strategy::kRows},
+                   kLinks = {Refit::kCab, Strategy::kLinks};
 
 // Compares a batch with itself in another order; every pair that only one of the two reports must be apart, and not by
 // more than twice the slack. Returns how many there are.
@@ -389,6 +390,7 @@ TEST_CASE("instances in another order touch the same, except for pairs within tw
     const std::vector<std::uint32_t> order = shuffled(random, 33);
     const std::size_t by_tree = check_permuted(world, order, kTree);
     CHECK(check_permuted(world, order, kRows) == by_tree);
+    CHECK(check_permuted(world, order, kLinks) == by_tree);
     in_worlds += by_tree;
   }
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
@@ -403,6 +405,7 @@ TEST_CASE("instances in another order touch the same, except for pairs within tw
       desc.isa = isa;
       const std::size_t found = check_permuted(world, order, kTree, desc);
       CHECK(check_permuted(world, order, kRows, desc) == found);
+      CHECK(check_permuted(world, order, kLinks, desc) == found);
       if (isa != Isa::kScalar) CHECK(found == differing);
       differing = found;
     }
@@ -425,7 +428,7 @@ TEST_CASE("an order-preserving change of who else is there, and of how inputs an
     const Placement place = any_placement(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.0);
     for (int m = 0; m < 2; ++m) all.members.push_back(any_member(random, 40, BatchKind::kCharacters, place, 8));
     pair_all(all, 1, 2);
-    for (const Policies& policies : {kTree, kRows}) {
+    for (const Policies& policies : {kTree, kRows, kLinks}) {
       const Outcome of_all = run_world(all, policies);
 
       // Some instances are left out; the others keep their order and move to other lanes and tiles.

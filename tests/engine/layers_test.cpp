@@ -8,7 +8,8 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 
-constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kBrute, Strategy::kExactAll};
+constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute,
+                                    Strategy::kExactAll};
 
 // The hits of a frame without layers, those dropped whose instances do not see each other.
 std::vector<Hit> seen_by_both(const World& world, std::vector<Hit> hits) {

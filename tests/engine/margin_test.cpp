@@ -13,7 +13,7 @@ using namespace cab::oracle;
 constexpr double kInvented = 1e-4;  // as in frame_test
 
 constexpr Refit kLeafPredicates[] = {Refit::kCab, Refit::kAabbHull, Refit::kAabbVertices};
-constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kBrute};
+constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute};
 
 World any_world(Random& random, unsigned most_links) {
   World world;

@@ -1,4 +1,4 @@
-// The strategy rows, and what auto chooses: the hits of brute in every world, for every refit.
+// The strategy rows, and what auto stands for: the hits of brute in every world, for every refit.
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
 
@@ -67,26 +67,38 @@ TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from
   }
 }
 
-TEST_CASE("auto is rows up to 64 leaves and tree beyond, and both report the same") {
-  for (const std::uint32_t leaves : {64u, 65u}) {
-    CAPTURE(leaves);
-    Random random(leaves);
+TEST_CASE("auto is rows up to 64 leaves, links beyond, and tree beyond 64 links with leaves; all report the same") {
+  struct Choice {
+    std::uint32_t links, leaves;  // links with leaves, and leaves of all
+    Strategy strategy;
+  };
+  for (const Choice& choice :
+       {Choice{1, 64, Strategy::kRows}, Choice{32, 64, Strategy::kRows}, Choice{1, 65, Strategy::kLinks},
+        Choice{64, 65, Strategy::kLinks}, Choice{65, 65, Strategy::kTree}, Choice{65, 130, Strategy::kTree}}) {
+    CAPTURE(choice.links);
+    CAPTURE(choice.leaves);
+    Random random(choice.leaves);
     Rig rig;
-    rig.parents = {-1};
-    for (std::uint32_t i = 0; i < leaves; ++i)
-      rig.leaves.push_back({0, random_box(random, 0.5 * random.unit_vector(), 0.03, 0.1), {}});
+    for (std::uint32_t link = 0; link < choice.links + 3; ++link) {  // three have no leaf
+      rig.parents.push_back(static_cast<std::int32_t>(link) - 1);
+      rig.parent_offset.push_back(0.05 * random.unit_vector());
+    }
+    for (std::uint32_t i = 0; i < choice.leaves; ++i)
+      rig.leaves.push_back({i % choice.links, random_box(random, 0.5 * random.unit_vector(), 0.03, 0.1), {}});
     World world;
-    world.members.push_back(
-        {rig, random_poses(random, rig, 20, PoseFormat::kMatrix3x4, {1.0, false, true, {}}), BatchKind::kCharacters});
-    world.rules = {{{1}, {1}, Pairing::kBetween}};
+    for (const bool small : {false, true}) {  // the larger articulation decides
+      if (small) rig = random_rig(random, Topology::kTree, 4, 3);
+      world.members.push_back(
+          {rig, random_poses(random, rig, 20, PoseFormat::kMatrix3x4, {1.0, false, true, {}}), BatchKind::kCharacters});
+    }
+    pair_all(world, 1, 2);
     const Outcome chosen = run_world(world, {Refit::kCab, Strategy::kAuto});
-    const Outcome rows = run_world(world, {Refit::kCab, Strategy::kRows});
-    const Outcome tree = run_world(world, {Refit::kCab, Strategy::kTree});
     CHECK(chosen.hits.size() > 0);
-    CHECK(same_hits(rows.hits, tree.hits));
-    CHECK(same_hits(chosen.hits, rows.hits));
-    CHECK(chosen.stats.box_tests == (leaves <= kRowsMaxLeaves ? rows : tree).stats.box_tests);
-    CHECK(rows.stats.box_tests != tree.stats.box_tests);
+    for (const Strategy strategy : {Strategy::kRows, Strategy::kLinks, Strategy::kTree}) {
+      const Outcome outcome = run_world(world, {Refit::kCab, strategy});
+      CHECK(same_hits(chosen.hits, outcome.hits));
+      CHECK((chosen.stats.box_tests == outcome.stats.box_tests) == (strategy == choice.strategy));
+    }
   }
 }
 

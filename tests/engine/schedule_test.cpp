@@ -145,7 +145,7 @@ TEST_CASE("splitting the instances of a batch into several batches changes no hi
       parts.members.push_back(part);
     }
     pair_all(parts, 1, 3);
-    for (const Strategy strategy : {Strategy::kTree, Strategy::kRows}) {
+    for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kLinks}) {
       const Policies policies = {Refit::kCab, strategy};
       Outcome of_parts = run_world(parts, policies);
       for (Hit& hit : of_parts.hits) {

@@ -8,7 +8,8 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 
-constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kBrute, Strategy::kExactAll};
+constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute,
+                                    Strategy::kExactAll};
 
 using Bytes = std::vector<std::vector<std::uint8_t>>;
 
@@ -84,7 +85,7 @@ TEST_CASE("a crowd in one spot is settled by far fewer box tests than it has pai
   world.members.push_back(any_member(random, 300, BatchKind::kCharacters, {0.1, false, true, {}}, 8));
   world.rules = {{{1}, {1}, Pairing::kBetween}};
   const EnginePtr engine = make_engine_for(world);
-  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kBrute}) {
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute}) {
     const Policies policies = {Refit::kCab, strategy, Exact::kNone};
     const Outcome hits = run_on(*engine, world, policies);
     const Outcome alone = run_on(*engine, world, policies, run_frame, Report::kTouched);

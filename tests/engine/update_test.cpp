@@ -97,7 +97,7 @@ void check_masked(const World& sound, const World& spoilt, std::uint32_t who, In
                   const EngineDesc& desc) {
   const std::uint32_t n = sound.members[0].poses.instance_count;
   const std::size_t nodes = sound.members[0].rig.node_count();
-  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows}) {
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kLinks}) {
     const Policies policies = {Refit::kCab, strategy};
     const Outcome before = run_world(sound, policies, desc), after = run_world(spoilt, policies, desc);
     for (std::uint32_t i = 0; i < n; ++i) CHECK(after.flags[0][i] == (i == who ? flag : kInstanceOk));

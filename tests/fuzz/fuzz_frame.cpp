@@ -1,5 +1,5 @@
-// Bytes to worlds that may be run: no strategy loses a touching pair or knows one that brute does not, every instruction
-// set writes the same bits, and a masked instance is in no hit.
+// Bytes to worlds that may be run: no strategy loses a touching pair or knows one that brute does not, rows and links know
+// all that brute does, every instruction set writes the same bits, and a masked instance is in no hit.
 #include "perf/oracle/random_world.h"
 #include "tests/fuzz/bytes.h"
 
@@ -38,6 +38,15 @@ std::vector<Box> boxes_of(Engine& engine, const World& world, const Policies& po
   return out;
 }
 
+// Hits between characters alone.
+std::vector<Hit> of_characters(const World& world, std::vector<Hit> hits) {
+  hits.erase(std::remove_if(
+                 hits.begin(), hits.end(),
+                 [&](const Hit& hit) { return world.members[hit.batch_a.value - 1].kind != BatchKind::kCharacters; }),
+             hits.end());
+  return hits;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -61,7 +70,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Outcome brute = run_on(*scalar, world, {policies.refit, Strategy::kBrute, Exact::kNone, extents});
   const Outcome all = run_on(*scalar, world, {policies.refit, Strategy::kExactAll, Exact::kNone, extents});
   FUZZ_CHECK(missing_from(tree.hits, brute.hits) == 0 && missing_from(brute.hits, all.hits) == 0);
-  FUZZ_CHECK(brute.flags == tree.flags && all.flags == tree.flags);
+  const Outcome rows = run_on(*scalar, world, {policies.refit, Strategy::kRows, Exact::kNone, extents});
+  const Outcome links = run_on(*scalar, world, {policies.refit, Strategy::kLinks, Exact::kNone, extents});
+  FUZZ_CHECK(same_hits(rows.hits, brute.hits) && missing_from(links.hits, brute.hits) == 0);
+  FUZZ_CHECK(same_hits(of_characters(world, links.hits), of_characters(world, brute.hits)));  // frames are by tree
+  FUZZ_CHECK(brute.flags == tree.flags && all.flags == tree.flags && links.flags == tree.flags);
 
   const std::vector<Box> boxes = boxes_of(*scalar, world, policies);
   for (const Isa isa : available_isas()) {

@@ -213,7 +213,8 @@ TEST_CASE("random draws have the moments that they should have") {
 // Every strategy that finds the same links; exact_all reports every pair without an exact test.
 std::vector<Policies> strategies() {
   std::vector<Policies> out;
-  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kBrute, Strategy::kAuto}) {
+  for (const Strategy strategy :
+       {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute, Strategy::kAuto}) {
     out.emplace_back();
     out.back().strategy = strategy;
   }
