@@ -123,7 +123,7 @@ Real farthest_apart(const Setting& setting) {
     const kernel::Vec3<float> between = {static_cast<float>(middle * way[0]), static_cast<float>(middle * way[1]),
                                          static_cast<float>(middle * way[2])};
     const kernel::BoxLanes<float> a = lanes_of(box[0]), b = lanes_of(box[1]);
-    (kernel::separated(a, b, between) || kernel::separated_in_world(a, b, between) ? hi : lo) = middle;
+    (kernel::separated<Sat::kAll15>(a, b, between) || kernel::separated_in_world(a, b, between) ? hi : lo) = middle;
   }
   ExactBox exact[2];
   for (std::size_t b = 0; b < 2; ++b)

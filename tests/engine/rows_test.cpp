@@ -67,20 +67,27 @@ TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from
   }
 }
 
-TEST_CASE("auto is rows up to 64 leaves, links beyond, and tree beyond 64 links with leaves; all report the same") {
+TEST_CASE(
+    "auto is rows, links from 49 leaves on where links have several, tree beyond 64 links with leaves or 47 of a "
+    "chain") {
   struct Choice {
     std::uint32_t links, leaves;  // links with leaves, and leaves of all
     Strategy strategy;
+    bool chain = false;
   };
   for (const Choice& choice :
-       {Choice{1, 64, Strategy::kRows}, Choice{32, 64, Strategy::kRows}, Choice{1, 65, Strategy::kLinks},
-        Choice{64, 65, Strategy::kLinks}, Choice{65, 65, Strategy::kTree}, Choice{65, 130, Strategy::kTree}}) {
+       {Choice{1, 48, Strategy::kRows}, Choice{32, 48, Strategy::kRows}, Choice{1, 49, Strategy::kLinks},
+        Choice{48, 49, Strategy::kLinks}, Choice{64, 64, Strategy::kRows}, Choice{64, 65, Strategy::kLinks},
+        Choice{65, 65, Strategy::kTree}, Choice{65, 130, Strategy::kTree}, Choice{47, 47, Strategy::kRows, true},
+        Choice{48, 48, Strategy::kTree, true}, Choice{48, 96, Strategy::kTree, true}}) {
+    CAPTURE(choice.chain);
     CAPTURE(choice.links);
     CAPTURE(choice.leaves);
     Random random(choice.leaves);
     Rig rig;
     for (std::uint32_t link = 0; link < choice.links + 3; ++link) {  // three have no leaf
-      rig.parents.push_back(static_cast<std::int32_t>(link) - 1);
+      const auto at = static_cast<std::int32_t>(link);
+      rig.parents.push_back(choice.chain || at < 2 ? at - 1 : at - 2);  // else two branches
       rig.parent_offset.push_back(0.05 * random.unit_vector());
     }
     for (std::uint32_t i = 0; i < choice.leaves; ++i)
@@ -97,6 +104,7 @@ TEST_CASE("auto is rows up to 64 leaves, links beyond, and tree beyond 64 links 
     for (const Strategy strategy : {Strategy::kRows, Strategy::kLinks, Strategy::kTree}) {
       const Outcome outcome = run_world(world, {Refit::kCab, strategy});
       CHECK(same_hits(chosen.hits, outcome.hits));
+      if (strategy == Strategy::kLinks && choice.links == choice.leaves) continue;  // that may be rows
       CHECK((chosen.stats.box_tests == outcome.stats.box_tests) == (strategy == choice.strategy));
     }
   }
