@@ -121,12 +121,13 @@ std::tuple<Isa, std::uint32_t, Exact> group_of(const SweepCell& cell) {
   return {cell.isa, cell.thread_count, cell.policies.exact};
 }
 
-// Whether one is the other under another name of the strategy, as `auto` is of what it chooses.
+// Whether one is the other under another name of the strategy.
 bool is_same_work(const SweepCell& a, const SweepCell& b) {
   Policies policies = a.policies;
   policies.strategy = b.policies.strategy;
-  return same(policies, b.policies) && a.counts.box_tests == b.counts.box_tests &&
-         a.counts.leaf_pairs == b.counts.leaf_pairs && a.counts.candidates == b.counts.candidates;
+  return group_of(a) == group_of(b) && same(policies, b.policies) && a.hits_hash == b.hits_hash &&
+         a.counts.box_tests == b.counts.box_tests && a.counts.leaf_pairs == b.counts.leaf_pairs &&
+         a.counts.candidates == b.counts.candidates;
 }
 
 }  // namespace
@@ -214,13 +215,20 @@ SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan) {
     judge.judge(hits, *cell);
     bar.advance(1);
   }
+  mark_same_work(run.cells);
   for (std::uint32_t r = 0; r < plan.rounds; ++r)
     for (const auto& [cell, world] : turns) {
       bar.advance(1);
+      if (cell->same_work_as) continue;
       if (cell->counts.seconds_total > kLongestSeconds) continue;
       if (r >= kLongRounds && cell->counts.seconds_total > kLongSeconds) continue;
       cell->rounds.push_back(turn(*world, *cell));
     }
+  for (SweepCell& cell : run.cells)
+    if (cell.same_work_as)
+      cell.rounds = std::find_if(run.cells.begin(), run.cells.end(), [&](const SweepCell& other) {
+                      return other.policies.strategy == *cell.same_work_as && is_same_work(other, cell);
+                    })->rounds;
   mark_front(run.cells);
 
   const std::vector<PosedFigure> figures = sample_figures(scene);
@@ -234,14 +242,22 @@ SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan) {
   return run;
 }
 
+void mark_same_work(std::vector<SweepCell>& cells) {
+  for (SweepCell& cell : cells)
+    for (const SweepCell& other : cells)
+      if (other.policies.strategy < cell.same_work_as.value_or(cell.policies.strategy) && is_same_work(cell, other))
+        cell.same_work_as = other.policies.strategy;
+}
+
 void mark_front(std::vector<SweepCell>& cells) {
   for (SweepCell& cell : cells)
-    cell.on_front = cell.misses == 0 && std::none_of(cells.begin(), cells.end(), [&](const SweepCell& other) {
-                      if (group_of(other) != group_of(cell) || other.misses > 0) return false;
-                      const double mine = cell.total_seconds(), theirs = other.total_seconds();
-                      return theirs <= mine && other.false_alarms <= cell.false_alarms &&
-                             (theirs < mine || other.false_alarms < cell.false_alarms);
-                    });
+    cell.on_front =
+        cell.misses == 0 && !cell.same_work_as && std::none_of(cells.begin(), cells.end(), [&](const SweepCell& other) {
+          if (group_of(other) != group_of(cell) || other.misses > 0) return false;
+          const double mine = cell.total_seconds(), theirs = other.total_seconds();
+          return theirs <= mine && other.false_alarms <= cell.false_alarms &&
+                 (theirs < mine || other.false_alarms < cell.false_alarms);
+        });
 }
 
 Spread time_ratio(const SweepCell& a, const SweepCell& b) {
@@ -257,7 +273,7 @@ std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std:
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const SweepCell& cell = cells[c];
     if (c == of || group_of(cell) != group_of(cells[of]) || cell.misses > 0 || cell.false_alarms > most_false_alarms ||
-        is_same_work(cell, cells[of]))
+        cell.same_work_as || is_same_work(cell, cells[of]))
       continue;
     std::size_t faster = 0;
     const std::size_t rounds = std::min(cell.rounds.size(), cells[of].rounds.size());

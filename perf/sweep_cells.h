@@ -41,6 +41,9 @@ struct SweepCell {
   std::vector<FrameStats> rounds;  // times of all frames, the fastest of a turn
   double area = 0;                 // of inner boxes, where the strategy is the tree; 0: none
   bool on_front = false;           // none of its group that misses nothing is as fast with as few false alarms
+  // The strategy that does the same work under the name that stands first in the table, where that is not its own, as
+  // `auto` does that of what it chooses. Such a cell is not timed again and is on no front.
+  std::optional<Strategy> same_work_as;
 
   double total_seconds() const;  // median
 };
@@ -73,6 +76,9 @@ std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_
 // whose run takes long is timed in fewer rounds, one run each.
 SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan);
 
+// Notes of each counted cell whose work it does.
+void mark_same_work(std::vector<SweepCell>& cells);
+
 // Marks who is on the front of time against false alarms, among cells of one instruction set, thread count and exact
 // test. What misses a hit is on none.
 void mark_front(std::vector<SweepCell>& cells);
@@ -81,8 +87,8 @@ void mark_front(std::vector<SweepCell>& cells);
 std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector<SweepHit>& found);
 
 // The cell to take instead of cells[of]: of the same instruction set, thread count and exact test, missing nothing, with
-// at most so many false alarms, and faster by 5 % in the median and in three of four rounds; the fastest of them. Another
-// name of the same work is none. None: `of` is best.
+// at most so many false alarms, and faster by 5 % in the median and in three of four rounds; the fastest of them. None:
+// `of` is best.
 std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std::size_t of,
                                        std::uint64_t most_false_alarms);
 

@@ -116,6 +116,9 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   add("area_over_covariance", over(cell.area, run.covariance_area));
   add("area_over_limit", over(cell.area, run.least_area));
   json["hits_hash"] = hex(cell.hits_hash);
+  Policies named;
+  named.strategy = cell.same_work_as.value_or(named.strategy);
+  json["same_work_as"] = cell.same_work_as ? Json(value_name(named, row_of("strategy"))) : Json();
   json["on_front"] = cell.on_front;
   return json;
 }
@@ -155,7 +158,7 @@ void print_sweep(const SweepRun& run) {
     header.emplace_back(name);
   text.add_row(header);
   for (const SweepCell* cell : fastest_first(run)) {
-    std::vector<std::string> row = {cell->on_front ? "*" : ""};
+    std::vector<std::string> row = {cell->on_front ? "*" : cell->same_work_as ? "=" : ""};
     for (std::uint32_t field = 0; field < policy_table().size; ++field)
       row.emplace_back(value_name(cell->policies, field));
     row.emplace_back(to_string(cell->isa));

@@ -279,7 +279,7 @@ class Cloud {
 Picture alarms_picture(const SweepRun& run) {
   Cloud cloud(run, row_named("refit"), row_named("strategy"));
   for (const SweepCell* cell : drawn_cells(run))
-    cloud.add(*cell, static_cast<double>(cell->false_alarms) / run.frame_count);
+    if (!cell->same_work_as) cloud.add(*cell, static_cast<double>(cell->false_alarms) / run.frame_count);
   Picture picture = cloud.picture();
   picture.name = "alarms-" + run.scene;
   picture.title = run.scene + ": time against false alarms; better is down and left\n(" + conditions(run) + ")";
@@ -292,7 +292,7 @@ Picture growth_picture(const SweepRun& run) {
   Cloud cloud(run, row_named("refit"), row_named("extents"));
   const double unit = run.least_area > 0 ? run.least_area : run.covariance_area;
   for (const SweepCell* cell : drawn_cells(run))
-    if (cell->area > 0) cloud.add(*cell, cell->area / unit);
+    if (cell->area > 0 && !cell->same_work_as) cloud.add(*cell, cell->area / unit);
   Picture picture = cloud.picture();
   picture.name = "growth-" + run.scene;
   picture.title = run.scene + ": time against size of inner boxes, strategy tree; better is down and left\n(" +
@@ -348,6 +348,7 @@ Picture crossover_picture(const std::string& family, const std::map<std::uint32_
     if (static_cast<Strategy>(value) == Strategy::kAuto) series.style += " dt 2";
     for (const auto& [number, run] : runs)
       for (const SweepCell* cell : drawn_cells(*run)) {
+        if (cell->same_work_as && cell->policies.strategy != Strategy::kAuto) continue;
         Policies policies;
         policies.exact = cell->policies.exact;
         policies.strategy = static_cast<Strategy>(value);

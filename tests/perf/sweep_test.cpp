@@ -280,6 +280,24 @@ TEST_CASE("the rotation limit is a turned box's own surface, and no orientation 
   }
 }
 
+TEST_CASE(
+    "a cell that does another's work under another name takes its name from the table's first and is on no front") {
+  std::vector<SweepCell> cells(3, made_cell(1, 2, 0));
+  cells[0].policies.strategy = Strategy::kAuto;
+  cells[1].policies.strategy = Strategy::kLinks;
+  cells[2].policies.strategy = Strategy::kTree;
+  cells.push_back(cells[2]);
+  cells[3].counts.box_tests += 1;
+  cells[3].policies.strategy = Strategy::kBrute;
+  cells.push_back(cells[1]);
+  cells[4].thread_count = 2;
+  perf::mark_same_work(cells);
+  CHECK(cells[0].same_work_as == Strategy::kTree);
+  CHECK(cells[1].same_work_as == Strategy::kTree);
+  for (const std::size_t own : {2u, 3u, 4u}) CHECK_FALSE(cells[own].same_work_as);
+  CHECK(fronts(cells) == std::vector<bool>{false, false, true, true, true});
+}
+
 TEST_CASE("no policy's inner boxes are smaller than the limit, and the best are less than half above it") {
   for (const std::string name : {"hand", "uniform-100"}) {
     CAPTURE(name);
