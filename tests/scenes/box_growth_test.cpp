@@ -109,7 +109,9 @@ TEST_CASE("boxes of best3 with the extents of leaves have at most a tenth more s
                  fingers.poses.begin() + static_cast<std::ptrdiff_t>((i * (4001 / kPoses) + 1) * floats));
   const std::pair<std::string, Posed> figures[] = {{"humanoid", posed(scenes::make_humanoid(), humanoids)},
                                                    {"hand", posed(fingers, hands)}};
-  for (const auto& [name, figure] : figures) {
+  for (const auto& named : figures) {
+    const std::string& name = named.first;
+    const Posed& figure = named.second;
     CAPTURE(name);
     for (const Policies& policies : oracle::all_refits()) {
       const Growth of = growth(figure, policies.refit, policies.extents);
