@@ -98,8 +98,9 @@ SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_cou
     return character_count > 0 ? character_count : by_default;
   };
   scenes::CrowdSources sources;
-  for (const SweepMember& member : sweep_family("uniform"))
-    if (name == member.name) return of_crowd(name, scenes::make_crowd("uniform", member.number));
+  for (const char* family : {"uniform", "spot", "giant", "far"})
+    for (const SweepMember& member : sweep_family(family))
+      if (name == member.name) return of_crowd(name, scenes::make_crowd(family, member.number));
   for (const SweepMember& member : sweep_family("detailed")) {
     if (name != member.name) continue;
     sources.boxes_per_link = member.number / scenes::kHumanoidLinks;

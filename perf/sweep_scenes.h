@@ -25,7 +25,7 @@ struct SweepSceneName {
   const char* meaning;
   bool by_default;
 };
-inline constexpr std::array<SweepSceneName, 24> kSweepScenes = {{
+inline constexpr std::array<SweepSceneName, 27> kSweepScenes = {{
     {"chains3", "table 1 of the paper: two chains that collide, links 3:1", true},
     {"chains6", "table 2: links 6:1", true},
     {"dented", "table 3: links that are not convex", true},
@@ -50,6 +50,9 @@ inline constexpr std::array<SweepSceneName, 24> kSweepScenes = {{
     {"wavy-64", "16 waves of 64 links", false},
     {"coiled-64", "16 springs of 64 links", false},
     {"braided-64", "16 ropes of 64 links in braids", false},
+    {"spot-30", "30 humanoids all in one spot", false},
+    {"giant-300", "300 humanoids, one of them 100 times as large", false},
+    {"far-300", "300 humanoids in a square of 1e7 m", false},
 }};
 
 // The scenes whose names are `family`, a minus and a number, by that number.
@@ -72,7 +75,7 @@ struct SweepScene {
   std::size_t most_leaves() const;  // of a character
 };
 
-// By its name in kSweepScenes. character_count: of a crowd but the uniform ones; 0: as many as by default. Throws
+// By its name in kSweepScenes. character_count: of detailed rigs and ropes; 0: as many as by default. Throws
 // std::runtime_error where cmu's files are not there.
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count);
 
