@@ -3,7 +3,8 @@
 namespace cab {
 namespace {
 
-// The crossovers below and those in cab/policy.h were measured on one core with AVX-512 and SSE2; docs/policies.md, "Crossovers", has the figures.
+// The crossovers below and those in cab/policy.h were measured on one core with AVX-512 and SSE2; docs/policies.md,
+// "Crossovers", has the figures.
 
 // A tree pays in a frame batch from this many leaf pairs on for every inner node that is refitted, and some for the
 // descent itself: what a merge costs in pair tests, sixteen frames as lanes.

@@ -163,7 +163,8 @@ inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLane
 inline constexpr std::uint32_t kPosedLinkLeaves = 4096;
 static_assert(kPosedLinkLeaves >= 2 * kMaxLeaves);
 
-// Words of the store for each instance: room for about 25 hits. Frames with more hits are paired in their order.
+// Words of the store for each instance: one a hit, and six for each two instances that touch. Frames with more hits are
+// paired in their order.
 inline constexpr std::size_t kStoreWords = 32;
 
 // Instances whose stored hits one task writes.

@@ -83,13 +83,16 @@ struct Testing {
     hand.rows.leaves = 0xffff;
   }
 
+  // Counted are the tests of one pair after the other up to the first that is kept: how many more a hand holds depends on
+  // when it was last emptied.
   void test() {
     if (hand.count == 0) return;
     pad(hand);
-    worker.stats.box_tests += hand.count;
     const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, hand.rows);
     for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
-      if (!(overlapping >> lane & 1) || (only_first && link_pair[lane] == last_kept)) continue;
+      if (is_done(link_pair[lane])) continue;
+      ++worker.stats.box_tests;
+      if (!(overlapping >> lane & 1)) continue;
       worker.found.data[kept++] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
       last_kept = link_pair[lane];
     }

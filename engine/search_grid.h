@@ -63,11 +63,12 @@ bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells,
 }
 
 // Whether the instance of row x is the one of two on a level that finds the other: it begins lower along one axis, so in
-// no later cell. Rows tell mostly, since rounding keeps the order of what it does not make equal.
+// no later cell. Rows tell mostly, since rounding keeps the order of what it does not make equal or no number.
 inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
   const std::uint32_t axis = grid.order_axis;
   const BoundsRow &row_x = grid.rows[x], &row_y = grid.rows[y];
-  if (row_x.side[axis] != row_y.side[axis]) return row_x.side[axis] < row_y.side[axis];
+  if (row_x.side[axis] < row_y.side[axis]) return true;
+  if (row_x.side[axis] > row_y.side[axis]) return false;
   const double from = grid.placements[x].bounds.lo[axis], to = grid.placements[y].bounds.lo[axis];
   if (from != to) return from < to;
   return instance_key(row_x.batch, row_x.instance) < instance_key(row_y.batch, row_y.instance);

@@ -9,9 +9,10 @@
 
 namespace cab::kernel {
 
-// Lanes in which some axis that kSat names separates a and b. between: centre of b less centre of a. Both boxes are tested a little
-// larger than they are, which covers what rounding does on an axis in proportion to its length; what it does to a
-// product that should vanish is covered apart. Comparisons are written so that an unordered value never separates.
+// Lanes in which some axis that kSat names separates a and b. between: centre of b less centre of a. Both boxes are
+// tested a little larger than they are, which covers what rounding does on an axis in proportion to its length; what it
+// does to a product that should vanish is covered apart. Comparisons are written so that an unordered value never
+// separates.
 template <Sat kSat, class V>
 CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V> between) {
   const V grow = V(kSlackGrow) * ((sum(a.half) + sum(b.half)) + V(kOverlapTiny));

@@ -54,7 +54,7 @@ TEST_CASE("cubes that touch touch, and cubes a thousandth apart do not, out to 1
 
 TEST_CASE("origins at the ends of double's range neither lose nor invent a pair") {
   const double huge = std::numeric_limits<double>::max();
-  for (const double out : {1e30, 1e300, huge}) {
+  for (const double out : {1e30, 1e300, huge, -huge}) {
     for (const BatchKind kind : kKinds) {
       for (const Policies& policies : kPolicies) {
         CAPTURE(out);
@@ -196,6 +196,32 @@ TEST_CASE(
       places.push_back(at);
       halves.push_back(many_sizes ? std::ldexp(1.0f, static_cast<int>(random.index(28)) - 10)
                                   : std::ldexp(1.0f, static_cast<int>(std::log2(spread)) - 3));
+    }
+    const World world = cubes_at(places, halves);
+    const std::size_t expected = overlapping_cubes(world);
+    for (const Policies& policies : kPolicies) CHECK(run_world(world, policies).hits.size() == expected);
+    hits += expected;
+  }
+  CHECK(hits > 10'000);
+}
+
+TEST_CASE(
+    "cubes whose bounds begin at one number, or face on face, are found once each, in clusters near and far apart") {
+  std::size_t hits = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const double apart = random.chance(0.3) ? 0 : std::ldexp(1.0, static_cast<int>(random.index(40)));
+    const std::uint32_t clusters = 1 + random.index(4), wide = 2 + random.index(24), sizes = 1 + random.index(5);
+    const std::uint32_t dimensions = 1 + random.index(3);
+    std::vector<oracle::Vec3<double>> places;
+    std::vector<float> halves;
+    for (int i = 0; i < 300; ++i) {
+      oracle::Vec3<double> at{};
+      const double cluster = random.index(clusters) - 1.0;
+      for (std::uint32_t c = 0; c < dimensions; ++c) at[(seed + c) % 3] = cluster * apart + random.index(wide);
+      places.push_back(at);
+      halves.push_back(std::ldexp(0.5f, static_cast<int>(random.index(sizes))));
     }
     const World world = cubes_at(places, halves);
     const std::size_t expected = overlapping_cubes(world);

@@ -1,4 +1,5 @@
 // Strategy links: byte for byte the hits of brute, whatever the articulation, its poses and what a frame asks for.
+#include "engine/engine.h"
 #include "kernels/overlap_sat.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
@@ -535,6 +536,27 @@ TEST_CASE("more hits than the store holds: links report them in order, in this f
     if (threads > 1) desc.scheduler = &scheduler;
     const EnginePtr engine = make_engine_for(world, desc);
     for (int frame = 0; frame < 3; ++frame) check_same(run_on(*engine, world, kLinks), brute);  // each overflows first
+  }
+}
+
+TEST_CASE("links count as many box tests in whatever order a worker comes to its candidates") {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const Rig rig = strewn(random, std::vector<unsigned>(18, 50), 0.05, 0.1);
+    World world = crowd_of(random, rig, 300, 1.0);
+    world.rules = {{{1}, {1}, Pairing::kBetween}};
+    std::vector<double>& origins = world.members[0].poses.origins;
+    for (std::size_t i = 12; i < 300; ++i)
+      origins[3 * i] += 10 * static_cast<double>(i);  // alone, with room in the store
+    const EnginePtr engine = make_engine_for(world);
+    const Outcome by_place = run_on(*engine, world, kLinks);
+    REQUIRE(engine->frames_in_order == 0);
+    engine->frames_in_order = 100;
+    const Outcome in_order = run_on(*engine, world, kLinks);
+    check_same(in_order, by_place);
+    CHECK(same_counts(in_order.stats, by_place.stats));
+    CHECK(by_place.hits.size() > 1000);
   }
 }
 
