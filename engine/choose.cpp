@@ -18,11 +18,9 @@ std::uint64_t pairs_a_merge(Refit refit) {
   }
 }
 
-const InstanceBatch& batch_of(const Engine& engine, BatchId id) { return engine.batches[id.value - 1]->batch; }
-
 std::uint64_t leaf_pairs_of(const Engine& engine, const PairRule& rule) {
-  const std::uint64_t a = batch_of(engine, rule.a).articulation->leaf_count,
-                      b = batch_of(engine, rule.b).articulation->leaf_count;
+  const std::uint64_t a = engine.batch(rule.a).articulation->leaf_count,
+                      b = engine.batch(rule.b).articulation->leaf_count;
   return rule.pairing == Pairing::kWithin ? a * (a - 1) / 2 : a * b;
 }
 
@@ -33,7 +31,7 @@ Policies choose_for_characters(const Engine& engine, const FrameJob& job) {
   const bool axis_aligned = is_axis_aligned(out.refit);
   bool several_leaves = false, links_pay = false, tree_pays = false;
   for (const BatchInput& input : job.inputs) {
-    const InstanceBatch& batch = batch_of(engine, input.batch);
+    const InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
     const std::uint32_t leaves = batch.articulation->leaf_count;
     several_leaves = several_leaves || batch.outline->has_several;
@@ -54,9 +52,9 @@ Policies choose_for_frames(const Engine& engine, const FrameJob& job) {
   if (out.strategy != Strategy::kAuto) return out;
   std::uint64_t leaf_pairs = 0, inner_nodes = 0;
   for (const PairRule& rule : job.rules)
-    if (batch_of(engine, rule.a).kind == BatchKind::kFrames) leaf_pairs += leaf_pairs_of(engine, rule);
+    if (engine.batch(rule.a).kind == BatchKind::kFrames) leaf_pairs += leaf_pairs_of(engine, rule);
   for (const BatchInput& input : job.inputs)
-    if (const InstanceBatch& batch = batch_of(engine, input.batch); batch.kind == BatchKind::kFrames)
+    if (const InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kFrames)
       inner_nodes += batch.articulation->leaf_count - 1;
   const bool tree = leaf_pairs > pairs_a_merge(out.refit) * inner_nodes + kTreeLeafPairs;
   out.strategy = tree ? Strategy::kTree : Strategy::kBrute;

@@ -63,6 +63,14 @@ struct PosedEntry {
   std::uint32_t place;
 };
 
+// Drops all entries of a table at once, by the next round; once in 2^32 they are emptied.
+template <class Entry>
+void begin_round(std::uint32_t& round, Span<Entry> entries) {
+  if (++round != 0) return;
+  for (Entry& entry : entries) entry = {};
+  round = 1;
+}
+
 // The instances whose boxes the candidates at hand need, each once, posed where they are tested.
 struct PosedSet {
   FixedList<PosedTile> tiles;
@@ -146,6 +154,7 @@ struct Engine {
   std::atomic_flag busy = ATOMIC_FLAG_INIT;
 
   InstanceBatch& batch(BatchId id) { return batches[id.value - 1]->batch; }
+  const InstanceBatch& batch(BatchId id) const { return batches[id.value - 1]->batch; }
 };
 
 // Candidates that a worker gathers at a time, and the leaf pairs of those that it tests at a time (one candidate may have

@@ -71,16 +71,27 @@ struct Testing {
   const Engine& engine;
   Worker& worker;
   Sat sat;
-  bool only_first;
+  bool lowest_only;
   Hand<BoxRow> hand;
   std::uint32_t link_pair[kLanes] = {};  // of each pair in hand
   std::uint32_t kept = 0;                // in worker.found
   std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
 
   Testing(const Engine& of, Worker& by, Sat by_sat, bool first)
-      : engine(of), worker(by), sat(by_sat), only_first(first) {
+      : engine(of), worker(by), sat(by_sat), lowest_only(first) {
     hand.rows.shift = &hand.shift;
     hand.rows.leaves = 0xffff;
+  }
+
+  // Takes a pair of the link pair `of` in hand, and tests once the hand is full.
+  void take(const NodePair& nodes, const BoxRow& a, const BoxRow& b, const double (&shift)[3], std::uint32_t of) {
+    const std::uint32_t lane = hand.count++;
+    hand.pair[lane] = nodes;
+    hand.rows.a[lane] = &a;
+    hand.rows.b[lane] = &b;
+    for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = shift[c];
+    link_pair[lane] = of;
+    if (hand.count == kLanes) test();
   }
 
   // Counted are the tests of one pair after the other up to the first that is kept: how many more a hand holds depends on
@@ -99,14 +110,14 @@ struct Testing {
     hand.count = 0;
   }
 
-  bool is_done(std::uint32_t pair) const { return only_first && last_kept == pair; }
+  bool is_done(std::uint32_t pair) const { return lowest_only && last_kept == pair; }
 };
 
 }  // namespace
 
 void find_pairs_of_links(const Engine& engine, const Policies& policies, float margin, const Candidate& candidate,
                          Span<const LeafPair> links, bool first_only, Worker& worker) {
-  const bool only_first = policies.exact == Exact::kNone;
+  const bool lowest_only = policies.exact == Exact::kNone;
   const bool within = is_within(candidate);
   PosedLinkSet& set = worker.posed_links;
   FixedList<LeafPair>& found = worker.found;
@@ -115,7 +126,7 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
   filter.found = &found;
   double shift[3];
   set_shift(worker, candidate, shift, filter);
-  Testing testing(engine, worker, policies.sat, only_first);
+  Testing testing(engine, worker, policies.sat, lowest_only);
   for (std::uint32_t at = 0; at < links.size; ++at) {
     const LinkSide a = side_of(engine, candidate.batch_a, candidate.place_a, links[at].a),
                    b = side_of(engine, candidate.batch_b, candidate.place_b, links[at].b);
@@ -138,20 +149,13 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
       engine.kernels->filter_rows(filter);
       for (std::uint32_t i = begin; i < found.size && !testing.is_done(at); ++i) {
         const LeafPair pair = found.data[i];
-        Hand<BoxRow>& hand = testing.hand;
-        const std::uint32_t lane = hand.count++;
         NodePair nodes = {pair.slot, a.leaf(pair.a), b.leaf(pair.b)};
         const BoxRow *row_a = set.rows.data + first_a + pair.a, *row_b = set.rows.data + first_b + pair.b;
         if (within && nodes.b < nodes.a) {  // the predicate takes the lower leaf first
           std::swap(nodes.a, nodes.b);
           std::swap(row_a, row_b);
         }
-        hand.pair[lane] = nodes;
-        hand.rows.a[lane] = row_a;
-        hand.rows.b[lane] = row_b;
-        for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = shift[c];
-        testing.link_pair[lane] = at;
-        if (hand.count == kLanes) testing.test();
+        testing.take(nodes, *row_a, *row_b, shift, at);
       }
     }
     if (!first_only) continue;
@@ -167,9 +171,7 @@ void clear_links(Worker& worker) {
   PosedLinkSet& set = worker.posed_links;
   set.rows.clear();
   set.leaf_rows.clear();
-  if (++set.round != 0) return;
-  std::fill(set.entries.begin(), set.entries.end(), PosedLinkEntry{});
-  set.round = 1;
+  begin_round(set.round, set.entries);
 }
 
 }  // namespace cab

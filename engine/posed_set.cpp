@@ -107,10 +107,7 @@ void clear_set(Worker& worker) {
   set.rows.clear();
   set.leaf_rows.clear();
   clear_links(worker);
-  if (++set.round == 0) {
-    std::fill(set.entries.begin(), set.entries.end(), PosedEntry{});
-    set.round = 1;
-  }
+  begin_round(set.round, set.entries);
 }
 
 }  // namespace cab

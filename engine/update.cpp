@@ -16,8 +16,7 @@ void refit(const kernel::KernelTable& kernels, const Articulation& articulation,
   const std::size_t extents = static_cast<std::size_t>(policies.extents);
   const bool tree = policies.strategy == Strategy::kTree;
   if (policies.refit == Refit::kAabbVertices) {
-    kernel::PosePad pad = turned ? kernel::kPosePadTurned : kernel::kPosePad;
-    pad.apart = apart;
+    const kernel::PosePad pad = kernel::pad_of(turned, apart, 1);
     kernels.fit_vertices(
         {&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data, aabbs, pad});
   } else if (policies.refit == Refit::kAabbHull) {

@@ -143,11 +143,7 @@ CAB_INLINE Mask<V> number_in_range(V v) {
   return abs(v) <= V(kMaxCoordinate);
 }
 template <class V>
-CAB_INLINE Mask<V> in_range(Vec3<V> p) {
-  return both(both(number_in_range(p.x), number_in_range(p.y)), number_in_range(p.z));
-}
-template <class V>
-CAB_INLINE Mask<V> in_range(Vec3<V> p, V most) {
+CAB_INLINE Mask<V> in_range(Vec3<V> p, V most = V(kMaxCoordinate)) {
   return both(both(abs(p.x) <= most, abs(p.y) <= most), abs(p.z) <= most);
 }
 

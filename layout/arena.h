@@ -52,4 +52,10 @@ class Arena {
   std::size_t bytes_ = 0;
 };
 
+// The same values, not to be written any more.
+template <class T>
+Span<const T> constant(Span<T> span) {
+  return {span.data, span.size};
+}
+
 }  // namespace cab

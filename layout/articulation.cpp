@@ -177,11 +177,6 @@ Fault check_leaf(const Leaf& leaf, std::size_t index, std::size_t link_count, Bo
   return {};
 }
 
-template <class T>
-Span<const T> constant(Span<T> span) {
-  return {span.data, span.size};
-}
-
 // Groups leaves by link and lists the links that a frame must pose.
 void plan_posing(Articulation& articulation, Arena& arena) {
   std::vector<bool> needs_joint(articulation.link_count, false);

@@ -10,11 +10,6 @@
 namespace cab {
 namespace {
 
-template <class T>
-Span<const T> constant(Span<T> span) {
-  return {span.data, span.size};
-}
-
 double dot(const float* a, const float* b) {
   double out = 0;
   for (int c = 0; c < 3; ++c) out += static_cast<double>(a[c]) * static_cast<double>(b[c]);

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "layout/instance_batch.h"
 #include "perf/report.h"
 #include "scenes/bit_hash.h"
 
@@ -34,15 +35,13 @@ constexpr int kMostRuns = 20;
 // A gain below this is none.
 constexpr double kLeastGain = .05;
 
-bool is_leaf_policy(Refit refit) { return refit == Refit::kAabbHull || refit == Refit::kAabbVertices; }
-
 // The same policies with what the strategy does not look at as by default.
 Policies without_unread(Policies policies) {
   const Policies defaults;
-  if (is_leaf_policy(policies.refit)) policies.sat = defaults.sat;
+  if (is_axis_aligned(policies.refit)) policies.sat = defaults.sat;
   if (policies.strategy == Strategy::kTree) return policies;
   policies.extents = defaults.extents;
-  if (!is_leaf_policy(policies.refit)) policies.refit = defaults.refit;  // all oriented refits have the same leaves
+  if (!is_axis_aligned(policies.refit)) policies.refit = defaults.refit;  // all oriented refits have the same leaves
   return policies;
 }
 

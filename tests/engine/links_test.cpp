@@ -164,6 +164,14 @@ std::vector<float> matrix_pose(const double (&column)[3][3], const V3& at) {
   return out;
 }
 
+// The same, some with layers and some with a margin.
+World layered_world(Random& random, unsigned most_links, unsigned most_leaves) {
+  World world = detailed_world(random, most_links, most_leaves);
+  if (random.chance(0.3)) add_layers(random, world);
+  if (random.chance(0.3)) world.margin = static_cast<float>(random.log_uniform(1e-4, 0.3));
+  return world;
+}
+
 }  // namespace
 
 TEST_CASE("edges that are nearly parallel: a pair within the leaf predicate's slack is not lost between links") {
@@ -335,9 +343,7 @@ TEST_CASE("links report what brute reports in every world, on every instruction 
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     CAPTURE(seed);
     Random random(seed);
-    World world = detailed_world(random, 12, 10);
-    if (random.chance(0.3)) add_layers(random, world);
-    if (random.chance(0.3)) world.margin = static_cast<float>(random.log_uniform(1e-4, 0.3));
+    World world = layered_world(random, 12, 10);
     if (random.chance(0.3)) flatten(random, world);
     const Outcome brute = run_world(world, kBrute), rows = run_world(world, kRows);
     hits += brute.hits.size();
@@ -372,9 +378,7 @@ TEST_CASE("links lose no pair that touches by the judge and invent none, with la
   for (std::uint64_t seed = 101; seed <= 125; ++seed) {
     CAPTURE(seed);
     Random random(seed);
-    World world = detailed_world(random, 4, 6);
-    if (random.chance(0.3)) add_layers(random, world);
-    if (random.chance(0.3)) world.margin = static_cast<float>(random.log_uniform(1e-4, 0.3));
+    World world = layered_world(random, 4, 6);
     const Outcome links = run_world(world, kLinks);
     CHECK(missing_from(judge_world(world), links.hits) == 0);
     CHECK(missing_from(links.hits, judge_widened(world, kInvented)) == 0);

@@ -78,6 +78,14 @@ bool zero_shift(const Pairs& pairs) {
   return true;
 }
 
+// A pose that one axis alone separates, in all lanes.
+Pairs separated_along(std::size_t axis) {
+  Pairs pairs;
+  for (auto& pair : pairs.pair) pair = oracle::separating_axis_pose(axis);
+  fill(pairs);
+  return pairs;
+}
+
 }  // namespace
 
 TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
@@ -121,9 +129,7 @@ TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
 
 TEST_CASE("each of the fifteen axes alone separates the pose made for it") {
   for (std::size_t axis = 0; axis < oracle::kSeparatingAxisCount; ++axis) {
-    Pairs pairs;
-    for (auto& pair : pairs.pair) pair = oracle::separating_axis_pose(axis);
-    fill(pairs);
+    const Pairs pairs = separated_along(axis);
     for (const kernel::KernelTable* kernels : available_kernels()) {
       CAPTURE(axis);
       CAPTURE(name_of(*kernels));
@@ -136,9 +142,7 @@ TEST_CASE("each of the fifteen axes alone separates the pose made for it") {
 // In the order of oracle::separating_axis_pose the six faces come first.
 TEST_CASE("the six faces alone separate what they separate, and none of the poses that only edges do") {
   for (std::size_t axis = 0; axis < oracle::kSeparatingAxisCount; ++axis) {
-    Pairs pairs;
-    for (auto& pair : pairs.pair) pair = oracle::separating_axis_pose(axis);
-    fill(pairs);
+    const Pairs pairs = separated_along(axis);
     for (const kernel::KernelTable* kernels : available_kernels()) {
       CAPTURE(axis);
       CAPTURE(name_of(*kernels));
