@@ -6,7 +6,7 @@ namespace {
 // The crossovers below and those in cab/policy.h were measured on one core with AVX-512 and SSE2; docs/policies.md,
 // "Crossovers", has the figures.
 
-// A tree pays in a frame batch from this many leaf pairs on for every inner node that is refitted, and some for the
+// A tree pays in a sequence from this many leaf pairs on for every inner node that is refitted, and some for the
 // descent itself: what a merge costs in pair tests, sixteen frames as lanes.
 constexpr std::uint64_t kTreeLeafPairs = 64;
 std::uint64_t pairs_a_merge(Refit refit) {
@@ -46,15 +46,15 @@ Policies choose_for_characters(const Engine& engine, const FrameJob& job) {
   return out;
 }
 
-Policies choose_for_frames(const Engine& engine, const FrameJob& job) {
+Policies choose_for_sequences(const Engine& engine, const FrameJob& job) {
   Policies out = job.policies;
   if (out.strategy == Strategy::kLinks) out.strategy = Strategy::kTree;
   if (out.strategy != Strategy::kAuto) return out;
   std::uint64_t leaf_pairs = 0, inner_nodes = 0;
   for (const PairRule& rule : job.rules)
-    if (engine.batch(rule.a).kind == BatchKind::kFrames) leaf_pairs += leaf_pairs_of(engine, rule);
+    if (engine.batch(rule.a).kind == BatchKind::kSequence) leaf_pairs += leaf_pairs_of(engine, rule);
   for (const BatchInput& input : job.inputs)
-    if (const InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kFrames)
+    if (const InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kSequence)
       inner_nodes += batch.articulation->leaf_count - 1;
   const bool tree = leaf_pairs > pairs_a_merge(out.refit) * inner_nodes + kTreeLeafPairs;
   out.strategy = tree ? Strategy::kTree : Strategy::kBrute;

@@ -43,15 +43,15 @@ struct Needs {
 
 Needs needs_of(const Engine& engine) {
   Needs needs;
-  std::size_t frame_nodes = 0, leaves = 0, depth = 0;
+  std::size_t sequence_nodes = 0, leaves = 0, depth = 0;
   for (const auto& slot : engine.batches) {
     const InstanceBatch& batch = slot->batch;
     const Articulation& articulation = *batch.articulation;
     needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
     leaves = std::max<std::size_t>(leaves, articulation.leaf_count);
     depth = std::max<std::size_t>(depth, articulation.program.depth);
-    if (batch.kind == BatchKind::kFrames) {
-      frame_nodes += articulation.node_count;
+    if (batch.kind == BatchKind::kSequence) {
+      sequence_nodes += articulation.node_count;
     } else {
       needs.character_instances += batch.instance_count;
       needs.character_tiles += tile_count(batch.instance_count);
@@ -60,7 +60,7 @@ Needs needs_of(const Engine& engine) {
       needs.leaf_row_floats = std::max(needs.leaf_row_floats, leaf_row_floats(articulation.leaf_count));
     }
   }
-  needs.nodes = std::max(needs.character_nodes, frame_nodes);
+  needs.nodes = std::max(needs.character_nodes, sequence_nodes);
   needs.depth = 2 * depth + 2;
   needs.leaf_pairs = leaves * leaves;
   return needs;
@@ -140,11 +140,11 @@ void size_workers(Engine& engine) {
   engine.paired_bits = paired;
 }
 
-// Where each frame batch's hierarchy stands in a worker's memory.
-void place_frame_batches(Engine& engine) {
+// Where each sequence's hierarchy stands in a worker's memory.
+void place_sequences(Engine& engine) {
   std::uint32_t at = 0;
   for (const auto& slot : engine.batches) {
-    if (slot->batch.kind != BatchKind::kFrames) continue;
+    if (slot->batch.kind != BatchKind::kSequence) continue;
     slot->batch.worker_nodes = at;
     at += slot->batch.articulation->node_count;
   }
@@ -246,7 +246,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     if (!out) return Status::kBadOutput;
     const Articulation* articulation = find_articulation(engine, desc.articulation);
     if (!articulation) return Status::kUnknownArticulation;
-    if (desc.kind > BatchKind::kFrames) return Status::kBadBatchKind;
+    if (desc.kind > BatchKind::kSequence) return Status::kBadBatchKind;
     if (desc.instance_count == 0) return Status::kNoInstances;
     if (desc.instance_count > kMaxInstances || engine.batches.size() == kMaxBatches) return Status::kTooManyInstances;
     // Places in the grid are 32-bit numbers, and its buckets a power of two of them.
@@ -273,7 +273,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
       engine.batches.pop_back();
       throw;
     }
-    place_frame_batches(engine);
+    place_sequences(engine);
     out->value = static_cast<std::uint32_t>(engine.batches.size());
     return Status::kOk;
   });

@@ -100,7 +100,7 @@ struct alignas(64) Worker {
   explicit Worker(const Allocator& allocator) : arena(allocator) {}
 
   Arena arena;
-  Span<BoxTile> boxes;    // one tile's hierarchy of every frame batch, or of one character batch
+  Span<BoxTile> boxes;    // one tile's hierarchy of every sequence, or of one character batch
   Span<AabbTile> bounds;  // the same, axis-aligned
   Span<PointTile> joints;
   Span<MotionTile> motions;  // of one tile's links, for refits that need them

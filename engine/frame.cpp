@@ -305,7 +305,7 @@ void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
   pair_in_order(engine, policies, sink);
 }
 
-// ----------------------------------------------------------------------------------------------------- frames
+// ----------------------------------------------------------------------------------------------------- sequences
 
 std::uint32_t tile_of(const InstanceBatch& batch, std::uint32_t tile) { return batch.instance_count == 1 ? 0 : tile; }
 
@@ -366,8 +366,8 @@ void list_all_pairs(Worker& worker, const InstanceBatch& a, const InstanceBatch&
         worker.tile_found.push({static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j), lanes});
 }
 
-void test_frames(Engine& engine, const Policies& policies, const PairRule& rule, std::uint32_t tile, Worker& worker,
-                 HitSink& sink) {
+void test_sequences(Engine& engine, const Policies& policies, const PairRule& rule, std::uint32_t tile, Worker& worker,
+                    HitSink& sink) {
   const std::uint32_t index_a = std::min(rule.a.value, rule.b.value) - 1,
                       index_b = std::max(rule.a.value, rule.b.value) - 1;
   const InstanceBatch& a = engine.batches[index_a]->batch;
@@ -413,11 +413,11 @@ void test_frames(Engine& engine, const Policies& policies, const PairRule& rule,
   }
 }
 
-// All steps for frame batches, a tile at a time while it is in cache: update every batch's tile, then test it.
-void run_frame_batches(Engine& engine, const FrameJob& job, const Policies& policies, HitSink& sink) {
+// All steps for sequences, a tile at a time while it is in cache: update every batch's tile, then test it.
+void run_sequences(Engine& engine, const FrameJob& job, const Policies& policies, HitSink& sink) {
   std::uint32_t tiles = 0;
   for (const BatchInput& input : job.inputs)
-    if (engine.batch(input.batch).kind == BatchKind::kFrames)
+    if (engine.batch(input.batch).kind == BatchKind::kSequence)
       tiles = std::max(tiles, tile_count(engine.batch(input.batch).instance_count));
   if (tiles == 0) return;
   sink.turn = 0;
@@ -426,7 +426,7 @@ void run_frame_batches(Engine& engine, const FrameJob& job, const Policies& poli
     Worker& worker = *engine.workers[w];
     for (const BatchInput& input : job.inputs) {
       const InstanceBatch& batch = engine.batch(input.batch);
-      if (batch.kind != BatchKind::kFrames || tile_of(batch, tile) >= tile_count(batch.instance_count)) continue;
+      if (batch.kind != BatchKind::kSequence || tile_of(batch, tile) >= tile_count(batch.instance_count)) continue;
       const Timed timed(worker.stats.seconds_update);
       const bool report = tile == tile_of(batch, tile);  // a table is posed again for every tile, and reported once
       worker.live[input.batch.value - 1] =
@@ -434,7 +434,7 @@ void run_frame_batches(Engine& engine, const FrameJob& job, const Policies& poli
                       worker.boxes.data + batch.worker_nodes, worker.bounds.data + batch.worker_nodes);
     }
     for (const PairRule& rule : job.rules)
-      if (engine.batch(rule.a).kind == BatchKind::kFrames) test_frames(engine, policies, rule, tile, worker, sink);
+      if (engine.batch(rule.a).kind == BatchKind::kSequence) test_sequences(engine, policies, rule, tile, worker, sink);
     finish_task(tile, worker, sink);
   });
 }
@@ -501,7 +501,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
     build_grid(engine);
   }
   pair_characters(engine, policies, sink);
-  run_frame_batches(engine, job, choose_for_frames(engine, job), sink);
+  run_sequences(engine, job, choose_for_sequences(engine, job), sink);
   const Status status = finish_hits(engine, sink);
 
   job.stats = {};

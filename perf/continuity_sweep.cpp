@@ -134,7 +134,7 @@ class Sweep {
   // Room for `count` values of the parameter at once.
   BatchId add(std::size_t count) {
     BatchId batch;
-    require(add_batch(*engine_, {articulation_, static_cast<std::uint32_t>(count), BatchKind::kFrames}, &batch));
+    require(add_batch(*engine_, {articulation_, static_cast<std::uint32_t>(count), BatchKind::kSequence}, &batch));
     return batch;
   }
 

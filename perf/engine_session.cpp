@@ -94,7 +94,7 @@ EngineSession::BatchSet EngineSession::add_batches(std::uint32_t frame_count) {
     BatchDesc desc;
     desc.articulation = articulations_[c];
     desc.instance_count = scene_.characters[c].is_static ? 1 : frame_count;
-    desc.kind = lanes_ == Lanes::kPairs ? BatchKind::kCharacters : BatchKind::kFrames;
+    desc.kind = lanes_ == Lanes::kPairs ? BatchKind::kCharacters : BatchKind::kSequence;
     BatchId id;
     require(add_batch(*engine_, desc, &id), scene_.characters[c].name);
     set.batches.push_back(id);

@@ -1,4 +1,4 @@
-// A scene in an engine: articulations and frame batches for a range of its frames, worked in blocks so that memory
+// A scene in an engine: articulations and sequences for a range of its frames, worked in blocks so that memory
 // stays bounded however long the scene is.
 #pragma once
 

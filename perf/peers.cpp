@@ -28,7 +28,7 @@ using Pairs = std::vector<LeafPair>;
 
 // The frames of all runs: 1/30 s apart, there and back, so that every frame is one step of motion from the last.
 constexpr std::uint32_t kFrameOrder[] = {0, 1, 2, 3, 2, 1};
-constexpr std::uint32_t kFrames = 4;
+constexpr std::uint32_t kFrameCount = 4;
 constexpr double kFramesPerSecond = 30;
 
 // In a turn a set-up runs one frame that is not measured, since the turn before filled the caches with other data, and
@@ -325,8 +325,8 @@ std::vector<bool> best_of_each(const Run& run, const std::vector<Contestant>& co
 }
 
 std::vector<std::vector<scenes::PosedGroup>> pose_frames(const scenes::Crowd& crowd) {
-  std::vector<std::vector<scenes::PosedGroup>> frames(kFrames);
-  for (std::uint32_t f = 0; f < kFrames; ++f) scenes::pose_crowd(crowd, f / kFramesPerSecond, frames[f]);
+  std::vector<std::vector<scenes::PosedGroup>> frames(kFrameCount);
+  for (std::uint32_t f = 0; f < kFrameCount; ++f) scenes::pose_crowd(crowd, f / kFramesPerSecond, frames[f]);
   return frames;
 }
 
@@ -384,7 +384,7 @@ Run measure(const PeersOptions& options, const std::string& scene, std::uint32_t
     for (auto& [c, runner] : runners) {
       double seconds = 0;
       for (std::uint32_t k = 0; k < kTurn; ++k) {
-        const double frame = runner.run(frames[kFrameOrder[(kFrames + r * kTurn + k) % std::size(kFrameOrder)]]);
+        const double frame = runner.run(frames[kFrameOrder[(kFrameCount + r * kTurn + k) % std::size(kFrameOrder)]]);
         if (k > 0) seconds += frame;
       }
       run.rows[c].seconds.push_back(seconds / kMeasuredFrames);

@@ -13,8 +13,8 @@ namespace cab::perf {
 namespace {
 
 // Sizes that make one run of a scene a matter of milliseconds.
-constexpr std::uint32_t kFrames = 1000;    // of the paper's scenes
-constexpr std::uint32_t kCrowdFrames = 2;  // 1/30 s apart
+constexpr std::uint32_t kFrameCount = 1000;  // of the paper's scenes
+constexpr std::uint32_t kCrowdFrames = 2;    // 1/30 s apart
 constexpr std::uint32_t kDetailedCount = 100, kRopeCount = 16;
 constexpr double kCrowdFramesPerSecond = 30;
 
@@ -92,7 +92,7 @@ std::vector<SweepMember> sweep_family(const std::string& family) {
 
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count) {
   if (const std::uint32_t table = paper_table(name); table > 0)
-    return of_frames(name, scenes::make_paper_scene(table, kFrames), {0, kFrames});
+    return of_frames(name, scenes::make_paper_scene(table, kFrameCount), {0, kFrameCount});
   if (name == "cmu") return make_clips();
   const auto count_or = [character_count](std::uint32_t by_default) {
     return character_count > 0 ? character_count : by_default;

@@ -74,7 +74,7 @@ void run(Task& task) {
 }  // namespace
 
 Part frames_part() {
-  return {"frames", "frames", Columns::kPairs, {"characters", "frame batches"}, names_of(methods()), run};
+  return {"frames", "frames", Columns::kPairs, {"characters", "sequences"}, names_of(methods()), run};
 }
 
 }  // namespace cab::perf

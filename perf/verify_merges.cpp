@@ -37,8 +37,8 @@ MergeProgram two_limbs(bool has_joint) {
   static constexpr MergeStep kAtJoint[] = {{0, 1, 0}, {2, 3, 0}, {4, 5, 0}};
   static constexpr MergeStep kFree[] = {{0, 1, kNoJoint}, {2, 3, kNoJoint}, {4, 5, kNoJoint}};
   static constexpr std::uint16_t kCounts[] = {1, 1, 1, 1, 2, 2, 4}, kFirst[] = {0, 1, 2, 3, 0, 2, 0};
-  static constexpr std::uint16_t kSequence[] = {0, 1, 2, 3};
-  return {{has_joint ? kAtJoint : kFree, 3}, {kCounts, kNodeCount}, {kFirst, kNodeCount}, {kSequence, kLeafCount}, 2};
+  static constexpr std::uint16_t kLeafSequence[] = {0, 1, 2, 3};
+  return {{has_joint ? kAtJoint : kFree, 3}, {kCounts, kNodeCount}, {kFirst, kNodeCount}, {kLeafSequence, kLeafCount}, 2};
 }
 
 // What a parent must hold, by extents and by parent.

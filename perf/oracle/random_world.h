@@ -1,4 +1,4 @@
-// Random worlds of characters and of frame batches.
+// Random worlds of characters and of sequences.
 #pragma once
 
 #include "perf/oracle/world.h"
@@ -77,7 +77,7 @@ inline void add_characters(Random& random, World& world, unsigned most_links = 6
   pair_all(world, first, count);
 }
 
-// Two to four frame batches of as many frames, or of one frame that meets all.
+// Two to four sequences of as many frames, or of one frame that meets all.
 inline void add_frames(Random& random, World& world, unsigned most_links = 64) {
   const auto first = static_cast<std::uint32_t>(world.members.size() + 1);
   const std::uint32_t count = 2 + random.index(3);
@@ -88,7 +88,7 @@ inline void add_frames(Random& random, World& world, unsigned most_links = 64) {
   for (std::uint32_t m = 0; m < count; ++m) {
     const std::uint32_t instances = random.chance(0.25) ? 1 : frames;
     const Placement place = any_placement(random, far, about, 0.5);
-    world.members.push_back(any_member(random, instances, BatchKind::kFrames, place, most_links));
+    world.members.push_back(any_member(random, instances, BatchKind::kSequence, place, most_links));
   }
   pair_all(world, first, count);
 }

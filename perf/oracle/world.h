@@ -229,7 +229,7 @@ std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
   for (const PairRule& rule : world.rules) {
     const std::size_t ma = std::min(rule.a.value, rule.b.value) - 1, mb = std::max(rule.a.value, rule.b.value) - 1;
     const std::uint32_t na = world.members[ma].poses.instance_count, nb = world.members[mb].poses.instance_count;
-    const bool frames = world.members[ma].kind == BatchKind::kFrames;
+    const bool frames = world.members[ma].kind == BatchKind::kSequence;
     if (rule.pairing == Pairing::kWithin) {
       for (std::uint32_t i = 0; i < na; ++i) judge(ma, i, ma, i);
     } else if (frames) {

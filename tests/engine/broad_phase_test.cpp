@@ -33,7 +33,7 @@ constexpr Policies kPolicies[] = {
     {Refit::kCab, Strategy::kTree, Exact::kNone},      {Refit::kCab, Strategy::kBrute, Exact::kNone},
     {Refit::kAabbHull, Strategy::kTree, Exact::kNone}, {Refit::kAabbHull, Strategy::kBrute, Exact::kNone},
     {Refit::kCab, Strategy::kRows, Exact::kNone},      {Refit::kCab, Strategy::kLinks, Exact::kNone}};
-constexpr BatchKind kKinds[] = {BatchKind::kCharacters, BatchKind::kFrames};
+constexpr BatchKind kKinds[] = {BatchKind::kCharacters, BatchKind::kSequence};
 
 }  // namespace
 
@@ -99,10 +99,10 @@ TEST_CASE(
       const auto answer = [&](BatchKind kind, const Policies& policies) {
         return run_world(two_cubes({{out, out, -out}}, distance, kind), policies).hits.size();
       };
-      const std::size_t expected = answer(BatchKind::kFrames, kPolicies[0]);
+      const std::size_t expected = answer(BatchKind::kSequence, kPolicies[0]);
       CHECK(answer(BatchKind::kCharacters, kPolicies[0]) == expected);
       CHECK(answer(BatchKind::kCharacters, kPolicies[1]) == expected);
-      CHECK(answer(BatchKind::kCharacters, kPolicies[2]) == answer(BatchKind::kFrames, kPolicies[2]));
+      CHECK(answer(BatchKind::kCharacters, kPolicies[2]) == answer(BatchKind::kSequence, kPolicies[2]));
       hits += expected;
     }
     CHECK(hits > 20);

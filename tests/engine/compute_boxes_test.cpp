@@ -54,7 +54,7 @@ TEST_CASE("every box contains every exactly posed leaf box below it, and the eng
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     CAPTURE(seed);
     Random random(seed);
-    const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kFrames;
+    const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kSequence;
     World world;
     const double size = random.log_uniform(0.1, 1e4);  // far from its own origin boxes are wider, never wrong
     const Placement place = any_placement(random, false, {}, size);
@@ -119,7 +119,7 @@ TEST_CASE("merging child bounds and refitting from the leaves below give the sam
     CAPTURE(seed);
     Random random(seed);
     World world;
-    world.members.push_back(any_member(random, 17, BatchKind::kFrames, any_placement(random, false, {}, 100), 64));
+    world.members.push_back(any_member(random, 17, BatchKind::kSequence, any_placement(random, false, {}, 100), 64));
     const EnginePtr engine = make_engine_for(world);
     const auto merged = boxes_of(*engine, 1, world.members[0], {Refit::kAabbHull, {}, {}, Extents::kChildren});
     const auto refitted = boxes_of(*engine, 1, world.members[0], {Refit::kAabbHull, {}, {}, Extents::kLeaves});
@@ -136,7 +136,7 @@ TEST_CASE("boxes have the same bits on every instruction set, for every kind of 
     const Member& member = world.members[0];
     const std::uint32_t nodes = member.rig.node_count();
     World frames = world;
-    frames.members[0].kind = BatchKind::kFrames;
+    frames.members[0].kind = BatchKind::kSequence;
     EngineDesc scalar;
     scalar.isa = Isa::kScalar;
     for (const Policies& policies : all_refits()) {

@@ -81,7 +81,7 @@ TEST_CASE(
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     CAPTURE(seed);
     Random random(seed);
-    const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kFrames;
+    const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kSequence;
     const std::uint32_t n = seed % 3 ? 16 : 21, who = random.index(n);
     World sound;
     for (int m = 0; m < 2; ++m)
@@ -156,7 +156,7 @@ World grid_world(std::uint64_t seed, bool signed_zeros) {
   for (std::uint32_t m = 0; m < members; ++m) {
     Member member;
     const bool characters = seed % 2 == 0;
-    member.kind = characters ? BatchKind::kCharacters : BatchKind::kFrames;
+    member.kind = characters ? BatchKind::kCharacters : BatchKind::kSequence;
     const unsigned links = 2 + random.index(5);
     for (unsigned l = 0; l < links; ++l) {
       member.rig.parents.push_back(l == 0 ? -1 : static_cast<std::int32_t>(random.index(l)));

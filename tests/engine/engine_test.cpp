@@ -123,7 +123,7 @@ TEST_CASE("a batch needs 1 to kMaxInstances instances, and an engine holds kMaxB
   add_rig(*engine, one);
   BatchId batch = {42};
   CHECK(add_batch(*engine, {{1}, 0, BatchKind::kCharacters}, &batch) == Status::kNoInstances);
-  CHECK(add_batch(*engine, {{1}, kMaxInstances + 1, BatchKind::kFrames}, &batch) == Status::kTooManyInstances);
+  CHECK(add_batch(*engine, {{1}, kMaxInstances + 1, BatchKind::kSequence}, &batch) == Status::kTooManyInstances);
   CHECK(add_batch(*engine, {{1}, 0xffffffffu, BatchKind::kCharacters}, &batch) == Status::kTooManyInstances);
   CHECK(batch.value == 42);
   if (cab::tests::kThreadSanitizer) {
@@ -131,9 +131,9 @@ TEST_CASE("a batch needs 1 to kMaxInstances instances, and an engine holds kMaxB
     return;
   }
   for (std::uint32_t i = 0; i < kMaxBatches; ++i)
-    REQUIRE(add_batch(*engine, {{1}, 1, BatchKind::kFrames}, &batch) == Status::kOk);
+    REQUIRE(add_batch(*engine, {{1}, 1, BatchKind::kSequence}, &batch) == Status::kOk);
   CHECK(batch.value == kMaxBatches);
-  CHECK(add_batch(*engine, {{1}, 1, BatchKind::kFrames}, &batch) == Status::kTooManyInstances);
+  CHECK(add_batch(*engine, {{1}, 1, BatchKind::kSequence}, &batch) == Status::kTooManyInstances);
 }
 
 TEST_CASE("a bad articulation is refused with the element at fault, and takes no id") {
@@ -195,7 +195,7 @@ TEST_CASE("thousands of links: the largest chain and the largest star run, whole
       for (auto& offset : member.rig.parent_offset) offset = 0.2 * offset;
     member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4, {0.1, false, false, {}});
     world.members = {member, member};
-    world.members[1].kind = BatchKind::kFrames;
+    world.members[1].kind = BatchKind::kSequence;
     world.rules = {{{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin}, {{2}, {2}, Pairing::kWithin}};
     const Outcome tree = run_world(world, {Refit::kCab, Strategy::kTree}),
                   brute = run_world(world, {Refit::kCab, Strategy::kBrute, Exact::kNone});

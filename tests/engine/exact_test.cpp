@@ -74,7 +74,7 @@ Poses poses_at(const Place& at, PoseFormat format, bool by_origin, bool by_orien
 bool touch(Span<const ConvexPart> a, Span<const ConvexPart> b, const Place& at) {
   int yes = 0, asked = 0;
   for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
-    for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kFrames}) {
+    for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence}) {
       for (const bool by_origin : {false, true}) {
         World world;
         world.members.push_back({body(a), poses_at({0, 0, 0}, format, by_origin, false), kind});
@@ -261,7 +261,7 @@ void check_box_contact(const Contact& contact, const oracle::Vec3<double>& norma
 
 TEST_CASE("the contact of two boxes: normal from a to b, depth, and a point between, relative to a's origin") {
   const ConvexPart cube = shape(ShapeKind::kBox, 1, 1, 1);
-  for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kFrames}) {
+  for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence}) {
     Contact contact = contact_of(cube, cube, {1.9, 0.25, -0.5}, kind);
     check_box_contact(contact, {{1, 0, 0}}, 0.1);
     CHECK(contact.point[0] >= 0.9f - 1e-5f);
@@ -275,7 +275,7 @@ TEST_CASE("the contact of two boxes: normal from a to b, depth, and a point betw
 TEST_CASE("the contact of two spheres: along their centres, as deep as they overlap") {
   const ConvexPart ball = shape(ShapeKind::kEllipsoid, 1, 1, 1);
   ContactError worst;
-  for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kFrames}) {
+  for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence}) {
     for (double angle = 0.1; angle < 6; angle += 0.9) {
       CAPTURE(angle);
       const oracle::Vec3<double> n = {{0.8 * std::cos(angle), 0.8 * std::sin(angle), -0.6}};

@@ -63,7 +63,7 @@ TEST_CASE("characters: tree and brute report the same, lose no touching pair and
   CHECK(hits > 10000);
 }
 
-TEST_CASE("frame batches: tree and brute report the same, lose no touching pair and invent none") {
+TEST_CASE("sequences: tree and brute report the same, lose no touching pair and invent none") {
   std::size_t hits = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
@@ -75,7 +75,7 @@ TEST_CASE("frame batches: tree and brute report the same, lose no touching pair 
   CHECK(hits > 10000);
 }
 
-TEST_CASE("characters and frame batches share a frame without meeting each other") {
+TEST_CASE("characters and sequences share a frame without meeting each other") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -87,13 +87,13 @@ TEST_CASE("characters and frame batches share a frame without meeting each other
   }
 }
 
-TEST_CASE("a frame batch of one frame has the hits and counts of the same instance among characters") {
+TEST_CASE("a sequence of one frame has the hits and counts of the same instance among characters") {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     CAPTURE(seed);
     Random random(seed);
     World frames;
     const Placement place = any_placement(random, seed % 2 == 0, {{1e7, -3e5, 2e8}}, 0.3);
-    for (int m = 0; m < 3; ++m) frames.members.push_back(any_member(random, 1, BatchKind::kFrames, place, 32));
+    for (int m = 0; m < 3; ++m) frames.members.push_back(any_member(random, 1, BatchKind::kSequence, place, 32));
     pair_all(frames, 1, 3);
     World characters = frames;
     for (Member& member : characters.members) member.kind = BatchKind::kCharacters;
@@ -116,8 +116,8 @@ TEST_CASE("a batch of one frame meets every frame as if it were given for each")
     const std::uint32_t n = kInstanceCounts[random.index(6)];
     World once;
     const Placement place = any_placement(random, seed % 2 == 0, {{4e6, 1e6, -9e8}}, 0.4);
-    once.members.push_back(any_member(random, 1, BatchKind::kFrames, place, 16));
-    once.members.push_back(any_member(random, n, BatchKind::kFrames, place, 16));
+    once.members.push_back(any_member(random, 1, BatchKind::kSequence, place, 16));
+    once.members.push_back(any_member(random, n, BatchKind::kSequence, place, 16));
     once.rules = {{{1}, {2}, Pairing::kBetween}};
     World repeated = once;
     Poses& poses = repeated.members[0].poses;

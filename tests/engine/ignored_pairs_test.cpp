@@ -164,7 +164,7 @@ TEST_CASE("masks take the masked pairs out of the hits within an instance, and n
     Random random(seed);
     Member member;
     member.rig = bare_rig(random, 12);
-    member.kind = random.chance(0.5) ? BatchKind::kCharacters : BatchKind::kFrames;
+    member.kind = random.chance(0.5) ? BatchKind::kCharacters : BatchKind::kSequence;
     const Placement place = {0.5, random.chance(0.5), random.chance(0.5), {}};
     member.poses = random_poses(random, member.rig, 17, static_cast<PoseFormat>(random.index(3)), place);
     World world;

@@ -607,7 +607,7 @@ TEST_CASE("links are rows where no link has several leaves or boxes are axis-ali
   World frames;
   for (int m = 0; m < 2; ++m) {
     frames.members.push_back(detailed.members[0]);
-    frames.members.back().kind = BatchKind::kFrames;
+    frames.members.back().kind = BatchKind::kSequence;
   }
   frames.members[1].poses =
       random_poses(random, frames.members[1].rig, 40, PoseFormat::kMatrix4x4, {0.6, true, true, {}});

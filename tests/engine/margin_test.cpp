@@ -111,7 +111,7 @@ TEST_CASE("no pair is lost that is no farther apart than the margin, whoever com
 
 TEST_CASE("cubes a quarter apart are near by a margin of a quarter, near and far, and not by less") {
   for (const double out : {0.0, 1e6, -4e9})
-    for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kFrames})
+    for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence})
       for (const Refit refit : kLeafPredicates)
         for (const Strategy strategy : kStrategies)
           for (const Exact exact : {Exact::kNone, Exact::kFcl}) {
@@ -202,7 +202,7 @@ TEST_CASE("balls, capsules and hulls half a unit apart are near by a margin of a
 }
 
 TEST_CASE("the contact of a pair that is apart: normal from a to b, depth the distance below 0, point in the gap") {
-  World world = two_boxes(kCube, kCube, {{0.1, -1.5, 0.2}}, BatchKind::kFrames);
+  World world = two_boxes(kCube, kCube, {{0.1, -1.5, 0.2}}, BatchKind::kSequence);
   world.margin = 0.75f;
   Contact contact = contact_of(world);
   CHECK(std::fabs(contact.depth + 0.5f) < 1e-5f);

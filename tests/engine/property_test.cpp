@@ -82,7 +82,7 @@ bool may_descend(Strategy strategy) {
   return strategy == Strategy::kTree || strategy == Strategy::kLinks || strategy == Strategy::kAuto;
 }
 
-// Two batches of characters and two to three frame batches, small enough to run by every combination of policies.
+// Two batches of characters and two to three sequences, small enough to run by every combination of policies.
 World small_world(Random& random, unsigned most_links = 6) {
   constexpr std::uint32_t kCounts[] = {1, 2, 3, 5, 17};
   World world;
@@ -92,46 +92,46 @@ World small_world(Random& random, unsigned most_links = 6) {
   for (int m = 0; m < 2; ++m)
     world.members.push_back(any_member(random, kCounts[random.index(5)], BatchKind::kCharacters,
                                        any_placement(random, far, about, random.uniform(0.3, 1)), most_links));
-  const std::uint32_t frames = kCounts[random.index(5)], frame_batches = 2 + random.index(2);
-  for (std::uint32_t m = 0; m < frame_batches; ++m)
-    world.members.push_back(any_member(random, random.chance(0.25) ? 1 : frames, BatchKind::kFrames,
+  const std::uint32_t frames = kCounts[random.index(5)], sequences = 2 + random.index(2);
+  for (std::uint32_t m = 0; m < sequences; ++m)
+    world.members.push_back(any_member(random, random.chance(0.25) ? 1 : frames, BatchKind::kSequence,
                                        any_placement(random, far, about, 0.5), most_links));
   pair_all(world, 1, 2);
-  pair_all(world, 3, frame_batches);
+  pair_all(world, 3, sequences);
   return world;
 }
 
-// Two frame batches of one box each that pass the leaf predicate in every frame and are moved apart, as far as the
+// Two sequences of one box each that pass the leaf predicate in every frame and are moved apart, as far as the
 // predicate says, give or take two roundings.
 World world_at_edge(Random& random) {
-  constexpr std::uint32_t kFrames = 40;
+  constexpr std::uint32_t kFrameCount = 40;
   World world;
   for (int m = 0; m < 2; ++m) {
     Member member;
-    member.kind = BatchKind::kFrames;
+    member.kind = BatchKind::kSequence;
     member.rig.parents = {-1};
     member.rig.leaves = {{0, random_box(random, 0.1 * random.unit_vector(), 0.1, 1), {}}};
     member.rig.parent_offset.resize(1);
     member.poses =
-        random_poses(random, member.rig, kFrames, static_cast<PoseFormat>(random.index(3)), {0, true, true, {}});
+        random_poses(random, member.rig, kFrameCount, static_cast<PoseFormat>(random.index(3)), {0, true, true, {}});
     world.members.push_back(member);
   }
   world.rules = {{{1}, {2}, Pairing::kBetween}};
   const EnginePtr engine = make_engine_for(world);
-  std::vector<oracle::Vec3<double>> direction(kFrames);
+  std::vector<oracle::Vec3<double>> direction(kFrameCount);
   for (auto& d : direction) d = random.unit_vector();
-  double lo[kFrames] = {}, hi[kFrames];  // centres within 0.2 meet, centres 8 apart do not
-  std::fill_n(hi, kFrames, 8.0);
+  double lo[kFrameCount] = {}, hi[kFrameCount];  // centres within 0.2 meet, centres 8 apart do not
+  std::fill_n(hi, kFrameCount, 8.0);
   const auto place = [&](std::uint32_t f, double distance) {
     for (std::size_t c = 0; c < 3; ++c) world.members[1].poses.origins[3 * f + c] = distance * direction[f][c];
   };
   for (int halving = 0; halving < 40; ++halving) {
-    for (std::uint32_t f = 0; f < kFrames; ++f) place(f, (lo[f] + hi[f]) / 2);
-    std::vector<bool> meet(kFrames);
+    for (std::uint32_t f = 0; f < kFrameCount; ++f) place(f, (lo[f] + hi[f]) / 2);
+    std::vector<bool> meet(kFrameCount);
     for (const Hit& hit : run_on(*engine, world, {}).hits) meet[hit.instance_a] = true;
-    for (std::uint32_t f = 0; f < kFrames; ++f) (meet[f] ? lo[f] : hi[f]) = (lo[f] + hi[f]) / 2;
+    for (std::uint32_t f = 0; f < kFrameCount; ++f) (meet[f] ? lo[f] : hi[f]) = (lo[f] + hi[f]) / 2;
   }
-  for (std::uint32_t f = 0; f < kFrames; ++f) place(f, lo[f] * (1 + random.uniform(-2, 2) * 0x1p-24));
+  for (std::uint32_t f = 0; f < kFrameCount; ++f) place(f, lo[f] * (1 + random.uniform(-2, 2) * 0x1p-24));
   return world;
 }
 
@@ -407,8 +407,8 @@ TEST_CASE("batches and instances in another order have the same hits, but for pa
     for (std::uint32_t m = 0; m < count; ++m) {
       Member member = world.members[batch_from[m]];
       instance_from.push_back(shuffled(random, member.poses.instance_count));
-      // Instance f of a frame batch is frame f: all or none of them could be permuted alike, so none is.
-      if (member.kind == BatchKind::kFrames)
+      // Instance f of a sequence is frame f: all or none of them could be permuted alike, so none is.
+      if (member.kind == BatchKind::kSequence)
         for (std::uint32_t i = 0; i < member.poses.instance_count; ++i) instance_from.back()[i] = i;
       member.poses = chosen(member.poses, instance_from.back());
       other.members.push_back(member);
@@ -478,8 +478,8 @@ TEST_CASE("the links of one instance meet as those of two copies in one place do
   const bool whole = for_seeds(150, [&](Random& random) {
     Member member;
     member.rig = random_rig(random, static_cast<Topology>(random.index(3)), 2 + random.index(20), 1);
-    member.kind = random.chance(0.5) ? BatchKind::kCharacters : BatchKind::kFrames;
-    const std::uint32_t instances = member.kind == BatchKind::kFrames ? 17 : 1;
+    member.kind = random.chance(0.5) ? BatchKind::kCharacters : BatchKind::kSequence;
+    const std::uint32_t instances = member.kind == BatchKind::kSequence ? 17 : 1;
     const bool far = random.chance(0.5);
     member.poses = random_poses(random, member.rig, instances, static_cast<PoseFormat>(random.index(3)),
                                 any_placement(random, far, {{far ? 3e8 : 0, 0, far ? -2e6 : 0}}, 0.5));
@@ -609,8 +609,8 @@ TEST_CASE("compute_boxes writes the bits that a frame tests: a plain descent of 
     const std::uint32_t frames = kInstanceCounts[random.index(6)];
     const bool far = random.chance(0.5);
     for (int m = 0; m < 2; ++m)
-      world.members.push_back(
-          any_member(random, frames, BatchKind::kFrames, any_placement(random, far, {{far ? 1e7 : 0, 0, 0}}, 0.7), 24));
+      world.members.push_back(any_member(random, frames, BatchKind::kSequence,
+                                         any_placement(random, far, {{far ? 1e7 : 0, 0, 0}}, 0.7), 24));
     world.rules = {{{1}, {2}, Pairing::kBetween}};
     const EnginePtr engine = make_engine_for(world);
     PlainDescent plain;

@@ -27,7 +27,7 @@ World sparse_world(Random& random) {
         any_member(random, 60, BatchKind::kCharacters, {random.uniform(1, 4), random.chance(0.5), true, {}}, 8));
   const std::uint32_t frames = kInstanceCounts[random.index(6)];
   for (int m = 0; m < 3; ++m)
-    world.members.push_back(any_member(random, m == 2 ? 1 : frames, BatchKind::kFrames, {1, false, true, {}}, 4));
+    world.members.push_back(any_member(random, m == 2 ? 1 : frames, BatchKind::kSequence, {1, false, true, {}}, 4));
   world.rules = {{{1}, {1}, Pairing::kBetween},
                  {{2}, {1}, Pairing::kBetween},
                  {{3}, {4}, Pairing::kBetween},

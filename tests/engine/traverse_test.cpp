@@ -81,7 +81,7 @@ TEST_CASE("pairs at the edge of the slack: tree and brute, characters and frames
       EngineDesc desc;
       desc.isa = isa;
       for (const Strategy strategy : {Strategy::kTree, Strategy::kBrute}) {
-        for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kFrames}) {
+        for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence}) {
           world.members[0].kind = kind;
           const Outcome got = run_world(world, {Refit::kCab, strategy, Exact::kNone}, desc);
           CHECK(same_hits(got.hits, expected.hits));
@@ -101,7 +101,7 @@ TEST_CASE("a tree opens fewer pairs than brute where bodies are apart, and both 
   member.rig = random_rig(random, Topology::kChain, 32, 1);
   const std::uint32_t leaves = member.rig.leaf_count();
   member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4, {1.5, false, false, {}});
-  member.kind = BatchKind::kFrames;
+  member.kind = BatchKind::kSequence;
   world.members = {member, member};
   world.rules = {{{1}, {2}, Pairing::kBetween}};
   std::rotate(world.members[1].poses.data.begin(),

@@ -221,7 +221,7 @@ TEST_CASE("when all are masked there are no hits, and when a table is masked it 
     CAPTURE(frames);
     World table;
     for (const std::uint32_t n : {1u, frames})
-      table.members.push_back(any_member(random, n, BatchKind::kFrames, {}, 4));
+      table.members.push_back(any_member(random, n, BatchKind::kSequence, {}, 4));
     table.rules = {{{1}, {2}, Pairing::kBetween}};
     table.members[0].poses.pose(0, 0)[4] = kNan;
     const Outcome outcome = run_world(table);
@@ -231,13 +231,13 @@ TEST_CASE("when all are masked there are no hits, and when a table is masked it 
   }
 }
 
-TEST_CASE("masked frames of a frame batch meet nobody, and the other frames of the tile are as before") {
+TEST_CASE("masked frames of a sequence meet nobody, and the other frames of the tile are as before") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     Random random(seed);
     World sound;
     for (int m = 0; m < 2; ++m)
-      sound.members.push_back(any_member(random, 20, BatchKind::kFrames, {0.3, false, false, {}}, 8));
+      sound.members.push_back(any_member(random, 20, BatchKind::kSequence, {0.3, false, false, {}}, 8));
     pair_all(sound, 1, 2);
     World spoilt = sound;
     const std::uint32_t who = random.index(20);

@@ -11,7 +11,7 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 
-// An engine with two character batches (1: three instances, 2: two) and three frame batches (3 and 4: four frames,
+// An engine with two character batches (1: three instances, 2: two) and three sequences (3 and 4: four frames,
 // 5: one), and a job over all of them that is in order.
 struct Bench {
   World world;
@@ -28,7 +28,7 @@ struct Bench {
     const Placement place = {0.3, true, true, {}};
     for (const std::uint32_t n : {3u, 2u, 4u, 4u, 1u})
       world.members.push_back(
-          any_member(random, n, world.members.size() < 2 ? BatchKind::kCharacters : BatchKind::kFrames, place, 4));
+          any_member(random, n, world.members.size() < 2 ? BatchKind::kCharacters : BatchKind::kSequence, place, 4));
     rules = {{{1}, {2}, Pairing::kBetween}, {{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin},
              {{3}, {4}, Pairing::kBetween}, {{5}, {3}, Pairing::kBetween}, {{4}, {4}, Pairing::kWithin}};
     engine = make_engine_for(world);
@@ -168,10 +168,11 @@ TEST_CASE("a rule must name batches that have input, and a pairing that they can
   });
 }
 
-TEST_CASE("frame batches of different lengths are no pair unless one has a single frame") {
+TEST_CASE("sequences of different lengths are no pair unless one has a single frame") {
   World world;
   Random random(3);
-  for (const std::uint32_t n : {4u, 5u, 1u}) world.members.push_back(any_member(random, n, BatchKind::kFrames, {}, 3));
+  for (const std::uint32_t n : {4u, 5u, 1u})
+    world.members.push_back(any_member(random, n, BatchKind::kSequence, {}, 3));
   const EnginePtr engine = make_engine_for(world);
   const auto status_of = [&](std::uint32_t a, std::uint32_t b) {
     std::vector<BatchInput> inputs;

@@ -15,7 +15,7 @@ World world_of(fuzz::Bytes& bytes) {
   const std::uint32_t frame_count = counts[bytes.below(4)];
   for (std::uint32_t m = 0; m < characters + frames; ++m) {
     Member member;
-    member.kind = m < characters ? BatchKind::kCharacters : BatchKind::kFrames;
+    member.kind = m < characters ? BatchKind::kCharacters : BatchKind::kSequence;
     member.rig = bytes.rig(4);
     // One frame meets all frames of another batch.
     const std::uint32_t count = m < characters ? counts[bytes.below(m == 0 ? 4 : 3)] : bytes.rarely() ? 1 : frame_count;

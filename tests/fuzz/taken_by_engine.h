@@ -21,7 +21,7 @@ inline void taken_by_engine(const scenes::Scene& scene) {
     ArticulationId articulation;
     FUZZ_CHECK(add_articulation(*engine, storage.desc(), &articulation) == Status::kOk);
     BatchId batch;
-    FUZZ_CHECK(add_batch(*engine, {articulation, 1, BatchKind::kFrames}, &batch) == Status::kOk);
+    FUZZ_CHECK(add_batch(*engine, {articulation, 1, BatchKind::kSequence}, &batch) == Status::kOk);
     std::uint8_t flags = 0xee;
     BatchInput input;
     input.batch = batch;

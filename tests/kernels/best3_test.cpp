@@ -24,7 +24,8 @@ constexpr double kTolerance = 1;
 constexpr std::uint32_t kNodes = 7;
 constexpr MergeStep kAtJoint[] = {{0, 1, 0}, {2, 3, 0}, {4, 5, 0}};
 constexpr MergeStep kFree[] = {{0, 1, kNoJoint}, {2, 3, kNoJoint}, {4, 5, kNoJoint}};
-constexpr std::uint16_t kCounts[] = {1, 1, 1, 1, 2, 2, 4}, kFirst[] = {0, 1, 2, 3, 0, 2, 0}, kSequence[] = {0, 1, 2, 3};
+constexpr std::uint16_t kCounts[] = {1, 1, 1, 1, 2, 2, 4}, kFirst[] = {0, 1, 2, 3, 0, 2, 0},
+                        kLeafSequence[] = {0, 1, 2, 3};
 
 struct Tile {
   BoxTile nodes[kNodes];
@@ -89,14 +90,14 @@ TEST_CASE("best3 takes the axes of CAB or of a child, those whose box has the le
       const bool has_joint = round % 4 != 0;
       const Extents extents = round % 2 ? Extents::kLeaves : Extents::kChildren;
       const MergeProgram program = {
-          {has_joint ? kAtJoint : kFree, 3}, {kCounts, kNodes}, {kFirst, kNodes}, {kSequence, 4}, 2};
+          {has_joint ? kAtJoint : kFree, 3}, {kCounts, kNodes}, {kFirst, kNodes}, {kLeafSequence, 4}, 2};
       Tile tile = random_tile(random, static_cast<oracle::MergeRegime>(regime), has_joint);
       refit(Refit::kBest3, extents, program, tile);
       for (std::size_t s = 0; s < 3; ++s) {
         const MergeStep& step = program.steps.data[s];
         // The CAB merge of the same two children, alone.
         const MergeStep alone = {0, 1, step.joint_link};
-        const MergeProgram one_merge = {{&alone, 1}, {kCounts, 3}, {kFirst, 3}, {kSequence, 2}, 1};
+        const MergeProgram one_merge = {{&alone, 1}, {kCounts, 3}, {kFirst, 3}, {kLeafSequence, 2}, 1};
         Tile cab{};
         cab.nodes[0] = tile.nodes[step.left];
         cab.nodes[1] = tile.nodes[step.right];

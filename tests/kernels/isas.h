@@ -36,8 +36,8 @@ bool same_bits(const T& a, const T& b) {
 inline MergeProgram pair_program(bool has_joint) {
   static constexpr MergeStep kAtJoint[] = {{0, 1, 0}};
   static constexpr MergeStep kFree[] = {{0, 1, kNoJoint}};
-  static constexpr std::uint16_t kCounts[] = {1, 1, 2}, kFirst[] = {0, 1, 0}, kSequence[] = {0, 1};
-  return {{has_joint ? kAtJoint : kFree, 1}, {kCounts, 3}, {kFirst, 3}, {kSequence, 2}, 1};
+  static constexpr std::uint16_t kCounts[] = {1, 1, 2}, kFirst[] = {0, 1, 0}, kLeafSequence[] = {0, 1};
+  return {{has_joint ? kAtJoint : kFree, 1}, {kCounts, 3}, {kFirst, 3}, {kLeafSequence, 2}, 1};
 }
 
 }  // namespace cab::tests

@@ -457,11 +457,11 @@ TEST_CASE("a range of frames gives the rows of those frames") {
 }
 
 TEST_CASE("hits do not depend on the blocks in which frames are worked") {
-  constexpr int kFrames = 4500;  // more than one block, the last one shorter
-  const TwoFigures figures(kFrames);
+  constexpr int kFrameCount = 4500;  // more than one block, the last one shorter
+  const TwoFigures figures(kFrameCount);
   const Words all = lines_of(figures.hits({}));
   Words joined = {all[0]};
-  for (int first = 0; first < kFrames; first += 1500) {
+  for (int first = 0; first < kFrameCount; first += 1500) {
     const Words part = lines_of(figures.hits({"--frames", std::to_string(first) + ":" + std::to_string(first + 1500)}));
     joined = joined + Words(part.begin() + 1, part.end());
   }
@@ -709,12 +709,12 @@ TEST_CASE("tables 1, 2, 4 and 5 in full pass the gates against the paper") {
 }
 
 TEST_CASE("a short run of all tables has the same counts and hashes on every instruction set, lanes and threads") {
-  constexpr int kFrames = 100;
+  constexpr int kFrameCount = 100;
   const TemporaryFolder folder;
   // Counts and hashes of every table and method, without times and settings.
   const auto run = [&](const Words& options) {
     const std::string path = folder / "paper.json";
-    const Outcome outcome = run_cab(Words{"paper", "--frames", std::to_string(kFrames), "--json", path} + options);
+    const Outcome outcome = run_cab(Words{"paper", "--frames", std::to_string(kFrameCount), "--json", path} + options);
     INFO(outcome.out);
     REQUIRE(outcome.exit_code == 0);
     Json kept = Json::array();
@@ -745,7 +745,7 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
         if (method.is_array() && method[0] == name) return method;
       return Json();
     };
-    CHECK(row("brute")[1] == kFrames * (t == 4 ? 72 : 120));
+    CHECK(row("brute")[1] == kFrameCount * (t == 4 ? 72 : 120));
     CHECK(row("CAB")[1] == golden[t][0]);
     CHECK(row("AABB*")[1] == golden[t][1]);
     CHECK(row("CAB")[2] == golden[t][2]);

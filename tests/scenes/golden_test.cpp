@@ -21,7 +21,7 @@ using scenes::Scene;
 // A scene in an engine; its frames go through in runs of given lengths, each length with batches of its own.
 class SceneOnEngine {
  public:
-  SceneOnEngine(const Scene& scene, const EngineDesc& desc, BatchKind kind = BatchKind::kFrames)
+  SceneOnEngine(const Scene& scene, const EngineDesc& desc, BatchKind kind = BatchKind::kSequence)
       : scene_(scene), kind_(kind), engine_(make_engine(desc)) {
     for (const Character& character : scene.characters) {
       const scenes::ArticulationStorage storage(character);
@@ -205,7 +205,7 @@ TEST_CASE("300 frames of every paper scene have the golden hashes however they a
       CAPTURE(runs[0]);
       judge.check(row_of(scene, table, {}, runs));
     }
-    for (const BatchKind kind : {BatchKind::kFrames, BatchKind::kCharacters}) {
+    for (const BatchKind kind : {BatchKind::kSequence, BatchKind::kCharacters}) {
       SceneOnEngine on(scene, {}, kind);
       for (const std::size_t method : {std::size_t{0}, kGoldenOriented - 2, kGoldenOriented - 1, kGoldenOriented}) {
         judge.check_boxes(method, on.boxes_hash(kGoldenPolicies[method], one_by_one));

@@ -20,7 +20,7 @@ constexpr double kMetresPerUnit = 1.4;
 
 using FramePair = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;  // frame, link of a, link of b
 
-// An engine with both dancers as frame batches.
+// An engine with both dancers as sequences.
 struct Dance {
   Dance(const scenes::Scene& scene, Isa isa, std::uint32_t threads) {
     REQUIRE(create_engine({isa, threads, nullptr, nullptr}, &engine) == Status::kOk);
@@ -29,7 +29,7 @@ struct Dance {
       ArticulationId id;
       BatchInput input;
       REQUIRE(add_articulation(*engine, storage.desc(), &id) == Status::kOk);
-      REQUIRE(add_batch(*engine, {id, scene.frame_count, BatchKind::kFrames}, &input.batch) == Status::kOk);
+      REQUIRE(add_batch(*engine, {id, scene.frame_count, BatchKind::kSequence}, &input.batch) == Status::kOk);
       input.poses = {dancer.pose_format, dancer.poses.data(), 0, 0};
       input.origins = {dancer.origins.data(), dancer.origins.size()};
       inputs.push_back(input);

@@ -192,10 +192,10 @@ struct ArticulationInfo {
 
 enum class BatchKind : std::uint8_t {
   kCharacters,  // instances live at once: every one may meet every other
-  kFrames,      // instance f is frame f of one character: it meets only instance f of other frame batches
+  kSequence,    // instance f is frame f of one character: it meets only instance f of other sequences
 };
 
-// n instances of one articulation. A frame batch of one instance meets every frame of the others (a table).
+// n instances of one articulation. A sequence of one instance meets every frame of the others (a table).
 struct BatchDesc {
   ArticulationId articulation;
   std::uint32_t instance_count = 0;
