@@ -1,6 +1,6 @@
 #include "engine/link_pairs.h"
 
-#include "engine/hand.h"
+#include "engine/pair_block.h"
 #include "engine/touched.h"
 #include "kernels/pose_link.h"
 
@@ -72,42 +72,42 @@ struct Testing {
   Worker& worker;
   Sat sat;
   bool lowest_only;
-  Hand<BoxRow> hand;
-  std::uint32_t link_pair[kLanes] = {};  // of each pair in hand
+  PairBlock<BoxRow> block;
+  std::uint32_t link_pair[kLanes] = {};  // of each pair in the block
   std::uint32_t kept = 0;                // in worker.found
   std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
 
   Testing(const Engine& of, Worker& by, Sat by_sat, bool first)
       : engine(of), worker(by), sat(by_sat), lowest_only(first) {
-    hand.rows.shift = &hand.shift;
-    hand.rows.leaves = 0xffff;
+    block.rows.shift = &block.shift;
+    block.rows.leaves = 0xffff;
   }
 
-  // Takes a pair of the link pair `of` in hand, and tests once the hand is full.
+  // Takes a pair of the link pair `of` into the block, and tests the block once it is full.
   void take(const NodePair& nodes, const BoxRow& a, const BoxRow& b, const double (&shift)[3], std::uint32_t of) {
-    const std::uint32_t lane = hand.count++;
-    hand.pair[lane] = nodes;
-    hand.rows.a[lane] = &a;
-    hand.rows.b[lane] = &b;
-    for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = shift[c];
+    const std::uint32_t lane = block.count++;
+    block.pair[lane] = nodes;
+    block.rows.a[lane] = &a;
+    block.rows.b[lane] = &b;
+    for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
     link_pair[lane] = of;
-    if (hand.count == kLanes) test();
+    if (block.count == kLanes) test();
   }
 
-  // Counted are the tests of one pair after the other up to the first that is kept: how many more a hand holds depends on
+  // Counted are the tests of one pair after the other up to the first that is kept: how many more a block holds depends on
   // when it was last emptied.
   void test() {
-    if (hand.count == 0) return;
-    pad(hand);
-    const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, hand.rows);
-    for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
+    if (block.count == 0) return;
+    pad(block);
+    const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, block.rows);
+    for (std::uint32_t lane = 0; lane < block.count; ++lane) {
       if (is_done(link_pair[lane])) continue;
       ++worker.stats.box_tests;
       if (!(overlapping >> lane & 1)) continue;
-      worker.found.data[kept++] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
+      worker.found.data[kept++] = {block.pair[lane].slot, block.pair[lane].a, block.pair[lane].b};
       last_kept = link_pair[lane];
     }
-    hand.count = 0;
+    block.count = 0;
   }
 
   bool is_done(std::uint32_t pair) const { return lowest_only && last_kept == pair; }
@@ -144,8 +144,8 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
     set_meeting(worker, a, b, shift, filter);
     for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !testing.is_done(at); filter.begin_a += kLanes) {
       filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
-      // What is kept and in hand stays below what the filter writes, and what it wrote below is read by then.
-      const std::uint32_t begin = found.size = testing.kept + testing.hand.count;
+      // What is kept and in the block stays below what the filter writes, and what it wrote below is read by then.
+      const std::uint32_t begin = found.size = testing.kept + testing.block.count;
       engine.kernels->filter_rows(filter);
       for (std::uint32_t i = begin; i < found.size && !testing.is_done(at); ++i) {
         const LeafPair pair = found.data[i];

@@ -1,6 +1,6 @@
 #include "engine/traverse.h"
 
-#include "engine/hand.h"
+#include "engine/pair_block.h"
 #include "engine/posed_set.h"
 #include "engine/touched.h"
 #include "kernels/filter_rows.h"
@@ -88,9 +88,9 @@ Sides<Row> sides_of(const Engine& engine, const Worker& worker, const Candidate&
           rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b)};
 }
 
-// Takes a pair in hand; false when it is an ignored pair of leaves, which is never tested.
+// Takes a pair into the block; false when it is an ignored pair of leaves, which is never tested.
 template <class Row>
-bool take(const Engine& engine, const Worker& worker, NodePair pair, Hand<Row>& hand) {
+bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<Row>& block) {
   const Candidate& candidate = worker.candidates.data[pair.slot];
   const bool within = is_within(candidate);
   const Sides<Row> sides = sides_of<Row>(engine, worker, candidate);
@@ -99,13 +99,13 @@ bool take(const Engine& engine, const Worker& worker, NodePair pair, Hand<Row>& 
     if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return false;
     if (pair.b < pair.a) pair = {pair.slot, pair.b, pair.a};
   }
-  const std::uint32_t lane = hand.count++;
-  hand.pair[lane] = pair;
-  hand.rows.a[lane] = sides.rows_a + pair.a;
-  hand.rows.b[lane] = sides.rows_b + pair.b;
-  if (leaves) hand.rows.leaves |= 1u << lane;
+  const std::uint32_t lane = block.count++;
+  block.pair[lane] = pair;
+  block.rows.a[lane] = sides.rows_a + pair.a;
+  block.rows.b[lane] = sides.rows_b + pair.b;
+  if (leaves) block.rows.leaves |= 1u << lane;
   for (std::uint32_t c = 0; c < 3; ++c)
-    hand.shift.by[c][lane] = origin_at(worker, candidate.place_b, c) - origin_at(worker, candidate.place_a, c);
+    block.shift.by[c][lane] = origin_at(worker, candidate.place_b, c) - origin_at(worker, candidate.place_a, c);
   return true;
 }
 
@@ -126,7 +126,7 @@ void open(const Engine& engine, Worker& worker, const NodePair& pair) {
   }
 }
 
-// Works off a stack in hands of sixteen, filled up with fresh seeds. Levels (opens since the seed) never fall from the
+// Works off a stack in blocks of sixteen, filled up with fresh seeds. Levels (opens since the seed) never fall from the
 // bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
 // along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
 template <class Row>
@@ -139,34 +139,34 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
     return !first_only || !is_settled(engine, worker.candidates.data[pair.slot]);
   };
   for (;;) {
-    Hand<Row> hand;
-    hand.rows.leaves = 0;
-    hand.rows.shift = &hand.shift;
+    PairBlock<Row> block;
+    block.rows.leaves = 0;
+    block.rows.shift = &block.shift;
     const std::uint32_t popped = worker.stack.size < kLanes ? worker.stack.size : kLanes;
     worker.stack.size -= popped;
     for (std::uint32_t i = 0; i < popped; ++i) {
       const NodePair& from = worker.stack.data[worker.stack.size + i];
-      if (is_open(from)) take(engine, worker, from, hand);
+      if (is_open(from)) take(engine, worker, from, block);
     }
-    const std::uint32_t from_stack = hand.count;
+    const std::uint32_t from_stack = block.count;
     NodePair pair;
-    while (hand.count < kLanes && worker.stack.empty() && seeds.next(&pair))
-      if (is_open(pair)) take(engine, worker, pair, hand);
-    if (hand.count == 0) {
+    while (block.count < kLanes && worker.stack.empty() && seeds.next(&pair))
+      if (is_open(pair)) take(engine, worker, pair, block);
+    if (block.count == 0) {
       if (worker.stack.empty()) return;
       continue;
     }
-    std::uint32_t overlapping = (1u << hand.count) - 1;
+    std::uint32_t overlapping = (1u << block.count) - 1;
     if (policies.strategy != Strategy::kExactAll) {
-      pad(hand);
-      worker.stats.box_tests += hand.count;
-      overlapping &= overlap_rows(*engine.kernels, policies.sat, hand.rows);
+      pad(block);
+      worker.stats.box_tests += block.count;
+      overlapping &= overlap_rows(*engine.kernels, policies.sat, block.rows);
     }
-    for (std::uint32_t i = 0; i < hand.count; ++i) {
-      const std::uint32_t lane = (from_stack + i) % hand.count;  // seeds first: they are the shallowest
+    for (std::uint32_t i = 0; i < block.count; ++i) {
+      const std::uint32_t lane = (from_stack + i) % block.count;  // seeds first: they are the shallowest
       if (!(overlapping >> lane & 1)) continue;
-      const NodePair& tested = hand.pair[lane];
-      if (!(hand.rows.leaves >> lane & 1)) {
+      const NodePair& tested = block.pair[lane];
+      if (!(block.rows.leaves >> lane & 1)) {
         open<Row>(engine, worker, tested);
         continue;
       }
@@ -178,17 +178,17 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
 
 // ------------------------------------------------------------------------------------------------------- rows
 
-// Tests the pairs in hand and keeps those that overlap in worker.found, of which `kept` are done.
+// Tests the pairs of the block and keeps those that overlap in worker.found, of which `kept` are done.
 template <class Row>
-void test_hand(const Engine& engine, Sat sat, Hand<Row>& hand, Worker& worker, std::uint32_t& kept) {
-  pad(hand);
-  worker.stats.box_tests += hand.count;
-  const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, hand.rows);
-  for (std::uint32_t lane = 0; lane < hand.count; ++lane) {
-    worker.found.data[kept] = {hand.pair[lane].slot, hand.pair[lane].a, hand.pair[lane].b};
+void test_block(const Engine& engine, Sat sat, PairBlock<Row>& block, Worker& worker, std::uint32_t& kept) {
+  pad(block);
+  worker.stats.box_tests += block.count;
+  const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, block.rows);
+  for (std::uint32_t lane = 0; lane < block.count; ++lane) {
+    worker.found.data[kept] = {block.pair[lane].slot, block.pair[lane].a, block.pair[lane].b};
     kept += overlapping >> lane & 1;
   }
-  hand.count = 0;
+  block.count = 0;
 }
 
 // A candidate's rows, and the difference of its origins.
@@ -236,13 +236,13 @@ void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t beg
   RowSides<Row> sides[kChunkCandidates];
   worker.found.clear();
   for (std::uint32_t slot = begin; slot < end; ++slot) sides[slot] = filter_candidate<Row>(engine, slot, worker);
-  Hand<Row> hand;
-  hand.rows.shift = &hand.shift;
-  hand.rows.leaves = 0xffff;
+  PairBlock<Row> block;
+  block.rows.shift = &block.shift;
+  block.rows.leaves = 0xffff;
   std::uint32_t kept = 0;
   const auto test = [&] {
     const std::uint32_t before = kept;
-    test_hand(engine, sat, hand, worker, kept);
+    test_block(engine, sat, block, worker, kept);
     if (first_only)
       for (std::uint32_t i = before; i < kept; ++i)
         set_touched(engine, worker.candidates.data[worker.found.data[i].slot]);
@@ -252,14 +252,14 @@ void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t beg
     const RowSides<Row>& side = sides[pair.slot];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
-    const std::uint32_t lane = hand.count++;
-    hand.pair[lane] = {pair.slot, pair.a, pair.b};
-    hand.rows.a[lane] = side.a + pair.a;
-    hand.rows.b[lane] = side.b + pair.b;
-    for (std::uint32_t c = 0; c < 3; ++c) hand.shift.by[c][lane] = side.shift[c];
-    if (hand.count == kLanes) test();
+    const std::uint32_t lane = block.count++;
+    block.pair[lane] = {pair.slot, pair.a, pair.b};
+    block.rows.a[lane] = side.a + pair.a;
+    block.rows.b[lane] = side.b + pair.b;
+    for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = side.shift[c];
+    if (block.count == kLanes) test();
   }
-  if (hand.count) test();
+  if (block.count) test();
   worker.found.size = kept;
 }
 

@@ -1,4 +1,4 @@
-// Pairs of boxes in hand: up to sixteen, tested by one call of a kernel.
+// A block of box pairs: up to sixteen, tested by one call of a kernel.
 #pragma once
 
 #include "engine/engine.h"
@@ -23,22 +23,22 @@ inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, Sat, const
   return kernels.overlap_aabb_rows(pairs);
 }
 
-// Up to sixteen pairs in hand, their rows, and the differences of their origins.
+// Up to sixteen pairs of boxes, and the differences of their origins.
 template <class Row>
-struct Hand {
+struct PairBlock {
   NodePair pair[kLanes];
   std::uint32_t count = 0;
   kernel::RowPairs<Row> rows;
   ShiftTile shift;
 };
 
-// Fills the unused lanes of a hand with its first pair.
+// Fills the unused lanes of a block with its first pair.
 template <class Row>
-void pad(Hand<Row>& hand) {
-  for (std::uint32_t lane = hand.count; lane < kLanes; ++lane) {
-    hand.rows.a[lane] = hand.rows.a[0];
-    hand.rows.b[lane] = hand.rows.b[0];
-    for (auto& by : hand.shift.by) by[lane] = by[0];
+void pad(PairBlock<Row>& block) {
+  for (std::uint32_t lane = block.count; lane < kLanes; ++lane) {
+    block.rows.a[lane] = block.rows.a[0];
+    block.rows.b[lane] = block.rows.b[0];
+    for (auto& by : block.shift.by) by[lane] = by[0];
   }
 }
 
