@@ -149,7 +149,7 @@ void keep_lower_half(PartnerList& list) {
   list.complete = false;
 }
 
-// Whether searching these cells one by one is no dearer than looking at every row.
+// Whether searching these cells one by one is no dearer than looking at every entry.
 bool is_worth_searching(const Grid& grid, const CellRange& cells) {
   double count = 1;
   for (std::uint32_t c = 0; c < 3; ++c) count *= static_cast<double>(cells.hi[c] - cells.lo[c] + 1);
@@ -168,7 +168,7 @@ bool list_in_order(const Engine& engine, std::uint32_t batch, const InstanceBoun
       if (!(other.live[instance / kLanes] >> (instance % kLanes) & 1)) continue;
       if (!all && !meet(bounds, other.bounds[instance])) continue;
       if (found.size == found.capacity) return false;
-      found.push({instance_key(index, instance), kNoRow});
+      found.push({instance_key(index, instance), kNoEntry});
     }
   }
   return true;
@@ -223,11 +223,11 @@ void build_grid(Engine& engine) {
   std::uint32_t sum = 0;
   for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
   for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * survey.lo[c] + 0.5 * survey.hi[c];
-  // Each bucket now holds its end; placing its rows from there down leaves its beginning.
+  // Each bucket now holds its end; placing its entries from there down leaves its beginning.
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
     const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
-    set_row(grid, bounds, index, instance, grid.rows[at]);
+    set_entry(grid, bounds, index, instance, grid.entries[at]);
     grid.placements[at] = placement_of(engine.batches[index]->batch, instance);
   });
 }
@@ -237,35 +237,37 @@ bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBoun
   FixedList<Partner>& found = worker.partners;
   if (all) return list_in_order(engine, batch, bounds, after, all, found);
   const Grid& grid = engine.grid;
-  BoundsRow of;
-  set_row(grid, bounds, batch, 0, of);
+  GridEntry query;
+  set_entry(grid, bounds, batch, 0, query);
   found.clear();
   PartnerList list = {found, after, ~std::uint64_t{0}};
-  bool every_row = false;  // is scanned: a full list ends the search
-  const auto take = [&](std::uint32_t row) {
-    const BoundsRow& other = grid.rows[row];
+  bool every_entry = false;  // is scanned: a full list ends the search
+  const auto take = [&](std::uint32_t entry) {
+    const GridEntry& other = grid.entries[entry];
     const std::uint64_t key = instance_key(other.batch, other.instance);
     if (key <= list.above || key >= list.below || !paired(engine, batch, other.batch) ||
-        !meet(bounds, grid.placements[row].bounds))
+        !meet(bounds, grid.placements[entry].bounds))
       return true;
-    found.push({key, row});
+    found.push({key, entry});
     if (found.size < found.capacity) return true;
-    if (every_row) return false;
+    if (every_entry) return false;
     keep_lower_half(list);
     return true;
   };
-  for (std::uint32_t l = 0; l < grid.level_count && !every_row; ++l) {
+  for (std::uint32_t l = 0; l < grid.level_count && !every_entry; ++l) {
     const CellRange cells = cells_to_search(grid, grid.levels[l], bounds);
-    every_row = !is_worth_searching(grid, cells);
-    if (!every_row)
-      for_each_run(grid, grid.levels[l], cells,
-                   [&](std::uint32_t first, std::uint32_t end) { return scan_rows(engine, of, first, end, take); });
+    every_entry = !is_worth_searching(grid, cells);
+    if (!every_entry)
+      for_each_run(grid, grid.levels[l], cells, [&](std::uint32_t first, std::uint32_t end) {
+        return scan_entries(engine, query, first, end, take);
+      });
   }
-  if (every_row) {  // few partners are found faster by rows, many in order
+  if (every_entry) {  // few partners are found faster by entries, many in order
     found.clear();
     list.below = ~std::uint64_t{0};
     list.complete = true;
-    if (!scan_rows(engine, of, 0, grid.count, take)) return list_in_order(engine, batch, bounds, after, all, found);
+    if (!scan_entries(engine, query, 0, grid.count, take))
+      return list_in_order(engine, batch, bounds, after, all, found);
   }
   sort_partners(found);
   return list.complete;

@@ -123,7 +123,7 @@ void size_workers(Engine& engine) {
   auto shared = std::make_unique<Arena>(engine.allocator);
   std::size_t buckets = 16;
   while (buckets < needs.character_instances) buckets *= 2;
-  const auto rows = shared->allocate<BoundsRow>(needs.character_instances ? needs.character_instances + 1 : 0);
+  const auto entries = shared->allocate<GridEntry>(needs.character_instances ? needs.character_instances + 1 : 0);
   const auto placements = shared->allocate<Placement>(needs.character_instances);
   const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
   constexpr std::size_t most_words = std::numeric_limits<std::uint32_t>::max();
@@ -133,7 +133,7 @@ void size_workers(Engine& engine) {
   engine.rule_bits = rules;
   engine.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
-  engine.grid.rows = rows;
+  engine.grid.entries = entries;
   engine.grid.placements = placements;
   engine.grid.bucket = bucket;
   engine.store = store;

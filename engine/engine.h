@@ -31,13 +31,13 @@ inline bool is_within(const Candidate& candidate) {
   return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
 }
 
-// The row of what was not looked for in the grid.
-inline constexpr std::uint32_t kNoRow = 0xffffffff;
+// The grid entry of an instance that was not looked up in the grid.
+inline constexpr std::uint32_t kNoEntry = 0xffffffff;
 
 // What the broad phase finds for an instance: another, and where it stands in the grid.
 struct Partner {
   std::uint64_t key;  // instance_key
-  std::uint32_t row;
+  std::uint32_t entry;
 };
 
 // Instances of one batch that are posed together.

@@ -180,25 +180,25 @@ void gather_in_order(Gathering& gathering, const Placed& placed) {
       const InstanceBatch& other = engine.batches[index]->batch;
       if (!layers_meet(batch, placed.instance, other, instance)) continue;
       const Placement placement =
-          partner.row == kNoRow ? placement_of(other, instance) : engine.grid.placements[partner.row];
+          partner.entry == kNoEntry ? placement_of(other, instance) : engine.grid.placements[partner.entry];
       gathering.add(placed, {index, instance, placement});
     }
     if (!complete) after = worker.partners.data[worker.partners.size - 1].key;
   }
 }
 
-// Gathers what the instance of one row of the grid is tested against: itself, and the rows that it finds.
-void gather_by_place(Gathering& gathering, std::uint32_t row) {
+// Gathers what the instance of one grid entry is tested against: itself, and the entries that it finds.
+void gather_by_place(Gathering& gathering, std::uint32_t entry) {
   const Engine& engine = gathering.engine;
   const Grid& grid = engine.grid;
   const auto placed = [&grid](std::uint32_t at) {
-    return Placed{grid.rows[at].batch, grid.rows[at].instance, grid.placements[at]};
+    return Placed{grid.entries[at].batch, grid.entries[at].instance, grid.placements[at]};
   };
-  const Placed one = placed(row);
+  const Placed one = placed(entry);
   const InstanceBatch& batch = engine.batches[one.batch]->batch;
   if (batch.pairs_within) gathering.add(one, one);
-  for_each_later(engine, row, [&](std::uint32_t other_row) {
-    const Placed other = placed(other_row);
+  for_each_later(engine, entry, [&](std::uint32_t other_entry) {
+    const Placed other = placed(other_entry);
     if (!layers_meet(batch, one.instance, engine.batches[other.batch]->batch, other.instance)) return;
     if (instance_key(one.batch, one.instance) < instance_key(other.batch, other.instance))
       gathering.add(one, other);
@@ -265,7 +265,7 @@ bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
     if (sink.store_full) return;
     timed_task(engine, policies, task, w, sink, [&](Gathering& gathering) {
       const std::uint32_t end = std::min(grid.count, (task + 1) * kInstancesPerTask);
-      for (std::uint32_t row = task * kInstancesPerTask; row < end; ++row) gather_by_place(gathering, row);
+      for (std::uint32_t entry = task * kInstancesPerTask; entry < end; ++entry) gather_by_place(gathering, entry);
     });
     store_hits(engine, *engine.workers[w], sink);
   });

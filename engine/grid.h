@@ -1,7 +1,7 @@
 // The grid of the broad phase: what a frame builds and every worker reads.
 #pragma once
 
-#include "layout/bounds_row.h"
+#include "layout/grid_entry.h"
 #include "layout/instance_batch.h"
 
 #include <algorithm>
@@ -30,12 +30,12 @@ struct GridSurvey {
 };
 
 struct Grid {
-  Span<BoundsRow> rows;        // grouped by bucket, and one more
-  Span<Placement> placements;  // of each row's instance
-  Span<std::uint32_t> bucket;  // a power of two and one: where each bucket's rows begin
+  Span<GridEntry> entries;     // grouped by bucket, and one more
+  Span<Placement> placements;  // of each entry's instance
+  Span<std::uint32_t> bucket;  // a power of two and one: where each bucket's entries begin
   std::uint32_t mask = 0;      // bucket count less one
-  std::uint32_t count = 0;     // rows in use
-  double origin[3] = {};       // of the rows' bounds
+  std::uint32_t count = 0;     // entries in use
+  double origin[3] = {};       // of the entries' bounds
   int exponent[kGridLevels] = {};
   double scale[kGridLevels] = {};  // 2^-exponent
   std::atomic<bool> used[kGridLevels] = {};
@@ -90,10 +90,10 @@ inline std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds, s
 // Rounded to float, away from the inside of the bounds.
 inline float rounded_down(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
 
-// Makes a row: bounds about the grid's origin. What float rounds only lets more rows meet, which their bounds in double
+// Makes an entry: bounds about the grid's origin. What float rounds only lets more entries meet, which their bounds in double
 // tell apart.
-inline void set_row(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance,
-                    BoundsRow& out) {
+inline void set_entry(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance,
+                      GridEntry& out) {
   for (std::uint32_t c = 0; c < 3; ++c) {
     out.side[c] = rounded_down(bounds.lo[c] - grid.origin[c]);
     out.side[3 + c] = rounded_down(grid.origin[c] - bounds.hi[c]);

@@ -17,16 +17,16 @@ inline bool meet(const InstanceBounds& a, const InstanceBounds& b) {
          (a.lo[2] <= b.hi[2]) & (b.lo[2] <= a.hi[2]);
 }
 
-// Rows that a kernel looks at in one call.
-inline constexpr std::uint32_t kRowsAtOnce = 128;
+// Entries that a kernel looks at in one call.
+inline constexpr std::uint32_t kEntriesPerCall = 128;
 
-// Calls take(row) for each of the grid's rows from `first` to `end` - 1 that meets `of`; false when a call was.
+// Calls take(entry) for each of the grid's entries from `first` to `end` - 1 that meets `query`; false when a call was.
 template <class Take>
-bool scan_rows(const Engine& engine, const BoundsRow& of, std::uint32_t first, std::uint32_t end, Take&& take) {
-  std::uint32_t found[kRowsAtOnce + 1];
-  for (; first < end; first += std::min(kRowsAtOnce, end - first)) {
-    const std::uint32_t count =
-        engine.kernels->meeting_rows(engine.grid.rows.data, first, std::min(end, first + kRowsAtOnce), of, found);
+bool scan_entries(const Engine& engine, const GridEntry& query, std::uint32_t first, std::uint32_t end, Take&& take) {
+  std::uint32_t found[kEntriesPerCall + 1];
+  for (; first < end; first += std::min(kEntriesPerCall, end - first)) {
+    const std::uint32_t count = engine.kernels->overlapping_entries(
+        engine.grid.entries.data, first, std::min(end, first + kEntriesPerCall), query, found);
     for (std::uint32_t i = 0; i < count; ++i)
       if (!take(found[i])) return false;
   }
@@ -47,8 +47,8 @@ inline CellRange cells_to_search(const Grid& grid, std::uint32_t level, const In
   return out;
 }
 
-// Calls scan(first, end) for the runs of rows that hold a range of cells, no longer along x than there are buckets. Cells
-// share buckets: runs may overlap, and hold other rows too. False when a call was.
+// Calls scan(first, end) for the runs of entries that hold a range of cells, no longer along x than there are buckets. Cells
+// share buckets: runs may overlap, and hold other entries too. False when a call was.
 template <class Scan>
 bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells, Scan&& scan) {
   const std::uint32_t length = static_cast<std::uint32_t>(cells.hi[0] - cells.lo[0] + 1);
@@ -62,29 +62,29 @@ bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells,
   return true;
 }
 
-// Whether the instance of row x is the one of two on a level that finds the other: it begins lower along one axis, so in
-// no later cell. Rows tell mostly, since rounding keeps the order of what it does not make equal or no number.
+// Whether the instance of entry x is the one of two on a level that finds the other: it begins lower along one axis, so in
+// no later cell. Entries tell mostly, since rounding keeps the order of what it does not make equal or no number.
 inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
   const std::uint32_t axis = grid.order_axis;
-  const BoundsRow &row_x = grid.rows[x], &row_y = grid.rows[y];
-  if (row_x.side[axis] < row_y.side[axis]) return true;
-  if (row_x.side[axis] > row_y.side[axis]) return false;
+  const GridEntry &entry_x = grid.entries[x], &entry_y = grid.entries[y];
+  if (entry_x.side[axis] < entry_y.side[axis]) return true;
+  if (entry_x.side[axis] > entry_y.side[axis]) return false;
   const double from = grid.placements[x].bounds.lo[axis], to = grid.placements[y].bounds.lo[axis];
   if (from != to) return from < to;
-  return instance_key(row_x.batch, row_x.instance) < instance_key(row_y.batch, row_y.instance);
+  return instance_key(entry_x.batch, entry_x.instance) < instance_key(entry_y.batch, entry_y.instance);
 }
 
-// Calls take(other) for the rows of the grid whose bounds meet those of `row`, with whose batch a rule pairs it, and that
-// do not find `row` themselves: each pair of rows is found once, by the one on the lower level or by the one that is
+// Calls take(other) for the entries of the grid whose bounds meet those of `entry`, with whose batch a rule pairs it, and that
+// do not find `entry` themselves: each pair of entries is found once, by the one on the lower level or by the one that is
 // before the other. No instance is larger than the cells of its own level and of higher ones, so it reaches into three
 // of them at most along each axis.
 template <class Take>
-void for_each_later(const Engine& engine, std::uint32_t row, Take&& take) {
+void for_each_later(const Engine& engine, std::uint32_t entry, Take&& take) {
   constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 along y and z, each in two parts where the buckets end
   const Grid& grid = engine.grid;
-  const BoundsRow* const rows = grid.rows.data;
-  const BoundsRow& of = rows[row];
-  const InstanceBounds& bounds = grid.placements[row].bounds;
+  const GridEntry* const entries = grid.entries.data;
+  const GridEntry& query = entries[entry];
+  const InstanceBounds& bounds = grid.placements[entry].bounds;
   const bool several = grid.level_count > 1;
   const std::uint32_t own = several ? level_of(grid, bounds) : grid.levels[0];
   for (std::uint32_t l = 0; l < grid.level_count; ++l) {
@@ -94,11 +94,11 @@ void for_each_later(const Engine& engine, std::uint32_t row, Take&& take) {
     if (level == own && !grid.flat[grid.order_axis]) ++cells.lo[grid.order_axis];
     std::uint32_t begin[kMostRuns], end[kMostRuns], runs = 0;
     for_each_run(grid, level, cells, [&](std::uint32_t run_begin, std::uint32_t run_end) {
-      scan_rows(engine, of, run_begin, run_end, [&](std::uint32_t other) {
-        if (level == own && !is_before(grid, row, other)) return true;
+      scan_entries(engine, query, run_begin, run_end, [&](std::uint32_t other) {
+        if (level == own && !is_before(grid, entry, other)) return true;
         const InstanceBounds& others = grid.placements[other].bounds;
         if (several && level_of(grid, others) != level) return true;
-        if (!paired(engine, of.batch, rows[other].batch) || !meet(bounds, others)) return true;
+        if (!paired(engine, query.batch, entries[other].batch) || !meet(bounds, others)) return true;
         for (std::uint32_t i = 0; i < runs; ++i)
           if (other >= begin[i] && other < end[i]) return true;
         take(other);

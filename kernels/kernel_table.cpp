@@ -4,7 +4,7 @@
 #include "kernels/descend_tiles.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
-#include "kernels/meeting_rows.h"
+#include "kernels/overlapping_entries.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/pose_link.h"
 #include "kernels/refit_tree.h"
@@ -48,7 +48,7 @@ const KernelTable CAB_ISA_TABLE = {
     bound_together<V>,
     bounds_to_leaf_rows<V>,
     filter_rows<V>,
-    meeting_rows<V>,
+    overlapping_entries<V>,
     boxes_to_rows<V>,
     aabbs_to_rows<V>,
     {descend_tiles<V, BoxTile, Sat::kAll15>, descend_tiles<V, BoxTile, Sat::kFaces6>},

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "layout/articulation.h"
-#include "layout/bounds_row.h"
 #include "layout/box_row.h"
+#include "layout/grid_entry.h"
 #include "layout/pair_list.h"
 #include "layout/tile.h"
 
@@ -34,8 +34,8 @@ struct KernelTable {
   void (*bound_together)(const AabbTile* bounds, std::uint32_t count, AabbTile* all);
   void (*bounds_to_leaf_rows)(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* rows);
   void (*filter_rows)(const RowFilter&);
-  std::uint32_t (*meeting_rows)(const BoundsRow* rows, std::uint32_t first, std::uint32_t end, const BoundsRow& of,
-                                std::uint32_t* found);
+  std::uint32_t (*overlapping_entries)(const GridEntry* rows, std::uint32_t first, std::uint32_t end,
+                                       const GridEntry& of, std::uint32_t* found);
   void (*boxes_to_rows)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxRow* rows,
                         std::size_t instance_stride);
   void (*aabbs_to_rows)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,

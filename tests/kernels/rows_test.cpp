@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint64_t kSeed = 51;
 
 // Bounds on a coarse lattice, so that sides are often equal; now and then endless or not a number.
-BoundsRow random_row(scenes::Random& random) {
-  BoundsRow row;
+GridEntry random_row(scenes::Random& random) {
+  GridEntry row;
   for (std::uint32_t c = 0; c < 3; ++c) {
     const float lo = 0.25f * static_cast<float>(random.index(16));
     row.side[c] = lo;
@@ -31,7 +31,7 @@ BoundsRow random_row(scenes::Random& random) {
   return row;
 }
 
-bool rows_meet(const BoundsRow& x, const BoundsRow& y) {
+bool rows_meet(const GridEntry& x, const GridEntry& y) {
   for (std::uint32_t c = 0; c < 6; ++c)
     if (x.side[c] > -y.side[(c + 3) % 6]) return false;
   return true;
@@ -39,14 +39,14 @@ bool rows_meet(const BoundsRow& x, const BoundsRow& y) {
 
 }  // namespace
 
-TEST_CASE("meeting_rows lists the rows that meet, whatever run it is given, on every instruction set") {
+TEST_CASE("overlapping_entries lists the rows that meet, whatever run it is given, on every instruction set") {
   constexpr std::uint32_t kRows = 40;
   scenes::Random random(kSeed);
   std::size_t listed = 0;
   for (int round = 0; round < 300; ++round) {
-    BoundsRow rows[kRows + 1];
-    for (BoundsRow& row : rows) row = random_row(random);
-    const BoundsRow of = random_row(random);
+    GridEntry rows[kRows + 1];
+    for (GridEntry& row : rows) row = random_row(random);
+    const GridEntry of = random_row(random);
     const std::uint32_t first = random.index(kRows), end = first + random.index(kRows - first + 1);
     std::vector<std::uint32_t> expected;
     for (std::uint32_t i = first; i < end; ++i)
@@ -55,7 +55,7 @@ TEST_CASE("meeting_rows lists the rows that meet, whatever run it is given, on e
     for (const kernel::KernelTable* kernels : available_kernels()) {
       CAPTURE(name_of(*kernels));
       std::uint32_t found[kRows + 1];
-      const std::uint32_t count = kernels->meeting_rows(rows, first, end, of, found);
+      const std::uint32_t count = kernels->overlapping_entries(rows, first, end, of, found);
       CHECK(std::vector<std::uint32_t>(found, found + count) == expected);
     }
   }
