@@ -8,7 +8,7 @@
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
 #include "layout/fit_box.h"
-#include "layout/leaf_rows.h"
+#include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,8 +35,8 @@ struct Needs {
   std::size_t depth = 0;
   std::size_t leaf_pairs = 0;
   std::size_t character_instances = 0;
-  std::size_t character_nodes = 0;  // of the largest articulation
-  std::size_t leaf_row_floats = 0;  // likewise
+  std::size_t character_nodes = 0;     // of the largest articulation
+  std::size_t leaf_bounds_floats = 0;  // likewise
   std::size_t character_tiles = 0;
   bool several_leaves = false;  // some link of a character has
 };
@@ -57,7 +57,7 @@ Needs needs_of(const Engine& engine) {
       needs.character_tiles += tile_count(batch.instance_count);
       needs.several_leaves = needs.several_leaves || batch.outline->has_several;
       needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
-      needs.leaf_row_floats = std::max(needs.leaf_row_floats, leaf_row_floats(articulation.leaf_count));
+      needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));
     }
   }
   needs.nodes = std::max(needs.character_nodes, sequence_nodes);
@@ -83,12 +83,12 @@ void size_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
   set.tiles = make_list<PosedTile>(worker.arena, tiles);
   set.open = worker.arena.allocate<std::uint32_t>(batch_count);
   set.entries = worker.arena.allocate<PosedEntry>(kEntries);
-  set.rows = make_list<BoxRow>(worker.arena, capacity(kLanes * needs.character_nodes, kPosedRows));
-  set.leaf_rows = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_row_floats, kPosedLeafFloats));
+  set.boxes = make_list<BoxAos>(worker.arena, capacity(kLanes * needs.character_nodes, kPosedBoxes));
+  set.leaf_bounds = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_bounds_floats, kPosedLeafFloats));
   if (!needs.several_leaves) return;
-  worker.posed_links.rows = make_list<BoxRow>(worker.arena, kPosedLinkLeaves);
-  worker.posed_links.leaf_rows = make_list<float>(worker.arena, 6 * std::size_t{kPosedLinkLeaves});
-  worker.posed_links.entries = worker.arena.allocate<PosedLinkEntry>(set.rows.capacity);
+  worker.posed_links.boxes = make_list<BoxAos>(worker.arena, kPosedLinkLeaves);
+  worker.posed_links.leaf_bounds = make_list<float>(worker.arena, 6 * std::size_t{kPosedLinkLeaves});
+  worker.posed_links.entries = worker.arena.allocate<PosedLinkEntry>(set.boxes.capacity);
   worker.link_pairs = make_list<LeafPair>(worker.arena, worker.found.capacity);
 }
 

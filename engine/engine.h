@@ -7,7 +7,7 @@
 #include "kernels/find_kernels.h"
 #include "layout/arena.h"
 #include "layout/articulation.h"
-#include "layout/box_row.h"
+#include "layout/box_aos.h"
 #include "layout/instance_batch.h"
 #include "layout/pair_list.h"
 #include "layout/tile.h"
@@ -46,14 +46,14 @@ struct TileInstances {
   std::uint32_t count;
 };
 
-// A tile of a worker's set: the boxes of instance `lane` stand at rows + lane * nodes.
+// A tile of a worker's set: the boxes of instance `lane` stand at boxes + lane * nodes.
 struct PosedTile {
   TileInstances of;
   Placement placement[kLanes];
   std::uint32_t batch;
   std::uint32_t nodes;
-  BoxRow* rows;
-  float* leaf_rows;
+  BoxAos* boxes;
+  float* leaf_bounds;
 };
 
 // Where an instance stands in a worker's set: an entry of its hash table, empty unless `round` is the set's.
@@ -74,10 +74,10 @@ void begin_round(std::uint32_t& round, Span<Entry> entries) {
 // The instances whose boxes the candidates at hand need, each once, posed where they are tested.
 struct PosedSet {
   FixedList<PosedTile> tiles;
-  Span<std::uint32_t> open;    // by batch: one more than the index of its tile that takes instances, or 0
-  Span<PosedEntry> entries;    // a power of two
-  FixedList<BoxRow> rows;      // an axis-aligned refit keeps AabbRows in the same memory
-  FixedList<float> leaf_rows;  // layout/leaf_rows.h
+  Span<std::uint32_t> open;      // by batch: one more than the index of its tile that takes instances, or 0
+  Span<PosedEntry> entries;      // a power of two
+  FixedList<BoxAos> boxes;       // an axis-aligned refit keeps AabbAos in the same memory
+  FixedList<float> leaf_bounds;  // layout/leaf_bounds_soa.h
   std::uint32_t round = 1;
 };
 
@@ -89,9 +89,9 @@ struct PosedLinkEntry {
 
 // Strategy links: leaves of the links whose boxes meet those of another, posed when they are first asked for.
 struct PosedLinkSet {
-  FixedList<BoxRow> rows;
-  FixedList<float> leaf_rows;    // layout/leaf_rows.h, six floats for every row
-  Span<PosedLinkEntry> entries;  // by the link's row in the PosedSet
+  FixedList<BoxAos> boxes;
+  FixedList<float> leaf_bounds;  // layout/leaf_bounds_soa.h, six floats per box
+  Span<PosedLinkEntry> entries;  // by the index of the link's box in the PosedSet
   std::uint32_t round = 1;
 };
 
@@ -162,10 +162,10 @@ struct Engine {
 inline constexpr std::uint32_t kChunkCandidates = 256;
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 
-// Tiles that a worker's set holds at most, and the rows that it has room for at least: little enough to stay in
+// Tiles that a worker's set holds at most, and the boxes that it has room for at least: little enough to stay in
 // the second level of cache, enough that few instances are posed more than once.
 inline constexpr std::uint32_t kPosedTiles = 24;
-inline constexpr std::size_t kPosedRows = kPosedTiles * kLanes * 31;
+inline constexpr std::size_t kPosedBoxes = kPosedTiles * kLanes * 31;
 inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLanes;
 
 // Leaves, padded to whole tiles, that a worker's posed links hold: two links of the most leaves at least.

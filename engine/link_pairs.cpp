@@ -16,7 +16,7 @@ struct LinkSide {
   std::uint32_t place;
   std::uint32_t link;  // a leaf of the outline
 
-  std::uint32_t width() const { return leaf_row_width(leaves->leaf_count); }
+  std::uint32_t width() const { return leaf_bounds_width(leaves->leaf_count); }
   std::uint16_t leaf(std::uint32_t i) const { return batch->articulation->leaf_order[leaves->first_leaf + i]; }
 };
 
@@ -31,9 +31,9 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
   const std::uint32_t lane = side.place % kLanes;
   PosedLinkSet& set = worker.posed_links;
   PosedLinkEntry& entry =
-      set.entries[static_cast<std::size_t>(tile.rows - worker.posed.rows.data) + lane * tile.nodes + side.link];
+      set.entries[static_cast<std::size_t>(tile.boxes - worker.posed.boxes.data) + lane * tile.nodes + side.link];
   if (entry.round == set.round) return entry.first;
-  entry = {set.round, set.rows.size};
+  entry = {set.round, set.boxes.size};
   const BatchInput& input = *side.batch->input;
   const std::uint32_t instance = tile.of.instance[lane];
   kernel::PoseLink pose;
@@ -43,22 +43,22 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
   pose.local = side.batch->outline->tiles.data + side.leaves->first_tile;
   pose.leaf_count = side.leaves->leaf_count;
   pose.apart = kernel::kMarginShare * margin;
-  pose.rows = set.rows.end();
-  pose.leaf_rows = set.leaf_rows.end();
+  pose.boxes = set.boxes.end();
+  pose.leaf_bounds = set.leaf_bounds.end();
   engine.kernels->pose_link_leaves(pose);
-  set.rows.size += side.width();
-  set.leaf_rows.size += 6 * side.width();
+  set.boxes.size += side.width();
+  set.leaf_bounds.size += 6 * side.width();
   return entry.first;
 }
 
 // Where leaves of one side can meet the other: where the bounds of both links do, about a's origin.
 void set_meeting(const Worker& worker, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
                  kernel::RowFilter& filter) {
-  const auto bound = [&worker](const LinkSide& side, std::uint32_t row) {
+  const auto bound = [&worker](const LinkSide& side, std::uint32_t bound) {
     const std::uint32_t links = side.batch->tested->leaf_count;
-    const float* const rows =
-        worker.posed.tiles.data[side.place / kLanes].leaf_rows + side.place % kLanes * leaf_row_floats(links);
-    return static_cast<double>(rows[row * leaf_row_width(links) + side.link]);
+    const float* const bounds =
+        worker.posed.tiles.data[side.place / kLanes].leaf_bounds + side.place % kLanes * leaf_bounds_floats(links);
+    return static_cast<double>(bounds[bound * leaf_bounds_width(links) + side.link]);
   };
   for (std::uint32_t c = 0; c < 3; ++c) {
     filter.meet_lo[c] = below(std::max(bound(a, c), bound(b, c) + shift[c]));
@@ -72,23 +72,23 @@ struct Testing {
   Worker& worker;
   Sat sat;
   bool lowest_only;
-  PairBlock<BoxRow> block;
+  PairBlock<BoxAos> block;
   std::uint32_t link_pair[kLanes] = {};  // of each pair in the block
   std::uint32_t kept = 0;                // in worker.found
   std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
 
   Testing(const Engine& of, Worker& by, Sat by_sat, bool first)
       : engine(of), worker(by), sat(by_sat), lowest_only(first) {
-    block.rows.shift = &block.shift;
-    block.rows.leaves = 0xffff;
+    block.boxes.shift = &block.shift;
+    block.boxes.leaves = 0xffff;
   }
 
   // Takes a pair of the link pair `of` into the block, and tests the block once it is full.
-  void take(const NodePair& nodes, const BoxRow& a, const BoxRow& b, const double (&shift)[3], std::uint32_t of) {
+  void take(const NodePair& nodes, const BoxAos& a, const BoxAos& b, const double (&shift)[3], std::uint32_t of) {
     const std::uint32_t lane = block.count++;
     block.pair[lane] = nodes;
-    block.rows.a[lane] = &a;
-    block.rows.b[lane] = &b;
+    block.boxes.a[lane] = &a;
+    block.boxes.b[lane] = &b;
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
     link_pair[lane] = of;
     if (block.count == kLanes) test();
@@ -99,7 +99,7 @@ struct Testing {
   void test() {
     if (block.count == 0) return;
     pad(block);
-    const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, block.rows);
+    const std::uint32_t overlapping = overlap_block(*engine.kernels, sat, block.boxes);
     for (std::uint32_t lane = 0; lane < block.count; ++lane) {
       if (is_done(link_pair[lane])) continue;
       ++worker.stats.box_tests;
@@ -130,14 +130,14 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
   for (std::uint32_t at = 0; at < links.size; ++at) {
     const LinkSide a = side_of(engine, candidate.batch_a, candidate.place_a, links[at].a),
                    b = side_of(engine, candidate.batch_b, candidate.place_b, links[at].b);
-    if (set.rows.size + a.width() + b.width() > set.rows.capacity) {
+    if (set.boxes.size + a.width() + b.width() > set.boxes.capacity) {
       testing.test();
       clear_links(worker);
     }
     const std::uint32_t first_a = posed_leaves(engine, margin, a, worker),
                         first_b = posed_leaves(engine, margin, b, worker);
-    filter.a = set.leaf_rows.data + 6 * std::size_t{first_a};
-    filter.b = set.leaf_rows.data + 6 * std::size_t{first_b};
+    filter.a = set.leaf_bounds.data + 6 * std::size_t{first_a};
+    filter.b = set.leaf_bounds.data + 6 * std::size_t{first_b};
     filter.leaves_a = a.leaves->leaf_count;
     filter.leaves_b = b.leaves->leaf_count;
     filter.slot = links[at].slot;
@@ -150,12 +150,12 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
       for (std::uint32_t i = begin; i < found.size && !testing.is_done(at); ++i) {
         const LeafPair pair = found.data[i];
         NodePair nodes = {pair.slot, a.leaf(pair.a), b.leaf(pair.b)};
-        const BoxRow *row_a = set.rows.data + first_a + pair.a, *row_b = set.rows.data + first_b + pair.b;
+        const BoxAos *box_a = set.boxes.data + first_a + pair.a, *box_b = set.boxes.data + first_b + pair.b;
         if (within && nodes.b < nodes.a) {  // the predicate takes the lower leaf first
           std::swap(nodes.a, nodes.b);
-          std::swap(row_a, row_b);
+          std::swap(box_a, box_b);
         }
-        testing.take(nodes, *row_a, *row_b, shift, at);
+        testing.take(nodes, *box_a, *box_b, shift, at);
       }
     }
     if (!first_only) continue;
@@ -169,8 +169,8 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
 
 void clear_links(Worker& worker) {
   PosedLinkSet& set = worker.posed_links;
-  set.rows.clear();
-  set.leaf_rows.clear();
+  set.boxes.clear();
+  set.leaf_bounds.clear();
   begin_round(set.round, set.entries);
 }
 

@@ -9,35 +9,35 @@
 
 namespace cab {
 
-template <class Row>
-const Row* rows_at(const Worker& worker, std::uint32_t place) {
+template <class AosBox>
+const AosBox* boxes_at(const Worker& worker, std::uint32_t place) {
   const PosedTile& tile = worker.posed.tiles.data[place / kLanes];
-  return reinterpret_cast<const Row*>(tile.rows) + place % kLanes * tile.nodes;
+  return reinterpret_cast<const AosBox*>(tile.boxes) + place % kLanes * tile.nodes;
 }
 
 // Bits of the pairs that overlap.
-inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, Sat sat, const kernel::RowPairs<BoxRow>& pairs) {
-  return kernels.overlap_box_rows[static_cast<std::size_t>(sat)](pairs);
+inline std::uint32_t overlap_block(const kernel::KernelTable& kernels, Sat sat, const kernel::BoxPairs<BoxAos>& pairs) {
+  return kernels.overlap_boxes[static_cast<std::size_t>(sat)](pairs);
 }
-inline std::uint32_t overlap_rows(const kernel::KernelTable& kernels, Sat, const kernel::RowPairs<AabbRow>& pairs) {
-  return kernels.overlap_aabb_rows(pairs);
+inline std::uint32_t overlap_block(const kernel::KernelTable& kernels, Sat, const kernel::BoxPairs<AabbAos>& pairs) {
+  return kernels.overlap_aabbs(pairs);
 }
 
 // Up to sixteen pairs of boxes, and the differences of their origins.
-template <class Row>
+template <class AosBox>
 struct PairBlock {
   NodePair pair[kLanes];
   std::uint32_t count = 0;
-  kernel::RowPairs<Row> rows;
+  kernel::BoxPairs<AosBox> boxes;
   ShiftTile shift;
 };
 
 // Fills the unused lanes of a block with its first pair.
-template <class Row>
-void pad(PairBlock<Row>& block) {
+template <class AosBox>
+void pad(PairBlock<AosBox>& block) {
   for (std::uint32_t lane = block.count; lane < kLanes; ++lane) {
-    block.rows.a[lane] = block.rows.a[0];
-    block.rows.b[lane] = block.rows.b[0];
+    block.boxes.a[lane] = block.boxes.a[0];
+    block.boxes.b[lane] = block.boxes.b[0];
     for (auto& by : block.shift.by) by[lane] = by[0];
   }
 }

@@ -3,17 +3,17 @@
 #include "engine/broad_phase.h"
 #include "engine/link_pairs.h"
 #include "engine/update.h"
-#include "layout/leaf_rows.h"
+#include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
 
 namespace cab {
 namespace {
 
-std::uint32_t tile_rows(const Articulation& articulation) { return kLanes * articulation.node_count; }
+std::uint32_t tile_boxes(const Articulation& articulation) { return kLanes * articulation.node_count; }
 
 std::uint32_t tile_leaf_floats(const Articulation& articulation) {
-  return static_cast<std::uint32_t>(kLanes * leaf_row_floats(articulation.leaf_count));
+  return static_cast<std::uint32_t>(kLanes * leaf_bounds_floats(articulation.leaf_count));
 }
 
 // Where the key stands, or the free entry where it belongs.
@@ -28,11 +28,11 @@ void open_tile(const Articulation& articulation, const Policies& policies, std::
   PosedTile tile;
   tile.of.count = 0;
   tile.batch = batch;
-  tile.nodes = rows_made(articulation, policies);
-  tile.rows = set.rows.end();
-  tile.leaf_rows = set.leaf_rows.end();
-  set.rows.size += kLanes * tile.nodes;
-  set.leaf_rows.size += tile_leaf_floats(articulation);
+  tile.nodes = boxes_made(articulation, policies);
+  tile.boxes = set.boxes.end();
+  tile.leaf_bounds = set.leaf_bounds.end();
+  set.boxes.size += kLanes * tile.nodes;
+  set.leaf_bounds.size += tile_leaf_floats(articulation);
   set.tiles.push(tile);
   set.open[batch] = set.tiles.size;
 }
@@ -46,8 +46,8 @@ bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) 
     const Articulation& b = *engine.batches[candidate.batch_b]->batch.tested;
     const auto both = [=](std::size_t of_a, std::size_t of_b) { return tile_a * of_a + tile_b * of_b; };
     return set.tiles.size + both(1, 1) <= set.tiles.capacity &&
-           set.rows.size + both(tile_rows(a), tile_rows(b)) <= set.rows.capacity &&
-           set.leaf_rows.size + both(tile_leaf_floats(a), tile_leaf_floats(b)) <= set.leaf_rows.capacity;
+           set.boxes.size + both(tile_boxes(a), tile_boxes(b)) <= set.boxes.capacity &&
+           set.leaf_bounds.size + both(tile_leaf_floats(a), tile_leaf_floats(b)) <= set.leaf_bounds.capacity;
   };
   if (fit(true, true)) return true;
   // Not for two new tiles; but who is in the set needs none, nor who fits into a tile that takes instances.
@@ -90,13 +90,13 @@ void pose_set(const Engine& engine, const Policies& policies, float margin, Work
     const std::uint32_t leaves = batch.tested->leaf_count;
     update_tile(engine, batch, policies, margin, tile.of, false, worker, worker.boxes.data, worker.bounds.data);
     if (is_axis_aligned(policies.refit))
-      kernels.aabbs_to_rows(worker.bounds.data, tile.nodes, tile.of.count, reinterpret_cast<AabbRow*>(tile.rows),
-                            tile.nodes);
+      kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.of.count, reinterpret_cast<AabbAos*>(tile.boxes),
+                           tile.nodes);
     else
-      kernels.boxes_to_rows(worker.boxes.data, tile.nodes, tile.of.count, tile.rows, tile.nodes);
-    if (!uses_leaf_rows(policies.strategy)) continue;
+      kernels.boxes_to_aos(worker.boxes.data, tile.nodes, tile.of.count, tile.boxes, tile.nodes);
+    if (!uses_leaf_bounds(policies.strategy)) continue;
     if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-    kernels.bounds_to_leaf_rows(worker.bounds.data, leaves, tile.of.count, tile.leaf_rows);
+    kernels.bounds_to_soa(worker.bounds.data, leaves, tile.of.count, tile.leaf_bounds);
   }
 }
 
@@ -104,8 +104,8 @@ void clear_set(Worker& worker) {
   PosedSet& set = worker.posed;
   for (const PosedTile& tile : set.tiles) set.open[tile.batch] = 0;
   set.tiles.clear();
-  set.rows.clear();
-  set.leaf_rows.clear();
+  set.boxes.clear();
+  set.leaf_bounds.clear();
   clear_links(worker);
   begin_round(set.round, set.entries);
 }

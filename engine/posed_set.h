@@ -8,10 +8,10 @@
 namespace cab {
 
 // Whether a strategy compares leaf bounds by rows: of links, it does with those of the outline first.
-inline bool uses_leaf_rows(Strategy strategy) { return strategy == Strategy::kRows || strategy == Strategy::kLinks; }
+inline bool uses_leaf_bounds(Strategy strategy) { return strategy == Strategy::kRows || strategy == Strategy::kLinks; }
 
 // Rows of one tile by the strategy at hand: of all nodes where it descends, else of the leaves.
-inline std::uint32_t rows_made(const Articulation& articulation, const Policies& policies) {
+inline std::uint32_t boxes_made(const Articulation& articulation, const Policies& policies) {
   return policies.strategy == Strategy::kTree ? articulation.node_count : articulation.leaf_count;
 }
 

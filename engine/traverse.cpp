@@ -5,7 +5,7 @@
 #include "engine/touched.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
-#include "layout/leaf_rows.h"
+#include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
 #include <cmath>
@@ -70,30 +70,30 @@ class Seeds {
 };
 
 // One candidate's two sides.
-template <class Row>
+template <class AosBox>
 struct Sides {
   const Articulation* a;
   const Articulation* b;
-  const Row* rows_a;
-  const Row* rows_b;
+  const AosBox* boxes_a;
+  const AosBox* boxes_b;
 };
 
 double origin_at(const Worker& worker, std::uint32_t place, std::uint32_t component) {
   return worker.posed.tiles.data[place / kLanes].placement[place % kLanes].origin[component];
 }
 
-template <class Row>
-Sides<Row> sides_of(const Engine& engine, const Worker& worker, const Candidate& candidate) {
+template <class AosBox>
+Sides<AosBox> sides_of(const Engine& engine, const Worker& worker, const Candidate& candidate) {
   return {engine.batches[candidate.batch_a]->batch.articulation, engine.batches[candidate.batch_b]->batch.articulation,
-          rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b)};
+          boxes_at<AosBox>(worker, candidate.place_a), boxes_at<AosBox>(worker, candidate.place_b)};
 }
 
 // Takes a pair into the block; false when it is an ignored pair of leaves, which is never tested.
-template <class Row>
-bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<Row>& block) {
+template <class AosBox>
+bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
   const Candidate& candidate = worker.candidates.data[pair.slot];
   const bool within = is_within(candidate);
-  const Sides<Row> sides = sides_of<Row>(engine, worker, candidate);
+  const Sides<AosBox> sides = sides_of<AosBox>(engine, worker, candidate);
   const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
   if (leaves && within) {
     if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return false;
@@ -101,18 +101,18 @@ bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<R
   }
   const std::uint32_t lane = block.count++;
   block.pair[lane] = pair;
-  block.rows.a[lane] = sides.rows_a + pair.a;
-  block.rows.b[lane] = sides.rows_b + pair.b;
-  if (leaves) block.rows.leaves |= 1u << lane;
+  block.boxes.a[lane] = sides.boxes_a + pair.a;
+  block.boxes.b[lane] = sides.boxes_b + pair.b;
+  if (leaves) block.boxes.leaves |= 1u << lane;
   for (std::uint32_t c = 0; c < 3; ++c)
     block.shift.by[c][lane] = origin_at(worker, candidate.place_b, c) - origin_at(worker, candidate.place_a, c);
   return true;
 }
 
 // Opens the node with more leaves (ties: a), as a descent of tiles does.
-template <class Row>
+template <class AosBox>
 void open(const Engine& engine, Worker& worker, const NodePair& pair) {
-  const Sides<Row> sides = sides_of<Row>(engine, worker, worker.candidates.data[pair.slot]);
+  const Sides<AosBox> sides = sides_of<AosBox>(engine, worker, worker.candidates.data[pair.slot]);
   const MergeProgram& a = sides.a->program;
   const MergeProgram& b = sides.b->program;
   if (a.node_leaf_count[pair.a] >= b.node_leaf_count[pair.b]) {
@@ -129,7 +129,7 @@ void open(const Engine& engine, Worker& worker, const NodePair& pair) {
 // Works off a stack in blocks of sixteen, filled up with fresh seeds. Levels (opens since the seed) never fall from the
 // bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
 // along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
-template <class Row>
+template <class AosBox>
 void traverse(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin, std::uint32_t end,
               Worker& worker) {
   Seeds seeds(engine, worker, policies.strategy, begin, end);
@@ -139,9 +139,9 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
     return !first_only || !is_settled(engine, worker.candidates.data[pair.slot]);
   };
   for (;;) {
-    PairBlock<Row> block;
-    block.rows.leaves = 0;
-    block.rows.shift = &block.shift;
+    PairBlock<AosBox> block;
+    block.boxes.leaves = 0;
+    block.boxes.shift = &block.shift;
     const std::uint32_t popped = worker.stack.size < kLanes ? worker.stack.size : kLanes;
     worker.stack.size -= popped;
     for (std::uint32_t i = 0; i < popped; ++i) {
@@ -160,14 +160,14 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
     if (policies.strategy != Strategy::kExactAll) {
       pad(block);
       worker.stats.box_tests += block.count;
-      overlapping &= overlap_rows(*engine.kernels, policies.sat, block.rows);
+      overlapping &= overlap_block(*engine.kernels, policies.sat, block.boxes);
     }
     for (std::uint32_t i = 0; i < block.count; ++i) {
       const std::uint32_t lane = (from_stack + i) % block.count;  // seeds first: they are the shallowest
       if (!(overlapping >> lane & 1)) continue;
       const NodePair& tested = block.pair[lane];
-      if (!(block.rows.leaves >> lane & 1)) {
-        open<Row>(engine, worker, tested);
+      if (!(block.boxes.leaves >> lane & 1)) {
+        open<AosBox>(engine, worker, tested);
         continue;
       }
       worker.found.push({tested.slot, tested.a, tested.b});
@@ -179,11 +179,11 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
 // ------------------------------------------------------------------------------------------------------- rows
 
 // Tests the pairs of the block and keeps those that overlap in worker.found, of which `kept` are done.
-template <class Row>
-void test_block(const Engine& engine, Sat sat, PairBlock<Row>& block, Worker& worker, std::uint32_t& kept) {
+template <class AosBox>
+void test_block(const Engine& engine, Sat sat, PairBlock<AosBox>& block, Worker& worker, std::uint32_t& kept) {
   pad(block);
   worker.stats.box_tests += block.count;
-  const std::uint32_t overlapping = overlap_rows(*engine.kernels, sat, block.rows);
+  const std::uint32_t overlapping = overlap_block(*engine.kernels, sat, block.boxes);
   for (std::uint32_t lane = 0; lane < block.count; ++lane) {
     worker.found.data[kept] = {block.pair[lane].slot, block.pair[lane].a, block.pair[lane].b};
     kept += overlapping >> lane & 1;
@@ -191,32 +191,33 @@ void test_block(const Engine& engine, Sat sat, PairBlock<Row>& block, Worker& wo
   block.count = 0;
 }
 
-// A candidate's rows, and the difference of its origins.
-template <class Row>
-struct RowSides {
-  const Row* a;
-  const Row* b;
+// A candidate's boxes, and the difference of its origins.
+template <class AosBox>
+struct CandidateBoxes {
+  const AosBox* a;
+  const AosBox* b;
   double shift[3];
   const Articulation* within;  // null between two instances
 };
 
 // Lists the leaf pairs of one candidate whose bounds meet.
-template <class Row>
-RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker& worker) {
+template <class AosBox>
+CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t slot, Worker& worker) {
   const Candidate& candidate = worker.candidates.data[slot];
   const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
   const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
   const PosedTile& tile_a = worker.posed.tiles.data[candidate.place_a / kLanes];
   const PosedTile& tile_b = worker.posed.tiles.data[candidate.place_b / kLanes];
   const std::uint32_t lane_a = candidate.place_a % kLanes, lane_b = candidate.place_b % kLanes;
-  RowSides<Row> sides = {rows_at<Row>(worker, candidate.place_a), rows_at<Row>(worker, candidate.place_b), {}, nullptr};
+  CandidateBoxes<AosBox> sides = {
+      boxes_at<AosBox>(worker, candidate.place_a), boxes_at<AosBox>(worker, candidate.place_b), {}, nullptr};
   if (is_within(candidate)) sides.within = a.tested;
   kernel::RowFilter filter;
   filter.leaves_a = filter.end_a = a.tested->leaf_count;
   filter.begin_a = 0;
   filter.leaves_b = b.tested->leaf_count;
-  filter.a = tile_a.leaf_rows + lane_a * leaf_row_floats(filter.leaves_a);
-  filter.b = tile_b.leaf_rows + lane_b * leaf_row_floats(filter.leaves_b);
+  filter.a = tile_a.leaf_bounds + lane_a * leaf_bounds_floats(filter.leaves_a);
+  filter.b = tile_b.leaf_bounds + lane_b * leaf_bounds_floats(filter.leaves_b);
   const InstanceBounds &bounds_a = tile_a.placement[lane_a].bounds, &bounds_b = tile_b.placement[lane_b].bounds;
   set_shift(worker, candidate, sides.shift, filter);
   for (std::uint32_t c = 0; c < 3; ++c) {
@@ -231,14 +232,14 @@ RowSides<Row> filter_candidate(const Engine& engine, std::uint32_t slot, Worker&
   return sides;
 }
 
-template <class Row>
+template <class AosBox>
 void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t begin, std::uint32_t end, Worker& worker) {
-  RowSides<Row> sides[kChunkCandidates];
+  CandidateBoxes<AosBox> sides[kChunkCandidates];
   worker.found.clear();
-  for (std::uint32_t slot = begin; slot < end; ++slot) sides[slot] = filter_candidate<Row>(engine, slot, worker);
-  PairBlock<Row> block;
-  block.rows.shift = &block.shift;
-  block.rows.leaves = 0xffff;
+  for (std::uint32_t slot = begin; slot < end; ++slot) sides[slot] = filter_candidate<AosBox>(engine, slot, worker);
+  PairBlock<AosBox> block;
+  block.boxes.shift = &block.shift;
+  block.boxes.leaves = 0xffff;
   std::uint32_t kept = 0;
   const auto test = [&] {
     const std::uint32_t before = kept;
@@ -249,13 +250,13 @@ void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t beg
   };
   for (const LeafPair& pair : worker.found) {
     if (first_only && is_settled(engine, worker.candidates.data[pair.slot])) continue;
-    const RowSides<Row>& side = sides[pair.slot];
+    const CandidateBoxes<AosBox>& side = sides[pair.slot];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
     const std::uint32_t lane = block.count++;
     block.pair[lane] = {pair.slot, pair.a, pair.b};
-    block.rows.a[lane] = side.a + pair.a;
-    block.rows.b[lane] = side.b + pair.b;
+    block.boxes.a[lane] = side.a + pair.a;
+    block.boxes.b[lane] = side.b + pair.b;
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = side.shift[c];
     if (block.count == kLanes) test();
   }
@@ -263,11 +264,12 @@ void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t beg
   worker.found.size = kept;
 }
 
-template <class Row>
+template <class AosBox>
 void find_by(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin, std::uint32_t end,
              Worker& worker) {
-  if (uses_leaf_rows(policies.strategy)) return test_rows<Row>(engine, policies.sat, first_only, begin, end, worker);
-  traverse<Row>(engine, policies, first_only, begin, end, worker);
+  if (uses_leaf_bounds(policies.strategy))
+    return test_rows<AosBox>(engine, policies.sat, first_only, begin, end, worker);
+  traverse<AosBox>(engine, policies, first_only, begin, end, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });
 }
@@ -277,9 +279,9 @@ void find_by(const Engine& engine, const Policies& policies, bool first_only, st
 void find_leaf_pairs(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin,
                      std::uint32_t end, Worker& worker) {
   if (is_axis_aligned(policies.refit))
-    find_by<AabbRow>(engine, policies, first_only, begin, end, worker);
+    find_by<AabbAos>(engine, policies, first_only, begin, end, worker);
   else
-    find_by<BoxRow>(engine, policies, first_only, begin, end, worker);
+    find_by<BoxAos>(engine, policies, first_only, begin, end, worker);
 }
 
 }  // namespace cab

@@ -1,10 +1,10 @@
-// Leaf rows: bounds of leaf boxes with leaves as lanes, and which leaves of two instances have bounds that meet.
+// Strategy rows: bounds of leaf boxes with leaves as lanes, and which leaves of two instances have bounds that meet.
 #pragma once
 
 #include "kernels/simd.h"
 #include "kernels/transpose.h"
 #include "kernels/vec3.h"
-#include "layout/leaf_rows.h"
+#include "layout/leaf_bounds_soa.h"
 #include "layout/pair_list.h"
 
 #include <cassert>
@@ -14,25 +14,25 @@ namespace cab::kernel {
 
 static_assert(sizeof(LeafPair) == 8 && offsetof(LeafPair, b) == 6);
 
-// Writes the bounds of a tile's leaves as leaf rows: instance i's start at rows + i * leaf_row_floats(leaves).
+// Writes the bounds of a tile's leaves as arrays: those of instance i start at soa + i * leaf_bounds_floats(leaves).
 template <class V>
-void bounds_to_leaf_rows(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* rows) {
+void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa) {
   const V none[2] = {V(kNoLeafLo), V(-kNoLeafLo)};
-  const std::uint32_t width = leaf_row_width(leaves);
+  const std::uint32_t width = leaf_bounds_width(leaves);
   alignas(64) float unused[kLanes];
   for (std::uint32_t first = 0; first < width; first += kLanes)
-    for (std::uint32_t row = 0; row < 6; ++row)
+    for (std::uint32_t side = 0; side < 6; ++side)
       for (std::uint32_t lane = 0; lane < live; lane += kWidth<V>) {
         V fields[kLanes];
         for (std::uint32_t n = 0; n < kLanes; ++n) {
           const AabbTile& leaf = bounds[first + n < leaves ? first + n : 0];
-          const float(&side)[3][kLanes] = row < 3 ? leaf.lo : leaf.hi;
-          fields[n] = first + n < leaves ? Lanes<V>::load(side[row % 3] + lane) : none[row / 3];
+          const float(&bound)[3][kLanes] = side < 3 ? leaf.lo : leaf.hi;
+          fields[n] = first + n < leaves ? Lanes<V>::load(bound[side % 3] + lane) : none[side / 3];
         }
         float* to[kWidth<V>];
         for (std::uint32_t i = 0; i < kWidth<V>; ++i)
-          to[i] =
-              lane + i < live ? rows + (lane + i) * leaf_row_floats(leaves) + std::size_t{row} * width + first : unused;
+          to[i] = lane + i < live ? soa + (lane + i) * leaf_bounds_floats(leaves) + std::size_t{side} * width + first
+                                  : unused;
         Transpose<V>::store(fields, to);
       }
 }
@@ -57,7 +57,7 @@ struct RowFilter {
 template <class V>
 CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t first, float (&lo)[3][kLanes],
                                      float (&hi)[3][kLanes]) {
-  const std::uint32_t width = leaf_row_width(filter.leaves_a);
+  const std::uint32_t width = leaf_bounds_width(filter.leaves_a);
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     Mask<V> outside = V(0.0f) > V(0.0f);
@@ -108,9 +108,9 @@ struct LeafSides {
 };
 
 template <class V>
-CAB_INLINE LeafSides<V> load_sides(const float* rows, std::uint32_t width, std::uint32_t first) {
+CAB_INLINE LeafSides<V> load_sides(const float* soa, std::uint32_t width, std::uint32_t first) {
   LeafSides<V> out;
-  for (std::uint32_t r = 0; r < 6; ++r) out.side[r] = Lanes<V>::load(rows + std::size_t{r} * width + first);
+  for (std::uint32_t r = 0; r < 6; ++r) out.side[r] = Lanes<V>::load(soa + std::size_t{r} * width + first);
   return out;
 }
 
@@ -118,7 +118,7 @@ CAB_INLINE LeafSides<V> load_sides(const float* rows, std::uint32_t width, std::
 // Room for kLanes more pairs than are added must be left.
 template <class V>
 void filter_rows(const RowFilter& filter) {
-  const std::uint32_t width_b = leaf_row_width(filter.leaves_b);
+  const std::uint32_t width_b = leaf_bounds_width(filter.leaves_b);
   const LeafSides<V> first_b = load_sides<V>(filter.b, width_b, 0);  // all of them where they fit into a vector
   alignas(64) float lo[3][kLanes], hi[3][kLanes];
   LeafPair* end = filter.found->end();

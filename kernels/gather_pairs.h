@@ -1,17 +1,17 @@
-// Characters: boxes as rows of one cache line, and pairs of rows as lanes.
+// Characters: boxes as boxes of one cache line, and pairs of boxes as lanes.
 #pragma once
 
 #include "kernels/overlap_sat.h"
 #include "kernels/transpose.h"
-#include "layout/box_row.h"
+#include "layout/box_aos.h"
 
 namespace cab::kernel {
 
-// Writes `count` nodes of one tile as rows: node n of instance i goes to rows[i * instance_stride + n].
+// Writes `count` nodes of one tile as boxes: node n of instance i goes to boxes[i * instance_stride + n].
 template <class V>
-void boxes_to_rows(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxRow* rows,
-                   std::size_t instance_stride) {
-  BoxRow unused;
+void boxes_to_aos(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
+                  std::size_t instance_stride) {
+  BoxAos unused;
   for (std::uint32_t n = 0; n < count; ++n) {
     for (std::uint32_t lane = 0; lane < live; lane += kWidth<V>) {
       const BoxLanes<V> box = load_box<V>(nodes[n], lane);
@@ -20,7 +20,7 @@ void boxes_to_rows(const BoxTile* nodes, std::uint32_t count, std::uint32_t live
                             box.half.x,    box.half.y,    box.half.z,    V(0.0f)};
       float* to[kWidth<V>];
       for (std::uint32_t i = 0; i < kWidth<V>; ++i)
-        to[i] = reinterpret_cast<float*>(lane + i < live ? &rows[(lane + i) * instance_stride + n] : &unused);
+        to[i] = reinterpret_cast<float*>(lane + i < live ? &boxes[(lane + i) * instance_stride + n] : &unused);
       Transpose<V>::store(fields, to);
     }
   }
@@ -28,30 +28,30 @@ void boxes_to_rows(const BoxTile* nodes, std::uint32_t count, std::uint32_t live
 
 // The same for bounds.
 template <class V>
-void aabbs_to_rows(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,
-                   std::size_t instance_stride) {
+void aabbs_to_aos(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbAos* boxes,
+                  std::size_t instance_stride) {
   for (std::uint32_t lane = 0; lane < live; ++lane)
     for (std::uint32_t n = 0; n < count; ++n)
       for (int c = 0; c < 3; ++c) {
-        rows[lane * instance_stride + n].lo[c] = nodes[n].lo[c][lane];
-        rows[lane * instance_stride + n].hi[c] = nodes[n].hi[c][lane];
+        boxes[lane * instance_stride + n].lo[c] = nodes[n].lo[c][lane];
+        boxes[lane * instance_stride + n].hi[c] = nodes[n].hi[c][lane];
       }
 }
 
-// Sixteen pairs of rows. Unused lanes repeat a used one. shift as in TileDescent. leaves: bits of the lanes that hold a
+// Sixteen pairs of boxes. Unused lanes repeat a used one. shift as in TileDescent. leaves: bits of the lanes that hold a
 // pair of leaves and must pass the leaf predicate.
-template <class Row>
-struct RowPairs {
-  const Row* a[kLanes];
-  const Row* b[kLanes];
+template <class AosBox>
+struct BoxPairs {
+  const AosBox* a[kLanes];
+  const AosBox* b[kLanes];
   const ShiftTile* shift;
   std::uint32_t leaves;
 };
 
 template <class V>
-CAB_INLINE BoxLanes<V> gather_boxes(const BoxRow* const* rows) {
+CAB_INLINE BoxLanes<V> gather_boxes(const BoxAos* const* boxes) {
   const float* from[kWidth<V>];
-  for (std::uint32_t i = 0; i < kWidth<V>; ++i) from[i] = reinterpret_cast<const float*>(rows[i]);
+  for (std::uint32_t i = 0; i < kWidth<V>; ++i) from[i] = reinterpret_cast<const float*>(boxes[i]);
   V f[16];
   Transpose<V>::load(from, f);
   return {{f[0], f[1], f[2]}, {{f[3], f[4], f[5]}, {f[6], f[7], f[8]}, {f[9], f[10], f[11]}}, {f[12], f[13], f[14]}};
@@ -59,7 +59,7 @@ CAB_INLINE BoxLanes<V> gather_boxes(const BoxRow* const* rows) {
 
 // Bits of the pairs that overlap.
 template <class V, Sat kSat>
-std::uint32_t overlap_box_rows(const RowPairs<BoxRow>& pairs) {
+std::uint32_t overlap_boxes(const BoxPairs<BoxAos>& pairs) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     const BoxLanes<V> a = gather_boxes<V>(pairs.a + lane), b = gather_boxes<V>(pairs.b + lane);
@@ -73,15 +73,15 @@ std::uint32_t overlap_box_rows(const RowPairs<BoxRow>& pairs) {
 }
 
 template <class V>
-std::uint32_t overlap_aabb_rows(const RowPairs<AabbRow>& pairs) {
+std::uint32_t overlap_aabbs(const BoxPairs<AabbAos>& pairs) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-    alignas(64) float row[kWidth<V>][16];
+    alignas(64) float pair[kWidth<V>][16];
     const float* from[kWidth<V>];
     for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
-      std::memcpy(row[i], pairs.a[lane + i], sizeof(AabbRow));
-      std::memcpy(row[i] + 8, pairs.b[lane + i], sizeof(AabbRow));
-      from[i] = row[i];
+      std::memcpy(pair[i], pairs.a[lane + i], sizeof(AabbAos));
+      std::memcpy(pair[i] + 8, pairs.b[lane + i], sizeof(AabbAos));
+      from[i] = pair[i];
     }
     V f[16];
     Transpose<V>::load(from, f);

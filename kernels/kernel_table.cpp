@@ -46,16 +46,16 @@ const KernelTable CAB_ISA_TABLE = {
     fit_vertices<V>,
     bound_boxes<V>,
     bound_together<V>,
-    bounds_to_leaf_rows<V>,
+    bounds_to_soa<V>,
     filter_rows<V>,
     overlapping_entries<V>,
-    boxes_to_rows<V>,
-    aabbs_to_rows<V>,
+    boxes_to_aos<V>,
+    aabbs_to_aos<V>,
     {descend_tiles<V, BoxTile, Sat::kAll15>, descend_tiles<V, BoxTile, Sat::kFaces6>},
     descend_tiles<V, AabbTile>,
     {brute_tiles<V, BoxTile, Sat::kAll15>, brute_tiles<V, BoxTile, Sat::kFaces6>},
     brute_tiles<V, AabbTile>,
-    {overlap_box_rows<V, Sat::kAll15>, overlap_box_rows<V, Sat::kFaces6>},
-    overlap_aabb_rows<V>};
+    {overlap_boxes<V, Sat::kAll15>, overlap_boxes<V, Sat::kFaces6>},
+    overlap_aabbs<V>};
 
 }  // namespace cab::kernel

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "layout/articulation.h"
-#include "layout/box_row.h"
+#include "layout/box_aos.h"
 #include "layout/grid_entry.h"
 #include "layout/pair_list.h"
 #include "layout/tile.h"
@@ -18,8 +18,8 @@ struct VertexTile;
 struct RowFilter;
 template <class Tile>
 struct TileDescent;
-template <class Row>
-struct RowPairs;
+template <class AosBox>
+struct BoxPairs;
 
 // One function a kind of work, one call a tile or a chunk of pairs. What each reads and writes is said beside the
 // kernel of the same name.
@@ -32,20 +32,20 @@ struct KernelTable {
   void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
   void (*bound_together)(const AabbTile* bounds, std::uint32_t count, AabbTile* all);
-  void (*bounds_to_leaf_rows)(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* rows);
+  void (*bounds_to_soa)(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa);
   void (*filter_rows)(const RowFilter&);
-  std::uint32_t (*overlapping_entries)(const GridEntry* rows, std::uint32_t first, std::uint32_t end,
+  std::uint32_t (*overlapping_entries)(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
                                        const GridEntry& of, std::uint32_t* found);
-  void (*boxes_to_rows)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxRow* rows,
-                        std::size_t instance_stride);
-  void (*aabbs_to_rows)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbRow* rows,
-                        std::size_t instance_stride);
+  void (*boxes_to_aos)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
+                       std::size_t instance_stride);
+  void (*aabbs_to_aos)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbAos* boxes,
+                       std::size_t instance_stride);
   void (*descend_boxes[2])(TileDescent<BoxTile>&);  // by Sat
   void (*descend_aabbs)(TileDescent<AabbTile>&);
   void (*brute_boxes[2])(TileDescent<BoxTile>&);  // by Sat
   void (*brute_aabbs)(TileDescent<AabbTile>&);
-  std::uint32_t (*overlap_box_rows[2])(const RowPairs<BoxRow>&);  // by Sat
-  std::uint32_t (*overlap_aabb_rows)(const RowPairs<AabbRow>&);
+  std::uint32_t (*overlap_boxes[2])(const BoxPairs<BoxAos>&);  // by Sat
+  std::uint32_t (*overlap_aabbs)(const BoxPairs<AabbAos>&);
 };
 
 }  // namespace cab::kernel

@@ -3,14 +3,14 @@
 
 #include "kernels/gather_pairs.h"
 #include "kernels/pose_leaves.h"
-#include "layout/leaf_rows.h"
+#include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
 
 namespace cab::kernel {
 
 // pose: the link's, in the caller's layout. orientation: the instance's, or null. local: leaf boxes in the link's frame,
-// leaves as lanes. Writes the boxes that pose_leaves makes of them, bit for bit, as rows, and their bounds as leaf rows.
+// leaves as lanes. Writes the boxes that pose_leaves makes of them, bit for bit, as BoxAos, and their bounds as arrays.
 struct PoseLink {
   PoseFormat format;
   const float* pose;
@@ -18,8 +18,8 @@ struct PoseLink {
   const BoxTile* local;
   std::uint32_t leaf_count;
   float apart;
-  BoxRow* rows;
-  float* leaf_rows;
+  BoxAos* boxes;
+  float* leaf_bounds;
 };
 
 // One pose in every lane.
@@ -37,7 +37,7 @@ void pose_link_leaves(const PoseLink& args) {
   if (args.orientation) spread_raw<V>(args.orientation, 4, turns);
   const RigidLanes<V> pose = turned_pose<V>(raw, args.orientation ? &turns : nullptr, args.format, 0, checks);
   const PosePad pad = pad_of(args.orientation != nullptr, args.apart, 1);
-  const std::uint32_t width = leaf_row_width(args.leaf_count);
+  const std::uint32_t width = leaf_bounds_width(args.leaf_count);
   for (std::uint32_t first = 0; first < args.leaf_count; first += kLanes) {
     BoxTile tile;
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
@@ -46,12 +46,12 @@ void pose_link_leaves(const PoseLink& args) {
       const AabbLanes<V> bounds = bounds_of(box);
       const V sides[6] = {bounds.lo.x, bounds.lo.y, bounds.lo.z, bounds.hi.x, bounds.hi.y, bounds.hi.z};
       for (std::uint32_t r = 0; r < 6; ++r)
-        Lanes<V>::store(args.leaf_rows + std::size_t{r} * width + first + lane, sides[r]);
+        Lanes<V>::store(args.leaf_bounds + std::size_t{r} * width + first + lane, sides[r]);
     }
-    boxes_to_rows<V>(&tile, 1, std::min(kLanes, args.leaf_count - first), args.rows + first, 1);
+    boxes_to_aos<V>(&tile, 1, std::min(kLanes, args.leaf_count - first), args.boxes + first, 1);
   }
   for (std::uint32_t i = args.leaf_count; i < width; ++i)
-    for (std::uint32_t r = 0; r < 6; ++r) args.leaf_rows[std::size_t{r} * width + i] = r < 3 ? kNoLeafLo : -kNoLeafLo;
+    for (std::uint32_t r = 0; r < 6; ++r) args.leaf_bounds[std::size_t{r} * width + i] = r < 3 ? kNoLeafLo : -kNoLeafLo;
 }
 
 }  // namespace cab::kernel

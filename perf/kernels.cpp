@@ -3,7 +3,7 @@
 #include "kernels/find_kernels.h"
 #include "kernels/gather_pairs.h"
 #include "kernels/refit_tree.h"
-#include "layout/box_row.h"
+#include "layout/box_aos.h"
 #include "layout/merge_program.h"
 #include "layout/tile.h"
 #include "perf/commands.h"
@@ -66,8 +66,8 @@ void put(BoxTile& tile, std::uint32_t lane, const fcl::OBBf& box) {
   }
 }
 
-BoxRow row_of(const fcl::OBBf& box) {
-  BoxRow row{};
+BoxAos row_of(const fcl::OBBf& box) {
+  BoxAos row{};
   for (int c = 0; c < 3; ++c) {
     row.center[c] = box.To[c];
     row.half[c] = box.extent[c];
@@ -218,13 +218,13 @@ struct OverlapWork {
   }
 
   std::vector<fcl::OBBf> fcl_boxes;
-  std::vector<BoxRow> rows;
+  std::vector<BoxAos> rows;
 };
 
-std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector<BoxRow>& rows,
+std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector<BoxAos>& rows,
                              const std::vector<Pair>& pairs) {
   std::uint64_t count = 0;
-  kernel::RowPairs<BoxRow> hand;
+  kernel::BoxPairs<BoxAos> hand;
   hand.shift = nullptr;
   hand.leaves = 0;
   for (std::size_t i = 0; i < pairs.size(); i += kLanes) {
@@ -233,7 +233,7 @@ std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector
       hand.b[lane] = &rows[pairs[i + lane].b];
     }
     count += static_cast<std::uint64_t>(
-        __builtin_popcount(table.overlap_box_rows[static_cast<std::size_t>(Sat::kAll15)](hand)));
+        __builtin_popcount(table.overlap_boxes[static_cast<std::size_t>(Sat::kAll15)](hand)));
   }
   return count;
 }

@@ -16,7 +16,7 @@ constexpr std::uint32_t kTiles = 120;
 // Gaps asked for, in u (Sa + Sb): most pairs overlap a little, some are apart within the slack.
 constexpr double kDeepest = -20, kWidest = 2;
 
-// What a pair of boxes may be to the test: bits of RowPairs::leaves, and which axes are tested.
+// What a pair of boxes may be to the test: bits of BoxPairs::leaves, and which axes are tested.
 struct Use {
   std::string name;
   std::uint32_t leaves;
@@ -48,9 +48,9 @@ void report_miss(Task& task, std::size_t use, std::uint32_t index, const oracle:
 void run(Task& task) {
   for (std::uint32_t tile = 0; tile < kTiles; ++tile) {
     oracle::BoxPair pairs[kLanes];
-    BoxRow a[kLanes], b[kLanes];
+    BoxAos a[kLanes], b[kLanes];
     ShiftTile shift;
-    kernel::RowPairs<BoxRow> hand;
+    kernel::BoxPairs<BoxAos> hand;
     hand.shift = &shift;
     std::uint32_t touching = 0;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -66,7 +66,7 @@ void run(Task& task) {
     }
     for (std::size_t use = 0; use < uses().size(); ++use) {
       hand.leaves = uses()[use].leaves;
-      const std::uint32_t reported = task.subject->kernels->overlap_box_rows[uses()[use].sat](hand);
+      const std::uint32_t reported = task.subject->kernels->overlap_boxes[uses()[use].sat](hand);
       Tally& tally = task.tallies[use];
       tally.judged += kLanes;
       tally.touching += static_cast<std::uint64_t>(__builtin_popcount(touching));

@@ -1,7 +1,7 @@
 // Boxes of the oracles in and out of the layouts that kernels read.
 #pragma once
 
-#include "layout/box_row.h"
+#include "layout/box_aos.h"
 #include "perf/oracle/oracle_box.h"
 
 namespace cab::oracle {
@@ -27,8 +27,8 @@ inline OracleBox<float> get(const BoxTile& tile, std::uint32_t lane) {
 }
 
 // The same box as a row.
-inline BoxRow row_of(const OracleBox<float>& box) {
-  BoxRow row{};
+inline BoxAos row_of(const OracleBox<float>& box) {
+  BoxAos row{};
   for (std::size_t c = 0; c < 3; ++c) {
     row.center[c] = box.center[c];
     row.half[c] = box.half[c];

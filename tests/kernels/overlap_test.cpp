@@ -20,7 +20,7 @@ constexpr std::size_t kAll15 = static_cast<std::size_t>(Sat::kAll15), kFaces6 = 
 // Sixteen pairs in both layouts that kernels read.
 struct Pairs {
   oracle::BoxPair pair[kLanes];
-  BoxRow row_a[kLanes], row_b[kLanes];
+  BoxAos row_a[kLanes], row_b[kLanes];
   BoxTile tile_a, tile_b;
   ShiftTile shift;
 };
@@ -36,16 +36,16 @@ void fill(Pairs& pairs) {
   }
 }
 
-std::uint32_t overlap_rows(const kernel::KernelTable& kernels, const Pairs& pairs, std::uint32_t leaves,
-                           std::size_t sat = kAll15) {
-  kernel::RowPairs<BoxRow> rows;
+std::uint32_t overlap_block(const kernel::KernelTable& kernels, const Pairs& pairs, std::uint32_t leaves,
+                            std::size_t sat = kAll15) {
+  kernel::BoxPairs<BoxAos> rows;
   rows.shift = &pairs.shift;
   rows.leaves = leaves;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     rows.a[lane] = &pairs.row_a[lane];
     rows.b[lane] = &pairs.row_b[lane];
   }
-  return kernels.overlap_box_rows[sat](rows);
+  return kernels.overlap_boxes[sat](rows);
 }
 
 // An articulation of one link and one leaf, for the tile kernels.
@@ -106,13 +106,13 @@ TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
       }
       fill(pairs);
       touching += static_cast<std::size_t>(__builtin_popcount(truth));
-      const std::uint32_t expected = overlap_rows(*kernel::find_kernels(Isa::kScalar), pairs, kAllLeaves);
+      const std::uint32_t expected = overlap_block(*kernel::find_kernels(Isa::kScalar), pairs, kAllLeaves);
       lost += static_cast<std::size_t>(__builtin_popcount(truth & ~expected));
       false_alarms += static_cast<std::size_t>(__builtin_popcount(expected & ~truth));
       lost += static_cast<std::size_t>(
-          __builtin_popcount(truth & ~overlap_rows(*kernel::find_kernels(Isa::kScalar), pairs, kAllInner)));
+          __builtin_popcount(truth & ~overlap_block(*kernel::find_kernels(Isa::kScalar), pairs, kAllInner)));
       for (const kernel::KernelTable* kernels : available_kernels()) {
-        differing += overlap_rows(*kernels, pairs, kAllLeaves) != expected;
+        differing += overlap_block(*kernels, pairs, kAllLeaves) != expected;
         differing += overlap_tiles(*kernels, pairs, &pairs.shift) != expected;
         if (zero_shift(pairs)) differing += overlap_tiles(*kernels, pairs, nullptr) != expected;
       }
@@ -133,7 +133,7 @@ TEST_CASE("each of the fifteen axes alone separates the pose made for it") {
     for (const kernel::KernelTable* kernels : available_kernels()) {
       CAPTURE(axis);
       CAPTURE(name_of(*kernels));
-      CHECK(overlap_rows(*kernels, pairs, 0) == 0);
+      CHECK(overlap_block(*kernels, pairs, 0) == 0);
       CHECK(overlap_tiles(*kernels, pairs, nullptr) == 0);
     }
   }
@@ -147,7 +147,7 @@ TEST_CASE("the six faces alone separate what they separate, and none of the pose
       CAPTURE(axis);
       CAPTURE(name_of(*kernels));
       const std::uint32_t expected = axis < 6 ? 0 : 0xffff;
-      CHECK(overlap_rows(*kernels, pairs, 0, kFaces6) == expected);
+      CHECK(overlap_block(*kernels, pairs, 0, kFaces6) == expected);
     }
   }
 }
@@ -164,12 +164,12 @@ TEST_CASE("fewer axes let every pair pass that all fifteen do, and the same ones
       fill(pairs);
       const kernel::KernelTable& scalar = *kernel::find_kernels(Isa::kScalar);
       for (const std::uint32_t leaves : {0u, 0xffffu}) {
-        const std::uint32_t all = overlap_rows(scalar, pairs, leaves),
-                            faces = overlap_rows(scalar, pairs, leaves, kFaces6);
+        const std::uint32_t all = overlap_block(scalar, pairs, leaves),
+                            faces = overlap_block(scalar, pairs, leaves, kFaces6);
         lost += (all & ~faces) != 0;
         more += static_cast<std::size_t>(__builtin_popcount(faces & ~all));
         for (const kernel::KernelTable* kernels : available_kernels()) {
-          differing += overlap_rows(*kernels, pairs, leaves, kFaces6) != faces;
+          differing += overlap_block(*kernels, pairs, leaves, kFaces6) != faces;
           if (leaves) differing += overlap_tiles(*kernels, pairs, &pairs.shift, kFaces6) != faces;
         }
       }
@@ -190,7 +190,7 @@ TEST_CASE("a NaN never separates two boxes") {
   }
   fill(pairs);
   for (const kernel::KernelTable* kernels : available_kernels())
-    for (const std::size_t sat : {kAll15, kFaces6}) CHECK(overlap_rows(*kernels, pairs, 0xffff, sat) == 0xffff);
+    for (const std::size_t sat : {kAll15, kFaces6}) CHECK(overlap_block(*kernels, pairs, 0xffff, sat) == 0xffff);
 }
 
 TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says so") {
@@ -206,10 +206,10 @@ TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says
       const kernel::KernelTable& scalar = *kernel::find_kernels(Isa::kScalar);
       scalar.bound_boxes(&pairs.tile_a, 1, &a);
       scalar.bound_boxes(&pairs.tile_b, 1, &b);
-      AabbRow row_a[kLanes], row_b[kLanes];
-      scalar.aabbs_to_rows(&a, 1, kLanes, row_a, 1);
-      scalar.aabbs_to_rows(&b, 1, kLanes, row_b, 1);
-      kernel::RowPairs<AabbRow> rows;
+      AabbAos row_a[kLanes], row_b[kLanes];
+      scalar.aabbs_to_aos(&a, 1, kLanes, row_a, 1);
+      scalar.aabbs_to_aos(&b, 1, kLanes, row_b, 1);
+      kernel::BoxPairs<AabbAos> rows;
       rows.shift = &pairs.shift;
       rows.leaves = 0xffff;
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -223,13 +223,13 @@ TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says
                        corner[c] > static_cast<oracle::Quad>(a.hi[c][lane]);
         }
       }
-      const std::uint32_t expected = scalar.overlap_aabb_rows(rows);
-      lost += (overlap_rows(scalar, pairs, 0xffff) & ~expected) != 0;
+      const std::uint32_t expected = scalar.overlap_aabbs(rows);
+      lost += (overlap_block(scalar, pairs, 0xffff) & ~expected) != 0;
       for (const kernel::KernelTable* kernels : available_kernels()) {
         AabbTile again;
         kernels->bound_boxes(&pairs.tile_a, 1, &again);
         differing += !same_bits(again, a);
-        differing += kernels->overlap_aabb_rows(rows) != expected;
+        differing += kernels->overlap_aabbs(rows) != expected;
       }
     }
     CAPTURE(regime);
@@ -247,13 +247,13 @@ TEST_CASE("rows hold exactly the tile's boxes, for every number of live lanes") 
       for (std::uint32_t lane = 0; lane < kLanes; ++lane)
         put(node, lane, oracle::near_touching_pair(random, oracle::TouchRegime::kOrdinary, 0).a);
     for (const kernel::KernelTable* kernels : available_kernels()) {
-      std::vector<BoxRow> rows(kLanes * 4);
-      std::memset(static_cast<void*>(rows.data()), 0x5a, rows.size() * sizeof(BoxRow));
-      const std::vector<BoxRow> untouched = rows;
-      kernels->boxes_to_rows(nodes, 3, live, rows.data(), 4);
+      std::vector<BoxAos> rows(kLanes * 4);
+      std::memset(static_cast<void*>(rows.data()), 0x5a, rows.size() * sizeof(BoxAos));
+      const std::vector<BoxAos> untouched = rows;
+      kernels->boxes_to_aos(nodes, 3, live, rows.data(), 4);
       for (std::uint32_t lane = 0; lane < kLanes; ++lane)
         for (std::uint32_t n = 0; n < 4; ++n) {
-          const BoxRow expected = lane < live && n < 3 ? row_of(get(nodes[n], lane)) : untouched[lane * 4 + n];
+          const BoxAos expected = lane < live && n < 3 ? row_of(get(nodes[n], lane)) : untouched[lane * 4 + n];
           REQUIRE(same_bits(rows[lane * 4 + n], expected));
         }
     }

@@ -90,11 +90,11 @@ struct alignas(64) Line {
 
 // One link's leaves posed on demand.
 struct Demanded {
-  std::vector<BoxRow> rows;
-  std::vector<Line> leaf_rows;
+  std::vector<BoxAos> rows;
+  std::vector<Line> leaf_bounds;
 
   float side(std::uint32_t row, std::uint32_t leaf) const {
-    return leaf_rows[row * (leaf_rows.size() / 6) + leaf / kLanes].at[leaf % kLanes];
+    return leaf_bounds[row * (leaf_bounds.size() / 6) + leaf / kLanes].at[leaf % kLanes];
   }
 };
 
@@ -102,9 +102,9 @@ Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uin
                 std::uint32_t instance, bool turned, float apart) {
   const LinkLeaves& leaves = rig.outline.leaves[link];
   Demanded out;
-  out.rows.resize(leaf_row_width(leaves.leaf_count));
-  out.leaf_rows.resize(leaf_row_floats(leaves.leaf_count) / kLanes);
-  std::memset(static_cast<void*>(out.rows.data()), 0x5a, out.rows.size() * sizeof(BoxRow));
+  out.rows.resize(leaf_bounds_width(leaves.leaf_count));
+  out.leaf_bounds.resize(leaf_bounds_floats(leaves.leaf_count) / kLanes);
+  std::memset(static_cast<void*>(out.rows.data()), 0x5a, out.rows.size() * sizeof(BoxAos));
   kernel::PoseLink job;
   job.format = poses.format;
   job.pose = poses.pose(instance, leaves.link);
@@ -113,7 +113,7 @@ Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uin
   job.leaf_count = leaves.leaf_count;
   job.apart = apart;
   job.rows = out.rows.data();
-  job.leaf_rows = out.leaf_rows.data()->at;
+  job.leaf_bounds = out.leaf_bounds.data()->at;
   kernels.pose_link_leaves(job);
   return out;
 }
@@ -135,9 +135,9 @@ TEST_CASE("a link posed on demand has the boxes and bounds of a whole tile, bit 
       const PosedTileOf all = pose(scalar, rig.articulation, poses, turned, apart, false);
       std::vector<AabbTile> bounds(rig.articulation.leaf_count);
       scalar.bound_boxes(all.boxes.data(), rig.articulation.leaf_count, bounds.data());
-      std::vector<BoxRow> rows(kLanes * rig.articulation.leaf_count);
-      scalar.boxes_to_rows(all.boxes.data(), rig.articulation.leaf_count, kLanes, rows.data(),
-                           rig.articulation.leaf_count);
+      std::vector<BoxAos> rows(kLanes * rig.articulation.leaf_count);
+      scalar.boxes_to_aos(all.boxes.data(), rig.articulation.leaf_count, kLanes, rows.data(),
+                          rig.articulation.leaf_count);
       const std::uint32_t instance = random.index(kLanes);
       REQUIRE(all.flags[instance] == kInstanceOk);
       for (const kernel::KernelTable* kernels : available_kernels()) {
@@ -145,7 +145,7 @@ TEST_CASE("a link posed on demand has the boxes and bounds of a whole tile, bit 
         for (std::uint32_t link = 0; link < rig.outline.leaves.size; ++link) {
           const LinkLeaves& leaves = rig.outline.leaves[link];
           const Demanded got = demand(*kernels, rig, link, poses, instance, turned, apart);
-          const std::uint32_t width = leaf_row_width(leaves.leaf_count);
+          const std::uint32_t width = leaf_bounds_width(leaves.leaf_count);
           counts[leaves.leaf_count] = true;
           for (std::uint32_t n = 0; n < leaves.leaf_count; ++n) {
             const std::uint32_t leaf = rig.articulation.leaf_order[leaves.first_leaf + n];

@@ -69,14 +69,14 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, t
     const bool self = round % 4 == 0;
     const std::uint32_t leaves_a = 1 + random.index(50), leaves_b = self ? leaves_a : 1 + random.index(50);
     const double far = round % 3 == 0 ? 1e5 : 1;  // metres between the origins
-    std::vector<float> a(leaf_row_floats(leaves_a) + kLanes), b(leaf_row_floats(leaves_b) + kLanes);
+    std::vector<float> a(leaf_bounds_floats(leaves_a) + kLanes), b(leaf_bounds_floats(leaves_b) + kLanes);
     double shift[3];
     for (double& s : shift) s = self ? 0 : far * random.uniform(-1, 1);
     const auto aligned = [](std::vector<float>& rows) {
       return reinterpret_cast<float*>((reinterpret_cast<std::uintptr_t>(rows.data()) + 63) / 64 * 64);
     };
     const auto fill = [&](float* rows, std::uint32_t leaves, double sign) {
-      const std::uint32_t width = leaf_row_width(leaves);
+      const std::uint32_t width = leaf_bounds_width(leaves);
       for (std::uint32_t c = 0; c < 3; ++c)
         for (std::uint32_t i = 0; i < width; ++i) {
           const double at = sign * 0.5 * shift[c] + random.uniform(-1, 1);
@@ -109,7 +109,7 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, t
       double out = -std::numeric_limits<double>::infinity();
       for (std::uint32_t c = 0; c < 3; ++c) {
         const auto side = [c](const float* rows, std::uint32_t leaves, std::uint32_t leaf, std::uint32_t half) {
-          return static_cast<double>(rows[(half + c) * leaf_row_width(leaves) + leaf]);
+          return static_cast<double>(rows[(half + c) * leaf_bounds_width(leaves) + leaf]);
         };
         const double lo_a = side(rows_a, leaves_a, i, 0) - shift[c], hi_a = side(rows_a, leaves_a, i, 3) - shift[c];
         out = std::max({out, lo_a - side(rows_b, leaves_b, j, 3), side(rows_b, leaves_b, j, 0) - hi_a});

@@ -105,8 +105,8 @@ void refit_without_padding(const kernel::RefitTile& tile) {
   }
 }
 
-std::uint32_t overlap_without_lane_3(const kernel::RowPairs<BoxRow>& pairs) {
-  return genuine().overlap_box_rows[0](pairs) & ~8u;
+std::uint32_t overlap_without_lane_3(const kernel::BoxPairs<BoxAos>& pairs) {
+  return genuine().overlap_boxes[0](pairs) & ~8u;
 }
 
 Status boxes_with_small_roots(Engine& engine, const BatchInput& input, const Policies& policies,
@@ -156,7 +156,7 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
         10 * 2 * std::extent_v<decltype(kernel::KernelTable::refit_boxes)>);
   // By twelve regimes, as leaves and as inner boxes, by every sat.
   CHECK(part_of(one.counts, "overlaps")["rows"].size() ==
-        12 * 2 * std::extent_v<decltype(kernel::KernelTable::overlap_box_rows)>);
+        12 * 2 * std::extent_v<decltype(kernel::KernelTable::overlap_boxes)>);
   CHECK(one.outcome.out.find("0 violations") != std::string::npos);
   CHECK(run_verify({"--rounds", "3", "--seed", "5", "--threads", "2"}).counts == one.counts);
   CHECK(run_verify({"--rounds", "3", "--seed", "6", "--threads", "2"}).counts != one.counts);
@@ -215,7 +215,7 @@ TEST_CASE("a merge that misses its children by an ulp or more is found in every 
 
 TEST_CASE("a round that is run alone gives the violations that it gave among others") {
   kernel::KernelTable table = genuine();
-  table.overlap_box_rows[0] = overlap_without_lane_3;
+  table.overlap_boxes[0] = overlap_without_lane_3;
   perf::Subject subject;
   subject.kernels = &table;
   perf::VerifyOptions options;
@@ -235,7 +235,7 @@ TEST_CASE("a round that is run alone gives the violations that it gave among oth
 
 TEST_CASE("pairs that are lost are found in every regime, as leaves and as inner boxes") {
   kernel::KernelTable table = genuine();
-  table.overlap_box_rows[0] = overlap_without_lane_3;
+  table.overlap_boxes[0] = overlap_without_lane_3;
   perf::Subject subject;
   subject.kernels = &table;
   const Verdict verdict = verify_broken(subject);
