@@ -184,7 +184,7 @@ void begin_grid(Engine& engine, const FrameJob& job) {
 void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves,
                      Worker& worker) {
   AabbTile all;
-  engine.kernels->bound_together(leaves, batch.tested->leaf_count, &all);
+  engine.kernels->bound_together(leaves, batch.active->leaf_count, &all);
   const std::uint32_t first = tile * kLanes;
   const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
   for (std::uint32_t lane = 0; lane < live; ++lane) {

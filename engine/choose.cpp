@@ -34,10 +34,10 @@ Policies choose_for_characters(const Engine& engine, const FrameJob& job) {
     const InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
     const std::uint32_t leaves = batch.articulation->leaf_count;
-    several_leaves = several_leaves || batch.outline->has_several;
-    links_pay = links_pay || (batch.outline->has_several && leaves >= kLinksMinLeaves);
+    several_leaves = several_leaves || batch.link_bounds->has_several_leaves;
+    links_pay = links_pay || (batch.link_bounds->has_several_leaves && leaves >= kLinksMinLeaves);
     const std::uint32_t rows_most = batch.articulation->is_chain ? kRowsMaxLeavesOfChain : kRowsMaxLeaves;
-    tree_pays = tree_pays || (axis_aligned ? leaves : batch.outline->links.leaf_count) > rows_most;
+    tree_pays = tree_pays || (axis_aligned ? leaves : batch.link_bounds->links.leaf_count) > rows_most;
   }
   if (out.strategy == Strategy::kAuto)
     out.strategy = tree_pays ? Strategy::kTree : links_pay ? Strategy::kLinks : Strategy::kRows;

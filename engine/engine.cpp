@@ -55,7 +55,7 @@ Needs needs_of(const Engine& engine) {
     } else {
       needs.character_instances += batch.instance_count;
       needs.character_tiles += tile_count(batch.instance_count);
-      needs.several_leaves = needs.several_leaves || batch.outline->has_several;
+      needs.several_leaves = needs.several_leaves || batch.link_bounds->has_several_leaves;
       needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
       needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));
     }
@@ -232,7 +232,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
     }
     if (const Status status = make_exact_shapes(slot->articulation, &slot->shapes, bad_element); status != Status::kOk)
       return status;
-    build_outline(slot->articulation, slot->arena, &slot->outline);
+    build_link_bounds(slot->articulation, slot->arena, &slot->link_bounds);
     engine.articulations.push_back(std::move(slot));
     out->value = static_cast<std::uint32_t>(engine.articulations.size());
     return Status::kOk;
@@ -256,7 +256,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     InstanceBatch& batch = slot->batch;
     batch.articulation = articulation;
     batch.articulation_index = desc.articulation.value - 1;
-    batch.outline = &engine.articulations[batch.articulation_index]->outline;
+    batch.link_bounds = &engine.articulations[batch.articulation_index]->link_bounds;
     batch.kind = desc.kind;
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {

@@ -113,7 +113,7 @@ struct alignas(64) Worker {
   FixedList<Candidate> candidates;
   PosedSet posed;
   PosedLinkSet posed_links;
-  FixedList<LeafPair> link_pairs;  // of an outline: links of candidates whose boxes overlap
+  FixedList<LeafPair> link_pairs;  // strategy links: links of candidates whose boxes overlap
   FixedList<Partner> partners;
   FixedList<Hit> hits;             // of the task at hand, until its turn comes
   FixedList<std::uint32_t> words;  // or groups of hits, until they are stored (engine/report.cpp)
@@ -127,7 +127,7 @@ struct ArticulationSlot {
 
   Arena arena;
   Articulation articulation;
-  Outline outline;
+  LinkBounds link_bounds;
   std::unique_ptr<ExactShapes, ExactShapesDelete> shapes;
 };
 

@@ -55,7 +55,7 @@ void bound_characters(Engine& engine, const FrameJob& job, Policies policies) {
           static_cast<std::uint16_t>(update_tile(engine, batch, policies, job.margin, instances_of(batch, tile), true,
                                                  worker, worker.boxes.data, worker.bounds.data));
       if (!is_axis_aligned(policies.refit))
-        engine.kernels->bound_boxes(worker.boxes.data, batch.tested->leaf_count, worker.bounds.data);
+        engine.kernels->bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
       bound_instances(engine, batch, tile, worker.bounds.data, worker);
       std::fill_n(batch.stored.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
                   StoredHits{});
@@ -103,8 +103,8 @@ std::uint32_t candidates_at_once(const Engine& engine, const Worker& worker, std
   std::uint32_t end = begin;
   for (; end < worker.candidates.size; ++end) {
     const Candidate& candidate = worker.candidates.data[end];
-    leaf_pairs += std::size_t{engine.batches[candidate.batch_a]->batch.tested->leaf_count} *
-                  engine.batches[candidate.batch_b]->batch.tested->leaf_count;
+    leaf_pairs += std::size_t{engine.batches[candidate.batch_a]->batch.active->leaf_count} *
+                  engine.batches[candidate.batch_b]->batch.active->leaf_count;
     if (end > begin && leaf_pairs > worker.found.capacity - kLanes) break;
   }
   return end;
@@ -471,7 +471,7 @@ Call::~Call() {
 void Call::bind(const BatchInput& input) {
   InstanceBatch& batch = engine_.batch(input.batch);
   batch.input = &input;
-  batch.tested = batch.articulation;
+  batch.active = batch.articulation;
   const std::size_t pose_bytes = kernel::pose_float_count(input.poses.format) * sizeof(float);
   batch.link_stride = input.poses.link_stride ? input.poses.link_stride : pose_bytes;
   batch.instance_stride =
@@ -492,7 +492,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   const Policies policies = choose_for_characters(engine, job);
   for (const BatchInput& input : job.inputs)
     if (policies.strategy == Strategy::kLinks && engine.batch(input.batch).kind == BatchKind::kCharacters)
-      engine.batch(input.batch).tested = &engine.batch(input.batch).outline->links;
+      engine.batch(input.batch).active = &engine.batch(input.batch).link_bounds->links;
   engine.schedule->alone = is_small(engine, job, policies);
   begin_grid(engine, job);
   bound_characters(engine, job, policies);

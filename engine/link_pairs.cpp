@@ -14,7 +14,7 @@ struct LinkSide {
   const InstanceBatch* batch;
   const LinkLeaves* leaves;
   std::uint32_t place;
-  std::uint32_t link;  // a leaf of the outline
+  std::uint32_t link;  // a leaf of `links`
 
   std::uint32_t width() const { return leaf_bounds_width(leaves->leaf_count); }
   std::uint16_t leaf(std::uint32_t i) const { return batch->articulation->leaf_order[leaves->first_leaf + i]; }
@@ -22,7 +22,7 @@ struct LinkSide {
 
 LinkSide side_of(const Engine& engine, std::uint32_t batch, std::uint32_t place, std::uint32_t link) {
   const InstanceBatch& of = engine.batches[batch]->batch;
-  return {&of, &of.outline->leaves[link], place, link};
+  return {&of, &of.link_bounds->leaves[link], place, link};
 }
 
 // Where the side's leaves stand, which are posed if they are not yet; room must be left.
@@ -40,7 +40,7 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
   pose.format = input.poses.format;
   pose.pose = pose_of(*side.batch, instance) + side.leaves->link * (side.batch->link_stride / sizeof(float));
   pose.orientation = input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
-  pose.local = side.batch->outline->tiles.data + side.leaves->first_tile;
+  pose.local = side.batch->link_bounds->tiles.data + side.leaves->first_tile;
   pose.leaf_count = side.leaves->leaf_count;
   pose.apart = kernel::kMarginShare * margin;
   pose.boxes = set.boxes.end();
@@ -55,7 +55,7 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
 void set_meeting(const Worker& worker, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
                  kernel::RowFilter& filter) {
   const auto bound = [&worker](const LinkSide& side, std::uint32_t bound) {
-    const std::uint32_t links = side.batch->tested->leaf_count;
+    const std::uint32_t links = side.batch->active->leaf_count;
     const float* const bounds =
         worker.posed.tiles.data[side.place / kLanes].leaf_bounds + side.place % kLanes * leaf_bounds_floats(links);
     return static_cast<double>(bounds[bound * leaf_bounds_width(links) + side.link]);

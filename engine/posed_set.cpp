@@ -42,8 +42,8 @@ void open_tile(const Articulation& articulation, const Policies& policies, std::
 bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) {
   PosedSet& set = worker.posed;
   const auto fit = [&](bool tile_a, bool tile_b) {
-    const Articulation& a = *engine.batches[candidate.batch_a]->batch.tested;
-    const Articulation& b = *engine.batches[candidate.batch_b]->batch.tested;
+    const Articulation& a = *engine.batches[candidate.batch_a]->batch.active;
+    const Articulation& b = *engine.batches[candidate.batch_b]->batch.active;
     const auto both = [=](std::size_t of_a, std::size_t of_b) { return tile_a * of_a + tile_b * of_b; };
     return set.tiles.size + both(1, 1) <= set.tiles.capacity &&
            set.boxes.size + both(tile_boxes(a), tile_boxes(b)) <= set.boxes.capacity &&
@@ -70,7 +70,7 @@ std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint
   PosedEntry& entry = find_entry(set, key);
   if (entry.round == set.round) return entry.place;
   const InstanceBatch& of = engine.batches[batch]->batch;
-  if (set.open[batch] == 0) open_tile(*of.tested, policies, batch, set);
+  if (set.open[batch] == 0) open_tile(*of.active, policies, batch, set);
   const std::uint32_t at = set.open[batch] - 1;
   PosedTile& tile = set.tiles.data[at];
   const std::uint32_t lane = tile.of.count++;
@@ -87,7 +87,7 @@ void pose_set(const Engine& engine, const Policies& policies, float margin, Work
   const kernel::KernelTable& kernels = *engine.kernels;
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = engine.batches[tile.batch]->batch;
-    const std::uint32_t leaves = batch.tested->leaf_count;
+    const std::uint32_t leaves = batch.active->leaf_count;
     update_tile(engine, batch, policies, margin, tile.of, false, worker, worker.boxes.data, worker.bounds.data);
     if (is_axis_aligned(policies.refit))
       kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.of.count, reinterpret_cast<AabbAos*>(tile.boxes),

@@ -7,7 +7,7 @@
 
 namespace cab {
 
-// Whether a strategy compares leaf bounds by rows: of links, it does with those of the outline first.
+// Whether a strategy compares leaf bounds by rows: of links, it does with the boxes of links first.
 inline bool uses_leaf_bounds(Strategy strategy) { return strategy == Strategy::kRows || strategy == Strategy::kLinks; }
 
 // Rows of one tile by the strategy at hand: of all nodes where it descends, else of the leaves.

@@ -211,11 +211,11 @@ CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t slot
   const std::uint32_t lane_a = candidate.place_a % kLanes, lane_b = candidate.place_b % kLanes;
   CandidateBoxes<AosBox> sides = {
       boxes_at<AosBox>(worker, candidate.place_a), boxes_at<AosBox>(worker, candidate.place_b), {}, nullptr};
-  if (is_within(candidate)) sides.within = a.tested;
+  if (is_within(candidate)) sides.within = a.active;
   kernel::RowFilter filter;
-  filter.leaves_a = filter.end_a = a.tested->leaf_count;
+  filter.leaves_a = filter.end_a = a.active->leaf_count;
   filter.begin_a = 0;
-  filter.leaves_b = b.tested->leaf_count;
+  filter.leaves_b = b.active->leaf_count;
   filter.a = tile_a.leaf_bounds + lane_a * leaf_bounds_floats(filter.leaves_a);
   filter.b = tile_b.leaf_bounds + lane_b * leaf_bounds_floats(filter.leaves_b);
   const InstanceBounds &bounds_a = tile_a.placement[lane_a].bounds, &bounds_b = tile_b.placement[lane_b].bounds;

@@ -39,14 +39,14 @@ bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
   return out;
 }
 
-// Poses the boxes that are tested. Which instances are masked is decided by the leaves, whatever is tested: an outline
-// tells as long as its boxes are far from the limit.
+// Poses the boxes that are tested. Which instances are masked is decided by the leaves, whatever is active: link boxes
+// tell as long as they are far from the limit.
 void pose_leaves(const Engine& engine, const InstanceBatch& batch, bool report, kernel::PoseTile& pose) {
-  if (batch.tested == batch.articulation) return engine.kernels->pose_leaves(pose);
-  pose.pads = kOutlinePads;
-  pose.range = kOutlineRange * kMaxCoordinate;
+  if (batch.active == batch.articulation) return engine.kernels->pose_leaves(pose);
+  pose.pads = kLinkPads;
+  pose.range = kLinkRange * kMaxCoordinate;
   engine.kernels->pose_leaves(pose);
-  if (!report || !is_near_limit(pose.leaves, batch.tested->leaf_count)) return;
+  if (!report || !is_near_limit(pose.leaves, batch.active->leaf_count)) return;
   std::uint8_t flags[kLanes];
   kernel::PoseTile leaves = pose;
   leaves.articulation = batch.articulation;
@@ -79,7 +79,7 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   const BatchInput& input = *batch.input;
   std::uint8_t flags[kLanes];
   kernel::PoseTile pose;
-  pose.articulation = batch.tested;
+  pose.articulation = batch.active;
   pose.format = input.poses.format;
   pose.link_stride = batch.link_stride / sizeof(float);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -96,7 +96,7 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   pose_leaves(engine, batch, report, pose);
 
   if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.tested, policies, kernel::is_turned(pose), pose.apart, worker, nodes, aabbs);
+    refit(*engine.kernels, *batch.active, policies, kernel::is_turned(pose), pose.apart, worker, nodes, aabbs);
 
   std::uint32_t taking_part = 0;
   for (std::uint32_t lane = 0; lane < tile.count; ++lane)

@@ -21,7 +21,7 @@ struct PoseTile {
   MotionTile* motions;  // by link, or null where nobody needs them
   std::uint8_t* flags;  // 16
   float apart = 0;      // what leaf boxes grow by on top of their padding
-  // An outline's boxes: what padding and `apart` are multiplied by, and how large their numbers may be.
+  // boxes of links: what padding and `apart` are multiplied by, and how large their numbers may be.
   float pads = 1;
   float range = kMaxCoordinate;
 };

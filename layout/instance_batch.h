@@ -1,7 +1,7 @@
 // A batch: storage for n instances of one articulation, and what a frame has bound to it.
 #pragma once
 
-#include "layout/outline.h"
+#include "layout/link_bounds.h"
 
 namespace cab {
 
@@ -27,7 +27,7 @@ struct StoredHits {
 
 struct InstanceBatch {
   const Articulation* articulation = nullptr;
-  const Outline* outline = nullptr;
+  const LinkBounds* link_bounds = nullptr;
   std::uint32_t articulation_index = 0;
   BatchKind kind = BatchKind::kCharacters;
   std::uint32_t instance_count = 0;
@@ -41,8 +41,8 @@ struct InstanceBatch {
   // Frames: where this batch's hierarchy of one tile stands in a worker's memory.
   std::uint32_t worker_nodes = 0;
 
-  // Bound for the duration of one call. tested: what pairs are looked for among, the articulation or its outline.
-  const Articulation* tested = nullptr;
+  // Bound for the duration of one call. active: the articulation whose leaves are paired, the character's own or that of its link boxes.
+  const Articulation* active = nullptr;
   bool pairs_between = false;    // some rule tests its instances against others
   bool pairs_within = false;     // a rule tests the links of each instance against each other
   std::uint32_t first_task = 0;  // of the tasks that pair characters

@@ -61,9 +61,9 @@ struct PosedTileOf {
   std::uint8_t flags[kLanes];
 };
 
-// A tile of an articulation, or of an outline with the padding that it asks for.
+// A tile of an articulation, or of link boxes with the padding that it asks for.
 PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articulation, const TilePoses& poses,
-                 bool turned, float apart, bool outline) {
+                 bool turned, float apart, bool link_boxes) {
   PosedTileOf out;
   out.boxes.resize(articulation.leaf_count);
   std::vector<PointTile> joints(articulation.link_count);
@@ -77,8 +77,8 @@ PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articul
   job.joints = joints.data();
   job.flags = out.flags;
   job.apart = apart;
-  job.pads = outline ? kOutlinePads : 1;
-  job.range = (outline ? kOutlineRange : 1) * kMaxCoordinate;
+  job.pads = link_boxes ? kLinkPads : 1;
+  job.range = (link_boxes ? kLinkRange : 1) * kMaxCoordinate;
   kernels.pose_leaves(job);
   return out;
 }
@@ -100,7 +100,7 @@ struct Demanded {
 
 Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uint32_t link, const TilePoses& poses,
                 std::uint32_t instance, bool turned, float apart) {
-  const LinkLeaves& leaves = rig.outline.leaves[link];
+  const LinkLeaves& leaves = rig.link_bounds.leaves[link];
   Demanded out;
   out.rows.resize(leaf_bounds_width(leaves.leaf_count));
   out.leaf_bounds.resize(leaf_bounds_floats(leaves.leaf_count) / kLanes);
@@ -109,7 +109,7 @@ Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uin
   job.format = poses.format;
   job.pose = poses.pose(instance, leaves.link);
   job.orientation = turned ? poses.turns.data() + 4 * instance : nullptr;
-  job.local = &rig.outline.tiles[leaves.first_tile];
+  job.local = &rig.link_bounds.tiles[leaves.first_tile];
   job.leaf_count = leaves.leaf_count;
   job.apart = apart;
   job.rows = out.rows.data();
@@ -142,8 +142,8 @@ TEST_CASE("a link posed on demand has the boxes and bounds of a whole tile, bit 
       REQUIRE(all.flags[instance] == kInstanceOk);
       for (const kernel::KernelTable* kernels : available_kernels()) {
         CAPTURE(name_of(*kernels));
-        for (std::uint32_t link = 0; link < rig.outline.leaves.size; ++link) {
-          const LinkLeaves& leaves = rig.outline.leaves[link];
+        for (std::uint32_t link = 0; link < rig.link_bounds.leaves.size; ++link) {
+          const LinkLeaves& leaves = rig.link_bounds.leaves[link];
           const Demanded got = demand(*kernels, rig, link, poses, instance, turned, apart);
           const std::uint32_t width = leaf_bounds_width(leaves.leaf_count);
           counts[leaves.leaf_count] = true;
@@ -185,9 +185,9 @@ TEST_CASE("a posed box of a link contains the posed and padded boxes of its leav
       const auto apart = static_cast<float>(random.chance(0.6) ? 0 : size * random.log_uniform(1e-6, 10));
       const TilePoses poses = random_tile(random, format, rig.articulation.link_count, far * size);
       const PosedTileOf leaves = pose(kernels, rig.articulation, poses, turned, apart, false);
-      const PosedTileOf links = pose(kernels, rig.outline.links, poses, turned, apart, true);
-      for (std::uint32_t link = 0; link < rig.outline.leaves.size; ++link) {
-        const LinkLeaves& of = rig.outline.leaves[link];
+      const PosedTileOf links = pose(kernels, rig.link_bounds.links, poses, turned, apart, true);
+      for (std::uint32_t link = 0; link < rig.link_bounds.leaves.size; ++link) {
+        const LinkLeaves& of = rig.link_bounds.leaves[link];
         for (std::uint32_t n = 0; n < of.leaf_count; ++n)
           for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
             REQUIRE(leaves.flags[lane] == kInstanceOk);
@@ -206,7 +206,7 @@ TEST_CASE("a posed box of a link contains the posed and padded boxes of its leav
   CHECK(judged > 100'000);
 }
 
-TEST_CASE("where the leaves of a link stay in range, so does its posed box by the range of outlines") {
+TEST_CASE("where the leaves of a link stay in range, so does its posed box by the range of link boxes") {
   oracle::Random random(73);
   const kernel::KernelTable& kernels = *kernel::find_kernels(Isa::kAuto);
   const float most = kMaxCoordinate;
@@ -237,7 +237,7 @@ TEST_CASE("where the leaves of a link stay in range, so does its posed box by th
     TilePoses poses = random_tile(random, kFormats[round % 3], 1, 1e15);
     const bool turned = random.chance(0.3);
     const PosedTileOf posed = pose(kernels, rig.articulation, poses, turned, apart, false);
-    const PosedTileOf links = pose(kernels, rig.outline.links, poses, turned, apart, true);
+    const PosedTileOf links = pose(kernels, rig.link_bounds.links, poses, turned, apart, true);
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       if (posed.flags[lane] != kInstanceOk) continue;
       ++in_range;

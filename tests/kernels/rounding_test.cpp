@@ -3,7 +3,7 @@
 #include "kernels/merge_covariance.h"
 #include "kernels/overlap_sat.h"
 #include "kernels/pose_leaves.h"
-#include "layout/outline.h"
+#include "layout/link_bounds.h"
 #include "perf/oracle/float_frame.h"
 #include "perf/oracle/overlap_exact.h"
 #include "perf/oracle/touching_pairs.h"
@@ -43,9 +43,9 @@ constexpr Real kBoundsBoth = 13.1;                              // 4.3
 constexpr Real kWorld = 6.1;                                    // 5.2
 constexpr Real kFace = 28.6;                                    // 5.3
 constexpr Real kEdge = 37.7, kEdgeAlways = 13.2;                // 5.6
-constexpr Real kOutlineSize = 1.20e-3;                          // 6.5, of S and not in u
-constexpr Real kOutlinePlace = 58;                              // 6.5
-constexpr Real kOutlinePadding = 2.61, kOutlineLimit = 3.99;    // 6.4, 6.7
+constexpr Real kLinkSize = 1.20e-3;                             // 6.5, of S and not in u
+constexpr Real kLinkTranslation = 58;                           // 6.5
+constexpr Real kLinkPadding = 2.61, kLinkLimit = 3.99;          // 6.4, 6.7
 
 // What the kernels add covers what is derived, with a part's tolerance (4 u S) and the sum half + pad (1 u S) on top where
 // a leaf is padded.
@@ -60,9 +60,9 @@ static_assert(kernel::kBoundsPad >= kBoundsBoth * kU && kBoundsBoth >= kBoundsSi
 static_assert(kernel::kSlackWorld >= kWorld * kU);
 static_assert(2 * kernel::kSlackGrow >= kFace * kU && 2 * kernel::kSlackGrow >= kEdge * kU);
 static_assert(kernel::kSlackEdge >= kEdgeAlways * kU);
-static_assert(Real{kOutlineGrowSize} >= kOutlineSize && Real{kOutlineGrowPlace} >= kOutlinePlace * kU);
-static_assert(Real{kOutlineTiny} >= Real{kernel::kOverlapTiny});
-static_assert(Real{kOutlinePads} >= kOutlinePadding && Real{kOutlineRange} >= kOutlineLimit);
+static_assert(Real{kLinkGrowSize} >= kLinkSize && Real{kLinkGrowTranslation} >= kLinkTranslation * kU);
+static_assert(Real{kLinkTiny} >= Real{kernel::kOverlapTiny});
+static_assert(Real{kLinkPads} >= kLinkPadding && Real{kLinkRange} >= kLinkLimit);
 // The slack that a link's box was derived for: of another, step 6.1 has to be done again.
 static_assert(kernel::kSlackGrow == 24 * kU && kernel::kSlackEdge == 16 * kU);
 

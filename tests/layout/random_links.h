@@ -2,7 +2,7 @@
 #pragma once
 
 #include "layout/arena.h"
-#include "layout/outline.h"
+#include "layout/link_bounds.h"
 #include "perf/oracle/oracle_box.h"
 #include "perf/oracle/random.h"
 
@@ -14,15 +14,15 @@
 
 namespace cab::tests {
 
-// An articulation and its outline.
+// An articulation and its link bounds.
 struct LinkRig {
   explicit LinkRig(const ArticulationDesc& desc) : arena(default_allocator()) {
     REQUIRE(build_articulation(desc, arena, &articulation, nullptr) == Status::kOk);
-    build_outline(articulation, arena, &outline);
+    build_link_bounds(articulation, arena, &link_bounds);
   }
   Arena arena;
   Articulation articulation;
-  Outline outline;
+  LinkBounds link_bounds;
 };
 
 // One to six links of up to most_leaves leaves each, some with none, leaves in any order. Boxes are about `size` large,

@@ -1,4 +1,4 @@
-#include "layout/outline.h"
+#include "layout/link_bounds.h"
 
 #include "layout/fit_box.h"
 
@@ -41,7 +41,7 @@ Box enclose(const Box& along, const std::vector<Box>& boxes) {
       hi[k] = std::max(hi[k], at + reach);
     }
   }
-  double size = kOutlineTiny, away = 0;
+  double size = kLinkTiny, away = 0;
   for (int c = 0; c < 3; ++c) {
     double center = 0;
     for (int k = 0; k < 3; ++k) center += 0.5 * (lo[k] + hi[k]) * static_cast<double>(along.axis[k][c]);
@@ -49,7 +49,7 @@ Box enclose(const Box& along, const std::vector<Box>& boxes) {
     away += std::fabs(center);
     size += 0.5 * (hi[c] - lo[c]);
   }
-  const double grow = kOutlineGrowSize * size + kOutlineGrowPlace * away;
+  const double grow = kLinkGrowSize * size + kLinkGrowTranslation * away;
   for (int k = 0; k < 3; ++k) out.half[k] = static_cast<float>(0.5 * (hi[k] - lo[k]) + grow);
   return out;
 }
@@ -75,7 +75,7 @@ Box box_about(const std::vector<Box>& boxes) {
 
 }  // namespace
 
-void build_outline(const Articulation& articulation, Arena& arena, Outline* out) {
+void build_link_bounds(const Articulation& articulation, Arena& arena, LinkBounds* out) {
   std::vector<LinkLeaves> leaves;
   std::vector<PosedLink> posed;
   std::vector<std::uint16_t> links, order;
@@ -102,7 +102,7 @@ void build_outline(const Articulation& articulation, Arena& arena, Outline* out)
       link_boxes.push_back(box_about(boxes));
       links.push_back(link.link);
       order.push_back(at);
-      out->has_several = out->has_several || count > 1;
+      out->has_several_leaves = out->has_several_leaves || count > 1;
     }
     link.leaf_begin = at;
     link.leaf_end = static_cast<std::uint16_t>(links.size());

@@ -15,28 +15,28 @@ struct LinkLeaves {
   std::uint32_t first_tile;
 };
 
-struct Outline {
+struct LinkBounds {
   Articulation links;             // leaf i is the box about the leaves of the i-th link that has any; without a tree
   Span<const LinkLeaves> leaves;  // by leaf of `links`
   Span<const BoxTile> tiles;
-  bool has_several = false;  // some link has more leaves than one
+  bool has_several_leaves = false;  // some link has more leaves than one
 };
 
 // What the half extents of a link's box are larger by than the boxes in it ask: a part of their sum and of how far its
 // centre is, for what the leaf predicate's slack and the rounding of posing reach (docs/proof.md, steps 6.3 and 6.5).
-inline constexpr double kOutlineGrowSize = 0x1.8p-10;  // 1.46e-3; step 6.5: 1.20e-3
-inline constexpr double kOutlineGrowPlace = 0x1p-17;   // 128 u; step 6.5: 58 u
+inline constexpr double kLinkGrowSize = 0x1.8p-10;       // 1.46e-3; step 6.5: 1.20e-3
+inline constexpr double kLinkGrowTranslation = 0x1p-17;  // 128 u; step 6.5: 58 u
 // Added to the sum, so that links of points keep some slack, as kOverlapTiny does for the overlap test (step 6.6).
-inline constexpr double kOutlineTiny = 0x1p-100;
+inline constexpr double kLinkTiny = 0x1p-100;
 
 // What padding and margins are multiplied by when a link's box is posed: a leaf's reach sqrt 3 times as far along its
 // corners, and both boxes' places are rounded. Step 6.4: 2.61.
-inline constexpr float kOutlinePads = 2.75f;
+inline constexpr float kLinkPads = 2.75f;
 
-// Numbers of a posed outline are at most this many times as large as a leaf's may be. Step 6.7: 3.99.
-inline constexpr float kOutlineRange = 4;
+// numbers of a posed link box are at most this many times as large as a leaf's may be. Step 6.7: 3.99.
+inline constexpr float kLinkRange = 4;
 
-// Makes the outline of a built articulation, whose memory it shares. Throws std::bad_alloc.
-void build_outline(const Articulation& articulation, Arena& arena, Outline* out);
+// Makes the link boxes of a built articulation, whose memory it shares. Throws std::bad_alloc.
+void build_link_bounds(const Articulation& articulation, Arena& arena, LinkBounds* out);
 
 }  // namespace cab

@@ -1,5 +1,5 @@
-// Outlines: one box about all leaves of a link, with what posing and slack need to spare.
-#include "layout/outline.h"
+// Link bounds: one box about all leaves of a link, with what posing and slack need to spare.
+#include "layout/link_bounds.h"
 
 #include "perf/oracle/box_tile.h"
 #include "tests/layout/random_links.h"
@@ -19,10 +19,10 @@ TEST_CASE("a link's box contains its leaves' boxes and what is near them, of eve
     const double size = random.chance(0.3) ? random.log_uniform(1e-30, 1e17) : 1;
     const double away = size > 1e13 || random.chance(0.5) ? 5 : 1e4;
     const LinkRig rig = random_links(random, random.chance(0.5) ? 40 : 3, size, away);
-    const Articulation& links = rig.outline.links;
-    REQUIRE(links.leaf_count == rig.outline.leaves.size);
+    const Articulation& links = rig.link_bounds.links;
+    REQUIRE(links.leaf_count == rig.link_bounds.leaves.size);
     for (std::uint32_t i = 0; i < links.leaf_count; ++i) {
-      const LinkLeaves& leaves = rig.outline.leaves[i];
+      const LinkLeaves& leaves = rig.link_bounds.leaves[i];
       for (std::uint32_t n = 0; n < leaves.leaf_count; ++n) {
         const Box& leaf = rig.articulation.leaf_box[rig.articulation.leaf_order[leaves.first_leaf + n]];
         const auto inner = oracle_box(leaf);
@@ -37,27 +37,27 @@ TEST_CASE("a link's box contains its leaves' boxes and what is near them, of eve
   CHECK(judged > 10'000);
 }
 
-TEST_CASE("an outline lists each leaf once, under its own link, and tiles hold the same boxes, the last one repeated") {
+TEST_CASE("link bounds list each leaf once, under its own link, and tiles hold the same boxes, the last one repeated") {
   oracle::Random random(62);
   std::size_t empty = 0, several = 0;
   for (int round = 0; round < 100; ++round) {
     CAPTURE(round);
     const LinkRig rig = random_links(random, round % 4 == 0 ? 1 : 40, 1, 5);
-    const Articulation &links = rig.outline.links, &all = rig.articulation;
+    const Articulation &links = rig.link_bounds.links, &all = rig.articulation;
     std::vector<unsigned> seen(all.leaf_count);
-    bool has_several = false;
+    bool has_several_leaves = false;
     for (std::uint32_t i = 0; i < links.leaf_count; ++i) {
-      const LinkLeaves& leaves = rig.outline.leaves[i];
+      const LinkLeaves& leaves = rig.link_bounds.leaves[i];
       CHECK(leaves.link == links.leaf_link[i]);
-      CHECK((i == 0 || rig.outline.leaves[i - 1].link < leaves.link));
+      CHECK((i == 0 || rig.link_bounds.leaves[i - 1].link < leaves.link));
       CHECK(leaves.leaf_count > 0);
-      has_several = has_several || leaves.leaf_count > 1;
+      has_several_leaves = has_several_leaves || leaves.leaf_count > 1;
       for (std::uint32_t lane = 0; lane < tile_count(leaves.leaf_count) * kLanes; ++lane) {
         const std::uint32_t n = std::min<std::uint32_t>(lane, leaves.leaf_count - 1u);
         const std::uint16_t leaf = all.leaf_order[leaves.first_leaf + n];
         CHECK(all.leaf_link[leaf] == leaves.link);
         if (lane == n) ++seen[leaf];
-        const auto in_tile = oracle::get(rig.outline.tiles[leaves.first_tile + lane / kLanes], lane % kLanes);
+        const auto in_tile = oracle::get(rig.link_bounds.tiles[leaves.first_tile + lane / kLanes], lane % kLanes);
         const auto expected = oracle_box(all.leaf_box[leaf]);
         CHECK(std::memcmp(&in_tile, &expected, sizeof(expected)) == 0);
         // In the order of leaves, so that the first that touches is the lowest.
@@ -65,8 +65,8 @@ TEST_CASE("an outline lists each leaf once, under its own link, and tiles hold t
       }
     }
     CHECK(std::all_of(seen.begin(), seen.end(), [](unsigned times) { return times == 1; }));
-    CHECK(rig.outline.has_several == has_several);
-    several += has_several;
+    CHECK(rig.link_bounds.has_several_leaves == has_several_leaves);
+    several += has_several_leaves;
     empty += links.link_count - links.leaf_count;
     // Links are posed as those of the articulation are: the same ones, and joints where merges would ask for them.
     REQUIRE(links.posed_links.size == all.posed_links.size);
@@ -86,9 +86,9 @@ TEST_CASE("a link of one leaf has that leaf's box, no more than slack and paddin
   oracle::Random random(63);
   for (int round = 0; round < 50; ++round) {
     const LinkRig rig = random_links(random, 1, 1, 5);
-    for (std::uint32_t i = 0; i < rig.outline.links.leaf_count; ++i) {
-      const Box &link = rig.outline.links.leaf_box[i],
-                &leaf = rig.articulation.leaf_box[rig.articulation.leaf_order[rig.outline.leaves[i].first_leaf]];
+    for (std::uint32_t i = 0; i < rig.link_bounds.links.leaf_count; ++i) {
+      const Box &link = rig.link_bounds.links.leaf_box[i],
+                &leaf = rig.articulation.leaf_box[rig.articulation.leaf_order[rig.link_bounds.leaves[i].first_leaf]];
       const auto area = [](const Box& box, float wider) {
         const float x = box.half[0] + wider, y = box.half[1] + wider, z = box.half[2] + wider;
         return x * y + y * z + z * x;
