@@ -1,15 +1,13 @@
 #include "engine/broad_phase.h"
 
 #include "engine/search_grid.h"
+#include "layout/error_bounds.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace cab {
 namespace {
-
-// Rounding of origin + bound in double, as a fraction of their magnitudes: docs/proof.md, step 4.4, a little over 2^-52.
-constexpr double kWorldPad = 0x1p-51;
 
 // Instances that one task counts or places.
 constexpr std::uint32_t kInstancesPerTask = 1024;

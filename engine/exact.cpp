@@ -2,6 +2,7 @@
 #include "engine/exact.h"
 
 #include "engine/convex_hull.h"
+#include "layout/error_bounds.h"
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -159,9 +160,6 @@ bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
 
 // FCL's distance query stops when a step gains less than this fraction of what the two parts may span.
 constexpr double kDistanceStep = 1e-10;
-
-// Rounding of support points and poses in double, with room.
-constexpr double kGapRounding = 0x1p-40;
 
 // Two parts that are apart: the distance FCL found (the least one is no larger), its direction from a to b, the middle
 // of the gap, and a distance that they surely keep.

@@ -68,7 +68,7 @@ inline std::uint32_t level_of(const Grid& grid, const InstanceBounds& bounds) {
 // The number of the cell that holds a coordinate. Cells are powers of two, so nothing is rounded but to below.
 inline std::int64_t cell_of(const Grid& grid, std::uint32_t level, std::uint32_t axis, double at) {
   if (grid.flat[axis]) return 0;
-  constexpr double most = 0x1p61;
+  constexpr double most = std::int64_t{1} << 61;
   const double scaled = std::clamp(at * grid.scale[level], -most, most);
   const std::int64_t whole = static_cast<std::int64_t>(scaled);
   return whole - (static_cast<double>(whole) > scaled);
@@ -87,16 +87,13 @@ inline std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds, s
                    cell_of(grid, level, 2, bounds.lo[2]));
 }
 
-// Rounded to float, away from the inside of the bounds.
-inline float rounded_down(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
-
 // Makes an entry: bounds about the grid's origin. What float rounds only lets more entries meet, which their bounds in double
 // tell apart.
 inline void set_entry(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance,
                       GridEntry& out) {
   for (std::uint32_t c = 0; c < 3; ++c) {
-    out.side[c] = rounded_down(bounds.lo[c] - grid.origin[c]);
-    out.side[3 + c] = rounded_down(grid.origin[c] - bounds.hi[c]);
+    out.side[c] = float_below(bounds.lo[c] - grid.origin[c]);
+    out.side[3 + c] = float_below(grid.origin[c] - bounds.hi[c]);
   }
   out.batch = batch;
   out.instance = instance;

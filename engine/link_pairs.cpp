@@ -42,7 +42,7 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
   pose.orientation = input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
   pose.local = side.batch->link_bounds->tiles.data + side.leaves->first_tile;
   pose.leaf_count = side.leaves->leaf_count;
-  pose.apart = kernel::kMarginShare * margin;
+  pose.margin = kMarginShare * margin;
   pose.boxes = set.boxes.end();
   pose.leaf_bounds = set.leaf_bounds.end();
   engine.kernels->pose_link_leaves(pose);
@@ -61,8 +61,8 @@ void set_meeting(const Worker& worker, const LinkSide& a, const LinkSide& b, con
     return static_cast<double>(bounds[bound * leaf_bounds_width(links) + side.link]);
   };
   for (std::uint32_t c = 0; c < 3; ++c) {
-    filter.meet_lo[c] = below(std::max(bound(a, c), bound(b, c) + shift[c]));
-    filter.meet_hi[c] = above(std::min(bound(a, 3 + c), bound(b, 3 + c) + shift[c]));
+    filter.meet_lo[c] = float_below(std::max(bound(a, c), bound(b, c) + shift[c]));
+    filter.meet_hi[c] = float_above(std::min(bound(a, 3 + c), bound(b, 3 + c) + shift[c]));
   }
 }
 

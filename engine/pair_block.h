@@ -42,10 +42,6 @@ void pad(PairBlock<AosBox>& block) {
   }
 }
 
-// A bound of a in b's place, rounded outwards.
-inline float below(double value) { return static_cast<float>(value - 0x1p-22 * std::fabs(value)); }
-inline float above(double value) { return static_cast<float>(value + 0x1p-22 * std::fabs(value)); }
-
 // Gives a filter the difference of a candidate's origins, b less a, which is kept in double as well.
 inline void set_shift(const Worker& worker, const Candidate& candidate, double (&shift)[3], kernel::RowFilter& filter) {
   const auto origin = [&worker](std::uint32_t place, std::uint32_t c) {

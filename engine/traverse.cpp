@@ -222,8 +222,8 @@ CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t slot
   set_shift(worker, candidate, sides.shift, filter);
   for (std::uint32_t c = 0; c < 3; ++c) {
     const double origin = tile_a.placement[lane_a].origin[c];
-    filter.meet_lo[c] = below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
-    filter.meet_hi[c] = above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
+    filter.meet_lo[c] = float_below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
+    filter.meet_hi[c] = float_above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
   }
   filter.slot = slot;
   filter.self = sides.within;

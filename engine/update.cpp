@@ -11,12 +11,12 @@ namespace cab {
 namespace {
 
 // Steps after posing: inner boxes, or bounds of every node, by the refit policy.
-void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies, bool turned,
-           float apart, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
+void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies, bool rotated,
+           float margin, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
   const std::size_t extents = static_cast<std::size_t>(policies.extents);
   const bool tree = policies.strategy == Strategy::kTree;
   if (policies.refit == Refit::kAabbVertices) {
-    const kernel::PosePad pad = kernel::pad_of(turned, apart, 1);
+    const PosePad pad = kernel::pad_of(rotated, margin, 1);
     kernels.fit_vertices(
         {&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data, aabbs, pad});
   } else if (policies.refit == Refit::kAabbHull) {
@@ -92,11 +92,11 @@ std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, cons
   pose.joints = worker.joints.data;
   pose.motions = policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
   pose.flags = flags;
-  pose.apart = kernel::kMarginShare * margin;
+  pose.margin = kMarginShare * margin;
   pose_leaves(engine, batch, report, pose);
 
   if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.active, policies, kernel::is_turned(pose), pose.apart, worker, nodes, aabbs);
+    refit(*engine.kernels, *batch.active, policies, kernel::is_rotated(pose), pose.margin, worker, nodes, aabbs);
 
   std::uint32_t taking_part = 0;
   for (std::uint32_t lane = 0; lane < tile.count; ++lane)

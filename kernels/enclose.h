@@ -1,8 +1,8 @@
 // The paper's Eq. 4: the box along given axes that contains two boxes.
 #pragma once
 
-#include "kernels/bounds.h"
 #include "kernels/box.h"
+#include "layout/error_bounds.h"
 
 namespace cab::kernel {
 
@@ -28,7 +28,7 @@ CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction
 template <class V>
 CAB_INLINE BoxLanes<V> box_of_interval(Vec3<V> from, const Vec3<V> (&axes)[3], Vec3<V> middle, Vec3<V> half) {
   const Vec3<V> center = from + (middle.x * axes[0] + middle.y * axes[1] + middle.z * axes[2]);
-  const V pad = V(kMergePadSize) * sum(half) + V(kMergePadPlace) * max_component(abs(center)) + V(kMergePadTiny);
+  const V pad = V(kMergePadSize) * sum(half) + V(kMergePadCenter) * max_component(abs(center)) + V(kMergePadTiny);
   return {center, {axes[0], axes[1], axes[2]}, {half.x + pad, half.y + pad, half.z + pad}};
 }
 

@@ -4,6 +4,7 @@
 #include "kernels/simd.h"
 #include "kernels/transpose.h"
 #include "kernels/vec3.h"
+#include "layout/error_bounds.h"
 #include "layout/leaf_bounds_soa.h"
 #include "layout/pair_list.h"
 
@@ -67,9 +68,9 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
       outside = either(outside, either(low > V(filter.meet_hi[c]), V(filter.meet_lo[c]) > high));
       const V moved_low = (low - V(filter.shift[c])) - V(filter.shift_rest[c]);
       const V moved_high = (high - V(filter.shift[c])) - V(filter.shift_rest[c]);
-      const V rest = V(0x1p-46f * std::fabs(filter.shift[c]));
-      Lanes<V>::store(lo[c] + lane, moved_low - (V(0x1p-22f) * abs(moved_low) + rest));
-      Lanes<V>::store(hi[c] + lane, moved_high + (V(0x1p-22f) * abs(moved_high) + rest));
+      const V rest = V(kShiftPad * std::fabs(filter.shift[c]));
+      Lanes<V>::store(lo[c] + lane, moved_low - (V(kMovePad) * abs(moved_low) + rest));
+      Lanes<V>::store(hi[c] + lane, moved_high + (V(kMovePad) * abs(moved_high) + rest));
     }
     out |= (~bits(outside) & ((1u << kWidth<V>)-1)) << lane;
   }

@@ -1,8 +1,8 @@
 // Axis-aligned bounds: of a box, and of two bounds (the paper's AABB*). Merging rounds nothing and pads nothing.
 #pragma once
 
-#include "kernels/bounds.h"
 #include "kernels/box.h"
+#include "layout/error_bounds.h"
 
 namespace cab::kernel {
 

@@ -60,10 +60,10 @@ CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Ve
   const Vec3<V> normal = cross(major_1.unit, major_2.unit);
 
   const V limit = V(kParallel) * (dot(major_1.unit, major_1.unit) * dot(major_2.unit, major_2.unit));
-  const Mask<V> apart = both(dot(normal, normal) > limit, both_matter(major_1, major_2));
+  const Mask<V> not_parallel = both(dot(normal, normal) > limit, both_matter(major_1, major_2));
   const Mask<V> copy_2 = copies_second(major_1, major_2);
-  const Vec3<V> main = choose<V>(apart, m, choose<V>(copy_2, second.axis[0], first.axis[0]));
-  const Vec3<V> minor = choose<V>(apart, normal, choose<V>(copy_2, second.axis[1], first.axis[1]));
+  const Vec3<V> main = choose<V>(not_parallel, m, choose<V>(copy_2, second.axis[0], first.axis[0]));
+  const Vec3<V> minor = choose<V>(not_parallel, normal, choose<V>(copy_2, second.axis[1], first.axis[1]));
 
   // Gram-Schmidt with the unnormalised main axis, so that the two square roots do not wait for each other.
   const V main_sq = dot(main, main);

@@ -1,9 +1,9 @@
 // The overlap test of two boxes: fifteen separating axes with slack, and the one leaf predicate of the house.
 #pragma once
 
-#include "kernels/bounds.h"
 #include "kernels/box.h"
 #include "kernels/merge_aabb.h"
+#include "layout/error_bounds.h"
 
 #include <cab/policy.h>
 

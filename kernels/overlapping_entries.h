@@ -12,7 +12,7 @@ inline constexpr std::uint32_t kEntryFloats = 8, kEntrySides = 6;
 template <class V>
 inline constexpr std::uint32_t kEntryVectors = (kEntrySides + kWidth<V> - 1) / kWidth<V>;
 
-// What the sides of an entry that meets `query` are at most: its own with signs turned and halves swapped. As many times over as
+// What the sides of an entry that meets `query` are at most: its own with signs flipped and halves swapped. As many times over as
 // a vector holds entries; what is compared to an entry's last two numbers means nothing.
 template <class V>
 CAB_INLINE void upper_limits(const GridEntry& query, V (&limits)[kEntryVectors<V>]) {

@@ -1,10 +1,10 @@
 // Posing: link poses in the caller's layout -> leaf boxes and joints of one tile.
 #pragma once
 
-#include "kernels/bounds.h"
 #include "kernels/box.h"
 #include "kernels/transpose.h"
 #include "layout/articulation.h"
+#include "layout/error_bounds.h"
 
 namespace cab::kernel {
 
@@ -20,8 +20,8 @@ struct PoseTile {
   PointTile* joints;
   MotionTile* motions;  // by link, or null where nobody needs them
   std::uint8_t* flags;  // 16
-  float apart = 0;      // what leaf boxes grow by on top of their padding
-  // boxes of links: what padding and `apart` are multiplied by, and how large their numbers may be.
+  float margin = 0;     // what leaf boxes grow by on top of their padding
+  // boxes of links: what padding and `margin` are multiplied by, and how large their numbers may be.
   float pads = 1;
   float range = kMaxCoordinate;
 };
@@ -31,7 +31,7 @@ inline void point_lanes(const float* first, std::size_t stride, std::uint32_t li
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) lanes[lane] = first + (lane < live ? lane : live - 1) * stride;
 }
 
-inline bool is_turned(const PoseTile& tile) { return tile.orientations[0] != nullptr; }
+inline bool is_rotated(const PoseTile& tile) { return tile.orientations[0] != nullptr; }
 
 // Rotation and translation of a link, one instance a lane.
 template <class V>
@@ -107,17 +107,17 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
 // A leaf box of one link in the instance's frame. local: the box in the link's frame. body: what its size adds to its
 // half extents, place: what the translation's magnitude does.
 template <class V>
-CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float place) {
+CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float translation) {
   BoxLanes<V> box;
   for (int k = 0; k < 3; ++k) box.axis[k] = rotate(pose.column, local.axis[k]);
   polish(box.axis);
   box.center = pose.translation + rotate(pose.column, local.center);
-  const V pad = body + V(place) * max_component(abs(pose.translation));
+  const V pad = body + V(translation) * max_component(abs(pose.translation));
   box.half = {local.half.x + pad, local.half.y + pad, local.half.z + pad};
   return box;
 }
 
-// Padded so that it contains the exactly posed box (and, with by.apart, every point that near to it).
+// Padded so that it contains the exactly posed box (and, with by.margin, every point that near to it).
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by) {
   const auto vector = [](const float* p) { return Vec3<V>{V(p[0]), V(p[1]), V(p[2])}; };
@@ -126,7 +126,7 @@ CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, Pos
   return pose_box<V>(
       pose,
       {vector(local.center), {vector(local.axis[0]), vector(local.axis[1]), vector(local.axis[2])}, vector(local.half)},
-      V((by.body * (size + out) + kMergePadTiny) + by.apart), by.place);
+      V((by.body * (size + out) + kMergePadTiny) + by.margin), by.translation);
 }
 
 // The same with another local box in every lane.
@@ -134,7 +134,7 @@ template <class V>
 CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& local, PosePad by) {
   const Vec3<V> away = abs(local.center);
   const V size = local.half.x + local.half.y + local.half.z, out = away.x + away.y + away.z;
-  return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + V(by.apart), by.place);
+  return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + V(by.margin), by.translation);
 }
 
 // True lanes have every number within kMaxCoordinate (so no NaN and no infinity).
@@ -205,14 +205,14 @@ CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   store_box(tile, lane, box);
 }
 
-// A link's pose in the instance's frame, turned as the instance is. turns: null where none is.
+// A link's pose in the instance's frame, rotated as the instance is. rotations: null where none is.
 template <class V>
-CAB_INLINE RigidLanes<V> turned_pose(const RawPoses& raw, const RawPoses* turns, PoseFormat format, std::uint32_t lane,
-                                     LaneChecks<V>& checks) {
+CAB_INLINE RigidLanes<V> rotated_pose(const RawPoses& raw, const RawPoses* rotations, PoseFormat format,
+                                      std::uint32_t lane, LaneChecks<V>& checks) {
   RigidLanes<V> pose = link_pose(raw, format, lane, checks);
-  if (turns) {
+  if (rotations) {
     Vec3<V> turn[3];
-    read_quaternion(*turns, lane, checks, turn);
+    read_quaternion(*rotations, lane, checks, turn);
     for (int k = 0; k < 3; ++k) pose.column[k] = rotate(turn, pose.column[k]);
     pose.translation = rotate(turn, pose.translation);
   }
@@ -220,17 +220,17 @@ CAB_INLINE RigidLanes<V> turned_pose(const RawPoses& raw, const RawPoses* turns,
 }
 
 // What pads the leaves of a link.
-inline PosePad pad_of(bool turned, float apart, float pads) {
-  const PosePad pad = turned ? kPosePadTurned : kPosePad;
-  return {pad.body * pads, pad.place * pads, apart * pads};
+inline PosePad pad_of(bool rotated, float margin, float pads) {
+  const PosePad pad = rotated ? kPosePadRotated : kPosePad;
+  return {pad.body * pads, pad.translation * pads, margin * pads};
 }
 
 // Poses one link and its leaves in the lanes that V covers.
 template <class V>
-CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const RawPoses& raw, const RawPoses& turns,
+CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const RawPoses& raw, const RawPoses& rotations,
                           std::uint32_t lane, LaneChecks<V>& checks) {
   const Articulation& articulation = *args.articulation;
-  const RigidLanes<V> pose = turned_pose(raw, is_turned(args) ? &turns : nullptr, args.format, lane, checks);
+  const RigidLanes<V> pose = rotated_pose(raw, is_rotated(args) ? &rotations : nullptr, args.format, lane, checks);
   if (args.motions) {
     for (int k = 0; k < 3; ++k) store3(args.motions[posed.link].column[k], lane, pose.column[k]);
     store3(args.motions[posed.link].translation, lane, pose.translation);
@@ -241,7 +241,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
     checks.in_range = both(checks.in_range, in_range(at));
     store3(args.joints[posed.link].at, lane, at);
   }
-  const PosePad pad = pad_of(is_turned(args), args.apart, args.pads);
+  const PosePad pad = pad_of(is_rotated(args), args.margin, args.pads);
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
     const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], pad);
@@ -288,13 +288,13 @@ void pose_leaves(const PoseTile& args) {
   const Mask<V> yes = V(0.0f) <= V(0.0f);
   LaneChecks<V> checks[kLanes / kWidth<V>];
   for (auto& check : checks) check = {yes, yes, yes};
-  RawPoses raw, turns;
-  if (is_turned(args)) read_raw<V>(args.orientations, 0, 4, turns);
+  RawPoses raw, rotations;
+  if (is_rotated(args)) read_raw<V>(args.orientations, 0, 4, rotations);
 
   for (const PosedLink& posed : articulation.posed_links) {
     read_raw<V>(args.poses, posed.link * args.link_stride, pose_float_count(args.format), raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-      pose_link(args, posed, raw, turns, lane, checks[lane / kWidth<V>]);
+      pose_link(args, posed, raw, rotations, lane, checks[lane / kWidth<V>]);
   }
 
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {

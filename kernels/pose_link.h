@@ -17,7 +17,7 @@ struct PoseLink {
   const float* orientation;
   const BoxTile* local;
   std::uint32_t leaf_count;
-  float apart;
+  float margin;
   BoxAos* boxes;
   float* leaf_bounds;
 };
@@ -32,11 +32,11 @@ template <class V>
 void pose_link_leaves(const PoseLink& args) {
   const Mask<V> yes = V(0.0f) <= V(0.0f);
   LaneChecks<V> checks = {yes, yes, yes};  // passed before, when the instance was bounded
-  RawPoses raw, turns;
+  RawPoses raw, rotations;
   spread_raw<V>(args.pose, pose_float_count(args.format), raw);
-  if (args.orientation) spread_raw<V>(args.orientation, 4, turns);
-  const RigidLanes<V> pose = turned_pose<V>(raw, args.orientation ? &turns : nullptr, args.format, 0, checks);
-  const PosePad pad = pad_of(args.orientation != nullptr, args.apart, 1);
+  if (args.orientation) spread_raw<V>(args.orientation, 4, rotations);
+  const RigidLanes<V> pose = rotated_pose<V>(raw, args.orientation ? &rotations : nullptr, args.format, 0, checks);
+  const PosePad pad = pad_of(args.orientation != nullptr, args.margin, 1);
   const std::uint32_t width = leaf_bounds_width(args.leaf_count);
   for (std::uint32_t first = 0; first < args.leaf_count; first += kLanes) {
     BoxTile tile;

@@ -241,8 +241,8 @@ CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t lea
     const Vec3<V> at = V(vertex[0]) * column[0] + V(vertex[1]) * column[1] + V(vertex[2]) * column[2];
     out = merge_aabb(out, AabbLanes<V>{at, at});
   }
-  const V pad = V((tile.pad.body * articulation.leaf_vertex_reach[leaf] + kMergePadTiny) + tile.pad.apart) +
-                V(tile.pad.place) * max_component(abs(translation));
+  const V pad = V((tile.pad.body * articulation.leaf_vertex_reach[leaf] + kMergePadTiny) + tile.pad.margin) +
+                V(tile.pad.translation) * max_component(abs(translation));
   const Vec3<V> wide = {pad, pad, pad};
   return {out.lo + translation - wide, out.hi + translation + wide};
 }

@@ -1,6 +1,7 @@
 #include "layout/articulation.h"
 
 #include "layout/arena.h"
+#include "layout/error_bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,14 +14,6 @@ namespace {
 
 // Axes further than this from orthonormal (max |R^T R - I|) are no rotation.
 constexpr double kAxesTolerance = 1e-5;
-
-// Axes closer than this are kept bit for bit; further ones are made orthonormal and the box grows to cover the
-// change. What is kept is a part of what posing pads (docs/proof.md, steps 2.1 and 2.5).
-constexpr double kAxesExact = 4.0 / (1 << 24);
-
-// A part may exceed its leaf's box by this fraction of the box's S (float rounding of the caller's own fit):
-// an eighth of the padding that posing adds.
-constexpr double kShapeTolerance = 1.0 / (1 << 22);
 
 bool finite(const float* values, std::size_t count, float limit) {
   for (std::size_t i = 0; i < count; ++i)

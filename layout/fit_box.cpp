@@ -1,5 +1,7 @@
 #include "layout/fit_box.h"
 
+#include "layout/error_bounds.h"
+
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -21,16 +23,10 @@ using Axes = Eigen::Matrix3d;  // column k is axis k
 // Eigenvalues and areas that differ by less than this fraction say nothing about which axes are better.
 constexpr double kAgree = 0.01;
 
-// Widths that differ by less than this fraction of the longest are equal: vertices are rounded to about 2^-24.
-constexpr double kSameWidth = 0x1p-20;
-
-// Components of axes below a quarter of the unit roundoff are rounding errors of the eigen-solver.
-constexpr double kZero = 0x1p-26;
-
 // Cells along an edge of the grid of directions that extremes are looked for in.
 constexpr int kGrid = 12;
 
-constexpr int kMaxTurns = 24;  // of one descent; of 2000 turned cubes none took more than 11
+constexpr int kMaxTurns = 24;  // of one descent; of 2000 rotated cubes none took more than 11
 
 bool before(const Vector3d& a, const Vector3d& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
@@ -118,10 +114,10 @@ struct Turn {
   double area;
 };
 
-// The axes turned about axis `kept` to the least area, unchanged when nothing is gained. With widths a and b across the
+// The axes rotated about axis `kept` to the least area, unchanged when nothing is gained. With widths a and b across the
 // kept axis and c along it the area is (a + c)(b + c) - c^2; a and b are concave between rotations at which an edge of
 // the projected hull lies on the box, so one of these rotations is the least.
-Axes turned(const Points& points, const Axes& axes, int kept) {
+Axes rotated(const Points& points, const Axes& axes, int kept) {
   const int next = (kept + 1) % 3, last = (kept + 2) % 3;
   std::vector<Vector2d> projected;
   for (const Vector3d& point : points) projected.emplace_back(point.dot(axes.col(next)), point.dot(axes.col(last)));
@@ -191,18 +187,18 @@ Axes covariance_axes(const Points& points) {
   };
   const bool low_agree = agree(values[0], values[1]), high_agree = agree(values[1], values[2]);
   if (low_agree && high_agree) return Axes::Identity();
-  if (low_agree) return turned(points, link_axes_about(solver.eigenvectors().col(2)), 2);
-  if (high_agree) return turned(points, link_axes_about(solver.eigenvectors().col(0)), 2);
+  if (low_agree) return rotated(points, link_axes_about(solver.eigenvectors().col(2)), 2);
+  if (high_agree) return rotated(points, link_axes_about(solver.eigenvectors().col(0)), 2);
   return solver.eigenvectors();
 }
 
-// The axes turned about one of them after the other while that makes the area less, or as they were if less than kAgree
-// is gained. Covariance is blind to a turned cube, and misled where a shape has more corners on one side.
-Axes turned_about_each(const Points& points, const Axes& axes) {
+// The axes rotated about one of them after the other while that makes the area less, or as they were if less than kAgree
+// is gained. Covariance is blind to a rotated cube, and misled where a shape has more corners on one side.
+Axes rotated_about_each(const Points& points, const Axes& axes) {
   Axes best = axes;
   int idle = 0;
   for (int i = 0; i < kMaxTurns && idle < 3; ++i) {
-    const Axes next = turned(points, best, i % 3);
+    const Axes next = rotated(points, best, i % 3);
     idle = next == best ? idle + 1 : 0;
     best = next;
   }
@@ -211,7 +207,7 @@ Axes turned_about_each(const Points& points, const Axes& axes) {
 
 // The axes of the box; never worse than the link's.
 Axes axes_for(const Points& points) {
-  const Axes axes = turned_about_each(points, covariance_axes(points));
+  const Axes axes = rotated_about_each(points, covariance_axes(points));
   return area(points, axes) < area(points, Axes::Identity()) ? axes : Axes::Identity();
 }
 
@@ -247,7 +243,7 @@ Box box_about(Span<const float> vertices, const Axes& axes) {
   Axes rounded;
   for (int k = 0; k < 3; ++k) {
     for (int c = 0; c < 3; ++c) {
-      box.axis[k][c] = std::fabs(axes(c, k)) < kZero ? 0.0f : static_cast<float>(axes(c, k));
+      box.axis[k][c] = std::fabs(axes(c, k)) < kZeroComponent ? 0.0f : static_cast<float>(axes(c, k));
       rounded(c, k) = static_cast<double>(box.axis[k][c]);
     }
   }
@@ -269,12 +265,10 @@ Box box_about(Span<const float> vertices, const Axes& axes) {
     box.center[c] = static_cast<float>(middle[c]);
     center[c] = static_cast<double>(box.center[c]);
   }
-  // Of 2^-53 |row| |vertex - center| the entries cost 14, the difference 1, products and sums 3, this line 3: 32 cover it.
-  constexpr double kRounding = 0x1p-48;
   Vector3d half = Vector3d::Zero();
   for (std::size_t v = 0; v < vertices.size; v += 3) {
     const Vector3d offset = vertex_at(vertices, v) - center;
-    half = half.cwiseMax((dual * offset).cwiseAbs() + kRounding * (dual.cwiseAbs() * offset.cwiseAbs()));
+    half = half.cwiseMax((dual * offset).cwiseAbs() + kFitPad * (dual.cwiseAbs() * offset.cwiseAbs()));
   }
   for (int k = 0; k < 3; ++k) box.half[k] = rounded_up(half[k]);
   return box;

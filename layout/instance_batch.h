@@ -1,7 +1,10 @@
 // A batch: storage for n instances of one articulation, and what a frame has bound to it.
 #pragma once
 
+#include "layout/error_bounds.h"
 #include "layout/link_bounds.h"
+
+#include <cmath>
 
 namespace cab {
 
@@ -10,6 +13,10 @@ struct InstanceBounds {
   double lo[3];
   double hi[3];
 };
+
+// The nearest floats outside of bounds in double: a lower bound moves down, an upper one up (docs/proof.md, step 4.5).
+inline float float_below(double value) { return static_cast<float>(value - kOutwards * std::fabs(value)); }
+inline float float_above(double value) { return static_cast<float>(value + kOutwards * std::fabs(value)); }
 
 // Where an instance is in the world.
 struct Placement {

@@ -14,7 +14,7 @@ namespace cab::perf {
 struct PosedFigure {
   scenes::Character figure;  // its poses are those of the sample, [pose][link]
   std::uint32_t pose_count = 0;
-  std::vector<float> orientations;  // [pose][4], or empty: none is turned
+  std::vector<float> orientations;  // [pose][4], or empty: none is rotated
 };
 
 // Sum of the surfaces of all inner boxes of all figures in all poses; 0 where there are none.

@@ -33,7 +33,7 @@ SweepLink limb(std::int32_t parent, Vec3 offset, Vec3 axis, double rest, double 
 // A turn about an axis that is no axis of the world, so that nothing is exact by chance.
 constexpr Vec3 kTilted = {0.48, -0.6, 0.64};
 
-// Links one after the other, each turned by a multiple of the parameter about its own axis.
+// Links one after the other, each rotated by a multiple of the parameter about its own axis.
 std::vector<SweepLink> chain(int count, float half_length, float half_width) {
   std::vector<SweepLink> links;
   for (int i = 0; i < count; ++i) {
@@ -73,7 +73,7 @@ std::array<double, 4> product(const std::array<double, 4>& a, const std::array<d
           a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3], a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
 }
 
-Vec3 turned(const std::array<double, 4>& q, const double (&v)[3]) {
+Vec3 rotated(const std::array<double, 4>& q, const double (&v)[3]) {
   const std::array<double, 4> out = product(product(q, {v[0], v[1], v[2], 0}), {-q[0], -q[1], -q[2], q[3]});
   return {out[0], out[1], out[2]};
 }
@@ -91,7 +91,7 @@ void append_poses(const SweepCase& figure, double degrees, std::vector<float>& p
       at.push_back({link.offset[0], link.offset[1], link.offset[2]});
     } else {
       const auto parent = static_cast<std::size_t>(link.parent);
-      const Vec3 way = turned(turn[parent], link.offset);
+      const Vec3 way = rotated(turn[parent], link.offset);
       at.push_back({at[parent][0] + way[0], at[parent][1] + way[1], at[parent][2] + way[2]});
       turn.push_back(product(turn[parent], own));
     }

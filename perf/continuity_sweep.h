@@ -11,7 +11,7 @@
 namespace cab::perf {
 
 // A link with one leaf box or none (half extents 0). Its frame stands at `offset` in its parent's frame (of link 0: in
-// the instance's) and is turned there by `rest` degrees about `axis`, and by `sway` degrees more for each degree of the
+// the instance's) and is rotated there by `rest` degrees about `axis`, and by `sway` degrees more for each degree of the
 // parameter.
 struct SweepLink {
   std::int32_t parent;

@@ -4,8 +4,8 @@
 #include <array>
 #include <iterator>
 
-#include "kernels/bounds.h"
 #include "kernels/refit_tree.h"
+#include "layout/error_bounds.h"
 #include "perf/oracle/box_tile.h"
 #include "perf/oracle/containment.h"
 #include "perf/oracle/float_frame.h"
@@ -38,7 +38,8 @@ MergeProgram two_limbs(bool has_joint) {
   static constexpr MergeStep kFree[] = {{0, 1, kNoJoint}, {2, 3, kNoJoint}, {4, 5, kNoJoint}};
   static constexpr std::uint16_t kCounts[] = {1, 1, 1, 1, 2, 2, 4}, kFirst[] = {0, 1, 2, 3, 0, 2, 0};
   static constexpr std::uint16_t kLeafSequence[] = {0, 1, 2, 3};
-  return {{has_joint ? kAtJoint : kFree, 3}, {kCounts, kNodeCount}, {kFirst, kNodeCount}, {kLeafSequence, kLeafCount}, 2};
+  return {
+      {has_joint ? kAtJoint : kFree, 3}, {kCounts, kNodeCount}, {kFirst, kNodeCount}, {kLeafSequence, kLeafCount}, 2};
 }
 
 // What a parent must hold, by extents and by parent.
@@ -48,22 +49,22 @@ std::vector<std::uint32_t> below(Extents extents, std::uint32_t parent) {
   return {0, 1, 2, 3};
 }
 
-// A child of another limb at the same joint: turned about it and of another size. Its axes stay as they were where
+// A child of another limb at the same joint: rotated about it and of another size. Its axes stay as they were where
 // rounding them again would leave them off orthonormal by more than a merge accepts.
-Box3f turned_about(const float (&joint)[3], const double (&turn)[3][3], double size, const Box3f& child) {
-  const auto turned = [&](const oracle::Vec3<double>& v) {
+Box3f rotated_about(const float (&joint)[3], const double (&turn)[3][3], double size, const Box3f& child) {
+  const auto rotated = [&](const oracle::Vec3<double>& v) {
     return v[0] * oracle::to_vec3(turn[0]) + v[1] * oracle::to_vec3(turn[1]) + v[2] * oracle::to_vec3(turn[2]);
   };
   const auto pivot = oracle::convert<double>(oracle::to_vec3(joint));
   const auto wide = oracle::convert<double>(child);
   Box3f out = child;
   for (std::size_t k = 0; k < 3; ++k) {
-    store(oracle::convert<float>(turned(axis_of(wide, k))), out.axis[k]);
+    store(oracle::convert<float>(rotated(axis_of(wide, k))), out.axis[k]);
     out.half[k] = static_cast<float>(size * wide.half[k]);
   }
   if (oracle::orthonormality_error(out) > oracle::kOrthonormalityLimit)
     for (std::size_t k = 0; k < 3; ++k) store(axis_of(child, k), out.axis[k]);
-  store(oracle::convert<float>(pivot + size * turned(center_of(wide) - pivot)), out.center);
+  store(oracle::convert<float>(pivot + size * rotated(center_of(wide) - pivot)), out.center);
   return out;
 }
 
@@ -82,8 +83,8 @@ void make_leaves(Task& task, MergeWork& work) {
     const double size = task.random.log_uniform(0.5, 2.0);
     put(work.nodes[0], lane, one.child1);
     put(work.nodes[1], lane, one.child2);
-    put(work.nodes[2], lane, turned_about(one.joint, turn, size, one.child1));
-    put(work.nodes[3], lane, turned_about(one.joint, turn, size, one.child2));
+    put(work.nodes[2], lane, rotated_about(one.joint, turn, size, one.child1));
+    put(work.nodes[3], lane, rotated_about(one.joint, turn, size, one.child2));
     for (std::size_t c = 0; c < 3; ++c) work.joint.at[c][lane] = one.joint[c];
   }
 }
@@ -91,9 +92,8 @@ void make_leaves(Task& task, MergeWork& work) {
 // The padding that the merge gave a box. The bound speaks of S and M before padding; each half extent then grew by it.
 double padding_of(const Box3f& parent) {
   const auto wide = oracle::convert<double>(parent);
-  const double size = static_cast<double>(kernel::kMergePadSize);
-  const double fixed =
-      static_cast<double>(kernel::kMergePadPlace) * center_max(wide) + static_cast<double>(kernel::kMergePadTiny);
+  const double size = static_cast<double>(kMergePadSize);
+  const double fixed = static_cast<double>(kMergePadCenter) * center_max(wide) + static_cast<double>(kMergePadTiny);
   return (size * half_sum(wide) + fixed) / (1 + 3 * size);
 }
 

@@ -92,8 +92,8 @@ void pose_one(const Player& player, const Standing& standing, double time, std::
   std::copy_n(source.begin() + static_cast<std::ptrdiff_t>(frame * floats), floats,
               posed.poses.begin() + static_cast<std::ptrdiff_t>(i * floats));
   const double yaw = standing.heading - player.heading;
-  const Quat turned = multiply({0, 0, std::sin(yaw / 2), std::cos(yaw / 2)}, player.upright);
-  for (std::size_t k = 0; k < 4; ++k) posed.orientations[4 * i + k] = static_cast<float>(turned[k]);
+  const Quat rotated = multiply({0, 0, std::sin(yaw / 2), std::cos(yaw / 2)}, player.upright);
+  for (std::size_t k = 0; k < 4; ++k) posed.orientations[4 * i + k] = static_cast<float>(rotated[k]);
   posed.origins[3 * i] = standing.x;
   posed.origins[3 * i + 1] = standing.y;
   posed.origins[3 * i + 2] = player.heights[frame];

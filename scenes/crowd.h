@@ -19,7 +19,7 @@ namespace cab::scenes {
 struct PosedGroup {
   std::vector<float> poses;         // [character][link][7], kQuaternionTranslation
   std::vector<double> origins;      // [character][3]
-  std::vector<float> orientations;  // [character][4], or empty: none is turned
+  std::vector<float> orientations;  // [character][4], or empty: none is rotated
 };
 
 // Characters of one articulation, unsorted in space.

@@ -14,7 +14,7 @@ inline constexpr std::array<std::uint32_t, 7> kBoxesPerLink = {1, 2, 4, 8, 16, 3
 // The character with `count` boxes, one of kBoxesPerLink, in the place of each of its leaves; poses are kept. A leaf's
 // box is cut into cells by halving their longest edge, and narrowed as a barrel: at x in -1 .. 1 along its longest axis
 // it is sqrt(1 - .6 x^2) times as wide as in the middle. Each cell gets a box 1.15 times as large, so that neighbours
-// overlap, turned about a random axis by up to .2 rad times its least over its greatest half extent, and cut off where
+// overlap, rotated about a random axis by up to .2 rad times its least over its greatest half extent, and cut off where
 // it would stick out of the leaf's box. The new leaves have no parts: their boxes are their exact shapes. Throws
 // std::invalid_argument for another count, and where the character would have more than kMaxLeaves leaves.
 Character with_detail(Character character, std::uint32_t count);

@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kHumanoidPoseFloats = kHumanoidLinks * 7;
 Character make_humanoid();
 
 // What one humanoid was given: link l turns about axes[l] by bases[l] + .3 amplitude sin(phase + .7 l + 2 pi t), and the
-// whole one faces its own +y turned by yaw about z, the way that it walks.
+// whole one faces its own +y rotated by yaw about z, the way that it walks.
 struct HumanoidMotion {
   std::array<Vec3, kHumanoidLinks> axes;
   std::array<double, kHumanoidLinks> bases;  // rad

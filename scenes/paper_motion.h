@@ -20,13 +20,13 @@ struct Placement {
   std::array<Vec3, 3> axes;
 };
 
-// v turned right-handed about a unit axis (Rodrigues).
+// v rotated right-handed about a unit axis (Rodrigues).
 Vec3 about(const Vec3& axis, const Vec3& v, double angle);
 
-// Three axes, each turned right-handed about a unit axis, which may be one of them.
+// Three axes, each rotated right-handed about a unit axis, which may be one of them.
 std::array<Vec3, 3> about(Vec3 axis, const std::array<Vec3, 3>& axes, double angle);
 
-// The placement in a scene whose whole world is turned by tilt about (1, 2, .5), through the origin.
+// The placement in a scene whose whole world is rotated by tilt about (1, 2, .5), through the origin.
 Placement tilted(const Placement& placement, double tilt);
 
 // Appends a link's pose in the format kMatrix3x4; the one place where motion is rounded to float.

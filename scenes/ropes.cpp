@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kRopeSeed = 6;
 constexpr double kTwoPi = 6.283185307179586;
 
-// Which way all ropes go: x turned about y and then about z, so that no axis of the world is along them.
+// Which way all ropes go: x rotated about y and then about z, so that no axis of the world is along them.
 constexpr double kPitch = -.5, kYaw = 1.1;  // rad
 
 constexpr double kJitter = .2, kSway = .05;  // of a thickness: where a bundle is on the grid, and how it moves there
@@ -44,7 +44,7 @@ double upper_limits(const RopeOptions& options) {
   return 0;
 }
 
-// A link in the frame of its bundle's line: where its joint is, and how it is turned from x.
+// A link in the frame of its bundle's line: where its joint is, and how it is rotated from x.
 struct LinkPlace {
   Vec3 joint;
   Quat turn;
@@ -111,11 +111,11 @@ void pose_rope(const RopeOptions& options, const RopePlace& place, double t, flo
 
   const Quat rolled = is_wavy ? way : multiply(way, turn_x(roll));
   Wave wave(is_wavy ? kBend : 0, phase - kWaveSpeed * t);
-  const double turned = phase + kTwoPi / 2 * place.strand + kTurnSpeed * t;
+  const double rotated = phase + kTwoPi / 2 * place.strand + kTurnSpeed * t;
   for (std::uint32_t l = 0; l < options.link_count; ++l) {
     const LinkPlace link = is_wavy || options.shape == RopeShape::kStraight ? wave.next()
-                           : options.shape == RopeShape::kCoiled            ? on_helix(reach, kLinksOfCoil, turned, l)
-                                                                            : on_helix(reach, kLinksOfBraid, turned, l);
+                           : options.shape == RopeShape::kCoiled            ? on_helix(reach, kLinksOfCoil, rotated, l)
+                                                                 : on_helix(reach, kLinksOfBraid, rotated, l);
     for (const double component : multiply(rolled, link.turn)) *poses++ = static_cast<float>(component);
     for (const double component : rotate(rolled, link.joint)) *poses++ = static_cast<float>(component);
   }

@@ -32,7 +32,7 @@ inline Quat normalized(const Quat& q) {
   return {q[0] / n, q[1] / n, q[2] / n, q[3] / n};
 }
 
-// v turned by the unit quaternion q.
+// v rotated by the unit quaternion q.
 inline Vec3 rotate(const Quat& q, const Vec3& v) {
   const Vec3 u = {q[0], q[1], q[2]};
   const Vec3 t = 2.0 * cross(u, v);

@@ -19,7 +19,7 @@ struct ExactPose {
   Point at;
 };
 
-inline Point turned(const Real (&column)[3][3], const Point& p) {
+inline Point rotated(const Real (&column)[3][3], const Point& p) {
   return p[0] * to_vec3(column[0]) + p[1] * to_vec3(column[1]) + p[2] * to_vec3(column[2]);
 }
 
@@ -48,8 +48,8 @@ inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uin
     const Real q[4] = {o[0], o[1], o[2], o[3]};
     Real turn[3][3];
     quaternion_matrix(q, turn);
-    for (auto& column : out.column) store(turned(turn, to_vec3(column)), column);
-    out.at = turned(turn, out.at);
+    for (auto& column : out.column) store(rotated(turn, to_vec3(column)), column);
+    out.at = rotated(turn, out.at);
   }
   return out;
 }
@@ -60,9 +60,9 @@ inline std::vector<ExactBox> exact_leaf_boxes(const Rig& rig, const Poses& poses
   for (const Leaf& leaf : rig.leaves) {
     const ExactPose pose = exact_pose(poses, instance, leaf.link);
     ExactBox box{};
-    store(pose.at + turned(pose.column, convert<Real>(to_vec3(leaf.box.center))), box.center);
+    store(pose.at + rotated(pose.column, convert<Real>(to_vec3(leaf.box.center))), box.center);
     for (std::size_t k = 0; k < 3; ++k) {
-      store(turned(pose.column, convert<Real>(to_vec3(leaf.box.axis[k]))), box.axis[k]);
+      store(rotated(pose.column, convert<Real>(to_vec3(leaf.box.axis[k]))), box.axis[k]);
       box.half[k] = leaf.box.half[k];
     }
     out.push_back(box);

@@ -94,7 +94,7 @@ Decision<MergeBranch> decide_fallback(const OracleBox<double>& child1, const Ora
   return out;
 }
 
-// The children's longest axes, turned and scaled: the symbols of the paper.
+// The children's longest axes, rotated and scaled: the symbols of the paper.
 struct LongestAxes {
   Vec3<double> u1, u2;  // unit
   Vec3<double> a1, a2;  // times the longest halves, over the larger of the two

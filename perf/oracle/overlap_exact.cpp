@@ -54,7 +54,7 @@ std::array<T, kSeparatingAxisCount> numerators(const OracleBox<T>& a, const Orac
                  (a.half[0] * b_to_a[k][0] + a.half[1] * b_to_a[k][1] + a.half[2] * b_to_a[k][2]);
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3<T> turned = cross(offset, axis_of(a, i));
+    const Vec3<T> rotated = cross(offset, axis_of(a, i));
     const std::size_t i1 = (i + 1) % 3;
     const std::size_t i2 = (i + 2) % 3;
     for (std::size_t j = 0; j < 3; ++j) {
@@ -63,7 +63,7 @@ std::array<T, kSeparatingAxisCount> numerators(const OracleBox<T>& a, const Orac
       // A_i1 . (A_i x B_j) = -B_j . normal_i2, A_i2 . (A_i x B_j) = B_j . normal_i1, and likewise for B.
       const T radius_a = a.half[i1] * a_to_b[i2][j] + a.half[i2] * a_to_b[i1][j];
       const T radius_b = b.half[j1] * b_to_a[j2][i] + b.half[j2] * b_to_a[j1][i];
-      out[6 + 3 * i + j] = magnitude(dot(turned, axis_of(b, j))) - radius_a - radius_b;
+      out[6 + 3 * i + j] = magnitude(dot(rotated, axis_of(b, j))) - radius_a - radius_b;
     }
   }
   return out;

@@ -167,7 +167,7 @@ inline void write_pose(PoseFormat format, const double (&q)[4], const Vec3<doubl
   if (!rows) out[15] = 1;
 }
 
-// Random poses of a rig: every link turned anew, joints kept together.
+// Random poses of a rig: every link rotated anew, joints kept together.
 inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instances, PoseFormat format,
                           const Placement& place) {
   Poses out;

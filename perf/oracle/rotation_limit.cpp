@@ -34,8 +34,8 @@ double surface_along(const Axes& axes, const std::vector<OracleBox<double>>& box
   return surface_of(half);
 }
 
-// Turned about one of the axes.
-Axes turned(const Axes& axes, std::size_t about, double angle) {
+// Rotated about one of the axes.
+Axes rotated(const Axes& axes, std::size_t about, double angle) {
   const std::size_t i = (about + 1) % 3, j = (about + 2) % 3;
   Axes out = axes;
   out[i] = std::cos(angle) * axes[i] + std::sin(angle) * axes[j];
@@ -55,7 +55,7 @@ double refined(Axes axes, double best, const std::vector<OracleBox<double>>& box
     bool gained = false;
     for (std::size_t about = 0; about < 3; ++about)
       for (const double angle : {step, -step}) {
-        const Axes candidate = turned(axes, about, angle);
+        const Axes candidate = rotated(axes, about, angle);
         const double found = surface_along(candidate, boxes);
         if (found >= best) continue;
         best = found;

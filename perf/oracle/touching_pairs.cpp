@@ -37,8 +37,8 @@ void flatten(Random& random, unsigned count, OracleBox<float>& box) {
   for (unsigned i = 0; i < count; ++i) box.half[(first + i) % 3] = 0.0f;
 }
 
-// Gives a box another's frame turned by an angle in radians about its axis k, which is kept bit for bit.
-void set_turned_frame(const OracleBox<float>& from, std::size_t k, double angle, OracleBox<float>& box) {
+// Gives a box another's frame rotated by an angle in radians about its axis k, which is kept bit for bit.
+void set_rotated_frame(const OracleBox<float>& from, std::size_t k, double angle, OracleBox<float>& box) {
   const Vec3<double> side1 = convert<double>(axis_of(from, (k + 1) % 3));
   const Vec3<double> side2 = convert<double>(axis_of(from, (k + 2) % 3));
   const double c = std::cos(angle);
@@ -92,7 +92,7 @@ BoxPair shape_pair(Random& random, TouchRegime regime) {
       break;
     }
     case TouchRegime::kParallelEdges:
-      set_turned_frame(pair.a, random.index(3), random.chance(0.5) ? 0.0 : random.uniform(0.0, 3.0), pair.b);
+      set_rotated_frame(pair.a, random.index(3), random.chance(0.5) ? 0.0 : random.uniform(0.0, 3.0), pair.b);
       break;
     case TouchRegime::kNearParallelEdges:
       pair.b = pair.a;

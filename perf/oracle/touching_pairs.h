@@ -21,7 +21,7 @@ enum class TouchRegime {
   kPoints,             // a point against a solid, a plate, a segment or a point
   kTinyHuge,           // sizes apart by 1e2 to 1e6
   kParallelEdges,      // one axis in common, bit for bit, or all three
-  kNearParallelEdges,  // frames turned by 1e-8 to 1e-2
+  kNearParallelEdges,  // frames rotated by 1e-8 to 1e-2
   kFarCenters,         // centres 10 to 1e4 sizes from their common origin
   kFarOrigins,         // instances 1e5 to 1e7 m out, centres within metres of their origins
   kOneAxis,            // a pose about each of the 15 axes, which alone decides

@@ -14,7 +14,7 @@
 namespace cab::perf {
 namespace {
 
-// An object whose bounds the user may set: FCL's own are those of the bounding sphere once an object is turned.
+// An object whose bounds the user may set: FCL's own are those of the bounding sphere once an object is rotated.
 class Object : public fcl::CollisionObjectf {
  public:
   using fcl::CollisionObjectf::CollisionObjectf;

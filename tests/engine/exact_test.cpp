@@ -49,7 +49,7 @@ Rig body(Span<const ConvexPart> parts) {
   return rig;
 }
 
-// Where the second body stands: turned about z by an angle, then moved; in one of the ways that a caller has.
+// Where the second body stands: rotated about z by an angle, then moved; in one of the ways that a caller has.
 struct Place {
   double x, y, z, angle = 0;
 };
@@ -114,7 +114,7 @@ TEST_CASE("an ellipsoid touches by its own radius in each direction") {
   CHECK_FALSE(touch(ball, egg, {0, 2.01, 0}));
   CHECK(touch(ball, egg, {0, 1.99, 0}));
   CHECK_FALSE(touch(ball, egg, {0, 0, 1.51}));
-  CHECK(touch(ball, egg, {0, 2.99, 0, kPi / 2}));  // turned, its long axis lies along y
+  CHECK(touch(ball, egg, {0, 2.99, 0, kPi / 2}));  // rotated, its long axis lies along y
   CHECK_FALSE(touch(ball, egg, {2.01, 0, 0, kPi / 2}));
 }
 
@@ -152,10 +152,10 @@ TEST_CASE("hulls touch where their faces are, not their boxes") {
 }
 
 TEST_CASE("a list of parts touches where any of them does, each at its own place") {
-  ConvexPart turned = moved(shape(ShapeKind::kBox, 1.5f, 0.2f, 0.2f), 0, 0, -1);
-  turned.rotation[2] = turned.rotation[3] = static_cast<float>(std::sqrt(0.5));  // along y
+  ConvexPart rotated = moved(shape(ShapeKind::kBox, 1.5f, 0.2f, 0.2f), 0, 0, -1);
+  rotated.rotation[2] = rotated.rotation[3] = static_cast<float>(std::sqrt(0.5));  // along y
   const ConvexPart dumbbell[] = {moved(shape(ShapeKind::kEllipsoid, 0.5f, 0.5f, 0.5f), 2, 0, 0),
-                                 moved(shape(ShapeKind::kBox, 0.5f, 0.5f, 0.5f), -2, 0, 0), turned};
+                                 moved(shape(ShapeKind::kBox, 0.5f, 0.5f, 0.5f), -2, 0, 0), rotated};
   const ConvexPart ball = shape(ShapeKind::kEllipsoid, 0.4f, 0.4f, 0.4f);
   const auto touches_at = [&](double x, double y, double z) { return touch({dumbbell, 3}, {&ball, 1}, {x, y, z}); };
   CHECK_FALSE(touches_at(0, 0, 0));

@@ -88,7 +88,7 @@ void flatten(Random& random, World& world) {
 // How far apart two boxes may be, as a part of their sizes, that pass the leaf predicate (docs/proof.md, 6.3).
 constexpr Real kRho = 1.17e-3L;
 
-// Half extents of two boxes, how the second is turned against the first, and the way from one to the other.
+// Half extents of two boxes, how the second is rotated against the first, and the way from one to the other.
 struct Setting {
   float half[2][3];
   double turn[4];
@@ -108,16 +108,16 @@ Real farthest_apart(const Setting& setting) {
   Random random(5);
   double about[3][3];
   random.rotation(about);
-  const auto turned = [&about](const V3& p) {
+  const auto rotated = [&about](const V3& p) {
     return p[0] * to_vec3(about[0]) + p[1] * to_vec3(about[1]) + p[2] * to_vec3(about[2]);
   };
   Box box[2] = {};
   for (std::size_t k = 0; k < 3; ++k) {
     store(oracle::convert<float>(to_vec3(about[k])), box[0].axis[k]);
-    store(oracle::convert<float>(turned(to_vec3(column[k]))), box[1].axis[k]);
+    store(oracle::convert<float>(rotated(to_vec3(column[k]))), box[1].axis[k]);
     for (std::size_t b = 0; b < 2; ++b) box[b].half[k] = setting.half[b][k];
   }
-  const V3 way = turned(setting.way);
+  const V3 way = rotated(setting.way);
   double lo = 0, hi = 8;
   for (int halving = 0; halving < 30; ++halving) {
     const double middle = 0.5 * (lo + hi);
@@ -199,16 +199,16 @@ TEST_CASE("edges that are nearly parallel: a pair within the leaf predicate's sl
             {-1, 0, 0}, {0, -std::cos(angle), std::sin(angle)}, {0, std::sin(angle), std::cos(angle)}};
         double about[3][3];  // no world axis leads from edge to edge, or it would tell the two apart
         random.rotation(about);
-        const auto turned = [&about](const V3& p) {
+        const auto rotated = [&about](const V3& p) {
           return p[0] * to_vec3(about[0]) + p[1] * to_vec3(about[1]) + p[2] * to_vec3(about[2]);
         };
         double here[3][3], there[3][3];
         for (std::size_t k = 0; k < 3; ++k) {
-          store(turned(V3{{k == 0 ? 1. : 0., k == 1 ? 1. : 0., k == 2 ? 1. : 0.}}), here[k]);
-          store(turned(to_vec3(leaning[k])), there[k]);
+          store(rotated(V3{{k == 0 ? 1. : 0., k == 1 ? 1. : 0., k == 2 ? 1. : 0.}}), here[k]);
+          store(rotated(to_vec3(leaning[k])), there[k]);
         }
         World world =
-            two_characters(rig, matrix_pose(here, {}), matrix_pose(there, {}), turned({{2 * edge + gap, 0, 0}}));
+            two_characters(rig, matrix_pose(here, {}), matrix_pose(there, {}), rotated({{2 * edge + gap, 0, 0}}));
         for (Member& member : world.members) member.poses.format = PoseFormat::kMatrix3x4;
         const Outcome brute = run_world(world, kBrute);
         check_same(run_world(world, kLinks), brute);
@@ -228,7 +228,7 @@ TEST_CASE(
     const auto draw = [&random](Setting& out) {
       for (auto& half : out.half)
         for (float& h : half) h = static_cast<float>(random.log_uniform(1e-3, 1));
-      // An edge of one leans a little against one of the other, turned by anything about it.
+      // An edge of one leans a little against one of the other, rotated by anything about it.
       double lean[4], spin[4];
       quaternion_about({{0, 0, 1}}, random.uniform(-3, 3), spin);
       quaternion_about(random.unit_vector(), random.log_uniform(1e-5, 1), lean);
@@ -280,7 +280,7 @@ TEST_CASE(
 }
 
 TEST_CASE("corners of leaves far from their origin: what padding and rounding reach along a corner is not lost") {
-  // Points whose boxes are all padding, turned so that a corner leads along x, between points that lay the link's box
+  // Points whose boxes are all padding, rotated so that a corner leads along x, between points that lay the link's box
   // along the axes. Far out, padding and the rounding of places are all that decides.
   std::size_t hits = 0;
   Random random(81);
@@ -303,7 +303,7 @@ TEST_CASE("corners of leaves far from their origin: what padding and rounding re
     Box base = {{-1, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.125f, 0.125f, 0.125f}};
     rig.leaves = {{0, base, {}}, {0, tip, {}}};
     const float far = std::exp2(static_cast<float>(13 + random.index(8))) * static_cast<float>(random.uniform(1, 1.2));
-    // The other is this one turned half about y, tip against tip.
+    // The other is this one rotated half about y, tip against tip.
     const std::vector<float> here = {0, 0, 0, 1, far, 0, 0}, there = {0, 1, 0, 0, far, 0, 0};
     const double ulp = 0x1p-24 * static_cast<double>(far);
     const double apart = 2 * static_cast<double>(tip.center[0]) + random.uniform(12, 15) * ulp;

@@ -325,8 +325,8 @@ TEST_CASE("turning the whole world changes only pairs within the padding and the
     double turn[4], column[3][3];
     random_turn(random, turn);
     quaternion_matrix(turn, column);
-    World turned = world;
-    for (Member& member : turned.members) {
+    World rotated = world;
+    for (Member& member : rotated.members) {
       for (std::size_t i = 0; i < member.poses.instance_count; ++i) {
         double* const o = &member.poses.origins[3 * i];
         const oracle::Vec3<double> at =
@@ -341,14 +341,14 @@ TEST_CASE("turning the whole world changes only pairs within the padding and the
         for (std::size_t k = 0; k < 4; ++k) f[k] = static_cast<float>(product[k]);
       }
     }
-    const Outcome before = run_world(world), after = run_world(turned);
+    const Outcome before = run_world(world), after = run_world(rotated);
     const std::vector<Hit> difference = differing(before.hits, after.hits);
     hits += before.hits.size();
     changed += difference.size();
     CHECK(missing_from(judge_world(world, -kReplaced), after.hits) == 0);  // and so do not differ
     CHECK(missing_from(difference, judge_world(world, kInvented)) == 0);
     // Bounds along the world's axes are others after a turn; they too lose nothing that touches.
-    CHECK(missing_from(judge_world(world, -kReplaced), run_world(turned, {Refit::kAabbHull}).hits) == 0);
+    CHECK(missing_from(judge_world(world, -kReplaced), run_world(rotated, {Refit::kAabbHull}).hits) == 0);
   });
   if (!whole) return;
   CHECK(hits > 5000);

@@ -260,14 +260,14 @@ TEST_CASE("sides of a hit are ordered by batch, instance and link, whatever the 
   const World world = crowded_world(9);
   const EnginePtr engine = make_engine_for(world);
   const Outcome expected = run_on(*engine, world, {});
-  Prepared turned(world, expected.hits.size());
-  std::reverse(turned.inputs.begin(), turned.inputs.end());
+  Prepared rotated(world, expected.hits.size());
+  std::reverse(rotated.inputs.begin(), rotated.inputs.end());
   std::vector<PairRule> rules(world.rules.rbegin(), world.rules.rend());
   for (PairRule& rule : rules) std::swap(rule.a, rule.b);
-  turned.job.rules = {rules.data(), rules.size()};
-  REQUIRE(run_frame(*engine, turned.job) == Status::kOk);
-  CHECK(same_hits(turned.hits, expected.hits));
-  CHECK(same_counts(turned.job.stats, expected.stats));
+  rotated.job.rules = {rules.data(), rules.size()};
+  REQUIRE(run_frame(*engine, rotated.job) == Status::kOk);
+  CHECK(same_hits(rotated.hits, expected.hits));
+  CHECK(same_counts(rotated.job.stats, expected.stats));
   for (const Hit& hit : expected.hits) {
     const auto a = std::make_tuple(hit.batch_a.value, hit.instance_a, hit.link_a);
     CHECK(a < std::make_tuple(hit.batch_b.value, hit.instance_b, hit.link_b));

@@ -9,7 +9,7 @@ using namespace cab;
 using namespace cab::oracle;
 
 // What the overlap test adds to half extents for the sizes of both boxes and to an edge for the second box's size, and
-// what posing adds to a half extent for its box's size and for how far it was moved (kernels/bounds.h).
+// what posing adds to a half extent for its box's size and for how far it was moved (layout/error_bounds.h).
 constexpr double kSlackGrow = 0x1.8p-20, kSlackEdge = 0x1p-20;
 constexpr double kPosePadSize = 0x1p-19, kPosePadPlace = 0x1p-22;
 

@@ -28,7 +28,7 @@ void check_text(const BvhText& text) {
 }
 
 // The figure with every rotation left out: offsets and position channels alone.
-Skeleton unturned(const BvhText& text) {
+Skeleton unrotated(const BvhText& text) {
   Skeleton out;
   out.frame_seconds = text.frame_seconds;
   out.frame_count = text.frame_count;
@@ -64,7 +64,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     check_text(text);
     const std::string checked = bytes;
     FUZZ_CHECK(check_bvh_text(bytes, "clip.bvh").values == text.values && bytes == checked);
-    Clip clip = make_clip(unturned(text), "clip", {});
+    Clip clip = make_clip(unrotated(text), "clip", {});
     Clip slower = clip;
     slower.frame_seconds *= 1.5;
     fuzz::taken_by_engine(make_world({std::move(clip), std::move(slower)}));

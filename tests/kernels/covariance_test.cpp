@@ -63,9 +63,9 @@ double off_diagonal(const Eigen::Matrix3d& covariance, const oracle::OracleBox<f
   Eigen::Matrix3d axes;
   for (int k = 0; k < 3; ++k)
     for (int c = 0; c < 3; ++c) axes(c, k) = static_cast<double>(box.axis[k][c]);
-  const Eigen::Matrix3d turned = axes.transpose() * covariance * axes;
+  const Eigen::Matrix3d rotated = axes.transpose() * covariance * axes;
   const double largest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues()[2];
-  return std::max({std::fabs(turned(0, 1)), std::fabs(turned(0, 2)), std::fabs(turned(1, 2))}) / largest;
+  return std::max({std::fabs(rotated(0, 1)), std::fabs(rotated(0, 2)), std::fabs(rotated(1, 2))}) / largest;
 }
 
 // Whether each child is longer than the other is thin; elsewhere merges copy a frame.

@@ -1,6 +1,6 @@
 // The CAB merge against its promises and against a merge written apart in double.
-#include "kernels/bounds.h"
 #include "kernels/refit_tree.h"
+#include "layout/error_bounds.h"
 #include "perf/oracle/containment.h"
 #include "perf/oracle/float_frame.h"
 #include "perf/oracle/merge_regimes.h"

@@ -1,7 +1,7 @@
 // The overlap test against an exact judge: no overlapping pair is lost, each axis does its work.
-#include "kernels/bounds.h"
 #include "kernels/descend_tiles.h"
 #include "kernels/gather_pairs.h"
+#include "layout/error_bounds.h"
 #include "perf/oracle/overlap_exact.h"
 #include "perf/oracle/touching_pairs.h"
 #include "tests/kernels/isas.h"

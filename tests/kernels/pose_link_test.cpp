@@ -31,15 +31,15 @@ struct TilePoses {
 TilePoses random_tile(oracle::Random& random, PoseFormat format, std::uint32_t links, double place) {
   TilePoses out = {format, links, {}, {}};
   for (std::uint32_t i = 0; i < kLanes; ++i) {
-    for (int c = 0; c < 4; ++c) out.turns.push_back(static_cast<float>(random.normal()));
+    for (int c = 0; c < 4; ++c) out.rotations.push_back(static_cast<float>(random.normal()));
     for (std::uint32_t link = 0; link < links; ++link) {
       double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-      const bool turned = random.chance(0.7);
-      if (turned) random.rotation(axis);
+      const bool rotated = random.chance(0.7);
+      if (rotated) random.rotation(axis);
       const oracle::Vec3<double> at = place * random.uniform(0.5, 1.0) * random.unit_vector();
       const auto put = [&out](double v) { out.data.push_back(static_cast<float>(v)); };
       if (format == PoseFormat::kQuaternionTranslation) {
-        for (int c = 0; c < 4; ++c) put(turned ? random.normal() : c == 3);
+        for (int c = 0; c < 4; ++c) put(rotated ? random.normal() : c == 3);
         for (std::size_t c = 0; c < 3; ++c) put(at[c]);
       } else if (format == PoseFormat::kMatrix3x4) {
         for (std::size_t r = 0; r < 3; ++r) {
@@ -63,7 +63,7 @@ struct PosedTileOf {
 
 // A tile of an articulation, or of link boxes with the padding that it asks for.
 PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articulation, const TilePoses& poses,
-                 bool turned, float apart, bool link_boxes) {
+                 bool rotated, float margin, bool link_boxes) {
   PosedTileOf out;
   out.boxes.resize(articulation.leaf_count);
   std::vector<PointTile> joints(articulation.link_count);
@@ -72,11 +72,11 @@ PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articul
   job.format = poses.format;
   job.link_stride = poses.floats();
   kernel::point_lanes(poses.data.data(), poses.links * poses.floats(), kLanes, job.poses);
-  if (turned) kernel::point_lanes(poses.turns.data(), 4, kLanes, job.orientations);
+  if (rotated) kernel::point_lanes(poses.rotations.data(), 4, kLanes, job.orientations);
   job.leaves = out.boxes.data();
   job.joints = joints.data();
   job.flags = out.flags;
-  job.apart = apart;
+  job.margin = margin;
   job.pads = link_boxes ? kLinkPads : 1;
   job.range = (link_boxes ? kLinkRange : 1) * kMaxCoordinate;
   kernels.pose_leaves(job);
@@ -99,7 +99,7 @@ struct Demanded {
 };
 
 Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uint32_t link, const TilePoses& poses,
-                std::uint32_t instance, bool turned, float apart) {
+                std::uint32_t instance, bool rotated, float margin) {
   const LinkLeaves& leaves = rig.link_bounds.leaves[link];
   Demanded out;
   out.rows.resize(leaf_bounds_width(leaves.leaf_count));
@@ -108,10 +108,10 @@ Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uin
   kernel::PoseLink job;
   job.format = poses.format;
   job.pose = poses.pose(instance, leaves.link);
-  job.orientation = turned ? poses.turns.data() + 4 * instance : nullptr;
+  job.orientation = rotated ? poses.rotations.data() + 4 * instance : nullptr;
   job.local = &rig.link_bounds.tiles[leaves.first_tile];
   job.leaf_count = leaves.leaf_count;
-  job.apart = apart;
+  job.margin = margin;
   job.rows = out.rows.data();
   job.leaf_bounds = out.leaf_bounds.data()->at;
   kernels.pose_link_leaves(job);
@@ -129,10 +129,10 @@ TEST_CASE("a link posed on demand has the boxes and bounds of a whole tile, bit 
     CAPTURE(round);
     const LinkRig rig = random_links(random, round % 3 == 0 ? 50 : round % 3 == 1 ? 17 : 1, 1, 5);
     for (const PoseFormat format : kFormats) {
-      const bool turned = random.chance(0.5);
-      const float apart = random.chance(0.5) ? 0 : static_cast<float>(random.log_uniform(1e-6, 1));
+      const bool rotated = random.chance(0.5);
+      const float margin = random.chance(0.5) ? 0 : static_cast<float>(random.log_uniform(1e-6, 1));
       const TilePoses poses = random_tile(random, format, rig.articulation.link_count, random.log_uniform(1e-2, 1e3));
-      const PosedTileOf all = pose(scalar, rig.articulation, poses, turned, apart, false);
+      const PosedTileOf all = pose(scalar, rig.articulation, poses, rotated, margin, false);
       std::vector<AabbTile> bounds(rig.articulation.leaf_count);
       scalar.bound_boxes(all.boxes.data(), rig.articulation.leaf_count, bounds.data());
       std::vector<BoxAos> rows(kLanes * rig.articulation.leaf_count);
@@ -144,7 +144,7 @@ TEST_CASE("a link posed on demand has the boxes and bounds of a whole tile, bit 
         CAPTURE(name_of(*kernels));
         for (std::uint32_t link = 0; link < rig.link_bounds.leaves.size; ++link) {
           const LinkLeaves& leaves = rig.link_bounds.leaves[link];
-          const Demanded got = demand(*kernels, rig, link, poses, instance, turned, apart);
+          const Demanded got = demand(*kernels, rig, link, poses, instance, rotated, margin);
           const std::uint32_t width = leaf_bounds_width(leaves.leaf_count);
           counts[leaves.leaf_count] = true;
           for (std::uint32_t n = 0; n < leaves.leaf_count; ++n) {
@@ -181,11 +181,11 @@ TEST_CASE("a posed box of a link contains the posed and padded boxes of its leav
     const LinkRig rig = random_links(random, round % 2 ? 6 : 1, size, random.chance(0.5) || size > 1e12 ? 5 : 1e4);
     const double far = size > 1e11 ? 1 : random.log_uniform(1e-2, 1e6);
     for (const PoseFormat format : kFormats) {
-      const bool turned = random.chance(0.5);
-      const auto apart = static_cast<float>(random.chance(0.6) ? 0 : size * random.log_uniform(1e-6, 10));
+      const bool rotated = random.chance(0.5);
+      const auto margin = static_cast<float>(random.chance(0.6) ? 0 : size * random.log_uniform(1e-6, 10));
       const TilePoses poses = random_tile(random, format, rig.articulation.link_count, far * size);
-      const PosedTileOf leaves = pose(kernels, rig.articulation, poses, turned, apart, false);
-      const PosedTileOf links = pose(kernels, rig.link_bounds.links, poses, turned, apart, true);
+      const PosedTileOf leaves = pose(kernels, rig.articulation, poses, rotated, margin, false);
+      const PosedTileOf links = pose(kernels, rig.link_bounds.links, poses, rotated, margin, true);
       for (std::uint32_t link = 0; link < rig.link_bounds.leaves.size; ++link) {
         const LinkLeaves& of = rig.link_bounds.leaves[link];
         for (std::uint32_t n = 0; n < of.leaf_count; ++n)
@@ -215,7 +215,7 @@ TEST_CASE("where the leaves of a link stay in range, so does its posed box by th
   for (int round = 0; round < 3000; ++round) {
     CAPTURE(round);
     // One or two cubes, as far out and as large as a margin leaves room for, in line or anyhow.
-    const auto apart = static_cast<float>(random.chance(0.5) ? 0.5 : random.uniform(0.0, 0.5)) * most;
+    const auto margin = static_cast<float>(random.chance(0.5) ? 0.5 : random.uniform(0.0, 0.5)) * most;
     const std::int32_t parent = -1;
     std::vector<Leaf> leaves;
     for (int n = 0; n < 2; ++n) {
@@ -225,7 +225,7 @@ TEST_CASE("where the leaves of a link stay in range, so does its posed box by th
       for (std::size_t k = 0; k < 3; ++k) {
         const double at = random.chance(0.8) ? 0.999 : random.uniform(0.5, 0.999);
         leaf.box.center[k] = static_cast<float>((n ? 1 : -1) * at) * most;
-        leaf.box.half[k] = static_cast<float>(random.chance(0.8) ? 0.999 : 0.5) * (most - apart);
+        leaf.box.half[k] = static_cast<float>(random.chance(0.8) ? 0.999 : 0.5) * (most - margin);
         for (std::size_t c = 0; c < 3; ++c) leaf.box.axis[k][c] = static_cast<float>(axis[k][c]);
       }
       leaves.push_back(leaf);
@@ -235,9 +235,9 @@ TEST_CASE("where the leaves of a link stay in range, so does its posed box by th
     desc.leaves = {leaves.data(), 1 + random.index(2)};
     const LinkRig rig(desc);
     TilePoses poses = random_tile(random, kFormats[round % 3], 1, 1e15);
-    const bool turned = random.chance(0.3);
-    const PosedTileOf posed = pose(kernels, rig.articulation, poses, turned, apart, false);
-    const PosedTileOf links = pose(kernels, rig.link_bounds.links, poses, turned, apart, true);
+    const bool rotated = random.chance(0.3);
+    const PosedTileOf posed = pose(kernels, rig.articulation, poses, rotated, margin, false);
+    const PosedTileOf links = pose(kernels, rig.link_bounds.links, poses, rotated, margin, true);
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       if (posed.flags[lane] != kInstanceOk) continue;
       ++in_range;

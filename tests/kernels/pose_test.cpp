@@ -83,7 +83,7 @@ struct Poses {
 Poses random_poses(oracle::Random& random, std::uint32_t links, double place) {
   Poses out;
   for (std::uint32_t i = 0; i < kLanes; ++i) {
-    for (int c = 0; c < 4; ++c) out.turns.push_back(static_cast<float>(random.normal()));
+    for (int c = 0; c < 4; ++c) out.rotations.push_back(static_cast<float>(random.normal()));
     for (std::uint32_t link = 0; link < links; ++link) {
       float q[4], t[3];
       double n = 0;
@@ -193,9 +193,9 @@ TEST_CASE("a posed leaf box contains the exactly posed one and its axes err no m
     const Rig rig(random);
     const Poses poses = random_poses(random, rig.articulation.link_count, random.log_uniform(1e-3, 1e4));
     for (const PoseFormat format : kFormats) {
-      const float* turns = random.chance(0.5) ? poses.turns.data() : nullptr;
+      const float* turns = random.chance(0.5) ? poses.rotations.data() : nullptr;
       const Posed posed =
-          pose(*kernel::find_kernels(Isa::kAuto), rig.articulation, format, poses_of(poses, format), turns);
+          pose(*kernel::find_kernels(Isa::kAuto), rig.articulation, format, poses_of(poses, format), rotations);
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         REQUIRE(posed.flags[lane] == kInstanceOk);
         for (std::uint32_t leaf = 0; leaf < rig.articulation.leaf_count; ++leaf) {
@@ -225,9 +225,9 @@ TEST_CASE("posing gives the same bits on every instruction set and for every num
     const Rig rig(random);
     const Poses poses = random_poses(random, rig.articulation.link_count, 3);
     for (const PoseFormat format : kFormats) {
-      const float* turns = random.chance(0.5) ? poses.turns.data() : nullptr;
+      const float* turns = random.chance(0.5) ? poses.rotations.data() : nullptr;
       const Posed all =
-          pose(*kernel::find_kernels(Isa::kScalar), rig.articulation, format, poses_of(poses, format), turns);
+          pose(*kernel::find_kernels(Isa::kScalar), rig.articulation, format, poses_of(poses, format), rotations);
       for (const std::uint32_t live : {1u, 7u, 15u, 16u}) {
         const Posed expected =
             pose(*kernel::find_kernels(Isa::kScalar), rig.articulation, format, poses_of(poses, format), turns, live);

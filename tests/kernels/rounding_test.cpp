@@ -29,42 +29,42 @@ using Lanes3 = kernel::Vec3<float>;
 constexpr std::uint64_t kSeed = 24;
 constexpr Real kU = 0x1p-24;
 
-// The derived needs of docs/proof.md, in u; what the kernels add is in kernels/bounds.h.
-constexpr Real kDotSize = 1.5, kDotValue = 1.5;                 // 1.1
-constexpr Real kCrossAcross = 2.16, kCrossAlong = 2.23;         // 1.2
-constexpr Real kTurnError = 17.8;                               // 2.2
-constexpr Real kPosedAxes = 26.3, kPosedAxesTurned = 46.6;      // 2.5, 2.7
-constexpr Real kPosedCenter = 23.3, kPosedCenterTurned = 47.5;  // 2.6, 2.7
-constexpr Real kPosedPlace = 1.74, kPosedPlaceTurned = 39.1;    // 2.6, 2.7
-constexpr Real kMarginGrowth = 15.3;                            // 2.9
-constexpr Real kMergeSize = 62.9, kMergePlace = 1.74;           // 3.6, 3.4
-constexpr Real kBoundsSize = 5.1, kBoundsPlace = 1.01;          // 4.2
-constexpr Real kBoundsBoth = 13.1;                              // 4.3
-constexpr Real kWorld = 6.1;                                    // 5.2
-constexpr Real kFace = 28.6;                                    // 5.3
-constexpr Real kEdge = 37.7, kEdgeAlways = 13.2;                // 5.6
-constexpr Real kLinkSize = 1.20e-3;                             // 6.5, of S and not in u
-constexpr Real kLinkTranslation = 58;                           // 6.5
-constexpr Real kLinkPadding = 2.61, kLinkLimit = 3.99;          // 6.4, 6.7
+// The derived needs of docs/proof.md, in u; what the kernels add is in layout/error_bounds.h.
+constexpr Real kDotSize = 1.5, kDotValue = 1.5;                            // 1.1
+constexpr Real kCrossAcross = 2.16, kCrossAlong = 2.23;                    // 1.2
+constexpr Real kTurnError = 17.8;                                          // 2.2
+constexpr Real kPosedAxes = 26.3, kPosedAxesRotated = 46.6;                // 2.5, 2.7
+constexpr Real kPosedCenter = 23.3, kPosedCenterRotated = 47.5;            // 2.6, 2.7
+constexpr Real kPosedTranslation = 1.74, kPosedTranslationRotated = 39.1;  // 2.6, 2.7
+constexpr Real kMarginGrowth = 15.3;                                       // 2.9
+constexpr Real kMergeSize = 62.9, kMergePlace = 1.74;                      // 3.6, 3.4
+constexpr Real kBoundsSize = 5.1, kBoundsPlace = 1.01;                     // 4.2
+constexpr Real kBoundsBoth = 13.1;                                         // 4.3
+constexpr Real kWorld = 6.1;                                               // 5.2
+constexpr Real kFace = 28.6;                                               // 5.3
+constexpr Real kEdge = 37.7, kEdgeAlways = 13.2;                           // 5.6
+constexpr Real kLinkSize = 1.20e-3;                                        // 6.5, of S and not in u
+constexpr Real kLinkTranslation = 58;                                      // 6.5
+constexpr Real kLinkPadding = 2.61, kLinkLimit = 3.99;                     // 6.4, 6.7
 
 // What the kernels add covers what is derived, with a part's tolerance (4 u S) and the sum half + pad (1 u S) on top where
 // a leaf is padded.
-static_assert(kernel::kPosePad.body >= (kPosedAxes + 5) * kU && kernel::kPosePad.body >= kPosedCenter * kU);
-static_assert(kernel::kPosePad.place >= (kPosedPlace + 1) * kU);
-static_assert(kernel::kPosePadTurned.body >= (kPosedAxesTurned + 5) * kU);
-static_assert(kernel::kPosePadTurned.body >= kPosedCenterTurned * kU);
-static_assert(kernel::kPosePadTurned.place >= (kPosedPlaceTurned + 1) * kU);
-static_assert(2 * Real{kernel::kMarginShare} >= 1 + kMarginGrowth * kU);
-static_assert(kernel::kMergePadSize >= kMergeSize * kU && kernel::kMergePadPlace >= kMergePlace * kU);
-static_assert(kernel::kBoundsPad >= kBoundsBoth * kU && kBoundsBoth >= kBoundsSize && kBoundsBoth >= kBoundsPlace);
-static_assert(kernel::kSlackWorld >= kWorld * kU);
-static_assert(2 * kernel::kSlackGrow >= kFace * kU && 2 * kernel::kSlackGrow >= kEdge * kU);
-static_assert(kernel::kSlackEdge >= kEdgeAlways * kU);
+static_assert(kPosePad.body >= (kPosedAxes + 5) * kU && kPosePad.body >= kPosedCenter * kU);
+static_assert(kPosePad.place >= (kPosedTranslation + 1) * kU);
+static_assert(kPosePadRotated.body >= (kPosedAxesRotated + 5) * kU);
+static_assert(kPosePadRotated.body >= kPosedCenterRotated * kU);
+static_assert(kPosePadRotated.place >= (kPosedTranslationRotated + 1) * kU);
+static_assert(2 * Real{kMarginShare} >= 1 + kMarginGrowth * kU);
+static_assert(kMergePadSize >= kMergeSize * kU && kMergePadCenter >= kMergePlace * kU);
+static_assert(kBoundsPad >= kBoundsBoth * kU && kBoundsBoth >= kBoundsSize && kBoundsBoth >= kBoundsPlace);
+static_assert(kSlackWorld >= kWorld * kU);
+static_assert(2 * kSlackGrow >= kFace * kU && 2 * kSlackGrow >= kEdge * kU);
+static_assert(kSlackEdge >= kEdgeAlways * kU);
 static_assert(Real{kLinkGrowSize} >= kLinkSize && Real{kLinkGrowTranslation} >= kLinkTranslation * kU);
-static_assert(Real{kLinkTiny} >= Real{kernel::kOverlapTiny});
+static_assert(Real{kLinkTiny} >= Real{kOverlapTiny});
 static_assert(Real{kLinkPads} >= kLinkPadding && Real{kLinkRange} >= kLinkLimit);
 // The slack that a link's box was derived for: of another, step 6.1 has to be done again.
-static_assert(kernel::kSlackGrow == 24 * kU && kernel::kSlackEdge == 16 * kU);
+static_assert(kSlackGrow == 24 * kU && kSlackEdge == 16 * kU);
 
 // Numbers that a claim is tried on. What they mean is up to the claim.
 using Numbers = std::vector<float>;
@@ -244,15 +244,15 @@ struct PosedCase {
   Rotation pose, turn;
   Point translation;
   Box local;
-  bool turned;
+  bool rotated;
   BoxLanes<float> got;
 };
 
-bool pose_case(const Numbers& n, Source source, bool turned, PosedCase& out) {
-  if (!is_quaternion(n, 0) || !is_quaternion(n, 10) || (turned && !is_quaternion(n, 14))) return false;
-  out.turned = turned;
+bool pose_case(const Numbers& n, Source source, bool rotated, PosedCase& out) {
+  if (!is_quaternion(n, 0) || !is_quaternion(n, 10) || (rotated && !is_quaternion(n, 14))) return false;
+  out.rotated = rotated;
   out.pose = rotation_of(n, 0);
-  out.turn = turned ? rotation_of(n, 14) : Rotation{{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
+  out.turn = rotated ? rotation_of(n, 14) : Rotation{{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
   out.translation = exact(lanes_at(n, 4));
   const Rotation frame = rotation_of(n, 10);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -274,13 +274,13 @@ bool pose_case(const Numbers& n, Source source, bool turned, PosedCase& out) {
     kernel::polish(motion.column);
   }
   motion.translation = lanes_at(n, 4);
-  if (turned) {
+  if (rotated) {
     Lanes3 by[3];
     columns_of(n, 14, by);
     for (auto& column : motion.column) column = kernel::rotate(by, column);
     motion.translation = kernel::rotate(by, motion.translation);
   }
-  out.got = kernel::pose_box(motion, out.local, turned ? kernel::kPosePadTurned : kernel::kPosePad);
+  out.got = kernel::pose_box(motion, out.local, rotated ? kPosePadRotated : kPosePad);
   return true;
 }
 
@@ -293,7 +293,7 @@ Real axes_ratio(const PosedCase& c) {
     const Point y = solve(axis, c.turn(c.pose(oracle::convert<Real>(oracle::to_vec3(c.local.axis[l])))) - axis[l]);
     worst = std::max(worst, norm_max(y));
   }
-  return worst / (kU * (c.turned ? kPosedAxesTurned : kPosedAxes));
+  return worst / (kU * (c.rotated ? kPosedAxesRotated : kPosedAxes));
 }
 
 Real frame_ratio(const PosedCase& c) { return oracle::frame_error(box_of(c.got)); }
@@ -304,8 +304,8 @@ Real center_ratio(const PosedCase& c) {
   const Point local = oracle::convert<Real>(oracle::to_vec3(c.local.center));
   const Point translation = c.turn(c.translation);
   const Real error = norm_max(solve(axis, translation + c.turn(c.pose(local)) - exact(c.got.center)));
-  const Real bound = kU * ((c.turned ? kPosedCenterTurned : kPosedCenter) * norm_1(local) +
-                           (c.turned ? kPosedPlaceTurned : kPosedPlace) * norm_max(translation));
+  const Real bound = kU * ((c.rotated ? kPosedCenterRotated : kPosedCenter) * norm_1(local) +
+                           (c.rotated ? kPosedTranslationRotated : kPosedTranslation) * norm_max(translation));
   return bound > 1e-30 ? error / bound : -1;  // step 2.8 is about smaller ones
 }
 
@@ -337,17 +337,17 @@ TEST_CASE("posing errs no more than derived (proof.md, part 2)") {
                     },
                     200, 4000));
   for (const Source source : {Source::kQuaternion, Source::kMatrix})
-    for (const bool turned : {false, true}) {
-      CAPTURE(turned);
+    for (const bool rotated : {false, true}) {
+      CAPTURE(rotated);
       const auto with = [&](Real (*ratio)(const PosedCase&)) {
-        return [source, turned, ratio](const Numbers& n) {
+        return [source, rotated, ratio](const Numbers& n) {
           PosedCase c;
-          return pose_case(n, source, turned, c) ? ratio(c) : -1;
+          return pose_case(n, source, rotated, c) ? ratio(c) : -1;
         };
       };
       report("1.5", worst_ratio(pose_numbers, with(frame_ratio), 100, 2000));
-      report(turned ? "2.7, axes" : "2.5", worst_ratio(pose_numbers, with(axes_ratio), 100, 2000));
-      report(turned ? "2.7, centre" : "2.6", worst_ratio(pose_numbers, with(center_ratio), 100, 2000));
+      report(rotated ? "2.7, axes" : "2.5", worst_ratio(pose_numbers, with(axes_ratio), 100, 2000));
+      report(rotated ? "2.7, centre" : "2.6", worst_ratio(pose_numbers, with(center_ratio), 100, 2000));
     }
 }
 
@@ -361,8 +361,8 @@ TEST_CASE("merging and bounding err no more than derived (proof.md, parts 3 and 
     place = norm_max(exact(parent.center));
     // half = h + 2^-18 S + ..., so S of the padded is (1 + 3 2^-18) S + ..., good to 1e-9 of S.
     const Point padded = exact(parent.half);
-    size = (padded[0] + padded[1] + padded[2] - 3 * kernel::kMergePadPlace * place) / (1 + 3 * kernel::kMergePadSize);
-    const Real pad = kernel::kMergePadSize * size + kernel::kMergePadPlace * place;
+    size = (padded[0] + padded[1] + padded[2] - 3 * kMergePadCenter * place) / (1 + 3 * kMergePadSize);
+    const Real pad = kMergePadSize * size + kMergePadCenter * place;
     Point axis[3];
     for (int k = 0; k < 3; ++k) axis[k] = exact(axes[k]);
     Real most = -1e30;
@@ -399,7 +399,7 @@ TEST_CASE("merging and bounding err no more than derived (proof.md, parts 3 and 
                       const kernel::AabbLanes<float> bounds = kernel::bounds_of(box);
                       const OracleBox<Real> e = oracle::convert<Real>(box_of(box));
                       const Real size = half_sum(e), place = norm_max(center_of(e));
-                      const Real pad = kernel::kBoundsPad * (size + place);
+                      const Real pad = kBoundsPad * (size + place);
                       Real most = -1e30;
                       for (unsigned i = 0; i < 8; ++i) {
                         const Point corner = oracle::corner(e, i), hi = exact(bounds.hi), lo = exact(bounds.lo);

@@ -54,7 +54,7 @@ std::vector<float> floats(const Points& points) {
   return out;
 }
 
-Points turned(const Points& points, const Rotation& rotation) {
+Points rotated(const Points& points, const Rotation& rotation) {
   Points out;
   for (const Point& p : points) out.push_back(rotation(p));
   return out;
@@ -239,7 +239,7 @@ TEST_CASE("every vertex is inside its box, every face is touched, and the axes a
   for (std::uint64_t seed = 1; seed <= 1600; ++seed) {
     Random random(seed);
     CAPTURE(seed);
-    Points points = turned(unit_shape(random, static_cast<unsigned>(seed) % kShapeKinds), random_rotation(random));
+    Points points = rotated(unit_shape(random, static_cast<unsigned>(seed) % kShapeKinds), random_rotation(random));
     const double scale = random.log_uniform(1e-30, 1e17), far = random.chance(0.5) ? 0 : random.log_uniform(1e-3, 1e6);
     const Point place = far * random.unit_vector();
     for (Point& p : points)
@@ -257,7 +257,7 @@ TEST_CASE("vertices at the limits of the range have a box within it") {
   const std::vector<std::vector<float>> clouds = {
       {far, far, far},
       {-far, -far, -far, far, far, far},                                   // 1.7e18 from its middle to its ends
-      {far, 0, 0, 0, far, 0, -far, 0, 0, 0, -far, 0},                      // a square, turned in its plane
+      {far, 0, 0, 0, far, 0, -far, 0, 0, 0, -far, 0},                      // a square, rotated in its plane
       {far, far, far, far, -far, -far, -far, far, -far, -far, -far, far},  // a tetrahedron in the cube of the limits
       {far, -far, 1e-30f, -far, far, 1e-30f},
       {1e-45f, 0, 0, 0, 1e-45f, 0, 0, 0, 3e-45f},
@@ -276,7 +276,7 @@ TEST_CASE("bricks, square rods, square plates and cubes are found in any orienta
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
       Random random(seed);
       CAPTURE(seed);
-      const std::vector<double> found = sorted_halves(fitted(turned(brick(half), random_rotation(random))));
+      const std::vector<double> found = sorted_halves(fitted(rotated(brick(half), random_rotation(random))));
       for (std::size_t k = 0; k < 3; ++k) worst = std::max(worst, std::fabs(found[k] / half[k] - 1));
     }
   }
@@ -290,7 +290,7 @@ TEST_CASE("a finely meshed corner of a face does not turn the box") {
     CAPTURE(seed);
     Points points = brick({{3, 2, 1}});
     for (int i = 0; i < 2000; ++i) points.push_back({{3, random.uniform(0.5, 2), random.uniform(0.5, 1)}});
-    const std::vector<double> found = sorted_halves(fitted(turned(points, random_rotation(random))));
+    const std::vector<double> found = sorted_halves(fitted(rotated(points, random_rotation(random))));
     CHECK(found[0] == doctest::Approx(3).epsilon(1e-4));
     CHECK(found[1] == doctest::Approx(2).epsilon(1e-4));
     CHECK(found[2] == doctest::Approx(1).epsilon(1e-4));
@@ -314,7 +314,7 @@ TEST_CASE("a prism's box is the least of all rotations about its axis") {
     }
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       Random random(seed);
-      worst = std::max(worst, area(fitted(turned(points, random_rotation(random)))) / least - 1);
+      worst = std::max(worst, area(fitted(rotated(points, random_rotation(random)))) / least - 1);
     }
   }
   CHECK(worst < kTolerance);
@@ -354,13 +354,13 @@ TEST_CASE("what has no axes of its own, or those of the link, gets the link's ax
   CHECK(has_link_axes(fitted(bulged(8, {{1, 1, 1}}))));
   CHECK(has_link_axes(fitted(prism(256, 3))));
   CHECK_FALSE(has_link_axes(fitted(prism(4, 3))));  // its sides face the diagonals
-  // Nearly a cube, turned by a fifth of a degree: its own axes gain less than a hundredth of the area.
+  // Nearly a cube, rotated by a fifth of a degree: its own axes gain less than a hundredth of the area.
   Rotation slight;
   slight.axis[0][0] = slight.axis[1][1] = std::cos(0.0035);
   slight.axis[0][1] = std::sin(0.0035);
   slight.axis[1][0] = -slight.axis[0][1];
-  CHECK(has_link_axes(fitted(turned(brick({{1, 1.001, 0.999}}), slight))));
-  CHECK_FALSE(has_link_axes(fitted(turned(brick({{1, 1.1, 0.9}}), slight))));
+  CHECK(has_link_axes(fitted(rotated(brick({{1, 1.001, 0.999}}), slight))));
+  CHECK_FALSE(has_link_axes(fitted(rotated(brick({{1, 1.1, 0.9}}), slight))));
   // About a segment the link's axes decide: one axis is square to the segment and to a link's axis. The vertices are off
   // the line by rounding, which has no say.
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -433,9 +433,9 @@ TEST_CASE("a quarter turn of the link's frame turns the box, a shift shifts it")
       for (std::size_t k = 0; k < 3; ++k)
         CHECK(std::fabs(sorted_halves(other)[k] - sorted_halves(box)[k]) < kTolerance * sum);
     }
-    const Box turned_box = fitted(quarter), shifted_box = fitted(shifted);
-    CHECK(std::fabs(static_cast<double>(turned_box.center[0] + box.center[1])) < kTolerance * sum);
-    CHECK(std::fabs(static_cast<double>(turned_box.center[1] - box.center[0])) < kTolerance * sum);
+    const Box rotated_box = fitted(quarter), shifted_box = fitted(shifted);
+    CHECK(std::fabs(static_cast<double>(rotated_box.center[0] + box.center[1])) < kTolerance * sum);
+    CHECK(std::fabs(static_cast<double>(rotated_box.center[1] - box.center[0])) < kTolerance * sum);
     CHECK(std::fabs(static_cast<double>(shifted_box.center[0] - box.center[0]) - 4) < kTolerance * sum);
   }
 }

@@ -35,12 +35,12 @@ inline LinkRig random_links(oracle::Random& random, unsigned most_leaves, double
   for (unsigned link = 0; link < links; ++link) {
     parents.push_back(link == 0 ? -1 : static_cast<std::int32_t>(random.index(link)));
     const oracle::Vec3<double> about = size * random.log_uniform(1e-2, away) * random.unit_vector();
-    const bool turned = random.chance(0.7), flat = random.chance(0.3);
+    const bool rotated = random.chance(0.7), flat = random.chance(0.3);
     for (unsigned n = random.chance(0.2) && link > 0 ? 0 : 1 + random.index(most_leaves); n > 0; --n) {
       Leaf leaf;
       leaf.link = link;
       double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-      if (turned) random.rotation(axis);
+      if (rotated) random.rotation(axis);
       const oracle::Vec3<double> at = about + size * random.uniform(0.0, 1.0) * random.unit_vector();
       for (std::size_t k = 0; k < 3; ++k) {
         leaf.box.center[k] = static_cast<float>(at[k]);

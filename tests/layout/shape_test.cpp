@@ -83,10 +83,10 @@ TEST_CASE("a box part may fill its leaf's box and not stick out of any of its fa
     part.size[c] *= 1.001f;
     CHECK_FALSE(accepted(part));
   }
-  ConvexPart turned = part_at(ShapeKind::kBox, 5, 0, 0, 2, 3, 1);
-  CHECK_FALSE(accepted(turned));
-  turn(turned, 2, kRightAngle);
-  CHECK(accepted(turned));
+  ConvexPart rotated = part_at(ShapeKind::kBox, 5, 0, 0, 2, 3, 1);
+  CHECK_FALSE(accepted(rotated));
+  turn(rotated, 2, kRightAngle);
+  CHECK(accepted(rotated));
 }
 
 TEST_CASE("a part may exceed its leaf's box by the rounding of a float fit and no more") {
@@ -96,18 +96,18 @@ TEST_CASE("a part may exceed its leaf's box by the rounding of a float fit and n
   CHECK_FALSE(accepted(part));
 }
 
-TEST_CASE("an ellipsoid may touch the faces of its leaf's box from inside, turned or not") {
+TEST_CASE("an ellipsoid may touch the faces of its leaf's box from inside, rotated or not") {
   CHECK(accepted(part_at(ShapeKind::kEllipsoid, 5, 0, 0, 3, 2, 1)));
   CHECK_FALSE(accepted(part_at(ShapeKind::kEllipsoid, 5, 0, 0, 3.001f, 2, 1)));
   CHECK_FALSE(accepted(part_at(ShapeKind::kEllipsoid, 5, 0, 0.001f, 3, 2, 1)));
-  // Turned by 45 degrees about z it reaches sqrt((3^2 + 1^2) / 2) = 2.236 along x and y, more than a box of half 2.
-  ConvexPart turned = part_at(ShapeKind::kEllipsoid, 5, 0, 0, 3, 1, 1);
-  turn(turned, 2, kRightAngle / 2);
-  CHECK_FALSE(accepted(turned));
+  // Rotated by 45 degrees about z it reaches sqrt((3^2 + 1^2) / 2) = 2.236 along x and y, more than a box of half 2.
+  ConvexPart rotated = part_at(ShapeKind::kEllipsoid, 5, 0, 0, 3, 1, 1);
+  turn(rotated, 2, kRightAngle / 2);
+  CHECK_FALSE(accepted(rotated));
   // With radii 2.5 and 1 it reaches 1.904, although its corners' box reaches 2.475.
-  turned = part_at(ShapeKind::kEllipsoid, 5, 0, 0, 2.5f, 1, 1);
-  turn(turned, 2, kRightAngle / 2);
-  CHECK(accepted(turned));
+  rotated = part_at(ShapeKind::kEllipsoid, 5, 0, 0, 2.5f, 1, 1);
+  turn(rotated, 2, kRightAngle / 2);
+  CHECK(accepted(rotated));
 }
 
 TEST_CASE("a capsule lies along its own z and reaches half its length plus its radius") {

@@ -77,11 +77,11 @@ Hits hits_of(const scenes::Scene& scene) {
 
 TEST_CASE("meshes touch where their surfaces meet, and not a gap away") {
   const MeshBody cube_1(cube(1));
-  const Pose turned = {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0};
+  const Pose rotated = {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0};
   CHECK(query(cube_1, moved(0, 0, 0), cube_1, moved(1.9f, .3f, .2f)) == MeshAnswer::kSurfacesMeet);
   CHECK(query(cube_1, moved(0, 0, 0), cube_1, moved(2.01f, .3f, .2f)) == MeshAnswer::kApart);
-  CHECK(query(cube_1, turned, cube_1, moved(0, 1.9f, 0)) == MeshAnswer::kSurfacesMeet);
-  CHECK(query(cube_1, turned, cube_1, moved(0, 2.01f, 0)) == MeshAnswer::kApart);
+  CHECK(query(cube_1, rotated, cube_1, moved(0, 1.9f, 0)) == MeshAnswer::kSurfacesMeet);
+  CHECK(query(cube_1, rotated, cube_1, moved(0, 2.01f, 0)) == MeshAnswer::kApart);
 }
 
 TEST_CASE("a body wholly inside another touches it, whichever is asked first") {

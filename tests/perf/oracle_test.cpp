@@ -44,7 +44,7 @@ OracleBox<T> aligned_box(const Vec3<T>& center, const Vec3<T>& half) {
 }
 
 // Turns a box's frame about z by an angle in radians.
-OracleBox<double> turned_about_z(OracleBox<double> box, double angle) {
+OracleBox<double> rotated_about_z(OracleBox<double> box, double angle) {
   store(Vec3<double>{{std::cos(angle), std::sin(angle), 0.0}}, box.axis[0]);
   store(Vec3<double>{{-std::sin(angle), std::cos(angle), 0.0}}, box.axis[1]);
   return box;
@@ -290,7 +290,7 @@ TEST_CASE("links folded to 60 degrees take the axis of the longer one") {
   const double third = std::acos(0.5);
   const auto longer = aligned_box<double>({{1.0, 0.0, 0.0}}, {{1.0, 0.1, 0.1}});
   auto shorter = aligned_box<double>({{0.25, std::sqrt(0.1875), 0.0}}, {{0.5, 0.1, 0.1}});
-  shorter = turned_about_z(shorter, third);
+  shorter = rotated_about_z(shorter, third);
   const double joint[3] = {0.0, 0.0, 0.0};
   const OracleMerge merge = merge_cab(longer, shorter, joint);
   CHECK(merge.branch == MergeBranch::kChild1Axis);
@@ -304,7 +304,7 @@ TEST_CASE("links folded to 60 degrees take the axis of the longer one") {
 TEST_CASE("ties of the longest axis go to the lowest index") {
   const auto cube1 = aligned_box<double>({{1.0, 1.0, 0.0}}, {{1.0, 1.0, 0.5}});
   auto cube2 = aligned_box<double>({{1.0, -1.0, 0.0}}, {{0.9, 0.9, 0.45}});
-  cube2 = turned_about_z(cube2, 0.3);
+  cube2 = rotated_about_z(cube2, 0.3);
   const double joint[3] = {0.0, 0.0, 0.0};
   // Second axes would give a parent along y.
   const OracleMerge merge = merge_cab(cube1, cube2, joint);
@@ -356,8 +356,8 @@ TEST_CASE("the parallel test is two-sided and stands at a dot product of 1 - 1e-
   const double limit = std::asin(std::sqrt(2e-5));
   for (const double side : {0.0, std::acos(-1.0)}) {
     const auto other = aligned_box<double>({{std::cos(side), 0.0, 0.0}}, {{1.0, 0.1, 0.1}});
-    const auto within = merge_cab(link, turned_about_z(other, side + 0.999 * limit), joint);
-    const auto beyond = merge_cab(link, turned_about_z(other, side + 1.001 * limit), joint);
+    const auto within = merge_cab(link, rotated_about_z(other, side + 0.999 * limit), joint);
+    const auto beyond = merge_cab(link, rotated_about_z(other, side + 1.001 * limit), joint);
     CHECK(within.branch == MergeBranch::kFallbackChild1);
     CHECK(beyond.branch != MergeBranch::kFallbackChild1);
     CHECK(beyond.margins.parallel == doctest::Approx(2e-8).epsilon(0.01));
@@ -366,7 +366,7 @@ TEST_CASE("the parallel test is two-sided and stands at a dot product of 1 - 1e-
 
 TEST_CASE("a point merges in the other child's frame, and two points along the first's axes") {
   auto link = aligned_box<double>({{0.0, 0.0, 0.0}}, {{1.0, 0.1, 0.1}});
-  link = turned_about_z(link, 0.5);
+  link = rotated_about_z(link, 0.5);
   const auto point = aligned_box<double>({{0.0, 0.0, 2.0}}, {{0.0, 0.0, 0.0}});
   const auto origin = aligned_box<double>({{0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0}});
   const OracleMerge merge = merge_cab(point, link, nullptr);
@@ -398,7 +398,7 @@ TEST_CASE("a merge near the parallel limit may go either way") {
   const double joint[3] = {0.0, 0.0, 0.0};
   const double angle = std::asin(std::sqrt(2.1e-5));
   auto other = aligned_box<double>({{-1.0, 0.0, 0.0}}, {{1.0, 0.1, 0.1}});
-  other = turned_about_z(other, angle);
+  other = rotated_about_z(other, angle);
   const auto candidates = merge_cab_candidates(link, other, joint);
   REQUIRE(candidates.size() == 2);
   CHECK(candidates[0].branch == MergeBranch::kEndpoint);

@@ -64,7 +64,7 @@ std::vector<bool> fronts(std::vector<SweepCell> cells) {
 
 using oracle::OracleBox;
 
-OracleBox<double> turned_box(oracle::Random& random, double x, double y, double z) {
+OracleBox<double> rotated_box(oracle::Random& random, double x, double y, double z) {
   OracleBox<double> box{{1, 2, 3}, {}, {x, y, z}};
   random.rotation(box.axis);
   return box;
@@ -237,13 +237,13 @@ TEST_CASE("what is recommended is clearly faster, misses nothing, and has no mor
   CHECK(perf::count_missing({hit}, {hit, other}) == 0);
 }
 
-TEST_CASE("the rotation limit is a turned box's own surface, and no orientation that is tried is below it") {
+TEST_CASE("the rotation limit is a rotated box's own surface, and no orientation that is tried is below it") {
   constexpr double kTolerance = 1e-3;  // worst measured below 1e-6 of the known ones
   oracle::Random random(3);
   for (int k = 0; k < 20; ++k) {
     CAPTURE(k);
     const double x = random.uniform(.1, 1), y = random.uniform(.1, 1), z = random.uniform(.01, 1);
-    const OracleBox<double> box = turned_box(random, x, y, z);
+    const OracleBox<double> box = rotated_box(random, x, y, z);
     CHECK(oracle::rotation_limit({box}) == doctest::Approx(oracle::surface_of(box.half)).epsilon(1e-6));
     // Its eight octants, each turned into another order of axes, which the search starts from too.
     std::vector<OracleBox<double>> octants;
@@ -257,7 +257,7 @@ TEST_CASE("the rotation limit is a turned box's own surface, and no orientation 
     CHECK(oracle::rotation_limit(octants) == doctest::Approx(oracle::surface_of(box.half)).epsilon(1e-6));
     std::vector<OracleBox<double>> any;
     for (int b = 0; b < 5; ++b) {
-      any.push_back(turned_box(random, x, y, z));
+      any.push_back(rotated_box(random, x, y, z));
       for (double& c : any.back().center) c = random.uniform(-1, 1);
     }
     const double limit = oracle::rotation_limit(any);

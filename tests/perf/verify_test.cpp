@@ -8,9 +8,9 @@
 #include <set>
 #include <sstream>
 
-#include "kernels/bounds.h"
 #include "kernels/gather_pairs.h"
 #include "kernels/refit_tree.h"
+#include "layout/error_bounds.h"
 #include "tests/perf/spawn.h"
 
 namespace cab::test {
@@ -99,7 +99,7 @@ void refit_without_padding(const kernel::RefitTile& tile) {
         place = std::max(place, std::fabs(box.center[k][lane]));
         size += box.half[k][lane];
       }
-      const float padding = kernel::kMergePadSize * size + kernel::kMergePadPlace * place + kernel::kMergePadTiny;
+      const float padding = kMergePadSize * size + kMergePadCenter * place + kMergePadTiny;
       for (int k = 0; k < 3; ++k) box.half[k][lane] -= 2 * padding;
     }
   }

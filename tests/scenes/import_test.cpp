@@ -98,9 +98,9 @@ Clip clip_of(const std::string& text, const ImportOptions& options = {}) {
 }  // namespace
 
 TEST_CASE("rotations apply in the order a joint lists them, and position channels replace the offset") {
-  // By hand, how far each joint lies from the one before. Root at (10, 20, 30), not at its offset, turned by Rz(90).
-  // upper: Rz(90) (0,1,0) = (-1,0,0); then turned by Rx(90) Ry(90).
-  // lower: (2,0,0) -> Ry(90): (0,0,-2) -> Rx(90): (0,2,0) -> Rz(90): (-2,0,0); then turned by Ry(90) Rz(90).
+  // By hand, how far each joint lies from the one before. Root at (10, 20, 30), not at its offset, rotated by Rz(90).
+  // upper: Rz(90) (0,1,0) = (-1,0,0); then rotated by Rx(90) Ry(90).
+  // lower: (2,0,0) -> Ry(90): (0,0,-2) -> Rx(90): (0,2,0) -> Rz(90): (-2,0,0); then rotated by Ry(90) Rz(90).
   // end: (0,0,3) -> Rz(90): itself -> Ry(90): (3,0,0) -> Ry(90): (0,0,-3) -> Rx(90): (0,3,0) -> Rz(90): (-3,0,0).
   const Skeleton s = skeleton_of(bvh(kLimb, "Frames: 1\nFrame Time: .01\n10 20 30 90 0 0 90 90 0 90 90 0\n"));
   REQUIRE(s.joint_names == std::vector<std::string>{"hips", "upper", "lower", "lower/End"});

@@ -133,7 +133,7 @@ inline int count_vertex_bounds_overlaps(const Scene& scene) {
   return count_pairs(scene, bounds_of_vertices, bounds_overlap);
 }
 
-// v turned about (1, 2, .5)/sqrt(5.25), the axis of every scene's tilt.
+// v rotated about (1, 2, .5)/sqrt(5.25), the axis of every scene's tilt.
 inline Vec3 tilted_by(double angle, const Vec3& v) {
   const Vec3 k = {.43643578, .87287156, .21821789};
   return std::cos(angle) * v + std::sin(angle) * cross(k, v) + ((1 - std::cos(angle)) * dot(k, v)) * k;
