@@ -9,7 +9,7 @@
 namespace cab {
 namespace {
 
-// Instances that one task counts or places.
+// Instances that one task counts or puts into the grid.
 constexpr std::uint32_t kInstancesPerTask = 1024;
 
 // Cells are no smaller than this fraction of the world's extent, so that cell numbers stay small.
@@ -155,8 +155,8 @@ bool is_worth_searching(const Grid& grid, const CellRange& cells) {
 }
 
 // Looks at every instance in the order of keys, so that after a full list the next goes on where it ended.
-bool list_in_order(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
-                   bool all, FixedList<Partner>& found) {
+bool list_in_key_order(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
+                       bool all, FixedList<Partner>& found) {
   found.clear();
   std::uint32_t instance = static_cast<std::uint32_t>(after) + 1;
   for (auto index = static_cast<std::uint32_t>(after >> 32); index < engine.batches.size(); ++index, instance = 0) {
@@ -233,7 +233,7 @@ void build_grid(Engine& engine) {
 bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
                    bool all, Worker& worker) {
   FixedList<Partner>& found = worker.partners;
-  if (all) return list_in_order(engine, batch, bounds, after, all, found);
+  if (all) return list_in_key_order(engine, batch, bounds, after, all, found);
   const Grid& grid = engine.grid;
   GridEntry query;
   set_entry(grid, bounds, batch, 0, query);
@@ -265,7 +265,7 @@ bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBoun
     list.below = ~std::uint64_t{0};
     list.complete = true;
     if (!scan_entries(engine, query, 0, grid.count, take))
-      return list_in_order(engine, batch, bounds, after, all, found);
+      return list_in_key_order(engine, batch, bounds, after, all, found);
   }
   sort_partners(found);
   return list.complete;

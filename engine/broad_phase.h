@@ -18,7 +18,7 @@ void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t t
 // Puts every instance that the rules test against others into the grid.
 void build_grid(Engine& engine);
 
-// An instance by its place in the order of hits.
+// The key of an instance. Hits are sorted by the keys of their instances.
 inline std::uint64_t instance_key(std::uint32_t batch, std::uint32_t instance) {
   return std::uint64_t{batch} << 32 | instance;
 }

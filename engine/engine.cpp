@@ -249,7 +249,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     if (desc.kind > BatchKind::kSequence) return Status::kBadBatchKind;
     if (desc.instance_count == 0) return Status::kNoInstances;
     if (desc.instance_count > kMaxInstances || engine.batches.size() == kMaxBatches) return Status::kTooManyInstances;
-    // Places in the grid are 32-bit numbers, and its buckets a power of two of them.
+    // Indices of grid entries are 32-bit numbers, and its buckets a power of two of them.
     if (needs_of(engine).character_instances + desc.instance_count > (std::size_t{1} << 31))
       return Status::kTooManyInstances;
     auto slot = std::make_unique<BatchSlot>(engine.allocator);

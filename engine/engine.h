@@ -24,7 +24,7 @@ namespace cab {
 struct Candidate {
   std::uint32_t batch_a, instance_a;
   std::uint32_t batch_b, instance_b;
-  std::uint32_t place_a = 0, place_b = 0;  // of their boxes in the worker's set (engine/posed_set.h)
+  std::uint32_t slot_a = 0, slot_b = 0;  // of their boxes in the worker's set (engine/posed_set.h)
 };
 
 inline bool is_within(const Candidate& candidate) {
@@ -56,19 +56,19 @@ struct PosedTile {
   float* leaf_bounds;
 };
 
-// Where an instance stands in a worker's set: an entry of its hash table, empty unless `round` is the set's.
+// Where an instance stands in a worker's set: an entry of its hash table, empty unless `generation` is the set's.
 struct PosedEntry {
   std::uint64_t key;
-  std::uint32_t round;
-  std::uint32_t place;
+  std::uint32_t generation;
+  std::uint32_t slot;
 };
 
-// Drops all entries of a table at once, by the next round; once in 2^32 they are emptied.
+// Drops all entries of a table at once, by the next generation; once in 2^32 they are emptied.
 template <class Entry>
-void begin_round(std::uint32_t& round, Span<Entry> entries) {
-  if (++round != 0) return;
+void begin_generation(std::uint32_t& generation, Span<Entry> entries) {
+  if (++generation != 0) return;
   for (Entry& entry : entries) entry = {};
-  round = 1;
+  generation = 1;
 }
 
 // The instances whose boxes the candidates at hand need, each once, posed where they are tested.
@@ -78,12 +78,12 @@ struct PosedSet {
   Span<PosedEntry> entries;      // a power of two
   FixedList<BoxAos> boxes;       // an axis-aligned refit keeps AabbAos in the same memory
   FixedList<float> leaf_bounds;  // layout/leaf_bounds_soa.h
-  std::uint32_t round = 1;
+  std::uint32_t generation = 1;
 };
 
-// Where the leaves of one link of one instance stand, valid while `round` is the set's.
+// Where the leaves of one link of one instance stand, valid while `generation` is the set's.
 struct PosedLinkEntry {
-  std::uint32_t round;
+  std::uint32_t generation;
   std::uint32_t first;  // padded to whole tiles
 };
 
@@ -92,7 +92,7 @@ struct PosedLinkSet {
   FixedList<BoxAos> boxes;
   FixedList<float> leaf_bounds;  // layout/leaf_bounds_soa.h, six floats per box
   Span<PosedLinkEntry> entries;  // by the index of the link's box in the PosedSet
-  std::uint32_t round = 1;
+  std::uint32_t generation = 1;
 };
 
 // Memory of one worker. Sized when a batch is added, for the worst that any rule can ask.
@@ -147,10 +147,10 @@ struct Engine {
   std::vector<std::unique_ptr<Worker>> workers;
   std::unique_ptr<Arena> shared_arena;
   Grid grid;
-  Span<std::uint32_t> store;          // hits of characters by place, until they are written in order
-  std::uint32_t frames_in_order = 0;  // frames to come whose hits are not looked for by place
-  Span<std::uint64_t> rule_bits;      // scratch of validate_job: rules seen so far
-  Span<std::uint64_t> paired_bits;    // bit a * batch_count + b: some rule tests batch a against b
+  Span<std::uint32_t> store;  // hits of characters found in spatial order, until they are written in key order
+  std::uint32_t frames_in_key_order = 0;  // frames to come that are paired in key order
+  Span<std::uint64_t> rule_bits;          // scratch of validate_job: rules seen so far
+  Span<std::uint64_t> paired_bits;        // bit a * batch_count + b: some rule tests batch a against b
   std::atomic_flag busy = ATOMIC_FLAG_INIT;
 
   InstanceBatch& batch(BatchId id) { return batches[id.value - 1]->batch; }

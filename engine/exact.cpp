@@ -25,7 +25,7 @@ using Transform = fcl::Transform3d;
 using Matrix = fcl::Matrix3d;
 using Vector = fcl::Vector3d;
 
-// One convex part: FCL's shape and its place in the link's frame.
+// One convex part: FCL's shape and its transform in the link's frame.
 struct Part {
   std::shared_ptr<fcl::CollisionGeometryd> geometry;
   Transform in_link;
@@ -52,7 +52,7 @@ Matrix orthonormal(Matrix m) {
   return m;
 }
 
-Transform place(const Matrix& rotation, const Vector& translation) {
+Transform make_transform(const Matrix& rotation, const Vector& translation) {
   Transform out = Transform::Identity();
   out.linear() = rotation;
   out.translation() = translation;
@@ -79,7 +79,8 @@ std::shared_ptr<fcl::CollisionGeometryd> geometry_of(const ConvexPart& part) {
 Part box_part(const Box& box) {
   Matrix axes;
   for (int k = 0; k < 3; ++k) axes.col(k) = vector_of(box.axis[k]);
-  return {std::make_shared<fcl::Boxd>(2 * vector_of(box.half)), place(orthonormal(axes), vector_of(box.center))};
+  return {std::make_shared<fcl::Boxd>(2 * vector_of(box.half)),
+          make_transform(orthonormal(axes), vector_of(box.center))};
 }
 
 // A link's pose in an instance's frame, in double.
@@ -91,7 +92,7 @@ Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uin
   if (input.poses.format == PoseFormat::kQuaternionTranslation) {
     float f[7];
     std::memcpy(f, from, sizeof(f));
-    pose = place(rotation_of(f), vector_of(f + 4));
+    pose = make_transform(rotation_of(f), vector_of(f + 4));
   } else {
     float f[16];
     const bool rows = input.poses.format == PoseFormat::kMatrix3x4;
@@ -102,10 +103,10 @@ Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uin
       for (int c = 0; c < 3; ++c) m(r, c) = static_cast<double>(rows ? f[4 * r + c] : f[4 * c + r]);
       t[r] = static_cast<double>(rows ? f[4 * r + 3] : f[12 + r]);
     }
-    pose = place(orthonormal(m), t);
+    pose = make_transform(orthonormal(m), t);
   }
   if (!input.orientations.empty())
-    pose = place(rotation_of(input.orientations.data + 4 * std::size_t{instance}), Vector::Zero()) * pose;
+    pose = make_transform(rotation_of(input.orientations.data + 4 * std::size_t{instance}), Vector::Zero()) * pose;
   return pose;
 }
 
@@ -131,7 +132,7 @@ Status make_exact_shapes(const Articulation& articulation, std::unique_ptr<Exact
         if (bad_leaf) *bad_leaf = leaf;
         return Status::kBadShape;
       }
-      parts.push_back({std::move(geometry), place(rotation_of(part.rotation), vector_of(part.position))});
+      parts.push_back({std::move(geometry), make_transform(rotation_of(part.rotation), vector_of(part.position))});
     }
     if (parts.empty()) parts.push_back(box_part(articulation.leaf_box[leaf]));
     for (const Part& part : parts) part.geometry->computeLocalAABB();  // for its radius

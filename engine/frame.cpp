@@ -68,8 +68,8 @@ template <class ReportPairs>
 void for_each_candidate(const Worker& worker, const FixedList<LeafPair>& list, ReportPairs&& report) {
   for (LeafPair* begin = list.begin(); begin != list.end();) {
     LeafPair* end = begin;
-    while (end != list.end() && end->slot == begin->slot) ++end;
-    report(worker.candidates.data[begin->slot], Span<LeafPair>{begin, static_cast<std::size_t>(end - begin)});
+    while (end != list.end() && end->candidate == begin->candidate) ++end;
+    report(worker.candidates.data[begin->candidate], Span<LeafPair>{begin, static_cast<std::size_t>(end - begin)});
     begin = end;
   }
 }
@@ -135,7 +135,7 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
 constexpr std::uint32_t kTouchedCandidates = 64;
 
 // An instance and where it is.
-struct Placed {
+struct PlacedInstance {
   std::uint32_t batch, instance;
   const Placement& placement;
 };
@@ -148,23 +148,23 @@ struct Gathering {
   Worker& worker;
   HitSink& sink;
 
-  // Adds two instances, of which a has the lower place in the order of hits, or one against itself.
-  void add(const Placed& a, const Placed& b) {
+  // Adds two instances, of which a has the lower key, or one against itself.
+  void add(const PlacedInstance& a, const PlacedInstance& b) {
     Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
     const bool touched = sink.job->report == Report::kTouched;
     if (touched && is_settled(engine, candidate)) return;
     if (worker.candidates.size >= (touched ? kTouchedCandidates : kChunkCandidates) ||
         !has_room(engine, candidate, worker))
       test_candidates(engine, policies, task, worker, sink);
-    candidate.place_a = place_of(engine, policies, a.batch, a.instance, a.placement, worker);
-    candidate.place_b = place_of(engine, policies, b.batch, b.instance, b.placement, worker);
+    candidate.slot_a = acquire_slot(engine, policies, a.batch, a.instance, a.placement, worker);
+    candidate.slot_b = acquire_slot(engine, policies, b.batch, b.instance, b.placement, worker);
     worker.candidates.push(candidate);
   }
 };
 
-// Gathers everything that one instance is tested against: itself, and its partners with a higher place in the order of
+// Gathers everything that one instance is tested against: itself, and its partners with a higher key, in the order of
 // hits.
-void gather_in_order(Gathering& gathering, const Placed& placed) {
+void gather_in_key_order(Gathering& gathering, const PlacedInstance& placed) {
   Engine& engine = gathering.engine;
   const InstanceBatch& batch = engine.batches[placed.batch]->batch;
   if (batch.pairs_within) gathering.add(placed, placed);
@@ -188,17 +188,17 @@ void gather_in_order(Gathering& gathering, const Placed& placed) {
 }
 
 // Gathers what the instance of one grid entry is tested against: itself, and the entries that it finds.
-void gather_by_place(Gathering& gathering, std::uint32_t entry) {
+void gather_in_spatial_order(Gathering& gathering, std::uint32_t entry) {
   const Engine& engine = gathering.engine;
   const Grid& grid = engine.grid;
   const auto placed = [&grid](std::uint32_t at) {
-    return Placed{grid.entries[at].batch, grid.entries[at].instance, grid.placements[at]};
+    return PlacedInstance{grid.entries[at].batch, grid.entries[at].instance, grid.placements[at]};
   };
-  const Placed one = placed(entry);
+  const PlacedInstance one = placed(entry);
   const InstanceBatch& batch = engine.batches[one.batch]->batch;
   if (batch.pairs_within) gathering.add(one, one);
   for_each_later(engine, entry, [&](std::uint32_t other_entry) {
-    const Placed other = placed(other_entry);
+    const PlacedInstance other = placed(other_entry);
     if (!layers_meet(batch, one.instance, engine.batches[other.batch]->batch, other.instance)) return;
     if (instance_key(one.batch, one.instance) < instance_key(other.batch, other.instance))
       gathering.add(one, other);
@@ -234,12 +234,12 @@ void gather_run(Gathering& gathering, std::uint32_t index, std::uint32_t run) {
   for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i) {
     if (!(batch.live[i / kLanes] >> (i % kLanes) & 1)) continue;
     const Placement placement = placement_of(batch, i);
-    gather_in_order(gathering, {index, i, placement});
+    gather_in_key_order(gathering, {index, i, placement});
   }
 }
 
 // Steps 2 to 6 of all character batches, in the order of hits.
-void pair_in_order(Engine& engine, const Policies& policies, HitSink& sink) {
+void pair_in_key_order(Engine& engine, const Policies& policies, HitSink& sink) {
   std::uint32_t tasks = 0;
   for (const auto& slot : engine.batches) {
     slot->batch.first_task = tasks;
@@ -255,17 +255,18 @@ void pair_in_order(Engine& engine, const Policies& policies, HitSink& sink) {
   });
 }
 
-// The same by place, as the grid keeps them: what is posed and read for one character is still in cache for the next.
+// The same in spatial order, that of the grid's entries: what is posed and read for one character is still in cache for the next.
 // False when the store is too small for the hits, of which none are left then.
-bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
-  sink.by_place = true;
+bool pair_in_spatial_order(Engine& engine, const Policies& policies, HitSink& sink) {
+  sink.in_spatial_order = true;
   for (const auto& worker : engine.workers) worker->stats_before = worker->stats;
   const Grid& grid = engine.grid;
   engine.schedule->for_each(task_count(grid.count), [&](std::uint32_t task, std::uint32_t w) {
     if (sink.store_full) return;
     timed_task(engine, policies, task, w, sink, [&](Gathering& gathering) {
       const std::uint32_t end = std::min(grid.count, (task + 1) * kInstancesPerTask);
-      for (std::uint32_t entry = task * kInstancesPerTask; entry < end; ++entry) gather_by_place(gathering, entry);
+      for (std::uint32_t entry = task * kInstancesPerTask; entry < end; ++entry)
+        gather_in_spatial_order(gathering, entry);
     });
     store_hits(engine, *engine.workers[w], sink);
   });
@@ -278,7 +279,7 @@ bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
       store_hits(engine, *engine.workers[w], sink);
     });
   }
-  sink.by_place = false;
+  sink.in_spatial_order = false;
   if (!sink.store_full) return true;
   for (const auto& worker : engine.workers) {
     worker->stats = worker->stats_before;
@@ -289,20 +290,20 @@ bool pair_by_place(Engine& engine, const Policies& policies, HitSink& sink) {
 
 // Steps 2 to 6 of all character batches.
 void pair_characters(Engine& engine, const Policies& policies, HitSink& sink) {
-  constexpr std::uint32_t kFramesInOrder = 16;     // after one whose hits the store could not hold
+  constexpr std::uint32_t kFramesInKeyOrder = 16;  // after one whose hits the store could not hold
   if (policies.strategy == Strategy::kExactAll) {  // the grid is not asked
-    pair_in_order(engine, policies, sink);
+    pair_in_key_order(engine, policies, sink);
     return;
   }
-  if (engine.frames_in_order > 0) {
-    --engine.frames_in_order;
-  } else if (pair_by_place(engine, policies, sink)) {
+  if (engine.frames_in_key_order > 0) {
+    --engine.frames_in_key_order;
+  } else if (pair_in_spatial_order(engine, policies, sink)) {
     write_stored_hits(engine, sink);
     return;
   } else {
-    engine.frames_in_order = kFramesInOrder;
+    engine.frames_in_key_order = kFramesInKeyOrder;
   }
-  pair_in_order(engine, policies, sink);
+  pair_in_key_order(engine, policies, sink);
 }
 
 // ----------------------------------------------------------------------------------------------------- sequences

@@ -13,27 +13,27 @@ namespace {
 struct LinkSide {
   const InstanceBatch* batch;
   const LinkLeaves* leaves;
-  std::uint32_t place;
+  std::uint32_t slot;
   std::uint32_t link;  // a leaf of `links`
 
   std::uint32_t width() const { return leaf_bounds_width(leaves->leaf_count); }
   std::uint16_t leaf(std::uint32_t i) const { return batch->articulation->leaf_order[leaves->first_leaf + i]; }
 };
 
-LinkSide side_of(const Engine& engine, std::uint32_t batch, std::uint32_t place, std::uint32_t link) {
+LinkSide side_of(const Engine& engine, std::uint32_t batch, std::uint32_t slot, std::uint32_t link) {
   const InstanceBatch& of = engine.batches[batch]->batch;
-  return {&of, &of.link_bounds->leaves[link], place, link};
+  return {&of, &of.link_bounds->leaves[link], slot, link};
 }
 
 // Where the side's leaves stand, which are posed if they are not yet; room must be left.
 std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& side, Worker& worker) {
-  const PosedTile& tile = worker.posed.tiles.data[side.place / kLanes];
-  const std::uint32_t lane = side.place % kLanes;
+  const PosedTile& tile = worker.posed.tiles.data[side.slot / kLanes];
+  const std::uint32_t lane = side.slot % kLanes;
   PosedLinkSet& set = worker.posed_links;
   PosedLinkEntry& entry =
       set.entries[static_cast<std::size_t>(tile.boxes - worker.posed.boxes.data) + lane * tile.nodes + side.link];
-  if (entry.round == set.round) return entry.first;
-  entry = {set.round, set.boxes.size};
+  if (entry.generation == set.generation) return entry.first;
+  entry = {set.generation, set.boxes.size};
   const BatchInput& input = *side.batch->input;
   const std::uint32_t instance = tile.of.instance[lane];
   kernel::PoseLink pose;
@@ -57,7 +57,7 @@ void set_meeting(const Worker& worker, const LinkSide& a, const LinkSide& b, con
   const auto bound = [&worker](const LinkSide& side, std::uint32_t bound) {
     const std::uint32_t links = side.batch->active->leaf_count;
     const float* const bounds =
-        worker.posed.tiles.data[side.place / kLanes].leaf_bounds + side.place % kLanes * leaf_bounds_floats(links);
+        worker.posed.tiles.data[side.slot / kLanes].leaf_bounds + side.slot % kLanes * leaf_bounds_floats(links);
     return static_cast<double>(bounds[bound * leaf_bounds_width(links) + side.link]);
   };
   for (std::uint32_t c = 0; c < 3; ++c) {
@@ -104,7 +104,7 @@ struct Testing {
       if (is_done(link_pair[lane])) continue;
       ++worker.stats.box_tests;
       if (!(overlapping >> lane & 1)) continue;
-      worker.found.data[kept++] = {block.pair[lane].slot, block.pair[lane].a, block.pair[lane].b};
+      worker.found.data[kept++] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
       last_kept = link_pair[lane];
     }
     block.count = 0;
@@ -128,8 +128,8 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
   set_shift(worker, candidate, shift, filter);
   Testing testing(engine, worker, policies.sat, lowest_only);
   for (std::uint32_t at = 0; at < links.size; ++at) {
-    const LinkSide a = side_of(engine, candidate.batch_a, candidate.place_a, links[at].a),
-                   b = side_of(engine, candidate.batch_b, candidate.place_b, links[at].b);
+    const LinkSide a = side_of(engine, candidate.batch_a, candidate.slot_a, links[at].a),
+                   b = side_of(engine, candidate.batch_b, candidate.slot_b, links[at].b);
     if (set.boxes.size + a.width() + b.width() > set.boxes.capacity) {
       testing.test();
       clear_links(worker);
@@ -140,7 +140,7 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
     filter.b = set.leaf_bounds.data + 6 * std::size_t{first_b};
     filter.leaves_a = a.leaves->leaf_count;
     filter.leaves_b = b.leaves->leaf_count;
-    filter.slot = links[at].slot;
+    filter.candidate = links[at].candidate;
     set_meeting(worker, a, b, shift, filter);
     for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !testing.is_done(at); filter.begin_a += kLanes) {
       filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
@@ -149,7 +149,7 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
       engine.kernels->filter_rows(filter);
       for (std::uint32_t i = begin; i < found.size && !testing.is_done(at); ++i) {
         const LeafPair pair = found.data[i];
-        NodePair nodes = {pair.slot, a.leaf(pair.a), b.leaf(pair.b)};
+        NodePair nodes = {pair.candidate, a.leaf(pair.a), b.leaf(pair.b)};
         const BoxAos *box_a = set.boxes.data + first_a + pair.a, *box_b = set.boxes.data + first_b + pair.b;
         if (within && nodes.b < nodes.a) {  // the predicate takes the lower leaf first
           std::swap(nodes.a, nodes.b);
@@ -171,7 +171,7 @@ void clear_links(Worker& worker) {
   PosedLinkSet& set = worker.posed_links;
   set.boxes.clear();
   set.leaf_bounds.clear();
-  begin_round(set.round, set.entries);
+  begin_generation(set.generation, set.entries);
 }
 
 }  // namespace cab

@@ -10,9 +10,9 @@
 namespace cab {
 
 template <class AosBox>
-const AosBox* boxes_at(const Worker& worker, std::uint32_t place) {
-  const PosedTile& tile = worker.posed.tiles.data[place / kLanes];
-  return reinterpret_cast<const AosBox*>(tile.boxes) + place % kLanes * tile.nodes;
+const AosBox* boxes_at(const Worker& worker, std::uint32_t slot) {
+  const PosedTile& tile = worker.posed.tiles.data[slot / kLanes];
+  return reinterpret_cast<const AosBox*>(tile.boxes) + slot % kLanes * tile.nodes;
 }
 
 // Bits of the pairs that overlap.
@@ -44,11 +44,11 @@ void pad(PairBlock<AosBox>& block) {
 
 // Gives a filter the difference of a candidate's origins, b less a, which is kept in double as well.
 inline void set_shift(const Worker& worker, const Candidate& candidate, double (&shift)[3], kernel::RowFilter& filter) {
-  const auto origin = [&worker](std::uint32_t place, std::uint32_t c) {
-    return worker.posed.tiles.data[place / kLanes].placement[place % kLanes].origin[c];
+  const auto origin = [&worker](std::uint32_t slot, std::uint32_t c) {
+    return worker.posed.tiles.data[slot / kLanes].placement[slot % kLanes].origin[c];
   };
   for (std::uint32_t c = 0; c < 3; ++c) {
-    shift[c] = origin(candidate.place_b, c) - origin(candidate.place_a, c);
+    shift[c] = origin(candidate.slot_b, c) - origin(candidate.slot_a, c);
     filter.shift[c] = static_cast<float>(shift[c]);
     filter.shift_rest[c] = static_cast<float>(shift[c] - static_cast<double>(filter.shift[c]));
   }

@@ -20,7 +20,7 @@ std::uint32_t tile_leaf_floats(const Articulation& articulation) {
 PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
   const std::size_t mask = set.entries.size - 1;
   for (std::size_t at = (key * 0x9e3779b97f4a7c15u) >> 40 & mask;; at = (at + 1) & mask)
-    if (PosedEntry& entry = set.entries[at]; entry.round != set.round || entry.key == key) return entry;
+    if (PosedEntry& entry = set.entries[at]; entry.generation != set.generation || entry.key == key) return entry;
 }
 
 // A tile for more instances of a batch.
@@ -52,7 +52,7 @@ bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) 
   if (fit(true, true)) return true;
   // Not for two new tiles; but who is in the set needs none, nor who fits into a tile that takes instances.
   const auto is_new = [&set](std::uint32_t batch, std::uint32_t instance) {
-    return std::uint32_t{find_entry(set, instance_key(batch, instance)).round != set.round};
+    return std::uint32_t{find_entry(set, instance_key(batch, instance)).generation != set.generation};
   };
   const auto free_lanes = [&set](std::uint32_t batch) {
     return set.open[batch] == 0 ? 0 : kLanes - set.tiles.data[set.open[batch] - 1].of.count;
@@ -63,23 +63,23 @@ bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) 
   return fit(new_a > free_lanes(candidate.batch_a), new_b > free_lanes(candidate.batch_b));
 }
 
-std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
-                       const Placement& placement, Worker& worker) {
+std::uint32_t acquire_slot(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
+                           const Placement& placement, Worker& worker) {
   PosedSet& set = worker.posed;
   const std::uint64_t key = instance_key(batch, instance);
   PosedEntry& entry = find_entry(set, key);
-  if (entry.round == set.round) return entry.place;
+  if (entry.generation == set.generation) return entry.slot;
   const InstanceBatch& of = engine.batches[batch]->batch;
   if (set.open[batch] == 0) open_tile(*of.active, policies, batch, set);
   const std::uint32_t at = set.open[batch] - 1;
   PosedTile& tile = set.tiles.data[at];
   const std::uint32_t lane = tile.of.count++;
-  entry = {key, set.round, at * kLanes + lane};
+  entry = {key, set.generation, at * kLanes + lane};
   tile.of.instance[lane] = instance;
   tile.placement[lane] = placement;
   if (tile.of.count == kLanes) set.open[batch] = 0;
   prefetch_pose(of, instance);
-  return entry.place;
+  return entry.slot;
 }
 
 void pose_set(const Engine& engine, const Policies& policies, float margin, Worker& worker) {
@@ -107,7 +107,7 @@ void clear_set(Worker& worker) {
   set.boxes.clear();
   set.leaf_bounds.clear();
   clear_links(worker);
-  begin_round(set.round, set.entries);
+  begin_generation(set.generation, set.entries);
 }
 
 }  // namespace cab

@@ -18,9 +18,9 @@ inline std::uint32_t boxes_made(const Articulation& articulation, const Policies
 // Whether both instances of a candidate fit.
 bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker);
 
-// The place of an instance, which joins the set if it is not in it; room must be left.
-std::uint32_t place_of(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
-                       const Placement& placement, Worker& worker);
+// The slot of an instance, which joins the set if it is not in it; room must be left.
+std::uint32_t acquire_slot(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
+                           const Placement& placement, Worker& worker);
 
 // Poses every instance of the set, and refits those whose strategy descends.
 void pose_set(const Engine& engine, const Policies& policies, float margin, Worker& worker);

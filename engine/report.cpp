@@ -232,7 +232,7 @@ void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair>
     return;
   }
   sort_by_links(a, b, within, pairs);
-  if (sink.by_place)
+  if (sink.in_spatial_order)
     add_group(engine, candidate, a, b, pairs, worker, sink);
   else
     for_each_touching(engine, candidate, a, b, pairs, *sink.job, worker,

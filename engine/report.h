@@ -9,13 +9,13 @@ namespace cab {
 
 // Where hits go: the caller's buffer, and how many were found so far (which may be more than it holds). Tasks that follow
 // the order of hits hand theirs over in turn, so that hits stand in the order of tasks whoever ran them. Tasks that
-// follow the place of characters put them into the engine's store, from which they are written in order at the end.
+// follow the spatial order of characters put them into the engine's store, from which they are written in order at the end.
 struct HitSink {
   FrameJob* job;
   std::atomic<std::size_t> found{0};
   std::atomic<std::uint32_t> turn{0};  // the task whose hits come next
   bool sorted = true;                  // hits stand in the order that the caller was promised
-  bool by_place = false;
+  bool in_spatial_order = false;
   std::atomic<std::uint64_t> stored_words{0};
   std::atomic<bool> store_full{false};
 };

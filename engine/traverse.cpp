@@ -18,19 +18,19 @@ namespace {
 class Seeds {
  public:
   Seeds(const Engine& engine, const Worker& worker, Strategy strategy, std::uint32_t begin, std::uint32_t end)
-      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree), slot_(begin), end_(end) {}
+      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree), candidate_(begin), end_(end) {}
 
   bool next(NodePair* out) {
-    while (slot_ < end_) {
-      const Candidate& candidate = worker_.candidates.data[slot_];
+    while (candidate_ < end_) {
+      const Candidate& candidate = worker_.candidates.data[candidate_];
       const Articulation& a = *engine_.batches[candidate.batch_a]->batch.articulation;
       const Articulation& b = *engine_.batches[candidate.batch_b]->batch.articulation;
       const bool within = is_within(candidate);
       if (brute_ ? next_leaves(a, b, within, out) : within ? next_children(a, out) : next_roots(a, b, out)) {
-        out->slot = slot_;
+        out->candidate = candidate_;
         return true;
       }
-      ++slot_;
+      ++candidate_;
       i_ = j_ = 0;
     }
     return false;
@@ -65,7 +65,7 @@ class Seeds {
   const Engine& engine_;
   const Worker& worker_;
   bool brute_;
-  std::uint32_t slot_, end_;
+  std::uint32_t candidate_, end_;
   std::uint32_t i_ = 0, j_ = 0;
 };
 
@@ -78,26 +78,26 @@ struct Sides {
   const AosBox* boxes_b;
 };
 
-double origin_at(const Worker& worker, std::uint32_t place, std::uint32_t component) {
-  return worker.posed.tiles.data[place / kLanes].placement[place % kLanes].origin[component];
+double origin_at(const Worker& worker, std::uint32_t slot, std::uint32_t component) {
+  return worker.posed.tiles.data[slot / kLanes].placement[slot % kLanes].origin[component];
 }
 
 template <class AosBox>
 Sides<AosBox> sides_of(const Engine& engine, const Worker& worker, const Candidate& candidate) {
   return {engine.batches[candidate.batch_a]->batch.articulation, engine.batches[candidate.batch_b]->batch.articulation,
-          boxes_at<AosBox>(worker, candidate.place_a), boxes_at<AosBox>(worker, candidate.place_b)};
+          boxes_at<AosBox>(worker, candidate.slot_a), boxes_at<AosBox>(worker, candidate.slot_b)};
 }
 
 // Takes a pair into the block; false when it is an ignored pair of leaves, which is never tested.
 template <class AosBox>
 bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
-  const Candidate& candidate = worker.candidates.data[pair.slot];
+  const Candidate& candidate = worker.candidates.data[pair.candidate];
   const bool within = is_within(candidate);
   const Sides<AosBox> sides = sides_of<AosBox>(engine, worker, candidate);
   const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
   if (leaves && within) {
     if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return false;
-    if (pair.b < pair.a) pair = {pair.slot, pair.b, pair.a};
+    if (pair.b < pair.a) pair = {pair.candidate, pair.b, pair.a};
   }
   const std::uint32_t lane = block.count++;
   block.pair[lane] = pair;
@@ -105,24 +105,24 @@ bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<A
   block.boxes.b[lane] = sides.boxes_b + pair.b;
   if (leaves) block.boxes.leaves |= 1u << lane;
   for (std::uint32_t c = 0; c < 3; ++c)
-    block.shift.by[c][lane] = origin_at(worker, candidate.place_b, c) - origin_at(worker, candidate.place_a, c);
+    block.shift.by[c][lane] = origin_at(worker, candidate.slot_b, c) - origin_at(worker, candidate.slot_a, c);
   return true;
 }
 
 // Opens the node with more leaves (ties: a), as a descent of tiles does.
 template <class AosBox>
 void open(const Engine& engine, Worker& worker, const NodePair& pair) {
-  const Sides<AosBox> sides = sides_of<AosBox>(engine, worker, worker.candidates.data[pair.slot]);
+  const Sides<AosBox> sides = sides_of<AosBox>(engine, worker, worker.candidates.data[pair.candidate]);
   const MergeProgram& a = sides.a->program;
   const MergeProgram& b = sides.b->program;
   if (a.node_leaf_count[pair.a] >= b.node_leaf_count[pair.b]) {
     const MergeStep& step = a.steps[pair.a - sides.a->leaf_count];
-    worker.stack.push({pair.slot, step.right, pair.b});
-    worker.stack.push({pair.slot, step.left, pair.b});
+    worker.stack.push({pair.candidate, step.right, pair.b});
+    worker.stack.push({pair.candidate, step.left, pair.b});
   } else {
     const MergeStep& step = b.steps[pair.b - sides.b->leaf_count];
-    worker.stack.push({pair.slot, pair.a, step.right});
-    worker.stack.push({pair.slot, pair.a, step.left});
+    worker.stack.push({pair.candidate, pair.a, step.right});
+    worker.stack.push({pair.candidate, pair.a, step.left});
   }
 }
 
@@ -136,7 +136,7 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
   worker.stack.clear();
   worker.found.clear();
   const auto is_open = [&](const NodePair& pair) {
-    return !first_only || !is_settled(engine, worker.candidates.data[pair.slot]);
+    return !first_only || !is_settled(engine, worker.candidates.data[pair.candidate]);
   };
   for (;;) {
     PairBlock<AosBox> block;
@@ -170,8 +170,8 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
         open<AosBox>(engine, worker, tested);
         continue;
       }
-      worker.found.push({tested.slot, tested.a, tested.b});
-      if (first_only) set_touched(engine, worker.candidates.data[tested.slot]);
+      worker.found.push({tested.candidate, tested.a, tested.b});
+      if (first_only) set_touched(engine, worker.candidates.data[tested.candidate]);
     }
   }
 }
@@ -185,7 +185,7 @@ void test_block(const Engine& engine, Sat sat, PairBlock<AosBox>& block, Worker&
   worker.stats.box_tests += block.count;
   const std::uint32_t overlapping = overlap_block(*engine.kernels, sat, block.boxes);
   for (std::uint32_t lane = 0; lane < block.count; ++lane) {
-    worker.found.data[kept] = {block.pair[lane].slot, block.pair[lane].a, block.pair[lane].b};
+    worker.found.data[kept] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
     kept += overlapping >> lane & 1;
   }
   block.count = 0;
@@ -202,15 +202,15 @@ struct CandidateBoxes {
 
 // Lists the leaf pairs of one candidate whose bounds meet.
 template <class AosBox>
-CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t slot, Worker& worker) {
-  const Candidate& candidate = worker.candidates.data[slot];
+CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t index, Worker& worker) {
+  const Candidate& candidate = worker.candidates.data[index];
   const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
   const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
-  const PosedTile& tile_a = worker.posed.tiles.data[candidate.place_a / kLanes];
-  const PosedTile& tile_b = worker.posed.tiles.data[candidate.place_b / kLanes];
-  const std::uint32_t lane_a = candidate.place_a % kLanes, lane_b = candidate.place_b % kLanes;
+  const PosedTile& tile_a = worker.posed.tiles.data[candidate.slot_a / kLanes];
+  const PosedTile& tile_b = worker.posed.tiles.data[candidate.slot_b / kLanes];
+  const std::uint32_t lane_a = candidate.slot_a % kLanes, lane_b = candidate.slot_b % kLanes;
   CandidateBoxes<AosBox> sides = {
-      boxes_at<AosBox>(worker, candidate.place_a), boxes_at<AosBox>(worker, candidate.place_b), {}, nullptr};
+      boxes_at<AosBox>(worker, candidate.slot_a), boxes_at<AosBox>(worker, candidate.slot_b), {}, nullptr};
   if (is_within(candidate)) sides.within = a.active;
   kernel::RowFilter filter;
   filter.leaves_a = filter.end_a = a.active->leaf_count;
@@ -225,7 +225,7 @@ CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t slot
     filter.meet_lo[c] = float_below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
     filter.meet_hi[c] = float_above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
   }
-  filter.slot = slot;
+  filter.candidate = index;
   filter.self = sides.within;
   filter.found = &worker.found;
   engine.kernels->filter_rows(filter);
@@ -236,7 +236,7 @@ template <class AosBox>
 void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   CandidateBoxes<AosBox> sides[kChunkCandidates];
   worker.found.clear();
-  for (std::uint32_t slot = begin; slot < end; ++slot) sides[slot] = filter_candidate<AosBox>(engine, slot, worker);
+  for (std::uint32_t at = begin; at < end; ++at) sides[at] = filter_candidate<AosBox>(engine, at, worker);
   PairBlock<AosBox> block;
   block.boxes.shift = &block.shift;
   block.boxes.leaves = 0xffff;
@@ -246,15 +246,15 @@ void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t beg
     test_block(engine, sat, block, worker, kept);
     if (first_only)
       for (std::uint32_t i = before; i < kept; ++i)
-        set_touched(engine, worker.candidates.data[worker.found.data[i].slot]);
+        set_touched(engine, worker.candidates.data[worker.found.data[i].candidate]);
   };
   for (const LeafPair& pair : worker.found) {
-    if (first_only && is_settled(engine, worker.candidates.data[pair.slot])) continue;
-    const CandidateBoxes<AosBox>& side = sides[pair.slot];
+    if (first_only && is_settled(engine, worker.candidates.data[pair.candidate])) continue;
+    const CandidateBoxes<AosBox>& side = sides[pair.candidate];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
     const std::uint32_t lane = block.count++;
-    block.pair[lane] = {pair.slot, pair.a, pair.b};
+    block.pair[lane] = {pair.candidate, pair.a, pair.b};
     block.boxes.a[lane] = side.a + pair.a;
     block.boxes.b[lane] = side.b + pair.b;
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = side.shift[c];
@@ -271,7 +271,7 @@ void find_by(const Engine& engine, const Policies& policies, bool first_only, st
     return test_rows<AosBox>(engine, policies.sat, first_only, begin, end, worker);
   traverse<AosBox>(engine, policies, first_only, begin, end, worker);
   std::sort(worker.found.begin(), worker.found.end(),
-            [](const LeafPair& x, const LeafPair& y) { return x.slot < y.slot; });
+            [](const LeafPair& x, const LeafPair& y) { return x.candidate < y.candidate; });
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ struct RowFilter {
   std::uint32_t begin_a, end_a;
   float shift[3], shift_rest[3];
   float meet_lo[3], meet_hi[3];
-  std::uint32_t slot;
+  std::uint32_t candidate;
   bool self;
   FixedList<LeafPair>* found;
 };
@@ -82,7 +82,8 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
 template <class V>
 CAB_INLINE LeafPair* append_pairs(LeafPair* to, LeafPair first, std::uint32_t set) {
   for (; set != 0; set &= set - 1)
-    *to++ = {first.slot, first.a, static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))};
+    *to++ = {first.candidate, first.a,
+             static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))};
   return to;
 }
 #if XSIMD_WITH_AVX512F
@@ -138,7 +139,8 @@ void filter_rows(const RowFilter& filter) {
         if (filter.leaves_b - j < kWidth<V>) meet &= (1u << (filter.leaves_b - j)) - 1;
         if (filter.self && j <= a) meet &= ~((2u << (a - j)) - 1);
         assert(end + kLanes <= filter.found->data + filter.found->capacity);
-        end = append_pairs<V>(end, {filter.slot, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(j)}, meet);
+        end = append_pairs<V>(end, {filter.candidate, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(j)},
+                              meet);
       };
       std::uint32_t j = filter.self ? a / kWidth<V> * kWidth<V> : 0;
       if (j == 0) {

@@ -105,7 +105,7 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
 }
 
 // A leaf box of one link in the instance's frame. local: the box in the link's frame. body: what its size adds to its
-// half extents, place: what the translation's magnitude does.
+// half extents, translation: what the translation's magnitude does.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float translation) {
   BoxLanes<V> box;

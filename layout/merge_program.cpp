@@ -100,7 +100,7 @@ class Builder {
   std::vector<std::uint32_t> side_;    // the cut that a link was last found below
   std::vector<MergeStep> steps_;
   std::vector<std::uint16_t> node_leaf_count_;
-  std::vector<std::uint16_t> node_first_leaf_;  // its place in the sequence: the left child's leaves come first
+  std::vector<std::uint16_t> node_first_leaf_;  // its index in the sequence: the left child's leaves come first
   std::vector<std::uint16_t> leaf_sequence_;
   std::vector<std::uint32_t> node_depth_;
 };

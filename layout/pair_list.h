@@ -7,16 +7,16 @@
 
 namespace cab {
 
-// Two nodes whose boxes are to be tested, of candidate pair `slot` of the chunk at hand.
+// Two nodes whose boxes are to be tested, of candidate pair `candidate` of the chunk at hand.
 struct NodePair {
-  std::uint32_t slot;
+  std::uint32_t candidate;
   std::uint16_t a;
   std::uint16_t b;
 };
 
-// Two leaves whose boxes overlap. In a chunk of characters, slot is a candidate pair; in a tile of frames, a lane.
+// Two leaves whose boxes overlap. candidate: of a chunk of characters, a candidate pair; of a tile of frames, the lane.
 struct LeafPair {
-  std::uint32_t slot;
+  std::uint32_t candidate;
   std::uint16_t a;
   std::uint16_t b;
 };

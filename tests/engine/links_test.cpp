@@ -554,13 +554,13 @@ TEST_CASE("links count as many box tests in whatever order a worker comes to its
     for (std::size_t i = 12; i < 300; ++i)
       origins[3 * i] += 10 * static_cast<double>(i);  // alone, with room in the store
     const EnginePtr engine = make_engine_for(world);
-    const Outcome by_place = run_on(*engine, world, kLinks);
-    REQUIRE(engine->frames_in_order == 0);
-    engine->frames_in_order = 100;
-    const Outcome in_order = run_on(*engine, world, kLinks);
-    check_same(in_order, by_place);
-    CHECK(same_counts(in_order.stats, by_place.stats));
-    CHECK(by_place.hits.size() > 1000);
+    const Outcome spatial = run_on(*engine, world, kLinks);
+    REQUIRE(engine->frames_in_key_order == 0);
+    engine->frames_in_key_order = 100;
+    const Outcome keyed = run_on(*engine, world, kLinks);
+    check_same(keyed, spatial);
+    CHECK(same_counts(keyed.stats, spatial.stats));
+    CHECK(spatial.hits.size() > 1000);
   }
 }
 

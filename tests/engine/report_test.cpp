@@ -144,10 +144,12 @@ TEST_CASE("a buffer that is too small overflows with the exact count, and the re
   }
 }
 
-TEST_CASE("crowds in one spot and thin ones in turn have the same hits, counts and touched by place and in order") {
+TEST_CASE(
+    "crowds in one spot and thin ones in turn have the same hits, counts and touched in spatial order and in key "
+    "order") {
   constexpr double kInvented = 1e-4;  // as in frame_test
   const World dense = gathering(0.02), thin = gathering(3);
-  // Dense: the first frame is tried by place, sixteen follow in order. Thin ones among them, and after them by place.
+  // Dense: the first frame is tried in spatial order, sixteen follow in key order. Thin ones among them, and after them in spatial order.
   std::vector<const World*> frames(40, &thin);
   for (const int at : {0, 1, 2, 9, 16, 22, 23, 39}) frames[static_cast<std::size_t>(at)] = &dense;
   ThreadPool pool(3);
@@ -175,15 +177,15 @@ TEST_CASE("crowds in one spot and thin ones in turn have the same hits, counts a
     CHECK(expected[1].hits.size() < std::size_t{5} * 153);
     for (const EngineDesc& desc : descs) {
       const EnginePtr engine = make_engine_for(dense, desc);
-      std::size_t begun = 0, by_place = 0;
+      std::size_t begun = 0, spatial = 0;
       for (std::size_t f = 0; f < frames.size(); ++f) {
         CAPTURE(f);
         const Outcome& of = expected[frames[f] == &thin];
-        const std::uint32_t before = engine->frames_in_order;
+        const std::uint32_t before = engine->frames_in_key_order;
         const std::size_t n = of.hits.size(), capacity = f % 3 == 2 ? n / 2 : n;
         Frame frame(*engine, *frames[f], policies, Report::kHits, capacity);
-        begun += before == 0 && engine->frames_in_order > 0;
-        by_place += before == 0 && engine->frames_in_order == 0;
+        begun += before == 0 && engine->frames_in_key_order > 0;
+        spatial += before == 0 && engine->frames_in_key_order == 0;
         CHECK(frame.status == (capacity < n ? Status::kHitsOverflow : Status::kOk));
         CHECK(frame.job.hits_needed == n);
         CHECK(frame.job.hit_count == (capacity < n ? 0 : n));
@@ -193,8 +195,8 @@ TEST_CASE("crowds in one spot and thin ones in turn have the same hits, counts a
         CHECK(frame.job.stats.candidates == of.stats.candidates);
       }
       CHECK(begun == 3);
-      CHECK(by_place == 5);
-      for (int f = 0; f < 20; ++f)  // the last of them by place again
+      CHECK(spatial == 5);
+      for (int f = 0; f < 20; ++f)  // the last of them in spatial order again
         for (const World* world : {&dense, &thin})
           CHECK(Frame(*engine, *world, policies, Report::kTouched, 0).touched == expected[world == &thin].touched);
     }

@@ -101,7 +101,7 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, t
       filter.meet_lo[c] = -3.402823466e38f;
       filter.meet_hi[c] = 3.402823466e38f;
     }
-    filter.slot = 7;
+    filter.candidate = 7;
     filter.self = self;
 
     // How far two leaves' bounds are from meeting: at most zero where they do.
@@ -126,7 +126,7 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, t
       kernels->filter_rows(filter);
       std::vector<std::pair<int, int>> list;
       for (const LeafPair& pair : found) {
-        CHECK(pair.slot == 7);
+        CHECK(pair.candidate == 7);
         list.push_back({pair.a, pair.b});
       }
       CHECK(std::is_sorted(list.begin(), list.end()));
