@@ -18,8 +18,8 @@ constexpr int kFinestCell = 20;
 // One instance in this many may be too large for the lowest level.
 constexpr std::uint32_t kLargeShare = 32;
 
-// An axis along which the instances spread over fewer cells than this is flat.
-constexpr double kFlatCells = 4;
+// An axis along which the instances spread over fewer cells than this is unused.
+constexpr double kLeastCells = 4;
 
 void set_paired(Engine& engine, std::uint32_t a, std::uint32_t b) {
   const std::size_t bit = std::size_t{a} * engine.batches.size() + b;
@@ -55,24 +55,25 @@ std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alon
 }
 
 // Adds the bounds of one instance to what is known of all.
-void survey_bounds(const InstanceBounds& bounds, GridSurvey& survey) {
+void add_to_histogram(const InstanceBounds& bounds, ExtentHistogram& histogram) {
   for (std::uint32_t c = 0; c < 3; ++c) {
-    survey.lo[c] = std::min(survey.lo[c], bounds.lo[c]);
-    survey.hi[c] = std::max(survey.hi[c], bounds.lo[c]);
-    ++survey.of_exponent[c][exponent_above(bounds.hi[c] - bounds.lo[c]) - GridSurvey::kLeastExponent];
+    histogram.lo[c] = std::min(histogram.lo[c], bounds.lo[c]);
+    histogram.hi[c] = std::max(histogram.hi[c], bounds.lo[c]);
+    ++histogram.count_by_exponent[c][exponent_above(bounds.hi[c] - bounds.lo[c]) - ExtentHistogram::kLeastExponent];
   }
-  ++survey.count;
+  ++histogram.count;
 }
 
-// What all workers have surveyed.
-GridSurvey survey_of(const Engine& engine) {
-  GridSurvey all = engine.workers[0]->survey;
+// What all workers have counted.
+ExtentHistogram total_histogram(const Engine& engine) {
+  ExtentHistogram all = engine.workers[0]->histogram;
   for (std::size_t w = 1; w < working_count(engine); ++w) {
-    const GridSurvey& part = engine.workers[w]->survey;
+    const ExtentHistogram& part = engine.workers[w]->histogram;
     for (std::uint32_t c = 0; c < 3; ++c) {
       all.lo[c] = std::min(all.lo[c], part.lo[c]);
       all.hi[c] = std::max(all.hi[c], part.hi[c]);
-      for (std::uint32_t e = 0; e < GridSurvey::kExponents; ++e) all.of_exponent[c][e] += part.of_exponent[c][e];
+      for (std::uint32_t e = 0; e < ExtentHistogram::kExponents; ++e)
+        all.count_by_exponent[c][e] += part.count_by_exponent[c][e];
     }
     all.count += part.count;
   }
@@ -81,22 +82,22 @@ GridSurvey survey_of(const Engine& engine) {
 
 // Chooses the cells: axes along which the instances spread over few of their own sizes are left out, and the lowest
 // level fits nearly all instances along the others.
-void choose_levels(const GridSurvey& survey, Grid& grid) {
-  int lowest = GridSurvey::kLeastExponent, largest = GridSurvey::kLeastExponent;
+void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
+  int lowest = ExtentHistogram::kLeastExponent, largest = ExtentHistogram::kLeastExponent;
   bool endless = false;  // bounds without an end (origins at the end of double's range) have no cell
   for (std::uint32_t c = 0; c < 3; ++c) {
-    int common = GridSurvey::kLeastExponent, most = common;
+    int common = ExtentHistogram::kLeastExponent, most = common;
     std::uint32_t below = 0;
-    for (std::uint32_t e = 0; e < GridSurvey::kExponents; ++e) {
-      const int exponent = static_cast<int>(e) + GridSurvey::kLeastExponent;
-      below += survey.of_exponent[c][e];
-      if (below < survey.count - survey.count / kLargeShare) common = exponent + 1;
-      if (survey.of_exponent[c][e]) most = exponent;
+    for (std::uint32_t e = 0; e < ExtentHistogram::kExponents; ++e) {
+      const int exponent = static_cast<int>(e) + ExtentHistogram::kLeastExponent;
+      below += histogram.count_by_exponent[c][e];
+      if (below < histogram.count - histogram.count / kLargeShare) common = exponent + 1;
+      if (histogram.count_by_exponent[c][e]) most = exponent;
     }
-    const double spread = survey.hi[c] - survey.lo[c];
-    endless = endless || most == GridSurvey::kMostExponent;
-    grid.flat[c] = !(spread > kFlatCells * std::ldexp(1.0, common));
-    if (grid.flat[c]) continue;
+    const double spread = histogram.hi[c] - histogram.lo[c];
+    endless = endless || most == ExtentHistogram::kMostExponent;
+    grid.unused_axis[c] = !(spread > kLeastCells * std::ldexp(1.0, common));
+    if (grid.unused_axis[c]) continue;
     lowest = std::max({lowest, common, exponent_above(spread) - kFinestCell});
     largest = std::max(largest, most);
   }
@@ -107,7 +108,7 @@ void choose_levels(const GridSurvey& survey, Grid& grid) {
     grid.scale[level] = std::ldexp(1.0, -exponent);
     grid.used[level] = false;
   }
-  for (bool& flat : grid.flat) flat = flat || endless;
+  for (bool& unused : grid.unused_axis) unused = unused || endless;
 }
 
 void note_rules(Engine& engine, const FrameJob& job) {
@@ -176,7 +177,7 @@ bool list_in_key_order(const Engine& engine, std::uint32_t batch, const Instance
 
 void begin_grid(Engine& engine, const FrameJob& job) {
   note_rules(engine, job);
-  for (std::size_t w = 0; w < working_count(engine); ++w) engine.workers[w]->survey = {};
+  for (std::size_t w = 0; w < working_count(engine); ++w) engine.workers[w]->histogram = {};
 }
 
 void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves,
@@ -194,18 +195,18 @@ void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t t
       out.lo[c] = origin + lo - pad;
       out.hi[c] = origin + hi + pad;
     }
-    if (batch.pairs_between && (batch.live[tile] >> lane & 1)) survey_bounds(out, worker.survey);
+    if (batch.pairs_between && (batch.live[tile] >> lane & 1)) add_to_histogram(out, worker.histogram);
   }
 }
 
 void build_grid(Engine& engine) {
   Grid& grid = engine.grid;
-  const GridSurvey survey = survey_of(engine);
-  grid.count = survey.count;
-  if (survey.count == 0) return;
-  choose_levels(survey, grid);
+  const ExtentHistogram histogram = total_histogram(engine);
+  grid.count = histogram.count;
+  if (histogram.count == 0) return;
+  choose_levels(histogram, grid);
   grid.mask = 15;
-  while (grid.mask + 1 < survey.count) grid.mask = 2 * grid.mask + 1;
+  while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
   const bool alone = working_count(engine) == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
@@ -217,10 +218,10 @@ void build_grid(Engine& engine) {
   grid.level_count = 0;
   for (std::uint32_t level = 0; level < kGridLevels; ++level)
     if (grid.used[level]) grid.levels[grid.level_count++] = level;
-  grid.order_axis = !grid.flat[2] ? 2 : !grid.flat[1] ? 1 : 0;
+  grid.order_axis = !grid.unused_axis[2] ? 2 : !grid.unused_axis[1] ? 1 : 0;
   std::uint32_t sum = 0;
   for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
-  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * survey.lo[c] + 0.5 * survey.hi[c];
+  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
   // Each bucket now holds its end; placing its entries from there down leaves its beginning.
   for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];

@@ -117,7 +117,7 @@ struct alignas(64) Worker {
   FixedList<Partner> partners;
   FixedList<Hit> hits;             // of the task at hand, until its turn comes
   FixedList<std::uint32_t> words;  // or groups of hits, until they are stored (engine/report.cpp)
-  GridSurvey survey;
+  ExtentHistogram histogram;
   FrameStats stats;
   FrameStats stats_before;  // the pairing of characters, should it begin again
 };

@@ -2,12 +2,12 @@
 #include "engine/frame.h"
 
 #include "engine/choose.h"
+#include "engine/in_contact.h"
 #include "engine/link_pairs.h"
 #include "engine/posed_set.h"
 #include "engine/report.h"
 #include "engine/search_grid.h"
 #include "engine/timed.h"
-#include "engine/touched.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
 #include "engine/validate.h"
@@ -86,7 +86,7 @@ void report_candidates(Engine& engine, const Policies& policies, bool first_only
   }
   std::swap(worker.found, worker.link_pairs);
   for_each_candidate(worker, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> links) {
-    if (first_only && is_settled(engine, candidate)) return;
+    if (first_only && is_already_reported(engine, candidate)) return;
     {
       const Timed timed(worker.stats.seconds_test);
       find_pairs_of_links(engine, policies, sink.job->margin, candidate, {links.data, links.size}, first_only, worker);
@@ -118,7 +118,7 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
     const Timed timed(worker.stats.seconds_update);
     pose_set(engine, policies, sink.job->margin, worker);
   }
-  const bool first_only = sink.job->report == Report::kTouched && policies.exact == Exact::kNone;
+  const bool first_only = sink.job->report == Report::kInContact && policies.exact == Exact::kNone;
   for (std::uint32_t begin = 0, end; begin < worker.candidates.size; begin = end) {
     end = candidates_at_once(engine, worker, begin);
     {
@@ -132,7 +132,7 @@ void test_candidates(Engine& engine, const Policies& policies, std::uint32_t tas
 }
 
 // Candidates that are tested at a time where only touching is asked for: what a test tells spares others.
-constexpr std::uint32_t kTouchedCandidates = 64;
+constexpr std::uint32_t kInContactCandidates = 64;
 
 // An instance and where it is.
 struct PlacedInstance {
@@ -151,9 +151,9 @@ struct Gathering {
   // Adds two instances, of which a has the lower key, or one against itself.
   void add(const PlacedInstance& a, const PlacedInstance& b) {
     Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
-    const bool touched = sink.job->report == Report::kTouched;
-    if (touched && is_settled(engine, candidate)) return;
-    if (worker.candidates.size >= (touched ? kTouchedCandidates : kChunkCandidates) ||
+    const bool in_contact = sink.job->report == Report::kInContact;
+    if (in_contact && is_already_reported(engine, candidate)) return;
+    if (worker.candidates.size >= (in_contact ? kInContactCandidates : kChunkCandidates) ||
         !has_room(engine, candidate, worker))
       test_candidates(engine, policies, task, worker, sink);
     candidate.slot_a = acquire_slot(engine, policies, a.batch, a.instance, a.placement, worker);
@@ -385,9 +385,9 @@ void test_sequences(Engine& engine, const Policies& policies, const PairRule& ru
     const std::uint32_t frame = tile * kLanes + lane;
     return {index_a, a.instance_count == 1 ? 0 : frame, index_b, b.instance_count == 1 ? 0 : frame};
   };
-  if (sink.job->report == Report::kTouched)
+  if (sink.job->report == Report::kInContact)
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
-      if ((lanes >> lane & 1) && is_settled(engine, candidate_of(lane))) lanes &= ~(1u << lane);
+      if ((lanes >> lane & 1) && is_already_reported(engine, candidate_of(lane))) lanes &= ~(1u << lane);
   if (!lanes) return;
   {
     const Timed timed(worker.stats.seconds_test);
@@ -487,7 +487,8 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   for (const auto& worker : engine.workers) worker->stats = {};
-  for (const BatchInput& input : job.inputs) std::fill(input.touched.begin(), input.touched.end(), std::uint8_t{0});
+  for (const BatchInput& input : job.inputs)
+    std::fill(input.in_contact.begin(), input.in_contact.end(), std::uint8_t{0});
 
   HitSink sink{&job};
   const Policies policies = choose_for_characters(engine, job);

@@ -18,7 +18,7 @@ namespace cab {
 inline constexpr std::uint32_t kGridLevels = 16;
 
 // What is known of the instances before cells are chosen.
-struct GridSurvey {
+struct ExtentHistogram {
   static constexpr int kLeastExponent = -128, kMostExponent = 1024;
   static constexpr std::uint32_t kExponents = kMostExponent - kLeastExponent + 1;
   double lo[3] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
@@ -26,7 +26,7 @@ struct GridSurvey {
   double hi[3] = {-lo[0], -lo[0], -lo[0]};  // of where their bounds begin
   std::uint32_t count = 0;
   // By axis: instances whose extent is below 2^(kLeastExponent + index), and not below half of it.
-  std::uint32_t of_exponent[3][kExponents] = {};
+  std::uint32_t count_by_exponent[3][kExponents] = {};
 };
 
 struct Grid {
@@ -41,8 +41,8 @@ struct Grid {
   std::atomic<bool> used[kGridLevels] = {};
   std::uint32_t levels[kGridLevels] = {};  // that are used, ascending
   std::uint32_t level_count = 0;
-  bool flat[3] = {};             // axes along which the instances spread too little to be told apart by cells
-  std::uint32_t order_axis = 0;  // one that is not flat, if any is: along it pairs of one level are ordered
+  bool unused_axis[3] = {};      // axes along which the instances spread too little to be told apart by cells
+  std::uint32_t order_axis = 0;  // one that is used, if any is: along it pairs of one level are ordered
 };
 
 // The least e such that every value up to `extent` is below 2^e.
@@ -50,7 +50,7 @@ inline int exponent_above(double extent) {
   std::uint64_t bits;
   std::memcpy(&bits, &extent, sizeof bits);
   const int exponent = static_cast<int>(bits >> 52 & 0x7ff) - 1022;  // extents are never negative
-  return std::clamp(exponent, GridSurvey::kLeastExponent, GridSurvey::kMostExponent);
+  return std::clamp(exponent, ExtentHistogram::kLeastExponent, ExtentHistogram::kMostExponent);
 }
 
 inline std::uint32_t level_of_exponent(const Grid& grid, int exponent) {
@@ -61,13 +61,13 @@ inline std::uint32_t level_of_exponent(const Grid& grid, int exponent) {
 inline std::uint32_t level_of(const Grid& grid, const InstanceBounds& bounds) {
   double extent = 0;
   for (std::uint32_t c = 0; c < 3; ++c)
-    if (!grid.flat[c]) extent = std::max(extent, bounds.hi[c] - bounds.lo[c]);
+    if (!grid.unused_axis[c]) extent = std::max(extent, bounds.hi[c] - bounds.lo[c]);
   return level_of_exponent(grid, exponent_above(extent));
 }
 
 // The number of the cell that holds a coordinate. Cells are powers of two, so nothing is rounded but to below.
 inline std::int64_t cell_of(const Grid& grid, std::uint32_t level, std::uint32_t axis, double at) {
-  if (grid.flat[axis]) return 0;
+  if (grid.unused_axis[axis]) return 0;
   constexpr double most = std::int64_t{1} << 61;
   const double scaled = std::clamp(at * grid.scale[level], -most, most);
   const std::int64_t whole = static_cast<std::int64_t>(scaled);

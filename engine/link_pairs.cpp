@@ -1,7 +1,7 @@
 #include "engine/link_pairs.h"
 
+#include "engine/in_contact.h"
 #include "engine/pair_block.h"
-#include "engine/touched.h"
 #include "kernels/pose_link.h"
 
 #include <algorithm>
@@ -164,7 +164,7 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
   }
   testing.test();
   found.size = testing.kept;
-  if (first_only && testing.kept > 0) set_touched(engine, candidate);
+  if (first_only && testing.kept > 0) set_in_contact(engine, candidate);
 }
 
 void clear_links(Worker& worker) {

@@ -50,7 +50,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadOrientations: return "orientations must be none or four floats an instance";
     case Status::kBadFlags: return "flags must be none or one byte an instance";
     case Status::kBadLayers: return "layers and their masks must be none or one word an instance";
-    case Status::kBadTouched: return "touched must be none or one byte an instance";
+    case Status::kBadInContact: return "in_contact must be empty or hold one byte per instance";
     case Status::kBadPairRule:
       return "a pair rule names a batch without poses, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "two batches are paired twice in the same way";

@@ -1,8 +1,8 @@
 #include "engine/report.h"
 
 #include "engine/broad_phase.h"
+#include "engine/in_contact.h"
 #include "engine/timed.h"
-#include "engine/touched.h"
 
 #include <algorithm>
 #include <thread>
@@ -191,7 +191,7 @@ void for_each_touching(const Engine& engine, const Candidate& candidate, const A
     link_b = at.link_b;
     any = true;
   }
-  if (any) set_touched(engine, candidate);
+  if (any) set_in_contact(engine, candidate);
 }
 
 // Adds the hits of one candidate to the worker's groups.
@@ -221,14 +221,14 @@ void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair>
   const Articulation& b = *engine.batches[candidate.batch_b]->batch.articulation;
   const bool within = is_within(candidate);
   worker.stats.leaf_pairs += pairs.size;
-  if (sink.job->report == Report::kTouched) {
-    if (is_settled(engine, candidate)) return;
+  if (sink.job->report == Report::kInContact) {
+    if (is_already_reported(engine, candidate)) return;
     const auto touch = [&](const LeafPair& pair) {
       const LinkedPair at =
           linked(a, b, pair, within);  // the order of operands that hits have: FCL's answer may differ
       return confirm(engine, candidate, *sink.job, at.leaf_a, at.leaf_b, worker);
     };
-    if (std::any_of(pairs.begin(), pairs.end(), touch)) set_touched(engine, candidate);
+    if (std::any_of(pairs.begin(), pairs.end(), touch)) set_in_contact(engine, candidate);
     return;
   }
   sort_by_links(a, b, within, pairs);

@@ -21,7 +21,7 @@ struct HitSink {
 };
 
 // Confirms leaf pairs of one candidate by the exact policy and keeps one hit a touching link pair in worker.hits, the
-// lowest touching leaf pair kept; with Report::kTouched only whether there is one. Reorders the pairs. task: the one that
+// lowest touching leaf pair kept; with Report::kInContact only whether there is one. Reorders the pairs. task: the one that
 // the worker runs.
 void report_candidate(Engine& engine, const Candidate& candidate, Span<LeafPair> pairs, std::uint32_t task,
                       Worker& worker, HitSink& sink);

@@ -41,7 +41,7 @@ struct CellRange {
 inline CellRange cells_to_search(const Grid& grid, std::uint32_t level, const InstanceBounds& bounds) {
   CellRange out;
   for (std::uint32_t c = 0; c < 3; ++c) {
-    out.lo[c] = cell_of(grid, level, c, bounds.lo[c]) - (grid.flat[c] ? 0 : 1);
+    out.lo[c] = cell_of(grid, level, c, bounds.lo[c]) - (grid.unused_axis[c] ? 0 : 1);
     out.hi[c] = cell_of(grid, level, c, bounds.hi[c]);
   }
   return out;
@@ -91,7 +91,7 @@ void for_each_later(const Engine& engine, std::uint32_t entry, Take&& take) {
     const std::uint32_t level = grid.levels[l];
     if (level < own) continue;
     CellRange cells = cells_to_search(grid, level, bounds);
-    if (level == own && !grid.flat[grid.order_axis]) ++cells.lo[grid.order_axis];
+    if (level == own && !grid.unused_axis[grid.order_axis]) ++cells.lo[grid.order_axis];
     std::uint32_t begin[kMostRuns], end[kMostRuns], runs = 0;
     for_each_run(grid, level, cells, [&](std::uint32_t run_begin, std::uint32_t run_end) {
       scan_entries(engine, query, run_begin, run_end, [&](std::uint32_t other) {

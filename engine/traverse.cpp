@@ -1,8 +1,8 @@
 #include "engine/traverse.h"
 
+#include "engine/in_contact.h"
 #include "engine/pair_block.h"
 #include "engine/posed_set.h"
-#include "engine/touched.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 #include "layout/leaf_bounds_soa.h"
@@ -136,7 +136,7 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
   worker.stack.clear();
   worker.found.clear();
   const auto is_open = [&](const NodePair& pair) {
-    return !first_only || !is_settled(engine, worker.candidates.data[pair.candidate]);
+    return !first_only || !is_already_reported(engine, worker.candidates.data[pair.candidate]);
   };
   for (;;) {
     PairBlock<AosBox> block;
@@ -171,7 +171,7 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
         continue;
       }
       worker.found.push({tested.candidate, tested.a, tested.b});
-      if (first_only) set_touched(engine, worker.candidates.data[tested.candidate]);
+      if (first_only) set_in_contact(engine, worker.candidates.data[tested.candidate]);
     }
   }
 }
@@ -246,10 +246,10 @@ void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t beg
     test_block(engine, sat, block, worker, kept);
     if (first_only)
       for (std::uint32_t i = before; i < kept; ++i)
-        set_touched(engine, worker.candidates.data[worker.found.data[i].candidate]);
+        set_in_contact(engine, worker.candidates.data[worker.found.data[i].candidate]);
   };
   for (const LeafPair& pair : worker.found) {
-    if (first_only && is_settled(engine, worker.candidates.data[pair.candidate])) continue;
+    if (first_only && is_already_reported(engine, worker.candidates.data[pair.candidate])) continue;
     const CandidateBoxes<AosBox>& side = sides[pair.candidate];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;

@@ -61,7 +61,7 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   if (!input.flags.empty() && (!input.flags.data || input.flags.size != n)) return Status::kBadFlags;
   for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks})
     if (!words.empty() && (!words.data || words.size != n)) return Status::kBadLayers;
-  if (!input.touched.empty() && (!input.touched.data || input.touched.size != n)) return Status::kBadTouched;
+  if (!input.in_contact.empty() && (!input.in_contact.data || input.in_contact.size != n)) return Status::kBadInContact;
   return Status::kOk;
 }
 
@@ -90,7 +90,7 @@ Status validate_job(Engine& engine, const FrameJob& job) {
     if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;
   }
   if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;
-  if (job.report > Report::kTouched) return Status::kBadReport;
+  if (job.report > Report::kInContact) return Status::kBadReport;
   if (!(job.margin >= 0 && job.margin <= kMaxCoordinate)) return Status::kBadMargin;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   if (!job.contacts.empty()) {

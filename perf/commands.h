@@ -77,7 +77,7 @@ struct CrowdOptions {
   std::optional<scenes::RopeShape> rope_shape;
   std::optional<double> rope_spacing;
   Policies policies;
-  bool touched = false;  // ask only which characters touch anything
+  bool in_contact = false;  // ask only which characters touch anything
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: none

@@ -91,8 +91,8 @@ struct CrowdRun {
   FrameStats stats;                // counts: the sum of all frames, once
   FrameStats first;                // counts of the first frame
   std::uint64_t hits = 0;          // of all frames, once
-  std::uint64_t touched = 0;       // characters that touch anything, of all frames, where asked for
-  std::uint64_t hits_hash = 0;     // of all frames; of who is touched where that was asked
+  std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, where asked for
+  std::uint64_t hits_hash = 0;     // of all frames; of who is in contact where that was asked
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
 };
 
@@ -104,9 +104,9 @@ void add_hits(scenes::BitHash& hash, std::uint32_t frame, Span<const Hit> hits) 
 }
 
 // Adds a frame's bytes; returns how many are set.
-std::uint64_t add_touched(scenes::BitHash& hash, const std::vector<std::vector<std::uint8_t>>& touched) {
+std::uint64_t add_in_contact(scenes::BitHash& hash, const std::vector<std::vector<std::uint8_t>>& in_contact) {
   std::uint64_t count = 0;
-  for (const std::vector<std::uint8_t>& group : touched)
+  for (const std::vector<std::uint8_t>& group : in_contact)
     for (const std::uint8_t byte : group) {
       hash.add(std::uint32_t{byte});
       count += byte;
@@ -127,11 +127,11 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   scenes::BitHash hash;
   std::vector<std::size_t> hit_counts;
   for (std::uint32_t f = 0; f < options.frame_count; ++f) {
-    const FrameStats stats = session.run(poses.at(f), options.policies, options.touched);
+    const FrameStats stats = session.run(poses.at(f), options.policies, options.in_contact);
     add_stats(run.stats, stats);
     if (f == 0) run.first = stats;
     add_hits(hash, f, session.hits());
-    if (options.touched) run.touched += add_touched(hash, session.touched());
+    if (options.in_contact) run.in_contact += add_in_contact(hash, session.in_contact());
     hit_counts.push_back(session.hits().size);
     run.hits += session.hits().size;
     bar.advance(1);
@@ -141,7 +141,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   for (std::uint32_t r = 0; r < options.rounds; ++r) {
     FrameStats sum;
     for (std::uint32_t f = 0; f < options.frame_count; ++f) {
-      add_stats(sum, session.run(poses.at(f), options.policies, options.touched));
+      add_stats(sum, session.run(poses.at(f), options.policies, options.in_contact));
       if (session.hits().size != hit_counts[f])
         throw std::runtime_error("frame " + std::to_string(f) + " gave another number of hits when it ran again");
       bar.advance(1);
@@ -216,13 +216,13 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
     const double count = a_frame(options, run.stats.*counted.count);
     counts.add_row({counted.name, fixed(count, 1), fixed(a_character(run, count), 3)});
   }
-  const double found = a_frame(options, options.touched ? run.touched : run.hits);
-  counts.add_row({options.touched ? "touched" : "hits", fixed(found, 1), fixed(a_character(run, found), 3)});
+  const double found = a_frame(options, options.in_contact ? run.in_contact : run.hits);
+  counts.add_row({options.in_contact ? "in_contact" : "hits", fixed(found, 1), fixed(a_character(run, found), 3)});
   counts.add_row({"engine's bytes", std::to_string(run.engine_bytes),
                   fixed(a_character(run, static_cast<double>(run.engine_bytes)), 1)});
   counts.print(std::cout);
-  if (options.touched) {
-    std::cout << "\nhash of who is touched in all frames: " << hex(run.hits_hash) << '\n';
+  if (options.in_contact) {
+    std::cout << "\nhash of who is in contact in all frames: " << hex(run.hits_hash) << '\n';
     return;
   }
   std::cout << "\npairs a character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
@@ -258,14 +258,14 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["engine_bytes"] = run.engine_bytes;
   json["bytes_a_character"] = a_character(run, static_cast<double>(run.engine_bytes));
   for (const Counted& counted : kCounts) json[counted.key] = run.stats.*counted.count;
-  json["report"] = options.touched ? "touched" : "hits";
-  json["touched"] = options.touched ? Json(run.touched) : Json();
+  json["report"] = options.in_contact ? "in_contact" : "hits";
+  json["in_contact"] = options.in_contact ? Json(run.in_contact) : Json();
   json["hits"] = run.hits;
   json["hits_a_character"] = a_character(run, a_frame(options, run.hits));
   json["pairs_a_character"] = pairs_in_first_frame(run);
   json["expected_pairs_a_character"] = Json();
   json["pairs_as_expected"] = Json();
-  if (run.scene->pairs_a_character > 0 && !options.touched) {
+  if (run.scene->pairs_a_character > 0 && !options.in_contact) {
     json["expected_pairs_a_character"] = run.scene->pairs_a_character;
     json["pairs_as_expected"] = is_expected(run);
   }

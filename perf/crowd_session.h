@@ -69,21 +69,21 @@ class CrowdSession {
   // so that the stats are those of a run that fitted. With only_touched there are none, but one byte a character.
   FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_touched = false) {
     std::vector<BatchInput> inputs(posed.size());
-    touched_.resize(posed.size());
+    in_contact_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
       inputs[g].batch = batches_[g];
       inputs[g].poses.data = posed[g].poses.data();
       inputs[g].origins = {posed[g].origins.data(), posed[g].origins.size()};
       inputs[g].orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
       if (!only_touched) continue;
-      touched_[g].resize(posed[g].origins.size() / 3);
-      inputs[g].touched = {touched_[g].data(), touched_[g].size()};
+      in_contact_[g].resize(posed[g].origins.size() / 3);
+      inputs[g].in_contact = {in_contact_[g].data(), in_contact_[g].size()};
     }
     FrameJob job;
     job.inputs = {inputs.data(), inputs.size()};
     job.rules = {rules_.data(), rules_.size()};
     job.policies = policies;
-    if (only_touched) job.report = Report::kTouched;
+    if (only_touched) job.report = Report::kInContact;
     job.hits = {hits_.data(), hits_.size()};
     Status status = run_frame(*engine_, job);
     if (status == Status::kHitsOverflow) {
@@ -96,7 +96,7 @@ class CrowdSession {
     return job.stats;
   }
 
-  const std::vector<std::vector<std::uint8_t>>& touched() const { return touched_; }
+  const std::vector<std::vector<std::uint8_t>>& in_contact() const { return in_contact_; }
   Span<const Hit> hits() const { return {hits_.data(), hit_count_}; }
   std::size_t engine_bytes() const { return memory_.most(); }
   Isa isa() const { return engine_isa(*engine_); }
@@ -115,7 +115,7 @@ class CrowdSession {
   std::vector<PairRule> rules_;
   std::vector<Hit> hits_;
   std::size_t hit_count_ = 0;
-  std::vector<std::vector<std::uint8_t>> touched_;  // of each group, where asked for
+  std::vector<std::vector<std::uint8_t>> in_contact_;  // of each group, where asked for
 };
 
 }  // namespace cab::perf

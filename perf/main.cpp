@@ -236,7 +236,7 @@ CLI::App& add_crowd(CLI::App& app, CrowdOptions& o) {
       ->type_name("FILE");
   add_detail_and_ropes(command, o);
   add_policies(command, o.policies);
-  command.add_flag("--touched", o.touched, "find out only which characters touch anything, and no hits");
+  command.add_flag("--in-contact", o.in_contact, "find out only which characters touch anything, and no hits");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the table as JSON");

@@ -68,8 +68,8 @@ struct World {
 struct Outcome {
   std::vector<Hit> hits;
   FrameStats stats;
-  std::vector<std::vector<std::uint8_t>> flags;    // of each member's instances
-  std::vector<std::vector<std::uint8_t>> touched;  // likewise
+  std::vector<std::vector<std::uint8_t>> flags;       // of each member's instances
+  std::vector<std::vector<std::uint8_t>> in_contact;  // likewise
 };
 
 // One frame of a world on an engine that holds its batches; frame does what run_frame does.
@@ -79,7 +79,7 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   std::vector<BatchInput> inputs;
   for (const Member& member : world.members) {
     out.flags.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
-    out.touched.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+    out.in_contact.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
   }
   for (std::size_t m = 0; m < world.members.size(); ++m) {
     const Member& member = world.members[m];
@@ -87,7 +87,7 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
     inputs.back().flags = {out.flags[m].data(), out.flags[m].size()};
     inputs.back().layers = {member.layers.data(), member.layers.size()};
     inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
-    inputs.back().touched = {out.touched[m].data(), out.touched[m].size()};
+    inputs.back().in_contact = {out.in_contact[m].data(), out.in_contact[m].size()};
   }
   FrameJob job;
   job.inputs = {inputs.data(), inputs.size()};
@@ -107,8 +107,8 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   return out;
 }
 
-// The instances that a list of hits names, as Outcome::touched.
-inline std::vector<std::vector<std::uint8_t>> touched_in(const World& world, const std::vector<Hit>& hits) {
+// The instances that a list of hits names, as Outcome::in_contact.
+inline std::vector<std::vector<std::uint8_t>> in_contact_by(const World& world, const std::vector<Hit>& hits) {
   std::vector<std::vector<std::uint8_t>> out;
   for (const Member& member : world.members) out.emplace_back(member.poses.instance_count, std::uint8_t{0});
   for (const Hit& hit : hits)

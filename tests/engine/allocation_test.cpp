@@ -267,11 +267,11 @@ TEST_CASE(
   world.rules.push_back({{crowd}, {crowd}, Pairing::kBetween});
   world.rules.push_back({{crowd}, {crowd}, Pairing::kWithin});
   std::vector<BatchInput> inputs;
-  std::vector<std::vector<std::uint8_t>> touched;
-  for (const Member& member : world.members) touched.emplace_back(member.poses.instance_count);
+  std::vector<std::vector<std::uint8_t>> in_contact;
+  for (const Member& member : world.members) in_contact.emplace_back(member.poses.instance_count);
   for (std::uint32_t m = 0; m < world.members.size(); ++m) {
     inputs.push_back(world.members[m].poses.input({m + 1}));
-    inputs.back().touched = {touched[m].data(), touched[m].size()};
+    inputs.back().in_contact = {in_contact[m].data(), in_contact[m].size()};
   }
   std::vector<Hit> hits(2'000'000);
   ThreadPool pool(3);
@@ -289,7 +289,7 @@ TEST_CASE(
     for (const Strategy strategy :
          {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute, Strategy::kExactAll, Strategy::kAuto})
       for (const Refit refit : {Refit::kCab, Refit::kCovariance, Refit::kAabbHull, Refit::kAabbVertices})
-        for (const Report report : {Report::kHits, Report::kTouched})
+        for (const Report report : {Report::kHits, Report::kInContact})
           for (const std::size_t capacity : {hits.size(), std::size_t{1000}}) {
             FrameJob job;
             job.inputs = {inputs.data(), inputs.size()};

@@ -787,12 +787,12 @@ void check_margins() {
   CHECK(outcome.hits.empty());
 }
 
-void check_bad_touched() {
+void check_bad_in_contact() {
   std::uint8_t bytes[20] = {};
   for (const Span<std::uint8_t> bad : {Span<std::uint8_t>{bytes, 18}, {bytes, 20}, {nullptr, 19}}) {
     Call call;
-    call.input.touched = bad;
-    CHECK(run_frame(*call.engine, call.job) == Status::kBadTouched);
+    call.input.in_contact = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadInContact);
   }
 }
 
@@ -805,19 +805,19 @@ void check_bad_report() {
 void check_touched_without_room() {
   Call call;
   std::uint8_t expected[19], bytes[19] = {};
-  call.input.touched = {expected, 19};
+  call.input.in_contact = {expected, 19};
   REQUIRE(run_frame(*call.engine, call.job) == Status::kOk);
   CHECK(std::count(expected, expected + 19, 1) > 0);
   call.job.hits = {};
-  call.input.touched = {bytes, 19};
+  call.input.in_contact = {bytes, 19};
   CHECK(run_frame(*call.engine, call.job) == Status::kHitsOverflow);
   CHECK(std::equal(bytes, bytes + 19, expected));
   std::fill_n(bytes, 19, std::uint8_t{7});
-  call.job.report = Report::kTouched;
+  call.job.report = Report::kInContact;
   CHECK(run_frame(*call.engine, call.job) == Status::kOk);
   CHECK(call.job.hits_needed == 0);
   CHECK(std::equal(bytes, bytes + 19, expected));
-  call.input.touched = {};
+  call.input.in_contact = {};
   CHECK(run_frame(*call.engine, call.job) == Status::kOk);
   CHECK(call.job.stats.box_tests == 0);
 }
@@ -830,9 +830,9 @@ std::vector<CallRow> call_rows() {
       {{"layer 0, or layer mask 0", "in no pair with others; its own links are paired"}, check_no_layers},
       {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},
       {{"margin to 1e18", "taken; instances whose grown boxes leave the range are masked"}, check_margins},
-      {{"touched of another count than instances", "refused, `kBadTouched`"}, check_bad_touched},
+      {{"in_contact of another count than instances", "refused, `kBadInContact`"}, check_bad_in_contact},
       {{"report that is none", "refused, `kBadReport`"}, check_bad_report},
-      {{"touched, and no room for hits", "complete: with `kTouched` `kOk`, with `kHits` `kHitsOverflow`"},
+      {{"in_contact, and no room for hits", "complete: with `kInContact` `kOk`, with `kHits` `kHitsOverflow`"},
        check_touched_without_room},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},
       {{"rule for a batch without input", "refused, `kBadPairRule`"}, check_rule_without_input},

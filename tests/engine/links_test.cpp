@@ -47,7 +47,7 @@ World detailed_world(Random& random, unsigned most_links, unsigned most_leaves) 
 void check_same(const Outcome& got, const Outcome& expected) {
   CHECK(same_hits(got.hits, expected.hits));
   CHECK(got.stats.leaf_pairs >= got.hits.size());
-  CHECK(got.touched == expected.touched);
+  CHECK(got.in_contact == expected.in_contact);
   CHECK(got.flags == expected.flags);
   CHECK(got.stats.instances_masked == expected.stats.instances_masked);
 }
@@ -365,9 +365,9 @@ TEST_CASE("links report what brute reports in every world, on every instruction 
           CHECK(same_counts(links.stats, first));
           CHECK(links.stats.candidates == first.candidates);
         }
-        const Outcome touched = run_on(*engine, world, kLinks, run_frame, Report::kTouched);
-        CHECK(touched.touched == brute.touched);
-        CHECK(touched.hits.empty());
+        const Outcome in_contact = run_on(*engine, world, kLinks, run_frame, Report::kInContact);
+        CHECK(in_contact.in_contact == brute.in_contact);
+        CHECK(in_contact.hits.empty());
       }
   }
   CHECK(hits > 10'000);
@@ -387,7 +387,7 @@ TEST_CASE("links lose no pair that touches by the judge and invent none, with la
   CHECK(hits > 2000);
 }
 
-TEST_CASE("links confirmed by fcl are those that brute confirms, touched ones too") {
+TEST_CASE("links confirmed by fcl are those that brute confirms, in_contact ones too") {
   std::size_t hits = 0, alarms = 0;
   for (std::uint64_t seed = 201; seed <= 212; ++seed) {
     CAPTURE(seed);
@@ -415,7 +415,8 @@ TEST_CASE("links confirmed by fcl are those that brute confirms, touched ones to
     CHECK(links.stats.leaf_pairs == brute.stats.leaf_pairs);
     CHECK(links.stats.exact_tests == brute.stats.exact_tests);
     CHECK(links.stats.false_alarms == brute.stats.false_alarms);
-    CHECK(run_on(*make_engine_for(world), world, policies, run_frame, Report::kTouched).touched == brute.touched);
+    CHECK(run_on(*make_engine_for(world), world, policies, run_frame, Report::kInContact).in_contact ==
+          brute.in_contact);
     hits += brute.hits.size();
     alarms += brute.stats.false_alarms;
   }
@@ -448,7 +449,7 @@ TEST_CASE("worlds of 1e-30 to 1e18, flat ones too: the same hits, and the same i
       if (power >= 58)
         for (const auto& flags : brute.flags)
           unmasked_at_limit += static_cast<std::size_t>(std::count(flags.begin(), flags.end(), kInstanceOk));
-      CHECK(run_on(*engine, large, kLinks, run_frame, Report::kTouched).touched == brute.touched);
+      CHECK(run_on(*engine, large, kLinks, run_frame, Report::kInContact).in_contact == brute.in_contact);
     }
   }
   CHECK(hits > 10'000);
@@ -520,7 +521,7 @@ TEST_CASE(
     check_same(links, rows);
     CHECK(rows.hits.size() > (shape.size() < 3 ? 20 : 2000));
     const EnginePtr engine = make_engine_for(world);
-    CHECK(run_on(*engine, world, kLinks, run_frame, Report::kTouched).touched == rows.touched);
+    CHECK(run_on(*engine, world, kLinks, run_frame, Report::kInContact).in_contact == rows.in_contact);
     check_same(run_on(*engine, world, kLinks), rows);
     if (shape.size() > 2) continue;
     const Policies exact = {Refit::kCab, Strategy::kLinks, Exact::kFcl};  // every leaf pair that touches is kept

@@ -251,8 +251,8 @@ TEST_CASE(
       INFO(name_of(policies));
       const Outcome got = run_on(*engine, world, policies);
       CHECK(is_sorted_once(got.hits));
-      CHECK(got.touched == touched_in(world, got.hits));
-      CHECK(run_on(*engine, world, policies, run_frame, Report::kTouched).touched == got.touched);
+      CHECK(got.in_contact == in_contact_by(world, got.hits));
+      CHECK(run_on(*engine, world, policies, run_frame, Report::kInContact).in_contact == got.in_contact);
       CHECK(count_ignored(world, got.hits) == 0);
       CHECK(missing_from(got.hits, all) == 0);
       CHECK(got.stats.leaf_pairs >= got.hits.size());

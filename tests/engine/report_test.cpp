@@ -66,20 +66,20 @@ World gathering(double spread) {
 // One frame of a world, its buffer as large as said.
 struct Frame {
   std::vector<Hit> hits;
-  std::vector<std::vector<std::uint8_t>> touched;
+  std::vector<std::vector<std::uint8_t>> in_contact;
   FrameJob job;
   Status status;
 
   Frame(Engine& engine, const World& world, const Policies& policies, Report report, std::size_t capacity)
       : hits(capacity) {
     std::vector<BatchInput> inputs;
-    for (const Member& member : world.members) touched.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+    for (const Member& member : world.members) in_contact.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
     for (std::uint32_t m = 0; m < world.members.size(); ++m) {
       const Member& member = world.members[m];
       inputs.push_back(member.poses.input({m + 1}));
       inputs.back().layers = {member.layers.data(), member.layers.size()};
       inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
-      inputs.back().touched = {touched[m].data(), touched[m].size()};
+      inputs.back().in_contact = {in_contact[m].data(), in_contact[m].size()};
     }
     job.inputs = {inputs.data(), inputs.size()};
     job.rules = {world.rules.data(), world.rules.size()};
@@ -145,7 +145,7 @@ TEST_CASE("a buffer that is too small overflows with the exact count, and the re
 }
 
 TEST_CASE(
-    "crowds in one spot and thin ones in turn have the same hits, counts and touched in spatial order and in key "
+    "crowds in one spot and thin ones in turn have the same hits, counts and in_contact in spatial order and in key "
     "order") {
   constexpr double kInvented = 1e-4;  // as in frame_test
   const World dense = gathering(0.02), thin = gathering(3);
@@ -168,7 +168,7 @@ TEST_CASE(
       const auto masked = [](std::size_t, std::uint32_t i) { return i == 0; };
       CHECK(missing_from(judge_world(*world, 0, masked), of.hits) == 0);
       CHECK(missing_from(of.hits, judge_world(*world, kInvented, masked)) == 0);
-      CHECK(of.touched == touched_in(*world, of.hits));
+      CHECK(of.in_contact == in_contact_by(*world, of.hits));
       CHECK(of.stats.instances_masked == 3);
       CHECK(same_hits(of.hits, run_world(*world, {Refit::kCab, Strategy::kBrute, Exact::kNone}).hits));
     }
@@ -190,7 +190,7 @@ TEST_CASE(
         CHECK(frame.job.hits_needed == n);
         CHECK(frame.job.hit_count == (capacity < n ? 0 : n));
         if (capacity == n) CHECK(same_hits(frame.hits, of.hits));
-        CHECK(frame.touched == of.touched);
+        CHECK(frame.in_contact == of.in_contact);
         CHECK(same_counts(frame.job.stats, of.stats));
         CHECK(frame.job.stats.candidates == of.stats.candidates);
       }
@@ -198,7 +198,8 @@ TEST_CASE(
       CHECK(spatial == 5);
       for (int f = 0; f < 20; ++f)  // the last of them in spatial order again
         for (const World* world : {&dense, &thin})
-          CHECK(Frame(*engine, *world, policies, Report::kTouched, 0).touched == expected[world == &thin].touched);
+          CHECK(Frame(*engine, *world, policies, Report::kInContact, 0).in_contact ==
+                expected[world == &thin].in_contact);
     }
   }
 }

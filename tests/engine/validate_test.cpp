@@ -197,15 +197,15 @@ TEST_CASE("policies must hold values of their enumerations") {
   refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.extents = static_cast<Extents>(2); });
 }
 
-TEST_CASE("touched must be none or one an instance, and the report one that there is") {
+TEST_CASE("in_contact must be none or one an instance, and the report one that there is") {
   static std::uint8_t bytes[4] = {};
-  refuse(Status::kBadTouched, [](Bench& b) { b.inputs[0].touched = {bytes, 2}; });
-  refuse(Status::kBadTouched, [](Bench& b) { b.inputs[0].touched = {bytes, 4}; });
-  refuse(Status::kBadTouched, [](Bench& b) { b.inputs[2].touched = {nullptr, 4}; });
+  refuse(Status::kBadInContact, [](Bench& b) { b.inputs[0].in_contact = {bytes, 2}; });
+  refuse(Status::kBadInContact, [](Bench& b) { b.inputs[0].in_contact = {bytes, 4}; });
+  refuse(Status::kBadInContact, [](Bench& b) { b.inputs[2].in_contact = {nullptr, 4}; });
   refuse(Status::kBadReport, [](Bench& b) { b.job.report = static_cast<Report>(2); });
   refuse(Status::kBadMargin, [](Bench& b) {  // what is refused leaves the bytes as they were
     std::fill_n(bytes, 4, std::uint8_t{0xcc});
-    b.inputs[2].touched = {bytes, 4};
+    b.inputs[2].in_contact = {bytes, 4};
     b.job.margin = -1;
   });
   for (const std::uint8_t byte : bytes) CHECK(byte == 0xcc);

@@ -130,7 +130,7 @@ struct Session {
   struct Arrays {
     std::vector<float> poses, orientations;
     std::vector<double> origins;
-    std::vector<std::uint8_t> flags, touched;
+    std::vector<std::uint8_t> flags, in_contact;
     std::vector<std::uint32_t> layers;
   };
 
@@ -166,8 +166,8 @@ struct Session {
     if (bytes.below(2))
       input.orientations = spoiled(bytes, Span<const float>{arrays.orientations.data(), arrays.orientations.size()});
     if (bytes.rarely()) {
-      arrays.touched.assign(known.instances, 0xee);
-      input.touched = spoiled(bytes, Span<std::uint8_t>{arrays.touched.data(), arrays.touched.size()});
+      arrays.in_contact.assign(known.instances, 0xee);
+      input.in_contact = spoiled(bytes, Span<std::uint8_t>{arrays.in_contact.data(), arrays.in_contact.size()});
     }
     if (bytes.rarely()) {
       for (std::size_t i = 0; i < known.instances; ++i) arrays.layers.push_back(bytes.below(4));

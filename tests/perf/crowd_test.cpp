@@ -121,23 +121,23 @@ TEST_CASE("cab crowd finds the same hits by every strategy, refit, instruction s
   CHECK(figures({"--scene", "jitter"})["hits_hash"] != expected);
 }
 
-TEST_CASE("cab crowd --touched finds the same characters by every strategy and thread count, and no hits") {
+TEST_CASE("cab crowd --in-contact finds the same characters by every strategy and thread count, and no hits") {
   const Json hits = figures({"--scene", "jitter"});
   CHECK(hits["report"] == "hits");
-  CHECK(hits["touched"].is_null());
-  const Json expected = figures({"--scene", "jitter", "--touched"});
-  CHECK(expected["report"] == "touched");
+  CHECK(hits["in_contact"].is_null());
+  const Json expected = figures({"--scene", "jitter", "--in-contact"});
+  CHECK(expected["report"] == "in_contact");
   CHECK(expected["hits"] == 0);
-  CHECK(expected["touched"] > 0);
-  CHECK(expected["touched"] < 2 * 200);
-  CHECK(expected["touched"] <= 2 * hits["hits"].get<int>());
+  CHECK(expected["in_contact"] > 0);
+  CHECK(expected["in_contact"] < 2 * 200);
+  CHECK(expected["in_contact"] <= 2 * hits["hits"].get<int>());
   CHECK(expected["pairs_as_expected"].is_null());
   for (const char* strategy : {"tree", "rows", "brute"})
     for (const char* threads : {"1", "2"}) {
       CAPTURE(std::string(strategy));
-      const Json json = figures({"--scene", "jitter", "--touched", "--strategy", strategy, "--threads", threads});
+      const Json json = figures({"--scene", "jitter", "--in-contact", "--strategy", strategy, "--threads", threads});
       CHECK(json["hits_hash"] == expected["hits_hash"]);
-      CHECK(json["touched"] == expected["touched"]);
+      CHECK(json["in_contact"] == expected["in_contact"]);
     }
 }
 

@@ -15,7 +15,7 @@
 namespace cab {
 
 // What a call answers. Anything but kOk left its outputs untouched, but for kHitsOverflow (see FrameJob) and run_frame's
-// kOutOfMemory, after which flags and touched may be half written.
+// kOutOfMemory, after which flags and in_contact may be half written.
 enum class Status : std::int32_t {
   kOk = 0,
   kOutOfMemory,          // the allocator returned null, or std::bad_alloc
@@ -48,7 +48,7 @@ enum class Status : std::int32_t {
   kBadOrientations,      // orientations must be none or four floats an instance
   kBadFlags,             // flags must be none or one an instance
   kBadLayers,            // layers and layer_masks must each be none or one an instance
-  kBadTouched,           // touched must be none or one byte an instance
+  kBadInContact,         // in_contact must be none or one byte an instance
   kBadPairRule,          // a rule names a batch without input, or a pairing its batches cannot have
   kPairRuleGivenTwice,   // the same two batches are paired twice in the same way
   kBadPolicy,            // a policy field holds a value that its enumeration lacks
@@ -213,7 +213,7 @@ enum InstanceFlag : std::uint8_t {
 // x y z w of each instance, applied about its origin, empty = identity. flags (optional) receives one
 // InstanceFlag set an instance. layers and layer_masks: one word an instance, empty = all bits set; two different
 // instances are tested only when (layer of a & mask of b) != 0 and (layer of b & mask of a) != 0. Within one instance
-// they change nothing. touched (optional, written by run_frame alone) receives 1 for an instance that is in a hit, with
+// they change nothing. in_contact (optional, written by run_frame alone) receives 1 for an instance that is in a hit, with
 // another or within itself, else 0.
 struct BatchInput {
   BatchId batch;
@@ -223,7 +223,7 @@ struct BatchInput {
   Span<std::uint8_t> flags;
   Span<const std::uint32_t> layers;
   Span<const std::uint32_t> layer_masks;
-  Span<std::uint8_t> touched;
+  Span<std::uint8_t> in_contact;
 };
 
 enum class Pairing : std::uint8_t {
@@ -241,8 +241,8 @@ struct PairRule {
 
 // What a frame is to find out.
 enum class Report : std::uint8_t {
-  kHits,     // every link pair that touches
-  kTouched,  // which instances touch anything (BatchInput::touched), and no hits: stops at an instance's first
+  kHits,       // every link pair that touches
+  kInContact,  // which instances touch anything (BatchInput::in_contact), and no hits: stops at an instance's first
 };
 
 // Two links that touch, or are nearer than the frame's margin. (batch_a, instance_a, link_a) <
@@ -266,7 +266,7 @@ struct Contact {
   float point[3];
 };
 
-// What a frame did; the paper's columns. Seconds are summed over the threads that worked. With Report::kTouched counts
+// What a frame did; the paper's columns. Seconds are summed over the threads that worked. With Report::kInContact counts
 // depend on which task came first.
 struct FrameStats {
   std::uint64_t candidates = 0;    // characters: pairs whose layers and bounds meet, and those tested within
@@ -287,7 +287,7 @@ struct FrameStats {
 // hits receives one entry a touching link pair, sorted by (batch_a, instance_a, batch_b, instance_b, link_a,
 // link_b), the same for any thread count. contacts is empty or as long as hits. margin, a length, reports links that are
 // apart too: none is left out whose boxes (with an exact test: shapes) are at most that far from each other, and boxes
-// somewhat farther apart at their corners may be reported with Exact::kNone. With Report::kTouched hits and contacts are
+// somewhat farther apart at their corners may be reported with Exact::kNone. With Report::kInContact hits and contacts are
 // left alone, may be empty, and hit_count and hits_needed are 0.
 struct FrameJob {
   Span<const BatchInput> inputs;
@@ -299,7 +299,7 @@ struct FrameJob {
   Span<Contact> contacts;
 
   // Written by run_frame. On kHitsOverflow hits_needed is the count a retry needs, hit_count is 0 and the
-  // contents of hits and contacts are unspecified; touched is complete.
+  // contents of hits and contacts are unspecified; in_contact is complete.
   std::size_t hit_count = 0;
   std::size_t hits_needed = 0;
   FrameStats stats;

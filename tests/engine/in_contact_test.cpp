@@ -52,14 +52,14 @@ TEST_CASE("who touches anything is who is in a hit, asked for alone or not, whoe
         if (strategy == Strategy::kExactAll && exact == Exact::kFcl) continue;  // slow; the property test has it
         const Policies policies = {Refit::kCab, strategy, exact};
         const Outcome hits = run_world(world, policies);
-        const Bytes expected = touched_in(world, hits.hits);
-        CHECK(hits.touched == expected);
+        const Bytes expected = in_contact_by(world, hits.hits);
+        CHECK(hits.in_contact == expected);
         if (strategy == Strategy::kTree) {
           yes += count_of(expected, 1);
           no += count_of(expected, 0);
         }
         if (exact == Exact::kNone) {
-          const Bytes least = touched_in(world, judged);
+          const Bytes least = in_contact_by(world, judged);
           for (std::size_t m = 0; m < least.size(); ++m)
             for (std::size_t i = 0; i < least[m].size(); ++i) CHECK(expected[m][i] >= least[m][i]);
         }
@@ -69,8 +69,8 @@ TEST_CASE("who touches anything is who is in a hit, asked for alone or not, whoe
             desc.isa = isa;
             desc.thread_count = threads;
             const EnginePtr engine = make_engine_for(world, desc);
-            const Outcome alone = run_on(*engine, world, policies, run_frame, Report::kTouched);
-            CHECK(alone.touched == expected);
+            const Outcome alone = run_on(*engine, world, policies, run_frame, Report::kInContact);
+            CHECK(alone.in_contact == expected);
             CHECK(alone.hits.empty());
           }
       }
@@ -79,7 +79,7 @@ TEST_CASE("who touches anything is who is in a hit, asked for alone or not, whoe
   CHECK(no > 300);
 }
 
-TEST_CASE("a crowd in one spot is settled by far fewer box tests than it has pairs, and nobody's question by none") {
+TEST_CASE("a crowd in one spot needs far fewer box tests than it has pairs, and nobody's question needs none") {
   Random random(7);
   World world;
   world.members.push_back(any_member(random, 300, BatchKind::kCharacters, {0.1, false, true, {}}, 8));
@@ -88,8 +88,8 @@ TEST_CASE("a crowd in one spot is settled by far fewer box tests than it has pai
   for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute}) {
     const Policies policies = {Refit::kCab, strategy, Exact::kNone};
     const Outcome hits = run_on(*engine, world, policies);
-    const Outcome alone = run_on(*engine, world, policies, run_frame, Report::kTouched);
-    CHECK(alone.touched == hits.touched);
+    const Outcome alone = run_on(*engine, world, policies, run_frame, Report::kInContact);
+    CHECK(alone.in_contact == hits.in_contact);
     CHECK(alone.stats.box_tests * 20 < hits.stats.box_tests);
     CHECK(alone.stats.candidates * 20 < hits.stats.candidates);
   }
@@ -97,7 +97,7 @@ TEST_CASE("a crowd in one spot is settled by far fewer box tests than it has pai
   FrameJob job;
   job.inputs = {&input, 1};
   job.rules = {world.rules.data(), world.rules.size()};
-  job.report = Report::kTouched;
+  job.report = Report::kInContact;
   CHECK(run_frame(*engine, job) == Status::kOk);
   CHECK(job.stats.candidates == 0);
 }
