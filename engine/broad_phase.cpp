@@ -33,18 +33,17 @@ void for_each_instance(Engine& engine, Body&& body) {
   for (std::uint32_t index = 0; index < engine.batches.size(); ++index) {
     const InstanceBatch& batch = engine.batches[index]->batch;
     if (!batch.pairs_between) continue;
-    engine.schedule->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
-                              [&](std::uint32_t task, std::uint32_t worker) {
-                                const std::uint32_t end =
-                                    std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
-                                for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
-                                  if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, worker);
-                              });
+    engine.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
+                           [&](std::uint32_t task, std::uint32_t worker) {
+                             const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
+                             for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
+                               if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, worker);
+                           });
   }
 }
 
 // Workers that this frame runs on.
-std::size_t working_count(const Engine& engine) { return engine.schedule->alone ? 1 : engine.workers.size(); }
+std::size_t working_count(const Engine& engine) { return engine.tasks->alone ? 1 : engine.workers.size(); }
 
 // Adds to a counter that all workers share; returns what it held.
 std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alone) {

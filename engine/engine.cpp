@@ -116,7 +116,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
 void size_workers(Engine& engine) {
   const Needs needs = needs_of(engine);
   std::vector<std::unique_ptr<Worker>> workers;
-  for (std::uint32_t w = 0; w < engine.schedule->worker_count(); ++w) {
+  for (std::uint32_t w = 0; w < engine.tasks->worker_count(); ++w) {
     workers.push_back(std::make_unique<Worker>(engine.allocator));
     size_worker(*workers.back(), needs, engine.batches.size());
   }
@@ -191,10 +191,10 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     auto engine = std::make_unique<Engine>();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     engine->kernels = kernels;
-    engine->schedule = desc.scheduler           ? make_caller_schedule(*desc.scheduler)
-                       : desc.thread_count == 1 ? make_serial_schedule()
-                                                : make_tbb_schedule(desc.thread_count);
-    for (std::uint32_t w = 0; w < engine->schedule->worker_count(); ++w)
+    engine->tasks = desc.scheduler           ? make_caller_task_runner(*desc.scheduler)
+                    : desc.thread_count == 1 ? make_serial_task_runner()
+                                             : make_tbb_task_runner(desc.thread_count);
+    for (std::uint32_t w = 0; w < engine->tasks->worker_count(); ++w)
       engine->workers.push_back(std::make_unique<Worker>(engine->allocator));
     *out = engine.release();
     return Status::kOk;
@@ -331,7 +331,7 @@ Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> 
   return Status::kOk;
 }
 
-std::uint32_t engine_thread_count(const Engine& engine) noexcept { return engine.schedule->worker_count(); }
+std::uint32_t engine_thread_count(const Engine& engine) noexcept { return engine.tasks->worker_count(); }
 
 Isa engine_isa(const Engine& engine) noexcept { return engine.kernels->isa; }
 

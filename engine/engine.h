@@ -3,7 +3,7 @@
 
 #include "engine/exact.h"
 #include "engine/grid.h"
-#include "engine/schedule.h"
+#include "engine/task_runner.h"
 #include "kernels/find_kernels.h"
 #include "layout/arena.h"
 #include "layout/articulation.h"
@@ -141,7 +141,7 @@ struct BatchSlot {
 struct Engine {
   Allocator allocator;
   const kernel::KernelTable* kernels = nullptr;
-  std::unique_ptr<Schedule> schedule;
+  std::unique_ptr<TaskRunner> tasks;
   std::vector<std::unique_ptr<ArticulationSlot>> articulations;
   std::vector<std::unique_ptr<BatchSlot>> batches;
   std::vector<std::unique_ptr<Worker>> workers;

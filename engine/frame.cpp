@@ -1,7 +1,7 @@
 // One frame, step by step: pose, broad phase, refit, pairs, exact, results.
 #include "engine/frame.h"
 
-#include "engine/choose.h"
+#include "engine/auto_strategy.h"
 #include "engine/in_contact.h"
 #include "engine/link_pairs.h"
 #include "engine/posed_set.h"
@@ -46,7 +46,7 @@ void bound_characters(Engine& engine, const FrameJob& job, Policies policies) {
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
-    engine.schedule->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
+    engine.tasks->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
       Worker& worker = *engine.workers[w];
       const Timed timed(worker.stats.seconds_update);
       for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
@@ -245,7 +245,7 @@ void pair_in_key_order(Engine& engine, const Policies& policies, HitSink& sink) 
     slot->batch.first_task = tasks;
     if (slot->batch.pairs_within || slot->batch.pairs_between) tasks += task_count(slot->batch.instance_count);
   }
-  engine.schedule->for_each_in_turn(tasks, [&](std::uint32_t task, std::uint32_t w) {
+  engine.tasks->for_each_in_turn(tasks, [&](std::uint32_t task, std::uint32_t w) {
     const auto above = std::upper_bound(engine.batches.begin(), engine.batches.end(), task,
                                         [](std::uint32_t t, const auto& slot) { return t < slot->batch.first_task; });
     const std::uint32_t index = static_cast<std::uint32_t>(above - engine.batches.begin()) - 1;
@@ -261,7 +261,7 @@ bool pair_in_spatial_order(Engine& engine, const Policies& policies, HitSink& si
   sink.in_spatial_order = true;
   for (const auto& worker : engine.workers) worker->stats_before = worker->stats;
   const Grid& grid = engine.grid;
-  engine.schedule->for_each(task_count(grid.count), [&](std::uint32_t task, std::uint32_t w) {
+  engine.tasks->for_each(task_count(grid.count), [&](std::uint32_t task, std::uint32_t w) {
     if (sink.store_full) return;
     timed_task(engine, policies, task, w, sink, [&](Gathering& gathering) {
       const std::uint32_t end = std::min(grid.count, (task + 1) * kInstancesPerTask);
@@ -273,7 +273,7 @@ bool pair_in_spatial_order(Engine& engine, const Policies& policies, HitSink& si
   for (std::uint32_t index = 0; index < engine.batches.size(); ++index) {
     const InstanceBatch& batch = engine.batches[index]->batch;
     if (!batch.pairs_within || batch.pairs_between) continue;  // not in the grid
-    engine.schedule->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
+    engine.tasks->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
       if (sink.store_full) return;
       timed_task(engine, policies, task, w, sink, [&](Gathering& gathering) { gather_run(gathering, index, task); });
       store_hits(engine, *engine.workers[w], sink);
@@ -423,7 +423,7 @@ void run_sequences(Engine& engine, const FrameJob& job, const Policies& policies
   if (tiles == 0) return;
   sink.turn = 0;
   sink.sorted = false;
-  engine.schedule->for_each_in_turn(tiles, [&](std::uint32_t tile, std::uint32_t w) {
+  engine.tasks->for_each_in_turn(tiles, [&](std::uint32_t tile, std::uint32_t w) {
     Worker& worker = *engine.workers[w];
     for (const BatchInput& input : job.inputs) {
       const InstanceBatch& batch = engine.batch(input.batch);
@@ -491,11 +491,11 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
     std::fill(input.in_contact.begin(), input.in_contact.end(), std::uint8_t{0});
 
   HitSink sink{&job};
-  const Policies policies = choose_for_characters(engine, job);
+  const Policies policies = resolve_characters(engine, job);
   for (const BatchInput& input : job.inputs)
     if (policies.strategy == Strategy::kLinks && engine.batch(input.batch).kind == BatchKind::kCharacters)
       engine.batch(input.batch).active = &engine.batch(input.batch).link_bounds->links;
-  engine.schedule->alone = is_small(engine, job, policies);
+  engine.tasks->alone = is_small(engine, job, policies);
   begin_grid(engine, job);
   bound_characters(engine, job, policies);
   {
@@ -503,7 +503,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
     build_grid(engine);
   }
   pair_characters(engine, policies, sink);
-  run_sequences(engine, job, choose_for_sequences(engine, job), sink);
+  run_sequences(engine, job, resolve_sequences(engine, job), sink);
   const Status status = finish_hits(engine, sink);
 
   job.stats = {};

@@ -262,7 +262,7 @@ void write_stored_hits(Engine& engine, HitSink& sink) {
       const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kStoredPerTask);
       for (std::uint32_t i = task * kStoredPerTask; i < end; ++i) each(i);
     };
-    engine.schedule->for_each(tasks, [&](std::uint32_t task, std::uint32_t) {
+    engine.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t) {
       std::uint32_t count = 0;
       run(task, [&](std::uint32_t i) { count += batch.stored[i].count; });
       batch.stored_before[task] = count;
@@ -272,7 +272,7 @@ void write_stored_hits(Engine& engine, HitSink& sink) {
       batch.stored_before[task] = found;
       found += count;
     }
-    engine.schedule->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
+    engine.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
       const Timed timed(engine.workers[w]->stats.seconds_query);
       std::size_t at = batch.stored_before[task];
       run(task, [&](std::uint32_t i) {
@@ -297,7 +297,7 @@ Status finish_hits(const Engine& engine, HitSink& sink) {
     std::sort(job.hits.data, job.hits.data + job.hit_count,
               [](const Hit& x, const Hit& y) { return order(x) < order(y); });
   if (job.contacts.empty()) return Status::kOk;
-  engine.schedule->for_each(static_cast<std::uint32_t>(job.hit_count), [&](std::uint32_t i, std::uint32_t w) {
+  engine.tasks->for_each(static_cast<std::uint32_t>(job.hit_count), [&](std::uint32_t i, std::uint32_t w) {
     FrameStats& stats = engine.workers[w]->stats;
     const Timed query(stats.seconds_query), contact(stats.seconds_contact);
     const Hit& hit = job.hits[i];

@@ -28,7 +28,7 @@ CAB_INLINE void store_box(BoxTile& tile, std::uint32_t lane, const BoxLanes<V>& 
 
 // How far a box reaches from its centre along each world axis.
 template <class V>
-CAB_INLINE Vec3<V> reach(const BoxLanes<V>& box) {
+CAB_INLINE Vec3<V> world_half_extents(const BoxLanes<V>& box) {
   return box.half.x * abs(box.axis[0]) + box.half.y * abs(box.axis[1]) + box.half.z * abs(box.axis[2]);
 }
 

@@ -8,7 +8,7 @@ namespace cab::kernel {
 
 // How far a box reaches from its centre along a unit direction.
 template <class V>
-CAB_INLINE V reach_along(const BoxLanes<V>& box, Vec3<V> direction) {
+CAB_INLINE V projected_radius(const BoxLanes<V>& box, Vec3<V> direction) {
   return box.half.x * abs(dot(box.axis[0], direction)) + box.half.y * abs(dot(box.axis[1], direction)) +
          box.half.z * abs(dot(box.axis[2], direction));
 }
@@ -16,7 +16,7 @@ CAB_INLINE V reach_along(const BoxLanes<V>& box, Vec3<V> direction) {
 // Widens an interval along a direction by a box whose centre is `between` away from where the interval is measured.
 template <class V>
 CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction, V& lo, V& hi) {
-  const V reached = reach_along(box, direction);
+  const V reached = projected_radius(box, direction);
   const V offset = dot(between, direction);
   hi = max(hi, offset + reached);
   lo = min(lo, offset - reached);
@@ -39,7 +39,7 @@ class Enclosure {
  public:
   CAB_INLINE Enclosure(const BoxLanes<V>& first, const Vec3<V> (&axes)[3])
       : center_(first.center), axes_{axes[0], axes[1], axes[2]} {
-    hi_ = {reach_along(first, axes[0]), reach_along(first, axes[1]), reach_along(first, axes[2])};
+    hi_ = {projected_radius(first, axes[0]), projected_radius(first, axes[1]), projected_radius(first, axes[2])};
     lo_ = {-hi_.x, -hi_.y, -hi_.z};
   }
 
@@ -66,7 +66,7 @@ CAB_INLINE BoxLanes<V> enclose(const BoxLanes<V>& first, const BoxLanes<V>& seco
   const Vec3<V> between = second.center - first.center;
   V middle[3], half[3];
   for (int k = 0; k < 3; ++k) {
-    V hi = reach_along(first, axes[k]);
+    V hi = projected_radius(first, axes[k]);
     V lo = -hi;
     widen(second, between, axes[k], lo, hi);
     middle[k] = V(0.5f) * (hi + lo);

@@ -27,7 +27,7 @@ CAB_INLINE void store_aabb(AabbTile& tile, std::uint32_t lane, const AabbLanes<V
 template <class V>
 CAB_INLINE AabbLanes<V> bounds_of(const BoxLanes<V>& box) {
   const V pad = V(kBoundsPad) * (sum(box.half) + max_component(abs(box.center)) + V(kOverlapTiny));
-  const Vec3<V> reached = reach(box);
+  const Vec3<V> reached = world_half_extents(box);
   const Vec3<V> out = {reached.x + pad, reached.y + pad, reached.z + pad};
   return {box.center - out, box.center + out};
 }

@@ -53,7 +53,7 @@ CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V>
 template <class V>
 CAB_INLINE Mask<V> separated_in_world(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V> between) {
   const V slack = V(kSlackWorld) * ((sum(a.half) + sum(b.half)) + V(kOverlapTiny));
-  const Vec3<V> out = reach(a) + reach(b);
+  const Vec3<V> out = world_half_extents(a) + world_half_extents(b);
   const Vec3<V> away = abs(between);
   return either(either(away.x > out.x + slack, away.y > out.y + slack), away.z > out.z + slack);
 }

@@ -66,8 +66,8 @@ class CrowdSession {
   }
 
   // Runs one frame. The hits stay until the next; a buffer that was too small is made larger and the frame run again,
-  // so that the stats are those of a run that fitted. With only_touched there are none, but one byte a character.
-  FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_touched = false) {
+  // so that the stats are those of a run that fitted. With only_in_contact there are none, but one byte a character.
+  FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_in_contact = false) {
     std::vector<BatchInput> inputs(posed.size());
     in_contact_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
@@ -75,7 +75,7 @@ class CrowdSession {
       inputs[g].poses.data = posed[g].poses.data();
       inputs[g].origins = {posed[g].origins.data(), posed[g].origins.size()};
       inputs[g].orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
-      if (!only_touched) continue;
+      if (!only_in_contact) continue;
       in_contact_[g].resize(posed[g].origins.size() / 3);
       inputs[g].in_contact = {in_contact_[g].data(), in_contact_[g].size()};
     }
@@ -83,7 +83,7 @@ class CrowdSession {
     job.inputs = {inputs.data(), inputs.size()};
     job.rules = {rules_.data(), rules_.size()};
     job.policies = policies;
-    if (only_touched) job.report = Report::kInContact;
+    if (only_in_contact) job.report = Report::kInContact;
     job.hits = {hits_.data(), hits_.size()};
     Status status = run_frame(*engine_, job);
     if (status == Status::kHitsOverflow) {

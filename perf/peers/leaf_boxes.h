@@ -56,7 +56,7 @@ class LeafPoser {
 };
 
 template <class Real>
-Real reach_along(const WorldBox<Real>& box, std::size_t c) {
+Real projected_radius(const WorldBox<Real>& box, std::size_t c) {
   return std::abs(box.axis[0][c]) * box.half[0] + std::abs(box.axis[1][c]) * box.half[1] +
          std::abs(box.axis[2][c]) * box.half[2];
 }
@@ -64,7 +64,7 @@ Real reach_along(const WorldBox<Real>& box, std::size_t c) {
 inline WorldBounds bounds_of(const WorldBox<float>& box) {
   WorldBounds bounds;
   for (std::size_t c = 0; c < 3; ++c) {
-    const float reach = reach_along(box, c);
+    const float reach = projected_radius(box, c);
     bounds.low[c] = box.center[c] - reach;
     bounds.high[c] = box.center[c] + reach;
   }

@@ -207,7 +207,7 @@ TEST_CASE("the counters count") {
 #endif
 }
 
-TEST_CASE("a frame allocates nothing on the serial schedule, from its first on") {
+TEST_CASE("a frame allocates nothing on the serial task runner, from its first on") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     const World world = mixed_world(seed);

@@ -802,7 +802,7 @@ void check_bad_report() {
   CHECK(run_frame(*call.engine, call.job) == Status::kBadReport);
 }
 
-void check_touched_without_room() {
+void check_in_contact_without_room() {
   Call call;
   std::uint8_t expected[19], bytes[19] = {};
   call.input.in_contact = {expected, 19};
@@ -833,7 +833,7 @@ std::vector<CallRow> call_rows() {
       {{"in_contact of another count than instances", "refused, `kBadInContact`"}, check_bad_in_contact},
       {{"report that is none", "refused, `kBadReport`"}, check_bad_report},
       {{"in_contact, and no room for hits", "complete: with `kInContact` `kOk`, with `kHits` `kHitsOverflow`"},
-       check_touched_without_room},
+       check_in_contact_without_room},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},
       {{"rule for a batch without input", "refused, `kBadPairRule`"}, check_rule_without_input},
       {{"batch of no instances", "refused, `kNoInstances`"}, check_empty_batch},

@@ -14,7 +14,7 @@ constexpr double kSlackGrow = 0x1.8p-20, kSlackEdge = 0x1p-20;
 constexpr double kPosePadSize = 0x1p-19, kPosePadPlace = 0x1p-22;
 
 // How far a box reaches along a unit direction when each half extent is wider by `pad`.
-Real reach_along(const ExactBox& box, const Point& direction, Real pad) {
+Real projected_radius(const ExactBox& box, const Point& direction, Real pad) {
   Real out = 0;
   for (std::size_t k = 0; k < 3; ++k) out += (box.half[k] + pad) * std::fabs(dot(axis_of(box, k), direction));
   return out;
@@ -36,12 +36,12 @@ void place_at_edge(Random& random, const Rig& rig, Poses& poses, std::uint32_t i
     if (length < 0.3L) continue;
     const Point direction = (1 / length) * axis;
     const Real sizes = half_sum(a) + half_sum(b);
-    const Real touching = reach_along(a, direction, 0) + reach_along(b, direction, 0);
+    const Real touching = projected_radius(a, direction, 0) + projected_radius(b, direction, 0);
     if (!exactly_overlap(a, b, (touching - sizes * 1e-3L) * direction)) continue;
     const Real far = touching * norm_max(direction);
     const Real pad_a = kPosePadSize * half_sum(a), pad_b = kPosePadSize * half_sum(b) + kPosePadPlace * far;
     const auto reached = [&](Real grow) {
-      return reach_along(a, direction, pad_a + grow) + reach_along(b, direction, pad_b + grow);
+      return projected_radius(a, direction, pad_a + grow) + projected_radius(b, direction, pad_b + grow);
     };
     const Real slack = reached(kSlackGrow * sizes) - reached(0) + (edge ? kSlackEdge / length * half_sum(a) : Real(0));
     const Point at = (reached(0) + slack * static_cast<Real>(random.uniform(0.96, 1.06))) * direction;

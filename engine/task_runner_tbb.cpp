@@ -1,5 +1,5 @@
 // The built-in parallel scheduler: a TBB arena of its own for each engine.
-#include "engine/schedule.h"
+#include "engine/task_runner.h"
 
 #include "kernels/float_mode.h"
 
@@ -12,10 +12,10 @@
 namespace cab {
 namespace {
 
-class TbbSchedule final : public Schedule {
+class TbbTaskRunner final : public TaskRunner {
  public:
   // More threads than cores gain nothing, and TBB warns about them on standard error.
-  explicit TbbSchedule(std::uint32_t thread_count) : arena_(concurrency(thread_count)) { arena_.initialize(); }
+  explicit TbbTaskRunner(std::uint32_t thread_count) : arena_(concurrency(thread_count)) { arena_.initialize(); }
   std::uint32_t worker_count() const override { return static_cast<std::uint32_t>(arena_.max_concurrency()); }
   void run(std::uint32_t task_count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) override {
     arena_.execute([&] {
@@ -37,8 +37,8 @@ class TbbSchedule final : public Schedule {
 
 }  // namespace
 
-std::unique_ptr<Schedule> make_tbb_schedule(std::uint32_t thread_count) {
-  return std::make_unique<TbbSchedule>(thread_count);
+std::unique_ptr<TaskRunner> make_tbb_task_runner(std::uint32_t thread_count) {
+  return std::make_unique<TbbTaskRunner>(thread_count);
 }
 
 }  // namespace cab

@@ -1,4 +1,4 @@
-#include "engine/choose.h"
+#include "engine/auto_strategy.h"
 
 namespace cab {
 namespace {
@@ -26,7 +26,7 @@ std::uint64_t leaf_pairs_of(const Engine& engine, const PairRule& rule) {
 
 }  // namespace
 
-Policies choose_for_characters(const Engine& engine, const FrameJob& job) {
+Policies resolve_characters(const Engine& engine, const FrameJob& job) {
   Policies out = job.policies;
   const bool axis_aligned = is_axis_aligned(out.refit);
   bool several_leaves = false, links_pay = false, tree_pays = false;
@@ -46,7 +46,7 @@ Policies choose_for_characters(const Engine& engine, const FrameJob& job) {
   return out;
 }
 
-Policies choose_for_sequences(const Engine& engine, const FrameJob& job) {
+Policies resolve_sequences(const Engine& engine, const FrameJob& job) {
   Policies out = job.policies;
   if (out.strategy == Strategy::kLinks) out.strategy = Strategy::kTree;
   if (out.strategy != Strategy::kAuto) return out;

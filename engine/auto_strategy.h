@@ -6,9 +6,9 @@
 namespace cab {
 
 // The policies that a frame's characters are tested by, with a strategy that they can be tested by.
-Policies choose_for_characters(const Engine& engine, const FrameJob& job);
+Policies resolve_characters(const Engine& engine, const FrameJob& job);
 
 // Likewise for its sequences.
-Policies choose_for_sequences(const Engine& engine, const FrameJob& job);
+Policies resolve_sequences(const Engine& engine, const FrameJob& job);
 
 }  // namespace cab

@@ -1,11 +1,11 @@
-#include "engine/schedule.h"
+#include "engine/task_runner.h"
 
 #include "kernels/float_mode.h"
 
 namespace cab {
 namespace {
 
-class SerialSchedule final : public Schedule {
+class SerialTaskRunner final : public TaskRunner {
  public:
   std::uint32_t worker_count() const override { return 1; }
   void run(std::uint32_t task_count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) override {
@@ -26,9 +26,9 @@ void run_guarded(void* context, std::uint32_t task, std::uint32_t worker) {
   guarded.task(guarded.context, task, worker);
 }
 
-class CallerSchedule final : public Schedule {
+class CallerTaskRunner final : public TaskRunner {
  public:
-  explicit CallerSchedule(const Scheduler& scheduler) : scheduler_(scheduler) {}
+  explicit CallerTaskRunner(const Scheduler& scheduler) : scheduler_(scheduler) {}
   std::uint32_t worker_count() const override { return scheduler_.worker_count; }
   void run(std::uint32_t task_count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) override {
     Guarded guarded{task, context};
@@ -41,10 +41,10 @@ class CallerSchedule final : public Schedule {
 
 }  // namespace
 
-std::unique_ptr<Schedule> make_serial_schedule() { return std::make_unique<SerialSchedule>(); }
+std::unique_ptr<TaskRunner> make_serial_task_runner() { return std::make_unique<SerialTaskRunner>(); }
 
-std::unique_ptr<Schedule> make_caller_schedule(const Scheduler& scheduler) {
-  return std::make_unique<CallerSchedule>(scheduler);
+std::unique_ptr<TaskRunner> make_caller_task_runner(const Scheduler& scheduler) {
+  return std::make_unique<CallerTaskRunner>(scheduler);
 }
 
 }  // namespace cab

@@ -9,9 +9,9 @@
 
 namespace cab {
 
-class Schedule {
+class TaskRunner {
  public:
-  virtual ~Schedule() = default;
+  virtual ~TaskRunner() = default;
   virtual std::uint32_t worker_count() const = 0;
 
   // Calls task(context, t, worker) for every t < task_count, as Scheduler::parallel_for promises. Each call runs in
@@ -48,10 +48,10 @@ class Schedule {
   }
 };
 
-std::unique_ptr<Schedule> make_serial_schedule();
-std::unique_ptr<Schedule> make_caller_schedule(const Scheduler& scheduler);
+std::unique_ptr<TaskRunner> make_serial_task_runner();
+std::unique_ptr<TaskRunner> make_caller_task_runner(const Scheduler& scheduler);
 
 // thread_count 0 = every core.
-std::unique_ptr<Schedule> make_tbb_schedule(std::uint32_t thread_count);
+std::unique_ptr<TaskRunner> make_tbb_task_runner(std::uint32_t thread_count);
 
 }  // namespace cab
