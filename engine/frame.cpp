@@ -447,7 +447,7 @@ void add(FrameStats& sum, const FrameStats& part) {
   sum.box_tests += part.box_tests;
   sum.leaf_pairs += part.leaf_pairs;
   sum.exact_tests += part.exact_tests;
-  sum.false_alarms += part.false_alarms;
+  sum.false_positives += part.false_positives;
   sum.instances_masked += part.instances_masked;
   sum.seconds_update += part.seconds_update;
   sum.seconds_broad += part.seconds_broad;

@@ -158,7 +158,7 @@ bool confirm(const Engine& engine, const Candidate& candidate, const FrameJob& j
   if (leaves_touch(exact_leaf(engine, candidate.batch_a, candidate.instance_a, leaf_a),
                    exact_leaf(engine, candidate.batch_b, candidate.instance_b, leaf_b), job.margin))
     return true;
-  ++worker.stats.false_alarms;
+  ++worker.stats.false_positives;
   return false;
 }
 

@@ -56,7 +56,7 @@ constexpr PolicyPreset kPresets[] = {
      "what the paper's CAB does before its exact queries: trees of cab, all fifteen axes",
      {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kAll15}},
     {"fast",
-     "the least time where some more false alarms are fine",
+     "the least time where some more false positives are fine",
      {Refit::kCab, Strategy::kAuto, Exact::kNone, Extents::kChildren, Sat::kFaces6}},
     {"balanced", "the defaults: the sharpest answer in the least time", {}},
     {"tight",

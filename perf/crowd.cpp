@@ -51,7 +51,7 @@ constexpr Counted kCounts[] = {
     {"box tests", "box_tests", &FrameStats::box_tests},
     {"leaf pairs", "leaf_pairs", &FrameStats::leaf_pairs},
     {"exact tests", "exact_tests", &FrameStats::exact_tests},
-    {"false alarms", "false_alarms", &FrameStats::false_alarms},
+    {"false positives", "false_positives", &FrameStats::false_positives},
     {"masked instances", "instances_masked", &FrameStats::instances_masked},
 };
 

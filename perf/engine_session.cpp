@@ -50,7 +50,7 @@ void add_stats(FrameStats& sum, const FrameStats& more) {
   sum.box_tests += more.box_tests;
   sum.leaf_pairs += more.leaf_pairs;
   sum.exact_tests += more.exact_tests;
-  sum.false_alarms += more.false_alarms;
+  sum.false_positives += more.false_positives;
   sum.instances_masked += more.instances_masked;
   sum.seconds_update += more.seconds_update;
   sum.seconds_broad += more.seconds_broad;

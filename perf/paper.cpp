@@ -255,8 +255,8 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
     result.box_hit_hash = run.box_hits_hash;
   }
   result.gates = check_gates(table, result.runs, result.is_full());
-  result.alarms = count_added_alarms(scene, options.isa);
-  for (Gate& gate : alarm_gates(result.alarms, result.is_full())) result.gates.push_back(std::move(gate));
+  result.added = count_added_false_positives(scene, options.isa);
+  for (Gate& gate : false_positive_gates(result.added, result.is_full())) result.gates.push_back(std::move(gate));
   return result;
 }
 

@@ -34,7 +34,7 @@ struct MethodRun {
   double mean_area = 0;  // surface of the inner boxes, in the scene's units squared; 0 where there are none
 
   // The paper's #false: calls that found nothing between two characters.
-  std::uint64_t false_alarms() const { return stats.leaf_pairs - hits; }
+  std::uint64_t false_positives() const { return stats.leaf_pairs - hits; }
   double total_seconds() const { return stats.seconds_query + stats.seconds_update + stats.seconds_test; }
 };
 

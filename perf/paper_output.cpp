@@ -34,12 +34,12 @@ void print_columns(const TableRun& run) {
   text.add_row({"", "#coll", "#false", "t[query]", "t[upd]", "t[test]", "t[total]", "hits", "box tests"});
   for (const MethodRun& method : run.runs) {
     const FrameStats& s = method.stats;
-    text.add_row({method.method.name, std::to_string(s.leaf_pairs), std::to_string(method.false_alarms()),
+    text.add_row({method.method.name, std::to_string(s.leaf_pairs), std::to_string(method.false_positives()),
                   fixed(s.seconds_query, 4), fixed(s.seconds_update, 4), fixed(s.seconds_test, 4),
                   fixed(method.total_seconds(), 4), std::to_string(method.hits), std::to_string(s.box_tests)});
     if (!method.method.paper) continue;
     const PaperRow& p = run.table->row(*method.method.paper);
-    text.add_row({"  the paper", std::to_string(p.coll), std::to_string(p.false_alarms), fixed(p.query_seconds, 2),
+    text.add_row({"  the paper", std::to_string(p.coll), std::to_string(p.false_positives), fixed(p.query_seconds, 2),
                   fixed(p.update_seconds, 2), fixed(p.test_seconds, 2), fixed(p.total_seconds, 2),
                   std::to_string(p.hits()), "-"});
   }
@@ -78,7 +78,7 @@ Json method_json(const TableRun& run, const MethodRun& method) {
     json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(method.method.policies, f)].name;
   json["on_meshes"] = method.method.on_meshes;
   json["coll"] = s.leaf_pairs;
-  json["false_alarms"] = method.false_alarms();
+  json["false_positives"] = method.false_positives();
   json["hits"] = method.hits;
   json["box_tests"] = s.box_tests;
   json["query_thread_seconds"] = s.seconds_query;
@@ -94,7 +94,7 @@ Json method_json(const TableRun& run, const MethodRun& method) {
   if (method.method.paper) {
     const PaperRow& p = run.table->row(*method.method.paper);
     json["paper"] = {{"coll", p.coll},
-                     {"false_alarms", p.false_alarms},
+                     {"false_positives", p.false_positives},
                      {"hits", p.hits()},
                      {"query_seconds", p.query_seconds},
                      {"update_seconds", p.update_seconds},
@@ -115,7 +115,7 @@ void print_table(const TableRun& run) {
   print_ratios(run);
   std::cout << "  hashes: poses " << hex(run.pose_hash) << ", boxes of CAB " << hex(run.box_hash) << ", box hits "
             << hex(run.box_hit_hash) << '\n';
-  if (!run.is_full()) std::cout << "  " << describe(run.alarms) << '\n';
+  if (!run.is_full()) std::cout << "  " << describe(run.added) << '\n';
   for (const Gate& gate : run.gates) std::cout << (gate.passed ? "  ok    " : "  FAIL  ") << gate.text << '\n';
   if (!run.is_full())
     std::cout << "  The paper's counts are compared in a run of all " << run.table->frame_count << " frames only.\n";
@@ -138,9 +138,9 @@ void write_paper_json(const std::string& path, const std::vector<TableRun>& tabl
     table["pose_hash"] = hex(run.pose_hash);
     table["box_hash"] = hex(run.box_hash);
     table["box_hit_hash"] = hex(run.box_hit_hash);
-    table["added_alarms"] = {{"found", run.alarms.found},           {"touching", run.alarms.touching},
-                             {"by_padding", run.alarms.by_padding}, {"by_slack", run.alarms.by_slack},
-                             {"missed", run.alarms.missed},         {"percent", run.alarms.percent()}};
+    table["added_false_positives"] = {{"found", run.added.found},           {"touching", run.added.touching},
+                                      {"by_padding", run.added.by_padding}, {"by_slack", run.added.by_slack},
+                                      {"missed", run.added.missed},         {"percent", run.added.percent()}};
     table["methods"] = Json::array();
     for (const MethodRun& method : run.runs) table["methods"].push_back(method_json(run, method));
     table["gates"] = Json::array();
@@ -153,29 +153,29 @@ void write_paper_json(const std::string& path, const std::vector<TableRun>& tabl
 void write_paper_csv(const std::string& path, const std::vector<TableRun>& tables) {
   OutputFile file(path);
   std::ostream& out = file.stream();
-  out << "table,method,frames,isa,lanes,threads,coll,false_alarms,hits,box_tests,query_thread_seconds,"
+  out << "table,method,frames,isa,lanes,threads,coll,false_positives,hits,box_tests,query_thread_seconds,"
          "contact_thread_seconds,update_thread_seconds,test_thread_seconds,total_thread_seconds,total_wall_seconds,"
          "mean_inner_box_area,"
          "pose_hash,box_hash,box_hit_hash,hits_hash,touching,added_by_padding,added_by_slack,paper_coll,paper_false_"
-         "alarms,paper_query_seconds,"
+         "positives,paper_query_seconds,"
          "paper_update_seconds,paper_test_seconds,paper_total_seconds\n";
   for (const TableRun& run : tables)
     for (const MethodRun& method : run.runs) {
       const FrameStats& s = method.stats;
       out << run.table->number << ',' << csv_field(method.method.name) << ',' << run.frame_count << ','
           << cab::to_string(run.isa) << ',' << to_string(run.lanes) << ',' << run.thread_count << ',' << s.leaf_pairs
-          << ',' << method.false_alarms() << ',' << method.hits << ',' << s.box_tests << ','
+          << ',' << method.false_positives() << ',' << method.hits << ',' << s.box_tests << ','
           << shortest(s.seconds_query) << ',' << shortest(s.seconds_contact) << ',' << shortest(s.seconds_update) << ','
           << shortest(s.seconds_test) << ',' << shortest(method.total_seconds()) << ',' << shortest(s.seconds_total)
           << ',' << shortest(method.mean_area) << ',' << hex(run.pose_hash) << ',' << hex(run.box_hash) << ','
           << hex(run.box_hit_hash) << ',' << hex(method.hits_hash);
       if (method.method.paper == PaperMethod::kCab)
-        out << ',' << run.alarms.touching << ',' << run.alarms.by_padding << ',' << run.alarms.by_slack;
+        out << ',' << run.added.touching << ',' << run.added.by_padding << ',' << run.added.by_slack;
       else
         out << ",,,";
       if (method.method.paper) {
         const PaperRow& p = run.table->row(*method.method.paper);
-        out << ',' << p.coll << ',' << p.false_alarms << ',' << shortest(p.query_seconds) << ','
+        out << ',' << p.coll << ',' << p.false_positives << ',' << shortest(p.query_seconds) << ','
             << shortest(p.update_seconds) << ',' << shortest(p.test_seconds) << ',' << shortest(p.total_seconds);
       } else {
         out << ",,,,,,";

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "perf/added_alarms.h"
+#include "perf/added_false_positives.h"
 #include "perf/engine_session.h"
 #include "perf/paper_gates.h"
 
@@ -21,7 +21,7 @@ struct TableRun {
   std::uint64_t pose_hash;
   std::uint64_t box_hash;      // of every box of CAB in every frame
   std::uint64_t box_hit_hash;  // of every pair of leaf boxes that overlap, by CAB
-  AddedAlarms alarms;          // of CAB, against boxes without padding and tests without slack
+  AddedFalsePositives added;   // of CAB, against boxes without padding and tests without slack
   std::vector<MethodRun> runs;
   std::vector<Gate> gates;
 

@@ -15,12 +15,12 @@ inline constexpr std::array<const char*, 5> kPaperMethodNames = {"brute", "AABB+
 // AABB* in Table 1 reads 15.94 where its phases sum to 15.49.
 struct PaperRow {
   std::uint64_t coll;
-  std::uint64_t false_alarms;
+  std::uint64_t false_positives;
   double query_seconds;
   double update_seconds;
   double test_seconds;
   double total_seconds;
-  constexpr std::uint64_t hits() const { return coll - false_alarms; }
+  constexpr std::uint64_t hits() const { return coll - false_positives; }
 };
 
 struct PaperTable {

@@ -122,10 +122,10 @@ class JudgedCrowd {
 
 // What a set-up's pairs are beside others.
 struct Differences {
-  std::uint64_t pairs = 0;         // that it found
-  std::uint64_t misses = 0;        // overlap and were not found
-  std::uint64_t false_alarms = 0;  // found, and apart or found before
-  std::uint64_t threshold = 0;     // found by one of the two alone, at the threshold
+  std::uint64_t pairs = 0;            // that it found
+  std::uint64_t misses = 0;           // overlap and were not found
+  std::uint64_t false_positives = 0;  // found, and apart or found before
+  std::uint64_t threshold = 0;        // found by one of the two alone, at the threshold
 };
 
 // Adds how sorted pairs differ from sorted reference pairs. Each differing pair is judged, so that the reference need
@@ -140,13 +140,13 @@ void add_differences(const JudgedCrowd& judge, const Pairs& pairs, const Pairs& 
     const Verdict verdict = judge.verdict(pair);
     found.threshold += verdict == Verdict::kThreshold;
     found.misses += verdict == Verdict::kOverlap;
-    if (of_reference != nullptr) of_reference->false_alarms += verdict == Verdict::kApart;
+    if (of_reference != nullptr) of_reference->false_positives += verdict == Verdict::kApart;
   }
   for (const LeafPair& pair : more) {
     const Verdict verdict = judge.verdict(pair);
     const bool twice = std::binary_search(reference.begin(), reference.end(), pair);
     found.threshold += !twice && verdict == Verdict::kThreshold;
-    found.false_alarms += twice || verdict == Verdict::kApart;
+    found.false_positives += twice || verdict == Verdict::kApart;
     if (of_reference != nullptr) of_reference->misses += !twice && verdict == Verdict::kOverlap;
   }
 }
@@ -405,7 +405,7 @@ std::string versions(const std::vector<Peer>& peers, bool built) {
 }
 
 void add_counts(std::vector<std::string>& cells, const Differences& d) {
-  for (const std::uint64_t count : {d.pairs, d.misses, d.false_alarms, d.threshold})
+  for (const std::uint64_t count : {d.pairs, d.misses, d.false_positives, d.threshold})
     cells.push_back(std::to_string(count));
 }
 
@@ -415,7 +415,7 @@ void print_verification(const PeersOptions& options, const std::vector<Contestan
   for (const std::string& scene : options.scenes) std::cout << ' ' << scene;
   std::cout << ":\n";
   TextTable table;
-  table.add_row({"", "pairs", "misses", "false alarms", "at threshold"});
+  table.add_row({"", "pairs", "misses", "false positives", "at threshold"});
   for (const Contestant& contestant : contestants) {
     std::vector<std::string> cells = {contestant.name};
     add_counts(cells, contestant.small);
@@ -429,7 +429,7 @@ void print_verification(const PeersOptions& options, const std::vector<Contestan
 std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants, bool alone) {
   return fastest(run, contestants, [&](const Contestant& c) {
     const Differences& d = run.rows[static_cast<std::size_t>(&c - contestants.data())].differences;
-    return !c.ours() && (c.setup.alone || !alone) && d.misses == 0 && d.false_alarms == 0;
+    return !c.ours() && (c.setup.alone || !alone) && d.misses == 0 && d.false_positives == 0;
   });
 }
 
@@ -438,7 +438,7 @@ void print_run(const Run& run, const std::vector<Contestant>& contestants) {
             << run.scene << ", " << run.character_count << " characters, " << run.rows.front().seconds.size()
             << " rounds; processor ms a frame, and times ours:\n";
   TextTable table;
-  table.add_row({"", "alone", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false alarms",
+  table.add_row({"", "alone", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false positives",
                  "at threshold"});
   std::string left_out;
   for (std::size_t c = 0; c < contestants.size(); ++c) {
@@ -464,7 +464,7 @@ void print_run(const Run& run, const std::vector<Contestant>& contestants) {
 void add_counts(Json& json, const Differences& d) {
   json["pairs"] = d.pairs;
   json["misses"] = d.misses;
-  json["false_alarms"] = d.false_alarms;
+  json["false_positives"] = d.false_positives;
   json["threshold_pairs"] = d.threshold;
 }
 
@@ -528,7 +528,7 @@ int peers_command(const PeersOptions& options) {
     json["verification"].push_back(row);
   }
   bool right = true;
-  const auto judge_ours = [&right](const Differences& d) { right = right && d.misses == 0 && d.false_alarms == 0; };
+  const auto judge_ours = [&right](const Differences& d) { right = right && d.misses == 0 && d.false_positives == 0; };
   std::vector<Json> rows;
   for (const std::string& scene : options.scenes) {
     std::vector<bool> best;  // of the last run of the scene

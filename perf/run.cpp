@@ -96,7 +96,7 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.add_row({"frames with hits", std::to_string(totals.frames_with_hits)});
   table.add_row({"box tests", std::to_string(stats.box_tests)});
   table.add_row({"#coll", std::to_string(stats.leaf_pairs)});
-  table.add_row({"#false", exact ? std::to_string(stats.false_alarms) : "-"});
+  table.add_row({"#false", exact ? std::to_string(stats.false_positives) : "-"});
   table.add_row({"hits", std::to_string(totals.hits)});
   if (options.contacts) table.add_row({"deepest contact", fixed(static_cast<double>(totals.deepest), 5), "m"});
   if (stats.instances_masked > 0) table.add_row({"masked instances", std::to_string(stats.instances_masked)});
@@ -189,7 +189,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   json["box_tests"] = stats.box_tests;
   json["coll"] = stats.leaf_pairs;
   json["exact_tests"] = stats.exact_tests;
-  json["false_alarms"] = stats.false_alarms;
+  json["false_positives"] = stats.false_positives;
   json["hits"] = totals.hits;
   json["frames_with_hits"] = totals.frames_with_hits;
   if (options.contacts) json["deepest_contact_metres"] = totals.deepest;

@@ -82,7 +82,7 @@ int sweep_command(const SweepOptions& options) {
          "hits that are lost.\narea: of all inner boxes in some poses, over that of refit covariance and over the "
          "least "
          "that turning each box finds.\n*: no other of the same isa, threads and exact is as fast with as few false "
-         "alarms.\n=: the same work as a cell with another strategy, whose times it has.\n\n";
+         "positives.\n=: the same work as a cell with another strategy, whose times it has.\n\n";
   std::vector<SweepRun> runs;
   const auto run = [&](const SweepScene& scene, bool all_policies) {
     runs.push_back(run_sweep(scene, all_policies ? plan : strategies));

@@ -86,20 +86,20 @@ class Judge {
   void judge(const std::vector<SweepHit>& found, SweepCell& cell) {
     cell.misses = count_missing(hits_, found);
     if (cell.policies.exact != Exact::kNone) {
-      cell.false_alarms = cell.counts.false_alarms;
+      cell.false_positives = cell.counts.false_positives;
       return;
     }
     // Cells with as many leaf pairs and the same hits have the same leaf pairs.
-    const auto [known, is_new] = alarms_.try_emplace({cell.counts.leaf_pairs, cell.hits_hash});
-    if (is_new) known->second = world_.run(with_exact(cell.policies, Exact::kFcl)).false_alarms;
-    cell.false_alarms = known->second;
+    const auto [known, is_new] = false_positives_.try_emplace({cell.counts.leaf_pairs, cell.hits_hash});
+    if (is_new) known->second = world_.run(with_exact(cell.policies, Exact::kFcl)).false_positives;
+    cell.false_positives = known->second;
   }
 
  private:
   SweepWorld& world_;
   std::vector<SweepHit> hits_;
   std::string name_;
-  std::map<std::pair<std::uint64_t, std::uint64_t>, std::uint64_t> alarms_;
+  std::map<std::pair<std::uint64_t, std::uint64_t>, std::uint64_t> false_positives_;
 };
 
 // A cell's turn in a round: the fastest of its runs. The first finds the caches as others left them, and whatever else
@@ -254,8 +254,8 @@ void mark_front(std::vector<SweepCell>& cells) {
         cell.misses == 0 && !cell.same_work_as && std::none_of(cells.begin(), cells.end(), [&](const SweepCell& other) {
           if (group_of(other) != group_of(cell) || other.misses > 0) return false;
           const double mine = cell.total_seconds(), theirs = other.total_seconds();
-          return theirs <= mine && other.false_alarms <= cell.false_alarms &&
-                 (theirs < mine || other.false_alarms < cell.false_alarms);
+          return theirs <= mine && other.false_positives <= cell.false_positives &&
+                 (theirs < mine || other.false_positives < cell.false_positives);
         });
 }
 
@@ -267,12 +267,12 @@ Spread time_ratio(const SweepCell& a, const SweepCell& b) {
 }
 
 std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std::size_t of,
-                                       std::uint64_t most_false_alarms) {
+                                       std::uint64_t most_false_positives) {
   std::optional<std::size_t> best;
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const SweepCell& cell = cells[c];
-    if (c == of || group_of(cell) != group_of(cells[of]) || cell.misses > 0 || cell.false_alarms > most_false_alarms ||
-        cell.same_work_as || is_same_work(cell, cells[of]))
+    if (c == of || group_of(cell) != group_of(cells[of]) || cell.misses > 0 ||
+        cell.false_positives > most_false_positives || cell.same_work_as || is_same_work(cell, cells[of]))
       continue;
     std::size_t faster = 0;
     const std::size_t rounds = std::min(cell.rounds.size(), cells[of].rounds.size());

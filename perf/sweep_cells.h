@@ -36,11 +36,11 @@ struct SweepCell {
   FrameStats counts;       // of all frames, once
   std::uint64_t hits = 0;  // link pairs, of all frames
   std::uint64_t hits_hash = 0;
-  std::uint64_t misses = 0;        // true hits that are not among them
-  std::uint64_t false_alarms = 0;  // leaf pairs whose boxes overlap and whose shapes are apart, by FCL
-  std::vector<FrameStats> rounds;  // times of all frames, the fastest of a turn
-  double area = 0;                 // of inner boxes, where the strategy is the tree; 0: none
-  bool on_front = false;           // none of its group that misses nothing is as fast with as few false alarms
+  std::uint64_t misses = 0;           // true hits that are not among them
+  std::uint64_t false_positives = 0;  // leaf pairs whose boxes overlap and whose shapes are apart, by FCL
+  std::vector<FrameStats> rounds;     // times of all frames, the fastest of a turn
+  double area = 0;                    // of inner boxes, where the strategy is the tree; 0: none
+  bool on_front = false;              // none of its group that misses nothing is as fast with as few false positives
   // The strategy that does the same work under the name that stands first in the table, where that is not its own, as
   // `auto` does that of what it chooses. Such a cell is not timed again and is on no front.
   std::optional<Strategy> same_work_as;
@@ -79,7 +79,7 @@ SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan);
 // Notes of each counted cell whose work it does.
 void mark_same_work(std::vector<SweepCell>& cells);
 
-// Marks who is on the front of time against false alarms, among cells of one instruction set, thread count and exact
+// Marks who is on the front of time against false positives, among cells of one instruction set, thread count and exact
 // test. What misses a hit is on none.
 void mark_front(std::vector<SweepCell>& cells);
 
@@ -87,10 +87,10 @@ void mark_front(std::vector<SweepCell>& cells);
 std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector<SweepHit>& found);
 
 // The cell to take instead of cells[of]: of the same instruction set, thread count and exact test, missing nothing, with
-// at most so many false alarms, and faster by 5 % in the median and in three of four rounds; the fastest of them. None:
+// at most so many false positives, and faster by 5 % in the median and in three of four rounds; the fastest of them. None:
 // `of` is best.
 std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std::size_t of,
-                                       std::uint64_t most_false_alarms);
+                                       std::uint64_t most_false_positives);
 
 // Time of b over that of a, round by round.
 Spread time_ratio(const SweepCell& a, const SweepCell& b);

@@ -66,8 +66,8 @@ void print_gain(const SweepCell& of, const SweepCell& cell, const std::string& n
   const Spread ratio = time_ratio(of, cell);
   std::cout << short_name(cell.policies) << " takes " << percent_less(ratio.median) << " less time than " << name_of
             << " (" << percent_less(ratio.most) << " to " << percent_less(ratio.least)
-            << " in the rounds) and misses nothing; false alarms " << cell.false_alarms << " for " << of.false_alarms
-            << ":\n  " << code_line(cell.policies) << '\n';
+            << " in the rounds) and misses nothing; false positives " << cell.false_positives << " for "
+            << of.false_positives << ":\n  " << code_line(cell.policies) << '\n';
 }
 
 // What to set instead of the defaults, cells[of].
@@ -75,16 +75,16 @@ void print_advice(const SweepRun& run, std::size_t of) {
   const SweepCell& defaults = run.cells[of];
   std::cout << to_string(defaults.isa) << ", threads " << defaults.thread_count << ", exact "
             << value_name(defaults.policies, row_of("exact")) << ": ";
-  const std::optional<std::size_t> better = better_cell(run.cells, of, defaults.false_alarms);
+  const std::optional<std::size_t> better = better_cell(run.cells, of, defaults.false_positives);
   if (better) {
     print_gain(defaults, run.cells[*better], "the defaults");
   } else {
-    std::cout << "keep the defaults; nothing without more false alarms is clearly faster:\n  "
+    std::cout << "keep the defaults; nothing without more false positives is clearly faster:\n  "
               << code_line(defaults.policies) << '\n';
   }
   const std::size_t chosen = better.value_or(of);
   if (const auto faster = better_cell(run.cells, chosen, UINT64_MAX)) {
-    std::cout << "  with more false alarms, ";
+    std::cout << "  with more false positives, ";
     print_gain(run.cells[chosen], run.cells[*faster], better ? "that" : "the defaults");
   }
 }
@@ -110,7 +110,7 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   json["leaf_pairs"] = cell.counts.leaf_pairs;
   json["hits"] = cell.hits;
   json["true_hits"] = run.true_hits;
-  json["false_alarms"] = cell.false_alarms;
+  json["false_positives"] = cell.false_positives;
   json["misses"] = cell.misses;
   const auto add = [&json](const char* key, std::optional<double> value) { json[key] = value ? Json(*value) : Json(); };
   add("area_over_covariance", over(cell.area, run.covariance_area));
@@ -169,7 +169,7 @@ void print_sweep(const SweepRun& run) {
       if (phase.seconds != &FrameStats::seconds_total)
         row.push_back(fixed(1e6 * phase_spread(run, *cell, phase.seconds).median, 2));
     for (const std::uint64_t count :
-         {cell->counts.box_tests, cell->counts.leaf_pairs, cell->hits, cell->false_alarms, cell->misses})
+         {cell->counts.box_tests, cell->counts.leaf_pairs, cell->hits, cell->false_positives, cell->misses})
       row.push_back(std::to_string(count));
     for (const double other : {run.covariance_area, run.least_area}) {
       const std::optional<double> ratio = over(cell->area, other);

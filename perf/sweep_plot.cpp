@@ -276,14 +276,14 @@ class Cloud {
   std::vector<Label> entries_;
 };
 
-Picture alarms_picture(const SweepRun& run) {
+Picture false_positives_picture(const SweepRun& run) {
   Cloud cloud(run, row_named("refit"), row_named("strategy"));
   for (const SweepCell* cell : drawn_cells(run))
-    if (!cell->same_work_as) cloud.add(*cell, static_cast<double>(cell->false_alarms) / run.frame_count);
+    if (!cell->same_work_as) cloud.add(*cell, static_cast<double>(cell->false_positives) / run.frame_count);
   Picture picture = cloud.picture();
-  picture.name = "alarms-" + run.scene;
-  picture.title = run.scene + ": time against false alarms; better is down and left\n(" + conditions(run) + ")";
-  picture.x_title = "false alarms a frame: leaf pairs whose boxes overlap and whose shapes do not";
+  picture.name = "false-positives-" + run.scene;
+  picture.title = run.scene + ": time against false positives; better is down and left\n(" + conditions(run) + ")";
+  picture.x_title = "false positives a frame: leaf pairs whose boxes overlap and whose shapes do not";
   picture.x_from_zero = true;
   return picture;
 }
@@ -398,7 +398,7 @@ void prepare_plots(const std::string& folder) {
 std::vector<std::string> plot_sweep(const std::string& folder, const std::vector<SweepRun>& runs) {
   std::vector<Picture> pictures;
   for (const SweepRun& run : runs)
-    for (Picture& picture : std::array{alarms_picture(run), growth_picture(run)})
+    for (Picture& picture : std::array{false_positives_picture(run), growth_picture(run)})
       if (is_spread(picture)) pictures.push_back(std::move(picture));
   constexpr std::size_t kLeastNumbers = 3;
   const auto detailed = runs_of("detailed", runs), ropes = runs_of("ropes", runs), uniform = runs_of("uniform", runs);

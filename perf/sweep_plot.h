@@ -12,8 +12,8 @@ namespace cab::perf {
 // where gnuplot does not run.
 void prepare_plots(const std::string& folder);
 
-// Draws into a folder; returns the names of the pictures. Of each run alarms-SCENE
-// (time against false alarms) and growth-SCENE (time against the surface of inner boxes), where cells differ in these; of each family of scenes of
+// Draws into a folder; returns the names of the pictures. Of each run false-positives-SCENE
+// (time against false positives) and growth-SCENE (time against the surface of inner boxes), where cells differ in these; of each family of scenes of
 // which there are three or more, who is fastest at which number: crossover-detailed, crossover-ropes, scaling-uniform.
 // Runs are drawn by their first instruction set, thread count and exact test; scaling by all thread counts.
 // Throws std::runtime_error where gnuplot fails.

@@ -95,7 +95,7 @@ Json row_json(const std::string& regime, const std::string& method, const Tally&
                {"judged", row.judged},
                {"violations", row.violations},
                {"touching", row.touching},
-               {"false_alarms", row.false_alarms},
+               {"false_positives", row.false_positives},
                {"differing", row.differing},
                {"excess_ulps", row.excess},
                {"axes_u", row.axes},
@@ -110,7 +110,7 @@ Tally row_from(const Json& json) {
   json.at("judged").get_to(row.judged);
   json.at("violations").get_to(row.violations);
   json.at("touching").get_to(row.touching);
-  json.at("false_alarms").get_to(row.false_alarms);
+  json.at("false_positives").get_to(row.false_positives);
   json.at("differing").get_to(row.differing);
   json.at("excess_ulps").get_to(row.excess);
   json.at("axes_u").get_to(row.axes);
@@ -184,7 +184,7 @@ std::vector<std::string> heading(const Part& part, const std::string& first) {
     case Columns::kBoxes: return {first, part.judged, "violations", "worst excess", "axes, u", "s"};
     case Columns::kPairs: break;
   }
-  return {first, part.judged, "touching", "misses", "false alarms", "differing", "s"};
+  return {first, part.judged, "touching", "misses", "false positives", "differing", "s"};
 }
 
 std::vector<std::string> line(const Part& part, const std::string& name, const Tally& row, const std::string& seconds) {
@@ -207,7 +207,7 @@ std::vector<std::string> line(const Part& part, const std::string& name, const T
           judged,
           std::to_string(row.touching),
           violations,
-          std::to_string(row.false_alarms),
+          std::to_string(row.false_positives),
           std::to_string(row.differing),
           seconds};
 }

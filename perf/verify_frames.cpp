@@ -33,7 +33,7 @@ void judge_hits(Task& task, std::size_t method, const std::vector<Hit>& touching
   Tally& tally = task.tallies[method];
   ++tally.judged;
   tally.touching += touching.size();
-  tally.false_alarms += oracle::missing_from(hits, touching);
+  tally.false_positives += oracle::missing_from(hits, touching);
   std::vector<Hit> missed;
   std::set_difference(touching.begin(), touching.end(), hits.begin(), hits.end(), std::back_inserter(missed),
                       oracle::link_less);

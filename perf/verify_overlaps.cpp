@@ -70,7 +70,7 @@ void run(Task& task) {
       Tally& tally = task.tallies[use];
       tally.judged += kLanes;
       tally.touching += static_cast<std::uint64_t>(__builtin_popcount(touching));
-      tally.false_alarms += static_cast<std::uint64_t>(__builtin_popcount(reported & ~touching));
+      tally.false_positives += static_cast<std::uint64_t>(__builtin_popcount(reported & ~touching));
       for (std::uint32_t lane = 0; lane < kLanes; ++lane)
         if ((touching & ~reported) >> lane & 1u) report_miss(task, use, tile * kLanes + lane, pairs[lane]);
     }

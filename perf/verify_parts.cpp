@@ -38,7 +38,7 @@ void Tally::add(const Tally& other) {
   judged += other.judged;
   violations += other.violations;
   touching += other.touching;
-  false_alarms += other.false_alarms;
+  false_positives += other.false_positives;
   differing += other.differing;
   excess = std::max(excess, other.excess);
   axes = std::max(axes, other.axes);

@@ -24,11 +24,11 @@ struct Subject {
 
 // One row's counts. Sums and maxima only, so that they depend on which rounds ran and on nothing else.
 struct Tally {
-  std::uint64_t judged = 0;        // what the part counts
-  std::uint64_t violations = 0;    // boxes that do not hold what they must; touching pairs that were not reported
-  std::uint64_t touching = 0;      // pairs that the judge calls touching
-  std::uint64_t false_alarms = 0;  // pairs reported that the judge calls apart
-  std::uint64_t differing = 0;     // pairs that another strategy reports otherwise
+  std::uint64_t judged = 0;           // what the part counts
+  std::uint64_t violations = 0;       // boxes that do not hold what they must; touching pairs that were not reported
+  std::uint64_t touching = 0;         // pairs that the judge calls touching
+  std::uint64_t false_positives = 0;  // pairs reported that the judge calls apart
+  std::uint64_t differing = 0;        // pairs that another strategy reports otherwise
   double excess = -1e300;  // largest by which a corner leaves its box, in ulps of size u (S + M); negative: inside
   double axes = 0;         // largest |R^T R - I| of a box that was made, in u
   // Where rounding took most of the padding: the share, and both in ulps of size.
@@ -53,7 +53,7 @@ struct Task {
 enum class Columns {
   kMerges,  // containment, with the padding of one merge
   kBoxes,   // containment
-  kPairs,   // misses and false alarms
+  kPairs,   // misses and false positives
 };
 
 struct Part {

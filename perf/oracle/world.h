@@ -160,7 +160,7 @@ inline std::size_t missing_from(const std::vector<Hit>& a, const std::vector<Hit
 
 inline bool same_counts(const FrameStats& a, const FrameStats& b) {
   return a.box_tests == b.box_tests && a.leaf_pairs == b.leaf_pairs && a.exact_tests == b.exact_tests &&
-         a.false_alarms == b.false_alarms && a.instances_masked == b.instances_masked;
+         a.false_positives == b.false_positives && a.instances_masked == b.instances_masked;
 }
 
 // Whether some bit of an instance's mask is a layer of another; all bits are set where none are given.

@@ -82,7 +82,7 @@ bool touch(Span<const ConvexPart> a, Span<const ConvexPart> b, const Place& at) 
         world.rules = {{{1}, {2}, Pairing::kBetween}};
         const Outcome outcome = run_world(world, asked % 2 ? kExactTree : kExactBrute);
         CHECK(outcome.stats.exact_tests == outcome.stats.leaf_pairs);
-        CHECK(outcome.hits.size() == outcome.stats.exact_tests - outcome.stats.false_alarms);
+        CHECK(outcome.hits.size() == outcome.stats.exact_tests - outcome.stats.false_positives);
         yes += outcome.hits.size() == 1;
         ++asked;
       }
@@ -300,7 +300,7 @@ TEST_CASE("exact hits are a part of box hits, counted, and the same for any stra
     World world;
     add_characters(random, world, 10);
     add_frames(random, world, 10);
-    // Every leaf is an ellipsoid inscribed in its box, so that boxes raise false alarms.
+    // Every leaf is an ellipsoid inscribed in its box, so that boxes raise false positives.
     std::vector<std::vector<ConvexPart>> parts;
     for (Member& member : world.members) {
       parts.emplace_back();
@@ -331,8 +331,8 @@ TEST_CASE("exact hits are a part of box hits, counted, and the same for any stra
     CHECK(tree.stats.leaf_pairs == boxes.stats.leaf_pairs);
     CHECK(tree.stats.exact_tests <= tree.stats.leaf_pairs);
     CHECK(tree.stats.exact_tests >= boxes.hits.size());
-    CHECK(tree.stats.false_alarms <= tree.stats.exact_tests);
-    CHECK(tree.stats.exact_tests - tree.stats.false_alarms == tree.hits.size());
+    CHECK(tree.stats.false_positives <= tree.stats.exact_tests);
+    CHECK(tree.stats.exact_tests - tree.stats.false_positives == tree.hits.size());
     CHECK(boxes.stats.exact_tests == 0);
     CHECK(missing_from(tree.hits, boxes.hits) == 0);
     CHECK(same_hits(tree.hits, brute.hits));

@@ -388,7 +388,7 @@ TEST_CASE("links lose no pair that touches by the judge and invent none, with la
 }
 
 TEST_CASE("links confirmed by fcl are those that brute confirms, in_contact ones too") {
-  std::size_t hits = 0, alarms = 0;
+  std::size_t hits = 0, false_positives = 0;
   for (std::uint64_t seed = 201; seed <= 212; ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -414,14 +414,14 @@ TEST_CASE("links confirmed by fcl are those that brute confirms, in_contact ones
     check_same(links, brute);
     CHECK(links.stats.leaf_pairs == brute.stats.leaf_pairs);
     CHECK(links.stats.exact_tests == brute.stats.exact_tests);
-    CHECK(links.stats.false_alarms == brute.stats.false_alarms);
+    CHECK(links.stats.false_positives == brute.stats.false_positives);
     CHECK(run_on(*make_engine_for(world), world, policies, run_frame, Report::kInContact).in_contact ==
           brute.in_contact);
     hits += brute.hits.size();
-    alarms += brute.stats.false_alarms;
+    false_positives += brute.stats.false_positives;
   }
   CHECK(hits > 500);
-  CHECK(alarms > 100);
+  CHECK(false_positives > 100);
 }
 
 TEST_CASE("worlds of 1e-30 to 1e18, flat ones too: the same hits, and the same instances masked") {

@@ -185,7 +185,7 @@ FrameStats sum_of(const FrameStats& a, const FrameStats& b) {
   out.box_tests += b.box_tests;
   out.leaf_pairs += b.leaf_pairs;
   out.exact_tests += b.exact_tests;
-  out.false_alarms += b.false_alarms;
+  out.false_positives += b.false_positives;
   out.instances_masked += b.instances_masked;
   return out;
 }
@@ -258,7 +258,7 @@ TEST_CASE(
       CHECK(got.stats.leaf_pairs >= got.hits.size());
       CHECK(got.stats.exact_tests <= got.stats.leaf_pairs);
       if (policies.exact == Exact::kFcl) {
-        CHECK(got.stats.exact_tests >= got.stats.false_alarms + got.hits.size());
+        CHECK(got.stats.exact_tests >= got.stats.false_positives + got.hits.size());
         CHECK(same_hits(got.hits, all_fcl));
       } else if (policies.strategy == Strategy::kExactAll) {
         CHECK(same_hits(got.hits, all));

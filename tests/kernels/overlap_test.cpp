@@ -93,7 +93,7 @@ TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
   const std::uint32_t kAllLeaves = 0xffff, kAllInner = 0;
   for (unsigned regime = 0; regime < oracle::kTouchRegimeCount; ++regime) {
     oracle::Random random(kSeed + regime);
-    std::size_t touching = 0, lost = 0, false_alarms = 0, differing = 0;
+    std::size_t touching = 0, lost = 0, false_positives = 0, differing = 0;
     for (std::uint32_t t = 0; t < kTilesPerRegime; ++t) {
       Pairs pairs;
       std::uint32_t truth = 0;
@@ -108,7 +108,7 @@ TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
       touching += static_cast<std::size_t>(__builtin_popcount(truth));
       const std::uint32_t expected = overlap_block(*kernel::find_kernels(Isa::kScalar), pairs, kAllLeaves);
       lost += static_cast<std::size_t>(__builtin_popcount(truth & ~expected));
-      false_alarms += static_cast<std::size_t>(__builtin_popcount(expected & ~truth));
+      false_positives += static_cast<std::size_t>(__builtin_popcount(expected & ~truth));
       lost += static_cast<std::size_t>(
           __builtin_popcount(truth & ~overlap_block(*kernel::find_kernels(Isa::kScalar), pairs, kAllInner)));
       for (const kernel::KernelTable* kernels : available_kernels()) {
@@ -117,8 +117,8 @@ TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
         if (zero_shift(pairs)) differing += overlap_tiles(*kernels, pairs, nullptr) != expected;
       }
     }
-    MESSAGE("regime " << regime << ": " << touching << " of " << kTilesPerRegime * kLanes << " touch, " << false_alarms
-                      << " false alarms");
+    MESSAGE("regime " << regime << ": " << touching << " of " << kTilesPerRegime * kLanes << " touch, "
+                      << false_positives << " false positives");
     CAPTURE(regime);
     CAPTURE(kSeed);
     CHECK(touching > kTilesPerRegime * kLanes / 4);

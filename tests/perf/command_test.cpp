@@ -536,7 +536,7 @@ TEST_CASE("the JSON file agrees with the table and with the hit list") {
   CHECK(json["frame_seconds"].get<double>() == doctest::Approx(0.04));
   CHECK(json["threads"] == 2);
   CHECK(json["exact_tests"] == json["coll"]);
-  CHECK(json["false_alarms"].get<int>() + json["hits"].get<int>() == json["coll"].get<int>());
+  CHECK(json["false_positives"].get<int>() + json["hits"].get<int>() == json["coll"].get<int>());
   CHECK(json["box_tests"] > json["coll"]);
   CHECK(json["policies"]["strategy"] == "auto");
   CHECK(json["instances_masked"] == 0);
@@ -636,21 +636,21 @@ TEST_CASE("a short paper run agrees between methods and writes the same to JSON 
   REQUIRE(json["tables"].size() == 2);
   for (const Json& table : json["tables"]) {
     CHECK(table["full_run"] == false);
-    const Json& alarms = table["added_alarms"];
-    CHECK(alarms["missed"] == 0);
-    CHECK(alarms["touching"] > 0);
-    CHECK(alarms["touching"].get<long>() + alarms["by_padding"].get<long>() + alarms["by_slack"].get<long>() ==
-          alarms["found"].get<long>());
+    const Json& added = table["added_false_positives"];
+    CHECK(added["missed"] == 0);
+    CHECK(added["touching"] > 0);
+    CHECK(added["touching"].get<long>() + added["by_padding"].get<long>() + added["by_slack"].get<long>() ==
+          added["found"].get<long>());
     for (const Json& gate : table["gates"]) CHECK(gate["passed"] == true);
     for (const Json& method : table["methods"]) {
       REQUIRE(++row < rows.size());
       const Words fields = split(rows[row]);
       REQUIRE(fields.size() == header.size());
       for (std::size_t c = 0; c < header.size(); ++c)
-        for (const char* count : {"coll", "hits", "box_tests", "false_alarms"})
+        for (const char* count : {"coll", "hits", "box_tests", "false_positives"})
           if (header[c] == count) CHECK(std::stol(fields[c]) == method[count].get<long>());
-      CHECK(method["false_alarms"].get<long>() + method["hits"].get<long>() == method["coll"].get<long>());
-      if (method["method"] == "CAB") CHECK(method["coll"] == alarms["found"]);
+      CHECK(method["false_positives"].get<long>() + method["hits"].get<long>() == method["coll"].get<long>());
+      if (method["method"] == "CAB") CHECK(method["coll"] == added["found"]);
     }
   }
   CHECK(row + 1 == rows.size());

@@ -45,7 +45,7 @@ TEST_CASE("cab peers finds the same pairs by every set-up of this build, up to p
     CAPTURE(row.dump());
     CHECK(row["pairs"] > 0);
     CHECK(row["misses"] == 0);
-    CHECK(row["false_alarms"] == 0);
+    CHECK(row["false_positives"] == 0);
     CHECK(row["threshold_pairs"] <= 0.001 * row["pairs"].get<double>() + 1);
   }
   for (const Json& best : json["best"]) {
@@ -97,7 +97,7 @@ TEST_CASE("beyond 10 000 characters cab peers runs the set-ups of each library t
   for (const Json& row : json["runs"]) {
     CAPTURE(row.dump());
     CHECK(row["misses"] == 0);
-    CHECK(row["false_alarms"] == 0);
+    CHECK(row["false_positives"] == 0);
     (row["characters"] == 100 ? fewer : many).push_back(row["setup"]);
   }
   CHECK(std::count(fewer.begin(), fewer.end(), "fcl collide") == 1);

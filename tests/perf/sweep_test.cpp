@@ -43,9 +43,9 @@ Json scenes_of(Words options) {
 
 bool is_oriented(const Json& cell) { return cell["refit"].get<std::string>().rfind("aabb", 0) != 0; }
 
-SweepCell made_cell(double seconds, std::uint64_t false_alarms, std::uint64_t misses) {
+SweepCell made_cell(double seconds, std::uint64_t false_positives, std::uint64_t misses) {
   SweepCell cell;
-  cell.false_alarms = false_alarms;
+  cell.false_positives = false_positives;
   cell.misses = misses;
   cell.counts.box_tests = static_cast<std::uint64_t>(1000 * seconds);  // another time, other work
   for (const double noise : {.99, 1.0, 1.01}) {
@@ -91,7 +91,7 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
       for (const PolicyField& field : policy_table()) seen[field.name].insert(cell[field.name].get<std::string>());
       CHECK(cell["misses"] == 0);
       CHECK(cell["hits"] >= cell["true_hits"]);
-      CHECK(cell["false_alarms"] <= cell["leaf_pairs"]);
+      CHECK(cell["false_positives"] <= cell["leaf_pairs"]);
       CHECK(cell["total_seconds_least"] > 0);
       CHECK(cell["total_seconds_least"] <= cell["total_seconds_median"]);
       CHECK(cell["total_seconds_median"] <= cell["total_seconds_most"]);
@@ -100,9 +100,9 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
       if (!cell["area_over_limit"].is_null()) CHECK(cell["area_over_limit"] > .999);
       if (cell["refit"] == "covariance" && cell["extents"] == "children" && cell["strategy"] == "tree")
         CHECK(cell["area_over_covariance"] == 1);
-      // One leaf a link: whatever is found and does not touch is a false alarm.
+      // One leaf a link: whatever is found and does not touch is a false positive.
       if (scene["leaves"] == 8)
-        CHECK(cell["false_alarms"].get<int>() == cell["leaf_pairs"].get<int>() - cell["true_hits"].get<int>());
+        CHECK(cell["false_positives"].get<int>() == cell["leaf_pairs"].get<int>() - cell["true_hits"].get<int>());
     }
     for (const PolicyField& field : policy_table())
       for (std::uint32_t v = 0; v < field.value_count; ++v) {
@@ -111,11 +111,11 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
         const bool left_out = value == "exact_all" || (name == "exact" && v > 0);
         CHECK(seen[name].count(value) == (left_out ? 0 : 1));
       }
-    // On the front: none that is faster has as few false alarms.
+    // On the front: none that is faster has as few false positives.
     for (const Json& cell : scene["cells"]) {
       const bool beaten = std::any_of(scene["cells"].begin(), scene["cells"].end(), [&](const Json& other) {
         return other["total_seconds_median"] < cell["total_seconds_median"] &&
-               other["false_alarms"] <= cell["false_alarms"];
+               other["false_positives"] <= cell["false_positives"];
       });
       if (cell["on_front"]) CHECK(!beaten);
     }
@@ -209,7 +209,7 @@ TEST_CASE("cab sweep FILE... ends with policies to paste, whose names are those 
     }
 }
 
-TEST_CASE("the front has who is fast with few false alarms, and nobody who misses a hit") {
+TEST_CASE("the front has who is fast with few false positives, and nobody who misses a hit") {
   CHECK(fronts({made_cell(2, 5, 0), made_cell(1, 9, 0), made_cell(3, 5, 0), made_cell(4, 0, 0)}) ==
         std::vector<bool>{true, true, false, true});
   CHECK(fronts({made_cell(2, 5, 0), made_cell(1, 0, 1)}) == std::vector<bool>{true, false});
@@ -219,7 +219,7 @@ TEST_CASE("the front has who is fast with few false alarms, and nobody who misse
   CHECK(fronts(cells) == std::vector<bool>{true, true});
 }
 
-TEST_CASE("what is recommended is clearly faster, misses nothing, and has no more false alarms than allowed") {
+TEST_CASE("what is recommended is clearly faster, misses nothing, and has no more false positives than allowed") {
   const std::vector<SweepCell> cells = {made_cell(2, 5, 0),    made_cell(1, 6, 0),   made_cell(.5, 0, 1),
                                         made_cell(1.99, 5, 0), made_cell(1.5, 5, 0), made_cell(1.4, 4, 0)};
   CHECK(perf::better_cell(cells, 0, 5) == std::size_t{5});
@@ -343,7 +343,7 @@ TEST_CASE("cab sweep --plot draws pictures that name their axes, units and polic
   CHECK(outcome.error == "");
   REQUIRE(outcome.exit_code == 0);
   Words file = words;
-  file.back() = plots + "/alarms-chains6.svg";
+  file.back() = plots + "/false-positives-chains6.svg";
   const Outcome not_made = sweep(file);
   CHECK(not_made.exit_code == 1);
   CHECK(not_made.out.empty());
@@ -353,8 +353,8 @@ TEST_CASE("cab sweep --plot draws pictures that name their axes, units and polic
     Words words;
   };
   const std::vector<Shown> all = {
-      {"alarms-chains6",
-       {"false alarms a frame", "time, microseconds a frame", "refit cab", "refit aabb_hull", "strategy rows"}},
+      {"false-positives-chains6",
+       {"false positives a frame", "time, microseconds a frame", "refit cab", "refit aabb_hull", "strategy rows"}},
       {"growth-chains6", {"smallest oriented boxes", "time, microseconds a frame", "refit cab", "extents leaves"}},
       {"growth-detailed-64", {"times that of refit covariance", "refit aabb_hull"}},
       {"crossover-detailed",

@@ -147,7 +147,7 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
       if (part["part"] == "overlaps") {
         CHECK(row["judged"] == 3 * 120 * 16);
         CHECK(row["touching"] > 3 * 120 * 16 / 2);
-        CHECK(row["false_alarms"] > 0);
+        CHECK(row["false_positives"] > 0);
       }
     }
   }

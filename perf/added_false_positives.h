@@ -14,7 +14,7 @@ namespace cab::perf {
 
 // Pairs of links whose leaf boxes meet, summed over all frames of a scene; the judge (perf/oracle/exact_pose.h) works in
 // long double, without padding or slack, on the boxes and poses as the scene describes them.
-struct AddedAlarms {
+struct AddedFalsePositives {
   std::uint64_t found = 0;       // by the engine: the tables' #coll where a link has one leaf
   std::uint64_t touching = 0;    // by the judge
   std::uint64_t by_padding = 0;  // of those found: the judge calls them apart, but the engine's padded boxes touching
@@ -26,15 +26,15 @@ struct AddedAlarms {
 };
 
 // Runs the scene's pairs of characters with CAB boxes and judges every pair of their links in every frame.
-AddedAlarms count_added_alarms(const scenes::Scene& scene, Isa isa);
+AddedFalsePositives count_added_false_positives(const scenes::Scene& scene, Isa isa);
 
 // The most that padding and slack may add on a full run, in per cent.
 inline constexpr double kAddedPercentLimit = 0.1;
 
 // One line for people.
-std::string describe(const AddedAlarms& alarms);
+std::string describe(const AddedFalsePositives& added);
 
 // Nothing is missed; on a full run, little is added.
-std::vector<Gate> alarm_gates(const AddedAlarms& alarms, bool full_run);
+std::vector<Gate> false_positive_gates(const AddedFalsePositives& added, bool full_run);
 
 }  // namespace cab::perf

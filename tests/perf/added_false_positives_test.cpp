@@ -1,5 +1,5 @@
 // What padding and slack add is counted, told apart, and gated.
-#include "perf/added_alarms.h"
+#include "perf/added_false_positives.h"
 #include "scenes/vec3d.h"
 
 #include <doctest/doctest.h>
@@ -38,31 +38,31 @@ scenes::Scene cubes_apart(const std::vector<double>& gaps) {
 
 TEST_CASE("pairs found beyond those that touch are counted by what added them") {
   // Padding takes 32 u of a cube's size on either side, the slack on a face at least 48 u of both.
-  const perf::AddedAlarms alarms =
-      perf::count_added_alarms(cubes_apart({-1000, -10, -5, 5, 20, 50, 70, 500, 1e6}), Isa::kAuto);
-  CHECK(alarms.touching == 3);
-  CHECK(alarms.by_padding == 2);
-  CHECK(alarms.by_slack == 2);
-  CHECK(alarms.missed == 0);
-  CHECK(alarms.found == 7);
-  CHECK(alarms.percent() == doctest::Approx(400.0 / 3));
+  const perf::AddedFalsePositives added =
+      perf::count_added_false_positives(cubes_apart({-1000, -10, -5, 5, 20, 50, 70, 500, 1e6}), Isa::kAuto);
+  CHECK(added.touching == 3);
+  CHECK(added.by_padding == 2);
+  CHECK(added.by_slack == 2);
+  CHECK(added.missed == 0);
+  CHECK(added.found == 7);
+  CHECK(added.percent() == doctest::Approx(400.0 / 3));
 }
 
 TEST_CASE("a missed pair fails its gate, and so does adding too much on a full run") {
-  perf::AddedAlarms alarms;
-  alarms.found = alarms.touching = 10000;
-  alarms.by_padding = 4;
-  alarms.by_slack = 5;
+  perf::AddedFalsePositives added;
+  added.found = added.touching = 10000;
+  added.by_padding = 4;
+  added.by_slack = 5;
   const auto passed = [&](bool full_run) {
     std::vector<bool> out;
-    for (const perf::Gate& gate : perf::alarm_gates(alarms, full_run)) out.push_back(gate.passed);
+    for (const perf::Gate& gate : perf::false_positive_gates(added, full_run)) out.push_back(gate.passed);
     return out;
   };
   CHECK(passed(true) == std::vector<bool>{true, true});
-  ++alarms.by_slack;
+  ++added.by_slack;
   CHECK(passed(true) == std::vector<bool>{true, false});
   CHECK(passed(false) == std::vector<bool>{true});
-  ++alarms.missed;
+  ++added.missed;
   CHECK(passed(false) == std::vector<bool>{false});
 }
 

@@ -1,4 +1,4 @@
-#include "perf/added_alarms.h"
+#include "perf/added_false_positives.h"
 
 #include <array>
 #include <map>
@@ -63,22 +63,22 @@ LinkPairs touching_links(const Judged& a, const std::vector<ExactBox>& boxes_a, 
   return out;
 }
 
-void count(const LinkPairs& found, const LinkPairs& touching, const LinkPairs& padded, AddedAlarms& alarms) {
-  alarms.found += found.size();
-  alarms.touching += touching.size();
+void count(const LinkPairs& found, const LinkPairs& touching, const LinkPairs& padded, AddedFalsePositives& added) {
+  added.found += found.size();
+  added.touching += touching.size();
   for (const auto& pair : found)
-    if (!touching.count(pair)) ++(padded.count(pair) ? alarms.by_padding : alarms.by_slack);
-  for (const auto& pair : touching) alarms.missed += !found.count(pair);
+    if (!touching.count(pair)) ++(padded.count(pair) ? added.by_padding : added.by_slack);
+  for (const auto& pair : touching) added.missed += !found.count(pair);
 }
 
 }  // namespace
 
-double AddedAlarms::percent() const {
+double AddedFalsePositives::percent() const {
   const auto added = static_cast<double>(by_padding + by_slack);
   return touching > 0 ? 100 * added / static_cast<double>(touching) : 0;
 }
 
-AddedAlarms count_added_alarms(const scenes::Scene& scene, Isa isa) {
+AddedFalsePositives count_added_false_positives(const scenes::Scene& scene, Isa isa) {
   SessionOptions options;
   options.isa = isa;
   options.frames = {0, scene.frame_count};
@@ -100,7 +100,7 @@ AddedAlarms count_added_alarms(const scenes::Scene& scene, Isa isa) {
     for (std::uint32_t b = a + 1; b < characters; ++b)
       if (!judged[a].is_static || !judged[b].is_static) pairs.push_back({a, b});
 
-  AddedAlarms alarms;
+  AddedFalsePositives added;
   std::vector<std::vector<ExactBox>> padded, described;
   std::uint32_t frame = 0;
   session.visit_boxes(policies, [&](const ArticulationInfo& info, Span<const Box> boxes) {
@@ -111,29 +111,29 @@ AddedAlarms count_added_alarms(const scenes::Scene& scene, Isa isa) {
       const Judged &a = judged[pair.a], &b = judged[pair.b];
       const Point shift = b.origin(frame) - a.origin(frame);
       count(found[{frame, pair.a, pair.b}], touching_links(a, described[pair.a], b, described[pair.b], shift),
-            touching_links(a, padded[pair.a], b, padded[pair.b], shift), alarms);
+            touching_links(a, padded[pair.a], b, padded[pair.b], shift), added);
     }
     padded.clear();
     described.clear();
     ++frame;
   });
-  return alarms;
+  return added;
 }
 
-std::string describe(const AddedAlarms& alarms) {
-  return "padding and slack add " + std::to_string(alarms.by_padding) + " and " + std::to_string(alarms.by_slack) +
-         " to the " + std::to_string(alarms.touching) + " pairs whose leaf boxes touch, " + fixed(alarms.percent(), 3) +
+std::string describe(const AddedFalsePositives& added) {
+  return "padding and slack add " + std::to_string(added.by_padding) + " and " + std::to_string(added.by_slack) +
+         " to the " + std::to_string(added.touching) + " pairs whose leaf boxes touch, " + fixed(added.percent(), 3) +
          " %";
 }
 
-std::vector<Gate> alarm_gates(const AddedAlarms& alarms, bool full_run) {
+std::vector<Gate> false_positive_gates(const AddedFalsePositives& added, bool full_run) {
   std::vector<Gate> gates;
-  gates.push_back({"no pair whose leaf boxes touch is missed: " + std::to_string(alarms.missed) + " of " +
-                       std::to_string(alarms.touching),
-                   alarms.missed == 0});
+  gates.push_back({"no pair whose leaf boxes touch is missed: " + std::to_string(added.missed) + " of " +
+                       std::to_string(added.touching),
+                   added.missed == 0});
   if (full_run)
     gates.push_back(
-        {describe(alarms) + ", below " + fixed(kAddedPercentLimit, 1) + " %", alarms.percent() < kAddedPercentLimit});
+        {describe(added) + ", below " + fixed(kAddedPercentLimit, 1) + " %", added.percent() < kAddedPercentLimit});
   return gates;
 }
 
