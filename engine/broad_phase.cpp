@@ -164,7 +164,7 @@ bool list_in_key_order(const Engine& engine, std::uint32_t batch, const Instance
     const InstanceBatch& other = engine.batches[index]->batch;
     for (; instance < other.instance_count; ++instance) {
       if (!(other.live[instance / kLanes] >> (instance % kLanes) & 1)) continue;
-      if (!all && !meet(bounds, other.bounds[instance])) continue;
+      if (!all && !overlap(bounds, other.bounds[instance])) continue;
       if (found.size == found.capacity) return false;
       found.push({instance_key(index, instance), kNoEntry});
     }
@@ -244,7 +244,7 @@ bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBoun
     const GridEntry& other = grid.entries[entry];
     const std::uint64_t key = instance_key(other.batch, other.instance);
     if (key <= list.above || key >= list.below || !paired(engine, batch, other.batch) ||
-        !meet(bounds, grid.placements[entry].bounds))
+        !overlap(bounds, grid.placements[entry].bounds))
       return true;
     found.push({key, entry});
     if (found.size < found.capacity) return true;

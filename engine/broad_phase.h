@@ -23,7 +23,7 @@ inline std::uint64_t instance_key(std::uint32_t batch, std::uint32_t instance) {
   return std::uint64_t{batch} << 32 | instance;
 }
 
-// Lists in worker.partners the instances above `after` whose bounds meet the given ones (all of them where `all` asks for
+// Lists in worker.partners the instances above `after` whose bounds overlap the given ones (all of them where `all` asks for
 // tests without boxes) and with which a rule pairs the batch, ascending. False when the list is full and there may be
 // more above its last.
 bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,

@@ -48,7 +48,7 @@ struct TileInstances {
 
 // A tile of a worker's set: the boxes of instance `lane` stand at boxes + lane * nodes.
 struct PosedTile {
-  TileInstances of;
+  TileInstances instances;
   Placement placement[kLanes];
   std::uint32_t batch;
   std::uint32_t nodes;
@@ -87,7 +87,7 @@ struct PosedLinkEntry {
   std::uint32_t first;  // padded to whole tiles
 };
 
-// Strategy links: leaves of the links whose boxes meet those of another, posed when they are first asked for.
+// Strategy links: leaves of the links whose boxes overlap those of another, posed when they are first asked for.
 struct PosedLinkSet {
   FixedList<BoxAos> boxes;
   FixedList<float> leaf_bounds;  // layout/leaf_bounds_soa.h, six floats per box

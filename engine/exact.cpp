@@ -26,7 +26,7 @@ using Matrix = fcl::Matrix3d;
 using Vector = fcl::Vector3d;
 
 // One convex part: FCL's shape and its transform in the link's frame.
-struct Part {
+struct FclPart {
   std::shared_ptr<fcl::CollisionGeometryd> geometry;
   Transform in_link;
 };
@@ -76,7 +76,7 @@ std::shared_ptr<fcl::CollisionGeometryd> geometry_of(const ConvexPart& part) {
   return std::make_shared<fcl::Convexd>(vertices, hull.face_count, std::make_shared<std::vector<int>>(hull.faces));
 }
 
-Part box_part(const Box& box) {
+FclPart box_part(const Box& box) {
   Matrix axes;
   for (int k = 0; k < 3; ++k) axes.col(k) = vector_of(box.axis[k]);
   return {std::make_shared<fcl::Boxd>(2 * vector_of(box.half)),
@@ -114,7 +114,7 @@ Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uin
 
 class ExactShapes {
  public:
-  std::vector<std::vector<Part>> leaves;
+  std::vector<std::vector<FclPart>> leaves;
   std::vector<std::uint32_t> leaf_link;
 };
 
@@ -124,7 +124,7 @@ Status make_exact_shapes(const Articulation& articulation, std::unique_ptr<Exact
                          std::uint32_t* bad_leaf) {
   std::unique_ptr<ExactShapes, ExactShapesDelete> shapes(new ExactShapes);
   for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
-    std::vector<Part> parts;
+    std::vector<FclPart> parts;
     for (std::uint32_t p = articulation.leaf_part_begin[leaf]; p < articulation.leaf_part_begin[leaf + 1]; ++p) {
       const ConvexPart& part = articulation.parts[p];
       auto geometry = geometry_of(part);
@@ -135,7 +135,7 @@ Status make_exact_shapes(const Articulation& articulation, std::unique_ptr<Exact
       parts.push_back({std::move(geometry), make_transform(rotation_of(part.rotation), vector_of(part.position))});
     }
     if (parts.empty()) parts.push_back(box_part(articulation.leaf_box[leaf]));
-    for (const Part& part : parts) part.geometry->computeLocalAABB();  // for its radius
+    for (const FclPart& part : parts) part.geometry->computeLocalAABB();  // for its radius
     shapes->leaves.push_back(std::move(parts));
     shapes->leaf_link.push_back(articulation.leaf_link[leaf]);
   }
@@ -153,8 +153,8 @@ bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
   Transform pose_b = link_pose(*b.batch, b.instance, b.shapes->leaf_link[b.leaf]);
   for (std::uint32_t c = 0; c < 3; ++c)
     pose_b.translation()[c] += origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
-  for (const Part& part_a : a.shapes->leaves[a.leaf])
-    for (const Part& part_b : b.shapes->leaves[b.leaf])
+  for (const FclPart& part_a : a.shapes->leaves[a.leaf])
+    for (const FclPart& part_b : b.shapes->leaves[b.leaf])
       if (visit(part_a, pose_a * part_a.in_link, part_b, pose_b * part_b.in_link)) return true;
   return false;
 }
@@ -172,7 +172,7 @@ struct Gap {
 };
 
 // How far a part reaches along a direction.
-double reach(const Part& part, const Transform& at, const Vector& along) {
+double reach(const FclPart& part, const Transform& at, const Vector& along) {
   const Vector local = at.linear().transpose() * along;
   const auto* const shape = static_cast<const fcl::ShapeBased*>(part.geometry.get());
   return along.dot(at * fcl::detail::getSupport(shape, local));
@@ -180,7 +180,8 @@ double reach(const Part& part, const Transform& at, const Vector& along) {
 
 // Whether FCL finds two parts apart, and by how much. Its distance is that of two points of theirs, and so never too
 // small, but may be too large by any amount; what lies between the two parts along its direction is never too large.
-bool find_gap(const Part& a, const Transform& at_a, const Part& b, const Transform& at_b, double margin, Gap* out) {
+bool find_gap(const FclPart& a, const Transform& at_a, const FclPart& b, const Transform& at_b, double margin,
+              Gap* out) {
   fcl::DistanceRequestd request;
   request.enable_nearest_points = true;
   request.gjk_solver_type = fcl::GST_LIBCCD;
@@ -207,17 +208,18 @@ bool leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   request.num_max_contacts = 1;
   request.enable_contact = false;
   request.gjk_solver_type = fcl::GST_LIBCCD;
-  return visit_parts(a, b, [&](const Part& part_a, const Transform& at_a, const Part& part_b, const Transform& at_b) {
-    if (margin > 0) {
-      Gap gap;
-      const double limit = static_cast<double>(margin);
-      return !find_gap(part_a, at_a, part_b, at_b, limit, &gap) || !(gap.at_least > limit);
-    }
-    try {
-      fcl::CollisionResultd result;
-      return fcl::collide(part_a.geometry.get(), at_a, part_b.geometry.get(), at_b, request, result) > 0;
-    } catch (const std::exception&) { return true; }
-  });
+  return visit_parts(
+      a, b, [&](const FclPart& part_a, const Transform& at_a, const FclPart& part_b, const Transform& at_b) {
+        if (margin > 0) {
+          Gap gap;
+          const double limit = static_cast<double>(margin);
+          return !find_gap(part_a, at_a, part_b, at_b, limit, &gap) || !(gap.at_least > limit);
+        }
+        try {
+          fcl::CollisionResultd result;
+          return fcl::collide(part_a.geometry.get(), at_a, part_b.geometry.get(), at_b, request, result) > 0;
+        } catch (const std::exception&) { return true; }
+      });
 }
 
 Contact leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
@@ -235,7 +237,7 @@ Contact leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
       deepest.point[c] = static_cast<float>(point[c]);
     }
   };
-  visit_parts(a, b, [&](const Part& part_a, const Transform& at_a, const Part& part_b, const Transform& at_b) {
+  visit_parts(a, b, [&](const FclPart& part_a, const Transform& at_a, const FclPart& part_b, const Transform& at_b) {
     try {
       fcl::CollisionResultd result;
       fcl::collide(part_a.geometry.get(), at_a, part_b.geometry.get(), at_b, request, result);

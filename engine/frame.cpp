@@ -178,7 +178,7 @@ void gather_in_key_order(Gathering& gathering, const PlacedInstance& placed) {
       const auto index = static_cast<std::uint32_t>(partner.key >> 32),
                  instance = static_cast<std::uint32_t>(partner.key);
       const InstanceBatch& other = engine.batches[index]->batch;
-      if (!layers_meet(batch, placed.instance, other, instance)) continue;
+      if (!layers_match(batch, placed.instance, other, instance)) continue;
       const Placement placement =
           partner.entry == kNoEntry ? placement_of(other, instance) : engine.grid.placements[partner.entry];
       gathering.add(placed, {index, instance, placement});
@@ -199,7 +199,7 @@ void gather_in_spatial_order(Gathering& gathering, std::uint32_t entry) {
   if (batch.pairs_within) gathering.add(one, one);
   for_each_later(engine, entry, [&](std::uint32_t other_entry) {
     const PlacedInstance other = placed(other_entry);
-    if (!layers_meet(batch, one.instance, engine.batches[other.batch]->batch, other.instance)) return;
+    if (!layers_match(batch, one.instance, engine.batches[other.batch]->batch, other.instance)) return;
     if (instance_key(one.batch, one.instance) < instance_key(other.batch, other.instance))
       gathering.add(one, other);
     else
@@ -325,13 +325,13 @@ bool shift_of(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile
   return any;
 }
 
-// The lanes of one tile whose instances layers let meet. Lanes past the last instance repeat it.
-std::uint32_t lanes_that_meet(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile) {
+// The lanes of one tile whose instances have matching layers. Lanes past the last instance repeat it.
+std::uint32_t lanes_with_matching_layers(const InstanceBatch& a, const InstanceBatch& b, std::uint32_t tile) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t in_a = std::min(tile_of(a, tile) * kLanes + lane, a.instance_count - 1);
     const std::uint32_t in_b = std::min(tile_of(b, tile) * kLanes + lane, b.instance_count - 1);
-    out |= std::uint32_t{layers_meet(a, in_a, b, in_b)} << lane;
+    out |= std::uint32_t{layers_match(a, in_a, b, in_b)} << lane;
   }
   return out;
 }
@@ -380,7 +380,7 @@ void test_sequences(Engine& engine, const Policies& policies, const PairRule& ru
     return batch.instance_count == 1 && instances > 1 ? (worker.live[index] & 1 ? 0xffffu : 0u) : worker.live[index];
   };
   std::uint32_t lanes = in_tile & live(a, index_a) & live(b, index_b);
-  if (!is_within(rule)) lanes &= lanes_that_meet(a, b, tile);
+  if (!is_within(rule)) lanes &= lanes_with_matching_layers(a, b, tile);
   const auto candidate_of = [&](std::uint32_t lane) -> Candidate {
     const std::uint32_t frame = tile * kLanes + lane;
     return {index_a, a.instance_count == 1 ? 0 : frame, index_b, b.instance_count == 1 ? 0 : frame};

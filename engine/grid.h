@@ -87,7 +87,7 @@ inline std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds, s
                    cell_of(grid, level, 2, bounds.lo[2]));
 }
 
-// Makes an entry: bounds about the grid's origin. What float rounds only lets more entries meet, which their bounds in double
+// Makes an entry: bounds about the grid's origin. What float rounds only lets more entries overlap, which their bounds in double
 // tell apart.
 inline void set_entry(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance,
                       GridEntry& out) {

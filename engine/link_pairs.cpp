@@ -21,8 +21,8 @@ struct LinkSide {
 };
 
 LinkSide side_of(const Engine& engine, std::uint32_t batch, std::uint32_t slot, std::uint32_t link) {
-  const InstanceBatch& of = engine.batches[batch]->batch;
-  return {&of, &of.link_bounds->leaves[link], slot, link};
+  const InstanceBatch& owner = engine.batches[batch]->batch;
+  return {&owner, &owner.link_bounds->leaves[link], slot, link};
 }
 
 // Where the side's leaves stand, which are posed if they are not yet; room must be left.
@@ -35,7 +35,7 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
   if (entry.generation == set.generation) return entry.first;
   entry = {set.generation, set.boxes.size};
   const BatchInput& input = *side.batch->input;
-  const std::uint32_t instance = tile.of.instance[lane];
+  const std::uint32_t instance = tile.instances.instance[lane];
   kernel::PoseLink pose;
   pose.format = input.poses.format;
   pose.pose = pose_of(*side.batch, instance) + side.leaves->link * (side.batch->link_stride / sizeof(float));
@@ -51,18 +51,18 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
   return entry.first;
 }
 
-// Where leaves of one side can meet the other: where the bounds of both links do, about a's origin.
-void set_meeting(const Worker& worker, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
-                 kernel::RowFilter& filter) {
-  const auto bound = [&worker](const LinkSide& side, std::uint32_t bound) {
+// Where leaves of one side can touch the other: where the bounds of both links overlap, about a's origin.
+void set_overlap_region(const Worker& worker, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
+                        kernel::RowFilter& filter) {
+  const auto bound = [&worker](const LinkSide& side, std::uint32_t side_of_bounds) {
     const std::uint32_t links = side.batch->active->leaf_count;
     const float* const bounds =
         worker.posed.tiles.data[side.slot / kLanes].leaf_bounds + side.slot % kLanes * leaf_bounds_floats(links);
-    return static_cast<double>(bounds[bound * leaf_bounds_width(links) + side.link]);
+    return static_cast<double>(bounds[side_of_bounds * leaf_bounds_width(links) + side.link]);
   };
   for (std::uint32_t c = 0; c < 3; ++c) {
-    filter.meet_lo[c] = float_below(std::max(bound(a, c), bound(b, c) + shift[c]));
-    filter.meet_hi[c] = float_above(std::min(bound(a, 3 + c), bound(b, 3 + c) + shift[c]));
+    filter.region_lo[c] = float_below(std::max(bound(a, c), bound(b, c) + shift[c]));
+    filter.region_hi[c] = float_above(std::min(bound(a, 3 + c), bound(b, 3 + c) + shift[c]));
   }
 }
 
@@ -77,20 +77,20 @@ struct Testing {
   std::uint32_t kept = 0;                // in worker.found
   std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
 
-  Testing(const Engine& of, Worker& by, Sat by_sat, bool first)
-      : engine(of), worker(by), sat(by_sat), lowest_only(first) {
+  Testing(const Engine& in_engine, Worker& by_worker, Sat by_sat, bool first)
+      : engine(in_engine), worker(by_worker), sat(by_sat), lowest_only(first) {
     block.boxes.shift = &block.shift;
     block.boxes.leaves = 0xffff;
   }
 
-  // Takes a pair of the link pair `of` into the block, and tests the block once it is full.
-  void take(const NodePair& nodes, const BoxAos& a, const BoxAos& b, const double (&shift)[3], std::uint32_t of) {
+  // Takes a pair of the link pair `from` into the block, and tests the block once it is full.
+  void take(const NodePair& nodes, const BoxAos& a, const BoxAos& b, const double (&shift)[3], std::uint32_t from) {
     const std::uint32_t lane = block.count++;
     block.pair[lane] = nodes;
     block.boxes.a[lane] = &a;
     block.boxes.b[lane] = &b;
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
-    link_pair[lane] = of;
+    link_pair[lane] = from;
     if (block.count == kLanes) test();
   }
 
@@ -141,7 +141,7 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
     filter.leaves_a = a.leaves->leaf_count;
     filter.leaves_b = b.leaves->leaf_count;
     filter.candidate = links[at].candidate;
-    set_meeting(worker, a, b, shift, filter);
+    set_overlap_region(worker, a, b, shift, filter);
     for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !testing.is_done(at); filter.begin_a += kLanes) {
       filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
       // What is kept and in the block stays below what the filter writes, and what it wrote below is read by then.

@@ -26,7 +26,7 @@ PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
 // A tile for more instances of a batch.
 void open_tile(const Articulation& articulation, const Policies& policies, std::uint32_t batch, PosedSet& set) {
   PosedTile tile;
-  tile.of.count = 0;
+  tile.instances.count = 0;
   tile.batch = batch;
   tile.nodes = boxes_made(articulation, policies);
   tile.boxes = set.boxes.end();
@@ -55,7 +55,7 @@ bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) 
     return std::uint32_t{find_entry(set, instance_key(batch, instance)).generation != set.generation};
   };
   const auto free_lanes = [&set](std::uint32_t batch) {
-    return set.open[batch] == 0 ? 0 : kLanes - set.tiles.data[set.open[batch] - 1].of.count;
+    return set.open[batch] == 0 ? 0 : kLanes - set.tiles.data[set.open[batch] - 1].instances.count;
   };
   const std::uint32_t new_a = is_new(candidate.batch_a, candidate.instance_a),
                       new_b = is_within(candidate) ? 0 : is_new(candidate.batch_b, candidate.instance_b);
@@ -69,16 +69,16 @@ std::uint32_t acquire_slot(const Engine& engine, const Policies& policies, std::
   const std::uint64_t key = instance_key(batch, instance);
   PosedEntry& entry = find_entry(set, key);
   if (entry.generation == set.generation) return entry.slot;
-  const InstanceBatch& of = engine.batches[batch]->batch;
-  if (set.open[batch] == 0) open_tile(*of.active, policies, batch, set);
+  const InstanceBatch& owner = engine.batches[batch]->batch;
+  if (set.open[batch] == 0) open_tile(*owner.active, policies, batch, set);
   const std::uint32_t at = set.open[batch] - 1;
   PosedTile& tile = set.tiles.data[at];
-  const std::uint32_t lane = tile.of.count++;
+  const std::uint32_t lane = tile.instances.count++;
   entry = {key, set.generation, at * kLanes + lane};
-  tile.of.instance[lane] = instance;
+  tile.instances.instance[lane] = instance;
   tile.placement[lane] = placement;
-  if (tile.of.count == kLanes) set.open[batch] = 0;
-  prefetch_pose(of, instance);
+  if (tile.instances.count == kLanes) set.open[batch] = 0;
+  prefetch_pose(owner, instance);
   return entry.slot;
 }
 
@@ -88,15 +88,15 @@ void pose_set(const Engine& engine, const Policies& policies, float margin, Work
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = engine.batches[tile.batch]->batch;
     const std::uint32_t leaves = batch.active->leaf_count;
-    update_tile(engine, batch, policies, margin, tile.of, false, worker, worker.boxes.data, worker.bounds.data);
+    update_tile(engine, batch, policies, margin, tile.instances, false, worker, worker.boxes.data, worker.bounds.data);
     if (is_axis_aligned(policies.refit))
-      kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.of.count, reinterpret_cast<AabbAos*>(tile.boxes),
+      kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.instances.count, reinterpret_cast<AabbAos*>(tile.boxes),
                            tile.nodes);
     else
-      kernels.boxes_to_aos(worker.boxes.data, tile.nodes, tile.of.count, tile.boxes, tile.nodes);
+      kernels.boxes_to_aos(worker.boxes.data, tile.nodes, tile.instances.count, tile.boxes, tile.nodes);
     if (!uses_leaf_bounds(policies.strategy)) continue;
     if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-    kernels.bounds_to_soa(worker.bounds.data, leaves, tile.of.count, tile.leaf_bounds);
+    kernels.bounds_to_soa(worker.bounds.data, leaves, tile.instances.count, tile.leaf_bounds);
   }
 }
 

@@ -12,7 +12,7 @@ inline bool paired(const Engine& engine, std::uint32_t a, std::uint32_t b) {
   return engine.paired_bits[bit >> 6] >> (bit & 63) & 1;
 }
 
-inline bool meet(const InstanceBounds& a, const InstanceBounds& b) {
+inline bool overlap(const InstanceBounds& a, const InstanceBounds& b) {
   return (a.lo[0] <= b.hi[0]) & (b.lo[0] <= a.hi[0]) & (a.lo[1] <= b.hi[1]) & (b.lo[1] <= a.hi[1]) &
          (a.lo[2] <= b.hi[2]) & (b.lo[2] <= a.hi[2]);
 }
@@ -20,7 +20,7 @@ inline bool meet(const InstanceBounds& a, const InstanceBounds& b) {
 // Entries that a kernel looks at in one call.
 inline constexpr std::uint32_t kEntriesPerCall = 128;
 
-// Calls take(entry) for each of the grid's entries from `first` to `end` - 1 that meets `query`; false when a call was.
+// Calls take(entry) for each of the grid's entries from `first` to `end` - 1 that overlaps `query`; false when a call was.
 template <class Take>
 bool scan_entries(const Engine& engine, const GridEntry& query, std::uint32_t first, std::uint32_t end, Take&& take) {
   std::uint32_t found[kEntriesPerCall + 1];
@@ -74,7 +74,7 @@ inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
   return instance_key(entry_x.batch, entry_x.instance) < instance_key(entry_y.batch, entry_y.instance);
 }
 
-// Calls take(other) for the entries of the grid whose bounds meet those of `entry`, with whose batch a rule pairs it, and that
+// Calls take(other) for the entries of the grid whose bounds overlap those of `entry`, with whose batch a rule pairs it, and that
 // do not find `entry` themselves: each pair of entries is found once, by the one on the lower level or by the one that is
 // before the other. No instance is larger than the cells of its own level and of higher ones, so it reaches into three
 // of them at most along each axis.
@@ -98,7 +98,7 @@ void for_each_later(const Engine& engine, std::uint32_t entry, Take&& take) {
         if (level == own && !is_before(grid, entry, other)) return true;
         const InstanceBounds& others = grid.placements[other].bounds;
         if (several && level_of(grid, others) != level) return true;
-        if (!paired(engine, query.batch, entries[other].batch) || !meet(bounds, others)) return true;
+        if (!paired(engine, query.batch, entries[other].batch) || !overlap(bounds, others)) return true;
         for (std::uint32_t i = 0; i < runs; ++i)
           if (other >= begin[i] && other < end[i]) return true;
         take(other);

@@ -200,7 +200,7 @@ struct CandidateBoxes {
   const Articulation* within;  // null between two instances
 };
 
-// Lists the leaf pairs of one candidate whose bounds meet.
+// Lists the leaf pairs of one candidate whose bounds overlap.
 template <class AosBox>
 CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t index, Worker& worker) {
   const Candidate& candidate = worker.candidates.data[index];
@@ -222,8 +222,8 @@ CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t inde
   set_shift(worker, candidate, sides.shift, filter);
   for (std::uint32_t c = 0; c < 3; ++c) {
     const double origin = tile_a.placement[lane_a].origin[c];
-    filter.meet_lo[c] = float_below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
-    filter.meet_hi[c] = float_above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
+    filter.region_lo[c] = float_below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
+    filter.region_hi[c] = float_above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
   }
   filter.candidate = index;
   filter.self = sides.within;

@@ -39,7 +39,7 @@ void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t l
 }
 
 // Two instances whose leaf bounds are to be compared. shift: the origin of b less that of a, rounded to float, and what
-// that left over. meet: bounds, about a's origin, outside of which no leaf of a can meet one of b. self: a and b are
+// that left over. region: bounds, about a's origin, outside of which no leaf of a can touch one of b. self: a and b are
 // one instance, and each two different leaves are compared once.
 struct RowFilter {
   const float* a;
@@ -47,14 +47,14 @@ struct RowFilter {
   std::uint32_t leaves_a, leaves_b;
   std::uint32_t begin_a, end_a;
   float shift[3], shift_rest[3];
-  float meet_lo[3], meet_hi[3];
+  float region_lo[3], region_hi[3];
   std::uint32_t candidate;
   bool self;
   FixedList<LeafPair>* found;
 };
 
 // Leaves first..first + 15 of a, moved to b's origin and widened by what the move rounds (u of the result twice, and
-// u^2 of the shift: kept with a factor of two to spare). Returns the bits of those that reach into `meet`.
+// u^2 of the shift: kept with a factor of two to spare). Returns the bits of those that reach into the region.
 template <class V>
 CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t first, float (&lo)[3][kLanes],
                                      float (&hi)[3][kLanes]) {
@@ -65,7 +65,7 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
     for (std::uint32_t c = 0; c < 3; ++c) {
       const V low = Lanes<V>::load(filter.a + std::size_t{c} * width + first + lane);
       const V high = Lanes<V>::load(filter.a + std::size_t{3 + c} * width + first + lane);
-      outside = either(outside, either(low > V(filter.meet_hi[c]), V(filter.meet_lo[c]) > high));
+      outside = either(outside, either(low > V(filter.region_hi[c]), V(filter.region_lo[c]) > high));
       const V moved_low = (low - V(filter.shift[c])) - V(filter.shift_rest[c]);
       const V moved_high = (high - V(filter.shift[c])) - V(filter.shift_rest[c]);
       const V rest = V(kShiftPad * std::fabs(filter.shift[c]));
@@ -116,7 +116,7 @@ CAB_INLINE LeafSides<V> load_sides(const float* soa, std::uint32_t width, std::u
   return out;
 }
 
-// Adds every pair of leaves whose bounds meet: a superset of the pairs that pass the leaf predicate, in order of (a, b).
+// Adds every pair of leaves whose bounds overlap: a superset of the pairs that pass the leaf predicate, in order of (a, b).
 // Room for kLanes more pairs than are added must be left.
 template <class V>
 void filter_rows(const RowFilter& filter) {
@@ -135,12 +135,12 @@ void filter_rows(const RowFilter& filter) {
         const Mask<V> apart =
             either(either(either(lo_x > side[3], side[0] > hi_x), either(lo_y > side[4], side[1] > hi_y)),
                    either(lo_z > side[5], side[2] > hi_z));
-        std::uint32_t meet = ~bits(apart) & ((1u << kWidth<V>)-1);
-        if (filter.leaves_b - j < kWidth<V>) meet &= (1u << (filter.leaves_b - j)) - 1;
-        if (filter.self && j <= a) meet &= ~((2u << (a - j)) - 1);
+        std::uint32_t overlapping = ~bits(apart) & ((1u << kWidth<V>)-1);
+        if (filter.leaves_b - j < kWidth<V>) overlapping &= (1u << (filter.leaves_b - j)) - 1;
+        if (filter.self && j <= a) overlapping &= ~((2u << (a - j)) - 1);
         assert(end + kLanes <= filter.found->data + filter.found->capacity);
         end = append_pairs<V>(end, {filter.candidate, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(j)},
-                              meet);
+                              overlapping);
       };
       std::uint32_t j = filter.self ? a / kWidth<V> * kWidth<V> : 0;
       if (j == 0) {

@@ -6,7 +6,7 @@
 namespace cab {
 
 // Lower bounds x y z, then upper bounds with their signs flipped, so that one comparison by lanes tells whether two entries
-// meet: all six of one are at most the other's with signs flipped and halves swapped.
+// overlap: all six of one are at most the other's with signs flipped and halves swapped.
 struct alignas(32) GridEntry {
   float side[6];
   std::uint32_t batch;

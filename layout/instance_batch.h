@@ -76,9 +76,9 @@ inline Placement placement_of(const InstanceBatch& batch, std::uint32_t instance
           {origin_of(batch, instance, 0), origin_of(batch, instance, 1), origin_of(batch, instance, 2)}};
 }
 
-// Whether the layers of two instances let them meet: each one's layer is in the other's mask.
-inline bool layers_meet(const InstanceBatch& a, std::uint32_t instance_a, const InstanceBatch& b,
-                        std::uint32_t instance_b) {
+// Whether the layers of two instances match: each one's layer is in the other's mask.
+inline bool layers_match(const InstanceBatch& a, std::uint32_t instance_a, const InstanceBatch& b,
+                         std::uint32_t instance_b) {
   const auto word = [](Span<const std::uint32_t> words, std::uint32_t at) { return words.empty() ? ~0u : words[at]; };
   return (word(a.input->layers, instance_a) & word(b.input->layer_masks, instance_b)) != 0 &&
          (word(b.input->layers, instance_b) & word(a.input->layer_masks, instance_a)) != 0;

@@ -8,7 +8,7 @@
 
 namespace cab {
 
-// A padding leaf has lo = +FLT_MAX and hi = -FLT_MAX, and meets nothing.
+// A padding leaf has lo = +FLT_MAX and hi = -FLT_MAX, and overlaps nothing.
 inline constexpr float kNoLeafLo = 3.402823466e38f;
 
 // Leaves in one array, padded to whole tiles.

@@ -21,7 +21,8 @@ constexpr PolicyValue kExtentsValues[] = {
 };
 constexpr PolicyValue kStrategyValues[] = {
     {"tree", "simultaneous descent of two hierarchies"},
-    {"rows", "each leaf's bounds against all of the other's at once, then the boxes of those that meet; frames: brute"},
+    {"rows",
+     "each leaf's bounds against all of the other's at once, then the boxes of those that overlap; frames: brute"},
     {"links", "the boxes of links by rows, then the leaves of those that overlap; one leaf a link: rows; frames: tree"},
     {"brute", "every leaf of one against every leaf of the other"},
     {"exact_all", "no boxes: every leaf pair goes to the exact test"},

@@ -56,7 +56,7 @@ int inspect_command(const InspectOptions& options);
 struct PaperOptions {
   std::vector<std::uint32_t> tables;
   std::uint32_t frame_count = 0;  // 0: as many as the paper ran
-  Lanes lanes = Lanes::kFrames;
+  LaneContent lanes = LaneContent::kFrames;
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: none

@@ -222,7 +222,7 @@ struct Jump {
 Jump largest_jump(const Box* from, const Box* to, const ArticulationInfo& info) {
   Jump out;
   for (std::uint32_t node = info.leaf_count; node < info.node_count; ++node) {
-    const double way = box_distance(from[node], to[node]), size = diagonal(from[node]);
+    const double way = box_change(from[node], to[node]), size = diagonal(from[node]);
     out.distance = std::max(out.distance, way);
     if (way <= out.part * size) continue;
     out.part = way / size;
@@ -290,7 +290,7 @@ std::vector<SweepCase> sweep_cases() {
   return out;
 }
 
-double box_distance(const Box& a, const Box& b) {
+double box_change(const Box& a, const Box& b) {
   double out = 0;
   for (unsigned which = 0; which < 8; ++which)
     out = std::max({out, distance(corner(a, which), b), distance(corner(b, which), a)});

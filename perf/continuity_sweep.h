@@ -50,7 +50,7 @@ inline constexpr int kHalvings = 5;
 inline constexpr double kJump = 0.01;
 
 // Hausdorff distance of two boxes taken as sets: the largest distance of a corner of one to the other.
-double box_distance(const Box& a, const Box& b);
+double box_change(const Box& a, const Box& b);
 
 // Sweeps a figure in equal steps through its range by each of the policies. Throws std::runtime_error with the engine's
 // reason.

@@ -82,7 +82,7 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
     articulations_.push_back(id);
   }
 
-  const std::uint32_t block = lanes_ == Lanes::kPairs ? 1 : block_frames(scene, frames_.count());
+  const std::uint32_t block = lanes_ == LaneContent::kPairs ? 1 : block_frames(scene, frames_.count());
   full_ = add_batches(block);
   if (frames_.count() % block > 0) last_ = add_batches(frames_.count() % block);
 }
@@ -94,7 +94,7 @@ EngineSession::BatchSet EngineSession::add_batches(std::uint32_t frame_count) {
     BatchDesc desc;
     desc.articulation = articulations_[c];
     desc.instance_count = scene_.characters[c].is_static ? 1 : frame_count;
-    desc.kind = lanes_ == Lanes::kPairs ? BatchKind::kCharacters : BatchKind::kSequence;
+    desc.kind = lanes_ == LaneContent::kPairs ? BatchKind::kCharacters : BatchKind::kSequence;
     BatchId id;
     require(add_batch(*engine_, desc, &id), scene_.characters[c].name);
     set.batches.push_back(id);

@@ -21,7 +21,7 @@ struct FrameRange {
 };
 
 // How the session hands a scene to the engine; hits and #coll are the same.
-enum class Lanes : std::uint8_t {
+enum class LaneContent : std::uint8_t {
   kFrames,  // batches of frames: a lane is a frame
   kPairs,   // one frame at a time, a character a batch: a lane is a pair of boxes
 };
@@ -31,7 +31,7 @@ struct SessionOptions {
   std::uint32_t thread_count = 1;  // 0: every core
   FrameRange frames;               // within the scene
   bool within = false;             // also the links of one character against each other
-  Lanes lanes = Lanes::kFrames;
+  LaneContent lanes = LaneContent::kFrames;
 };
 
 // Two links that touch in one frame; (character_a, link_a) < (character_b, link_b), by their indices in the scene.
@@ -104,7 +104,7 @@ class EngineSession {
   const scenes::Scene& scene_;
   FrameRange frames_;
   bool within_;
-  Lanes lanes_;
+  LaneContent lanes_;
   std::unique_ptr<Engine, EngineDeleter> engine_;
   std::vector<ArticulationId> articulations_;
   BatchSet full_;  // all blocks but a shorter last one

@@ -73,7 +73,7 @@ Json leaves_json(const scenes::Character& character, const CharacterBoxes& boxes
   for (std::size_t n = 0; n < character.leaves.size(); ++n) {
     const scenes::BodyLeaf& leaf = character.leaves[n];
     Json parts = Json::array();
-    for (const scenes::Part& part : leaf.parts)
+    for (const scenes::ShapePart& part : leaf.parts)
       parts.push_back({{"shape", shape_name(part.shape.kind)},
                        {"position_metres", widen(part.shape.position)},
                        {"rotation_xyzw", part.shape.rotation},

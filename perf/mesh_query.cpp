@@ -99,7 +99,7 @@ MeshAnswer MeshBody::query(const float* pose_a, const MeshBody& b, const float* 
 
 MeshQueries::MeshQueries(const scenes::Scene& scene) : scene_(scene), link_(scenes::dented_link_mesh()) {
   const std::vector<std::vector<float>> pieces = scenes::dented_link_pieces();
-  const auto is_piece = [](const scenes::Part& part, const std::vector<float>& piece) {
+  const auto is_piece = [](const scenes::ShapePart& part, const std::vector<float>& piece) {
     return part.vertices == piece;
   };
   for (const scenes::Character& character : scene.characters) {

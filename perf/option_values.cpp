@@ -88,9 +88,9 @@ Isa read_isa(const std::string& option, const std::string& text) {
   reject(option, text, "an instruction set; choose auto, " + isa_names(", ", true));
 }
 
-Lanes read_lanes(const std::string& option, const std::string& text) {
-  if (text == "frames") return Lanes::kFrames;
-  if (text == "pairs") return Lanes::kPairs;
+LaneContent read_lanes(const std::string& option, const std::string& text) {
+  if (text == "frames") return LaneContent::kFrames;
+  if (text == "pairs") return LaneContent::kPairs;
   reject(option, text, "frames or pairs");
 }
 

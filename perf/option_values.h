@@ -26,7 +26,7 @@ FrameRange read_frame_range(const std::string& option, const std::string& text);
 Isa read_isa(const std::string& option, const std::string& text);
 
 // frames or pairs.
-Lanes read_lanes(const std::string& option, const std::string& text);
+LaneContent read_lanes(const std::string& option, const std::string& text);
 
 // The name of a crowd scene; all names joined by a separator; what they are, a line each.
 std::string read_crowd_scene(const std::string& option, const std::string& text);

@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 // The paper's measure of what a frame may take.
 constexpr double kFrameSeconds = 1.0 / 30;
 
-const char* to_string(Lanes lanes) { return lanes == Lanes::kPairs ? "pairs" : "frames"; }
+const char* to_string(LaneContent lanes) { return lanes == LaneContent::kPairs ? "pairs" : "frames"; }
 
 const MethodRun* find_cab(const TableRun& run) {
   const auto is_cab = [](const MethodRun& method) { return method.method.paper == PaperMethod::kCab; };

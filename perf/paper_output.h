@@ -16,7 +16,7 @@ struct TableRun {
   const PaperTable* table;
   std::uint32_t frame_count;
   Isa isa;
-  Lanes lanes;
+  LaneContent lanes;
   std::uint32_t thread_count;
   std::uint64_t pose_hash;
   std::uint64_t box_hash;      // of every box of CAB in every frame

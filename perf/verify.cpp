@@ -39,7 +39,7 @@ struct Sums {
   std::vector<std::string> findings;
 
   Sums() {
-    for (const Part& part : verify_parts())
+    for (const VerifyPart& part : verify_parts())
       parts.push_back(
           {std::vector<Tally>(part.regimes.size() * part.methods.size()), std::vector<double>(part.regimes.size())});
   }
@@ -71,7 +71,7 @@ oracle::Random random_of(std::uint64_t seed, std::uint64_t round, std::uint64_t 
 Sums run_round(const Subject& subject, std::uint64_t seed, std::uint64_t round) {
   Sums out;
   for (std::size_t p = 0; p < out.parts.size(); ++p) {
-    const Part& part = verify_parts()[p];
+    const VerifyPart& part = verify_parts()[p];
     for (std::size_t regime = 0; regime < part.regimes.size(); ++regime) {
       const auto start = Clock::now();
       Task task{&subject, regime, random_of(seed, round, p, regime), std::vector<Tally>(part.methods.size()), {}};
@@ -126,7 +126,7 @@ Json to_json(std::uint64_t seed, Isa isa, const Sums& sums) {
                {"isa", to_string(isa)},           {"rounds", sums.next_round},
                {"violations", sums.violations()}, {"findings", sums.findings}};
   for (std::size_t p = 0; p < sums.parts.size(); ++p) {
-    const Part& part = verify_parts()[p];
+    const VerifyPart& part = verify_parts()[p];
     Json rows = Json::array();
     for (std::size_t r = 0; r < sums.parts[p].rows.size(); ++r)
       rows.push_back(row_json(part.regimes[r / part.methods.size()], part.methods[r % part.methods.size()],
@@ -177,7 +177,7 @@ void save(const std::string& path, const Json& json) {
 
 std::string number_or_dash(double value, int decimals) { return value > -1e299 ? fixed(value, decimals) : "-"; }
 
-std::vector<std::string> heading(const Part& part, const std::string& first) {
+std::vector<std::string> heading(const VerifyPart& part, const std::string& first) {
   switch (part.columns) {
     case Columns::kMerges:
       return {first, part.judged, "violations", "worst excess", "rounding", "of padding", "used %", "axes, u", "s"};
@@ -187,7 +187,8 @@ std::vector<std::string> heading(const Part& part, const std::string& first) {
   return {first, part.judged, "touching", "misses", "false positives", "differing", "s"};
 }
 
-std::vector<std::string> line(const Part& part, const std::string& name, const Tally& row, const std::string& seconds) {
+std::vector<std::string> line(const VerifyPart& part, const std::string& name, const Tally& row,
+                              const std::string& seconds) {
   const std::string judged = std::to_string(row.judged), violations = std::to_string(row.violations);
   switch (part.columns) {
     case Columns::kMerges:
@@ -212,7 +213,7 @@ std::vector<std::string> line(const Part& part, const std::string& name, const T
           seconds};
 }
 
-void print_part(const Part& part, const PartSums& sums, std::ostream& out) {
+void print_part(const VerifyPart& part, const PartSums& sums, std::ostream& out) {
   const std::size_t methods = part.methods.size();
   Tally all;
   double seconds = 0;

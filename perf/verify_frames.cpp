@@ -73,7 +73,7 @@ void run(Task& task) {
 
 }  // namespace
 
-Part frames_part() {
+VerifyPart frames_part() {
   return {"frames", "frames", Columns::kPairs, {"characters", "sequences"}, names_of(methods()), run};
 }
 

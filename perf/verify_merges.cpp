@@ -150,7 +150,7 @@ void run(Task& task) {
 }  // namespace
 
 // The regimes are those of oracle::MergeRegime, in its order.
-Part merges_part() {
+VerifyPart merges_part() {
   std::vector<std::string> regimes = {
       "limbs",         "straight", "folded",        "aspect 1e3 to 1e6", "plates, lines, points",
       "tiny and huge", "far",      "1e-30 to 1e18", "drifting axes",     "parents"};

@@ -80,7 +80,7 @@ void run(Task& task) {
 }  // namespace
 
 // The regimes are those of oracle::TouchRegime, in its order.
-Part overlaps_part() {
+VerifyPart overlaps_part() {
   std::vector<std::string> regimes = {"ordinary",    "aspect to 1e6", "plates",           "lines",
                                       "points",      "tiny and huge", "parallel edges",   "nearly parallel edges",
                                       "far centres", "far origins",   "one axis decides", "1e-30 to 1e18"};

@@ -51,8 +51,8 @@ void Task::violation(std::size_t method, const std::string& input) {
   if (findings.size() < kFindingsKept) findings.push_back(input);
 }
 
-const std::vector<Part>& verify_parts() {
-  static const std::vector<Part> parts = {merges_part(), overlaps_part(), trees_part(), frames_part()};
+const std::vector<VerifyPart>& verify_parts() {
+  static const std::vector<VerifyPart> parts = {merges_part(), overlaps_part(), trees_part(), frames_part()};
   return parts;
 }
 

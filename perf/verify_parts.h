@@ -56,7 +56,7 @@ enum class Columns {
   kPairs,   // misses and false positives
 };
 
-struct Part {
+struct VerifyPart {
   const char* name;
   const char* judged;  // what is counted
   Columns columns;
@@ -65,13 +65,13 @@ struct Part {
   void (*run)(Task& task);
 };
 
-Part merges_part();
-Part overlaps_part();
-Part trees_part();
-Part frames_part();
+VerifyPart merges_part();
+VerifyPart overlaps_part();
+VerifyPart trees_part();
+VerifyPart frames_part();
 
 // All of them, in the order in which they are printed.
-const std::vector<Part>& verify_parts();
+const std::vector<VerifyPart>& verify_parts();
 
 // A method is a name and the policies behind it, both from the table of policies: a new value joins by itself.
 struct RefitMethod {

@@ -102,7 +102,7 @@ void run(Task& task) {
 }  // namespace
 
 // The regimes are those of oracle::Topology, in its order.
-Part trees_part() {
+VerifyPart trees_part() {
   return {"trees",
           "leaves in boxes",
           Columns::kBoxes,

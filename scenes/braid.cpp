@@ -52,7 +52,7 @@ Helix helix_at(std::uint32_t strand, double t) {
 }
 
 // The link between two nodes relative to the helix's offset: axis 0 along it, axis 1 away from the helix's axis.
-Placement link_between(const Vec3& start, const Vec3& end, const Vec3& offset) {
+BodyPose link_between(const Vec3& start, const Vec3& end, const Vec3& offset) {
   const Vec3 along = (1 / length(end - start)) * (end - start);
   const Vec3 middle = .5 * (start + end);
   const Vec3 radial = {middle[0], middle[1], 0};

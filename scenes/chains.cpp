@@ -62,8 +62,8 @@ void append_poses(const Table& p, double side, double t, std::vector<float>& pos
   }
 }
 
-std::vector<Part> link_parts(const Table& table) {
-  std::vector<Part> parts;
+std::vector<ShapePart> link_parts(const Table& table) {
+  std::vector<ShapePart> parts;
   if (table.is_dented) {
     for (std::vector<float>& piece : dented_link_pieces()) parts.push_back(hull_part(std::move(piece)));
   } else {
@@ -76,7 +76,7 @@ Character make_chain(const Table& table, double side, std::uint32_t frame_count)
   Character chain;
   chain.name = side < 0 ? "chain -" : "chain +";
   chain.pose_format = PoseFormat::kMatrix3x4;
-  const std::vector<Part> parts = link_parts(table);
+  const std::vector<ShapePart> parts = link_parts(table);
   for (std::uint32_t i = 0; i < kLinkCount; ++i) {
     add_link(chain, "link " + std::to_string(i), static_cast<std::int32_t>(i) - 1, table.half);
     chain.leaves.back().parts = parts;

@@ -53,11 +53,11 @@ Vec3 phalanx_half(std::size_t finger, int k) { return {kFingers[finger].lengths[
 double flick_phase(double t) { return std::fmod(t, 4) / 4; }
 
 // A body that starts at a point: its -x face is centred there.
-Placement starting_at(const Vec3& start, const Axes& axes, const Vec3& half) {
+BodyPose starting_at(const Vec3& start, const Axes& axes, const Vec3& half) {
   return {start + half[0] * axes[0], axes};
 }
 
-Vec3 end_of(const Placement& body, const Vec3& half) { return body.center + half[0] * body.axes[0]; }
+Vec3 end_of(const BodyPose& body, const Vec3& half) { return body.center + half[0] * body.axes[0]; }
 
 double curl_of(std::size_t finger, double t) {
   const double phase = flick_phase(t);
@@ -67,7 +67,7 @@ double curl_of(std::size_t finger, double t) {
   return kCurl + kCurlSwing * (flicks ? flick : .35 + .3 * std::sin(.6 * t + static_cast<double>(finger)));
 }
 
-void append_finger(std::size_t finger, const Vec3& start, Axes axes, double t, std::vector<Placement>& bodies) {
+void append_finger(std::size_t finger, const Vec3& start, Axes axes, double t, std::vector<BodyPose>& bodies) {
   const double bend = (finger == 0 ? .35 : .9) * curl_of(finger, t);
   Vec3 joint = start;
   for (int k = 0; k < 3; ++k) {
@@ -79,13 +79,13 @@ void append_finger(std::size_t finger, const Vec3& start, Axes axes, double t, s
 }
 
 // The bodies of the hand at time t, in the order of its links, before the tilt.
-std::vector<Placement> hand_at(double t) {
+std::vector<BodyPose> hand_at(double t) {
   Axes palm = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   palm = about({0, 1, 0}, palm, kPitch + .12 * std::sin(.47 * t + .4));
   palm = about({0, 0, 1}, palm, kYaw + .25 * std::sin(.31 * t));
   const Vec3 wrist = {3 * std::sin(.23 * t), 2 * std::sin(.37 * t), kHeight + kHeightSwing * std::sin(.9 * t)};
 
-  std::vector<Placement> bodies;
+  std::vector<BodyPose> bodies;
   bodies.push_back(starting_at(wrist - 2 * kForearmHalf[0] * palm[0], palm, kForearmHalf));
   bodies.push_back(starting_at(wrist, palm, kPalmHalf));
   const Axes metacarpal = about(palm[2], palm, .9);
@@ -100,17 +100,17 @@ std::vector<Placement> hand_at(double t) {
 }
 
 // An object that keeps the world's axes.
-Placement upright(const Vec3& center) { return {center, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}; }
+BodyPose upright(const Vec3& center) { return {center, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}; }
 
 // The ball lies still until four fifths of the flick, then rolls to the rail and back.
-Placement ball_at(double t) {
+BodyPose ball_at(double t) {
   const double phase = flick_phase(t);
   const double roll = phase < .8 ? 0 : (phase - .8) / .2;
   const double way = roll < .5 ? 2 * roll : 2 - 2 * roll;
   return upright({kBallX + (kRailX - 2 * kBallRadius) * way, 1.5 * std::sin(.5 * t) + .5, kBallRadius});
 }
 
-Part ellipsoid_part(const Vec3& half) { return hull_part(superellipsoid(half[0], half[1], half[2], kExponent)); }
+ShapePart ellipsoid_part(const Vec3& half) { return hull_part(superellipsoid(half[0], half[1], half[2], kExponent)); }
 
 void add_body(Character& hand, const std::string& name, std::int32_t parent, const Vec3& half) {
   add_link(hand, name, parent, half);
@@ -134,7 +134,7 @@ Character make_hand_character(std::uint32_t frame_count) {
   }
   hand.poses.reserve(std::size_t{frame_count} * hand.link_parents.size() * pose_floats(hand.pose_format));
   for (std::uint32_t f = 0; f < frame_count; ++f)
-    for (const Placement& body : hand_at(f / kFramesPerSecond)) append_pose(tilted(body, kTilt), hand.poses);
+    for (const BodyPose& body : hand_at(f / kFramesPerSecond)) append_pose(tilted(body, kTilt), hand.poses);
   return hand;
 }
 

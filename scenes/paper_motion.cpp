@@ -15,16 +15,16 @@ std::array<Vec3, 3> about(Vec3 axis, const std::array<Vec3, 3>& axes, double ang
   return {about(axis, axes[0], angle), about(axis, axes[1], angle), about(axis, axes[2], angle)};
 }
 
-Placement tilted(const Placement& placement, double tilt) {
+BodyPose tilted(const BodyPose& pose, double tilt) {
   const Vec3 unscaled = {1, 2, .5};
   const Vec3 axis = (1 / length(unscaled)) * unscaled;
-  return {about(axis, placement.center, tilt), about(axis, placement.axes, tilt)};
+  return {about(axis, pose.center, tilt), about(axis, pose.axes, tilt)};
 }
 
-void append_pose(const Placement& placement, std::vector<float>& poses) {
+void append_pose(const BodyPose& pose, std::vector<float>& poses) {
   for (std::size_t row = 0; row < 3; ++row) {
-    for (const Vec3& axis : placement.axes) poses.push_back(static_cast<float>(axis[row]));
-    poses.push_back(static_cast<float>(placement.center[row]));
+    for (const Vec3& axis : pose.axes) poses.push_back(static_cast<float>(axis[row]));
+    poses.push_back(static_cast<float>(pose.center[row]));
   }
 }
 
@@ -41,8 +41,8 @@ void add_link(Character& character, const std::string& name, std::int32_t parent
   character.leaves.push_back(std::move(leaf));
 }
 
-Part hull_part(std::vector<float> vertices) {
-  Part part;
+ShapePart hull_part(std::vector<float> vertices) {
+  ShapePart part;
   part.shape.kind = ShapeKind::kConvexHull;
   part.vertices = std::move(vertices);
   return part;

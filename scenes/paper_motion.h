@@ -15,7 +15,7 @@ namespace cab::scenes {
 inline constexpr double kFramesPerSecond = 60;
 
 // Where a link is: the centre of its box, and its unit axes in the world.
-struct Placement {
+struct BodyPose {
   Vec3 center;
   std::array<Vec3, 3> axes;
 };
@@ -26,17 +26,17 @@ Vec3 about(const Vec3& axis, const Vec3& v, double angle);
 // Three axes, each rotated right-handed about a unit axis, which may be one of them.
 std::array<Vec3, 3> about(Vec3 axis, const std::array<Vec3, 3>& axes, double angle);
 
-// The placement in a scene whose whole world is rotated by tilt about (1, 2, .5), through the origin.
-Placement tilted(const Placement& placement, double tilt);
+// The pose in a scene whose whole world is rotated by tilt about (1, 2, .5), through the origin.
+BodyPose tilted(const BodyPose& pose, double tilt);
 
 // Appends a link's pose in the format kMatrix3x4; the one place where motion is rounded to float.
-void append_pose(const Placement& placement, std::vector<float>& poses);
+void append_pose(const BodyPose& pose, std::vector<float>& poses);
 
 // Gives a character a link with one leaf: a box in the link's frame, centred on it, the joint with the parent in the
 // middle of its -x face. The leaf has no parts.
 void add_link(Character& character, const std::string& name, std::int32_t parent, const Vec3& half);
 
 // A convex hull of x y z each vertex, placed as the link is.
-Part hull_part(std::vector<float> vertices);
+ShapePart hull_part(std::vector<float> vertices);
 
 }  // namespace cab::scenes

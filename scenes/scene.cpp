@@ -19,7 +19,7 @@ ArticulationStorage::ArticulationStorage(const Character& character)
   for (std::size_t l = 0; l < leaves_.size(); ++l) {
     const BodyLeaf& body = character.leaves[l];
     parts_[l].reserve(body.parts.size());
-    for (const Part& part : body.parts) {
+    for (const ShapePart& part : body.parts) {
       parts_[l].push_back(part.shape);
       parts_[l].back().vertices = {part.vertices.data(), part.vertices.size()};
     }
@@ -55,7 +55,7 @@ std::uint64_t shape_hash(const Scene& scene) {
     for (const BodyLeaf& leaf : character.leaves) {
       hash.add(leaf.link);
       hash.add(leaf.box);
-      for (const Part& part : leaf.parts)
+      for (const ShapePart& part : leaf.parts)
         for (const float value : part.vertices) hash.add(value);
     }
   }

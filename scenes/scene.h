@@ -13,7 +13,7 @@
 namespace cab::scenes {
 
 // A convex part that owns its vertices.
-struct Part {
+struct ShapePart {
   ConvexPart shape;             // shape.vertices is set by ArticulationStorage, not here
   std::vector<float> vertices;  // x y z each
 };
@@ -22,7 +22,7 @@ struct Part {
 struct BodyLeaf {
   std::uint32_t link = 0;
   Box box = {};
-  std::vector<Part> parts;
+  std::vector<ShapePart> parts;
 };
 
 // One character: topology, leaves, and its poses for every frame of the scene.

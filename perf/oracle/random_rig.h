@@ -142,7 +142,7 @@ void quaternion_matrix(const T (&q)[4], T (&column)[3][3]) {
 }
 
 // Where instances stand: in a cube of this half width, by origins about a point, or by their poses alone.
-struct Placement {
+struct PoseRange {
   double spread = 1;
   bool orientations = false;
   bool origins = false;
@@ -169,7 +169,7 @@ inline void write_pose(PoseFormat format, const double (&q)[4], const Vec3<doubl
 
 // Random poses of a rig: every link rotated anew, joints kept together.
 inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instances, PoseFormat format,
-                          const Placement& place) {
+                          const PoseRange& range) {
   Poses out;
   out.format = format;
   out.link_count = rig.link_count();
@@ -177,16 +177,16 @@ inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instance
   out.data.resize(std::size_t{instances} * out.link_count * out.floats_per_pose());
   for (std::uint32_t i = 0; i < instances; ++i) {
     Vec3<double> stand{};
-    for (double& c : stand.v) c = random.uniform(-place.spread, place.spread);
-    if (place.origins)
-      for (std::size_t c = 0; c < 3; ++c) out.origins.push_back(place.about[c] + stand[c]);
+    for (double& c : stand.v) c = random.uniform(-range.spread, range.spread);
+    if (range.origins)
+      for (std::size_t c = 0; c < 3; ++c) out.origins.push_back(range.about[c] + stand[c]);
     std::vector<Vec3<double>> at(rig.parents.size());
     std::vector<double> turn(9 * rig.parents.size());
     for (std::uint32_t link = 0; link < out.link_count; ++link) {
       double q[4], column[3][3];
       random_turn(random, q);
       quaternion_matrix(q, column);
-      at[link] = place.origins ? Vec3<double>{} : stand;
+      at[link] = range.origins ? Vec3<double>{} : stand;
       if (link > 0) {
         const auto parent = static_cast<std::size_t>(rig.parents[link]);
         at[link] = at[parent];
@@ -197,7 +197,7 @@ inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instance
         for (std::size_t c = 0; c < 3; ++c) turn[9 * link + 3 * k + c] = column[k][c];
       write_pose(format, q, at[link], out.pose(i, link));
     }
-    if (place.orientations) {
+    if (range.orientations) {
       double q[4];
       random_turn(random, q);
       for (const double v : q) out.orientations.push_back(static_cast<float>(v));

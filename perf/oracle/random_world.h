@@ -15,21 +15,21 @@ inline Rig any_rig(Random& random, unsigned most_links) {
 }
 
 // Places for the members of one world: all about one point, near the world's origin or 1e6 to 1e9 out.
-inline Placement any_placement(Random& random, bool far, const Vec3<double>& about, double spread) {
-  Placement place;
-  place.spread = spread;
-  place.orientations = random.chance(0.5);
-  place.origins = far || random.chance(0.5);
-  place.about = about;
-  return place;
+inline PoseRange any_pose_range(Random& random, bool far, const Vec3<double>& about, double spread) {
+  PoseRange range;
+  range.spread = spread;
+  range.orientations = random.chance(0.5);
+  range.origins = far || random.chance(0.5);
+  range.about = about;
+  return range;
 }
 
-inline Member any_member(Random& random, std::uint32_t instances, BatchKind kind, const Placement& place,
+inline Member any_member(Random& random, std::uint32_t instances, BatchKind kind, const PoseRange& range,
                          unsigned most_links) {
   Member member;
   member.rig = any_rig(random, most_links);
   const auto format = static_cast<PoseFormat>(random.index(3));
-  member.poses = random_poses(random, member.rig, instances, format, place);
+  member.poses = random_poses(random, member.rig, instances, format, range);
   member.kind = kind;
   return member;
 }
@@ -71,8 +71,8 @@ inline void add_characters(Random& random, World& world, unsigned most_links = 6
   const double spread = random.uniform(0.5, 4);
   for (std::uint32_t m = 0; m < count; ++m) {
     const std::uint32_t instances = kInstanceCounts[random.index(6)];
-    const Placement place = any_placement(random, far, about, spread);
-    world.members.push_back(any_member(random, instances, BatchKind::kCharacters, place, most_links));
+    const PoseRange range = any_pose_range(random, far, about, spread);
+    world.members.push_back(any_member(random, instances, BatchKind::kCharacters, range, most_links));
   }
   pair_all(world, first, count);
 }
@@ -87,8 +87,8 @@ inline void add_frames(Random& random, World& world, unsigned most_links = 64) {
   const Vec3<double> about = out * random.unit_vector();
   for (std::uint32_t m = 0; m < count; ++m) {
     const std::uint32_t instances = random.chance(0.25) ? 1 : frames;
-    const Placement place = any_placement(random, far, about, 0.5);
-    world.members.push_back(any_member(random, instances, BatchKind::kSequence, place, most_links));
+    const PoseRange range = any_pose_range(random, far, about, 0.5);
+    world.members.push_back(any_member(random, instances, BatchKind::kSequence, range, most_links));
   }
   pair_all(world, first, count);
 }

@@ -78,7 +78,7 @@ inline void grow(WorldBounds& bounds, const WorldBounds& by) {
   }
 }
 
-inline bool bounds_meet(const WorldBounds& a, const WorldBounds& b) {
+inline bool bounds_overlap(const WorldBounds& a, const WorldBounds& b) {
   return a.low[0] <= b.high[0] && b.low[0] <= a.high[0] && a.low[1] <= b.high[1] && b.low[1] <= a.high[1] &&
          a.low[2] <= b.high[2] && b.low[2] <= a.high[2];
 }
@@ -145,9 +145,9 @@ class CrowdBoxes {
   template <class Found>
   void for_leaves(std::uint32_t i, std::uint32_t j, Found&& found) const {
     for (std::uint32_t a = i * leaves_; a < (i + 1) * leaves_; ++a) {
-      if (!bounds_meet(bounds_[a], characters_[j])) continue;
+      if (!bounds_overlap(bounds_[a], characters_[j])) continue;
       for (std::uint32_t b = j * leaves_; b < (j + 1) * leaves_; ++b)
-        if (bounds_meet(bounds_[a], bounds_[b])) found(a, b);
+        if (bounds_overlap(bounds_[a], bounds_[b])) found(a, b);
     }
   }
 

@@ -58,10 +58,10 @@ struct PairDispatcher : btCollisionDispatcher {
   std::uint32_t leaves = 1;
 
   explicit PairDispatcher(btCollisionConfiguration* configuration) : btCollisionDispatcher(configuration) {
-    setNearCallback(meet);
+    setNearCallback(pair_found);
   }
   // btCollisionDispatcher::defaultNearCallback with another result; algorithms are kept with their pairs, as there.
-  static void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  static void pair_found(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
     auto& self = static_cast<PairDispatcher&>(dispatcher);
     const auto object = [](const btBroadphaseProxy* p) { return static_cast<btCollisionObject*>(p->m_clientObject); };
     const btCollisionObject *a = object(pair.m_pProxy0), *b = object(pair.m_pProxy1);
@@ -202,7 +202,7 @@ class TreeWorld : btDbvt::ICollide {
     if (na == nb) return;
     if (!per_link_)
       boxes_.for_leaves(na, nb, [this](std::uint32_t la, std::uint32_t lb) { test(la, lb); });
-    else if (boxes_.character_of(na) != boxes_.character_of(nb) && bounds_meet(boxes_.bounds(na), boxes_.bounds(nb)))
+    else if (boxes_.character_of(na) != boxes_.character_of(nb) && bounds_overlap(boxes_.bounds(na), boxes_.bounds(nb)))
       test(na, nb);
   }
 

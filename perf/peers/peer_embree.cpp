@@ -42,7 +42,7 @@ class World {
     rtcCommitGeometry(geometry_);
     rtcCommitScene(scene_);
     pairs_ = &out;
-    rtcCollide(scene_, scene_, meet, this);
+    rtcCollide(scene_, scene_, pair_found, this);
     if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE)
       throw std::runtime_error("embree: error " + std::to_string(error));
   }
@@ -67,7 +67,7 @@ class World {
 
   // A scene that meets itself gives each pair both ways round. One thread: nothing is locked. Embree's bounds of leaves
   // of its tree are looser than those of its primitives, so these are compared first.
-  static void meet(void* user, RTCCollision* collisions, unsigned count) {
+  static void pair_found(void* user, RTCCollision* collisions, unsigned count) {
     World& self = *static_cast<World*>(user);
     for (const RTCCollision* c = collisions; c != collisions + count; ++c) {
       const std::uint32_t a = c->primID0, b = c->primID1;
@@ -75,7 +75,7 @@ class World {
       if (!self.per_link_) {
         self.boxes_.for_leaves(a, b, [&self](std::uint32_t la, std::uint32_t lb) { self.test(la, lb); });
       } else if (self.boxes_.character_of(a) != self.boxes_.character_of(b) &&
-                 bounds_meet(self.boxes_.bounds(a), self.boxes_.bounds(b))) {
+                 bounds_overlap(self.boxes_.bounds(a), self.boxes_.bounds(b))) {
         self.test(a, b);
       }
     }

@@ -88,7 +88,7 @@ struct LinkWorld {
       for (const auto& box : boxes) tree.add(box);
   }
 
-  static bool meet(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
+  static bool pair_found(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
     auto& self = *static_cast<LinkWorld*>(user);
     const std::uint32_t na = number_of(a), nb = number_of(b), leaves = self.poser.leaf_count();
     if (na / leaves == nb / leaves) return false;
@@ -103,7 +103,7 @@ struct LinkWorld {
       object.computeAABB();
     });
     pairs = &out;
-    tree.manager.collide(this, meet);
+    tree.manager.collide(this, pair_found);
   }
 };
 
@@ -128,13 +128,13 @@ struct BoundsWorld {
     if (obbs[a].overlap(obbs[b])) pairs->push_back(ordered_pair(a, b));
   }
 
-  static bool meet_links(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
+  static bool test_links_overlap(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
     auto& self = *static_cast<BoundsWorld*>(user);
     const std::uint32_t na = number_of(a), nb = number_of(b);
     if (self.boxes.character_of(na) != self.boxes.character_of(nb)) self.test(na, nb);
     return false;
   }
-  static bool meet_characters(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
+  static bool pair_characters_overlap(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
     auto& self = *static_cast<BoundsWorld*>(user);
     self.boxes.for_leaves(number_of(a), number_of(b), [&](std::uint32_t la, std::uint32_t lb) { self.test(la, lb); });
     return false;
@@ -147,7 +147,7 @@ struct BoundsWorld {
       object.set_bounds(link_objects ? boxes.bounds(n) : boxes.character(n));
     });
     pairs = &out;
-    tree.manager.collide(this, link_objects ? meet_links : meet_characters);
+    tree.manager.collide(this, link_objects ? test_links_overlap : pair_characters_overlap);
   }
 };
 

@@ -47,15 +47,15 @@ class World {
       dGeomSetRotation(geoms_[n], rotation);
     }
     pairs_ = &out;
-    dSpaceCollide(outer_, this, meet);
+    dSpaceCollide(outer_, this, pair_found);
   }
 
  private:
-  // Of two spaces, then of two geoms whose bounds meet.
-  static void meet(void* user, dGeomID a, dGeomID b) {
+  // Of two spaces, then of two geoms whose bounds pair_found.
+  static void pair_found(void* user, dGeomID a, dGeomID b) {
     World& self = *static_cast<World*>(user);
     if (dGeomIsSpace(a)) {
-      dSpaceCollide2(a, b, user, meet);
+      dSpaceCollide2(a, b, user, pair_found);
       return;
     }
     const auto number = [](dGeomID geom) {

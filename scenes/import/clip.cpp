@@ -129,8 +129,8 @@ Quat from_x_to(const Vec3& direction) {
 }
 
 // An ellipsoid about `center` in the link's frame, its first axis along `direction`.
-Part ellipsoid(const Vec3& center, const Vec3& direction, double half_length, double radius) {
-  Part part;
+ShapePart ellipsoid(const Vec3& center, const Vec3& direction, double half_length, double radius) {
+  ShapePart part;
   part.shape.kind = ShapeKind::kEllipsoid;
   const Quat rotation = from_x_to(direction);
   for (std::size_t k = 0; k < 3; ++k) {

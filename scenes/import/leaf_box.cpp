@@ -24,18 +24,20 @@ Axes rounded_to_float(Axes axes) {
   return axes;
 }
 
-Axes axes_of(const Part& part) {
+Axes axes_of(const ShapePart& part) {
   const float* const r = part.shape.rotation;
   const Quat q = normalized({r[0], r[1], r[2], r[3]});
   return {rotate(q, {1, 0, 0}), rotate(q, {0, 1, 0}), rotate(q, {0, 0, 1})};
 }
 
-Vec3 position_of(const Part& part) { return {part.shape.position[0], part.shape.position[1], part.shape.position[2]}; }
+Vec3 position_of(const ShapePart& part) {
+  return {part.shape.position[0], part.shape.position[1], part.shape.position[2]};
+}
 
 // The least and greatest of dot(direction, x) over all parts.
-std::array<double, 2> bounds(const std::vector<Part>& parts, const Vec3& direction) {
+std::array<double, 2> bounds(const std::vector<ShapePart>& parts, const Vec3& direction) {
   std::array<double, 2> range = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const Part& part : parts) {
+  for (const ShapePart& part : parts) {
     const Axes axes = axes_of(part);
     double reach_sq = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -49,7 +51,7 @@ std::array<double, 2> bounds(const std::vector<Part>& parts, const Vec3& directi
   return range;
 }
 
-double volume(const std::vector<Part>& parts, const Axes& axes) {
+double volume(const std::vector<ShapePart>& parts, const Axes& axes) {
   double product = 1;
   for (const Vec3& axis : axes) {
     const auto [low, high] = bounds(parts, axis);
@@ -66,10 +68,10 @@ float rounded_up(double value) {
 
 }  // namespace
 
-Box leaf_box(const std::vector<Part>& parts) {
+Box leaf_box(const std::vector<ShapePart>& parts) {
   std::vector<Axes> candidates;
   candidates.reserve(parts.size() + kMaxPairedParts * kMaxPairedParts);
-  for (const Part& part : parts) candidates.push_back(axes_of(part));
+  for (const ShapePart& part : parts) candidates.push_back(axes_of(part));
   for (std::size_t i = 0; i < std::min(parts.size(), kMaxPairedParts); ++i) {
     for (std::size_t j = 0; j < std::min(parts.size(), kMaxPairedParts); ++j) {
       const Vec3 along = candidates[i][0];

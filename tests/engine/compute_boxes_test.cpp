@@ -57,9 +57,9 @@ TEST_CASE("every box contains every exactly posed leaf box below it, and the eng
     const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kSequence;
     World world;
     const double size = random.log_uniform(0.1, 1e4);  // far from its own origin boxes are wider, never wrong
-    const Placement place = any_placement(random, false, {}, size);
+    const PoseRange range = any_pose_range(random, false, {}, size);
     const std::uint32_t instances = kInstanceCounts[random.index(6)];
-    world.members.push_back(any_member(random, instances, kind, place, 64));
+    world.members.push_back(any_member(random, instances, kind, range, 64));
     const Member& member = world.members[0];
     const EnginePtr engine = make_engine_for(world);
     const std::uint32_t nodes = member.rig.node_count(), leaves = member.rig.leaf_count();
@@ -99,7 +99,7 @@ TEST_CASE("axes of boxes err no more than derived, halves are not negative, and 
     CAPTURE(seed);
     Random random(seed);
     World world;
-    world.members.push_back(any_member(random, 17, BatchKind::kCharacters, any_placement(random, false, {}, 100), 64));
+    world.members.push_back(any_member(random, 17, BatchKind::kCharacters, any_pose_range(random, false, {}, 100), 64));
     const EnginePtr engine = make_engine_for(world);
     for (const Policies& policies : all_refits()) {
       for (const Box& box : boxes_of(*engine, 1, world.members[0], policies)) {
@@ -119,7 +119,7 @@ TEST_CASE("merging child bounds and refitting from the leaves below give the sam
     CAPTURE(seed);
     Random random(seed);
     World world;
-    world.members.push_back(any_member(random, 17, BatchKind::kSequence, any_placement(random, false, {}, 100), 64));
+    world.members.push_back(any_member(random, 17, BatchKind::kSequence, any_pose_range(random, false, {}, 100), 64));
     const EnginePtr engine = make_engine_for(world);
     const auto merged = boxes_of(*engine, 1, world.members[0], {Refit::kAabbHull, {}, {}, Extents::kChildren});
     const auto refitted = boxes_of(*engine, 1, world.members[0], {Refit::kAabbHull, {}, {}, Extents::kLeaves});
@@ -132,7 +132,7 @@ TEST_CASE("boxes have the same bits on every instruction set, for every kind of 
     CAPTURE(seed);
     Random random(seed);
     World world;
-    world.members.push_back(any_member(random, 33, BatchKind::kCharacters, any_placement(random, false, {}, 10), 64));
+    world.members.push_back(any_member(random, 33, BatchKind::kCharacters, any_pose_range(random, false, {}, 10), 64));
     const Member& member = world.members[0];
     const std::uint32_t nodes = member.rig.node_count();
     World frames = world;
@@ -223,7 +223,7 @@ TEST_CASE("leaf boxes whose axes were mended at the boundary still hold the box 
     CAPTURE(seed);
     Random random(seed);
     World world;
-    Member member = any_member(random, 16, BatchKind::kCharacters, any_placement(random, false, {}, 1), 8);
+    Member member = any_member(random, 16, BatchKind::kCharacters, any_pose_range(random, false, {}, 1), 8);
     for (Leaf& leaf : member.rig.leaves)
       for (auto& axis : leaf.box.axis)
         for (float& v : axis) v += static_cast<float>(random.uniform(-2.5e-6, 2.5e-6));

@@ -86,7 +86,7 @@ TEST_CASE(
     World sound;
     for (int m = 0; m < 2; ++m)
       sound.members.push_back(
-          any_member(random, n, kind, any_placement(random, seed % 5 == 0, {{1e7, 0, -3e8}}, 0.2), 12));
+          any_member(random, n, kind, any_pose_range(random, seed % 5 == 0, {{1e7, 0, -3e8}}, 0.2), 12));
     pair_all(sound, 1, 2);
     World spoilt = sound;
     for (Member& member : spoilt.members)
@@ -383,8 +383,8 @@ TEST_CASE("instances in another order touch the same, except for pairs within tw
     CAPTURE(seed);
     Random random(seed);
     World world;
-    const Placement place = any_placement(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.5);
-    world.members.push_back(any_member(random, 33, BatchKind::kCharacters, place, 16));
+    const PoseRange range = any_pose_range(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.5);
+    world.members.push_back(any_member(random, 33, BatchKind::kCharacters, range, 16));
     world.rules = {{{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin}};
     hits += run_world(world).hits.size();
     const std::vector<std::uint32_t> order = shuffled(random, 33);
@@ -425,8 +425,8 @@ TEST_CASE("an order-preserving change of who else is there, and of how inputs an
     CAPTURE(seed);
     Random random(seed);
     World all;
-    const Placement place = any_placement(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.0);
-    for (int m = 0; m < 2; ++m) all.members.push_back(any_member(random, 40, BatchKind::kCharacters, place, 8));
+    const PoseRange range = any_pose_range(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.0);
+    for (int m = 0; m < 2; ++m) all.members.push_back(any_member(random, 40, BatchKind::kCharacters, range, 8));
     pair_all(all, 1, 2);
     for (const Policies& policies : {kTree, kRows, kLinks}) {
       const Outcome of_all = run_world(all, policies);

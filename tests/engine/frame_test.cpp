@@ -1,4 +1,4 @@
-// Frames against a judge: no pair is lost, none is invented, whatever the strategy, the kind of batch and the place.
+// Frames against a judge: no pair is lost, none is invented, whatever the strategy, the kind of batch and the range.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -92,8 +92,8 @@ TEST_CASE("a sequence of one frame has the hits and counts of the same instance 
     CAPTURE(seed);
     Random random(seed);
     World frames;
-    const Placement place = any_placement(random, seed % 2 == 0, {{1e7, -3e5, 2e8}}, 0.3);
-    for (int m = 0; m < 3; ++m) frames.members.push_back(any_member(random, 1, BatchKind::kSequence, place, 32));
+    const PoseRange range = any_pose_range(random, seed % 2 == 0, {{1e7, -3e5, 2e8}}, 0.3);
+    for (int m = 0; m < 3; ++m) frames.members.push_back(any_member(random, 1, BatchKind::kSequence, range, 32));
     pair_all(frames, 1, 3);
     World characters = frames;
     for (Member& member : characters.members) member.kind = BatchKind::kCharacters;
@@ -115,9 +115,9 @@ TEST_CASE("a batch of one frame meets every frame as if it were given for each")
     Random random(seed);
     const std::uint32_t n = kInstanceCounts[random.index(6)];
     World once;
-    const Placement place = any_placement(random, seed % 2 == 0, {{4e6, 1e6, -9e8}}, 0.4);
-    once.members.push_back(any_member(random, 1, BatchKind::kSequence, place, 16));
-    once.members.push_back(any_member(random, n, BatchKind::kSequence, place, 16));
+    const PoseRange range = any_pose_range(random, seed % 2 == 0, {{4e6, 1e6, -9e8}}, 0.4);
+    once.members.push_back(any_member(random, 1, BatchKind::kSequence, range, 16));
+    once.members.push_back(any_member(random, n, BatchKind::kSequence, range, 16));
     once.rules = {{{1}, {2}, Pairing::kBetween}};
     World repeated = once;
     Poses& poses = repeated.members[0].poses;
@@ -142,11 +142,11 @@ TEST_CASE("a batch of one frame meets every frame as if it were given for each")
 TEST_CASE("strides with gaps between links and instances change no bit") {
   Random random(11);
   World world;
-  const Placement place = any_placement(random, false, {}, 0.5);
+  const PoseRange range = any_pose_range(random, false, {}, 0.5);
   for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
     Member member;
     member.rig = any_rig(random, 16);
-    member.poses = random_poses(random, member.rig, 17, format, place);
+    member.poses = random_poses(random, member.rig, 17, format, range);
     world.members.push_back(member);
   }
   const EnginePtr engine = make_engine_for(world);

@@ -165,8 +165,8 @@ TEST_CASE("masks take the masked pairs out of the hits within an instance, and n
     Member member;
     member.rig = bare_rig(random, 12);
     member.kind = random.chance(0.5) ? BatchKind::kCharacters : BatchKind::kSequence;
-    const Placement place = {0.5, random.chance(0.5), random.chance(0.5), {}};
-    member.poses = random_poses(random, member.rig, 17, static_cast<PoseFormat>(random.index(3)), place);
+    const PoseRange range = {0.5, random.chance(0.5), random.chance(0.5), {}};
+    member.poses = random_poses(random, member.rig, 17, static_cast<PoseFormat>(random.index(3)), range);
     World world;
     world.members = {member, member};
     world.rules = {{{1}, {1}, Pairing::kWithin}, {{2}, {2}, Pairing::kWithin}, {{1}, {2}, Pairing::kBetween}};

@@ -37,7 +37,7 @@ World detailed_world(Random& random, unsigned most_links, unsigned most_leaves) 
     member.rig = random_rig(random, static_cast<Topology>(random.index(kTopologyCount)), links,
                             random.chance(0.2) ? 1 : 1 + random.index(most_leaves));
     member.poses = random_poses(random, member.rig, kInstanceCounts[random.index(6)],
-                                static_cast<PoseFormat>(random.index(3)), any_placement(random, far, about, spread));
+                                static_cast<PoseFormat>(random.index(3)), any_pose_range(random, far, about, spread));
     world.members.push_back(member);
   }
   pair_all(world, 1, count);

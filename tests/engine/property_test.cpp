@@ -91,11 +91,11 @@ World small_world(Random& random, unsigned most_links = 6) {
   const oracle::Vec3<double> about = out * random.unit_vector();
   for (int m = 0; m < 2; ++m)
     world.members.push_back(any_member(random, kCounts[random.index(5)], BatchKind::kCharacters,
-                                       any_placement(random, far, about, random.uniform(0.3, 1)), most_links));
+                                       any_pose_range(random, far, about, random.uniform(0.3, 1)), most_links));
   const std::uint32_t frames = kCounts[random.index(5)], sequences = 2 + random.index(2);
   for (std::uint32_t m = 0; m < sequences; ++m)
     world.members.push_back(any_member(random, random.chance(0.25) ? 1 : frames, BatchKind::kSequence,
-                                       any_placement(random, far, about, 0.5), most_links));
+                                       any_pose_range(random, far, about, 0.5), most_links));
   pair_all(world, 1, 2);
   pair_all(world, 3, sequences);
   return world;
@@ -482,7 +482,7 @@ TEST_CASE("the links of one instance meet as those of two copies in one place do
     const std::uint32_t instances = member.kind == BatchKind::kSequence ? 17 : 1;
     const bool far = random.chance(0.5);
     member.poses = random_poses(random, member.rig, instances, static_cast<PoseFormat>(random.index(3)),
-                                any_placement(random, far, {{far ? 3e8 : 0, 0, far ? -2e6 : 0}}, 0.5));
+                                any_pose_range(random, far, {{far ? 3e8 : 0, 0, far ? -2e6 : 0}}, 0.5));
     World world;
     world.members = {member, member};
     std::vector<std::uint32_t> leaf_of(member.rig.link_count());  // one leaf a link, in an order of their own
@@ -610,7 +610,7 @@ TEST_CASE("compute_boxes writes the bits that a frame tests: a plain descent of 
     const bool far = random.chance(0.5);
     for (int m = 0; m < 2; ++m)
       world.members.push_back(any_member(random, frames, BatchKind::kSequence,
-                                         any_placement(random, far, {{far ? 1e7 : 0, 0, 0}}, 0.7), 24));
+                                         any_pose_range(random, far, {{far ? 1e7 : 0, 0, 0}}, 0.7), 24));
     world.rules = {{{1}, {2}, Pairing::kBetween}};
     const EnginePtr engine = make_engine_for(world);
     PlainDescent plain;

@@ -14,7 +14,7 @@ World random_crowd(Random& random, unsigned most_links, double spread, bool far)
   World world;
   for (int m = 0; m < 2; ++m)
     world.members.push_back(any_member(random, kInstanceCounts[random.index(6)], BatchKind::kCharacters,
-                                       any_placement(random, far, {{1e6, -1e8, 1e3}}, spread), most_links));
+                                       any_pose_range(random, far, {{1e6, -1e8, 1e3}}, spread), most_links));
   pair_all(world, 1, 2);
   return world;
 }

@@ -124,8 +124,8 @@ TEST_CASE("splitting the instances of a batch into several batches changes no hi
     CAPTURE(seed);
     Random random(seed);
     World whole;
-    const Placement place = any_placement(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.0);
-    whole.members.push_back(any_member(random, 33, BatchKind::kCharacters, place, 16));
+    const PoseRange range = any_pose_range(random, seed % 2 == 0, {{3e8, -2e6, 5e3}}, 1.0);
+    whole.members.push_back(any_member(random, 33, BatchKind::kCharacters, range, 16));
     whole.rules = {{{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin}};
     const Member& member = whole.members[0];
 

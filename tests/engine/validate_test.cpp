@@ -25,10 +25,10 @@ struct Bench {
 
   Bench() : hits(4000), contacts(4000), flags(3, 0xcc) {
     Random random(17);
-    const Placement place = {0.3, true, true, {}};
+    const PoseRange range = {0.3, true, true, {}};
     for (const std::uint32_t n : {3u, 2u, 4u, 4u, 1u})
       world.members.push_back(
-          any_member(random, n, world.members.size() < 2 ? BatchKind::kCharacters : BatchKind::kSequence, place, 4));
+          any_member(random, n, world.members.size() < 2 ? BatchKind::kCharacters : BatchKind::kSequence, range, 4));
     rules = {{{1}, {2}, Pairing::kBetween}, {{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin},
              {{3}, {4}, Pairing::kBetween}, {{5}, {3}, Pairing::kBetween}, {{4}, {4}, Pairing::kWithin}};
     engine = make_engine_for(world);

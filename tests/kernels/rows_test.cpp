@@ -31,7 +31,7 @@ GridEntry random_row(scenes::Random& random) {
   return row;
 }
 
-bool rows_meet(const GridEntry& x, const GridEntry& y) {
+bool entries_overlap(const GridEntry& x, const GridEntry& y) {
   for (std::uint32_t c = 0; c < 6; ++c)
     if (x.side[c] > -y.side[(c + 3) % 6]) return false;
   return true;
@@ -39,7 +39,7 @@ bool rows_meet(const GridEntry& x, const GridEntry& y) {
 
 }  // namespace
 
-TEST_CASE("overlapping_entries lists the rows that meet, whatever run it is given, on every instruction set") {
+TEST_CASE("overlapping_entries lists the entries that overlap, whatever run it is given, on every instruction set") {
   constexpr std::uint32_t kRows = 40;
   scenes::Random random(kSeed);
   std::size_t listed = 0;
@@ -50,7 +50,7 @@ TEST_CASE("overlapping_entries lists the rows that meet, whatever run it is give
     const std::uint32_t first = random.index(kRows), end = first + random.index(kRows - first + 1);
     std::vector<std::uint32_t> expected;
     for (std::uint32_t i = first; i < end; ++i)
-      if (rows_meet(rows[i], of)) expected.push_back(i);
+      if (entries_overlap(rows[i], of)) expected.push_back(i);
     listed += expected.size();
     for (const kernel::KernelTable* kernels : available_kernels()) {
       CAPTURE(name_of(*kernels));
@@ -62,7 +62,7 @@ TEST_CASE("overlapping_entries lists the rows that meet, whatever run it is give
   CHECK(listed > 200);
 }
 
-TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, the same on every instruction set") {
+TEST_CASE("filter_rows lists every pair of leaves whose bounds overlap, in order, the same on every instruction set") {
   scenes::Random random(kSeed + 1);
   std::size_t kept = 0, needed = 0;
   for (int round = 0; round < 300; ++round) {
@@ -98,8 +98,8 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds meet, in order, t
     for (std::uint32_t c = 0; c < 3; ++c) {
       filter.shift[c] = static_cast<float>(shift[c]);
       filter.shift_rest[c] = static_cast<float>(shift[c] - static_cast<double>(filter.shift[c]));
-      filter.meet_lo[c] = -3.402823466e38f;
-      filter.meet_hi[c] = 3.402823466e38f;
+      filter.region_lo[c] = -3.402823466e38f;
+      filter.region_hi[c] = 3.402823466e38f;
     }
     filter.candidate = 7;
     filter.self = self;

@@ -40,20 +40,20 @@ auto numbers_of(const Continuity& c) {
 
 TEST_CASE("the distance of boxes is that of the sets, in either order") {
   Box other = kUnit;
-  CHECK(box_distance(kUnit, other) == 0);
+  CHECK(box_change(kUnit, other) == 0);
   other.center[0] = 0.25f;
-  CHECK(box_distance(kUnit, other) == 0.25);
+  CHECK(box_change(kUnit, other) == 0.25);
   other.center[1] = 3;
-  CHECK(box_distance(kUnit, other) == std::hypot(0.25, 3.0));
+  CHECK(box_change(kUnit, other) == std::hypot(0.25, 3.0));
   Box renamed = kUnit;  // the same cube with its axes in another order and of other signs
   renamed.axis[0][0] = renamed.axis[1][1] = 0;
   renamed.axis[0][1] = 1;
   renamed.axis[1][0] = -1;
-  CHECK(box_distance(kUnit, renamed) == 0);
+  CHECK(box_change(kUnit, renamed) == 0);
   Box inside = kUnit;  // only the corners of the outer box are outside the other
   for (float& half : inside.half) half = 0.5f;
-  CHECK(box_distance(kUnit, inside) == std::sqrt(0.75));
-  CHECK(box_distance(inside, kUnit) == std::sqrt(0.75));
+  CHECK(box_change(kUnit, inside) == std::sqrt(0.75));
+  CHECK(box_change(inside, kUnit) == std::sqrt(0.75));
 }
 
 // lo and hi of an axis-aligned box are minima and maxima of corner coordinates, each of which moves by no more than its

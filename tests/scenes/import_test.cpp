@@ -257,7 +257,7 @@ TEST_CASE("every leaf box contains its ellipsoids, and is aligned to the bone of
     const Clip clip = import_clip(file, {});
     for (const BodyLeaf& leaf : clip.character.leaves) {
       REQUIRE(!leaf.parts.empty());
-      for (const Part& part : leaf.parts) {
+      for (const ShapePart& part : leaf.parts) {
         REQUIRE(part.shape.kind == cab::ShapeKind::kEllipsoid);
         const Quat q = normalized(
             {part.shape.rotation[0], part.shape.rotation[1], part.shape.rotation[2], part.shape.rotation[3]});

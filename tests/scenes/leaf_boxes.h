@@ -82,7 +82,7 @@ inline Bounds bounds_of_vertices(const PlacedBox& box, const BodyLeaf& leaf) {
   if (leaf.parts.empty()) return bounds_of_box(box, leaf);
   constexpr double kFar = 1e9;
   Bounds bounds = {{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-  for (const Part& part : leaf.parts) {
+  for (const ShapePart& part : leaf.parts) {
     for (std::size_t v = 0; v < part.vertices.size(); v += 3) {
       const Vec3 at = box.to_world({part.vertices[v], part.vertices[v + 1], part.vertices[v + 2]});
       for (std::size_t axis = 0; axis < 3; ++axis) {

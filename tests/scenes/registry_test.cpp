@@ -116,7 +116,7 @@ TEST_CASE("every vertex lies in its leaf's box, which is centred in the link's f
           for (int c = 0; c < 3; ++c) CHECK(leaf.box.axis[k][c] == (k == c ? 1 : 0));
         }
         float excess = -1;
-        for (const Part& part : leaf.parts)
+        for (const ShapePart& part : leaf.parts)
           for (std::size_t i = 0; i < part.vertices.size(); ++i)
             excess = std::max(excess, std::fabs(part.vertices[i]) - leaf.box.half[i % 3]);
         CHECK(excess <= 0);

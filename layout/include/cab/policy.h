@@ -27,7 +27,7 @@ enum class Extents : std::uint8_t {
 
 enum class Strategy : std::uint8_t {
   kTree,      // simultaneous descent of two hierarchies
-  kRows,      // each leaf's bounds against all of the other's, then the boxes of those that meet; frames: as kBrute
+  kRows,      // each leaf's bounds against all of the other's, then the boxes of those that overlap; frames: as kBrute
   kLinks,     // links first: boxes about all leaves of a link by rows, then the leaves of links whose boxes overlap
   kBrute,     // every leaf of one against every leaf of the other
   kExactAll,  // no boxes: every leaf pair goes to the exact test (with Exact::kNone every pair is reported)

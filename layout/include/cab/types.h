@@ -269,7 +269,7 @@ struct Contact {
 // What a frame did; the paper's columns. Seconds are summed over the threads that worked. With Report::kInContact counts
 // depend on which task came first.
 struct FrameStats {
-  std::uint64_t candidates = 0;       // characters: pairs whose layers and bounds meet, and those tested within
+  std::uint64_t candidates = 0;       // characters: pairs whose layers and bounds overlap, and those tested within
   std::uint64_t box_tests = 0;        // overlap tests of two boxes, inner or leaf
   std::uint64_t leaf_pairs = 0;       // the paper's #coll: leaf pairs whose boxes overlap
   std::uint64_t exact_tests = 0;      // exact queries made (at most leaf_pairs)
