@@ -47,8 +47,8 @@ oracle::Member random_member(Task& task) {
   const auto links = static_cast<unsigned>(random.log_uniform(2, kMostLinks + 0.999));
   out.rig =
       oracle::random_rig(random, static_cast<oracle::Topology>(task.regime), links, 1 + random.index(kMostLeaves));
-  const oracle::Placement place = oracle::any_placement(random, false, {}, random.log_uniform(0.1, 1e4));
-  out.poses = oracle::random_poses(random, out.rig, kInstances, static_cast<PoseFormat>(random.index(3)), place);
+  const oracle::PoseRange range = oracle::any_pose_range(random, false, {}, random.log_uniform(0.1, 1e4));
+  out.poses = oracle::random_poses(random, out.rig, kInstances, static_cast<PoseFormat>(random.index(3)), range);
   out.kind = random.chance(0.5) ? BatchKind::kCharacters : BatchKind::kSequence;
   return out;
 }

@@ -19,7 +19,7 @@ constexpr PoseFormat kFormats[] = {PoseFormat::kQuaternionTranslation, PoseForma
 struct TilePoses {
   PoseFormat format;
   std::uint32_t links;
-  std::vector<float> data, turns;
+  std::vector<float> data, rotations;
 
   std::size_t floats() const { return kernel::pose_float_count(format); }
   const float* pose(std::uint32_t instance, std::uint32_t link) const {
@@ -112,7 +112,7 @@ Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uin
   job.local = &rig.link_bounds.tiles[leaves.first_tile];
   job.leaf_count = leaves.leaf_count;
   job.margin = margin;
-  job.rows = out.rows.data();
+  job.boxes = out.rows.data();
   job.leaf_bounds = out.leaf_bounds.data()->at;
   kernels.pose_link_leaves(job);
   return out;

@@ -77,7 +77,7 @@ struct Rig {
 
 // Sixteen instances' poses as quaternions and translations, and the same as matrices.
 struct Poses {
-  std::vector<float> quaternions, rows, columns, turns;
+  std::vector<float> quaternions, rows, columns, rotations;
 };
 
 Poses random_poses(oracle::Random& random, std::uint32_t links, double place) {
@@ -116,7 +116,7 @@ struct Posed {
 };
 
 Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation, PoseFormat format,
-           const std::vector<float>& poses, const float* turns, std::uint32_t live = kLanes) {
+           const std::vector<float>& poses, const float* rotations, std::uint32_t live = kLanes) {
   Posed out;
   out.leaves.resize(articulation.leaf_count);
   out.joints.resize(articulation.link_count);
@@ -126,7 +126,7 @@ Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation,
   job.format = format;
   job.link_stride = kernel::pose_float_count(format);
   kernel::point_lanes(poses.data(), articulation.link_count * job.link_stride, live, job.poses);
-  if (turns) kernel::point_lanes(turns, 4, live, job.orientations);
+  if (rotations) kernel::point_lanes(rotations, 4, live, job.orientations);
   job.leaves = out.leaves.data();
   job.joints = out.joints.data();
   job.flags = out.flags;
@@ -142,7 +142,7 @@ const std::vector<float>& poses_of(const Poses& poses, PoseFormat format) {
 
 // The exact pose of a link of an instance, by the rule of its format, with the instance's turn. A float matrix is made
 // a rotation by Gram-Schmidt, first column kept, in Quad.
-Motion exact_motion(const Poses& poses, PoseFormat format, std::size_t index, const float* turns) {
+Motion exact_motion(const Poses& poses, PoseFormat format, std::size_t index, const float* rotations) {
   Motion out;
   if (format == PoseFormat::kQuaternionTranslation) {
     const float* f = poses.quaternions.data() + 7 * index;
@@ -161,9 +161,9 @@ Motion exact_motion(const Poses& poses, PoseFormat format, std::size_t index, co
     out.column[1] = unit(out.column[1] - dot(out.column[1], out.column[0]) * out.column[0]);
     out.column[2] = cross(out.column[0], out.column[1]);
   }
-  if (!turns) return out;
+  if (!rotations) return out;
   Vec3<Quad> by[3];
-  exact_rotation(turns, by);
+  exact_rotation(rotations, by);
   for (auto& column : out.column) column = turn(by, column);
   out.translation = turn(by, out.translation);
   return out;
@@ -193,15 +193,16 @@ TEST_CASE("a posed leaf box contains the exactly posed one and its axes err no m
     const Rig rig(random);
     const Poses poses = random_poses(random, rig.articulation.link_count, random.log_uniform(1e-3, 1e4));
     for (const PoseFormat format : kFormats) {
-      const float* turns = random.chance(0.5) ? poses.rotations.data() : nullptr;
+      const float* rotations = random.chance(0.5) ? poses.rotations.data() : nullptr;
       const Posed posed =
           pose(*kernel::find_kernels(Isa::kAuto), rig.articulation, format, poses_of(poses, format), rotations);
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         REQUIRE(posed.flags[lane] == kInstanceOk);
         for (std::uint32_t leaf = 0; leaf < rig.articulation.leaf_count; ++leaf) {
           const std::size_t index = std::size_t{lane} * rig.articulation.link_count + rig.articulation.leaf_link[leaf];
-          const auto expected = exact_box(exact_motion(poses, format, index, turns ? turns + 4 * lane : nullptr),
-                                          rig.articulation.leaf_box[leaf]);
+          const auto expected =
+              exact_box(exact_motion(poses, format, index, rotations ? rotations + 4 * lane : nullptr),
+                        rig.articulation.leaf_box[leaf]);
           const oracle::OracleBox<float> got = get(posed.leaves[leaf], lane);
           const auto verdict = oracle::judge_containment_exactly(got, expected);
           outside += !verdict.inside;
@@ -225,14 +226,14 @@ TEST_CASE("posing gives the same bits on every instruction set and for every num
     const Rig rig(random);
     const Poses poses = random_poses(random, rig.articulation.link_count, 3);
     for (const PoseFormat format : kFormats) {
-      const float* turns = random.chance(0.5) ? poses.rotations.data() : nullptr;
+      const float* rotations = random.chance(0.5) ? poses.rotations.data() : nullptr;
       const Posed all =
           pose(*kernel::find_kernels(Isa::kScalar), rig.articulation, format, poses_of(poses, format), rotations);
       for (const std::uint32_t live : {1u, 7u, 15u, 16u}) {
-        const Posed expected =
-            pose(*kernel::find_kernels(Isa::kScalar), rig.articulation, format, poses_of(poses, format), turns, live);
+        const Posed expected = pose(*kernel::find_kernels(Isa::kScalar), rig.articulation, format,
+                                    poses_of(poses, format), rotations, live);
         for (const kernel::KernelTable* kernels : available_kernels()) {
-          const Posed got = pose(*kernels, rig.articulation, format, poses_of(poses, format), turns, live);
+          const Posed got = pose(*kernels, rig.articulation, format, poses_of(poses, format), rotations, live);
           CAPTURE(name_of(*kernels));
           for (std::uint32_t leaf = 0; leaf < rig.articulation.leaf_count; ++leaf) {
             REQUIRE(same_bits(got.leaves[leaf], expected.leaves[leaf]));

@@ -50,10 +50,10 @@ constexpr Real kLinkPadding = 2.61, kLinkLimit = 3.99;                     // 6.
 // What the kernels add covers what is derived, with a part's tolerance (4 u S) and the sum half + pad (1 u S) on top where
 // a leaf is padded.
 static_assert(kPosePad.body >= (kPosedAxes + 5) * kU && kPosePad.body >= kPosedCenter * kU);
-static_assert(kPosePad.place >= (kPosedTranslation + 1) * kU);
+static_assert(kPosePad.translation >= (kPosedTranslation + 1) * kU);
 static_assert(kPosePadRotated.body >= (kPosedAxesRotated + 5) * kU);
 static_assert(kPosePadRotated.body >= kPosedCenterRotated * kU);
-static_assert(kPosePadRotated.place >= (kPosedTranslationRotated + 1) * kU);
+static_assert(kPosePadRotated.translation >= (kPosedTranslationRotated + 1) * kU);
 static_assert(2 * Real{kMarginShare} >= 1 + kMarginGrowth * kU);
 static_assert(kMergePadSize >= kMergeSize * kU && kMergePadCenter >= kMergePlace * kU);
 static_assert(kBoundsPad >= kBoundsBoth * kU && kBoundsBoth >= kBoundsSize && kBoundsBoth >= kBoundsPlace);
@@ -481,7 +481,7 @@ TEST_CASE("the overlap test errs no more than derived (proof.md, part 5)") {
                       while (Real{b.center.x} - Real{a.center.x} > most)
                         b.center.x = std::nextafter(b.center.x, a.center.x);
                       const float away = b.center.x - a.center.x;
-                      const float reached = kernel::reach(a).x + kernel::reach(b).x;
+                      const float reached = kernel::world_half_extents(a).x + kernel::world_half_extents(b).x;
                       const Real size =
                           half_sum(oracle::convert<Real>(box_of(a))) + half_sum(oracle::convert<Real>(box_of(b)));
                       return (Real{away} - Real{reached}) / (kWorld * kU * size);
