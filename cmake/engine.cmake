@@ -6,8 +6,8 @@ find_package(Qhull REQUIRED)
 
 add_library(cab)
 add_library(cab::cab ALIAS cab)
-target_sources(cab PRIVATE engine/broad_phase.cpp engine/auto_strategy.cpp engine/convex_hull.cpp engine/engine.cpp engine/exact.cpp engine/frame.cpp engine/link_pairs.cpp engine/names.cpp engine/posed_set.cpp
-  engine/report.cpp engine/rest_pose.cpp engine/task_runner.cpp engine/task_runner_tbb.cpp engine/traverse.cpp engine/update.cpp engine/validate.cpp)
+target_sources(cab PRIVATE engine/auto_strategy.cpp engine/broad_phase/broad_phase.cpp engine/call.cpp engine/characters.cpp engine/convex_hull.cpp engine/engine.cpp engine/exact.cpp engine/exact_fcl.cpp engine/frame.cpp engine/hit_store.cpp engine/link_pairs.cpp engine/memory.cpp engine/names.cpp engine/posed_set.cpp
+  engine/report.cpp engine/rest_pose.cpp engine/sequences.cpp engine/task_runner.cpp engine/task_runner_tbb.cpp engine/traverse.cpp engine/update.cpp engine/validate.cpp)
 target_sources(cab PRIVATE ${CAB_OBJECT_FILES})
 target_include_directories(cab PUBLIC
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/layout/include> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/engine/include>

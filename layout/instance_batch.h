@@ -35,7 +35,6 @@ struct StoredHits {
 struct InstanceBatch {
   const Articulation* articulation = nullptr;
   const LinkBounds* link_bounds = nullptr;
-  std::uint32_t articulation_index = 0;
   BatchKind kind = BatchKind::kCharacters;
   std::uint32_t instance_count = 0;
 

@@ -1,16 +1,12 @@
 // Searches of the broad phase's grid.
 #pragma once
 
-#include "engine/broad_phase.h"
+#include "engine/candidate.h"
+#include "engine/frame_context.h"
 
 #include <cassert>
 
 namespace cab {
-
-inline bool paired(const Engine& engine, std::uint32_t a, std::uint32_t b) {
-  const std::size_t bit = std::size_t{a} * engine.batches.size() + b;
-  return engine.paired_bits[bit >> 6] >> (bit & 63) & 1;
-}
 
 inline bool overlap(const InstanceBounds& a, const InstanceBounds& b) {
   return (a.lo[0] <= b.hi[0]) & (b.lo[0] <= a.hi[0]) & (a.lo[1] <= b.hi[1]) & (b.lo[1] <= a.hi[1]) &
@@ -22,11 +18,12 @@ inline constexpr std::uint32_t kEntriesPerCall = 128;
 
 // Calls take(entry) for each of the grid's entries from `first` to `end` - 1 that overlaps `query`; false when a call was.
 template <class Take>
-bool scan_entries(const Engine& engine, const GridEntry& query, std::uint32_t first, std::uint32_t end, Take&& take) {
+bool scan_entries(const FrameContext& frame, const GridEntry& query, std::uint32_t first, std::uint32_t end,
+                  Take&& take) {
   std::uint32_t found[kEntriesPerCall + 1];
   for (; first < end; first += std::min(kEntriesPerCall, end - first)) {
-    const std::uint32_t count = engine.kernels->overlapping_entries(
-        engine.grid.entries.data, first, std::min(end, first + kEntriesPerCall), query, found);
+    const std::uint32_t count = frame.kernels.overlapping_entries(frame.broad_phase.grid.entries.data, first,
+                                                                  std::min(end, first + kEntriesPerCall), query, found);
     for (std::uint32_t i = 0; i < count; ++i)
       if (!take(found[i])) return false;
   }
@@ -79,9 +76,9 @@ inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
 // before the other. No instance is larger than the cells of its own level and of higher ones, so it reaches into three
 // of them at most along each axis.
 template <class Take>
-void for_each_later(const Engine& engine, std::uint32_t entry, Take&& take) {
+void for_each_later(const FrameContext& frame, std::uint32_t entry, Take&& take) {
   constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 along y and z, each in two parts where the buckets end
-  const Grid& grid = engine.grid;
+  const Grid& grid = frame.broad_phase.grid;
   const GridEntry* const entries = grid.entries.data;
   const GridEntry& query = entries[entry];
   const InstanceBounds& bounds = grid.placements[entry].bounds;
@@ -94,11 +91,11 @@ void for_each_later(const Engine& engine, std::uint32_t entry, Take&& take) {
     if (level == own && !grid.unused_axis[grid.order_axis]) ++cells.lo[grid.order_axis];
     std::uint32_t begin[kMostRuns], end[kMostRuns], runs = 0;
     for_each_run(grid, level, cells, [&](std::uint32_t run_begin, std::uint32_t run_end) {
-      scan_entries(engine, query, run_begin, run_end, [&](std::uint32_t other) {
+      scan_entries(frame, query, run_begin, run_end, [&](std::uint32_t other) {
         if (level == own && !is_before(grid, entry, other)) return true;
         const InstanceBounds& others = grid.placements[other].bounds;
         if (several && level_of(grid, others) != level) return true;
-        if (!paired(engine, query.batch, entries[other].batch) || !overlap(bounds, others)) return true;
+        if (!frame.broad_phase.paired(query.batch, entries[other].batch) || !overlap(bounds, others)) return true;
         for (std::uint32_t i = 0; i < runs; ++i)
           if (other >= begin[i] && other < end[i]) return true;
         take(other);

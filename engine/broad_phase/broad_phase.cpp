@@ -1,6 +1,6 @@
-#include "engine/broad_phase.h"
+#include "engine/broad_phase/broad_phase.h"
 
-#include "engine/search_grid.h"
+#include "engine/broad_phase/search.h"
 #include "layout/error_bounds.h"
 
 #include <algorithm>
@@ -21,29 +21,28 @@ constexpr std::uint32_t kLargeShare = 32;
 // An axis along which the instances spread over fewer cells than this is unused.
 constexpr double kLeastCells = 4;
 
-void set_paired(Engine& engine, std::uint32_t a, std::uint32_t b) {
-  const std::size_t bit = std::size_t{a} * engine.batches.size() + b;
-  engine.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
-  engine.batches[a]->batch.pairs_between = true;
+using Slots = Span<const std::unique_ptr<BatchSlot>>;
+
+void set_paired(Slots slots, std::uint32_t a, std::uint32_t b, BroadPhase& broad) {
+  const std::size_t bit = a * broad.batch_count + b;
+  broad.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
+  slots[a]->batch.pairs_between = true;
 }
 
 // Runs body(batch index, instance, worker) for every instance that some rule tests against others.
 template <class Body>
-void for_each_instance(Engine& engine, Body&& body) {
-  for (std::uint32_t index = 0; index < engine.batches.size(); ++index) {
-    const InstanceBatch& batch = engine.batches[index]->batch;
+void for_each_instance(Slots slots, WorkerPool& pool, Body&& body) {
+  for (std::uint32_t index = 0; index < slots.size; ++index) {
+    const InstanceBatch& batch = slots[index]->batch;
     if (!batch.pairs_between) continue;
-    engine.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
-                           [&](std::uint32_t task, std::uint32_t worker) {
-                             const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
-                             for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
-                               if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, worker);
-                           });
+    pool.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
+                         [&](std::uint32_t task, std::uint32_t worker) {
+                           const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
+                           for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
+                             if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, worker);
+                         });
   }
 }
-
-// Workers that this frame runs on.
-std::size_t working_count(const Engine& engine) { return engine.tasks->alone ? 1 : engine.workers.size(); }
 
 // Adds to a counter that all workers share; returns what it held.
 std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alone) {
@@ -64,10 +63,10 @@ void add_to_histogram(const InstanceBounds& bounds, ExtentHistogram& histogram) 
 }
 
 // What all workers have counted.
-ExtentHistogram total_histogram(const Engine& engine) {
-  ExtentHistogram all = engine.workers[0]->histogram;
-  for (std::size_t w = 1; w < working_count(engine); ++w) {
-    const ExtentHistogram& part = engine.workers[w]->histogram;
+ExtentHistogram total_histogram(const WorkerPool& pool) {
+  ExtentHistogram all = pool[0].histogram;
+  for (std::uint32_t w = 1; w < pool.working_count(); ++w) {
+    const ExtentHistogram& part = pool[w].histogram;
     for (std::uint32_t c = 0; c < 3; ++c) {
       all.lo[c] = std::min(all.lo[c], part.lo[c]);
       all.hi[c] = std::max(all.hi[c], part.hi[c]);
@@ -110,15 +109,16 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
   for (bool& unused : grid.unused_axis) unused = unused || endless;
 }
 
-void note_rules(Engine& engine, const FrameJob& job) {
-  std::fill(engine.paired_bits.begin(), engine.paired_bits.end(), std::uint64_t{0});
-  for (const PairRule& rule : job.rules) {
-    if (engine.batch(rule.a).kind != BatchKind::kCharacters) continue;
+void note_rules(Span<const PairRule> rules, Slots slots, BroadPhase& broad) {
+  std::fill(broad.paired_bits.begin(), broad.paired_bits.end(), std::uint64_t{0});
+  for (const PairRule& rule : rules) {
+    const std::uint32_t a = rule.a.value - 1, b = rule.b.value - 1;
+    if (slots[a]->batch.kind != BatchKind::kCharacters) continue;
     if (rule.pairing == Pairing::kWithin) {
-      engine.batch(rule.a).pairs_within = true;
+      slots[a]->batch.pairs_within = true;
     } else {
-      set_paired(engine, rule.a.value - 1, rule.b.value - 1);
-      set_paired(engine, rule.b.value - 1, rule.a.value - 1);
+      set_paired(slots, a, b, broad);
+      set_paired(slots, b, a, broad);
     }
   }
 }
@@ -155,16 +155,15 @@ bool is_worth_searching(const Grid& grid, const CellRange& cells) {
 }
 
 // Looks at every instance in the order of keys, so that after a full list the next goes on where it ended.
-bool list_in_key_order(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
-                       bool all, FixedList<Partner>& found) {
+bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
   found.clear();
-  std::uint32_t instance = static_cast<std::uint32_t>(after) + 1;
-  for (auto index = static_cast<std::uint32_t>(after >> 32); index < engine.batches.size(); ++index, instance = 0) {
-    if (!paired(engine, batch, index)) continue;
-    const InstanceBatch& other = engine.batches[index]->batch;
+  std::uint32_t instance = static_cast<std::uint32_t>(query.after) + 1;
+  for (auto index = static_cast<std::uint32_t>(query.after >> 32); index < frame.slots.size; ++index, instance = 0) {
+    if (!frame.broad_phase.paired(query.batch, index)) continue;
+    const InstanceBatch& other = frame.batch(index);
     for (; instance < other.instance_count; ++instance) {
       if (!(other.live[instance / kLanes] >> (instance % kLanes) & 1)) continue;
-      if (!all && !overlap(bounds, other.bounds[instance])) continue;
+      if (!query.all && !overlap(query.bounds, other.bounds[instance])) continue;
       if (found.size == found.capacity) return false;
       found.push({instance_key(index, instance), kNoEntry});
     }
@@ -174,15 +173,15 @@ bool list_in_key_order(const Engine& engine, std::uint32_t batch, const Instance
 
 }  // namespace
 
-void begin_grid(Engine& engine, const FrameJob& job) {
-  note_rules(engine, job);
-  for (std::size_t w = 0; w < working_count(engine); ++w) engine.workers[w]->histogram = {};
+void begin_broad_phase(Span<const PairRule> rules, Slots slots, BroadPhase& broad, WorkerPool& pool) {
+  note_rules(rules, slots, broad);
+  for (std::uint32_t w = 0; w < pool.working_count(); ++w) pool[w].histogram = {};
 }
 
-void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t tile, const AabbTile* leaves,
-                     Worker& worker) {
+void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, std::uint32_t tile,
+                     const AabbTile* leaves, ExtentHistogram& histogram) {
   AabbTile all;
-  engine.kernels->bound_together(leaves, batch.active->leaf_count, &all);
+  kernels.bound_together(leaves, batch.active->leaf_count, &all);
   const std::uint32_t first = tile * kLanes;
   const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
   for (std::uint32_t lane = 0; lane < live; ++lane) {
@@ -194,22 +193,21 @@ void bound_instances(const Engine& engine, InstanceBatch& batch, std::uint32_t t
       out.lo[c] = origin + lo - pad;
       out.hi[c] = origin + hi + pad;
     }
-    if (batch.pairs_between && (batch.live[tile] >> lane & 1)) add_to_histogram(out, worker.histogram);
+    if (batch.pairs_between && (batch.live[tile] >> lane & 1)) add_to_histogram(out, histogram);
   }
 }
 
-void build_grid(Engine& engine) {
-  Grid& grid = engine.grid;
-  const ExtentHistogram histogram = total_histogram(engine);
+void build_grid(Slots slots, Grid& grid, WorkerPool& pool) {
+  const ExtentHistogram histogram = total_histogram(pool);
   grid.count = histogram.count;
   if (histogram.count == 0) return;
   choose_levels(histogram, grid);
   grid.mask = 15;
   while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
-  const bool alone = working_count(engine) == 1;
+  const bool alone = pool.working_count() == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
-  for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
-    const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
+  for_each_instance(slots, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    const InstanceBounds& bounds = slots[index]->batch.bounds[instance];
     const std::uint32_t level = level_of(grid, bounds);
     if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
     shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
@@ -222,29 +220,27 @@ void build_grid(Engine& engine) {
   for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
   for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
   // Each bucket now holds its end; placing its entries from there down leaves its beginning.
-  for_each_instance(engine, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
-    const InstanceBounds& bounds = engine.batches[index]->batch.bounds[instance];
+  for_each_instance(slots, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    const InstanceBounds& bounds = slots[index]->batch.bounds[instance];
     const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
     set_entry(grid, bounds, index, instance, grid.entries[at]);
-    grid.placements[at] = placement_of(engine.batches[index]->batch, instance);
+    grid.placements[at] = placement_of(slots[index]->batch, instance);
   });
 }
 
-bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBounds& bounds, std::uint64_t after,
-                   bool all, Worker& worker) {
-  FixedList<Partner>& found = worker.partners;
-  if (all) return list_in_key_order(engine, batch, bounds, after, all, found);
-  const Grid& grid = engine.grid;
-  GridEntry query;
-  set_entry(grid, bounds, batch, 0, query);
+bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
+  if (query.all) return list_in_key_order(frame, query, found);
+  const Grid& grid = frame.broad_phase.grid;
+  GridEntry own;
+  set_entry(grid, query.bounds, query.batch, 0, own);
   found.clear();
-  PartnerList list = {found, after, ~std::uint64_t{0}};
+  PartnerList list = {found, query.after, ~std::uint64_t{0}};
   bool every_entry = false;  // is scanned: a full list ends the search
   const auto take = [&](std::uint32_t entry) {
     const GridEntry& other = grid.entries[entry];
     const std::uint64_t key = instance_key(other.batch, other.instance);
-    if (key <= list.above || key >= list.below || !paired(engine, batch, other.batch) ||
-        !overlap(bounds, grid.placements[entry].bounds))
+    if (key <= list.above || key >= list.below || !frame.broad_phase.paired(query.batch, other.batch) ||
+        !overlap(query.bounds, grid.placements[entry].bounds))
       return true;
     found.push({key, entry});
     if (found.size < found.capacity) return true;
@@ -253,19 +249,17 @@ bool find_partners(const Engine& engine, std::uint32_t batch, const InstanceBoun
     return true;
   };
   for (std::uint32_t l = 0; l < grid.level_count && !every_entry; ++l) {
-    const CellRange cells = cells_to_search(grid, grid.levels[l], bounds);
+    const CellRange cells = cells_to_search(grid, grid.levels[l], query.bounds);
     every_entry = !is_worth_searching(grid, cells);
     if (!every_entry)
-      for_each_run(grid, grid.levels[l], cells, [&](std::uint32_t first, std::uint32_t end) {
-        return scan_entries(engine, query, first, end, take);
-      });
+      for_each_run(grid, grid.levels[l], cells,
+                   [&](std::uint32_t first, std::uint32_t end) { return scan_entries(frame, own, first, end, take); });
   }
   if (every_entry) {  // few partners are found faster by entries, many in order
     found.clear();
     list.below = ~std::uint64_t{0};
     list.complete = true;
-    if (!scan_entries(engine, query, 0, grid.count, take))
-      return list_in_key_order(engine, batch, bounds, after, all, found);
+    if (!scan_entries(frame, own, 0, grid.count, take)) return list_in_key_order(frame, query, found);
   }
   sort_partners(found);
   return list.complete;

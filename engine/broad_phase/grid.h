@@ -45,6 +45,18 @@ struct Grid {
   std::uint32_t order_axis = 0;  // one that is used, if any is: along it pairs of one level are ordered
 };
 
+// What searches read: the grid, and which batches some rule tests against each other.
+struct BroadPhase {
+  Grid grid;
+  Span<std::uint64_t> paired_bits;  // bit a * batch_count + b
+  std::size_t batch_count = 0;
+
+  bool paired(std::uint32_t a, std::uint32_t b) const {
+    const std::size_t bit = a * batch_count + b;
+    return paired_bits[bit >> 6] >> (bit & 63) & 1;
+  }
+};
+
 // The least e such that every value up to `extent` is below 2^e.
 inline int exponent_above(double extent) {
   std::uint64_t bits;
