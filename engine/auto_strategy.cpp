@@ -3,7 +3,7 @@
 namespace cab {
 namespace {
 
-// The crossovers below were measured on one core with AVX-512 and SSE2; docs/policies.md, "Crossovers", has the figures.
+// The crossovers below were measured on one core with AVX-512 and SSE2: docs/policies.md, "Crossovers".
 
 // Up to this many links with leaves `rows` pair a character faster than its tree does; up to fewer where the links are
 // one chain. With axis-aligned boxes, which no link's box stands for, leaves are counted.

@@ -1,7 +1,9 @@
-// Statuses and instruction sets in words.
+// Statuses, instruction sets and the version in words.
 #include <cab/cab.h>
 
 namespace cab {
+
+Version version() noexcept { return {CAB_VERSION_MAJOR, CAB_VERSION_MINOR, CAB_VERSION_PATCH, CAB_VERSION_STRING}; }
 
 const char* to_string(Isa isa) noexcept {
   switch (isa) {

@@ -1,4 +1,4 @@
-// Statuses and instruction sets have words of their own.
+// Statuses and instruction sets have words of their own; the version has one place.
 #include <cab/cab.h>
 
 #include <doctest/doctest.h>
@@ -26,6 +26,17 @@ TEST_CASE("every instruction set has its own name") {
   for (std::uint32_t isa = 0; isa < kIsaCount; ++isa) CHECK(names.insert(to_string(static_cast<Isa>(isa))).second);
   CHECK(names == std::set<std::string>{"auto", "scalar", "sse2", "avx2", "avx512", "neon64"});
   CHECK(names.count(to_string(static_cast<Isa>(kIsaCount))) == 0);
+}
+
+TEST_CASE("the header, the library and the project of CMake are of one version") {
+  const Version library = version();
+  CHECK(library.major == CAB_VERSION_MAJOR);
+  CHECK(library.minor == CAB_VERSION_MINOR);
+  CHECK(library.patch == CAB_VERSION_PATCH);
+  CHECK(library.text == std::string(CAB_VERSION_STRING));
+  CHECK(library.text ==
+        std::to_string(library.major) + "." + std::to_string(library.minor) + "." + std::to_string(library.patch));
+  CHECK(library.text == std::string(CAB_PROJECT_VERSION));
 }
 
 TEST_CASE("scalar kernels and the best of this CPU are always available") {

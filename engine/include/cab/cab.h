@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cab/types.h>
+#include <cab/version.h>
 
 namespace cab {
 

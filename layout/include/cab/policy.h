@@ -30,8 +30,8 @@ enum class Extents : std::uint8_t {
   kLeaves,    // an inner box is as large as the leaf boxes below it need
 };
 
-// How overlapping leaf pairs are found. kLinks does what kRows does if no character of the frame has several leaves on a
-// link, and if the refit makes axis-aligned boxes.
+// How overlapping leaf pairs are found. kLinks does what kRows does if no character of the frame has several leaves on
+// a link, and if the refit makes axis-aligned boxes.
 enum class Strategy : std::uint8_t {
   kTree,      // simultaneous descent of two hierarchies
   kRows,      // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute
