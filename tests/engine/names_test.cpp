@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <fstream>
 #include <set>
 #include <string>
 
@@ -18,6 +19,30 @@ TEST_CASE("every status has its own words, and a number beyond them is no status
     CHECK(!word.empty());
     CHECK(word != none);
     CHECK(words.insert(word).second);
+  }
+}
+
+TEST_CASE("the comment of every status in cab/types.h is what to_string says") {
+  std::ifstream header(CAB_DOCS "/../layout/include/cab/types.h");
+  std::string line;
+  while (std::getline(header, line) && line.rfind("enum class Status ", 0) != 0) {}
+  REQUIRE(header);
+  int status = 0;
+  for (; std::getline(header, line) && line != "};"; ++status) {
+    const std::size_t comment = line.find("// ");
+    REQUIRE(comment != std::string::npos);
+    CHECK(line.substr(comment + 3) == to_string(static_cast<Status>(status)));
+  }
+  CHECK(status == static_cast<int>(Status::kHitsOverflow) + 1);
+}
+
+TEST_CASE("the words of a status begin with a small letter and end without a period") {
+  for (int status = 0; status <= static_cast<int>(Status::kHitsOverflow); ++status) {
+    const std::string words = to_string(static_cast<Status>(status));
+    CAPTURE(words);
+    CHECK(words.front() >= 'a');
+    CHECK(words.front() <= 'z');
+    CHECK(words.back() != '.');
   }
 }
 
