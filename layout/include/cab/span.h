@@ -5,7 +5,7 @@
 
 namespace cab {
 
-// A borrowed array: `size` values of T that follow each other from `data` on. It owns nothing, so the array must live as
+// A borrowed array: `size` values of T that follow each other from `data` on. It owns nothing: the array must live as
 // long as the span is used.
 template <class T>
 struct Span {
