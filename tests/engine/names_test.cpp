@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -22,16 +23,21 @@ TEST_CASE("every status has its own words, and a number beyond them is no status
   }
 }
 
-TEST_CASE("the comment of every status in cab/types.h is what to_string says") {
-  std::ifstream header(CAB_DOCS "/../layout/include/cab/types.h");
+TEST_CASE(
+    "the comment of every status in cab/types.h is what to_string says, and cab/cab.h says which calls answer it") {
+  std::ifstream types(CAB_DOCS "/../layout/include/cab/types.h"), calls(CAB_DOCS "/../engine/include/cab/cab.h");
+  const std::string call_text{std::istreambuf_iterator<char>(calls), {}};
   std::string line;
-  while (std::getline(header, line) && line.rfind("enum class Status ", 0) != 0) {}
-  REQUIRE(header);
+  while (std::getline(types, line) && line.rfind("enum class Status ", 0) != 0) {}
+  REQUIRE(types);
   int status = 0;
-  for (; std::getline(header, line) && line != "};"; ++status) {
+  for (; std::getline(types, line) && line != "};"; ++status) {
+    CAPTURE(line);
     const std::size_t comment = line.find("// ");
     REQUIRE(comment != std::string::npos);
     CHECK(line.substr(comment + 3) == to_string(static_cast<Status>(status)));
+    const std::string name = line.substr(2, line.find_first_of(" ,", 2) - 2);
+    if (name != "kOk") CHECK(call_text.find(name) != std::string::npos);
   }
   CHECK(status == static_cast<int>(Status::kHitsOverflow) + 1);
 }
