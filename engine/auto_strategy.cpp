@@ -5,8 +5,15 @@
 namespace cab {
 namespace {
 
-// The crossovers below and those in cab/policy.h were measured on one core with AVX-512 and SSE2; docs/policies.md,
-// "Crossovers", has the figures.
+// The crossovers below were measured on one core with AVX-512 and SSE2: docs/policies.md, "Crossovers".
+
+// Up to this many links with leaves `rows` pair a character faster than its tree does; up to fewer where the links are
+// one chain. With axis-aligned boxes, which no link's box stands for, leaves are counted.
+constexpr std::uint32_t kRowsMaxLinks = 64;
+constexpr std::uint32_t kRowsMaxLinksOfChain = 47;
+
+// From this many leaves on `links` pair a character that has several leaves on some link faster than `rows` do.
+constexpr std::uint32_t kLinksMinLeaves = 49;
 
 // A tree pays in a sequence from this many leaf pairs on for every inner node that is refitted, and some for the
 // descent itself: what a merge costs in pair tests, sixteen frames as lanes.
@@ -38,7 +45,7 @@ Policies resolve_characters(const Engine& engine, const FrameJob& job) {
     const std::uint32_t leaves = batch.articulation->leaf_count;
     several_leaves = several_leaves || batch.link_bounds->has_several_leaves;
     links_pay = links_pay || (batch.link_bounds->has_several_leaves && leaves >= kLinksMinLeaves);
-    const std::uint32_t rows_most = batch.articulation->is_chain ? kRowsMaxLeavesOfChain : kRowsMaxLeaves;
+    const std::uint32_t rows_most = batch.articulation->is_chain ? kRowsMaxLinksOfChain : kRowsMaxLinks;
     tree_pays = tree_pays || (axis_aligned ? leaves : batch.link_bounds->links.leaf_count) > rows_most;
   }
   if (out.strategy == Strategy::kAuto)

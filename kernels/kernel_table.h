@@ -27,8 +27,8 @@ struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
   void (*pose_link_leaves)(const PoseLink&);
-  void (*refit_boxes[5][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
-  void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
+  void (*refit_boxes[kOrientedRefitCount][kExtentsCount])(const RefitTile&);  // by Refit (oriented ones) and Extents
+  void (*refit_aabbs[kExtentsCount])(const MergeProgram&, AabbTile* nodes);   // by Extents
   void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
   void (*bound_together)(const AabbTile* bounds, std::uint32_t count, AabbTile* all);
@@ -40,11 +40,11 @@ struct KernelTable {
                        std::size_t instance_stride);
   void (*aabbs_to_aos)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbAos* boxes,
                        std::size_t instance_stride);
-  void (*descend_boxes[2])(TileDescent<BoxTile>&);  // by Sat
+  void (*descend_boxes[kSatCount])(TileDescent<BoxTile>&);  // by Sat
   void (*descend_aabbs)(TileDescent<AabbTile>&);
-  void (*brute_boxes[2])(TileDescent<BoxTile>&);  // by Sat
+  void (*brute_boxes[kSatCount])(TileDescent<BoxTile>&);  // by Sat
   void (*brute_aabbs)(TileDescent<AabbTile>&);
-  std::uint32_t (*overlap_boxes[2])(const BoxPairs<BoxAos>&);  // by Sat
+  std::uint32_t (*overlap_boxes[kSatCount])(const BoxPairs<BoxAos>&);  // by Sat
   std::uint32_t (*overlap_aabbs)(const BoxPairs<AabbAos>&);
 };
 

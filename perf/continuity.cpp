@@ -90,7 +90,7 @@ int continuity_command(const ContinuityOptions& options) {
   for (std::size_t f = 0; f < figures.size(); ++f) print_case(figures[f], policies, seen[f]);
 
   Json json;
-  json["cab_version"] = CAB_VERSION;
+  json["cab_version"] = CAB_VERSION_STRING;
   json["steps"] = options.step_count;
   json["halvings"] = kHalvings;
   json["rows"] = Json::array();

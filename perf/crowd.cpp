@@ -232,7 +232,7 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
 // Every figure by its key; the CSV file has the same keys in the same order.
 Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   Json json;
-  json["cab_version"] = CAB_VERSION;
+  json["cab_version"] = CAB_VERSION_STRING;
   json["scene"] = run.scene->name;
   json["characters"] = run.character_count;
   json["links"] = run.most_links;

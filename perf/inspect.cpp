@@ -140,7 +140,7 @@ int inspect_command(const InspectOptions& options) {
     for (std::size_t k = 0; k < 3; ++k) origin[k] = character.origins[std::size_t{options.frame} * 3 + k];
 
   Json json;
-  json["cab_version"] = CAB_VERSION;
+  json["cab_version"] = CAB_VERSION_STRING;
   json["file"] = options.file;
   json["character"] = character.name;
   json["metres_per_unit"] = options.metres_per_unit;

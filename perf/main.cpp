@@ -442,7 +442,7 @@ int wrong_use(const CLI::App& app, const std::string& what) {
 
 int main_command(int argc, char** argv) {
   CLI::App app("cab: which links of articulated characters touch", "cab");
-  app.set_version_flag("--version", "cab " CAB_VERSION);
+  app.set_version_flag("--version", "cab " CAB_VERSION_STRING);
   app.require_subcommand(0, 1);  // none is told apart below, with the names to choose from
   app.get_formatter()->column_width(38);
 

@@ -124,7 +124,7 @@ void print_table(const TableRun& run) {
 
 void write_paper_json(const std::string& path, const std::vector<TableRun>& tables) {
   Json json;
-  json["cab_version"] = CAB_VERSION;
+  json["cab_version"] = CAB_VERSION_STRING;
   json["tables"] = Json::array();
   for (const TableRun& run : tables) {
     Json table;

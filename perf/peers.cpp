@@ -515,7 +515,7 @@ int peers_command(const PeersOptions& options) {
   for (const std::string& scene : options.scenes) verify(scene, contestants);
   print_verification(options, contestants);
   Json json;
-  json["cab_version"] = CAB_VERSION;
+  json["cab_version"] = CAB_VERSION_STRING;
   json["libraries"] = versions(peers, true);
   json["not_in_this_build"] = versions(peers, false);
   json["verification"] = Json::array();

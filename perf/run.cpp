@@ -165,7 +165,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
              const RunTotals& totals, FrameRange frames) {
   const FrameStats& stats = totals.stats;
   Json json;
-  json["cab_version"] = CAB_VERSION;
+  json["cab_version"] = CAB_VERSION_STRING;
   json["characters"] = Json::array();
   for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
     json["characters"].push_back({{"name", scene.characters[c].name},

@@ -1,5 +1,6 @@
 #include "perf/sweep_output.h"
 
+#include <cab/version.h>
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -189,7 +190,7 @@ void print_sweep(const SweepRun& run) {
 
 void write_sweep_json(const std::string& path, const std::vector<SweepRun>& runs) {
   Json json;
-  json["cab_version"] = CAB_VERSION;
+  json["cab_version"] = CAB_VERSION_STRING;
   json["scenes"] = Json::array();
   for (const SweepRun& run : runs) {
     Json scene;

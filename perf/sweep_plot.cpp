@@ -134,7 +134,7 @@ std::string set_axes(const Picture& picture) {
 void draw(const std::string& folder, const Picture& picture) {
   OutputFile file((std::filesystem::path(folder) / (picture.name + ".gp")).string());
   std::ostream& out = file.stream();
-  out << "# cab " CAB_VERSION
+  out << "# cab " CAB_VERSION_STRING
          " sweep; run gnuplot on this file in its folder\n"
          "set terminal svg size 1000,620 noenhanced font 'sans,14' background '#ffffff'\n"
          "set output "

@@ -1,6 +1,7 @@
 // `cab verify`: rounds of judged work by any number of threads, their sums, and how they are printed, kept and resumed.
 #include "perf/verify.h"
 
+#include <cab/version.h>
 #include <algorithm>
 #include <chrono>
 #include <exception>
@@ -122,7 +123,7 @@ Tally row_from(const Json& json) {
 
 // The document of both --json and --resume: all that a run is made of, and all that it found.
 Json to_json(std::uint64_t seed, Isa isa, const Sums& sums) {
-  Json json = {{"version", CAB_VERSION},          {"seed", seed},
+  Json json = {{"version", CAB_VERSION_STRING},   {"seed", seed},
                {"isa", to_string(isa)},           {"rounds", sums.next_round},
                {"violations", sums.violations()}, {"findings", sums.findings}};
   for (std::size_t p = 0; p < sums.parts.size(); ++p) {
@@ -144,7 +145,7 @@ Sums resume(const std::string& path, std::uint64_t seed, Isa isa) {
     std::ifstream file(path, std::ios::binary);
     if (!file) throw std::runtime_error("cannot be read");
     const Json json = Json::parse(file);
-    if (json.at("version") != CAB_VERSION) throw std::runtime_error("was written by another version of cab");
+    if (json.at("version") != CAB_VERSION_STRING) throw std::runtime_error("was written by another version of cab");
     if (json.at("seed") != seed) throw std::runtime_error("was written with another --seed");
     if (json.at("isa") != to_string(isa)) throw std::runtime_error("was written with another --isa");
     json.at("rounds").get_to(sums.next_round);

@@ -167,7 +167,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("cab sweep FILE... ends with policies to paste, whose names are those of the header") {
+TEST_CASE("cab sweep FILE... ends with policies to paste, whose names and meanings are those of the header") {
   const TemporaryFolder folder;
   const std::string anna = folder / "anna.bvh", bert = folder / "bert.bvh";
   write_text(anna, bvh_text({40, 0, 0, .03}));
@@ -196,6 +196,7 @@ TEST_CASE("cab sweep FILE... ends with policies to paste, whose names are those 
       REQUIRE(policy_set(policies, row, policy_table()[row].values[v].name));
       const std::string code = perf::code_line(policies);
       std::istringstream words(code);
+      std::uint32_t field_index = 0;  // the field that a word with an enumerator is about
       for (std::string word; words >> word;) {
         const std::size_t colon = word.rfind("::");
         if (colon == std::string::npos) continue;
@@ -204,8 +205,14 @@ TEST_CASE("cab sweep FILE... ends with policies to paste, whose names are those 
         const std::size_t at = header.find("enum class " + type + " :");
         REQUIRE(at != std::string::npos);
         const std::string body = header.substr(at, header.find("};", at) - at);
-        CHECK(body.find(" " + name + ",") != std::string::npos);
+        const std::size_t in_body = body.find(" " + name + ",");
+        REQUIRE(in_body != std::string::npos);
+        const std::string rest = body.substr(in_body, body.find('\n', in_body) - in_body);
+        CHECK(rest.substr(rest.find("// ") + 3) ==
+              policy_table()[field_index].values[policy_get(policies, field_index)].meaning);
+        ++field_index;
       }
+      CHECK(field_index == policy_table().size);
     }
 }
 
