@@ -29,8 +29,9 @@ static std::vector<cab::Hit> hits_of_spears(const cab::Policies& policies, cab::
   std::vector<float> poses;
   std::vector<double> origins;
   for (std::uint32_t i = 0; i < kCount; ++i) {
-    poses.insert(poses.end(), {0, static_cast<float>(i) / kCount, 0, 1, 0, 0, 0});  // a quaternion of any length
-    origins.insert(origins.end(), {i % 10 * 1.2, 0, i / 10 * 1.2});
+    const std::uint32_t row = i / 10, column = i % 10;
+    poses.insert(poses.end(), {0, static_cast<float>(i) / kCount, 0, 1, 0, 0, 0});  // the quaternion is normalized
+    origins.insert(origins.end(), {1.2 * column, 0, 1.2 * row});
   }
   const cab::PairRule rule = {spears, spears, cab::Pairing::kBetween};
   cab::BatchInput input;

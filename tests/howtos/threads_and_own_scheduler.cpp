@@ -49,8 +49,9 @@ static std::vector<cab::Hit> hits_of_crowd(const cab::EngineDesc& desc) {
   std::vector<float> poses;
   std::vector<double> origins;
   for (std::uint32_t i = 0; i < kCount; ++i) {
+    const std::uint32_t row = i / 32, column = i % 32;
     poses.insert(poses.end(), {0, 0, 0, 1, 0, 0, 0});
-    origins.insert(origins.end(), {i % 32 * 1., 0, i / 32 * 2.});
+    origins.insert(origins.end(), {1. * column, 0, 2. * row});
   }
   const cab::PairRule rule = {crowd, crowd, cab::Pairing::kBetween};
   cab::BatchInput input;
