@@ -44,8 +44,8 @@ int main() {
   bool right = ignored[3].a == kUpperArm && ignored[3].b == kSheath && ignored[3].reasons == cab::kIgnoredAtRest &&
                ignored[4].a == kForearm && ignored[4].b == kSheath && ignored[4].reasons == cab::kIgnoredExplicitly;
 
-  // Two red fighters, two blue ones and a ghost stand in each other's way. A pair is tested
-  // only if each one's layer is in the other's mask.
+  // Two red fighters, two blue ones and a ghost stand in each other's way. Two fighters are a pair only if
+  // the layer of each is in the mask of the other.
   constexpr std::uint32_t kRed = 1, kBlue = 2, kGhost = 0;
   const std::uint32_t layers[] = {kRed, kRed, kBlue, kBlue, kGhost};
   const std::uint32_t layer_masks[] = {kBlue, kBlue, kRed, kRed, kRed | kBlue};
