@@ -1,18 +1,13 @@
 // Statuses and instruction sets in words.
+#include "kernels/isa_list.h"
+
 #include <cab/cab.h>
 
 namespace cab {
 
 const char* to_string(Isa isa) noexcept {
-  switch (isa) {
-    case Isa::kAuto: return "auto";
-    case Isa::kScalar: return "scalar";
-    case Isa::kSse2: return "sse2";
-    case Isa::kAvx2: return "avx2";
-    case Isa::kAvx512: return "avx512";
-    case Isa::kNeon64: return "neon64";
-  }
-  return "no instruction set";
+  const char* const name = kernel::isa_name(isa);
+  return name ? name : "no instruction set";
 }
 
 const char* to_string(Status status) noexcept {

@@ -1,5 +1,5 @@
-// The instruction sets: one line each, and no other list of them in C++. kernels/CMakeLists.txt has one line of compiler
-// flags for each. What leaves an instruction set out fails to compile or to link.
+// The instruction sets: one line each, and no other list of them in C++. kernels/CMakeLists.txt has one line of
+// compiler flags for each. What leaves an instruction set out fails to compile or to link.
 #pragma once
 
 #include <cab/types.h>
