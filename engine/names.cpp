@@ -1,4 +1,6 @@
 // Statuses, instruction sets and the version in words.
+#include "kernels/isa_list.h"
+
 #include <cab/cab.h>
 
 namespace cab {
@@ -6,15 +8,8 @@ namespace cab {
 Version version() noexcept { return {CAB_VERSION_MAJOR, CAB_VERSION_MINOR, CAB_VERSION_PATCH, CAB_VERSION_STRING}; }
 
 const char* to_string(Isa isa) noexcept {
-  switch (isa) {
-    case Isa::kAuto: return "auto";
-    case Isa::kScalar: return "scalar";
-    case Isa::kSse2: return "sse2";
-    case Isa::kAvx2: return "avx2";
-    case Isa::kAvx512: return "avx512";
-    case Isa::kNeon64: return "neon64";
-  }
-  return "unknown instruction set";
+  const char* const name = kernel::isa_name(isa);
+  return name ? name : "unknown instruction set";
 }
 
 const char* to_string(Status status) noexcept {

@@ -24,15 +24,6 @@ struct TileDescent {
   std::uint64_t box_tests;  // counted per live lane
 };
 
-template <class V>
-CAB_INLINE Vec3<V> between_centers(const BoxLanes<V>& a, const BoxLanes<V>& b, const ShiftTile* shift,
-                                   std::uint32_t lane) {
-  if (!shift) return b.center - a.center;
-  return {difference(b.center.x, a.center.x, shift->by[0] + lane),
-          difference(b.center.y, a.center.y, shift->by[1] + lane),
-          difference(b.center.z, a.center.z, shift->by[2] + lane)};
-}
-
 // Lanes (of those given) in which two nodes overlap. A pair of leaves must pass the leaf predicate: world axes and
 // those that kSat names.
 template <class V, Sat kSat>

@@ -35,7 +35,7 @@ struct KernelTable {
   void (*bounds_to_soa)(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa);
   void (*filter_rows)(const RowFilter&);
   std::uint32_t (*overlapping_entries)(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
-                                       const GridEntry& of, std::uint32_t* found);
+                                       const GridEntry& query, std::uint32_t* found);
   void (*boxes_to_aos)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
                        std::size_t instance_stride);
   void (*aabbs_to_aos)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbAos* boxes,

@@ -58,6 +58,16 @@ CAB_INLINE Mask<V> separated_in_world(const BoxLanes<V>& a, const BoxLanes<V>& b
   return either(either(away.x > out.x + slack, away.y > out.y + slack), away.z > out.z + slack);
 }
 
+// The centre of b less the centre of a. shift: origins of b less origins of a, null where they are one.
+template <class V>
+CAB_INLINE Vec3<V> between_centers(const BoxLanes<V>& a, const BoxLanes<V>& b, const ShiftTile* shift,
+                                   std::uint32_t lane) {
+  if (!shift) return b.center - a.center;
+  return {difference(b.center.x, a.center.x, shift->by[0] + lane),
+          difference(b.center.y, a.center.y, shift->by[1] + lane),
+          difference(b.center.z, a.center.z, shift->by[2] + lane)};
+}
+
 // Two bounds given about their own origins overlap. by: the origin of b less that of a, null where they are one.
 template <class V>
 CAB_INLINE Mask<V> bounds_apart(const AabbLanes<V>& a, const AabbLanes<V>& b, const double* x, const double* y,

@@ -12,8 +12,8 @@
 namespace cab {
 namespace {
 
-// Axes further than this from orthonormal (max |R^T R - I|) are no rotation.
-constexpr double kAxesTolerance = 1e-5;
+// The squared length of a convex part's quaternion may differ from 1 by this much.
+constexpr double kUnitTolerance = 1e-3;
 
 bool finite(const float* values, std::size_t count, float limit) {
   for (std::size_t i = 0; i < count; ++i)
@@ -59,7 +59,7 @@ bool rotation_columns(const float* q, double columns[3][3]) {
   const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
                w = static_cast<double>(q[3]);
   const double n = x * x + y * y + z * z + w * w;
-  if (!(std::fabs(n - 1) <= 1e-3)) return false;
+  if (!(std::fabs(n - 1) <= kUnitTolerance)) return false;
   const double s = 2 / n;
   const double m[3][3] = {{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
                           {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},

@@ -2,6 +2,7 @@
 // boxes, measured in turns in one run.
 #include "kernels/find_kernels.h"
 #include "kernels/gather_pairs.h"
+#include "kernels/isa_list.h"
 #include "kernels/refit_tree.h"
 #include "layout/box_aos.h"
 #include "layout/merge_program.h"
@@ -113,11 +114,15 @@ double times_faster(const Contender& a, const Contender& b) {
 
 std::vector<const kernel::KernelTable*> chosen_kernels(const std::string& isas) {
   std::vector<const kernel::KernelTable*> out;
-  std::istringstream names(isas.empty() ? "scalar,sse2,avx2,avx512,neon64" : isas);
+  const auto add = [&](Isa isa) {
+    if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
+  };
+  if (isas.empty())
+    for (const Isa isa : kernel::kAllIsas) add(isa);
+  std::istringstream names(isas);
   for (std::string name; std::getline(names, name, ',');)
-    for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64})
-      if (name == to_string(isa))
-        if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
+    for (const Isa isa : kernel::kAllIsas)
+      if (name == to_string(isa)) add(isa);
   return out;
 }
 

@@ -1,6 +1,7 @@
 // Two real dancers in close contact: the hits hold every pair that a box test written apart finds.
 #include "perf/added_false_positives.h"
 #include "perf/oracle/overlap_exact.h"
+#include "perf/oracle/world.h"
 #include "scenes/import/import.h"
 
 #include <cab/cab.h>
@@ -130,8 +131,7 @@ TEST_CASE("the dancers' hits hold every pair of overlapping boxes, and are the s
     CHECK(added.percent() < perf::kAddedPercentLimit);
     CHECK(lost == 0);
     CHECK(dance.hits(Strategy::kBrute) == found);
-    for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64}) {
-      if (!isa_available(isa)) continue;
+    for (const Isa isa : oracle::available_isas()) {
       for (const std::uint32_t threads : {1u, 2u, 4u}) {
         Dance other(scene, isa, threads);
         CAPTURE(to_string(isa));
