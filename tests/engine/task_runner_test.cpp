@@ -18,12 +18,12 @@ using namespace cab::tests;
 // Runs tasks that count themselves and watch who else is on their worker.
 void check_schedule(TaskRunner& runner, std::uint32_t task_count) {
   CAPTURE(task_count);
-  const std::uint32_t workers = tasks.worker_count();
+  const std::uint32_t workers = runner.worker_count();
   REQUIRE(workers > 0);
   std::vector<std::atomic<int>> runs(task_count);
   std::vector<std::atomic<int>> on_worker(workers);
   std::atomic<int> bad_workers{0}, shared_workers{0};
-  tasks.for_each(task_count, [&](std::uint32_t task, std::uint32_t worker) {
+  runner.for_each(task_count, [&](std::uint32_t task, std::uint32_t worker) {
     ++runs[task];
     if (worker >= workers) {
       ++bad_workers;
