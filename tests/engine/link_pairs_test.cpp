@@ -20,7 +20,8 @@ constexpr Box kUnit = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.5f, 0.5f
 // Two links of four cubes each, cube k of one at cube k of the other: the odd leaves are link 0's, the even link 1's.
 Rig two_rows() {
   Rig rig;
-  rig.parents = {-1, -1};
+  rig.parents = {-1, 0};
+  rig.parent_offset.resize(2);
   for (std::uint32_t leaf = 0; leaf < 8; ++leaf) {
     Box box = kUnit;
     box.center[0] = 2.0f * static_cast<float>(leaf / 2);
@@ -111,7 +112,8 @@ TEST_CASE(
     CAPTURE(seed);
     Random random(seed);
     Rig rig;
-    rig.parents = {-1, -1};
+    rig.parents = {-1, 0};
+    rig.parent_offset.resize(2);
     for (std::uint32_t leaf = 0; leaf < 4; ++leaf) {  // leaves 0 and 1 are link 1's, 2 and 3 link 0's and far away
       rig.leaves.push_back({leaf < 2 ? 1u : 0u, random_box(random, {}, 0.1, 1), {}});
       if (leaf % 2 == 1) rig.leaves.back().box.center[1] = leaf == 1 ? 40.0f : -40.0f;
