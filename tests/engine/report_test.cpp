@@ -276,3 +276,29 @@ TEST_CASE("sides of a hit are ordered by batch, instance and link, whatever the 
     CHECK(a < std::make_tuple(hit.batch_b.value, hit.instance_b, hit.link_b));
   }
 }
+
+TEST_CASE("two instances with far more hits than a worker keeps at a time have them all, in order") {
+  constexpr std::uint32_t kLinksEach = 600;
+  static_assert(kLinksEach * kLinksEach > 20 * kTaskWords);
+  World world;
+  Member member;
+  Random random(1);
+  for (std::uint32_t link = 0; link < kLinksEach; ++link) {
+    member.rig.parents.push_back(static_cast<std::int32_t>(link) - 1);
+    member.rig.parent_offset.push_back({});
+    member.rig.leaves.push_back({link, random_box(random, {}, 0.5, 1), {}});
+  }
+  member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4, {0.01, false, false, {}});
+  world.members = {member};
+  world.rules = {{{1}, {1}, Pairing::kBetween}};
+  const EnginePtr engine = make_engine_for(world);
+  for (int frame = 0; frame < 2; ++frame) {  // the second begins in the order of hits
+    CAPTURE(frame);
+    const Outcome outcome = run_on(*engine, world, {Refit::kCab, Strategy::kRows});
+    REQUIRE(outcome.hits.size() == kLinksEach * kLinksEach);
+    std::size_t wrong = 0;
+    for (std::uint32_t h = 0; h < outcome.hits.size(); ++h)
+      wrong += outcome.hits[h].link_a != h / kLinksEach || outcome.hits[h].link_b != h % kLinksEach;
+    CHECK(wrong == 0);
+  }
+}

@@ -9,6 +9,10 @@
 #include <atomic>
 #include <memory>
 
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
 namespace {
 
 using namespace cab;
@@ -74,6 +78,29 @@ TEST_CASE("a caller's task runner is run as it is given, and not asked when ther
       {nullptr, 1, [](void*, std::uint32_t, void (*)(void*, std::uint32_t, std::uint32_t), void*) { std::abort(); }});
   never->for_each(0, [](std::uint32_t, std::uint32_t) {});
 }
+
+#if defined(__x86_64__)
+
+TEST_CASE("a caller's threads run every task in the library's floating-point mode, and keep their own") {
+  constexpr unsigned kOurs = 0x1f80, kNotSticky = ~0x3fu;
+  // Round up, flush to zero, denormals are zero; then traps for invalid operations and division by zero.
+  for (const unsigned theirs : {0xdfc0u, 0x1d00u}) {
+    CAPTURE(theirs);
+    const unsigned before = _mm_getcsr();
+    std::atomic<int> wrong{0}, changed{0};
+    ThreadPool pool(
+        4, [theirs] { _mm_setcsr(theirs); }, [&] { changed += (_mm_getcsr() & kNotSticky) != theirs; });
+    make_caller_task_runner(pool.scheduler())->for_each(100, [&](std::uint32_t, std::uint32_t) {
+      wrong += (_mm_getcsr() & kNotSticky) != kOurs;
+    });
+    _mm_setcsr(before);
+    CHECK(pool.tasks_run() == 100);
+    CHECK(wrong == 0);
+    CHECK(changed == 0);
+  }
+}
+
+#endif  // __x86_64__
 
 TEST_CASE("hits and counts of a frame are the same on every instruction set and any number of threads") {
   for (std::uint64_t seed = 100; seed < 108; ++seed) {

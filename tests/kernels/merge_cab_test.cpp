@@ -122,6 +122,25 @@ TEST_CASE("a merged box contains both children, is orthonormal and is the paper'
   }
 }
 
+// docs/numerics.md, "ties": E first, then a1. At right angles E is longer than a1 by less than a float can tell.
+TEST_CASE("where E and a1 are of one length the main axis is E, on every instruction set") {
+  constexpr float kShort = 0x1p-13f, kThin = 0x1p-15f;
+  MergeTile tile;
+  tile.cases.push_back({{{1, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, kThin, kThin}},
+                        {{0, kShort, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {kThin, kShort, kThin}},
+                        true,
+                        {0, 0, 0}});
+  fill(tile);
+  for (const kernel::KernelTable* kernels : available_kernels()) {
+    CAPTURE(name_of(*kernels));
+    merge(*kernels, tile);
+    const oracle::OracleBox<float> parent = get(tile.nodes[2], 0);
+    CHECK(parent.axis[0][0] == 1);
+    CHECK(parent.axis[0][1] == -kShort);  // of a1 it would be 0
+    CHECK(parent.axis[0][2] == 0);
+  }
+}
+
 TEST_CASE("a merge gives the same bits on every instruction set") {
   for (unsigned regime = 0; regime < oracle::kMergeRegimeCount; ++regime) {
     oracle::Random random(kSeed + 100 + regime);

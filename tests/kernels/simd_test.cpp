@@ -1,0 +1,117 @@
+// The vector type: each operation, lane by lane, has the bits of the plain one on every instruction set.
+#include "kernels/simd.h"
+
+#include "scenes/random.h"
+#include "tests/kernels/vector_probe.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace cab::tests {
+
+#if defined(__x86_64__)
+extern const VectorProbe probe_scalar, probe_sse2, probe_avx2, probe_avx512;
+constexpr const VectorProbe* kProbes[] = {&probe_scalar, &probe_sse2, &probe_avx2, &probe_avx512};
+#elif defined(__aarch64__)
+extern const VectorProbe probe_scalar, probe_neon64;
+constexpr const VectorProbe* kProbes[] = {&probe_scalar, &probe_neon64};
+#else
+extern const VectorProbe probe_scalar;
+constexpr const VectorProbe* kProbes[] = {&probe_scalar};
+#endif
+
+std::vector<const VectorProbe*> available_probes() {
+  std::vector<const VectorProbe*> out;
+  for (const VectorProbe* probe : kProbes)
+    if (kernel::find_kernels(probe->isa)) out.push_back(probe);
+  return out;
+}
+
+namespace {
+
+constexpr std::uint64_t kSeed = 77;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kOdd[] = {0.0f,    -0.0f, 1.0f,     -1.0f,  kInfinity, -kInfinity, kNan, 1e-45f,
+                          -1e-40f, 3e38f, -3.4e38f, 1e-38f, 0x1p-126f, 16777216,   0.1f, -3.5f};
+
+// Bits of two floats, where every NaN counts as one.
+bool same(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0 || (std::isnan(a) && std::isnan(b)); }
+
+void check(const VectorProbe& probe, const VectorOperands& in) {
+  VectorResults got;
+  probe.evaluate(in, &got);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const float a = in.a[lane], b = in.b[lane], limit = static_cast<float>(in.by[lane]);
+    CAPTURE(lane);
+    CAPTURE(a);
+    CAPTURE(b);
+    CHECK(same(got.sum[lane], a + b));
+    CHECK(same(got.product[lane], a * b));
+    CHECK(same(got.quotient[lane], a / b));
+    CHECK(same(got.root[lane], std::sqrt(a)));
+    CHECK(same(got.magnitude[lane], std::fabs(a)));
+    CHECK(same(got.least[lane], a < b ? a : b));
+    CHECK(same(got.most[lane], b < a ? a : b));
+    CHECK(same(got.chosen[lane], a < b ? a : b));
+    CHECK(same(got.unaligned[lane], a));
+    CHECK(same(got.difference[lane],
+               static_cast<float>((static_cast<double>(a) - static_cast<double>(b)) + in.by[lane])));
+    CHECK((got.less >> lane & 1) == (a < b));
+    CHECK((got.both >> lane & 1) == (a < b && a <= limit));
+    CHECK((got.either >> lane & 1) == (a < b || a <= limit));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("there is a vector type for every table of kernels, as wide as its registers") {
+  const std::vector<const VectorProbe*> probes = available_probes();
+  std::uint32_t tables = 0;
+  for (std::uint32_t isa = 1; isa < kIsaCount; ++isa) tables += kernel::find_kernels(static_cast<Isa>(isa)) != nullptr;
+  CHECK(probes.size() == tables);
+  CHECK(probes[0]->isa == Isa::kScalar);
+  for (const VectorProbe* probe : probes) {
+    const std::uint32_t width = probe->isa == Isa::kScalar   ? 1
+                                : probe->isa == Isa::kAvx512 ? 16
+                                : probe->isa == Isa::kAvx2   ? 8
+                                                             : 4;
+    CHECK(probe->width == width);
+  }
+}
+
+TEST_CASE("every operation on zeros, denormals, infinities and NaN has the plain operation's bits in each lane") {
+  for (const VectorProbe* probe : available_probes()) {
+    CAPTURE(static_cast<int>(probe->isa));
+    for (std::uint32_t turn = 0; turn < kLanes; ++turn) {  // each odd number against each other, in every lane
+      VectorOperands in;
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        in.a[lane] = kOdd[lane];
+        in.b[lane] = kOdd[(lane + turn) % kLanes];
+        in.by[lane] = static_cast<double>(kOdd[(lane + 5 * turn) % kLanes]);
+      }
+      check(*probe, in);
+    }
+  }
+}
+
+TEST_CASE("every operation on random numbers has the plain operation's bits in each lane") {
+  scenes::Random random(kSeed);
+  for (int round = 0; round < 200; ++round) {
+    VectorOperands in;
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      in.a[lane] = static_cast<float>(random.uniform(-1, 1));
+      in.b[lane] = static_cast<float>(random.uniform(-1, 1));
+      in.by[lane] = 1e3 * random.uniform(-1, 1);
+    }
+    for (const VectorProbe* probe : available_probes()) {
+      CAPTURE(static_cast<int>(probe->isa));
+      check(*probe, in);
+    }
+  }
+}
+
+}  // namespace cab::tests
