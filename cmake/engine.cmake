@@ -23,7 +23,7 @@ if(CAB_BUILD_COMMAND OR CAB_BUILD_TESTS)
   target_link_libraries(cab_scenes PUBLIC cab PRIVATE cab_flags assimp::assimp)
 endif()
 
-if(CAB_BUILD_COMMAND)
+if(CAB_BUILD_COMMAND OR CAB_BUILD_TESTS)
   find_package(CLI11 REQUIRED)
   find_package(nlohmann_json REQUIRED)
   add_subdirectory(perf)
