@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "perf/engine_session.h"
+#include "perf/base/engine_session.h"
 #include "scenes/ropes.h"
 
 namespace cab::perf {

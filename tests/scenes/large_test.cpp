@@ -1,6 +1,6 @@
 // Large characters: what detailed rigs and ropes are made of, where they are, and that every strategy finds what the
 // judge finds.
-#include "perf/crowd_session.h"
+#include "perf/base/crowd_session.h"
 #include "perf/oracle/world.h"
 #include "scenes/crowd.h"
 #include "scenes/detailed.h"

@@ -1,7 +1,7 @@
 // Two real dancers in close contact: the hits hold every pair that a box test written apart finds.
-#include "perf/added_false_positives.h"
 #include "perf/oracle/overlap_exact.h"
 #include "perf/oracle/world.h"
+#include "perf/paper/added_false_positives.h"
 #include "scenes/import/import.h"
 
 #include <cab/cab.h>
