@@ -18,7 +18,7 @@ set_target_properties(cab PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJ
 
 if(CAB_BUILD_COMMAND OR CAB_BUILD_TESTS)
   find_package(assimp REQUIRED)
-  file(GLOB CAB_SCENE_SOURCES CONFIGURE_DEPENDS scenes/*.cpp scenes/import/*.cpp)
+  file(GLOB CAB_SCENE_SOURCES CONFIGURE_DEPENDS scenes/*.cpp scenes/*/*.cpp)
   add_library(cab_scenes STATIC ${CAB_SCENE_SOURCES})
   target_link_libraries(cab_scenes PUBLIC cab PRIVATE cab_flags assimp::assimp)
 endif()

@@ -16,7 +16,7 @@
 #include "perf/engine_session.h"
 #include "perf/report.h"
 #include "scenes/bit_hash.h"
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
 namespace {

@@ -14,7 +14,7 @@
 #include "perf/commands.h"
 #include "perf/crowd_session.h"
 #include "perf/engine_session.h"
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {
