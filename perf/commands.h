@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "perf/base/engine_session.h"
-#include "scenes/ropes.h"
+#include "scenes/crowd/ropes.h"
 
 namespace cab::perf {
 

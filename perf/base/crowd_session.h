@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "layout/arena.h"
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
 

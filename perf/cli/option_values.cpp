@@ -8,8 +8,8 @@
 
 #include "perf/commands.h"
 #include "perf/sweep/scenes.h"
-#include "scenes/crowd.h"
-#include "scenes/detailed.h"
+#include "scenes/crowd/crowd.h"
+#include "scenes/crowd/detailed.h"
 #include "scenes/import/printable.h"
 
 namespace cab::perf {

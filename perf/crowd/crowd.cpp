@@ -16,7 +16,7 @@
 #include "perf/base/report.h"
 #include "perf/commands.h"
 #include "scenes/bit_hash.h"
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "perf/base/engine_session.h"
-#include "scenes/dented_link.h"
+#include "scenes/paper/dented_link.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {

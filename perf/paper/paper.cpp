@@ -18,7 +18,7 @@
 #include "perf/paper/partial_update.h"
 #include "perf/paper/tables.h"
 #include "scenes/bit_hash.h"
-#include "scenes/registry.h"
+#include "scenes/paper/registry.h"
 
 namespace cab::perf {
 namespace {

@@ -18,7 +18,7 @@
 #include "perf/oracle/exact_pose.h"
 #include "perf/oracle/overlap_exact.h"
 #include "perf/peers/peer.h"
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
 namespace {

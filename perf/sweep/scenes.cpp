@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "perf/run/run_world.h"
-#include "scenes/humanoid.h"
-#include "scenes/registry.h"
+#include "scenes/crowd/humanoid.h"
+#include "scenes/paper/registry.h"
 
 namespace cab::perf {
 namespace {

@@ -14,7 +14,7 @@
 #include "perf/base/engine_session.h"
 #include "perf/commands.h"
 #include "perf/sweep/box_growth.h"
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {

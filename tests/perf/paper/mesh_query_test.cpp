@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "scenes/registry.h"
+#include "scenes/paper/registry.h"
 
 namespace cab::test {
 namespace {

@@ -1,9 +1,9 @@
 // Crowds: the humanoid's rig and motion, how many links touch, and where clips and recorded ways put characters.
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 #include "perf/oracle/world.h"
-#include "scenes/clip_crowd.h"
-#include "scenes/humanoid.h"
+#include "scenes/crowd/clip_crowd.h"
+#include "scenes/crowd/humanoid.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/engine/thread_sanitizer.h"
 #include "tests/scenes/temporary_file.h"

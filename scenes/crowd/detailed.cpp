@@ -1,4 +1,4 @@
-#include "scenes/detailed.h"
+#include "scenes/crowd/detailed.h"
 
 #include "scenes/random.h"
 #include "scenes/vec3d.h"

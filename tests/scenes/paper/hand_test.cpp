@@ -1,8 +1,8 @@
 // The hand of Table 5: bodies, joints, motion, and the counts that follow from the leaf boxes alone.
-#include "scenes/hand.h"
+#include "scenes/paper/hand.h"
 
-#include "scenes/superellipsoid.h"
-#include "tests/scenes/leaf_boxes.h"
+#include "scenes/paper/superellipsoid.h"
+#include "tests/scenes/paper/leaf_boxes.h"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 // The braided chains of the paper's Table 4: nodes on two helices of one axis, links the chords between them.
-#include "scenes/braid.h"
+#include "scenes/paper/braid.h"
 
-#include "scenes/paper_motion.h"
-#include "scenes/superellipsoid.h"
+#include "scenes/paper/paper_motion.h"
+#include "scenes/paper/superellipsoid.h"
 
 #include <algorithm>
 #include <cmath>

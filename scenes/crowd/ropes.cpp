@@ -1,4 +1,4 @@
-#include "scenes/ropes.h"
+#include "scenes/crowd/ropes.h"
 
 #include "scenes/random.h"
 #include "scenes/vec3d.h"

@@ -1,5 +1,5 @@
 // The 58-vertex superellipsoid polytope that the paper's links are made of.
-#include "scenes/superellipsoid.h"
+#include "scenes/paper/superellipsoid.h"
 
 namespace cab::scenes {
 namespace {

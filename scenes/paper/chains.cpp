@@ -1,9 +1,9 @@
 // The two colliding chains of the paper's Tables 1 to 3: closed-form motion, no state, computed in double.
-#include "scenes/chains.h"
+#include "scenes/paper/chains.h"
 
-#include "scenes/dented_link.h"
-#include "scenes/paper_motion.h"
-#include "scenes/superellipsoid.h"
+#include "scenes/paper/dented_link.h"
+#include "scenes/paper/paper_motion.h"
+#include "scenes/paper/superellipsoid.h"
 
 #include <array>
 #include <cmath>

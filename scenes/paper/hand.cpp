@@ -1,8 +1,8 @@
 // The hand of the paper's Table 5: closed-form motion of 18 bodies, a ball that is flicked to a rail and comes back.
-#include "scenes/hand.h"
+#include "scenes/paper/hand.h"
 
-#include "scenes/paper_motion.h"
-#include "scenes/superellipsoid.h"
+#include "scenes/paper/paper_motion.h"
+#include "scenes/paper/superellipsoid.h"
 
 #include <array>
 #include <cmath>

@@ -1,9 +1,9 @@
 // The paper's five scenes by the number of their table.
-#include "scenes/registry.h"
+#include "scenes/paper/registry.h"
 
-#include "scenes/braid.h"
-#include "scenes/chains.h"
-#include "scenes/hand.h"
+#include "scenes/paper/braid.h"
+#include "scenes/paper/chains.h"
+#include "scenes/paper/hand.h"
 
 #include <algorithm>
 #include <stdexcept>

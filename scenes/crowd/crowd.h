@@ -2,9 +2,9 @@
 // million characters need no more memory than the frames that are kept.
 #pragma once
 
+#include "scenes/crowd/ropes.h"
 #include "scenes/import/import.h"
 #include "scenes/import/trajectories.h"
-#include "scenes/ropes.h"
 #include "scenes/scene.h"
 
 #include <array>

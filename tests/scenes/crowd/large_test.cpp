@@ -2,11 +2,11 @@
 // judge finds.
 #include "perf/base/crowd_session.h"
 #include "perf/oracle/world.h"
-#include "scenes/crowd.h"
-#include "scenes/detailed.h"
-#include "scenes/humanoid.h"
+#include "scenes/crowd/crowd.h"
+#include "scenes/crowd/detailed.h"
+#include "scenes/crowd/humanoid.h"
+#include "scenes/crowd/ropes.h"
 #include "scenes/random.h"
-#include "scenes/ropes.h"
 
 #include <doctest/doctest.h>
 

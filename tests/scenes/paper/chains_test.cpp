@@ -1,8 +1,8 @@
 // The chains of Tables 1 to 3: motion, shapes, and the counts that follow from the leaf boxes alone.
-#include "scenes/chains.h"
+#include "scenes/paper/chains.h"
 
-#include "scenes/superellipsoid.h"
-#include "tests/scenes/leaf_boxes.h"
+#include "scenes/paper/superellipsoid.h"
+#include "tests/scenes/paper/leaf_boxes.h"
 
 #include <doctest/doctest.h>
 

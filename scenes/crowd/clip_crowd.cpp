@@ -1,4 +1,4 @@
-#include "scenes/clip_crowd.h"
+#include "scenes/crowd/clip_crowd.h"
 
 #include "scenes/random.h"
 #include "scenes/vec3d.h"

@@ -1,9 +1,9 @@
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 #include "scenes/bit_hash.h"
-#include "scenes/clip_crowd.h"
-#include "scenes/detailed.h"
-#include "scenes/humanoid.h"
+#include "scenes/crowd/clip_crowd.h"
+#include "scenes/crowd/detailed.h"
+#include "scenes/crowd/humanoid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // The dented link of the paper's Table 3: its convex pieces, and the boundary of their union.
-#include "scenes/dented_link.h"
+#include "scenes/paper/dented_link.h"
 
-#include "scenes/superellipsoid.h"
+#include "scenes/paper/superellipsoid.h"
 
 #include <array>
 #include <cmath>

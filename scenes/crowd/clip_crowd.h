@@ -1,7 +1,7 @@
 // Crowds that play clips: each character plays one of the clips from a moment of its own, at a place of its own.
 #pragma once
 
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 #include "scenes/import/import.h"
 #include "scenes/import/trajectories.h"
 

@@ -1,7 +1,7 @@
 // The paper's five scenes by number, and what is true of each of them.
-#include "scenes/registry.h"
+#include "scenes/paper/registry.h"
 
-#include "tests/scenes/leaf_boxes.h"
+#include "tests/scenes/paper/leaf_boxes.h"
 
 #include <cab/cab.h>
 

@@ -1,5 +1,5 @@
 // What the paper's five scenes share: turning, tilting, posing, and adding links.
-#include "scenes/paper_motion.h"
+#include "scenes/paper/paper_motion.h"
 
 #include <cmath>
 #include <utility>

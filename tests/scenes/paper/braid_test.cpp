@@ -1,8 +1,8 @@
 // The braid of Table 4: motion, shapes, and the counts that follow from the leaf boxes alone.
-#include "scenes/braid.h"
+#include "scenes/paper/braid.h"
 
-#include "scenes/superellipsoid.h"
-#include "tests/scenes/leaf_boxes.h"
+#include "scenes/paper/superellipsoid.h"
+#include "tests/scenes/paper/leaf_boxes.h"
 
 #include <doctest/doctest.h>
 

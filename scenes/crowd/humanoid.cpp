@@ -1,4 +1,4 @@
-#include "scenes/humanoid.h"
+#include "scenes/crowd/humanoid.h"
 
 #include <cmath>
 
