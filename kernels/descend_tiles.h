@@ -7,9 +7,9 @@
 
 namespace cab::kernel {
 
-// What to test: two tiles (Tile is BoxTile or AabbTile), or the links of one against each other (self). shift: origins of
-// b less origins of a, null where they are one. lanes: bits of the instances that take part. stack must hold
-// program depths + 2 entries, found every leaf pair.
+// What to test: two tiles (Tile is BoxTile or AabbTile), or the links of one against each other (self). shift: origins
+// of b less origins of a, null where they are one. lanes: bits of the instances that take part. stack must hold program
+// depths + 2 entries, found every leaf pair.
 template <class Tile>
 struct TileDescent {
   const Articulation* articulation_a;

@@ -22,9 +22,9 @@ CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction
   lo = min(lo, offset - reached);
 }
 
-// The box of an interval along each axis, measured from `from`, padded to contain what the interval was made of whatever
-// was rounded. axes are orthonormal to rounding (docs/proof.md, part 1). The order of the sum matters far out: the middle
-// is formed first and added once.
+// The box of an interval along each axis, measured from `from`, padded to contain what the interval was made of
+// whatever was rounded. axes are orthonormal to rounding (docs/proof.md, part 1). The order of the sum matters far out:
+// the middle is formed first and added once.
 template <class V>
 CAB_INLINE BoxLanes<V> box_of_interval(Vec3<V> from, const Vec3<V> (&axes)[3], Vec3<V> middle, Vec3<V> half) {
   const Vec3<V> center = from + (middle.x * axes[0] + middle.y * axes[1] + middle.z * axes[2]);

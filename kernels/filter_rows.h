@@ -77,8 +77,8 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
   return out;
 }
 
-// Writes the pair `first` with its b raised by each bit that is set to `to`, which has room for kLanes pairs; returns its
-// new end.
+// Writes the pair `first` with its b raised by each bit that is set to `to`, which has room for kLanes pairs; returns
+// its new end.
 template <class V>
 CAB_INLINE LeafPair* append_pairs(LeafPair* to, LeafPair first, std::uint32_t set) {
   for (; set != 0; set &= set - 1)
@@ -116,8 +116,8 @@ CAB_INLINE LeafSides<V> load_sides(const float* soa, std::uint32_t width, std::u
   return out;
 }
 
-// Adds every pair of leaves whose bounds overlap: a superset of the pairs that pass the leaf predicate, in order of (a, b).
-// Room for kLanes more pairs than are added must be left.
+// Adds every pair of leaves whose bounds overlap: a superset of the pairs that pass the leaf predicate, in order of (a,
+// b). Room for kLanes more pairs than are added must be left.
 template <class V>
 void filter_rows(const RowFilter& filter) {
   const std::uint32_t width_b = leaf_bounds_width(filter.leaves_b);

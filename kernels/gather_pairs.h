@@ -38,8 +38,8 @@ void aabbs_to_aos(const AabbTile* nodes, std::uint32_t count, std::uint32_t live
       }
 }
 
-// Sixteen pairs of boxes. Unused lanes repeat a used one. shift as in TileDescent. leaves: bits of the lanes that hold a
-// pair of leaves and must pass the leaf predicate.
+// Sixteen pairs of boxes. Unused lanes repeat a used one. shift as in TileDescent. leaves: bits of the lanes that hold
+// a pair of leaves and must pass the leaf predicate.
 template <class AosBox>
 struct BoxPairs {
   const AosBox* a[kLanes];

@@ -12,8 +12,8 @@ inline constexpr std::uint32_t kEntryFloats = 8, kEntrySides = 6;
 template <class V>
 inline constexpr std::uint32_t kEntryVectors = (kEntrySides + kWidth<V> - 1) / kWidth<V>;
 
-// What the sides of an entry that overlaps `query` are at most: its own with signs flipped and halves swapped. As many times over as
-// a vector holds entries; what is compared to an entry's last two numbers means nothing.
+// What the sides of an entry that overlaps `query` are at most: its own with signs flipped and halves swapped. As many
+// times over as a vector holds entries; what is compared to an entry's last two numbers means nothing.
 template <class V>
 CAB_INLINE void upper_limits(const GridEntry& query, V (&limits)[kEntryVectors<V>]) {
   alignas(64) float sides[kEntryFloats] = {};
@@ -41,8 +41,8 @@ CAB_INLINE void upper_limits<Batch<xsimd::avx512bw>>(const GridEntry& query, Bat
 }
 #endif
 
-// Writes the indices of the entries from `first` to `end` - 1 that overlap `query` to `found`, which has room for one more than
-// those, and returns how many there are. One entry more may be read. A NaN overlaps everything.
+// Writes the indices of the entries from `first` to `end` - 1 that overlap `query` to `found`, which has room for one
+// more than those, and returns how many there are. One entry more may be read. A NaN overlaps everything.
 template <class V>
 std::uint32_t overlapping_entries(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
                                   const GridEntry& query, std::uint32_t* found) {

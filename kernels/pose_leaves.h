@@ -8,8 +8,8 @@
 
 namespace cab::kernel {
 
-// One tile to pose: any sixteen instances, unused lanes repeat a used one. Writes leaf boxes, the joints that merges need
-// (indexed by link), and for each lane why it is masked (InstanceFlag bits).
+// One tile to pose: any sixteen instances, unused lanes repeat a used one. Writes leaf boxes, the joints that merges
+// need (indexed by link), and for each lane why it is masked (InstanceFlag bits).
 struct PoseTile {
   const Articulation* articulation;
   PoseFormat format;
@@ -60,7 +60,8 @@ CAB_INLINE void read_quad(const float* const* from, std::size_t skip, std::uint3
   }
 }
 
-// Reads every float of a pose that its format has; the seven of a quaternion and translation as two quads that share one.
+// Reads every float of a pose that its format has; the seven of a quaternion and translation as two quads that share
+// one.
 template <class V>
 CAB_INLINE void read_raw(const float* const* from, std::size_t skip, std::uint32_t floats, RawPoses& out) {
   for (std::uint32_t at = 0; at + 4 <= floats; at += 4) read_quad<V>(from, skip, at, out);

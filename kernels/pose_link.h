@@ -9,8 +9,9 @@
 
 namespace cab::kernel {
 
-// pose: the link's, in the caller's layout. orientation: the instance's, or null. local: leaf boxes in the link's frame,
-// leaves as lanes. Writes the boxes that pose_leaves makes of them, bit for bit, as BoxAos, and their bounds as arrays.
+// pose: the link's, in the caller's layout. orientation: the instance's, or null. local: leaf boxes in the link's
+// frame, leaves as lanes. Writes the boxes that pose_leaves makes of them, bit for bit, as BoxAos, and their bounds as
+// arrays.
 struct PoseLink {
   PoseFormat format;
   const float* pose;

@@ -201,7 +201,8 @@ void refit_aabb(const MergeProgram& program, AabbTile* nodes) {
   }
 }
 
-// The same boxes, each node from the bounds of all leaves below it: the paper's refit from the corners of the leaf hulls.
+// The same boxes, each node from the bounds of all leaves below it: the paper's refit from the corners of the leaf
+// hulls.
 template <class V>
 void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
   const std::uint32_t leaves = static_cast<std::uint32_t>(program.steps.size) + 1;

@@ -10,8 +10,8 @@ template <class V>
 inline constexpr std::uint32_t kQuadRows = kWidth<V> < 4 ? 4 : kWidth<V>;
 
 // Four floats of each of kQuadRows<V> rows, of any alignment, to out[0..3], aligned: out[k] gets float k of every row.
-// Scalar moves them one by one. Wide registers hold a quad of every fourth row, so that a transpose within their parts of
-// 128 bits leaves the rows in order.
+// Scalar moves them one by one. Wide registers hold a quad of every fourth row, so that a transpose within their parts
+// of 128 bits leaves the rows in order.
 template <class V>
 CAB_INLINE void transpose_quads(const float* const* rows, float* const (&out)[4]) {
 #if defined(__SSE2__)
