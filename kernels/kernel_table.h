@@ -1,4 +1,4 @@
-// The table of kernels of one instruction set. kernel_table.cpp is compiled once for each; find_kernels.h chooses.
+// The table of kernels of one instruction set. The files of kernels/rooms define the kernels; find_kernels.h chooses.
 #pragma once
 
 #include "layout/articulation.h"
@@ -21,13 +21,13 @@ struct TileDescent;
 template <class AosBox>
 struct BoxPairs;
 
-// One function a kind of work, one call a tile or a chunk of pairs. What each reads and writes is said beside the
-// kernel of the same name.
+// One function per kind of work, one call per tile or per chunk of pairs. The comment of the kernel of the same name
+// says what it reads and writes.
 struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
   void (*pose_link_leaves)(const PoseLink&);
-  void (*refit_boxes[5][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
+  void (*refit_boxes[5][2])(const RefitTile&);                   // by Refit (the oriented ones) and Extents
   void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
   void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);

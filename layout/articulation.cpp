@@ -273,7 +273,7 @@ void copy_parts(const ArticulationDesc& desc, Articulation& articulation, Arena&
   articulation.leaf_part_begin = constant(begin);
 }
 
-// Appends the point center + x * axes. Bit c of i chooses the sign of x's coordinate c.
+// Appends the point center + sum of size[k] axes[k]. size[k] counts with a minus where bit k of i is clear.
 void append_corner(const double* center, const double axes[3][3], const double* size, unsigned i,
                    std::vector<float>& vertices) {
   for (int c = 0; c < 3; ++c) {

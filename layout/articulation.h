@@ -30,9 +30,9 @@ struct Articulation {
   bool leaves_by_link = false;             // each link has at most one leaf, and leaves are in the order of links
   Span<const IgnoredPair> ignored_pairs;   // sorted by a, then b; each once
   Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: is_ignored(a, b)
-  // The exact shape of each leaf is the convex hull of `vertices`, x y z in the link's frame. They are the vertices of
-  // its hulls, and the eight corners of its box in place of every other part or of missing parts. leaf_vertex_reach:
-  // the largest |x| + |y| + |z| of a leaf's vertices.
+  // The vertices of each leaf's exact shape, x y z in the link's frame: those of its hulls, and the eight corners of
+  // the box about every other part. A leaf without parts has the eight corners of its own box. leaf_vertex_reach: the
+  // largest |x| + |y| + |z| of a leaf's vertices.
   Span<const float> vertices;
   Span<const std::uint32_t> leaf_vertex_begin;  // leaf_count + 1 indices of vertices
   Span<const float> leaf_vertex_reach;
