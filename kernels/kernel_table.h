@@ -1,4 +1,4 @@
-// The table of kernels of one instruction set. kernel_table.cpp is compiled once for each; find_kernels.h chooses.
+// The table of kernels of one instruction set. The files of kernels/rooms define the kernels; find_kernels.h chooses.
 #pragma once
 
 #include "layout/articulation.h"
@@ -21,8 +21,8 @@ struct TileDescent;
 template <class AosBox>
 struct BoxPairs;
 
-// One function a kind of work, one call a tile or a chunk of pairs. What each reads and writes is said beside the
-// kernel of the same name.
+// One function per kind of work, one call per tile or per chunk of pairs. The comment of the kernel of the same name
+// says what it reads and writes.
 struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
