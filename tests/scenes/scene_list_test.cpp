@@ -91,21 +91,21 @@ TEST_CASE("every scene stands in the list once, and the commands offer what they
 }
 
 TEST_CASE("every crowd name makes its own crowd") {
-  std::map<std::uint64_t, std::string> found;
+  std::map<std::uint64_t, std::string> found;  // names by fingerprint
   for (const NamedScene& scene : scenes::scene_list()) {
     if (!scene.is_for(kCrowdCommand)) continue;
     CAPTURE(std::string(scene.name));
     const bool needs_clips = std::get<CrowdScene>(scene.source).clips == scenes::ClipUse::kNeeded;
     const Crowd crowd = scenes::make_crowd(scene.name, 20, needs_clips ? sources() : scenes::CrowdSources());
     CHECK(crowd.count() == 20);
-    const auto [same, is_new] = found.emplace(fingerprint(crowd), scene.name);
-    CAPTURE(same->second);
-    CHECK(is_new);
+    const auto row = found.emplace(fingerprint(crowd), scene.name);
+    CAPTURE(row.first->second);
+    CHECK(row.second);
   }
 }
 
 TEST_CASE("a crowd of `cab sweep` has the size that its name says") {
-  std::map<std::uint64_t, std::string> found;
+  std::map<std::uint64_t, std::string> found;  // names by fingerprint
   for (const NamedScene& scene : scenes::scene_list()) {
     const auto* const sized = std::get_if<SizedCrowdScene>(&scene.source);
     if (sized == nullptr) continue;
@@ -126,10 +126,10 @@ TEST_CASE("a crowd of `cab sweep` has the size that its name says") {
       CHECK(crowd.count() == number);
       CHECK(three.count() == number);
     }
-    const auto [same, is_new] = found.emplace(fingerprint(crowd), name);
-    CAPTURE(same->second);
-    // 100 humanoids of 16 boxes are 100 humanoids.
-    CHECK(is_new == (name != "detailed-16"));
+    const auto row = found.emplace(fingerprint(crowd), name);
+    CAPTURE(row.first->second);
+    // 100 humanoids of 16 boxes are those of uniform-100.
+    CHECK(row.second == (name != "detailed-16"));
   }
 }
 
