@@ -24,7 +24,7 @@ constexpr double kLeastCells = 4;
 
 using Slots = Span<const std::unique_ptr<BatchSlot>>;
 
-// Records that a rule pairs batch a with batch b, in this order.
+// Records that a rule pairs batch a with batch b, and so that batch a belongs into the grid.
 void set_paired(Slots slots, std::uint32_t a, std::uint32_t b, BroadPhase& broad) {
   const std::size_t bit = a * broad.batch_count + b;
   broad.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);

@@ -48,9 +48,9 @@ inline CellRange cells_to_search(const Grid& grid, std::uint32_t level, const In
   return out;
 }
 
-// Calls scan(first, end) for every run of entries that holds a row of cells along x. A row is split into two runs where
-// the buckets wrap around, and must not have more cells than there are buckets. Since cells share buckets, runs may
-// overlap and hold entries of other cells. Stops and returns false when scan returns false.
+// Calls scan(first, end) for every run of entries that holds a line of cells along x. A line is split into two runs
+// where the buckets wrap around, and must not have more cells than there are buckets. Since cells share buckets, runs
+// may overlap and hold entries of other cells. Stops and returns false when scan returns false.
 template <class Scan>
 bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells, Scan&& scan) {
   const std::uint32_t length = static_cast<std::uint32_t>(cells.hi[0] - cells.lo[0] + 1);
@@ -83,7 +83,7 @@ inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
 // its own level it leaves out the first cell along order_axis, whose instances report their pairs with it themselves.
 template <class Take>
 void for_each_later(const FrameContext& frame, std::uint32_t entry, Take&& take) {
-  constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 rows of cells, each in two runs if the buckets wrap around
+  constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 lines of cells along x, each in two runs if the buckets wrap around
   const Grid& grid = frame.broad_phase.grid;
   const GridEntry* const entries = grid.entries.data;
   const GridEntry& query = entries[entry];
