@@ -27,7 +27,8 @@ struct ExactTest {
   Contact (*contact)(const ExactLeaf& a, const ExactLeaf& b, float margin);
 };
 
-// Returns the test that a policy value names. Null for Exact::kNone, by which all leaves with overlapping boxes touch.
+// Returns the test that a policy value names. Null for Exact::kNone, with which all leaves with overlapping boxes
+// touch.
 const ExactTest* find_exact_test(Exact exact);
 
 }  // namespace cab

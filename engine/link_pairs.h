@@ -30,7 +30,7 @@ static_assert(kPosedLinkLeaves >= 2 * kMaxLeaves);
 
 // Finds the overlapping leaf pairs of a candidate, whose link pairs with overlapping boxes are `links`, and leaves them
 // in worker.found. With Exact::kNone only the lowest leaf pair of each link pair is listed. With
-// FrameContext::first_only the search ends at the first leaf pair, which sets both instances in contact.
+// FrameContext::first_only the search ends at the first leaf pair, which marks both instances as in contact.
 void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, Span<const LeafPair> links,
                          Worker& worker);
 

@@ -21,14 +21,14 @@ struct HitSink {
   std::atomic<std::size_t> found{0};           // number of hits counted for the caller's buffer; may exceed its size
   std::atomic<std::uint32_t> turn{0};          // index of the task whose hits are appended next
   bool sorted = true;                          // whether the hits in the buffer are already in the promised order
-  bool in_spatial_order = false;               // whether the tasks that run put their hits into the store
+  bool in_spatial_order = false;               // whether tasks put their hits into the store at present
   std::atomic<std::uint64_t> stored_words{0};  // words of the store that are taken; may exceed its size
   std::atomic<bool> store_full{false};         // whether hits were lost because the store was too small
 };
 
 // Runs the exact test on the overlapping leaf pairs of a candidate. Adds one hit per touching link pair, with the
 // lowest touching leaf pair, to worker.hits (key order) or worker.words (spatial order). With Report::kInContact only
-// sets both instances in contact if any leaf pair touches. May reorder `pairs`.
+// marks both instances as in contact if any leaf pair touches. May reorder `pairs`.
 void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
                       HitSink& sink);
 

@@ -49,7 +49,7 @@ inline bool confirm(const FrameContext& frame, const ExactTest& test, const Cand
 }
 
 // Sorts the overlapping leaf pairs of a candidate by links, and calls take(pair) with the lowest touching leaf pair of
-// every link pair that touches. Without an exact test every overlapping leaf pair touches. Sets both instances in
+// every link pair that touches. Without an exact test every overlapping leaf pair touches. Marks both instances as in
 // contact if a leaf pair touches.
 template <class Take>
 void for_each_touching(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, FrameStats& stats,

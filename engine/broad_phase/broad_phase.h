@@ -1,6 +1,6 @@
 // Step 2 of a frame: finds the instances of character batches whose bounds overlap.
-// The bounds are in a hashed grid, which has no limits in space. An instance is stored in one cell: the cell of its
-// lower bounds, on the lowest level whose cells are larger than the instance.
+// The bounds are in a grid of hashed cells, so the world has no limits. An instance is stored in one cell: the cell of
+// its lower bounds, on the lowest level whose cells are larger than the instance.
 #pragma once
 
 #include "engine/broad_phase/grid.h"
@@ -15,9 +15,9 @@ namespace cab {
 void begin_broad_phase(Span<const PairRule> rules, Span<const std::unique_ptr<BatchSlot>> slots, BroadPhase& broad,
                        WorkerPool& pool);
 
-// Stores the world bounds of a tile's instances, given the bounds of their leaf boxes relative to their origins. They
-// are widened by the rounding of this sum in double. batch.live must be set for the tile. Adds every live instance that
-// belongs into the grid to the histogram.
+// Stores the world bounds of a tile's instances: the origin plus the bounds of the leaf boxes, widened by the rounding
+// of this sum in double. batch.live must be set for the tile. Adds every live instance that the grid will hold to the
+// histogram.
 void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, std::uint32_t tile,
                      const AabbTile* leaves, ExtentHistogram& histogram);
 
@@ -30,7 +30,7 @@ struct PartnerQuery {
   std::uint32_t batch;  // index of the batch
   const InstanceBounds& bounds;
   std::uint64_t after;  // an instance_key
-  bool all;             // whether bounds do not matter, for Strategy::kExactAll
+  bool all;             // whether `bounds` is ignored (Strategy::kExactAll)
 };
 
 // Replaces `found` by the partners in ascending order of their keys. Returns false if the list is full and partners
