@@ -11,8 +11,8 @@ namespace cab {
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine);
 
 // Steps 2 to 6, given the built grid: finds candidates, poses them again, tests their boxes, runs the exact test and
-// reports hits. Works in spatial order if it can. It works in key order with Strategy::kExactAll, and for some frames
-// after one whose hits did not fit into the hit store.
+// reports hits. Works in spatial order, but in key order with Strategy::kExactAll, in a frame whose hits do not fit
+// into the hit store, and in some frames after it.
 void pair_characters(const FrameContext& frame, Engine& engine, HitSink& sink);
 
 }  // namespace cab

@@ -129,8 +129,8 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     if (desc.kind > BatchKind::kSequence) return Status::kBadBatchKind;
     if (desc.instance_count == 0) return Status::kNoInstances;
     if (desc.instance_count > kMaxInstances || engine.batches.size() == kMaxBatches) return Status::kTooManyInstances;
-    // The grid has 32-bit indices and a 32-bit number of buckets: a power of two that is not below the number of
-    // characters.
+    // The indices of grid entries and the number of buckets have 32 bits. The number of buckets is a power of two that
+    // is not below the number of characters.
     if (character_count(engine) + desc.instance_count > (std::size_t{1} << 31)) return Status::kTooManyInstances;
     auto slot = std::make_unique<BatchSlot>(engine.allocator);
     InstanceBatch& batch = slot->batch;

@@ -8,7 +8,7 @@
 
 namespace cab {
 
-// Deletes FclShapes, which is complete only in exact_fcl.cpp.
+// Deletes FclShapes, which only exact_fcl.cpp defines.
 struct FclShapesDelete {
   void operator()(FclShapes*) const;
 };

@@ -20,8 +20,8 @@ struct BatchSlot {
   const FclShapes* fcl_shapes = nullptr;  // owned by the articulation
 };
 
-// What every step of a frame reads. A step gets what it writes as other arguments: a worker, the grid, the hit sink.
-// Arrays of batches are the exception: `slots` leads to them, the caller's flags and in_contact included.
+// What every step of a frame reads. What a step writes is passed separately: a worker, the grid, the hit sink. Arrays
+// of a batch are the exception, such as the caller's flags and in_contact: steps write them through `slots`.
 struct FrameContext {
   const kernel::KernelTable& kernels;
   Span<const std::unique_ptr<BatchSlot>> slots;  // by BatchId::value - 1

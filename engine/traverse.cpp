@@ -134,8 +134,8 @@ void open(const FrameContext& frame, Worker& worker, const NodePair& pair) {
 // Traverses the node pairs of candidates with a stack. Each round tests a block of up to sixteen pairs from the top of
 // the stack, or from the seeds once the stack is empty, and opens the inner pairs that overlap.
 // The level of a pair is the number of opens since its seed. Levels never decrease from the bottom of the stack to its
-// top. A pair is opened in one round with all pairs above it, of which there are at most fifteen. So no level ever has
-// more than 32 pairs (kStackPairsPerLevel).
+// top. A round that opens a pair takes all pairs above it off the stack too, at most fifteen. So no level ever has more
+// than 32 pairs (kStackPairsPerLevel).
 template <class AosBox>
 void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   Seeds seeds(frame, worker, begin, end);

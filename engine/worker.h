@@ -34,14 +34,14 @@ struct alignas(64) Worker {
   Span<PointTile> joints;           // by link: the joints of the tile that is updated
   Span<MotionTile> motions;         // by link: the poses of that tile, for Refit::kAabbVertices
   Span<MomentTile> moments;         // by node: scratch of Refit::kCovarianceLeaves
-  Span<std::uint32_t> live;         // by batch index: bits of the valid lanes of the tile that each sequence is at
+  Span<std::uint32_t> live;         // by batch index: bits of the live lanes in the current tile of a sequence
   FixedList<NodePair> stack;        // characters: node pairs that a traversal has yet to test
   FixedList<TilePair> tile_stack;   // sequences: the same
   FixedList<TilePair> tile_found;   // sequences: overlapping leaf pairs of two tiles
   FixedList<LeafPair> found;        // overlapping leaf pairs, before the exact test
   FixedList<Candidate> candidates;  // gathered, and not tested yet
   PosedSet posed;                   // the instances of `candidates`
-  PosedLinkSet posed_links;         // strategy `links`: their links whose leaves are posed
+  PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap
   FixedList<LeafPair> link_pairs;   // strategy `links`: pairs of links whose boxes overlap
   FixedList<Partner> partners;      // key order: partners of one instance
   std::uint32_t task = 0;           // index of the task that runs

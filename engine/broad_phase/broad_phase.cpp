@@ -109,6 +109,7 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
     grid.scale[level] = std::ldexp(1.0, -exponent);
     grid.used[level] = false;
   }
+  // Such an extent has no cell that is larger, so the grid becomes a single cell per level.
   for (bool& unused : grid.unused_axis) unused = unused || endless;
 }
 
@@ -152,8 +153,8 @@ void keep_lower_half(PartnerList& list) {
   list.complete = false;
 }
 
-// Whether to search these cells one by one: they are not many more than the entries, of which all could be scanned
-// instead, and no longer along x than for_each_run allows.
+// Whether to search these cells one by one instead of scanning all entries: there are not many more cells than entries,
+// and a line along x is short enough for for_each_run.
 bool is_worth_searching(const Grid& grid, const CellRange& cells) {
   double count = 1;
   for (std::uint32_t c = 0; c < 3; ++c) count *= static_cast<double>(cells.hi[c] - cells.lo[c] + 1);

@@ -46,7 +46,7 @@ struct Grid {
   std::atomic<bool> used[kGridLevels] = {};  // by level: whether it holds an instance
   std::uint32_t levels[kGridLevels] = {};    // the first level_count are the used levels, ascending
   std::uint32_t level_count = 0;
-  bool unused_axis[3] = {};      // by axis: whether the instances spread over so few cells that all are taken as one
+  bool unused_axis[3] = {};      // by axis: whether all cells have index 0 along it, as the instances spread over few
   std::uint32_t order_axis = 0;  // a used axis, if there is one; orders the pairs within a level (is_before)
 };
 
