@@ -1,3 +1,4 @@
+// Resolves the strategy `auto`: compares counts of a frame with the crossovers between strategies.
 #include "engine/auto_strategy.h"
 
 #include <algorithm>
@@ -5,18 +6,20 @@
 namespace cab {
 namespace {
 
-// The crossovers below were measured on one core with AVX-512 and SSE2: docs/policies.md, "Crossovers".
+// The crossovers below were measured on one core, with AVX-512 and with SSE2. docs/policies.md, "Crossovers", has the
+// figures.
 
-// Up to this many links with leaves `rows` pair a character faster than its tree does; up to fewer where the links are
-// one chain. With axis-aligned boxes, which no link's box stands for, leaves are counted.
+// Up to this many links with leaves, `rows` pairs a character faster than `tree` does. The limit is lower where the links
+// are one chain. With axis-aligned boxes, which boxes of links do not bound, leaves are counted instead of links.
 constexpr std::uint32_t kRowsMaxLinks = 64;
 constexpr std::uint32_t kRowsMaxLinksOfChain = 47;
 
-// From this many leaves on `links` pair a character that has several leaves on some link faster than `rows` do.
+// From this many leaves on, `links` pairs a character with several leaves on some link faster than `rows` does.
 constexpr std::uint32_t kLinksMinLeaves = 49;
 
-// A tree pays in a sequence from this many leaf pairs on for every inner node that is refitted, and some for the
-// descent itself: what a merge costs in pair tests, sixteen frames as lanes.
+// Sequences: `tree` is faster than `brute` if the rules have more leaf pairs than it costs. Its cost, in tests of leaf
+// pairs with sixteen animation frames as lanes, is pairs_a_merge() per inner node for the refit and kTreeLeafPairs for
+// the descent.
 constexpr std::uint64_t kTreeLeafPairs = 64;
 std::uint64_t pairs_a_merge(Refit refit) {
   switch (refit) {
@@ -27,6 +30,7 @@ std::uint64_t pairs_a_merge(Refit refit) {
   }
 }
 
+// The number of leaf pairs that a rule tests per animation frame.
 std::uint64_t leaf_pairs_of(const Engine& engine, const PairRule& rule) {
   const std::uint64_t a = engine.batch(rule.a).articulation->leaf_count,
                       b = engine.batch(rule.b).articulation->leaf_count;
@@ -50,7 +54,7 @@ Policies resolve_characters(const Engine& engine, const FrameJob& job) {
   }
   if (out.strategy == Strategy::kAuto)
     out.strategy = tree_pays ? Strategy::kTree : links_pay ? Strategy::kLinks : Strategy::kRows;
-  // Boxes of links say nothing about axis-aligned leaves, which may reach out of them.
+  // Axis-aligned leaf boxes may stick out of the box of their link, so link boxes cannot exclude any of their pairs.
   if (out.strategy == Strategy::kLinks && (!several_leaves || axis_aligned)) out.strategy = Strategy::kRows;
   return out;
 }
@@ -70,8 +74,8 @@ Policies resolve_sequences(const Engine& engine, const FrameJob& job) {
   return out;
 }
 
-// Measured with uniform crowds and two threads of TBB, whose start takes about 5 microseconds for each of a frame's five
-// loops: they are even at about 300 characters.
+// Measured with uniform crowds and two threads of TBB. Starting the threads takes about 5 microseconds for each of a
+// frame's parallel loops. At about 300 characters one and two threads take the same time.
 bool is_small(const Engine& engine, const FrameJob& job, const Policies& policies) {
   constexpr std::uint32_t kSmall = 320;
   if (policies.strategy != Strategy::kRows || policies.exact != Exact::kNone) return false;

@@ -1,17 +1,21 @@
-// What `auto` stands for, by what a frame holds and never by the clock: the same frame is always answered the same way.
+// Resolves the strategy `auto` before the first step of a frame.
+// Only the job, its articulations and its batches decide, never a clock, so that equal frames get equal strategies.
 #pragma once
 
 #include "engine/engine.h"
 
 namespace cab {
 
-// The policies by which a frame's characters are tested: `auto` resolved, and a strategy that they can be tested by.
+// Returns the job's policies with the strategy for its characters. `auto` becomes `tree`, `links` or `rows`. `links`
+// becomes `rows` if no link has several leaves or if the refit is axis-aligned.
 Policies resolve_characters(const Engine& engine, const FrameJob& job);
 
-// The same for a frame's sequences.
+// Returns the job's policies with the strategy for its sequences. `auto` becomes `tree` or `brute`, and `links` becomes
+// `tree`.
 Policies resolve_sequences(const Engine& engine, const FrameJob& job);
 
-// Whether a frame of characters is over before other threads would begin, by policies without `auto`.
+// Whether the calling thread finishes the frame before other threads start: few characters, no sequences, strategy
+// `rows` and no exact test. `policies` are those that resolve_characters returns.
 bool is_small(const Engine& engine, const FrameJob& job, const Policies& policies);
 
 }  // namespace cab

@@ -1,3 +1,4 @@
+// A call in progress: locks and unlocks the engine, binds and unbinds its batches.
 #include "engine/call.h"
 
 #include "kernels/pose_leaves.h"

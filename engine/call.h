@@ -1,20 +1,22 @@
-// A call's binding of inputs to batches, shared by run_frame and compute_boxes.
+// A call in progress: it locks the engine, and binds the caller's inputs to their batches.
 #pragma once
 
 #include "engine/engine.h"
 
 namespace cab {
 
-// Holds the engine for one call: refuses a second call, and forgets the caller's pointers at the end.
+// Locks the engine for the duration of one call. The destructor unlocks it and clears the bindings, so that no pointer
+// to the caller's memory outlives the call.
 class Call {
  public:
   explicit Call(Engine& engine);
   ~Call();
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
+  // False if another call on the engine is running; then the engine must not be used.
   bool admitted() const { return admitted_; }
 
-  // Points a batch at a valid input until the call ends.
+  // Binds a batch to its input, which must be valid, and computes the strides that the input leaves at 0.
   void bind(const BatchInput& input);
 
  private:

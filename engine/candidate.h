@@ -1,4 +1,4 @@
-// A candidate: two instances, or one and itself, that may touch.
+// A candidate: two instances that may touch, or one instance whose links may touch each other.
 #pragma once
 
 #include "layout/tile.h"
@@ -7,23 +7,26 @@
 
 namespace cab {
 
-// Two instances to be tested: (batch, instance) of a is lower than that of b, or both are the same instance.
+// The two instances to test. The key of a is lower than the key of b, or both are one instance. Batches are given by
+// index (BatchId::value - 1).
 struct Candidate {
   std::uint32_t batch_a, instance_a;
   std::uint32_t batch_b, instance_b;
-  std::uint32_t slot_a = 0, slot_b = 0;  // of their boxes in the worker's PosedSet (engine/posed_set.h)
+  std::uint32_t slot_a = 0, slot_b = 0;  // characters: slots of their boxes in the worker's PosedSet
 };
 
+// Whether the candidate tests the links of one instance against each other.
 inline bool is_within(const Candidate& candidate) {
   return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;
 }
 
-// The key of an instance. Hits are sorted by the keys of their two instances first.
+// The key of an instance: it orders instances by the index of their batch, then by their index in it. Hits are sorted
+// by the keys of their two instances first.
 inline std::uint64_t instance_key(std::uint32_t batch, std::uint32_t instance) {
   return std::uint64_t{batch} << 32 | instance;
 }
 
-// Instances of one batch that are posed together.
+// Up to sixteen instances of one batch that are posed as one tile. Lane i is instance[i] if i < count.
 struct TileInstances {
   std::uint32_t instance[kLanes];
   std::uint32_t count;

@@ -1,3 +1,4 @@
+// Steps 1 to 6 of a frame for characters: bounds, gathering of candidates, and the order in which tasks pair instances.
 #include "engine/characters.h"
 
 #include "engine/broad_phase/broad_phase.h"
@@ -15,7 +16,7 @@ namespace {
 
 // ----------------------------------------------------------------------------- steps 3 to 6: a worker's candidates
 
-// Calls report(candidate, pairs) for the pairs of each candidate of a list that is grouped by candidates.
+// Calls report(candidate, its pairs) for every candidate in a list of leaf pairs, which must be sorted by candidate.
 template <class ReportPairs>
 void for_each_candidate(const Worker& worker, const FixedList<LeafPair>& list, ReportPairs&& report) {
   for (LeafPair* begin = list.begin(); begin != list.end();) {
@@ -26,7 +27,7 @@ void for_each_candidate(const Worker& worker, const FixedList<LeafPair>& list, R
   }
 }
 
-// Steps 4 to 6 for the candidates whose leaf boxes overlap.
+// Steps 5 and 6: reports the candidates whose leaf pairs are in worker.found.
 void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink) {
   const Timed timed(worker.stats.seconds_query);
   for_each_candidate(worker, worker.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
@@ -34,7 +35,7 @@ void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink) {
   });
 }
 
-// The same by strategy links, where boxes of links overlap so far.
+// Steps 4 to 6 with strategy `links`, when worker.found has the link pairs whose boxes overlap.
 void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
   std::swap(worker.found, worker.link_pairs);
   for_each_candidate(worker, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> links) {
@@ -48,7 +49,8 @@ void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
   });
 }
 
-// The end of the candidates from `begin` on whose leaf pairs the worker's list can hold; one always fits.
+// Returns the end of the candidates that can be tested together from `begin` on: worker.found has room for all their
+// leaf pairs. A single candidate always fits.
 std::uint32_t candidates_at_once(const FrameContext& frame, const Worker& worker, std::uint32_t begin) {
   std::size_t leaf_pairs = 0;
   std::uint32_t end = begin;
@@ -61,7 +63,7 @@ std::uint32_t candidates_at_once(const FrameContext& frame, const Worker& worker
   return end;
 }
 
-// Steps 3 to 6 for the candidates that a worker has gathered.
+// Steps 3 to 6 for the candidates that a worker has gathered. Empties the list and the sets afterwards.
 void test_candidates(const FrameContext& frame, Worker& worker, HitSink& sink) {
   if (worker.candidates.empty()) return;
   worker.stats.candidates += worker.candidates.size;
@@ -87,22 +89,23 @@ void test_candidates(const FrameContext& frame, Worker& worker, HitSink& sink) {
 
 // ----------------------------------------------------------------------------------- step 2: candidates of a task
 
-// Candidates that are tested at a time where only contact is asked for: what a test tells spares others.
+// How many candidates are tested at a time with Report::kInContact. Fewer than kChunkCandidates, since every instance
+// that is found in contact saves later tests.
 constexpr std::uint32_t kInContactCandidates = 64;
 
-// An instance and where it is.
+// An instance, and where it is in the world.
 struct PlacedInstance {
   std::uint32_t batch, instance;
   const Placement& placement;
 };
 
-// One task's way to its candidates: they are tested whenever as many are gathered as a worker can hold.
+// The candidates of one task. They are tested whenever the worker's list or its set of posed instances is full.
 struct Gathering {
   const FrameContext& frame;
   Worker& worker;
   HitSink& sink;
 
-  // Adds two instances, of which a has the lower key, or one against itself.
+  // Adds a candidate: two instances, where a has the lower key, or twice the same instance.
   void add(const PlacedInstance& a, const PlacedInstance& b) {
     Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
     const bool in_contact = frame.report == Report::kInContact;
@@ -116,7 +119,7 @@ struct Gathering {
   }
 };
 
-// Gathers everything that one instance is tested against: itself, and its partners with a higher key, in the order of
+// Gathers all candidates with `one` as instance a: with itself, then with its partners of higher keys in the order of
 // keys.
 void gather_in_key_order(Gathering& gathering, const PlacedInstance& one) {
   const FrameContext& frame = gathering.frame;
@@ -141,7 +144,8 @@ void gather_in_key_order(Gathering& gathering, const PlacedInstance& one) {
   }
 }
 
-// Gathers what the instance of one grid entry is tested against: itself, and the entries that it finds.
+// Gathers the candidates that a grid entry reports: its instance with itself, and with the instances that
+// for_each_later finds.
 void gather_in_spatial_order(Gathering& gathering, std::uint32_t entry) {
   const FrameContext& frame = gathering.frame;
   const Grid& grid = frame.broad_phase.grid;
@@ -161,11 +165,13 @@ void gather_in_spatial_order(Gathering& gathering, std::uint32_t entry) {
   });
 }
 
+// How many instances one task pairs with others.
 constexpr std::uint32_t kInstancesPerTask = 128;
 
 std::uint32_t task_count(std::uint32_t instances) { return (instances + kInstancesPerTask - 1) / kInstancesPerTask; }
 
-// Gathers for a run of instances of a batch that follow each other.
+// Gathers all candidates of the live instances of one task, in key order: kInstancesPerTask consecutive instances of
+// the batch `index`, from run * kInstancesPerTask on.
 void gather_run(Gathering& gathering, std::uint32_t index, std::uint32_t run) {
   const InstanceBatch& batch = gathering.frame.batch(index);
   const std::uint32_t first = run * kInstancesPerTask;
@@ -176,7 +182,8 @@ void gather_run(Gathering& gathering, std::uint32_t index, std::uint32_t run) {
   }
 }
 
-// Pairs characters of one task: gather(gathering) brings its candidates. Time is split between the steps.
+// Runs one task: gather(gathering) adds its candidates, and the last ones are tested at its end. Time outside of steps
+// 3 to 6 counts as broad phase.
 template <class Gather>
 void run_task(const FrameContext& frame, std::uint32_t task, Worker& worker, HitSink& sink, Gather&& gather) {
   worker.task = task;
@@ -193,6 +200,7 @@ void run_task(const FrameContext& frame, std::uint32_t task, Worker& worker, Hit
 
 // ------------------------------------------------------------------------------------------------- all characters
 
+// Pairs all characters in key order. Tasks append their hits to the caller's buffer in turn.
 void pair_in_key_order(const FrameContext& frame, Engine& engine, HitSink& sink) {
   std::uint32_t tasks = 0;
   for (const auto& slot : engine.batches) {
@@ -210,8 +218,9 @@ void pair_in_key_order(const FrameContext& frame, Engine& engine, HitSink& sink)
   });
 }
 
-// Pairs in spatial order, that of the grid's entries: what is posed and read for one character is still in cache for the
-// next. False when the store is too small for the hits, of which none are left then.
+// Pairs all characters in spatial order, the order of the grid's entries: poses and bounds that one character needs are
+// still in cache for the next. Returns false if the hits did not fit into the store. Then all hits and counts of this
+// pass are dropped.
 bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
   sink.in_spatial_order = true;
   for (const auto& worker : pool.workers) worker->stats_before = worker->stats;
@@ -227,7 +236,7 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
   });
   for (std::uint32_t index = 0; index < frame.slots.size; ++index) {
     const InstanceBatch& batch = frame.batch(index);
-    if (!batch.pairs_within || batch.pairs_between) continue;  // not in the grid
+    if (!batch.pairs_within || batch.pairs_between) continue;  // its instances are in the grid, or in no rule
     pool.tasks->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
       if (sink.store_full) return;
       run_task(frame, task, pool[w], sink, [&](Gathering& gathering) { gather_run(gathering, index, task); });
@@ -267,8 +276,8 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
 }
 
 void pair_characters(const FrameContext& frame, Engine& engine, HitSink& sink) {
-  constexpr std::uint32_t kFramesInKeyOrder = 16;        // after one whose hits the store could not hold
-  if (frame.policies.strategy == Strategy::kExactAll) {  // the grid is not asked
+  constexpr std::uint32_t kFramesInKeyOrder = 16;  // frames to pair in key order after hits did not fit into the store
+  if (frame.policies.strategy == Strategy::kExactAll) {  // tests all pairs, so the grid is not used
     pair_in_key_order(frame, engine, sink);
     return;
   }

@@ -1,4 +1,4 @@
-// Steps 1 to 6 of a frame for all batches of characters.
+// Steps 1 to 6 of a frame for characters.
 #pragma once
 
 #include "engine/engine.h"
@@ -6,11 +6,13 @@
 
 namespace cab {
 
-// Step 1: bounds every instance of the inputs, by posing its leaves, and says who is masked.
+// Step 1: poses the leaf boxes of every instance of the inputs' character batches. Stores the world bounds of each
+// instance and whether it is live (not masked), writes the caller's flags, and fills the histograms for the grid.
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine);
 
-// Steps 2 to 6: finds candidates in the grid, poses them, tests their boxes, confirms what overlaps and reports hits. In
-// spatial order, or in key order where the store of hits would be too small.
+// Steps 2 to 6, given the built grid: finds candidates, poses them again, tests their boxes, runs the exact test and
+// reports hits. Works in spatial order, but in key order with Strategy::kExactAll, in a frame whose hits do not fit
+// into the hit store, and in some frames after it.
 void pair_characters(const FrameContext& frame, Engine& engine, HitSink& sink);
 
 }  // namespace cab

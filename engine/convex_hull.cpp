@@ -1,3 +1,4 @@
+// Convex hulls by qhull, whose memory and error output do not leave this file.
 #include "engine/convex_hull.h"
 
 #include <cstdio>
@@ -14,7 +15,7 @@ struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-// A qhull run that frees its memory.
+// A qhull state that frees its memory.
 struct Qhull {
   qhT state{};
   Qhull() { qh_zero(&state, nullptr); }
@@ -33,7 +34,7 @@ ConvexHull convex_hull(Span<const float> vertices) {
   ConvexHull out;
   std::vector<double> points(vertices.begin(), vertices.end());
   const int count = static_cast<int>(points.size() / 3);
-  // qhull reports what it dislikes to a file; the caller learns it from the status.
+  // qhull prints errors to a file. The caller learns of them from face_count.
   const std::unique_ptr<std::FILE, CloseFile> nowhere(std::fopen("/dev/null", "w"));
   Qhull qhull;
   qhT* qh = &qhull.state;

@@ -1,4 +1,4 @@
-// Convex hulls of the caller's vertices, by qhull, for exact shapes.
+// Convex hulls of the caller's vertices for the shapes of the exact test, computed by qhull.
 #pragma once
 
 #include <cab/span.h>
@@ -7,14 +7,14 @@
 
 namespace cab {
 
-// Vertices of a hull (x y z each, only those on it) and its triangles (3, i, j, k each, as FCL reads them).
+// A convex hull as a mesh of triangles.
 struct ConvexHull {
-  std::vector<double> vertices;
-  std::vector<int> faces;
+  std::vector<double> vertices;  // x y z per vertex of the hull
+  std::vector<int> faces;        // per triangle, as fcl::Convex reads it: 3, then the indices of three vertices
   int face_count = 0;
 };
 
-// The hull of x y z vertices; face_count 0 when they have no volume.
+// Returns the hull of `vertices` (x y z each). face_count is 0 if qhull fails, as it does for vertices without volume.
 ConvexHull convex_hull(Span<const float> vertices);
 
 }  // namespace cab

@@ -1,4 +1,4 @@
-// Creating engines, articulations and batches, and asking about them.
+// The public API except run_frame: makes engines, articulations and batches, computes boxes, and answers queries.
 #include "engine/engine.h"
 
 #include "engine/call.h"
@@ -17,7 +17,7 @@
 namespace cab {
 namespace {
 
-// Runs an add or create; whatever memory it lacked is a status.
+// Calls body(), which may allocate, and turns an exception into kOutOfMemory.
 template <class Body>
 Status guarded(Body&& body) noexcept {
   try {
@@ -32,6 +32,7 @@ const Articulation* find_articulation(const Engine& engine, ArticulationId id) {
                                                                  : &engine.articulations[id.value - 1]->articulation;
 }
 
+// The box of one lane.
 Box box_of(const BoxTile& tile, std::uint32_t lane) {
   Box box;
   for (int c = 0; c < 3; ++c) {
@@ -42,6 +43,7 @@ Box box_of(const BoxTile& tile, std::uint32_t lane) {
   return box;
 }
 
+// The bounds of one lane as a box with world axes. Its half extents are rounded up, so that it contains the bounds.
 Box box_of(const AabbTile& tile, std::uint32_t lane) {
   Box box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
   for (int c = 0; c < 3; ++c) {
@@ -127,7 +129,8 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     if (desc.kind > BatchKind::kSequence) return Status::kBadBatchKind;
     if (desc.instance_count == 0) return Status::kNoInstances;
     if (desc.instance_count > kMaxInstances || engine.batches.size() == kMaxBatches) return Status::kTooManyInstances;
-    // Indices of grid entries are 32-bit numbers, and its buckets a power of two of them.
+    // The indices of grid entries and the number of buckets have 32 bits. The number of buckets is a power of two that
+    // is not below the number of characters.
     if (character_count(engine) + desc.instance_count > (std::size_t{1} << 31)) return Status::kTooManyInstances;
     auto slot = std::make_unique<BatchSlot>(engine.allocator);
     InstanceBatch& batch = slot->batch;

@@ -1,4 +1,4 @@
-// The engine's own state: what create and add make, and what calls share.
+// The engine: its articulations and batches, its workers, and the memory that the workers share.
 #pragma once
 
 #include "engine/exact_fcl.h"
@@ -15,33 +15,36 @@
 
 namespace cab {
 
+// An articulation of the engine and all that is derived from it.
 struct ArticulationSlot {
   explicit ArticulationSlot(const Allocator& allocator) : arena(allocator) {}
 
-  Arena arena;
+  Arena arena;  // owns the memory of `articulation` and `link_bounds`
   Articulation articulation;
   LinkBounds link_bounds;
   std::unique_ptr<FclShapes, FclShapesDelete> fcl_shapes;
 };
 
+// The state behind the public API (cab/cab.h).
 struct Engine {
   Allocator allocator;
-  const kernel::KernelTable* kernels = nullptr;
-  std::vector<std::unique_ptr<ArticulationSlot>> articulations;
-  std::vector<std::unique_ptr<BatchSlot>> batches;
+  const kernel::KernelTable* kernels = nullptr;                  // of the instruction set that the engine runs
+  std::vector<std::unique_ptr<ArticulationSlot>> articulations;  // by ArticulationId::value - 1
+  std::vector<std::unique_ptr<BatchSlot>> batches;               // by BatchId::value - 1
   WorkerPool pool;
   BroadPhase broad_phase;
   HitStore hit_store;
-  Span<std::uint64_t> rule_bits;        // scratch of validate_job: rules seen so far
-  std::unique_ptr<Arena> shared_arena;  // of what all workers share: grid, store and bits
-  std::atomic_flag busy = ATOMIC_FLAG_INIT;
+  Span<std::uint64_t> rule_bits;             // scratch of validate_job: one bit per possible rule
+  std::unique_ptr<Arena> shared_arena;       // owns the grid, paired_bits, the words of the hit store and rule_bits
+  std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
 
   Span<const std::unique_ptr<BatchSlot>> slots() const { return {batches.data(), batches.size()}; }
   InstanceBatch& batch(BatchId id) { return batches[id.value - 1]->batch; }
   const InstanceBatch& batch(BatchId id) const { return batches[id.value - 1]->batch; }
 };
 
-// What the steps of a frame read, by policies without `auto`.
+// Returns what the steps of a frame read. run_frame passes resolved policies. compute_boxes passes those of the caller,
+// since its steps do not read the strategy.
 inline FrameContext context_of(const Engine& engine, const Policies& policies, float margin, Report report) {
   return {*engine.kernels, engine.slots(), engine.broad_phase, policies, margin, report};
 }

@@ -1,3 +1,4 @@
+// Step 5 of a frame: the exact test of each value of Exact.
 #include "engine/exact.h"
 
 #include "engine/exact_fcl.h"

@@ -1,4 +1,5 @@
-// Exact tests: what confirms that two leaves touch once their boxes overlap. Each has a file of its own.
+// Step 5 of a frame: the interface of exact tests, which confirm that two leaves with overlapping boxes touch. Each
+// test has a file of its own.
 #pragma once
 
 #include "layout/instance_batch.h"
@@ -7,26 +8,27 @@ namespace cab {
 
 class FclShapes;
 
-// One leaf of one instance, as a frame has bound it.
+// One leaf of one instance whose batch is bound to an input.
 struct ExactLeaf {
-  const FclShapes* fcl_shapes;
+  const FclShapes* fcl_shapes;  // of the batch's articulation
   const InstanceBatch* batch;
-  std::uint32_t instance;
-  std::uint32_t leaf;
+  std::uint32_t instance;  // index in the batch
+  std::uint32_t leaf;      // index in the articulation
 };
 
 // The functions of one exact test.
 struct ExactTest {
-  // True when some part of a touches some part of b, or, with a margin above 0, unless every part of a is shown to be
-  // farther than that from every part of b. What the test cannot decide counts as touching.
+  // Whether a part of a and a part of b touch. With a margin above 0: false only if the test shows that every part of a
+  // is farther than the margin from every part of b. What the test cannot decide counts as touching.
   bool (*touch)(const ExactLeaf& a, const ExactLeaf& b, float margin);
 
-  // The deepest contact between the parts of a and of b. With a margin above 0, and parts that are apart, their least
-  // gap. All 0 when the test finds neither.
+  // Returns the deepest contact of a part of a with a part of b. With a margin above 0 and no two parts that touch,
+  // returns the smallest gap as a negative depth. All fields are 0 if the test finds neither.
   Contact (*contact)(const ExactLeaf& a, const ExactLeaf& b, float margin);
 };
 
-// The test that a policy names; null for Exact::kNone, where overlapping boxes are the answer.
+// Returns the test that a policy value names. Null for Exact::kNone, with which all leaves with overlapping boxes
+// touch.
 const ExactTest* find_exact_test(Exact exact);
 
 }  // namespace cab

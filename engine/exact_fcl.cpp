@@ -1,4 +1,4 @@
-// The exact test by FCL with its libccd solver. FCL works in double, relative to the origin of instance a.
+// Step 5 of a frame with Exact::kFcl: FCL with its libccd solver, in double, relative to the origin of instance a.
 #include "engine/exact_fcl.h"
 
 #include "engine/convex_hull.h"
@@ -25,7 +25,7 @@ using Transform = fcl::Transform3d;
 using Matrix = fcl::Matrix3d;
 using Vector = fcl::Vector3d;
 
-// One convex part: FCL's shape and its transform in the link's frame.
+// One convex part of a leaf: the shape, and its transform to the frame of the link.
 struct FclPart {
   std::shared_ptr<fcl::CollisionGeometryd> geometry;
   Transform in_link;
@@ -35,7 +35,7 @@ Vector vector_of(const float* v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
-// Rotation of a quaternion x y z w of any length but zero.
+// The rotation of a quaternion x y z w, which may have any length but zero.
 Matrix rotation_of(const float* q) {
   return fcl::Quaterniond(static_cast<double>(q[3]), static_cast<double>(q[0]), static_cast<double>(q[1]),
                           static_cast<double>(q[2]))
@@ -43,7 +43,8 @@ Matrix rotation_of(const float* q) {
       .toRotationMatrix();
 }
 
-// The rule of the posing kernel in double: Gram-Schmidt, the first column kept.
+// Makes the columns of a matrix orthonormal as the posing kernel does, but in double: Gram-Schmidt, where the first
+// column keeps its direction.
 Matrix orthonormal(Matrix m) {
   m.col(0).normalize();
   m.col(1) -= m.col(1).dot(m.col(0)) * m.col(0);
@@ -59,7 +60,7 @@ Transform make_transform(const Matrix& rotation, const Vector& translation) {
   return out;
 }
 
-// Null when a hull has no volume.
+// The FCL shape of a convex part. Null for a hull without volume.
 std::shared_ptr<fcl::CollisionGeometryd> geometry_of(const ConvexPart& part) {
   const Vector size = vector_of(part.size);
   switch (part.kind) {
@@ -76,6 +77,7 @@ std::shared_ptr<fcl::CollisionGeometryd> geometry_of(const ConvexPart& part) {
   return std::make_shared<fcl::Convexd>(vertices, hull.face_count, std::make_shared<std::vector<int>>(hull.faces));
 }
 
+// A leaf box as a part.
 FclPart box_part(const Box& box) {
   Matrix axes;
   for (int k = 0; k < 3; ++k) axes.col(k) = vector_of(box.axis[k]);
@@ -83,7 +85,7 @@ FclPart box_part(const Box& box) {
           make_transform(orthonormal(axes), vector_of(box.center))};
 }
 
-// A link's pose in an instance's frame, in double.
+// The pose of a link in world axes, relative to the origin of its instance, in double.
 Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
   const BatchInput& input = *batch.input;
   const std::byte* from = reinterpret_cast<const std::byte*>(input.poses.data) + instance * batch.instance_stride +
@@ -112,10 +114,11 @@ Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uin
 
 }  // namespace
 
+// The shapes of one articulation.
 class FclShapes {
  public:
-  std::vector<std::vector<FclPart>> leaves;
-  std::vector<std::uint32_t> leaf_link;
+  std::vector<std::vector<FclPart>> leaves;  // by leaf: its parts
+  std::vector<std::uint32_t> leaf_link;      // by leaf: the index of its link
 };
 
 void FclShapesDelete::operator()(FclShapes* shapes) const { delete shapes; }
@@ -135,7 +138,7 @@ Status make_fcl_shapes(const Articulation& articulation, std::unique_ptr<FclShap
       parts.push_back({std::move(geometry), make_transform(rotation_of(part.rotation), vector_of(part.position))});
     }
     if (parts.empty()) parts.push_back(box_part(articulation.leaf_box[leaf]));
-    for (const FclPart& part : parts) part.geometry->computeLocalAABB();  // for its radius
+    for (const FclPart& part : parts) part.geometry->computeLocalAABB();  // sets aabb_radius, which find_gap reads
     shapes->leaves.push_back(std::move(parts));
     shapes->leaf_link.push_back(articulation.leaf_link[leaf]);
   }
@@ -145,8 +148,8 @@ Status make_fcl_shapes(const Articulation& articulation, std::unique_ptr<FclShap
 
 namespace {
 
-// Calls visit(part of a, its pose, part of b, its pose) for every two parts, poses relative to the origin of a, until
-// visit returns true.
+// Calls visit(part of a, its pose, part of b, its pose) for every part of leaf a and every part of leaf b, until visit
+// returns true. Poses are relative to the origin of instance a.
 template <class Visit>
 bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
   const Transform pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.leaf]);
@@ -159,27 +162,28 @@ bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
   return false;
 }
 
-// FCL's distance query stops when a step gains less than this fraction of what the two parts may span.
+// FCL's distance query stops when an iteration gains less than this fraction of the sum of both parts' radii and the
+// margin.
 constexpr double kDistanceStep = 1e-10;
 
-// Two parts that are apart: the distance FCL found (the least one is no larger), its direction from a to b, the middle
-// of the gap, and a distance that they surely keep.
+// The gap between two parts that do not touch. Their true distance is that of their nearest points.
 struct Gap {
-  double distance;
-  Vector normal;
-  Vector middle;
-  double at_least;
+  double distance;  // found by FCL; never below the true distance
+  Vector normal;    // unit vector along that distance, from a to b
+  Vector middle;    // halfway between the two points that FCL found
+  double at_least;  // a lower bound of the true distance
 };
 
-// How far a part reaches along a direction.
+// The largest coordinate of a part along a direction: its support.
 double reach(const FclPart& part, const Transform& at, const Vector& along) {
   const Vector local = at.linear().transpose() * along;
   const auto* const shape = static_cast<const fcl::ShapeBased*>(part.geometry.get());
   return along.dot(at * fcl::detail::getSupport(shape, local));
 }
 
-// Whether FCL finds two parts apart, and by how much. Its distance is that of two points of theirs, and so never too
-// small, but may be too large by any amount; what lies between the two parts along its direction is never too large.
+// Returns whether FCL finds two parts apart, and writes their gap. FCL returns the distance between one point of each
+// part. It is never below the true distance, but may exceed it by any amount. The distance between the supports of both
+// parts along the same direction is never above the true distance, so it gives at_least.
 bool find_gap(const FclPart& a, const Transform& at_a, const FclPart& b, const Transform& at_b, double margin,
               Gap* out) {
   fcl::DistanceRequestd request;

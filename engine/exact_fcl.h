@@ -1,4 +1,4 @@
-// The exact test `fcl`: FCL on the convex parts of two leaves.
+// Step 5 of a frame with Exact::kFcl: FCL on the convex parts of two leaves.
 #pragma once
 
 #include "engine/exact.h"
@@ -8,17 +8,18 @@
 
 namespace cab {
 
+// Deletes FclShapes, which only exact_fcl.cpp defines.
 struct FclShapesDelete {
   void operator()(FclShapes*) const;
 };
 
-// Builds FCL's shapes of every leaf (no parts: of the leaf's box), shared by all instances of the articulation. Any frame
-// may ask for them, so they are built whatever the policies. Returns kBadShape and the leaf's index when a hull has no
-// volume.
+// Builds the FCL shapes of every leaf of an articulation; all instances share them. The shape of a leaf without parts
+// is its box. Any frame may use the exact test, so shapes are built for every articulation. Returns kBadShape, and the
+// index of the leaf in *bad_leaf (optional), if a hull has no volume.
 Status make_fcl_shapes(const Articulation& articulation, std::unique_ptr<FclShapes, FclShapesDelete>* out,
                        std::uint32_t* bad_leaf);
 
-// ExactTest::touch and ExactTest::contact. A query that FCL gives up on counts as touching, without a contact.
+// ExactTest::touch and ExactTest::contact. Two parts on which FCL gives up count as touching and have no contact.
 bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin);
 Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin);
 

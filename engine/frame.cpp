@@ -14,14 +14,15 @@
 namespace cab {
 namespace {
 
-// Strategy links pairs the boxes of links; every other strategy pairs the articulation's own leaves.
+// Activates the link boxes of all characters, which strategy `links` pairs first. With any other strategy the leaves of
+// the articulation itself are active.
 void activate_link_bounds(Engine& engine, Span<const BatchInput> inputs) {
   for (const BatchInput& input : inputs)
     if (InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
       batch.active = &batch.link_bounds->links;
 }
 
-// Forgets what the last frame counted, and who was in contact.
+// Sets the counts of all workers and the caller's in_contact bytes to 0.
 void clear_results(Engine& engine, Span<const BatchInput> inputs) {
   for (const auto& worker : engine.pool.workers) worker->stats = {};
   for (const BatchInput& input : inputs) std::fill(input.in_contact.begin(), input.in_contact.end(), std::uint8_t{0});
@@ -56,13 +57,14 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   // Check: a refused job changes nothing.
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
-  const kernel::FloatMode mode;  // before the checks: they compare numbers too, and must not trap
+  const kernel::FloatMode mode;  // before the checks: they compare floats, which must not trap
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   clear_results(engine, job.inputs);
   HitSink sink{&job, &engine.hit_store};
 
-  // Characters: every instance is bounded, the grid finds who comes near whom, and only those are posed again and tested.
+  // Characters: every instance is bounded. The grid finds the instances whose bounds overlap, and only those are posed
+  // again and tested.
   const Policies policies = resolve_characters(engine, job);
   const FrameContext characters = context_of(engine, policies, job.margin, job.report);
   if (policies.strategy == Strategy::kLinks) activate_link_bounds(engine, job.inputs);
@@ -75,7 +77,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   }
   pair_characters(characters, engine, sink);
 
-  // Sequences: frames that have the same number are tested, sixteen at a time.
+  // Sequences: instance f of one sequence is tested against instance f of another, sixteen at a time.
   run_sequences(context_of(engine, resolve_sequences(engine, job), job.margin, job.report), job, engine, sink);
 
   // Results: sorted hits, contacts, counts.
@@ -83,7 +85,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   job.stats = total_stats(engine.pool, start);
   return status;
 } catch (const std::exception&) {
-  return Status::kOutOfMemory;  // what TBB throws when it finds no memory for its tasks
+  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
 }
 
 }  // namespace cab

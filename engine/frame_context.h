@@ -1,4 +1,4 @@
-// What the steps of a frame read.
+// The frame context: what all steps of a frame read.
 #pragma once
 
 #include "engine/broad_phase/grid.h"
@@ -11,31 +11,32 @@
 
 namespace cab {
 
-// A batch in the engine, with the exact shapes of its articulation.
+// A batch of the engine, with the exact shapes of its articulation.
 struct BatchSlot {
   explicit BatchSlot(const Allocator& allocator) : arena(allocator) {}
 
-  Arena arena;
+  Arena arena;  // owns the arrays of `batch`
   InstanceBatch batch;
-  const FclShapes* fcl_shapes = nullptr;
+  const FclShapes* fcl_shapes = nullptr;  // owned by the articulation
 };
 
-// What every step of a frame may read. Steps write to a worker's memory, to the grid or to the caller's spans, which they
-// are given apart.
+// What every step of a frame reads. What a step writes is passed separately: a worker, the grid, the hit sink. Arrays
+// of a batch are the exception, such as the caller's flags and in_contact: steps write them through `slots`.
 struct FrameContext {
   const kernel::KernelTable& kernels;
-  Span<const std::unique_ptr<BatchSlot>> slots;  // by the index of a batch
+  Span<const std::unique_ptr<BatchSlot>> slots;  // by BatchId::value - 1
   const BroadPhase& broad_phase;
-  Policies policies;  // `auto` is resolved: those of characters and of sequences may differ
-  float margin = 0;
+  Policies policies;  // with resolved strategy; characters and sequences have a context each
+  float margin = 0;   // FrameJob::margin
   Report report = Report::kHits;
 
   const InstanceBatch& batch(std::uint32_t index) const { return slots[index]->batch; }
 
-  // Whether one touching pair says all that is asked about a candidate.
+  // Whether one overlapping leaf pair is all that a candidate is tested for: the frame asks only which instances are in
+  // contact, and no exact test follows.
   bool first_only() const { return report == Report::kInContact && policies.exact == Exact::kNone; }
 
-  // One leaf of one instance for an exact test.
+  // The arguments of an exact test for one leaf of one instance.
   ExactLeaf exact_leaf(std::uint32_t batch_index, std::uint32_t instance, std::uint32_t leaf) const {
     return {slots[batch_index]->fcl_shapes, &batch(batch_index), instance, leaf};
   }

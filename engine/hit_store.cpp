@@ -1,3 +1,4 @@
+// Step 6 of a frame for characters in spatial order: the layout of the hit store, and the merge sort of its chains.
 #include "engine/hit_store.h"
 
 #include "engine/report.h"
@@ -9,11 +10,13 @@
 namespace cab {
 namespace {
 
-// A group in the store: the hits of one candidate. Words: where the next group of its first instance begins, its two
-// instances, how many hits there are, then both leaves of each in one word.
+// The words of a group, which holds the hits of one candidate. kNext is where the next group of the chain begins, and
+// kHits is the number of hits. The words from kGroupHead on are the hits: leaf a in the upper half, leaf b in the
+// lower.
 enum GroupWord : std::uint32_t { kNext, kBatchA, kInstanceA, kBatchB, kInstanceB, kHits, kGroupHead };
 
-// Whether a worker's groups have room for one more of up to `hits`, after they are stored if need be.
+// Makes room in worker.words for one more group of up to `hits` hits: if there is none, stores the groups that are
+// there. If the group does not fit into empty words either, sets HitSink::store_full and returns false.
 bool has_room_for(const FrameContext& frame, std::size_t hits, Worker& worker, HitSink& sink) {
   FixedList<std::uint32_t>& words = worker.words;
   if (words.size + kGroupHead + hits <= words.capacity) return true;
@@ -23,7 +26,7 @@ bool has_room_for(const FrameContext& frame, std::size_t hits, Worker& worker, H
   return false;
 }
 
-// One chain of two, in the order of the instances that its groups touch.
+// Merges two chains that are sorted by the key of instance b. Returns where the merged chain begins.
 std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t y) {
   std::uint32_t first, *link = &first;
   const auto key = [store](std::uint32_t group) {
@@ -39,7 +42,8 @@ std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t 
   return first;
 }
 
-// Sorts a chain of groups by merging: chain[k], if there is one, holds 2^k of them.
+// Sorts a chain of groups by the key of instance b, bottom up: chain[k] is empty or a sorted chain of 2^k groups.
+// Returns where the sorted chain begins.
 std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
   constexpr std::uint32_t kChains = 32;
   std::uint32_t chain[kChains], chains = 0;
@@ -60,7 +64,7 @@ std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
   return sorted;
 }
 
-// Writes one instance's hits, as far as there is room.
+// Writes the hits whose instance a is the given one, sorted by instance b, until `room` is full.
 void write_hits(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, Span<std::uint32_t> store,
                 Span<Hit> room) {
   const InstanceBatch& a = frame.batch(index);
@@ -100,7 +104,7 @@ void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafP
   worker.words.size += kGroupHead + hits;
 }
 
-// Each group is put before the others of its first instance.
+// Each group becomes the first of its chain.
 void store_hits(const FrameContext& frame, Worker& worker, HitSink& sink) {
   FixedList<std::uint32_t>& words = worker.words;
   const std::uint64_t at = sink.stored_words.fetch_add(words.size, std::memory_order_relaxed);
@@ -120,7 +124,7 @@ void store_hits(const FrameContext& frame, Worker& worker, HitSink& sink) {
 }
 
 void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
-  constexpr std::uint32_t kPrefetched = 16;  // instances ahead, whose hits lie anywhere
+  constexpr std::uint32_t kPrefetched = 16;  // how many instances ahead the first group is prefetched
   FrameJob& job = *sink.job;
   const Span<std::uint32_t> store = sink.store->words;
   std::size_t found = sink.found;

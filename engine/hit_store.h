@@ -1,4 +1,5 @@
-// Step 6 of a frame, spatial order: hits of characters are stored as they are found, and written in key order at the end.
+// Step 6 of a frame for characters in spatial order: stores hits as tasks find them, and writes them in key order at
+// the end.
 #pragma once
 
 #include "engine/frame_context.h"
@@ -11,27 +12,32 @@ struct HitSink;
 struct Worker;
 struct WorkerPool;
 
-// Groups of hits, one per candidate. The groups of one instance are chained (StoredHits).
+// The hits of a frame in groups, one group per candidate. Groups with the same first instance form a chain, which
+// starts in its StoredHits.
 struct HitStore {
-  Span<std::uint32_t> words;
-  std::uint32_t frames_in_key_order = 0;  // frames to come that are not paired in spatial order
+  Span<std::uint32_t> words;              // the groups one after the other (engine/hit_store.cpp)
+  std::uint32_t frames_in_key_order = 0;  // how many of the next frames are paired in key order
 };
 
-// Words of the store per instance: one per hit, and six per two instances that touch. Frames with more hits are paired in
-// key order.
+// Size of the store in words per instance of all character batches. A group takes six words, and one word per hit. A
+// frame whose hits do not fit is paired in key order.
 inline constexpr std::size_t kStoreWords = 32;
 
-// Instances whose stored hits one task writes.
+// How many instances' chains one task writes to the caller's buffer.
 inline constexpr std::uint32_t kStoredPerTask = 1024;
 
-// Adds the hits of one candidate to the worker's groups, and stores those first if there is no room.
+// Finds the touching link pairs of a candidate (for_each_touching) and appends its hits to worker.words as one group.
+// Stores the earlier groups first if there is no room. Sets HitSink::store_full if the group can be larger than
+// worker.words.
 void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
                HitSink& sink);
 
-// Puts a worker's groups into the store. Sets HitSink::store_full if there is no room.
+// Moves the groups in worker.words into the store and its chains. If they do not fit, drops them and sets
+// HitSink::store_full.
 void store_hits(const FrameContext& frame, Worker& worker, HitSink& sink);
 
-// Writes all hits of the store to the caller's buffer, in key order.
+// Adds the number of all stored hits to HitSink::found, and writes to the caller's buffer, in key order, those for
+// which it has room.
 void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink);
 
 }  // namespace cab

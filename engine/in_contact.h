@@ -1,4 +1,5 @@
-// Which instances touch anything: the caller's bytes, which the tasks of a frame only ever set.
+// BatchInput::in_contact: one byte per instance, which the tasks of a frame read and set at the same time. A byte that
+// is set stays set until the frame ends.
 #pragma once
 
 #include "engine/candidate.h"
@@ -6,18 +7,19 @@
 
 namespace cab {
 
-// Whether nothing is to be learned about an instance: nobody asks, or it is known to touch.
+// Whether no test of the instance can change what is reported about it: its byte is set, or the caller gave no bytes.
 inline bool is_already_reported(const InstanceBatch& batch, std::uint32_t instance) {
   const Span<std::uint8_t> in_contact = batch.input->in_contact;
   return in_contact.empty() || __atomic_load_n(&in_contact[instance], __ATOMIC_RELAXED);
 }
 
+// Whether this holds for both instances of a candidate.
 inline bool is_already_reported(const FrameContext& frame, const Candidate& candidate) {
   return is_already_reported(frame.batch(candidate.batch_a), candidate.instance_a) &&
          is_already_reported(frame.batch(candidate.batch_b), candidate.instance_b);
 }
 
-// Notes that the two instances of a candidate touch.
+// Sets the bytes of both instances of a candidate.
 inline void set_in_contact(const FrameContext& frame, const Candidate& candidate) {
   const auto set = [&frame](std::uint32_t batch, std::uint32_t instance) {
     const Span<std::uint8_t> in_contact = frame.batch(batch).input->in_contact;

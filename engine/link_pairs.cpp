@@ -1,3 +1,4 @@
+// Step 4 of a frame for characters with strategy `links`: poses the leaves of overlapping links and tests their pairs.
 #include "engine/link_pairs.h"
 
 #include "engine/in_contact.h"
@@ -9,14 +10,16 @@
 namespace cab {
 namespace {
 
-// One link of an instance in the set: its leaves, and its bounds.
+// One link of one instance in worker.posed.
 struct LinkSide {
   const InstanceBatch* batch;
-  const LinkLeaves* leaves;
-  std::uint32_t slot;
-  std::uint32_t link;  // a leaf of `links`
+  const LinkLeaves* leaves;  // which leaves the link has
+  std::uint32_t slot;        // of the instance
+  std::uint32_t link;        // index into LinkBounds::leaves
 
+  // The number of leaves, padded to whole tiles.
   std::uint32_t width() const { return leaf_bounds_width(leaves->leaf_count); }
+  // The index in the articulation of the i-th leaf of the link.
   std::uint16_t leaf(std::uint32_t i) const { return batch->articulation->leaf_order[leaves->first_leaf + i]; }
 };
 
@@ -25,7 +28,8 @@ LinkSide side_of(const FrameContext& frame, std::uint32_t batch, std::uint32_t s
   return {&owner, &owner.link_bounds->leaves[link], slot, link};
 }
 
-// Where the side's leaves stand, which are posed if they are not yet; room must be left.
+// Returns the index in PosedLinkSet::boxes of the first leaf of a link. Poses the leaves if the set does not have them
+// yet; then there must be room for them.
 std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Worker& worker) {
   const PosedTile& tile = worker.posed.tile_of(side.slot);
   const std::uint32_t lane = side.slot % kLanes;
@@ -51,7 +55,8 @@ std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Work
   return entry.first;
 }
 
-// Where leaves of one side can touch the other: where the bounds of both links overlap, about a's origin.
+// Sets the region of a filter, relative to the origin of a, to the intersection of the bounds of both links. A leaf of
+// one link outside of it touches no leaf of the other.
 void set_overlap_region(const PosedSet& set, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
                         kernel::RowFilter& filter) {
   const auto bound = [&set](const LinkSide& side, std::uint32_t side_of_bounds) {
@@ -65,15 +70,16 @@ void set_overlap_region(const PosedSet& set, const LinkSide& a, const LinkSide& 
   }
 }
 
-// Leaf pairs of a candidate on their way through the overlap test, in the order of links.
+// Tests leaf pairs of one candidate in blocks of sixteen, and keeps those that overlap at the beginning of
+// worker.found. The leaf pairs of one link pair come one after the other, in ascending order.
 struct LeafPairTester {
   const FrameContext& frame;
   Worker& worker;
-  bool lowest_only;  // of each link pair
+  bool lowest_only;  // whether the lowest overlapping leaf pair of each link pair suffices
   PairBlock<BoxAos> block;
-  std::uint32_t link_pair[kLanes] = {};  // of each pair in the block
-  std::uint32_t kept = 0;                // in worker.found
-  std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
+  std::uint32_t link_pair[kLanes] = {};  // by lane: index of the link pair
+  std::uint32_t kept = 0;                // number of kept leaf pairs
+  std::uint32_t last_kept = 0xffffffff;  // index of the link pair of the last kept leaf pair
 
   LeafPairTester(const FrameContext& context, Worker& by)
       : frame(context), worker(by), lowest_only(context.policies.exact == Exact::kNone) {
@@ -81,7 +87,7 @@ struct LeafPairTester {
     block.boxes.leaves = 0xffff;
   }
 
-  // Takes a pair of the link pair `from` into the block, and tests the block once it is full.
+  // Takes a leaf pair of the link pair `from` into the block, and tests the block if that fills it.
   void take(const NodePair& nodes, const BoxAos& a, const BoxAos& b, const double (&shift)[3], std::uint32_t from) {
     const std::uint32_t lane = block.count++;
     block.pair[lane] = nodes;
@@ -92,8 +98,8 @@ struct LeafPairTester {
     if (block.count == kLanes) test();
   }
 
-  // Counted are the tests of one pair after the other up to the first that is kept: how many more a block holds depends on
-  // when it was last emptied.
+  // Tests the block and empties it. With lowest_only, counts the tests that a scalar loop would make: none after the
+  // first kept leaf pair of a link pair. How many more of them the block holds depends on when it was last emptied.
   void test() {
     if (block.count == 0) return;
     pad(block);
@@ -108,6 +114,7 @@ struct LeafPairTester {
     block.count = 0;
   }
 
+  // Whether the remaining leaf pairs of a link pair need no test.
   bool is_done(std::uint32_t pair) const { return lowest_only && last_kept == pair; }
 };
 
@@ -141,14 +148,15 @@ void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, 
     set_overlap_region(worker.posed, a, b, shift, filter);
     for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !tester.is_done(at); filter.begin_a += kLanes) {
       filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
-      // What is kept and in the block stays below what the filter writes, and what it wrote below is read by then.
+      // The filter writes behind the space for the kept pairs and those in the block, so that test() overwrites no pair
+      // that is not read yet.
       const std::uint32_t begin = found.size = tester.kept + tester.block.count;
       frame.kernels.filter_rows(filter);
       for (std::uint32_t i = begin; i < found.size && !tester.is_done(at); ++i) {
         const LeafPair pair = found.data[i];
         NodePair nodes = {pair.candidate, a.leaf(pair.a), b.leaf(pair.b)};
         const BoxAos *box_a = set.boxes.data + first_a + pair.a, *box_b = set.boxes.data + first_b + pair.b;
-        if (within && nodes.b < nodes.a) {  // the predicate takes the lower leaf first
+        if (within && nodes.b < nodes.a) {  // the leaf predicate takes the lower leaf as a
           std::swap(nodes.a, nodes.b);
           std::swap(box_a, box_b);
         }

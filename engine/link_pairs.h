@@ -1,4 +1,4 @@
-// Step 4 of a frame for characters by strategy links, from links whose boxes overlap to their leaves.
+// Step 4 of a frame for characters with strategy `links`: from links whose boxes overlap to their overlapping leaves.
 #pragma once
 
 #include "engine/candidate.h"
@@ -10,31 +10,31 @@ namespace cab {
 
 struct Worker;
 
-// Where the leaves of one link of one instance stand, valid while `generation` is the set's.
+// Where the posed leaves of one link of one instance start. Valid while `generation` equals that of the set.
 struct PosedLinkEntry {
   std::uint32_t generation;
-  std::uint32_t first;  // padded to whole tiles
+  std::uint32_t first;  // index into PosedLinkSet::boxes, a multiple of kLanes
 };
 
-// Leaves of the links whose boxes overlap those of another, posed when they are first asked for.
+// The posed leaves of links whose boxes overlap those of other links. A link is posed when it is first needed.
 struct PosedLinkSet {
-  FixedList<BoxAos> boxes;
-  FixedList<float> leaf_bounds;  // layout/leaf_bounds_soa.h, six floats per box
-  Span<PosedLinkEntry> entries;  // by the index of the link's box in the PosedSet
+  FixedList<BoxAos> boxes;       // each link takes whole tiles, and lanes past its last leaf are unused
+  FixedList<float> leaf_bounds;  // per link, at six times the index of its first box (layout/leaf_bounds_soa.h)
+  Span<PosedLinkEntry> entries;  // by the index of the link's box in PosedSet::boxes
   std::uint32_t generation = 1;
 };
 
-// Leaves, padded to whole tiles, that a worker's posed links hold: two links of the most leaves at least.
+// Capacity of PosedLinkSet::boxes. At least two links fit, however many leaves they have.
 inline constexpr std::uint32_t kPosedLinkLeaves = 4096;
 static_assert(kPosedLinkLeaves >= 2 * kMaxLeaves);
 
-// Lists in worker.found the overlapping leaf pairs of a candidate's links, whose boxes overlap. With Exact::kNone only the
-// lowest leaf pair of each link pair is listed. Where the first pair is enough (FrameContext::first_only) it ends the
-// search, and both instances are noted as in contact.
+// Finds the overlapping leaf pairs of a candidate, whose link pairs with overlapping boxes are `links`, and leaves them
+// in worker.found. With Exact::kNone only the lowest leaf pair of each link pair is listed. With
+// FrameContext::first_only the search ends at the first leaf pair, which marks both instances as in contact.
 void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, Span<const LeafPair> links,
                          Worker& worker);
 
-// Drops what is posed of links.
+// Removes all links from the set.
 void clear_links(PosedLinkSet& set);
 
 }  // namespace cab

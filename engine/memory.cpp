@@ -1,3 +1,4 @@
+// Sizes the memory of the workers, and the memory that they share, from worst-case counts over all batches.
 #include "engine/memory.h"
 
 #include "engine/traverse.h"
@@ -9,17 +10,17 @@
 namespace cab {
 namespace {
 
-// What every worker must hold, over all batches of an engine.
+// The worst-case counts over all batches of an engine.
 struct Needs {
-  std::size_t nodes = 0;
-  std::size_t joints = 0;
-  std::size_t depth = 0;
-  std::size_t leaf_pairs = 0;
-  std::size_t character_instances = 0;
-  std::size_t character_nodes = 0;     // of the largest articulation
-  std::size_t leaf_bounds_floats = 0;  // likewise
-  std::size_t character_tiles = 0;
-  bool several_leaves = false;  // some link of a character has
+  std::size_t nodes = 0;                // of one tile of all sequences, or of one tile of the largest character
+  std::size_t joints = 0;               // of the articulation with most links
+  std::size_t depth = 0;                // levels of the two deepest hierarchies together
+  std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
+  std::size_t character_instances = 0;  // over all batches of characters
+  std::size_t character_nodes = 0;      // of the largest character
+  std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
+  std::size_t character_tiles = 0;      // over all batches of characters
+  bool several_leaves = false;          // whether a link of a character has several leaves
 };
 
 Needs needs_of(const Engine& engine) {
@@ -52,11 +53,12 @@ FixedList<T> make_list(Arena& arena, std::size_t capacity) {
   return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
 }
 
+// Sizes what a worker needs for characters: the posed instances and, if links have several leaves, the posed links.
 void size_posed_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
   constexpr std::size_t kEntries = 1024;
   static_assert(kEntries >= 2 * kPosedTiles * kLanes);
   PosedSet& set = worker.posed;
-  // Two more than there are, since two are kept free.
+  // Two tiles more than all characters fill: has_room answers at once while two tiles are free.
   const std::size_t tiles = std::min<std::size_t>(kPosedTiles, needs.character_tiles + 2);
   const auto capacity = [&](std::size_t of_tile, std::size_t most) {
     return std::max(2 * of_tile, std::min(most, tiles * of_tile));
@@ -93,7 +95,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
   worker.words = make_list<std::uint32_t>(worker.arena, needs.character_instances ? kTaskWords : 0);
 }
 
-// Where each sequence's hierarchy stands in a worker's memory.
+// Sets where the nodes of each sequence start in Worker::boxes and Worker::bounds.
 void place_sequences(Engine& engine) {
   std::uint32_t at = 0;
   for (const auto& slot : engine.batches) {

@@ -1,3 +1,4 @@
+// Step 3 of a frame for characters: the hash table, the tiles and the posing of a worker's set of instances.
 #include "engine/posed_set.h"
 
 #include "engine/update.h"
@@ -9,25 +10,26 @@
 namespace cab {
 namespace {
 
+// Most boxes that a tile takes, by any strategy.
 std::uint32_t tile_boxes(const Articulation& articulation) { return kLanes * articulation.node_count; }
 
 std::uint32_t tile_leaf_floats(const Articulation& articulation) {
   return static_cast<std::uint32_t>(kLanes * leaf_bounds_floats(articulation.leaf_count));
 }
 
-// Where the key stands, or the free entry where it belongs.
+// The entry of a key, or the empty entry where it belongs.
 PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
   const std::size_t mask = set.entries.size - 1;
   for (std::size_t at = (key * 0x9e3779b97f4a7c15u) >> 40 & mask;; at = (at + 1) & mask)
     if (PosedEntry& entry = set.entries[at]; entry.generation != set.generation || entry.key == key) return entry;
 }
 
-// Boxes of one instance: of all nodes where the strategy descends, else of the leaves.
+// The number of boxes that are made per instance: all nodes with strategy `tree`, else the leaves.
 std::uint32_t boxes_made(const Articulation& articulation, Strategy strategy) {
   return strategy == Strategy::kTree ? articulation.node_count : articulation.leaf_count;
 }
 
-// A tile for more instances of a batch.
+// Adds an empty tile for instances of a batch.
 void open_tile(const Articulation& articulation, Strategy strategy, std::uint32_t batch, PosedSet& set) {
   PosedTile tile;
   tile.instances.count = 0;

@@ -1,6 +1,6 @@
-// Step 3 of a frame for characters: the boxes of the instances that a worker is about to test. No boxes are stored for
-// all instances. What is posed here stays in cache until its pairs are tested, and an instance that is tested against
-// nothing is never refitted.
+// Step 3 of a frame for characters: poses the instances that a worker is about to test, and makes their boxes.
+// Step 1 keeps no boxes, only bounds. The boxes made here stay in cache until their pairs are tested, and an instance
+// without a candidate is not posed again.
 #pragma once
 
 #include "engine/candidate.h"
@@ -12,24 +12,27 @@ namespace cab {
 
 struct Worker;
 
-// A tile of a worker's set: the boxes of instance `lane` stand at boxes + lane * nodes.
+// Up to sixteen instances of one batch in a worker's set. Their boxes are stored by instance: node n of lane i is
+// boxes[i * nodes + n].
 struct PosedTile {
   TileInstances instances;
-  Placement placement[kLanes];
-  std::uint32_t batch;
-  std::uint32_t nodes;
-  BoxAos* boxes;
-  float* leaf_bounds;
+  Placement placement[kLanes];  // by lane
+  std::uint32_t batch;          // index of the batch
+  std::uint32_t nodes;          // boxes per instance: all nodes with strategy `tree`, else the leaves
+  BoxAos* boxes;                // AabbAos in the same memory with an axis-aligned refit
+  float* leaf_bounds;           // by lane, filled if uses_leaf_bounds (layout/leaf_bounds_soa.h)
 };
 
-// The slot of an instance in a worker's set: an entry of its hash table, empty unless `generation` is the set's.
+// An entry of a worker's hash table, which finds the slot of an instance by its key. Empty unless `generation` equals
+// that of the set.
 struct PosedEntry {
-  std::uint64_t key;
+  std::uint64_t key;  // instance_key
   std::uint32_t generation;
-  std::uint32_t slot;
+  std::uint32_t slot;  // kLanes * index of the tile + lane
 };
 
-// Drops all entries of a table at once, by the next generation; once in 2^32 times they are emptied one by one.
+// Empties a table by starting its next generation. Only when the number wraps, once in 2^32 calls, are the entries
+// written.
 template <class Entry>
 void begin_generation(std::uint32_t& generation, Span<Entry> entries) {
   if (++generation != 0) return;
@@ -37,38 +40,41 @@ void begin_generation(std::uint32_t& generation, Span<Entry> entries) {
   generation = 1;
 }
 
-// The instances whose boxes the candidates at hand need, each once, posed where they are tested.
+// The instances of the candidates that a worker has gathered, each once, and their boxes.
 struct PosedSet {
   FixedList<PosedTile> tiles;
-  Span<std::uint32_t> open;      // by batch: one more than the index of its tile that takes instances, or 0
-  Span<PosedEntry> entries;      // a power of two
-  FixedList<BoxAos> boxes;       // an axis-aligned refit keeps AabbAos in the same memory
-  FixedList<float> leaf_bounds;  // layout/leaf_bounds_soa.h
+  Span<std::uint32_t> open;      // by batch index: 1 + the index of its tile that has free lanes, 0 if none has
+  Span<PosedEntry> entries;      // the hash table; its size is a power of two
+  FixedList<BoxAos> boxes;       // the boxes of all tiles
+  FixedList<float> leaf_bounds;  // the leaf bounds of all tiles
   std::uint32_t generation = 1;
 
   const PosedTile& tile_of(std::uint32_t slot) const { return tiles.data[slot / kLanes]; }
   const Placement& placement(std::uint32_t slot) const { return tile_of(slot).placement[slot % kLanes]; }
 };
 
-// Tiles that a worker's set holds at most, and the boxes that it has room for at least: little enough to stay in the
-// second level of cache, enough that few instances are posed more than once.
+// Capacity of a worker's set: tiles, boxes (31 per instance, the nodes over 16 leaves) and floats of leaf bounds (16
+// leaves per instance). Only two tiles of larger articulations may need more. This is little enough to stay in the
+// second level of cache, and enough that few instances are posed more than once.
 inline constexpr std::uint32_t kPosedTiles = 24;
 inline constexpr std::size_t kPosedBoxes = kPosedTiles * kLanes * 31;
 inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLanes;
 
-// Whether a strategy compares leaf bounds by rows; links does so with the boxes of links.
+// Whether a strategy compares the bounds of leaves: `rows` those of leaf boxes, `links` those of link boxes.
 inline bool uses_leaf_bounds(Strategy strategy) { return strategy == Strategy::kRows || strategy == Strategy::kLinks; }
 
-// Whether both instances of a candidate fit.
+// Whether the set has room for both instances of a candidate.
 bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set);
 
-// The slot of an instance, which joins the set if it is not in it; room must be left.
+// Returns the slot of an instance. An instance that is not in the set is added, for which there must be room.
 std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance,
                            const Placement& placement, PosedSet& set);
 
-// Poses every instance of worker.posed, and refits those whose strategy descends.
+// Poses every instance of worker.posed and makes its boxes and leaf bounds, as the strategy needs them. Does nothing
+// with Strategy::kExactAll.
 void pose_set(const FrameContext& frame, Worker& worker);
 
+// Removes all instances from the set.
 void clear_set(PosedSet& set);
 
 }  // namespace cab

@@ -1,3 +1,4 @@
+// Steps 5 and 6 of a frame: reports candidates, appends hits in task order, and sorts them.
 #include "engine/report.h"
 
 #include "engine/timed.h"
@@ -10,6 +11,7 @@
 namespace cab {
 namespace {
 
+// The promised order of hits.
 auto key_order(const Hit& hit) {
   return std::tie(hit.batch_a.value, hit.instance_a, hit.batch_b.value, hit.instance_b, hit.link_a, hit.link_b);
 }
@@ -18,7 +20,8 @@ void wait_for_turn(std::uint32_t task, const HitSink& sink) {
   while (sink.turn.load(std::memory_order_acquire) != task) std::this_thread::yield();
 }
 
-// Appends a worker's hits to the caller's buffer; only the task whose turn it is may.
+// Appends the hits in worker.hits to the caller's buffer, as far as it has room, and counts them all. Only the task
+// whose turn it is may do so.
 void append_hits(Worker& worker, HitSink& sink) {
   const std::size_t at = sink.found.load(std::memory_order_relaxed);
   const std::size_t room = at < sink.job->hits.size ? sink.job->hits.size - at : 0;
@@ -28,6 +31,8 @@ void append_hits(Worker& worker, HitSink& sink) {
   worker.hits.clear();
 }
 
+// Adds a hit to worker.hits. If the list is full, it is appended to the caller's buffer first, when the turn of the
+// task has come.
 void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair, Worker& worker) {
   if (worker.hits.size == worker.hits.capacity) {
     wait_for_turn(worker.task, sink);

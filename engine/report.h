@@ -1,4 +1,4 @@
-// Steps 5 and 6 of a frame: overlapping leaf pairs -> exact tests -> hits.
+// Steps 5 and 6 of a frame: runs the exact test on overlapping leaf pairs, and writes hits and contacts.
 #pragma once
 
 #include "engine/frame_context.h"
@@ -13,30 +13,31 @@ struct Candidate;
 struct Worker;
 struct WorkerPool;
 
-// Where hits go: the caller's buffer, and how many were found so far (which may be more than it holds). Tasks that run in
-// key order append to the caller's buffer in the order of tasks, whichever thread ran them. Tasks that run in spatial
-// order put their hits into the store, from which they are written in key order at the end.
+// Where the hits of a frame go. Tasks in key order append to the caller's buffer in task order, whichever thread ran
+// them. Tasks in spatial order put their hits into the store, from which they are written in key order at the end.
 struct HitSink {
   FrameJob* job;
   HitStore* store;
-  std::atomic<std::size_t> found{0};
-  std::atomic<std::uint32_t> turn{0};  // the task whose hits come next
-  bool sorted = true;                  // hits stand in the order that the caller was promised
-  bool in_spatial_order = false;
-  std::atomic<std::uint64_t> stored_words{0};
-  std::atomic<bool> store_full{false};
+  std::atomic<std::size_t> found{0};           // number of hits counted for the caller's buffer; may exceed its size
+  std::atomic<std::uint32_t> turn{0};          // index of the task whose hits are appended next
+  bool sorted = true;                          // whether the hits in the buffer are already in the promised order
+  bool in_spatial_order = false;               // whether tasks put their hits into the store at present
+  std::atomic<std::uint64_t> stored_words{0};  // words of the store that are taken; may exceed its size
+  std::atomic<bool> store_full{false};         // whether hits were lost because the store was too small
 };
 
-// Confirms leaf pairs of one candidate by the exact policy and adds one hit per touching link pair, with its lowest touching
-// leaf pair, to the task's hits or groups; with Report::kInContact only notes whether there is one. Reorders the pairs.
+// Runs the exact test on the overlapping leaf pairs of a candidate. Adds one hit per touching link pair, with the
+// lowest touching leaf pair, to worker.hits (key order) or worker.words (spatial order). With Report::kInContact only
+// marks both instances as in contact if any leaf pair touches. May reorder `pairs`.
 void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
                       HitSink& sink);
 
-// Appends the hits of the worker's task to the caller's buffer when its turn has come, and passes the turn on.
+// Waits for the turn of the worker's task, appends its hits to the caller's buffer, and passes the turn to the next
+// task.
 void finish_task(Worker& worker, HitSink& sink);
 
-// Sorts the hits that were found, if they do not stand sorted, and, where the caller wants contacts, asks for them.
-// kHitsOverflow when the buffer was too small.
+// Ends a frame: sets FrameJob::hit_count and hits_needed, sorts the hits if they are not sorted yet, and fills
+// FrameJob::contacts unless it is empty. Returns kHitsOverflow, with hit_count 0, if the caller's buffer was too small.
 Status finish_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink);
 
 }  // namespace cab

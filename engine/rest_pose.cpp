@@ -1,3 +1,4 @@
+// Finds the links that touch in a rest pose: poses one instance and tests all pairs of its leaves.
 #include "engine/rest_pose.h"
 
 #include "engine/validate.h"
@@ -24,7 +25,8 @@ Status links_that_touch(const kernel::KernelTable& kernels, const Articulation& 
   kernels.pose_leaves(tile);
   if (flags[0] != kInstanceOk) return Status::kBadRestPose;
 
-  // A pair that is ignored for another reason is to be found as well: only a link and itself are left out.
+  // Pairs that the articulation ignores for other reasons are tested too. Only pairs of leaves of one link are left
+  // out.
   Articulation all_pairs = articulation;
   const std::size_t links = articulation.link_count;
   const Span<std::uint64_t> diagonal = scratch.allocate<std::uint64_t>((links * links + 63) / 64);

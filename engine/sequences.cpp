@@ -1,3 +1,5 @@
+// Steps 1 to 6 of a frame for sequences, tile by tile. A sequence with one instance is a table: it takes part in every
+// tile.
 #include "engine/sequences.h"
 
 #include "engine/in_contact.h"
@@ -10,36 +12,39 @@
 namespace cab {
 namespace {
 
-// The tile of a sequence that frames of tile `tile` are tested against: a table has one frame, and so one tile.
+// The tile of a sequence that takes part in task `tile`. A table takes part with its only tile.
 std::uint32_t tile_of(const InstanceBatch& batch, std::uint32_t tile) { return batch.instance_count == 1 ? 0 : tile; }
 
-// One rule at one tile of frames.
+// One rule at one tile: the two sequences, and the instances in its lanes.
 struct PairedTiles {
-  std::uint32_t index_a, index_b;  // of the batches, a not above b
+  std::uint32_t index_a, index_b;  // indices of the batches, index_a <= index_b
   const InstanceBatch& a;
   const InstanceBatch& b;
   std::uint32_t tile;
-  bool within;
+  bool within;  // Pairing::kWithin
 
+  // The instance of a sequence in a lane.
   std::uint32_t instance_of(const InstanceBatch& batch, std::uint32_t lane) const {
     return batch.instance_count == 1 ? 0 : tile * kLanes + lane;
   }
-  // The same; lanes past the last instance repeat it.
+  // The same, with the last instance in all lanes after it.
   std::uint32_t instance_or_last(const InstanceBatch& batch, std::uint32_t lane) const {
     return std::min(instance_of(batch, lane), batch.instance_count - 1);
   }
   Candidate candidate(std::uint32_t lane) const {
     return {index_a, instance_of(a, lane), index_b, instance_of(b, lane)};
   }
+  // The number of instances of the longer sequence; the other may be a table.
   std::uint32_t instance_count() const { return std::max(a.instance_count, b.instance_count); }
 };
 
+// The rule with the lower batch first, as hits have it.
 PairedTiles tiles_of(const FrameContext& frame, const PairRule& rule, std::uint32_t tile) {
   const std::uint32_t a = std::min(rule.a.value, rule.b.value) - 1, b = std::max(rule.a.value, rule.b.value) - 1;
   return {a, b, frame.batch(a), frame.batch(b), tile, rule.pairing == Pairing::kWithin};
 }
 
-// Differences of origins in one tile, b less a; false when every one is zero.
+// Writes the origin of b less the origin of a for each lane. Returns false if all differences are zero.
 bool shift_of(const PairedTiles& tiles, ShiftTile* out) {
   const InstanceBatch &a = tiles.a, &b = tiles.b;
   if (a.input->origins.empty() && b.input->origins.empty()) return false;
@@ -53,7 +58,7 @@ bool shift_of(const PairedTiles& tiles, ShiftTile* out) {
   return any;
 }
 
-// The lanes whose instances have matching layers.
+// Returns the bits of the lanes whose two instances have matching layers.
 std::uint32_t lanes_with_matching_layers(const PairedTiles& tiles) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane)
@@ -63,7 +68,8 @@ std::uint32_t lanes_with_matching_layers(const PairedTiles& tiles) {
   return out;
 }
 
-// The lanes that are to be tested: both instances take part, layers match, and something is left to report.
+// Returns the bits of the lanes to test: both instances are valid and have matching layers. With Report::kInContact,
+// lanes whose two instances are already reported are left out.
 std::uint32_t lanes_to_test(const FrameContext& frame, const PairedTiles& tiles, const Worker& worker) {
   const std::uint32_t instances = tiles.instance_count();
   const std::uint32_t in_tile = (2u << (std::min(kLanes, instances - tiles.tile * kLanes) - 1)) - 1;
@@ -79,7 +85,8 @@ std::uint32_t lanes_to_test(const FrameContext& frame, const PairedTiles& tiles,
   return lanes;
 }
 
-// Step 4 for one rule and one tile: both hierarchies, frames as lanes.
+// Step 4 for one rule and one tile with boxes: the kernel tests the nodes of both sequences and leaves the overlapping
+// leaf pairs in worker.tile_found.
 template <class Tile>
 void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
              void (*kernel)(kernel::TileDescent<Tile>&), Worker& worker) {
@@ -101,7 +108,7 @@ void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
   worker.stats.box_tests += descent.box_tests;
 }
 
-// The same without boxes: every leaf pair that is not ignored, in all lanes.
+// Step 4 without boxes: lists every leaf pair that is not ignored, in all the given lanes.
 void list_all_pairs(const PairedTiles& tiles, std::uint32_t lanes, FixedList<TilePair>& found) {
   found.clear();
   const Articulation &a = *tiles.a.articulation, &b = *tiles.b.articulation;
@@ -111,7 +118,7 @@ void list_all_pairs(const PairedTiles& tiles, std::uint32_t lanes, FixedList<Til
         found.push({static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j), lanes});
 }
 
-// Step 4 for one rule and one tile, by the frame's strategy: leaves the leaf pairs that overlap in worker.tile_found.
+// Step 4 for one rule and one tile, by the frame's strategy: leaves the overlapping leaf pairs in worker.tile_found.
 void find_tile_pairs(const FrameContext& frame, const PairedTiles& tiles, std::uint32_t lanes, Worker& worker) {
   const kernel::KernelTable& kernels = frame.kernels;
   const bool brute = frame.policies.strategy != Strategy::kTree;
@@ -145,7 +152,8 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
   }
 }
 
-// Steps 1 and 3 for one tile of every sequence. A table is posed again for every tile, and reported once.
+// Steps 1 and 3 for one tile of every sequence. A table is posed again for every tile, but reports its flags only with
+// the first.
 void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, std::uint32_t tile, Worker& worker) {
   const Nodes nodes = nodes_tested(frame.policies.strategy);
   for (const BatchInput& input : inputs) {

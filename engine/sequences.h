@@ -1,4 +1,5 @@
-// All steps of a frame for sequences: lanes are frames, so a tile of all sequences is updated and tested at once.
+// Steps 1 to 6 of a frame for sequences: one task takes the same tile of every sequence, sixteen animation frames as
+// lanes, through all steps.
 #pragma once
 
 #include "engine/engine.h"
@@ -6,7 +7,8 @@
 
 namespace cab {
 
-// Runs every rule that pairs sequences, a tile of 16 frames at a time while it is in cache.
+// Tests all rules between and within sequences, one task per tile. The boxes of a tile stay in cache from posing to
+// testing.
 void run_sequences(const FrameContext& frame, const FrameJob& job, Engine& engine, HitSink& sink);
 
 }  // namespace cab

@@ -1,3 +1,4 @@
+// Task runners on the calling thread and on the caller's scheduler.
 #include "engine/task_runner.h"
 
 #include "kernels/float_mode.h"
@@ -14,7 +15,8 @@ class SerialTaskRunner final : public TaskRunner {
   }
 };
 
-// A task as the caller's scheduler sees it: ours, in our floating-point mode.
+// A task and its context, as the caller's scheduler passes them on. run_guarded runs the task in the library's
+// floating-point mode.
 struct Guarded {
   void (*task)(void*, std::uint32_t, std::uint32_t);
   void* context;

@@ -1,4 +1,4 @@
-// Running tasks: on the calling thread, on TBB, or on the caller's own scheduler.
+// Task runners: run the tasks of a step on the calling thread, on TBB or on the caller's scheduler.
 #pragma once
 
 #include <cab/types.h>
@@ -9,21 +9,22 @@
 
 namespace cab {
 
+// Runs tasks on workers 0 to worker_count() - 1. A worker runs one task at a time.
 class TaskRunner {
  public:
   virtual ~TaskRunner() = default;
   virtual std::uint32_t worker_count() const = 0;
 
-  // Calls task(context, t, worker) for every t < task_count, as Scheduler::parallel_for promises. Each call runs in
-  // the library's floating-point mode.
+  // Calls task(context, t, worker) once for every t < task_count, and returns when all are done, as
+  // Scheduler::parallel_for does. Each task runs in the library's floating-point mode.
   virtual void run(std::uint32_t task_count, void (*task)(void* context, std::uint32_t task, std::uint32_t worker),
                    void* context) = 0;
 
-  // While set, the calling thread runs all tasks as worker 0, in its own floating-point mode: for work that is over before
-  // other threads would begin.
+  // While set, for_each runs all tasks on the calling thread as worker 0, and leaves the floating-point mode as it is:
+  // for frames that end before other threads start.
   bool alone = false;
 
-  // Runs body(task, worker) for every task.
+  // Calls body(task, worker) once for every task < task_count.
   template <class Body>
   void for_each(std::uint32_t task_count, Body&& body) {
     if (task_count == 0) return;
@@ -37,8 +38,8 @@ class TaskRunner {
         &body);
   }
 
-  // The same, every worker taking the next task that none has taken: when a task runs, all before it run or are done,
-  // so a task may wait for those before it.
+  // The same, with tasks started in ascending order: each worker takes the lowest task that no other has taken. So all
+  // lower tasks are running or done when a task runs, and it may wait for them.
   template <class Body>
   void for_each_in_turn(std::uint32_t task_count, Body&& body) {
     std::atomic<std::uint32_t> next{0};
@@ -48,10 +49,13 @@ class TaskRunner {
   }
 };
 
+// All tasks on the calling thread.
 std::unique_ptr<TaskRunner> make_serial_task_runner();
+
+// All tasks on the caller's scheduler, which is copied.
 std::unique_ptr<TaskRunner> make_caller_task_runner(const Scheduler& scheduler);
 
-// thread_count 0 = every core.
+// At most thread_count threads, and no more than cores; 0 uses every core.
 std::unique_ptr<TaskRunner> make_tbb_task_runner(std::uint32_t thread_count);
 
 }  // namespace cab

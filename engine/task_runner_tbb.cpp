@@ -1,4 +1,4 @@
-// The built-in parallel scheduler: a TBB arena of its own for each engine.
+// The task runner on TBB. Each engine has a TBB arena of its own.
 #include "engine/task_runner.h"
 
 #include "kernels/float_mode.h"
@@ -14,7 +14,7 @@ namespace {
 
 class TbbTaskRunner final : public TaskRunner {
  public:
-  // More threads than cores gain nothing, and TBB warns about them on standard error.
+  // No more threads than cores: they would gain nothing, and TBB warns about them on standard error.
   explicit TbbTaskRunner(std::uint32_t thread_count) : arena_(concurrency(thread_count)) { arena_.initialize(); }
   std::uint32_t worker_count() const override { return static_cast<std::uint32_t>(arena_.max_concurrency()); }
   void run(std::uint32_t task_count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) override {

@@ -1,4 +1,4 @@
-// How the phases of a frame are timed.
+// The clock of FrameStats: seconds per phase of a frame.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Adds the time of a scope to a sum of seconds.
+// Adds the seconds that a scope lasted to a sum.
 class Timed {
  public:
   explicit Timed(double& sum) : sum_(sum), start_(Clock::now()) {}

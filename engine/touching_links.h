@@ -1,4 +1,5 @@
-// Step 5 of a frame: which links of a candidate touch, of its leaf pairs whose boxes overlap.
+// Step 5 of a frame: from the overlapping leaf pairs of a candidate to its touching link pairs, by the exact test if
+// there is one.
 #pragma once
 
 #include "engine/candidate.h"
@@ -10,19 +11,21 @@
 
 namespace cab {
 
-// A leaf pair with the links that its leaves ride on; within one instance the lower link comes first.
+// A leaf pair and the links of its leaves. Within one instance link_a is lower than link_b.
 struct LinkedPair {
   std::uint16_t link_a, link_b;
   std::uint16_t leaf_a, leaf_b;
 };
 
+// Looks up the links of a leaf pair. `within`: both leaves are of one instance.
 inline LinkedPair linked(const Articulation& a, const Articulation& b, const LeafPair& pair, bool within) {
   const LinkedPair out = {a.leaf_link[pair.a], b.leaf_link[pair.b], pair.a, pair.b};
   if (within && out.link_b < out.link_a) return {out.link_b, out.link_a, out.leaf_b, out.leaf_a};
   return out;
 }
 
-// Sorts the leaf pairs of one candidate by links, then leaves. What is found by rows stands sorted where leaves do.
+// Sorts the leaf pairs of one candidate by links, then by leaves. Pairs in the order of leaves are sorted already if
+// both articulations list their leaves in the order of links; strategy `rows` finds them in that order.
 inline void sort_by_links(const Articulation& a, const Articulation& b, bool within, Span<LeafPair> pairs) {
   const auto by_leaves = [](const LeafPair& x, const LeafPair& y) {
     return (std::uint32_t{x.a} << 16 | x.b) < (std::uint32_t{y.a} << 16 | y.b);
@@ -34,7 +37,7 @@ inline void sort_by_links(const Articulation& a, const Articulation& b, bool wit
   });
 }
 
-// Asks an exact test about two leaves whose boxes overlap.
+// Runs the exact test on two leaves whose boxes overlap, and counts it.
 inline bool confirm(const FrameContext& frame, const ExactTest& test, const Candidate& candidate,
                     const LinkedPair& pair, FrameStats& stats) {
   ++stats.exact_tests;
@@ -45,8 +48,9 @@ inline bool confirm(const FrameContext& frame, const ExactTest& test, const Cand
   return false;
 }
 
-// Sorts the overlapping leaf pairs of a candidate by links and calls take(pair) for the first of every two links that
-// touches. Notes that the candidate's instances are in contact if there is one.
+// Sorts the overlapping leaf pairs of a candidate by links, and calls take(pair) with the lowest touching leaf pair of
+// every link pair that touches. Without an exact test every overlapping leaf pair touches. Marks both instances as in
+// contact if a leaf pair touches.
 template <class Take>
 void for_each_touching(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, FrameStats& stats,
                        Take&& take) {
@@ -69,8 +73,8 @@ void for_each_touching(const FrameContext& frame, const Candidate& candidate, Sp
   if (any) set_in_contact(frame, candidate);
 }
 
-// Whether any leaf pair of a candidate touches. Leaves are given in the order of links that hits have, since the answer of
-// an exact test may depend on it.
+// Whether any overlapping leaf pair of a candidate touches. The exact test gets the two leaves in the same order as for
+// hits, since its answer may depend on the order.
 inline bool any_touching(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs,
                          FrameStats& stats) {
   const ExactTest* const test = find_exact_test(frame.policies.exact);

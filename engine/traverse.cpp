@@ -1,3 +1,5 @@
+// Step 4 of a frame for characters: traversal of node pairs (`tree`, `brute`, `exact_all`) and comparison of leaf
+// bounds (`rows`, and `links` for the boxes of links).
 #include "engine/traverse.h"
 
 #include "engine/in_contact.h"
@@ -12,8 +14,9 @@
 namespace cab {
 namespace {
 
-// Where traversal starts: (root, root) of each candidate, or the children of every inner node within one instance,
-// or, for brute, every leaf pair. Hands out one pair at a time so that nothing is stored.
+// The node pairs that a traversal starts from. With strategy `tree` these are the two roots of a candidate, or the two
+// children of every inner node of a candidate within one instance. With any other strategy they are all leaf pairs.
+// next() hands out one pair at a time, so that they need no memory.
 class Seeds {
  public:
   Seeds(const FrameContext& frame, const Worker& worker, std::uint32_t begin, std::uint32_t end)
@@ -23,6 +26,7 @@ class Seeds {
         candidate_(begin),
         end_(end) {}
 
+  // Writes the next pair; false after the last one.
   bool next(NodePair* out) {
     while (candidate_ < end_) {
       const Candidate& candidate = worker_.candidates.data[candidate_];
@@ -72,7 +76,7 @@ class Seeds {
   std::uint32_t i_ = 0, j_ = 0;
 };
 
-// One candidate's two sides.
+// The articulations and boxes of the two instances of a candidate.
 template <class AosBox>
 struct Sides {
   const Articulation* a;
@@ -87,7 +91,7 @@ Sides<AosBox> sides_of(const FrameContext& frame, const Worker& worker, const Ca
           boxes_at<AosBox>(worker.posed, candidate.slot_a), boxes_at<AosBox>(worker.posed, candidate.slot_b)};
 }
 
-// Takes a pair into the block; false when it is an ignored pair of leaves, which is never tested.
+// Takes a node pair into the block. Leaves out a leaf pair whose links are ignored, and returns false.
 template <class AosBox>
 bool take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
   const Candidate& candidate = worker.candidates.data[pair.candidate];
@@ -109,7 +113,8 @@ bool take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBl
   return true;
 }
 
-// Opens the node with more leaves (ties: a), as a descent of tiles does.
+// Pushes the two pairs that replace an overlapping inner pair: the children of the node with more leaves (a if equal),
+// each with the other node. A descent of tiles (kernels/descend_tiles.h) opens the same nodes.
 template <class AosBox>
 void open(const FrameContext& frame, Worker& worker, const NodePair& pair) {
   const Sides<AosBox> sides = sides_of<AosBox>(frame, worker, worker.candidates.data[pair.candidate]);
@@ -126,9 +131,11 @@ void open(const FrameContext& frame, Worker& worker, const NodePair& pair) {
   }
 }
 
-// Works off a stack in blocks of sixteen, filled up with fresh seeds. Levels (opens since the seed) never fall from the
-// bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
-// along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
+// Traverses the node pairs of candidates with a stack. Each round tests a block of up to sixteen pairs from the top of
+// the stack, or from the seeds once the stack is empty, and opens the inner pairs that overlap.
+// The level of a pair is the number of opens since its seed. Levels never decrease from the bottom of the stack to its
+// top. A round that opens a pair takes all pairs above it off the stack too, at most fifteen. So no level ever has more
+// than 32 pairs (kStackPairsPerLevel).
 template <class AosBox>
 void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   Seeds seeds(frame, worker, begin, end);
@@ -163,7 +170,7 @@ void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end,
       overlapping &= overlap_block(frame.kernels, frame.policies.sat, block.boxes);
     }
     for (std::uint32_t i = 0; i < block.count; ++i) {
-      const std::uint32_t lane = (from_stack + i) % block.count;  // seeds first: they are the shallowest
+      const std::uint32_t lane = (from_stack + i) % block.count;  // seeds first: their level is the lowest
       if (!(overlapping >> lane & 1)) continue;
       const NodePair& tested = block.pair[lane];
       if (!(block.boxes.leaves >> lane & 1)) {
@@ -178,7 +185,8 @@ void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end,
 
 // ------------------------------------------------------------------------------------------------------- rows
 
-// Tests the pairs of the block and keeps those that overlap in worker.found, of which `kept` are done.
+// Tests the block and empties it. Writes the overlapping pairs to worker.found from index `kept` on, and advances
+// `kept`.
 template <class AosBox>
 void test_block(const FrameContext& frame, PairBlock<AosBox>& block, Worker& worker, std::uint32_t& kept) {
   pad(block);
@@ -191,16 +199,17 @@ void test_block(const FrameContext& frame, PairBlock<AosBox>& block, Worker& wor
   block.count = 0;
 }
 
-// A candidate's boxes, and the difference of its origins.
+// The boxes of the two instances of a candidate, and the origin of b less the origin of a.
 template <class AosBox>
 struct CandidateBoxes {
   const AosBox* a;
   const AosBox* b;
   double shift[3];
-  const Articulation* within;  // null between two instances
+  const Articulation* within;  // the active articulation of a candidate within one instance, else null
 };
 
-// Lists the leaf pairs of one candidate whose bounds overlap.
+// Appends to worker.found the leaf pairs of one candidate whose bounds overlap. Returns what the test of their boxes
+// needs.
 template <class AosBox>
 CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t index, Worker& worker) {
   const Candidate& candidate = worker.candidates.data[index];
@@ -234,6 +243,8 @@ CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t
   return sides;
 }
 
+// Tests candidates by their leaf bounds: lists all leaf pairs whose bounds overlap, then tests the boxes of these pairs
+// in blocks of sixteen.
 template <class AosBox>
 void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   const bool first_only = frame.first_only() && frame.policies.strategy != Strategy::kLinks;
@@ -267,6 +278,7 @@ void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end
   worker.found.size = kept;
 }
 
+// Tests candidates by the frame's strategy. AosBox is AabbAos with an axis-aligned refit, else BoxAos.
 template <class AosBox>
 void find_by(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   if (uses_leaf_bounds(frame.policies.strategy)) return test_rows<AosBox>(frame, begin, end, worker);

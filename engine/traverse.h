@@ -1,4 +1,4 @@
-// Step 4 of a frame for characters: candidates -> overlapping leaf pairs, with pairs as lanes.
+// Step 4 of a frame for characters: from candidates to overlapping leaf pairs, sixteen pairs of boxes per kernel call.
 #pragma once
 
 #include "engine/frame_context.h"
@@ -7,13 +7,15 @@ namespace cab {
 
 struct Worker;
 
-// Pairs that the traversal's stack may hold for each level of both hierarchies together.
+// Capacity of Worker::stack: this many pairs per level, for as many levels as both hierarchies have together.
+// traverse() in traverse.cpp says why that suffices.
 inline constexpr std::uint32_t kStackPairsPerLevel = 32;
 
-// Tests the worker's candidates from `begin` to `end` - 1 and leaves every overlapping leaf pair in worker.found, which has
-// room for all their leaf pairs and kLanes more. The pairs stand by candidate, ascending. With strategy links, leaves are
-// the boxes of links. Otherwise, where one pair is enough (FrameContext::first_only), the instances of an overlapping
-// pair are noted as in contact at once, and candidates that are already reported are tested no further.
+// Tests the worker's candidates from `begin` to `end` - 1 and leaves their overlapping leaf pairs in worker.found,
+// sorted by candidate. worker.found must have room for all leaf pairs of these candidates and kLanes more. With
+// strategy `links` the leaves are link boxes. With any other strategy and FrameContext::first_only, the first
+// overlapping leaf pair of a candidate marks both instances as in contact at once, and a candidate whose instances are
+// already reported is not tested.
 void find_leaf_pairs(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker);
 
 }  // namespace cab

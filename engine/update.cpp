@@ -1,3 +1,4 @@
+// Steps 1 and 3 of a frame for one tile: the posing and refit kernels, and which instances are masked.
 #include "engine/update.h"
 
 #include "engine/worker.h"
@@ -10,7 +11,7 @@
 namespace cab {
 namespace {
 
-// Whether a number of a tile's boxes is so large that one of a leaf in them may be too large.
+// Whether a centre or half extent of a tile's link boxes is so large that a leaf box in them may exceed kMaxCoordinate.
 bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
   constexpr float kNear = kMaxCoordinate / 16;
   bool out = false;
@@ -21,6 +22,7 @@ bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
   return out;
 }
 
+// The arguments of the posing kernel for a tile. Unused lanes repeat its last instance.
 kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Worker& worker, std::uint8_t* flags) {
   const InstanceBatch& batch = *tile.batch;
   const BatchInput& input = *batch.input;
@@ -46,8 +48,8 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
   return pose;
 }
 
-// Which instances are masked is decided by the leaves, whatever is active: boxes of links tell as long as they are far
-// from the limit. Near it the leaves are posed in their place, and the boxes of links once more.
+// Masks instances by their leaves where link boxes were posed. Link boxes mask the same instances unless they are near
+// kMaxCoordinate. Near it the leaves are posed into the same memory for their flags, and then the link boxes once more.
 void mask_by_leaves(const FrameContext& frame, const InstanceBatch& batch, const kernel::PoseTile& pose) {
   if (batch.active == batch.articulation || !is_near_limit(pose.leaves, batch.active->leaf_count)) return;
   std::uint8_t flags[kLanes];
@@ -61,7 +63,7 @@ void mask_by_leaves(const FrameContext& frame, const InstanceBatch& batch, const
   std::copy(flags, flags + kLanes, pose.flags);
 }
 
-// After posing: inner boxes, or bounds of every node, by the refit policy.
+// Makes the nodes that tile.nodes names from the posed leaf boxes, by the refit policy.
 void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::PoseTile& pose, Worker& worker) {
   const kernel::KernelTable& kernels = frame.kernels;
   const Articulation& articulation = *tile.batch->active;
@@ -80,6 +82,7 @@ void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::Pose
   }
 }
 
+// Returns the bits of the lanes below `count` whose instances are not masked.
 std::uint32_t taking_part(const std::uint8_t (&flags)[kLanes], std::uint32_t count) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < count; ++lane)

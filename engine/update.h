@@ -1,4 +1,4 @@
-// Steps 1 and 3 of a frame, for one tile: posing and refit.
+// Steps 1 and 3 of a frame for one tile: poses its leaf boxes, and refits its hierarchies.
 #pragma once
 
 #include "engine/candidate.h"
@@ -8,36 +8,37 @@ namespace cab {
 
 struct Worker;
 
-// What of a hierarchy is made: the posed leaf boxes as they are, the leaves as the refit policy keeps them, or all nodes.
+// How much of a hierarchy an update makes. kPosed: the posed leaf boxes. kLeaves: the leaves as the refit policy keeps
+// them, as boxes or as axis-aligned bounds. kAll: all nodes.
 enum class Nodes : std::uint8_t { kPosed, kLeaves, kAll };
 
-// Nodes that a strategy tests.
+// The nodes that a strategy tests. kExactAll tests none; its leaves are posed to find the masked instances.
 inline Nodes nodes_tested(Strategy strategy) {
   return strategy == Strategy::kExactAll ? Nodes::kPosed : strategy == Strategy::kTree ? Nodes::kAll : Nodes::kLeaves;
 }
 
-// One tile to update: which instances of a bound batch, how much of their hierarchies, and where the boxes go. With an
-// axis-aligned refit the hierarchy is left in `bounds`, and `boxes` holds the leaf boxes only.
+// One tile to update, and where its nodes go. An axis-aligned refit writes the nodes to `bounds`, and `boxes` receives
+// the posed leaf boxes alone.
 struct TileUpdate {
-  const InstanceBatch* batch;
+  const InstanceBatch* batch;  // bound to an input
   TileInstances instances;
   Nodes nodes;
-  BoxTile* boxes;
-  AabbTile* bounds;
+  BoxTile* boxes;    // by node of the active articulation
+  AabbTile* bounds;  // likewise
 };
 
-// The instances of tile `tile` of a batch.
+// Returns the instances of a tile of a batch: up to sixteen with consecutive indices.
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile);
 
-// Starts reading an instance's pose, to be posed soon.
+// Prefetches the pose of an instance that is posed soon.
 void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance);
 
-// Poses the leaves of a tile, with padding for the frame's margin, and refits inner nodes where they are asked for.
-// Returns the bits of the lanes whose pose is valid.
+// Poses the leaf boxes of a tile, padded for rounding and for the frame's margin, and makes the nodes that tile.nodes
+// names. Returns the bits of the lanes whose pose is valid.
 std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker);
 
-// The same for instances that this frame has not posed before: which of them are masked is decided here. Writes their
-// flags where the caller wants them, and counts the masked ones.
+// The same for instances that were not posed in this call before: decides which of them are masked, writes the caller's
+// flags, if any, and counts the masked instances in worker.stats.
 std::uint32_t update_and_report_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker);
 
 }  // namespace cab

@@ -1,3 +1,4 @@
+// The checks of inputs, policies, rules and output arrays of a call.
 #include "engine/validate.h"
 
 #include "kernels/pose_leaves.h"
@@ -23,7 +24,8 @@ bool valid_rule(const Engine& engine, const PairRule& rule) {
          (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
 }
 
-// Notes a valid rule; false when it was noted before, in either order of its batches.
+// Records a valid rule in engine.rule_bits. False if a rule with the same pairing and the same two batches, in either
+// order, was recorded before.
 bool note_rule(Engine& engine, const PairRule& rule) {
   const std::size_t count = engine.batches.size();
   const std::size_t a = std::min(rule.a.value, rule.b.value) - 1, b = std::max(rule.a.value, rule.b.value) - 1;

@@ -1,22 +1,23 @@
-// What a call's inputs must be, checked before any output is touched.
+// The checks of a call's arguments, before the call writes any output.
 #pragma once
 
 #include "engine/call.h"
 
 namespace cab {
 
-// True when poses of so many links have data, a known format, and strides that are wide enough.
+// Whether poses of link_count links have data, a known format, and strides that are wide enough and multiples of 4.
 bool valid_poses(const PoseView& poses, std::size_t link_count);
 
-// Checks one batch's poses against the batch.
+// Checks one input against its batch: the id, the poses, and the size of every array.
 Status validate_input(const Engine& engine, const BatchInput& input);
 
-// Checks every input and binds its batch to it for the duration of the call.
+// Checks every input and binds its batch to it for the rest of the call. Refuses a batch that has two inputs.
 Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs);
 
+// Checks that every policy has a value of its enumeration.
 Status validate_policies(const Policies& policies);
 
-// Checks the rest of a job whose inputs are bound.
+// Checks the rules, policies and output arrays of a job whose inputs are bound. Writes only engine.rule_bits.
 Status validate_job(Engine& engine, const FrameJob& job);
 
 }  // namespace cab

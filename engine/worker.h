@@ -1,4 +1,4 @@
-// The memory of one worker, reused in every frame, and the pool of all workers.
+// Workers: the memory of each thread that runs tasks, reused in every frame, and the pool of all workers.
 #pragma once
 
 #include "engine/broad_phase/partner.h"
@@ -14,52 +14,52 @@
 
 namespace cab {
 
-// Candidates that a worker gathers at a time, and the leaf pairs of those that it tests at a time (one candidate may have
-// more).
+// Most candidates that a worker gathers before it tests them, and most leaf pairs of the candidates that it tests
+// together. A single candidate may have more leaf pairs.
 inline constexpr std::uint32_t kChunkCandidates = 256;
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 
-// Hits of one task, and words of one task's groups of hits, that a worker keeps at a time. Neither limits what a frame can
-// hold.
+// Capacity of Worker::hits and Worker::words. A worker empties them when they are full, so a task may find more hits.
 inline constexpr std::uint32_t kTaskHits = 4096;
 inline constexpr std::uint32_t kTaskWords = 1u << 14;
 
-// Memory of one worker. Sized when a batch is added, for the worst that any rule can ask.
+// The memory of one worker. Whenever a batch is added, it is sized for the worst case of every rule
+// (engine/memory.cpp).
 struct alignas(64) Worker {
   explicit Worker(const Allocator& allocator) : arena(allocator) {}
 
-  Arena arena;
-  Span<BoxTile> boxes;    // the hierarchy of one tile of every sequence, or of one tile of characters
-  Span<AabbTile> bounds;  // the same, axis-aligned
-  Span<PointTile> joints;
-  Span<MotionTile> motions;  // of one tile's links, for refits that need them
-  Span<MomentTile> moments;  // of one tile's nodes, likewise
-  Span<std::uint32_t> live;  // by sequence: lanes of the tile at hand that take part
-  FixedList<NodePair> stack;
-  FixedList<TilePair> tile_stack;
-  FixedList<TilePair> tile_found;
-  FixedList<LeafPair> found;
-  FixedList<Candidate> candidates;
-  PosedSet posed;
-  PosedLinkSet posed_links;
-  FixedList<LeafPair> link_pairs;  // strategy links: links of candidates whose boxes overlap
-  FixedList<Partner> partners;
-  std::uint32_t task = 0;          // the task at hand
-  FixedList<Hit> hits;             // of the task at hand, until its turn comes
-  FixedList<std::uint32_t> words;  // groups of hits, until they are stored (engine/hit_store.cpp)
-  ExtentHistogram histogram;
-  FrameStats stats;
-  FrameStats stats_before;  // before characters were paired in spatial order, should they be paired again
+  Arena arena;                      // owns the arrays and lists below
+  Span<BoxTile> boxes;              // by node: one tile of every sequence, or one tile of characters
+  Span<AabbTile> bounds;            // the same, axis-aligned
+  Span<PointTile> joints;           // by link: the joints of the tile that is updated
+  Span<MotionTile> motions;         // by link: the poses of that tile, for Refit::kAabbVertices
+  Span<MomentTile> moments;         // by node: scratch of Refit::kCovarianceLeaves
+  Span<std::uint32_t> live;         // by batch index: bits of the live lanes in the current tile of a sequence
+  FixedList<NodePair> stack;        // characters: node pairs that a traversal has yet to test
+  FixedList<TilePair> tile_stack;   // sequences: the same
+  FixedList<TilePair> tile_found;   // sequences: overlapping leaf pairs of two tiles
+  FixedList<LeafPair> found;        // overlapping leaf pairs, before the exact test
+  FixedList<Candidate> candidates;  // gathered, and not tested yet
+  PosedSet posed;                   // the instances of `candidates`
+  PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap
+  FixedList<LeafPair> link_pairs;   // strategy `links`: pairs of links whose boxes overlap
+  FixedList<Partner> partners;      // key order: partners of one instance
+  std::uint32_t task = 0;           // index of the task that runs
+  FixedList<Hit> hits;              // key order and sequences: hits of that task, until its turn comes
+  FixedList<std::uint32_t> words;   // spatial order: groups of hits, until they are stored (engine/hit_store.cpp)
+  ExtentHistogram histogram;        // of the instances that this worker bounded
+  FrameStats stats;                 // of this frame
+  FrameStats stats_before;          // before pairing in spatial order, in case its hits do not fit into the store
 };
 
-// The engine's workers and what runs tasks on them.
+// The workers of an engine, and the runner of their tasks.
 struct WorkerPool {
   std::unique_ptr<TaskRunner> tasks;
   std::vector<std::unique_ptr<Worker>> workers;
 
   Worker& operator[](std::uint32_t worker) const { return *workers[worker]; }
 
-  // Workers that this frame runs on.
+  // Number of workers that run tasks in this frame.
   std::size_t working_count() const { return tasks->alone ? 1 : workers.size(); }
 };
 

@@ -1,3 +1,4 @@
+// Step 2 of a frame: builds the grid from the bounds of the instances, and lists partners in the order of keys.
 #include "engine/broad_phase/broad_phase.h"
 
 #include "engine/broad_phase/search.h"
@@ -9,27 +10,28 @@
 namespace cab {
 namespace {
 
-// Instances that one task counts or puts into the grid.
+// How many instances one task counts or inserts.
 constexpr std::uint32_t kInstancesPerTask = 1024;
 
-// Cells are no smaller than this fraction of the world's extent, so that cell numbers stay small.
+// Cells are at least 2^-kFinestCell as wide as the spread of the instances, so that cell indices stay small.
 constexpr int kFinestCell = 20;
 
-// One instance in this many may be too large for the lowest level.
+// Along each axis, at most one instance in kLargeShare is too large for the cells of the lowest level.
 constexpr std::uint32_t kLargeShare = 32;
 
-// An axis along which the instances spread over fewer cells than this is unused.
+// The grid does not use an axis along which the instances spread over at most this many cells.
 constexpr double kLeastCells = 4;
 
 using Slots = Span<const std::unique_ptr<BatchSlot>>;
 
+// Records that a rule pairs batch a with batch b, and so that batch a belongs into the grid.
 void set_paired(Slots slots, std::uint32_t a, std::uint32_t b, BroadPhase& broad) {
   const std::size_t bit = a * broad.batch_count + b;
   broad.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
   slots[a]->batch.pairs_between = true;
 }
 
-// Runs body(batch index, instance, worker) for every instance that some rule tests against others.
+// Calls body(batch index, instance, worker) for every live instance of the batches that some rule pairs with others.
 template <class Body>
 void for_each_instance(Slots slots, WorkerPool& pool, Body&& body) {
   for (std::uint32_t index = 0; index < slots.size; ++index) {
@@ -44,7 +46,8 @@ void for_each_instance(Slots slots, WorkerPool& pool, Body&& body) {
   }
 }
 
-// Adds to a counter that all workers share; returns what it held.
+// Adds to a counter that all workers share, and returns its value before the addition. If the worker is alone, a plain
+// addition suffices.
 std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alone) {
   if (!alone) return __atomic_fetch_add(&counter, amount, __ATOMIC_RELAXED);
   const std::uint32_t before = counter;
@@ -52,7 +55,7 @@ std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alon
   return before;
 }
 
-// Adds the bounds of one instance to what is known of all.
+// Counts one instance in a histogram.
 void add_to_histogram(const InstanceBounds& bounds, ExtentHistogram& histogram) {
   for (std::uint32_t c = 0; c < 3; ++c) {
     histogram.lo[c] = std::min(histogram.lo[c], bounds.lo[c]);
@@ -62,7 +65,7 @@ void add_to_histogram(const InstanceBounds& bounds, ExtentHistogram& histogram) 
   ++histogram.count;
 }
 
-// What all workers have counted.
+// Returns the sum of the histograms of all workers.
 ExtentHistogram total_histogram(const WorkerPool& pool) {
   ExtentHistogram all = pool[0].histogram;
   for (std::uint32_t w = 1; w < pool.working_count(); ++w) {
@@ -78,11 +81,11 @@ ExtentHistogram total_histogram(const WorkerPool& pool) {
   return all;
 }
 
-// Chooses the cells: axes along which the instances spread over few of their own sizes are left out, and the lowest
-// level fits nearly all instances along the others.
+// Chooses the used axes and the widths of the cells. An axis is unused if the instances spread over few cells along it
+// (kLeastCells). Along the other axes, the cells of the lowest level hold nearly all instances (kLargeShare).
 void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
   int lowest = ExtentHistogram::kLeastExponent, largest = ExtentHistogram::kLeastExponent;
-  bool endless = false;  // bounds without an end (origins at the end of double's range) have no cell
+  bool endless = false;  // whether an extent is 2^1023 or more (origins near the end of double's range)
   for (std::uint32_t c = 0; c < 3; ++c) {
     int common = ExtentHistogram::kLeastExponent, most = common;
     std::uint32_t below = 0;
@@ -106,9 +109,11 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
     grid.scale[level] = std::ldexp(1.0, -exponent);
     grid.used[level] = false;
   }
+  // Such an extent has no cell that is larger, so the grid becomes a single cell per level.
   for (bool& unused : grid.unused_axis) unused = unused || endless;
 }
 
+// Records the rules of characters in their batches and in `broad`.
 void note_rules(Span<const PairRule> rules, Slots slots, BroadPhase& broad) {
   std::fill(broad.paired_bits.begin(), broad.paired_bits.end(), std::uint64_t{0});
   for (const PairRule& rule : rules) {
@@ -123,14 +128,14 @@ void note_rules(Span<const PairRule> rules, Slots slots, BroadPhase& broad) {
   }
 }
 
-// Partners that a search lists, in the order of keys: those between two keys.
+// The partners that a search has found. It takes only keys between `above` and `below`, both excluded.
 struct PartnerList {
   FixedList<Partner>& found;
   std::uint64_t above, below;
-  bool complete = true;
+  bool complete = true;  // false once partners were dropped
 };
 
-// Ascending, each once: cells that share buckets may be scanned twice.
+// Sorts partners by key and keeps each once: a search scans a bucket twice if two of its cells share it.
 void sort_partners(FixedList<Partner>& list) {
   std::sort(list.begin(), list.end(), [](const Partner& x, const Partner& y) { return x.key < y.key; });
   list.size = static_cast<std::uint32_t>(
@@ -138,7 +143,8 @@ void sort_partners(FixedList<Partner>& list) {
       list.begin());
 }
 
-// Keeps the lower half of a full list, and from then on takes only what lies below its end.
+// Makes room in a full list. Removing duplicates may suffice. Else the upper half of the partners is dropped, and the
+// search takes no more keys above the remaining ones.
 void keep_lower_half(PartnerList& list) {
   sort_partners(list.found);
   if (list.found.size <= list.found.capacity / 2) return;
@@ -147,14 +153,16 @@ void keep_lower_half(PartnerList& list) {
   list.complete = false;
 }
 
-// Whether searching these cells one by one is no dearer than looking at every entry.
+// Whether to search these cells one by one instead of scanning all entries: there are not many more cells than entries,
+// and a line along x is short enough for for_each_run.
 bool is_worth_searching(const Grid& grid, const CellRange& cells) {
   double count = 1;
   for (std::uint32_t c = 0; c < 3; ++c) count *= static_cast<double>(cells.hi[c] - cells.lo[c] + 1);
   return count <= 64 + static_cast<double>(grid.count) && cells.hi[0] - cells.lo[0] < std::int64_t{grid.mask};
 }
 
-// Looks at every instance in the order of keys, so that after a full list the next goes on where it ended.
+// Lists partners without the grid: compares the query with every instance in the order of keys. Returns false when the
+// list is full; the next query then goes on after its last key.
 bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
   found.clear();
   std::uint32_t instance = static_cast<std::uint32_t>(query.after) + 1;
@@ -219,7 +227,8 @@ void build_grid(Slots slots, Grid& grid, WorkerPool& pool) {
   std::uint32_t sum = 0;
   for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
   for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
-  // Each bucket now holds its end; placing its entries from there down leaves its beginning.
+  // grid.bucket[b] is now the end of bucket b. Each entry is inserted one below, so that afterwards it is the
+  // beginning.
   for_each_instance(slots, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
     const InstanceBounds& bounds = slots[index]->batch.bounds[instance];
     const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
@@ -235,7 +244,7 @@ bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedLi
   set_entry(grid, query.bounds, query.batch, 0, own);
   found.clear();
   PartnerList list = {found, query.after, ~std::uint64_t{0}};
-  bool every_entry = false;  // is scanned: a full list ends the search
+  bool every_entry = false;  // whether all entries are scanned instead of cells; a full list then ends the scan
   const auto take = [&](std::uint32_t entry) {
     const GridEntry& other = grid.entries[entry];
     const std::uint64_t key = instance_key(other.batch, other.instance);
@@ -255,7 +264,7 @@ bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedLi
       for_each_run(grid, grid.levels[l], cells,
                    [&](std::uint32_t first, std::uint32_t end) { return scan_entries(frame, own, first, end, take); });
   }
-  if (every_entry) {  // few partners are found faster by entries, many in order
+  if (every_entry) {  // a scan is faster for few partners, the order of keys for more than fit the list
     found.clear();
     list.below = ~std::uint64_t{0};
     list.complete = true;

@@ -1,6 +1,6 @@
-// Step 2 of a frame: which instances of character batches come near each other, by the bounds of their leaf boxes. A
-// hashed grid without limits: an instance is kept in the one cell where its bounds begin, on the level whose cells are
-// no smaller than it.
+// Step 2 of a frame: finds the instances of character batches whose bounds overlap.
+// The bounds are in a grid of hashed cells, so the world has no limits. An instance is stored in one cell: the cell of
+// its lower bounds, on the lowest level whose cells are larger than the instance.
 #pragma once
 
 #include "engine/broad_phase/grid.h"
@@ -10,28 +10,31 @@
 
 namespace cab {
 
-// Notes which batches the rules pair. Instances are bounded next.
+// Starts the step: records which batches the rules pair and clears the histograms of the workers. bound_instances comes
+// next.
 void begin_broad_phase(Span<const PairRule> rules, Span<const std::unique_ptr<BatchSlot>> slots, BroadPhase& broad,
                        WorkerPool& pool);
 
-// Bounds of a tile's instances in the world from bounds of their leaves, widened by what forming them in double rounds.
-// What the grid must know of all of them is added to the histogram. Who is masked is known.
+// Stores the world bounds of a tile's instances: the origin plus the bounds of the leaf boxes, widened by the rounding
+// of this sum in double. batch.live must be set for the tile. Adds every live instance that the grid will hold to the
+// histogram.
 void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, std::uint32_t tile,
                      const AabbTile* leaves, ExtentHistogram& histogram);
 
-// Puts every instance that the rules test against others into the grid.
+// Puts every live instance of the batches that some rule pairs with others into the grid.
 void build_grid(Span<const std::unique_ptr<BatchSlot>> slots, Grid& grid, WorkerPool& pool);
 
-// What partners are looked for: instances above the key `after`, with whose batch a rule pairs `batch`, whose bounds
-// overlap `bounds`; all of them where `all` asks for tests without boxes.
+// What find_partners looks for: live instances of the batches that a rule pairs with `batch`, with a key above `after`
+// and with bounds that overlap `bounds`.
 struct PartnerQuery {
-  std::uint32_t batch;
+  std::uint32_t batch;  // index of the batch
   const InstanceBounds& bounds;
-  std::uint64_t after;
-  bool all;
+  std::uint64_t after;  // an instance_key
+  bool all;             // whether `bounds` is ignored (Strategy::kExactAll)
 };
 
-// Lists the partners in ascending order of keys. False when the list is full and there may be more above its last.
+// Replaces `found` by the partners in ascending order of their keys. Returns false if the list is full and partners
+// with higher keys may follow. Then the next query starts after the last key.
 bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found);
 
 }  // namespace cab

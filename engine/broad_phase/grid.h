@@ -1,4 +1,4 @@
-// The grid of the broad phase: what a frame builds and every worker reads.
+// Step 2 of a frame: the grid of the broad phase, which is built once per frame and then read by all workers.
 #pragma once
 
 #include "layout/grid_entry.h"
@@ -13,42 +13,47 @@
 
 namespace cab {
 
-// Cells are 2^exponent wide on the lowest level and four times as wide on each level above; what is larger than the
-// cells of the last level but one is on the last, whose cells are as large as it needs.
+// Number of levels of the grid. Cells are 2^exponent[0] wide on the lowest level, and four times as wide on each level
+// as on the one below. The last level holds all instances that are too large for the level below it, and its cells are
+// wider if the largest instance needs it.
 inline constexpr std::uint32_t kGridLevels = 16;
 
-// What is known of the instances before cells are chosen.
+// Positions and extents of the instances, from which the cells are chosen. Each worker counts the instances that it
+// bounds.
 struct ExtentHistogram {
   static constexpr int kLeastExponent = -128, kMostExponent = 1024;
   static constexpr std::uint32_t kExponents = kMostExponent - kLeastExponent + 1;
+  // The smallest and the largest lower bound of the instances along each axis.
   double lo[3] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
                   std::numeric_limits<double>::infinity()};
-  double hi[3] = {-lo[0], -lo[0], -lo[0]};  // of where their bounds begin
+  double hi[3] = {-lo[0], -lo[0], -lo[0]};
   std::uint32_t count = 0;
-  // By axis: instances whose extent is below 2^(kLeastExponent + index), and not below half of it.
+  // [axis][i]: how many instances have an extent in [2^(e - 1), 2^e), e = kLeastExponent + i. The first and the last
+  // count also include all smaller and larger extents.
   std::uint32_t count_by_exponent[3][kExponents] = {};
 };
 
+// The entries of all instances in the grid, grouped by bucket, and the cells they were grouped by.
 struct Grid {
-  Span<GridEntry> entries;     // grouped by bucket, and one more
-  Span<Placement> placements;  // of each entry's instance
-  Span<std::uint32_t> bucket;  // a power of two and one: where each bucket's entries begin
-  std::uint32_t mask = 0;      // bucket count less one
-  std::uint32_t count = 0;     // entries in use
-  double origin[3] = {};       // of the entries' bounds
-  int exponent[kGridLevels] = {};
-  double scale[kGridLevels] = {};  // 2^-exponent
-  std::atomic<bool> used[kGridLevels] = {};
-  std::uint32_t levels[kGridLevels] = {};  // that are used, ascending
+  Span<GridEntry> entries;                   // grouped by bucket; one more than instances, since a kernel may read it
+  Span<Placement> placements;                // placements[i] is of the instance of entries[i]
+  Span<std::uint32_t> bucket;                // bucket b holds the entries bucket[b] to bucket[b + 1] - 1
+  std::uint32_t mask = 0;                    // number of buckets, a power of two, less one
+  std::uint32_t count = 0;                   // number of entries in use
+  double origin[3] = {};                     // entries hold bounds relative to this point
+  int exponent[kGridLevels] = {};            // by level: cells are 2^exponent wide
+  double scale[kGridLevels] = {};            // by level: 2^-exponent
+  std::atomic<bool> used[kGridLevels] = {};  // by level: whether it holds an instance
+  std::uint32_t levels[kGridLevels] = {};    // the first level_count are the used levels, ascending
   std::uint32_t level_count = 0;
-  bool unused_axis[3] = {};      // axes along which the instances spread too little to be told apart by cells
-  std::uint32_t order_axis = 0;  // one that is used, if any is: along it pairs of one level are ordered
+  bool unused_axis[3] = {};      // by axis: whether all cells have index 0 along it, as the instances spread over few
+  std::uint32_t order_axis = 0;  // a used axis, if there is one; orders the pairs within a level (is_before)
 };
 
-// What searches read: the grid, and which batches some rule tests against each other.
+// What searches read: the grid, and which batches the rules pair with each other.
 struct BroadPhase {
   Grid grid;
-  Span<std::uint64_t> paired_bits;  // bit a * batch_count + b
+  Span<std::uint64_t> paired_bits;  // bit a * batch_count + b: whether a rule pairs batches a and b
   std::size_t batch_count = 0;
 
   bool paired(std::uint32_t a, std::uint32_t b) const {
@@ -57,7 +62,7 @@ struct BroadPhase {
   }
 };
 
-// The least e such that every value up to `extent` is below 2^e.
+// The smallest e with extent < 2^e, within the range of ExtentHistogram.
 inline int exponent_above(double extent) {
   std::uint64_t bits;
   std::memcpy(&bits, &extent, sizeof bits);
@@ -65,11 +70,13 @@ inline int exponent_above(double extent) {
   return std::clamp(exponent, ExtentHistogram::kLeastExponent, ExtentHistogram::kMostExponent);
 }
 
+// The lowest level whose cells are at least 2^exponent wide, or else the last level.
 inline std::uint32_t level_of_exponent(const Grid& grid, int exponent) {
   const int above = exponent - grid.exponent[0];
   return above <= 0 ? 0 : std::min((static_cast<std::uint32_t>(above) + 1) / 2, kGridLevels - 1);
 }
 
+// The level of an instance: its cells are larger than the extent of the instance along every used axis.
 inline std::uint32_t level_of(const Grid& grid, const InstanceBounds& bounds) {
   double extent = 0;
   for (std::uint32_t c = 0; c < 3; ++c)
@@ -77,7 +84,8 @@ inline std::uint32_t level_of(const Grid& grid, const InstanceBounds& bounds) {
   return level_of_exponent(grid, exponent_above(extent));
 }
 
-// The number of the cell that holds a coordinate. Cells are powers of two, so nothing is rounded but to below.
+// The index of the cell that holds the coordinate `at` along an axis. Widths are powers of two, so that scaling is
+// exact.
 inline std::int64_t cell_of(const Grid& grid, std::uint32_t level, std::uint32_t axis, double at) {
   if (grid.unused_axis[axis]) return 0;
   constexpr double most = std::int64_t{1} << 61;
@@ -86,7 +94,7 @@ inline std::int64_t cell_of(const Grid& grid, std::uint32_t level, std::uint32_t
   return whole - (static_cast<double>(whole) > scaled);
 }
 
-// Cells that follow each other along x have buckets that follow each other.
+// The bucket of a cell. Neighbours along x have neighbouring buckets, and the last bucket is followed by the first.
 inline std::uint32_t bucket_of(const Grid& grid, std::uint32_t level, std::int64_t x, std::int64_t y, std::int64_t z) {
   const std::uint64_t hash = static_cast<std::uint64_t>(x) + static_cast<std::uint64_t>(y) * 0x9e3779b97f4a7c15u +
                              static_cast<std::uint64_t>(z) * 0xc2b2ae3d27d4eb4fu +
@@ -94,13 +102,14 @@ inline std::uint32_t bucket_of(const Grid& grid, std::uint32_t level, std::int64
   return static_cast<std::uint32_t>(hash) & grid.mask;
 }
 
+// The bucket of an instance: that of the cell which holds its lower bounds.
 inline std::uint32_t bucket_of(const Grid& grid, const InstanceBounds& bounds, std::uint32_t level) {
   return bucket_of(grid, level, cell_of(grid, level, 0, bounds.lo[0]), cell_of(grid, level, 1, bounds.lo[1]),
                    cell_of(grid, level, 2, bounds.lo[2]));
 }
 
-// Makes an entry: bounds about the grid's origin. What float rounds only lets more entries overlap, which their bounds in double
-// tell apart.
+// Fills the entry of an instance with its bounds relative to the grid's origin, rounded outwards to float. Entries may
+// overlap by this rounding alone, so searches compare the bounds in double afterwards.
 inline void set_entry(const Grid& grid, const InstanceBounds& bounds, std::uint32_t batch, std::uint32_t instance,
                       GridEntry& out) {
   for (std::uint32_t c = 0; c < 3; ++c) {

@@ -1,20 +1,20 @@
-// Partners: what a search of the broad phase lists for one instance.
+// Step 2 of a frame: partners, the instances that a search of the grid finds for one instance.
 #pragma once
 
 #include <cstdint>
 
 namespace cab {
 
-// The grid entry of an instance that was not looked up in the grid.
+// Partner::entry of an instance that was found without the grid.
 inline constexpr std::uint32_t kNoEntry = 0xffffffff;
 
-// Another instance, and its entry in the grid.
+// An instance that is paired with the one that was searched for.
 struct Partner {
-  std::uint64_t key;  // instance_key
-  std::uint32_t entry;
+  std::uint64_t key;    // instance_key of the partner
+  std::uint32_t entry;  // index into Grid::entries, or kNoEntry
 };
 
-// Partners of one instance that a worker keeps at a time, which does not limit how many it may have.
+// How many partners a worker lists at a time. An instance may have more: they are listed in several searches.
 inline constexpr std::uint32_t kPartnerCapacity = 4096;
 
 }  // namespace cab

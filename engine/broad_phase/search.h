@@ -1,4 +1,4 @@
-// Searches of the broad phase's grid.
+// Step 2 of a frame: searches of the grid for entries whose bounds overlap.
 #pragma once
 
 #include "engine/candidate.h"
@@ -8,15 +8,17 @@
 
 namespace cab {
 
+// Whether two bounds overlap or touch.
 inline bool overlap(const InstanceBounds& a, const InstanceBounds& b) {
   return (a.lo[0] <= b.hi[0]) & (b.lo[0] <= a.hi[0]) & (a.lo[1] <= b.hi[1]) & (b.lo[1] <= a.hi[1]) &
          (a.lo[2] <= b.hi[2]) & (b.lo[2] <= a.hi[2]);
 }
 
-// Entries that a kernel looks at in one call.
+// How many entries one call of the kernel compares.
 inline constexpr std::uint32_t kEntriesPerCall = 128;
 
-// Calls take(entry) for each of the grid's entries from `first` to `end` - 1 that overlaps `query`; false when a call was.
+// Calls take(index) for every grid entry from `first` to `end` - 1 that overlaps `query`. Stops and returns false when
+// take returns false.
 template <class Take>
 bool scan_entries(const FrameContext& frame, const GridEntry& query, std::uint32_t first, std::uint32_t end,
                   Take&& take) {
@@ -30,11 +32,13 @@ bool scan_entries(const FrameContext& frame, const GridEntry& query, std::uint32
   return true;
 }
 
-// The cells of one level in which instances may begin that are looked for.
+// The cells of one level from lo to hi, both included, along each axis.
 struct CellRange {
   std::int64_t lo[3], hi[3];
 };
 
+// The cells of one level that hold the lower bounds of all instances which overlap `bounds`. No instance is wider than
+// a cell, so they start one cell below those that `bounds` reach into.
 inline CellRange cells_to_search(const Grid& grid, std::uint32_t level, const InstanceBounds& bounds) {
   CellRange out;
   for (std::uint32_t c = 0; c < 3; ++c) {
@@ -44,8 +48,9 @@ inline CellRange cells_to_search(const Grid& grid, std::uint32_t level, const In
   return out;
 }
 
-// Calls scan(first, end) for the runs of entries that hold a range of cells, no longer along x than there are buckets. Cells
-// share buckets: runs may overlap, and hold other entries too. False when a call was.
+// Calls scan(first, end) for every run of entries that holds a line of cells along x. A line is split into two runs
+// where the buckets wrap around, and must not have more cells than there are buckets. Since cells share buckets, runs
+// may overlap and hold entries of other cells. Stops and returns false when scan returns false.
 template <class Scan>
 bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells, Scan&& scan) {
   const std::uint32_t length = static_cast<std::uint32_t>(cells.hi[0] - cells.lo[0] + 1);
@@ -59,8 +64,9 @@ bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells,
   return true;
 }
 
-// Whether the instance of entry x is the one of two on a level that finds the other: it begins lower along one axis, so in
-// no later cell. Entries tell mostly, since rounding keeps the order of what it does not make equal or no number.
+// Whether entry x, and not y, reports the pair of the two, both on one level: the instance with the smaller lower bound
+// on order_axis does. The entries decide if their floats differ, since rounding keeps the order. Ties and NaN fall back
+// to the bounds in double, then to the keys.
 inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
   const std::uint32_t axis = grid.order_axis;
   const GridEntry &entry_x = grid.entries[x], &entry_y = grid.entries[y];
@@ -71,13 +77,13 @@ inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
   return instance_key(entry_x.batch, entry_x.instance) < instance_key(entry_y.batch, entry_y.instance);
 }
 
-// Calls take(other) for the entries of the grid whose bounds overlap those of `entry`, with whose batch a rule pairs it, and that
-// do not find `entry` themselves: each pair of entries is found once, by the one on the lower level or by the one that is
-// before the other. No instance is larger than the cells of its own level and of higher ones, so it reaches into three
-// of them at most along each axis.
+// Calls take(other) for every entry that overlaps `entry`, whose batch a rule pairs with its batch, and whose pair
+// `entry` reports. Each pair is reported once: by the entry on the lower level, or as is_before says on one level. No
+// instance is larger than the cells of its level and the levels above, so it searches at most three cells per axis. On
+// its own level it leaves out the first cell along order_axis, whose instances report their pairs with it themselves.
 template <class Take>
 void for_each_later(const FrameContext& frame, std::uint32_t entry, Take&& take) {
-  constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 along y and z, each in two parts where the buckets end
+  constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 lines of cells along x, each in two runs if the buckets wrap around
   const Grid& grid = frame.broad_phase.grid;
   const GridEntry* const entries = grid.entries.data;
   const GridEntry& query = entries[entry];
