@@ -98,7 +98,7 @@ int peers_command(const PeersOptions& options);
 
 struct SweepOptions {
   RunOptions world;                                // its files, offsets, units and up axis
-  std::vector<std::string> scenes;                 // of kSweepScenes; none: those by default, or the files alone
+  std::vector<std::string> scenes;                 // of scene_list(); none: those by default, or the files alone
   std::vector<std::vector<std::uint32_t>> values;  // of each row of policy_table(); none: all that make a difference
   std::vector<Isa> isas = {Isa::kAuto};
   std::vector<std::uint32_t> thread_counts = {1};  // 0: every core

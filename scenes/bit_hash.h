@@ -1,4 +1,4 @@
-// FNV-1a of bits: names a difference in poses, boxes or hits, on any machine.
+// FNV-1a hash of bits. It shows a difference in poses, boxes or hits, and is the same on every machine.
 #pragma once
 
 #include <cab/types.h>
@@ -8,7 +8,7 @@
 
 namespace cab::scenes {
 
-// Numbers are taken by their bits, lowest byte first: -0 is not 0.
+// Hashes the bits of numbers, lowest byte first, so that -0 and 0 differ.
 class BitHash {
  public:
   void add(std::uint32_t number) { add_bytes(number, 4); }

@@ -1,4 +1,4 @@
-// Random draws that are the same with every standard library: what scenes are made from.
+// Random draws for scenes, the same with every standard library.
 #pragma once
 
 #include "scenes/vec3d.h"
@@ -13,7 +13,8 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
-  // The stream of one of many things, far from the streams of the others: draws do not depend on how many there are.
+  // The stream of one thing among many. It is far from the streams of the others, so draws do not depend on their
+  // number.
   static Random of(std::uint64_t seed, std::uint64_t index) {
     return Random(Random(Random(seed).next_u64() + index).next_u64());
   }

@@ -1,4 +1,4 @@
-// A scene handed to the engine: descriptions that borrow from it, and the hash of its poses.
+// How a scene becomes descriptions for the engine, and its hashes.
 #include "scenes/scene.h"
 
 #include "scenes/bit_hash.h"

@@ -1,5 +1,5 @@
-// A scene: characters, their poses over time, and who is tested against whom. Plain owning data that tests, the
-// command line and perf hand to the engine.
+// A scene: characters, their poses over time, and the pairs of characters that are tested. It is plain data that owns
+// its memory; tests and the commands of perf hand it to the engine.
 #pragma once
 
 #include <cab/types.h>
@@ -15,7 +15,7 @@ namespace cab::scenes {
 // A convex part that owns its vertices.
 struct ShapePart {
   ConvexPart shape;             // shape.vertices is set by ArticulationStorage, not here
-  std::vector<float> vertices;  // x y z each
+  std::vector<float> vertices;  // x y z per vertex
 };
 
 // A leaf that owns its parts.
@@ -30,7 +30,7 @@ struct Character {
   std::string name;
   std::vector<std::string> link_names;
   std::vector<std::int32_t> link_parents;
-  std::vector<float> link_joints;  // empty, or x y z a link in the link's frame
+  std::vector<float> link_joints;  // empty, or x y z per link in the link's frame
   std::vector<BodyLeaf> leaves;
   std::vector<LinkPair> ignored_pairs;
   std::uint32_t ignored_hops = 0;           // as in ArticulationDesc
@@ -38,8 +38,8 @@ struct Character {
 
   PoseFormat pose_format = PoseFormat::kQuaternionTranslation;
   std::vector<float> poses;     // [frame][link][floats of pose_format], link to instance
-  std::vector<double> origins;  // [frame][3] in the world; empty = zero
-  bool is_static = false;       // poses and origins hold one frame, good for all (a table)
+  std::vector<double> origins;  // [frame][3] in the world; empty: all zero
+  bool is_static = false;       // poses and origins hold one frame, which stands for all (a table)
 };
 
 // Two characters by their indices in the scene, a < b.
@@ -54,15 +54,15 @@ struct Scene {
   double frame_seconds = 0;
   std::uint32_t frame_count = 0;
   std::vector<Character> characters;
-  std::vector<CharacterPair> pairs;  // who is tested against whom; empty = every two that are not both static
-  std::vector<std::string> notes;    // what an importer merged, dropped or doubted
+  std::vector<CharacterPair> pairs;  // the pairs to test; empty: all but those of two static characters
+  std::vector<std::string> notes;    // what the importer merged, dropped or doubts
 };
 
 // Floats of one link's pose.
 std::uint32_t pose_floats(PoseFormat format);
 
-// An ArticulationDesc that borrows from a Character and keeps the arrays that the desc points to. The character
-// must outlive it.
+// Makes the ArticulationDesc of a Character and owns the arrays that the desc points to. The desc also borrows from the
+// character, which must outlive this.
 class ArticulationStorage {
  public:
   explicit ArticulationStorage(const Character& character);
@@ -76,10 +76,10 @@ class ArticulationStorage {
   ArticulationDesc desc_;
 };
 
-// FNV-1a hash of the bits of every pose and origin: names a difference that began before the engine.
+// FNV-1a hash of the bits of every pose and origin. It shows a difference that arose before the engine.
 std::uint64_t pose_hash(const Scene& scene);
 
-// The same of every joint, leaf box and vertex.
+// FNV-1a hash of the bits of every joint, leaf box and vertex.
 std::uint64_t shape_hash(const Scene& scene);
 
 }  // namespace cab::scenes

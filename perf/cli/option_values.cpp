@@ -8,9 +8,9 @@
 
 #include "perf/commands.h"
 #include "perf/sweep/scenes.h"
-#include "scenes/crowd/crowd.h"
 #include "scenes/crowd/detailed.h"
 #include "scenes/import/printable.h"
+#include "scenes/scene_list.h"
 
 namespace cab::perf {
 namespace {
@@ -94,24 +94,19 @@ LaneContent read_lanes(const std::string& option, const std::string& text) {
   reject(option, text, "frames or pairs");
 }
 
-std::string crowd_scene_names(const char* separator) {
-  std::string names;
-  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
-    names += (names.empty() ? "" : separator) + std::string(scene.name);
-  return names;
-}
+std::string crowd_scene_names(const char* separator) { return scenes::scene_names(scenes::kCrowdCommand, separator); }
 
 std::string crowd_scene_help() {
   std::string help = "which crowd";
-  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
-    help += std::string("\n  ") + scene.name + ": " + scene.meaning;
+  for (const scenes::NamedScene& scene : scenes::scene_list())
+    if (scene.is_for(scenes::kCrowdCommand)) help += std::string("\n  ") + scene.name + ": " + scene.meaning;
   return help;
 }
 
 std::string read_crowd_scene(const std::string& option, const std::string& text) {
-  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
-    if (text == scene.name) return text;
-  reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
+  if (scenes::find_scene(scenes::kCrowdCommand, text) == nullptr)
+    reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
+  return text;
 }
 
 std::string boxes_per_link_names(const char* separator) {
@@ -189,22 +184,19 @@ std::string policy_list_help(std::uint32_t field) {
 
 std::vector<std::string> read_sweep_scenes(const std::string& option, const std::string& text) {
   std::vector<std::string> names = split_commas(text);
-  for (const std::string& name : names) {
-    const auto known = [&name](const SweepSceneName& scene) { return name == scene.name; };
-    if (std::none_of(kSweepScenes.begin(), kSweepScenes.end(), known) ||
-        std::count(names.begin(), names.end(), name) > 1) {
-      std::string all;
-      for (const SweepSceneName& scene : kSweepScenes) all += (all.empty() ? "" : ", ") + std::string(scene.name);
-      reject(option, text, "a list of different scenes; choose from " + all);
-    }
-  }
+  for (const std::string& name : names)
+    if (scenes::find_scene(scenes::kSweepCommand, name) == nullptr || std::count(names.begin(), names.end(), name) > 1)
+      reject(option, text,
+             "a list of different scenes; choose from " + scenes::scene_names(scenes::kSweepCommand, ", "));
   return names;
 }
 
 std::string sweep_scene_help() {
   std::string help = "scenes, separated by commas (default: those with *)";
-  for (const SweepSceneName& scene : kSweepScenes)
-    help += std::string("\n  ") + scene.name + (scene.by_default ? "*" : "") + ": " + scene.meaning;
+  for (const scenes::NamedScene& scene : scenes::scene_list())
+    if (scene.is_for(scenes::kSweepCommand))
+      help +=
+          std::string("\n  ") + scene.name + (scene.is_for(scenes::kSweepByDefault) ? "*" : "") + ": " + scene.meaning;
   return help;
 }
 

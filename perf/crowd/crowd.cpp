@@ -16,7 +16,7 @@
 #include "perf/base/report.h"
 #include "perf/commands.h"
 #include "scenes/bit_hash.h"
-#include "scenes/crowd/crowd.h"
+#include "scenes/scene_list.h"
 
 namespace cab::perf {
 namespace {
@@ -176,19 +176,19 @@ double a_frame(const CrowdOptions& options, std::uint64_t sum) {
 double pairs_in_first_frame(const CrowdRun& run) { return a_character(run, static_cast<double>(run.first.leaf_pairs)); }
 
 bool is_expected(const CrowdRun& run) {
-  const double expected = run.scene->pairs_a_character;
+  const double expected = run.scene->pairs_per_character;
   return std::abs(pairs_in_first_frame(run) - expected) <= run.scene->tolerance * expected;
 }
 
 // What the pairs of the first frame are beside what they should be.
 std::string expectation(const CrowdRun& run) {
-  if (run.scene->pairs_a_character == 0) return "no expected value";
+  if (run.scene->pairs_per_character == 0) return "no expected value";
   return std::string(is_expected(run) ? "within " : "outside ") + fixed(100 * run.scene->tolerance, 0) + " % of " +
-         shortest(run.scene->pairs_a_character);
+         shortest(run.scene->pairs_per_character);
 }
 
 void print_table(const CrowdOptions& options, const CrowdRun& run) {
-  std::cout << run.scene->name << ": " << run.character_count << " characters of " << run.most_leaves << " boxes, "
+  std::cout << options.scene << ": " << run.character_count << " characters of " << run.most_leaves << " boxes, "
             << options.frame_count << " frames, " << options.rounds << " rounds (" << to_string(run.isa) << ", threads "
             << run.thread_count;
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
@@ -233,7 +233,7 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
 Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   Json json;
   json["cab_version"] = CAB_VERSION_STRING;
-  json["scene"] = run.scene->name;
+  json["scene"] = options.scene;
   json["characters"] = run.character_count;
   json["links"] = run.most_links;
   json["leaves"] = run.most_leaves;
@@ -265,22 +265,17 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["pairs_a_character"] = pairs_in_first_frame(run);
   json["expected_pairs_a_character"] = Json();
   json["pairs_as_expected"] = Json();
-  if (run.scene->pairs_a_character > 0 && !options.in_contact) {
-    json["expected_pairs_a_character"] = run.scene->pairs_a_character;
+  if (run.scene->pairs_per_character > 0 && !options.in_contact) {
+    json["expected_pairs_a_character"] = run.scene->pairs_per_character;
     json["pairs_as_expected"] = is_expected(run);
   }
   json["hits_hash"] = hex(run.hits_hash);
   return json;
 }
 
-const scenes::CrowdScene& find_scene(const std::string& name) {
-  return *std::find_if(scenes::kCrowdScenes.begin(), scenes::kCrowdScenes.end(),
-                       [&name](const scenes::CrowdScene& scene) { return name == scene.name; });
-}
-
 // Wrong use that only shows when options are seen together.
 void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
-  const std::string name = scene.name;
+  const std::string& name = options.scene;
   if (scene.clips == scenes::ClipUse::kNeeded && options.clips.empty())
     throw UsageError("--scene " + name + " needs --clip FILE");
   if (scene.needs_trajectories && options.trajectories_path.empty())
@@ -337,10 +332,10 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
 }  // namespace
 
 int crowd_command(const CrowdOptions& options) {
-  const scenes::CrowdScene& scene = find_scene(options.scene);
+  const scenes::CrowdScene& scene = scenes::crowd_scene(options.scene);
   check(options, scene);
   const scenes::CrowdSources sources = import_sources(options);
-  const scenes::Crowd crowd = scenes::make_crowd(scene.name, options.character_count, sources);
+  const scenes::Crowd crowd = scenes::make_crowd(options.scene, options.character_count, sources);
   CrowdRun run = measure(options, crowd);
   run.scene = &scene;
   if (options.scene == "detailed") run.boxes_per_link = sources.boxes_per_link;

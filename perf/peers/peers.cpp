@@ -18,7 +18,7 @@
 #include "perf/oracle/exact_pose.h"
 #include "perf/oracle/overlap_exact.h"
 #include "perf/peers/peer.h"
-#include "scenes/crowd/crowd.h"
+#include "scenes/scene_list.h"
 
 namespace cab::perf {
 namespace {
@@ -489,8 +489,9 @@ Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
 
 void check(const PeersOptions& options) {
   for (const std::string& scene : options.scenes)
-    if (scene != "uniform" && scene != "jitter")
-      throw UsageError("--scene: '" + scene + "' is not for peers; choose uniform, jitter");
+    if (scenes::find_scene(scenes::kPeersCommand, scene) == nullptr)
+      throw UsageError("--scene: '" + scene + "' is not for peers; choose " +
+                       scenes::scene_names(scenes::kPeersCommand, ", "));
   for (const std::uint32_t count : options.character_counts)
     if (count == 0 || count > 1000000)
       throw UsageError("--characters: " + std::to_string(count) + " is not within 1 to 1000000");

@@ -1,28 +1,19 @@
 #include "perf/sweep/scenes.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "perf/run/run_world.h"
-#include "scenes/crowd/humanoid.h"
-#include "scenes/paper/registry.h"
+#include "scenes/scene_list.h"
 
 namespace cab::perf {
 namespace {
 
-// Sizes that make one run of a scene a matter of milliseconds.
-constexpr std::uint32_t kFrameCount = 1000;  // of the paper's scenes
-constexpr std::uint32_t kCrowdFrames = 2;    // 1/30 s apart
-constexpr std::uint32_t kDetailedCount = 100, kRopeCount = 16;
+// So few that one run of a crowd takes milliseconds.
+constexpr std::uint32_t kCrowdFrames = 2;  // 1/30 s apart
 constexpr double kCrowdFramesPerSecond = 30;
-
-// The clips of `./dev demo`, placed as it does, and the frames in which they are near each other.
-constexpr const char* kClips[] = {"/usr/share/assimp/models/BVH/01_01.bvh", "/usr/share/assimp/models/BVH/01_03.bvh"};
-constexpr double kClipUnits = .0564;
-constexpr std::array<double, 3> kClipOffset = {1.3, 0, .4};
-constexpr FrameRange kClipFrames = {1600, 2600};
 
 // Poses of a figure that boxes are compared on.
 constexpr std::uint32_t kSampledPoses = 24;
@@ -46,24 +37,6 @@ SweepScene of_crowd(std::string name, scenes::Crowd crowd) {
   return out;
 }
 
-SweepScene make_clips() {
-  RunOptions options;
-  for (const char* clip : kClips) {
-    if (!std::filesystem::exists(clip))
-      throw std::runtime_error(std::string("--scene cmu: there is no ") + clip + "; install assimp-testmodels");
-    options.files.emplace_back(clip);
-  }
-  options.offsets = {{0, 0, 0}, kClipOffset};
-  options.metres_per_unit = {kClipUnits};
-  return of_frames("cmu", import_world(options), kClipFrames);
-}
-
-std::uint32_t paper_table(const std::string& name) {
-  for (const scenes::PaperScene& paper : scenes::kPaperScenes)
-    if (name == paper.name) return paper.table;
-  return 0;
-}
-
 }  // namespace
 
 std::uint32_t SweepScene::character_count() const {
@@ -81,7 +54,8 @@ std::size_t SweepScene::most_leaves() const {
 
 std::vector<SweepMember> sweep_family(const std::string& family) {
   std::vector<SweepMember> members;
-  for (const SweepSceneName& scene : kSweepScenes) {
+  for (const scenes::NamedScene& scene : scenes::scene_list()) {
+    if (!scene.is_for(scenes::kSweepCommand)) continue;
     const std::string name = scene.name;
     const std::size_t minus = name.find('-');
     if (minus != std::string::npos && name.substr(0, minus) == family)
@@ -91,33 +65,11 @@ std::vector<SweepMember> sweep_family(const std::string& family) {
 }
 
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count) {
-  if (const std::uint32_t table = paper_table(name); table > 0)
-    return of_frames(name, scenes::make_paper_scene(table, kFrameCount), {0, kFrameCount});
-  if (name == "cmu") return make_clips();
-  const auto count_or = [character_count](std::uint32_t by_default) {
-    return character_count > 0 ? character_count : by_default;
-  };
-  scenes::CrowdSources sources;
-  for (const char* family : {"uniform", "spot", "giant", "far"})
-    for (const SweepMember& member : sweep_family(family))
-      if (name == member.name) return of_crowd(name, scenes::make_crowd(family, member.number));
-  for (const SweepMember& member : sweep_family("detailed")) {
-    if (name != member.name) continue;
-    sources.boxes_per_link = member.number / scenes::kHumanoidLinks;
-    return of_crowd(name, scenes::make_crowd("detailed", count_or(kDetailedCount), sources));
-  }
-  const std::pair<const char*, scenes::RopeShape> shapes[] = {{"ropes", scenes::RopeShape::kStraight},
-                                                              {"wavy", scenes::RopeShape::kWavy},
-                                                              {"coiled", scenes::RopeShape::kCoiled},
-                                                              {"braided", scenes::RopeShape::kBraided}};
-  for (const auto& [family, shape] : shapes)
-    for (const SweepMember& member : sweep_family(family)) {
-      if (name != member.name) continue;
-      sources.ropes.link_count = member.number;
-      sources.ropes.shape = shape;
-      return of_crowd(name, scenes::make_crowd("ropes", count_or(kRopeCount), sources));
-    }
-  throw std::invalid_argument("make_sweep_scene: no scene is called " + name);
+  const scenes::NamedScene* const row = scenes::find_scene(scenes::kSweepCommand, name);
+  if (row == nullptr) throw std::invalid_argument("make_sweep_scene: no scene is called " + name);
+  if (const auto* frames = std::get_if<scenes::FrameScene>(&row->source))
+    return of_frames(name, frames->make(frames->end_frame), {frames->first_frame, frames->end_frame});
+  return of_crowd(name, scenes::make_sized_crowd(std::get<scenes::SizedCrowdScene>(row->source), character_count));
 }
 
 SweepScene make_files_scene(const RunOptions& options) {

@@ -11,6 +11,7 @@
 #include "perf/sweep/output.h"
 #include "perf/sweep/plot.h"
 #include "perf/sweep/scenes.h"
+#include "scenes/scene_list.h"
 
 namespace cab::perf {
 namespace {
@@ -46,8 +47,8 @@ std::vector<ChosenScene> choose_scenes(const SweepOptions& options) {
   std::vector<ChosenScene> chosen;
   for (const std::string& name : options.scenes) chosen.push_back({name, true});
   if (!chosen.empty()) return chosen;
-  for (const SweepSceneName& scene : kSweepScenes)
-    if (scene.by_default) chosen.push_back({scene.name, true});
+  for (const scenes::NamedScene& scene : scenes::scene_list())
+    if (scene.is_for(scenes::kSweepByDefault)) chosen.push_back({scene.name, true});
   if (options.plot_folder.empty()) return chosen;
   for (const char* family : {"uniform", "detailed", "ropes"})
     for (const SweepMember& member : sweep_family(family))

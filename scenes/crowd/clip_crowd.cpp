@@ -13,12 +13,12 @@ namespace cab::scenes {
 namespace {
 
 constexpr std::uint64_t kMomentSeed = 4;
-constexpr double kLeastWay = .3;  // metres from a clip's first frame to its last that make a direction
+constexpr double kLeastWay = .3;  // metres: a clip that moves less from first to last frame has no direction
 
-// Poses of one frame of one character, floats a link.
+// Floats per link in a pose.
 constexpr std::size_t kPoseFloats = 7;
 
-// The mean over all frames of the figure's extent along each axis, and the lowest joint of all.
+// The figure's extent along each axis, as the mean over all frames, and the lowest joint of all frames.
 struct Extents3 {
   std::array<double, 3> mean = {};
   std::array<double, 3> lowest = {};
@@ -44,23 +44,23 @@ Extents3 measure_extents(const Clip& clip) {
   return extents;
 }
 
-// Turns axis x, y or z to z.
+// The rotation that takes axis x, y or z to z.
 Quat turn_up(std::size_t axis) {
   const double half = std::sqrt(.5);
   if (axis == 0) return {0, -half, 0, half};
   return axis == 1 ? Quat{half, 0, 0, half} : Quat{0, 0, 0, 1};
 }
 
-// A clip made ready to be played upright.
+// A clip that is prepared to be played upright.
 struct Player {
   Clip clip;
   Quat upright;
-  std::vector<double> heights;  // of the root above the ground, a frame
-  double heading = 0;           // rad from +x, of its way as a whole; 0 where it stays in place
+  std::vector<double> heights;  // [frame] of the root above the ground
+  double heading = 0;           // rad from +x, from the first frame to the last; 0 where the clip stays in place
 
   double seconds() const { return clip.frame_count * clip.frame_seconds; }
 
-  // The frame that shows at a time: the nearest earlier one, as on the clock of scenes/import/world.cpp.
+  // The frame that shows at a time: the nearest earlier one, as in scenes/import/world.cpp.
   std::size_t frame_at(double time) const {
     const double frame = std::floor(std::fmod(time, seconds()) / clip.frame_seconds + 1e-6);
     return static_cast<std::size_t>(frame) % clip.frame_count;

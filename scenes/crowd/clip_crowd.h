@@ -1,4 +1,4 @@
-// Crowds that play clips: each character plays one of the clips from a moment of its own, at a place of its own.
+// Crowds that play clips. Each character plays one clip, from its own moment and at its own place.
 #pragma once
 
 #include "scenes/crowd/crowd.h"
@@ -11,14 +11,14 @@
 
 namespace cab::scenes {
 
-// Where a character is at a time in seconds from 0.
+// Where a character stands at a time in seconds, from 0.
 using StandAt = std::function<Standing(std::uint32_t character, double seconds)>;
 
-// `count` characters in a group for each clip that is played, character i in clip i modulo the number of clips (at
-// least one), repeated from a random moment on. A clip is set upright, its up axis becoming z (`up`: 'x', 'y', 'z', or
-// 0 for the one along which the figure is tallest), with the lowest joint of all its frames on the ground. Its root
-// keeps its height; its way over the ground is that of `stand`, and the direction in which the clip gets on as a whole
-// is turned into the heading.
+// A crowd of `count` characters. There is at least one clip; character i plays clip i modulo the number of clips,
+// repeatedly and from a random moment. The characters of one clip are one group. A clip is rotated so that its up axis
+// becomes z, and the lowest joint of all its frames stands on the ground. `up` is 'x', 'y', 'z', or 0 for the axis
+// along which the figure is tallest. The root keeps its height. `stand` gives its way over the ground, and the clip's
+// direction from first to last frame is rotated to the heading.
 Crowd clip_crowd(std::vector<Clip> clips, char up, std::uint32_t count, const StandAt& stand);
 
 }  // namespace cab::scenes

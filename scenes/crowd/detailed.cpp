@@ -15,12 +15,12 @@ namespace {
 
 constexpr std::uint64_t kTurnSeed = 5;
 
-constexpr double kBarrel = .6;        // how much of its squared width a link loses at its ends
-constexpr double kOverlap = 1.15;     // times as large as its cell
+constexpr double kBarrel = .6;        // share of its squared width that a link loses at its ends
+constexpr double kOverlap = 1.15;     // size of a box over that of its cell
 constexpr double kMostTurn = .2;      // rad, of a cube
-constexpr double kInside = 1 - 1e-5;  // of the room to the link's faces, so that rounding to float stays within
+constexpr double kInside = 1 - 1e-5;  // share of the room to the link's faces; rounding to float stays within it
 
-// Cells along each axis of a box: whoever is longest is halved.
+// Cells along each axis of a box. The longest edge of the cells is halved until there are enough cells.
 std::array<std::uint32_t, 3> split(const float* half, std::uint32_t count) {
   std::array<std::uint32_t, 3> cells = {1, 1, 1};
   for (std::uint32_t made = 1; made < count; made *= 2) {
@@ -32,7 +32,7 @@ std::array<std::uint32_t, 3> split(const float* half, std::uint32_t count) {
   return cells;
 }
 
-// A box in the frame of the link's box, which is centred at 0 with the given half extents.
+// A box in the frame of the link's box.
 struct Piece {
   Vec3 center;
   std::array<Vec3, 3> axes;
@@ -51,7 +51,7 @@ Piece make_piece(const Vec3& cell_center, const Vec3& cell_half, const Vec3& lin
     axis[k] = 1;
     piece.axes[k] = rotate(turn, axis);
   }
-  // Axis c of the piece is the one that lies nearly along c: made shorter by what sticks out.
+  // Axis c of the piece lies nearly along c, so its half extent shrinks by what sticks out along c.
   for (std::size_t c = 0; c < 3; ++c) {
     double reach = 0;
     for (std::size_t k = 0; k < 3; ++k) reach += piece.half[k] * std::fabs(piece.axes[k][c]);
@@ -61,7 +61,7 @@ Piece make_piece(const Vec3& cell_center, const Vec3& cell_half, const Vec3& lin
   return piece;
 }
 
-// The piece as a leaf of the link whose box it is cut from.
+// The piece as a leaf of the link from whose box it is cut.
 BodyLeaf to_leaf(const Piece& piece, const BodyLeaf& whole) {
   const auto to_link = [&whole](const Vec3& v, std::size_t c) {
     double sum = 0;

@@ -13,7 +13,7 @@ constexpr double kLeastSpeed = .85, kGreatestSpeed = 1.15;
 struct Link {
   const char* name;
   std::int32_t parent;
-  Vec3 joint;   // in the parent's frame; the pelvis' in the world
+  Vec3 joint;   // in the parent's frame; for the pelvis, in the world
   Vec3 center;  // of the box, in the link's frame
   Vec3 half;
   double amplitude;  // rad

@@ -12,20 +12,21 @@ namespace {
 constexpr std::uint64_t kRopeSeed = 6;
 constexpr double kTwoPi = 6.283185307179586;
 
-// Which way all ropes go: x rotated about y and then about z, so that no axis of the world is along them.
+// The direction of all ropes is x rotated about y and then about z. No axis of the world lies along it.
 constexpr double kPitch = -.5, kYaw = 1.1;  // rad
 
-constexpr double kJitter = .2, kSway = .05;  // of a thickness: where a bundle is on the grid, and how it moves there
-constexpr double kSwaySpeed = 2, kWaveSpeed = 3, kTurnSpeed = 1.5;  // rad a second
+constexpr double kJitter = .2,
+                 kSway = .05;  // of a thickness: how far a bundle starts from its grid point, and how far it sways
+constexpr double kSwaySpeed = 2, kWaveSpeed = 3, kTurnSpeed = 1.5;  // rad per second
 
 // A wave is a sine-generated curve (Langbein and Leopold 1966): link k turns by kBend sin(phase + 2 pi (k + .5) / 16).
-// Its joints then lie on -C1 cos - C3 cos 3 of the phase there, C = L J(kBend) / sin(pi / 16), J the Bessel functions
-// of the first and third order, the latter with 3 pi / 16.
+// Its joints then lie on -C1 cos(p) - C3 cos(3 p), p the phase there. C1 = L J1(kBend) / sin(pi / 16) and
+// C3 = L J3(kBend) / sin(3 pi / 16), with the Bessel functions of the first and third order.
 constexpr double kBend = .6, kLinksOfWave = 16;
 constexpr double kWaveFirst = .146958, kWaveThird = .000792;  // metres
 constexpr double kWaveReach = .148;                           // of a joint from the line, metres
 
-// A spring's and a braid's joints lie on a helix. A braid's radius follows from the spacing.
+// The joints of a spring or a braid lie on a helix. The radius of a braid follows from the spacing.
 constexpr double kCoilRadius = .24;  // metres
 constexpr double kLinksOfCoil = 16, kLinksOfBraid = 24;
 
@@ -33,7 +34,7 @@ Quat turn_x(double angle) { return {std::sin(angle / 2), 0, 0, std::cos(angle / 
 Quat turn_y(double angle) { return {0, std::sin(angle / 2), 0, std::cos(angle / 2)}; }
 Quat turn_z(double angle) { return {0, 0, std::sin(angle / 2), std::cos(angle / 2)}; }
 
-// How far the joints of a shape are from its line, metres.
+// The distance of a shape's joints from its line, metres.
 double upper_limits(const RopeOptions& options) {
   switch (options.shape) {
     case RopeShape::kWavy: return kWaveReach;
@@ -44,13 +45,13 @@ double upper_limits(const RopeOptions& options) {
   return 0;
 }
 
-// A link in the frame of its bundle's line: where its joint is, and how it is rotated from x.
+// A link in the frame of its bundle's line: the place of its joint, and its rotation from x.
 struct LinkPlace {
   Vec3 joint;
   Quat turn;
 };
 
-// Walks along a wave, or along the line where bend is 0.
+// Follows a wave link by link, or the line where bend is 0.
 class Wave {
  public:
   Wave(double bend, double phase) : bend_(bend), phase_(phase) {
@@ -68,7 +69,7 @@ class Wave {
   Vec3 joint_ = {0, 0, 0};
 };
 
-// Link k of a helix whose chords are the links: it rises by what its chord across the circle leaves of its length.
+// Link k of a helix whose chords are the links. Its rise follows from its length and its chord across the circle.
 LinkPlace on_helix(double radius, double links_of_turn, double phase, std::uint32_t k) {
   const double step = kTwoPi / links_of_turn, across = 2 * radius * std::sin(step / 2);
   const double rise = std::sqrt(kRopeLinkLength * kRopeLinkLength - across * across), angle = phase + step * k;

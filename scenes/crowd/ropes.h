@@ -1,4 +1,4 @@
-// Ropes: long chains of equal links side by side, all slanting the same way. z is up, lengths are metres.
+// Ropes: long chains of equal links side by side, all inclined the same way. z is up, lengths are metres.
 #pragma once
 
 #include "scenes/scene.h"
@@ -8,12 +8,12 @@
 
 namespace cab::scenes {
 
-// How a rope lies about its straight line.
+// The shape of a rope about its straight line.
 enum class RopeShape : std::uint8_t {
   kStraight,  // on it
-  kWavy,      // a wave across the rows of ropes, so that those above each other cross
+  kWavy,      // a wave across the grid, so that ropes above each other cross
   kCoiled,    // a spring
-  kBraided,   // a bundle of two that wind about each other
+  kBraided,   // two ropes in a bundle wind about each other
 };
 inline constexpr std::array<const char*, 4> kRopeShapeNames = {"straight", "wavy", "coiled", "braided"};
 
@@ -23,26 +23,26 @@ inline constexpr double kLeastSpacing = .1, kMostSpacing = 10;
 struct RopeOptions {
   std::uint32_t link_count = 64;  // kLeastRopeLinks to kMaxLinks
   RopeShape shape = RopeShape::kStraight;
-  double spacing = 1.5;  // of neighbours where they come closest, in thicknesses of a rope: at 1 they touch
+  double spacing = 1.5;  // distance of neighbours at their closest, in thicknesses of a rope; at 1 they touch
 };
 
-// Of a link, metres.
+// Size of a link, metres.
 inline constexpr double kRopeLinkLength = .1, kRopeThickness = .04;
 
-// Links and leaf boxes of one rope, without poses. A link's frame sits at its joint, the link along x; its leaf box is
-// its exact shape too.
+// Links and leaf boxes of one rope, without poses. The frame of a link sits at its joint, and the link lies along x.
+// The leaf box is also the link's exact shape.
 Character make_rope(std::uint32_t link_count);
 
-// Which rope: a strand (0, or 0 and 1 of a braid) of a bundle, whose line starts at a point of a grid.
+// Which rope it is. A bundle starts at a point of a grid and has one strand, number 0, or the two strands of a braid.
 struct RopePlace {
-  std::uint32_t bundle;  // what is drawn for it
+  std::uint32_t bundle;  // its number, which decides its random draws
   std::uint32_t column, row;
   std::uint32_t strand;
 };
 
-// One rope at t seconds, by the equations in docs/crowd.md. Writes link_count times 7 floats of poses
-// (kQuaternionTranslation, computed in double, rounded once) relative to its origin, the start of its bundle's line,
-// and the origin's three doubles.
+// Poses one rope at t seconds by the equations in docs/crowd.md. Writes link_count times 7 floats of poses
+// (kQuaternionTranslation, computed in double and rounded once) and the three doubles of the origin. The origin is the
+// start of the bundle's line, and the poses are relative to it.
 void pose_rope(const RopeOptions& options, const RopePlace& place, double t, float* poses, double* origin);
 
 }  // namespace cab::scenes

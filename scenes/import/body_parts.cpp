@@ -1,4 +1,4 @@
-// How thick a body is between two joints.
+// The thickness of a body between two joints.
 #include "scenes/import/body_parts.h"
 
 #include <algorithm>
@@ -14,11 +14,12 @@ constexpr double kMassOverStatureCubed = 22 / 1.75;
 constexpr double kLeastRadiusOverLength = .08;
 constexpr double kLimbRadiusOverLength = .5;
 constexpr double kTrunkRadiusOverLength = 1.5;
-// Half of the mean thickness over length of the limbs below; for segments without a known name.
+// Half the mean of thickness over length of the limbs below, for segments without a known name.
 constexpr double kUnknownRadiusOverLength = .16;
-// Ours: the tables know no fingers. 9 mm at 1.75 m.
+// An assumption, because the tables have no fingers: 9 mm at 1.75 m.
 constexpr double kFingerRadius = .005;
-// Ours: the tables count hips and shoulders as trunk; less than the trunk's .100, to leave its outline to the spine.
+// An assumption, because the tables count hips and shoulders as trunk. It is less than the trunk's .100, so that the
+// spine alone makes the trunk's outline.
 constexpr double kPelvisRadius = .065;
 constexpr double kGirdleRadius = .04;
 
@@ -28,7 +29,7 @@ double radius_over_stature(double mass_share, double density, double length_shar
   return std::sqrt(1.5 * mass_share * kMassOverStatureCubed / (density * kPi * length_share));
 }
 
-// What a joint's name says. Ambiguous words are kept apart: the other end of the segment decides.
+// What a joint's name says. Ambiguous words have values of their own, for which the other end of the segment decides.
 enum class Landmark {
   kNone,
   kFinger,
@@ -59,7 +60,7 @@ Landmark landmark(const std::string& name) {
     return std::any_of(parts.begin(), parts.end(),
                        [&word](const char* part) { return word.find(part) != std::string::npos; });
   };
-  // From the particular to the general: "forearm" has an "arm" in it, "upleg" a "leg", "lefthandindex1" a "hand".
+  // Specific words come first: "forearm" contains "arm", "upleg" contains "leg", "lefthandindex1" contains "hand".
   if (has({"fingerbase", "fingers"})) return Landmark::kHand;
   if (has({"thumb", "index", "middle", "ring", "pinky", "little", "finger", "phalan", "metacarp", "mid1", "mid2",
            "mid3"}))
@@ -108,7 +109,7 @@ BodyPart body_part(const std::string& start_name, const std::string& end_name) {
     case L::kLeg: return is_one_of(end, {L::kShank, L::kLeg}) ? BodyPart::kThigh : BodyPart::kShank;
     case L::kThigh: return BodyPart::kThigh;
     case L::kHead: return BodyPart::kHead;
-    // "hip" is the root of one skeleton and the top of a thigh in another.
+    // "hip" is the root in some skeletons and the top of a thigh in others.
     case L::kHip:
       if (is_one_of(end, {L::kShank, L::kLeg})) return BodyPart::kThigh;
       return is_one_of(end, {L::kTrunk, L::kNeck}) ? BodyPart::kTrunk : BodyPart::kPelvis;

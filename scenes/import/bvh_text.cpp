@@ -14,10 +14,10 @@
 namespace cab::scenes {
 namespace {
 
-// assimp reads and frees a hierarchy by recursion.
+// assimp reads and frees a hierarchy by recursion, so its depth is limited.
 constexpr std::size_t kMaxDepth = 1024;
 constexpr std::size_t kMaxJoints = 8192;
-// assimp collects the digits before the point in 64 bits and quietly reads 0 when they do not fit.
+// assimp collects the digits before the point in 64 bits, and reads 0 without an error when they do not fit.
 constexpr std::size_t kMaxIntegerDigits = 18;
 constexpr std::size_t kShownCharacters = 40;
 // assimp keeps the reciprocal.
@@ -52,7 +52,7 @@ class Reader {
   }
 
  private:
-  // A token is a run of non-blanks; a brace that begins one is a token of its own (as assimp has it).
+  // A token is a run of non-blanks. As in assimp, a brace at its beginning is a token of its own.
   struct Token {
     std::size_t begin = 0;
     std::size_t size = 0;
@@ -89,7 +89,7 @@ class Reader {
     return token;
   }
 
-  // True when the token is the word in any case; the bytes are then given the word's own case.
+  // True if the token is the word in any case. The bytes then get the word's own case.
   bool matches(const Token& token, std::string_view word) {
     if (!same_word(view(token), word)) return false;
     bytes_.replace(token.begin, token.size, word);
@@ -118,7 +118,7 @@ class Reader {
     return value;
   }
 
-  // The rest of the line up to an opening brace; blanks inside become "_" for assimp.
+  // The rest of the line up to an opening brace. Blanks inside become "_" for assimp.
   std::string read_name() {
     while (at_ < bytes_.size() && is_blank(bytes_[at_]) && bytes_[at_] != '\n') ++at_;
     const std::size_t begin = at_;
@@ -161,7 +161,7 @@ class Reader {
     text_.channel_count += joint.channels.size();
   }
 
-  // Opens a joint or end site: its name is read, its block not yet.
+  // Opens a joint or end site after its name and before its block.
   void open(std::string name, bool is_end_site) {
     if (text_.joints.size() == kMaxJoints) fail(line_, "more than " + std::to_string(kMaxJoints) + " joints");
     if (open_.size() == kMaxDepth) fail(line_, "joints are nested more than " + std::to_string(kMaxDepth) + " deep");

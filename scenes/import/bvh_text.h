@@ -16,10 +16,10 @@ struct BvhJoint {
   bool is_end_site = false;
   std::array<double, 3> offset = {0, 0, 0};
   std::vector<BvhChannel> channels;  // at most three positions and three rotations
-  std::size_t first_value = 0;       // of this joint among the values of a frame
+  std::size_t first_value = 0;       // index of this joint's first value among the values of a frame
 };
 
-// What a file says. Lengths and angles are the file's own.
+// The contents of a file. Lengths and angles are in the file's units.
 struct BvhText {
   std::vector<BvhJoint> joints;   // in file order, end sites included: a parent precedes its children
   std::size_t channel_count = 0;  // values of a frame
@@ -29,11 +29,11 @@ struct BvhText {
   std::vector<std::string> notes;
 };
 
-// Reads and checks the whole text; throws ImportError with path and line. Checked: the grammar, every number
-// (finite, at most 1e9 in magnitude), frames >= 1, frames x channels x 2 <= bytes, frame time finite and > 0, and
-// the limits of joints, depth and frames that keep assimp's recursion and everybody's memory bounded.
-// bytes is changed in place, never in length, to what assimp's stricter reader understands: keywords and channels
-// in assimp's case, and "_" for the blanks inside a joint's name.
+// Reads and checks the whole text. Throws ImportError with path and line. It checks the grammar, every number (finite,
+// at most 1e9 in magnitude), frames >= 1, frames x channels x 2 <= bytes, frame time finite and > 0, and the limits of
+// joints, depth and frames that bound assimp's recursion and the memory in use. It changes bytes in place, but never
+// their number, to what assimp's stricter reader understands: keywords and channels in assimp's case, and "_" for the
+// blanks inside a joint's name.
 BvhText check_bvh_text(std::string& bytes, const std::string& path);
 
 }  // namespace cab::scenes

@@ -11,15 +11,15 @@
 namespace cab::scenes {
 namespace {
 
-// Of the figure's height: segments no longer than this count as zero. Below 1 / kMaxLinks, so that a rope of
-// equal links keeps them.
+// Share of the figure's height. Segments no longer than this count as zero. It is below 1 / kMaxLinks, so that a rope
+// of equal links keeps its links.
 constexpr double kZeroSegment = 1e-4;
-// Of the figure's height: a joint that moves farther than this in its parent's frame is noted.
+// Share of the figure's height. The notes name a joint that moves farther than this in its parent's frame.
 constexpr double kMovingJoint = 1e-3;
-// Of the figure's height: a joint that keeps this close to its rest offset has that offset.
+// Share of the figure's height. A joint that stays this close to its rest offset has that offset.
 constexpr double kRestTolerance = 1e-5;
-// An ellipsoid reaches past its joints by half of its radius, at most this share of its length, so that
-// neighbours, which taper to a point there, overlap and the joint is covered.
+// An ellipsoid reaches past its joints by half of its radius, but at most by this share of its length. So neighbours,
+// which taper to a point at the joint, overlap and cover it.
 constexpr double kOverlapOverLength = .1;
 constexpr double kLeastHeight = .5, kGreatestHeight = 3;  // metres, for the check of the unit
 constexpr std::size_t kNamesInNote = 6;
@@ -92,8 +92,8 @@ void note_joints(std::vector<std::string>& notes, const std::vector<std::string>
   notes.push_back(text);
 }
 
-// Where each joint sits in its parent's frame: its rest offset, or its mean place where the motion says otherwise
-// (position channels replace the offset). Joints that are not rigid with their parent are noted.
+// The place of each joint in its parent's frame. It is the rest offset, or the mean place where position channels
+// replace the offset. The notes name joints that are not rigid with their parent.
 std::vector<Vec3> joint_offsets(const Motion& motion, double height, std::vector<std::string>& notes) {
   const Skeleton& s = motion.skeleton;
   std::vector<Vec3> offsets(motion.joint_count, Vec3{0, 0, 0});
@@ -122,7 +122,7 @@ std::vector<Vec3> joint_offsets(const Motion& motion, double height, std::vector
   return offsets;
 }
 
-// The quaternion that turns +x to a unit direction by the shortest way.
+// The smallest rotation that takes +x to a unit direction.
 Quat from_x_to(const Vec3& direction) {
   if (direction[0] < -1 + 1e-12) return {0, 0, 1, 0};
   return normalized({0, -direction[2], direction[1], 1 + direction[0]});
@@ -141,7 +141,7 @@ ShapePart ellipsoid(const Vec3& center, const Vec3& direction, double half_lengt
   return part;
 }
 
-// Which joints make links. A point is a set of joints joined by zero segments: they are in one place in every frame.
+// Which joints make links. A point is a set of joints that zero segments connect; they share one place in every frame.
 struct LinkPlan {
   std::vector<std::vector<std::size_t>> segments;  // [joint] children at the end of a segment of non-zero length
   std::vector<std::size_t> point;                  // [joint] the first joint of its point
@@ -208,7 +208,7 @@ void note_plan(const Skeleton& s, const LinkPlan& plan, std::vector<std::string>
                     " has no segment of its own and several links below it: its link is a ball");
 }
 
-// Parts of every link, and how many segments went without a recognised name.
+// Parts of every link, and the number of segments without a recognised name.
 std::size_t add_parts(const Skeleton& s, const LinkPlan& plan, const std::vector<Vec3>& offsets, double stature,
                       std::vector<BodyLeaf>& leaves) {
   std::size_t unknown_count = 0;
@@ -225,12 +225,12 @@ std::size_t add_parts(const Skeleton& s, const LinkPlan& plan, const std::vector
       if (plan.point[joint] == 0) ball_radius = std::max(ball_radius, radius);
     }
   }
-  // The ball fills the place where the links below it meet, as thick as the thickest of them.
+  // The ball fills the place where the links below it join. It is as thick as the thickest of them.
   if (plan.root_is_ball) leaves[0].parts.push_back(ellipsoid({0, 0, 0}, {1, 0, 0}, ball_radius, ball_radius));
   return unknown_count;
 }
 
-// Every two links that meet at a point: parent and child, and siblings that begin at one place.
+// Every two links that share a point: parent and child, and siblings that begin at one place.
 std::vector<LinkPair> adjacent_links(const LinkPlan& plan) {
   std::vector<std::vector<std::uint32_t>> meeting(plan.point.size());
   for (std::uint32_t l = 0; l < plan.link_joints.size(); ++l) {
@@ -289,7 +289,7 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
 
   const std::array<double, 3> extents = median_extents(motion);
   check_height(extents, options.up, clip.notes);
-  // The tallest axis, whatever is up: a figure that lies is as thick as one that stands.
+  // The tallest axis, whichever axis is up, so that a lying figure is as thick as a standing one.
   const double stature = *std::max_element(extents.begin(), extents.end());
   const std::vector<Vec3> offsets = joint_offsets(motion, stature, clip.notes);
   const LinkPlan plan = plan_links(skeleton, offsets, stature, name);
@@ -302,7 +302,7 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
   for (std::size_t l = 0; l < plan.link_joints.size(); ++l) {
     const std::size_t joint = plan.link_joints[l];
     character.link_names.push_back(skeleton.joint_names[joint]);
-    // The nearest ancestor with a link; only the first link has none.
+    // The nearest ancestor with a link. Only the first link has no such ancestor.
     std::int32_t above = skeleton.joint_parents[joint];
     while (above >= 0 && plan.link_of[static_cast<std::size_t>(above)] < 0)
       above = skeleton.joint_parents[static_cast<std::size_t>(above)];

@@ -1,5 +1,5 @@
-// Skeletal animation from files: a clip becomes a character of ellipsoids between joints; clips become a scene
-// on one clock in one world.
+// Skeletal animation from files. A clip becomes a character of ellipsoids between joints. Clips become a scene on one
+// clock in one world.
 #pragma once
 
 #include "scenes/scene.h"
@@ -21,12 +21,11 @@ class ImportError : public std::runtime_error {
 struct ImportOptions {
   double metres_per_unit = 1.0;              // the file's length unit in metres
   std::array<double, 3> offset = {0, 0, 0};  // added to the character's place in the world, metres
-  char up = 0;                               // 'x', 'y' or 'z' for the height check; 0 = the tallest axis
+  char up = 0;                               // 'x', 'y' or 'z' for the height check; 0: the tallest axis
 };
 
-// A skeleton as the file has it: every joint, end sites included, and its world position in every frame. Joint 0
-// is the root, every other joint comes after its parent. An end site of a BVH file is named after its joint, with
-// "/End".
+// The skeleton of a file: every joint, end sites included, and its world position in every frame. Joint 0 is the root,
+// and every other joint comes after its parent. The name of an end site of a BVH file is that of its joint with "/End".
 struct Skeleton {
   std::vector<std::string> joint_names;
   std::vector<std::int32_t> joint_parents;
@@ -40,12 +39,12 @@ struct Skeleton {
   std::vector<std::string> notes;
 };
 
-// Reads one file's skeleton and its first animation: BVH from its checked text through assimp, everything else
-// through assimp. Throws ImportError.
+// Reads the skeleton and the first animation of a file through assimp. The text of a BVH file is checked first. Throws
+// ImportError.
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options);
 
-// One clip: the character (poses and origins for every frame of the file; one of each if it is static) and its
-// own clock.
+// One clip: a character and its own clock. The character has poses and origins for every frame of the file, or for one
+// frame if it is static.
 struct Clip {
   Character character;
   double frame_seconds = 0;
@@ -53,20 +52,21 @@ struct Clip {
   std::vector<std::string> notes;
 };
 
-// Skeleton to links: one link a joint with a non-zero segment (to a child joint or end site), named after the joint
-// and rigid with it; its frame sits at the joint. A segment below a ten-thousandth of the figure's height counts as
-// zero. If several links have no link above them, the root joint gets a link of its own, a ball. Each segment is an
-// ellipsoid along the bone with anthropometric thickness (body_parts.h); each link has one leaf box about all of its
-// ellipsoids. Links that meet at a joint are ignored pairs. Poses are relative to an origin in double: the root
-// joint's place plus options.offset. notes says what was merged, dropped or doubted. Throws ImportError.
+// Makes links from a skeleton. Each joint with a non-zero segment, to a child joint or an end site, makes one link. The
+// link has the joint's name, is rigid with it, and has its frame there. A segment below a ten-thousandth of the
+// figure's height counts as zero. If several links have no link above them, the root joint gets a link of its own, a
+// ball. Each segment is an ellipsoid along the bone with anthropometric thickness (body_parts.h), and each link has one
+// leaf box about all of its ellipsoids. Links that share a joint are ignored pairs. Poses are relative to an origin in
+// double: the root joint's place plus options.offset. notes says what was merged, dropped or doubted. Throws
+// ImportError.
 Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOptions& options);
 
-// import_skeleton, then make_clip; the character is named after the file, without its folders.
+// import_skeleton, then make_clip. The name of the character is that of the file, without its folders.
 Clip import_clip(const std::string& path, const ImportOptions& options);
 
-// Puts clips on one clock: the smallest frame time; every clip shows its nearest earlier frame, each frame lasting
-// until the next; the end of the shortest clip ends the scene. Static clips hold for all frames. Throws
-// ImportError when the scene would not fit in memory, std::invalid_argument without clips.
+// Puts clips on one clock, which has the smallest of their frame times. Every clip shows its nearest earlier frame, and
+// each frame lasts until the next. The scene ends with the shortest clip. Static clips stand in all frames. Throws
+// ImportError if the scene would not fit in memory, and std::invalid_argument without clips.
 Scene make_world(std::vector<Clip> clips);
 
 }  // namespace cab::scenes

@@ -12,9 +12,9 @@ namespace {
 
 using Axes = std::array<Vec3, 3>;
 
-// Pairs of parts whose plane is tried; more would be cubic work for no gain.
+// The most pairs of parts whose planes are tried. More would be cubic work without gain.
 constexpr std::size_t kMaxPairedParts = 16;
-// Beyond rounding outwards: covers readers that evaluate a part's float rotation without normalising it.
+// More than outward rounding needs: it also covers readers that do not normalise a part's float rotation.
 constexpr double kMargin = 0x1p-22;
 
 Axes rounded_to_float(Axes axes) {
@@ -34,7 +34,7 @@ Vec3 position_of(const ShapePart& part) {
   return {part.shape.position[0], part.shape.position[1], part.shape.position[2]};
 }
 
-// The least and greatest of dot(direction, x) over all parts.
+// The least and the greatest dot(direction, x) over all points x of all parts.
 std::array<double, 2> bounds(const std::vector<ShapePart>& parts, const Vec3& direction) {
   std::array<double, 2> range = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const ShapePart& part : parts) {
@@ -87,7 +87,7 @@ Box leaf_box(const std::vector<ShapePart>& parts) {
   for (const Axes& candidate : candidates) {
     const Axes rounded = rounded_to_float(candidate);
     const double size = volume(parts, rounded);
-    // A clear gain only: equal boxes must not be told apart by rounding.
+    // Only a clear gain counts, so that rounding does not choose between equal boxes.
     if (size < least * (1 - 1e-9)) {
       least = size;
       axes = rounded;
@@ -105,8 +105,8 @@ Box leaf_box(const std::vector<ShapePart>& parts) {
     center[k] = static_cast<double>(box.center[k]);
     for (std::size_t c = 0; c < 3; ++c) box.axis[k][c] = static_cast<float>(axes[k][c]);
   }
-  // Axes of floats are not quite orthonormal: a point of the box is center + sum x_k axis_k, so its x_k are given
-  // by the dual axes; readers that project on the axes see nearly the same. The half extents hold for both.
+  // Axes in float are not quite orthonormal. A point of the box is center + sum x_k axis_k, so the dual axes give its
+  // x_k. Readers that project on the axes themselves get nearly the same. The half extents hold for both.
   const double determinant = dot(axes[0], cross(axes[1], axes[2]));
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 dual = (1 / determinant) * cross(axes[(k + 1) % 3], axes[(k + 2) % 3]);

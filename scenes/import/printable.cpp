@@ -1,4 +1,4 @@
-// Text of a file, made fit for a one-line message and for JSON.
+// Makes the text of a file fit for a one-line message and for JSON.
 #include "scenes/import/printable.h"
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 namespace cab::scenes {
 namespace {
 
-// Bytes of the well-formed UTF-8 sequence that text begins with, 0 if it begins with none.
+// The number of bytes of the well-formed UTF-8 sequence at the beginning of text, or 0 without one.
 std::size_t sequence_length(std::string_view text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const std::size_t count = byte(0) < 0x80   ? 1
@@ -19,7 +19,7 @@ std::size_t sequence_length(std::string_view text) {
   for (std::size_t i = 1; i < count; ++i) {
     if ((byte(i) & 0xc0) != 0x80) return 0;
   }
-  // Overlong forms, surrogates and what lies above U+10FFFF.
+  // Overlong forms, surrogates, and everything above U+10FFFF.
   if (byte(0) == 0xe0 && byte(1) < 0xa0) return 0;
   if (byte(0) == 0xed && byte(1) > 0x9f) return 0;
   if (byte(0) == 0xf0 && byte(1) < 0x90) return 0;

@@ -1,4 +1,4 @@
-// Text of a file, made fit for a one-line message and for JSON.
+// Makes the text of a file fit for a one-line message and for JSON.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Skeletons from any file that assimp reads, BVH apart.
+// Skeletons from any file that assimp reads, except BVH.
 #include "scenes/import/scene_file.h"
 
 #include "scenes/import/limits.h"
@@ -16,7 +16,7 @@ namespace cab::scenes {
 namespace {
 
 constexpr std::size_t kMaxNodes = std::size_t{1} << 16;
-constexpr double kDefaultTicksPerSecond = 25;  // assimp's own choice for files that leave it open
+constexpr double kDefaultTicksPerSecond = 25;  // assimp's own value for files that do not say
 constexpr double kMinFrameSeconds = 1e-3;
 constexpr double kStaticFrameSeconds = 1.0 / 30;
 
@@ -51,7 +51,7 @@ bool is_usable(const Affine& a) {
   return true;
 }
 
-// The rotation of a matrix that may scale, shear or mirror: its axes made orthonormal in order (Gram-Schmidt).
+// The rotation of a matrix that may scale, shear or mirror. Its axes become orthonormal in order (Gram-Schmidt).
 Quat rotation_of(const Affine& a) {
   Vec3 x = a.columns[0];
   Vec3 y = a.columns[1];
@@ -88,7 +88,7 @@ Quat slerp(const Quat& a, Quat b, double s) {
   return normalized({wa * a[0] + wb * b[0], wa * a[1] + wb * b[1], wa * a[2] + wb * b[2], wa * a[3] + wb * b[3]});
 }
 
-// The keys about a time: the earlier one and how far it is to the next.
+// The keys about a time: the earlier one, and the share of the way from it to the next.
 template <class Key>
 std::pair<unsigned, double> key_at(const Key* keys, unsigned count, double time) {
   const Key* const after =
@@ -126,7 +126,7 @@ Affine sample(const aiNodeAnim& track, double time) {
   return local;
 }
 
-// Every time and value of a track finite and in range, times in order.
+// Checks that every time and value of a track is finite and in range, and that times are in order.
 template <class Key>
 void check_keys(const Key* keys, unsigned count, const char* kind, const std::string& where) {
   for (unsigned k = 0; k < count; ++k) {
@@ -146,7 +146,7 @@ void check_keys(const Key* keys, unsigned count, const char* kind, const std::st
   }
 }
 
-// The nodes of a scene in pre-order, who their parents are, and which are joints.
+// The nodes of a scene in pre-order, their parents, and which of them are joints.
 struct Nodes {
   std::vector<const aiNode*> nodes;
   std::vector<std::int32_t> parents;
@@ -180,7 +180,7 @@ Nodes flatten(const aiScene& scene, const std::string& path) {
   return flat;
 }
 
-// Joints by the rule in scene_file.h: marked nodes and all nodes between them, up to the lowest that is above all.
+// Joints by the rule in scene_file.h: marked nodes and all nodes between them, up to the lowest node above them all.
 std::vector<bool> choose_joints(const aiScene& scene, const Nodes& flat, const std::string& path) {
   std::vector<bool> joint(flat.nodes.size(), false);
   const auto mark = [&](const aiString& name) {
@@ -248,7 +248,7 @@ Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std
   if (!(clock.frame_seconds <= kMaxFrameSeconds))
     throw ImportError(path + ": the frame time of its animation is more than an hour");
   clock.ticks_per_frame = clock.frame_seconds * ticks_per_second;
-  // The tolerance keeps the last key when the quotient falls a rounding error short of a whole number.
+  // The tolerance keeps the last key if the quotient is a rounding error below a whole number.
   const double frames = std::floor((last - first) / clock.ticks_per_frame + 1e-6) + 1;
   if (!(frames * static_cast<double>(node_count) <= static_cast<double>(kMaxJointFrames))) {
     throw ImportError(path + ": frames x nodes is more than " + std::to_string(kMaxJointFrames));
@@ -286,7 +286,7 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
   skeleton.frame_seconds = clock.frame_seconds;
   skeleton.frame_count = clock.frame_count;
 
-  // node -> joint, -1 for the others
+  // joint of each node, -1 for a node that is no joint
   const std::vector<bool> is_joint = choose_joints(scene, flat, path);
   std::vector<std::int32_t> joint_of(flat.nodes.size(), -1);
   for (std::size_t n = 0; n < flat.nodes.size(); ++n) {

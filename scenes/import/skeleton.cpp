@@ -18,7 +18,7 @@
 namespace cab::scenes {
 namespace {
 
-// The checked size of a regular file that is not empty.
+// The size of a file, which must be regular and not empty.
 std::size_t check_file(const std::string& path, const std::string& name) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
@@ -34,7 +34,7 @@ std::size_t check_file(const std::string& path, const std::string& name) {
   return static_cast<std::size_t>(size);
 }
 
-// The first `size` bytes of a file, or all of it if it has become shorter.
+// The first `size` bytes of a file, or the whole file if it has become shorter.
 std::string read_bytes(const std::string& path, const std::string& name, std::size_t size) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw ImportError(name + ": cannot be opened for reading");
@@ -51,16 +51,16 @@ std::string lower_extension(const std::string& path) {
   return extension;
 }
 
-// As assimp decides: by extension, or by the first word of the text.
+// Decides as assimp does: by the extension, or by the first word of the text.
 bool is_bvh(const std::string& path, const std::string& name) {
   constexpr std::size_t kHeadBytes = 200;
   return lower_extension(path) == ".bvh" || read_bytes(path, name, kHeadBytes).find("HIERARCHY") != std::string::npos;
 }
 
-// Runs one of assimp's readers and turns every way it can fail into one ImportError.
+// Runs one of assimp's readers. Every way in which it can fail becomes an ImportError.
 template <class Read>
 const aiScene& read_with_assimp(Assimp::Importer& importer, const std::string& name, Read read) {
-  // Without these assimp invents a mesh for every skeleton, and nodes for the pivots of FBX joints.
+  // Without these settings assimp invents a mesh for every skeleton, and nodes for the pivots of FBX joints.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
   const aiScene* scene = nullptr;
@@ -74,7 +74,7 @@ const aiScene& read_with_assimp(Assimp::Importer& importer, const std::string& n
   return *scene;
 }
 
-// One joint's track as assimp has it, checked against the text it came from.
+// assimp's track of one joint, checked against the text from which it came.
 const aiNodeAnim& checked_track(const aiAnimation& animation, std::size_t track, const BvhJoint& joint,
                                 std::uint32_t frame_count, const std::string& name) {
   const aiNodeAnim& keys = *animation.mChannels[track];
@@ -99,8 +99,8 @@ const aiNodeAnim& checked_track(const aiAnimation& animation, std::size_t track,
   return keys;
 }
 
-// A joint's translation in its parent's frame: position channels replace the offset. assimp is right about joints with
-// exactly six channels and drops the position channels of all others: those come from the text.
+// A joint's translation in its parent's frame. Position channels replace the offset. assimp keeps them for joints with
+// exactly six channels and drops them for all others, whose position channels therefore come from the text.
 Vec3 local_translation(const BvhText& text, const BvhJoint& joint, const aiNodeAnim* keys, std::uint32_t frame) {
   Vec3 local = {joint.offset[0], joint.offset[1], joint.offset[2]};
   if (joint.channels.size() == 6) {
@@ -115,11 +115,11 @@ Vec3 local_translation(const BvhText& text, const BvhJoint& joint, const aiNodeA
 }
 
 Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOptions& options) {
-  // The byte order mark is not for assimp, which then misses the first keyword.
+  // assimp does not get the byte order mark, because it would then miss the first keyword.
   if (bytes.compare(0, 3, "\xef\xbb\xbf") == 0) bytes.erase(0, 3);
   const BvhText text = check_bvh_text(bytes, name);
 
-  // assimp is given the bytes that were checked, not the file, which may have changed since.
+  // assimp gets the checked bytes instead of the file, which may have changed since.
   Assimp::Importer importer;
   const aiScene& scene = read_with_assimp(
       importer, name, [&] { return importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "bvh"); });
@@ -181,7 +181,8 @@ Skeleton import_skeleton(const std::string& path, const ImportOptions& options) 
     throw ImportError(name + ": metres per unit must be between 1e-9 and 1e9");
   }
   if (is_bvh(path, name)) return read_bvh(read_bytes(path, name, size), name, options);
-  // assimp 5.2.5 crashes on good RAW files and allocates whatever an OFF file counts; neither can hold a skeleton.
+  // assimp 5.2.5 crashes on good RAW files, and allocates as much as an OFF file claims to need. Neither can hold a
+  // skeleton.
   const std::string extension = lower_extension(path);
   if (extension == ".raw" || extension == ".off")
     throw ImportError(name + ": no skeleton: files of this type cannot hold one");

@@ -17,14 +17,14 @@
 namespace cab::scenes {
 namespace {
 
-constexpr double kHeadingSeconds = .5;  // before and after the sample whose heading it is
-constexpr double kLeastWay = .1;        // metres in that time that make a heading
+constexpr double kHeadingSeconds = .5;  // before and after a sample: the time that its heading covers
+constexpr double kLeastWay = .1;        // metres: a shorter way in that time makes no heading
 constexpr double kGreatestFrameRate = 1e4;
 constexpr std::uint32_t kGreatestFrame = 100000000;
 
 using Samples = std::map<std::uint32_t, std::array<double, 2>>;  // by frame
 
-// Takes the next word, which must be a number as a whole.
+// Reads the next word, all of which must be one number.
 template <class T>
 bool take_number(std::string_view& text, T& value) {
   constexpr std::string_view kBlank = " \t\r";
@@ -36,7 +36,7 @@ bool take_number(std::string_view& text, T& value) {
   return good;
 }
 
-// The way of `# framerate: 25 fps`; leaves the rate alone on other comments.
+// Reads the rate from a comment such as `# framerate: 25 fps`. Other comments leave the rate unchanged.
 void read_frame_rate(std::string_view comment, double& frames_per_second) {
   constexpr std::string_view kKey = "framerate:";
   const std::size_t place = comment.find(kKey);

@@ -1,4 +1,4 @@
-// Recorded pedestrians from files: where each walked on the ground, and when.
+// Recorded pedestrians from files: where and when each of them walked on the ground.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace cab::scenes {
 
-// One person's way: at seconds[s] at places[2 s], places[2 s + 1] (metres), going towards headings[s] (rad from +x). At
-// least two samples, in the order of time.
+// The way of one person. At seconds[s] the person is at (places[2 s], places[2 s + 1]), metres, and walks towards
+// headings[s], rad from +x. There are at least two samples, in the order of time.
 struct Track {
   std::vector<double> seconds;
   std::vector<double> places;
@@ -18,20 +18,21 @@ struct Trajectories {
   std::vector<Track> tracks;
 };
 
-// Where a person stands, and which way the person goes.
+// The place and the heading of a person.
 struct Standing {
   double x, y;
   double heading;
 };
 
-// Between samples the place is that on the straight line, the heading that of the earlier one; before the first and
-// after the last sample it is theirs.
+// Between two samples the place lies on the straight line between them, and the heading is that of the earlier one.
+// Before the first and after the last sample both are those of that sample.
 Standing stand_on(const Track& track, double seconds);
 
-// Reads the text files of Forschungszentrum Juelich's pedestrian experiments: a person's number, frame, x and y in
-// metres a line, more columns are not read; lines that begin with # are comments, one of which must be
-// `# framerate: N fps`. Lines may come in any order. A heading is that of a second's way; whoever goes less than 0.1 m
-// in it keeps the heading of before. People with less than two samples are left out. Throws ImportError.
+// Reads the text files of Forschungszentrum Juelich's pedestrian experiments. A line has the number of a person, a
+// frame, and x and y in metres; further columns are not read. Lines that begin with # are comments, and one comment
+// must be `# framerate: N fps`. Lines may come in any order. A heading is the direction of the way in the second about
+// a sample; a person who walks less than 0.1 m in it keeps the previous heading. People with fewer than two samples are
+// left out. Throws ImportError.
 Trajectories import_trajectories(const std::string& path);
 
 }  // namespace cab::scenes

@@ -8,11 +8,11 @@
 namespace cab::scenes {
 namespace {
 
-// The frame of a clip that shows at a time: the nearest earlier one. The tolerance keeps a frame that falls a
-// rounding error short of its own time.
+// The frame of a clip that shows at a time: the nearest earlier one. With the tolerance a frame also shows a rounding
+// error before its own time.
 double frame_at(double seconds, double frame_seconds) { return std::floor(seconds / frame_seconds + 1e-6); }
 
-// Frames of the world's clock before a clip has ended; each of its frames lasts until the next would begin.
+// The number of frames of the world's clock until a clip ends. Each frame of the clip lasts until the next would begin.
 std::uint32_t frames_until_end(const Clip& clip, double frame_seconds) {
   const double limit = std::ceil(clip.frame_count * clip.frame_seconds / frame_seconds) + 1;
   auto count = static_cast<std::uint32_t>(std::min(limit, 4e9));
@@ -20,7 +20,7 @@ std::uint32_t frames_until_end(const Clip& clip, double frame_seconds) {
   return count;
 }
 
-// Repeats and drops frames of one array until it is on the world's clock.
+// Repeats and drops frames of an array so that it follows the world's clock.
 template <class T>
 std::vector<T> resampled(const std::vector<T>& values, const Clip& clip, std::uint32_t frame_count,
                          double frame_seconds) {

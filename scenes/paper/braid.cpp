@@ -1,4 +1,5 @@
-// The braided chains of the paper's Table 4: nodes on two helices of one axis, links the chords between them.
+// The braided chains of the paper's Table 4. Two helices share one axis; nodes lie on them, and links are the chords
+// between nodes.
 #include "scenes/paper/braid.h"
 
 #include "scenes/paper/paper_motion.h"
@@ -17,9 +18,10 @@ constexpr Vec3 kHalf = {3, .5, .5};
 constexpr double kLinkLength = 2 * kHalf[0];
 constexpr double kExponent = .6;  // of the superellipsoid
 
-// Found, as the exponent, by a search that fitted the paper's counts; the paper gives the links but not the motion.
+// A search that fitted the paper's counts found these numbers and the exponent. The paper gives the links but not the
+// motion.
 constexpr double kRadius = 1.169, kRadiusSwing = .016;  // of the helices
-constexpr double kTurn = 1.3, kTurnSwing = .587;        // angle about the axis from link to link
+constexpr double kTurn = 1.3, kTurnSwing = .587;        // rad about the axis per link
 constexpr double kTilt = .081;                          // of the whole scene
 constexpr double kShift = .33;                          // of strand 1 along the axis, in links
 constexpr double kWobble = .6;                          // of each strand sideways
@@ -27,12 +29,12 @@ constexpr double kWobble = .6;                          // of each strand sidewa
 // One strand's helix at one time.
 struct Helix {
   double radius;
-  double turn;    // a link
-  double height;  // a link
+  double turn;    // rad per link
+  double height;  // along the axis, per link
   double phase;
   Vec3 offset;
 
-  // Relative to offset; x counts links.
+  // The point of the helix after x links, relative to offset.
   Vec3 node(double x) const {
     const double phi = turn * x + phase;
     return {radius * std::cos(phi), radius * std::sin(phi), height * x};
@@ -43,7 +45,7 @@ Helix helix_at(std::uint32_t strand, double t) {
   Helix helix;
   helix.radius = kRadius + kRadiusSwing * std::sin(.53 * t);
   helix.turn = kTurn + kTurnSwing * std::sin(.37 * t);
-  // The chord between two nodes is as long as a link.
+  // With this height the chord between two nodes is as long as a link.
   const double across = 2 * helix.radius * std::sin(helix.turn / 2);
   helix.height = std::sqrt(std::max(0.0, kLinkLength * kLinkLength - across * across));
   helix.phase = strand * kPi + .21 * t;

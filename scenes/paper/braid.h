@@ -7,9 +7,9 @@
 
 namespace cab::scenes {
 
-// Two strands of 8 links of ratio 6:1 that wind about each other. Frames 0 .. frame_count - 1 at 60 a second, 10 000 in
-// the paper. Link frames are centred on their links, joints at the link ends. The strands are tested against each
-// other.
+// Two strands of 8 links of ratio 6:1 that wind about each other. Frames 0 .. frame_count - 1 at 60 per second; the
+// paper has 10 000. Link frames are centred on their links, and joints lie at the ends of links. The strands are tested
+// against each other.
 Scene make_braid(std::uint32_t frame_count);
 
 }  // namespace cab::scenes

@@ -1,4 +1,5 @@
-// The two colliding chains of the paper's Tables 1 to 3: closed-form motion, no state, computed in double.
+// The two colliding chains of the paper's Tables 1 to 3. Their motion is a closed formula without state, computed in
+// double.
 #include "scenes/paper/chains.h"
 
 #include "scenes/paper/dented_link.h"
@@ -17,14 +18,14 @@ namespace {
 constexpr std::uint32_t kLinkCount = 8;
 constexpr double kExponent = .75;  // of the superellipsoids
 
-// One table: what a link looks like and how the chains move. The numbers were found by a search that fitted the
-// counts of the paper, which gives the links but not the motion.
+// The shape of a link and the motion of the chains in one table. A search that fitted the paper's counts found the
+// numbers of the motion, because the paper gives the links but not the motion.
 struct Table {
   const char* name;
   Vec3 half;  // of a link's leaf box
   bool is_dented;
-  double d0, d1;  // distance of the bases
-  double ac, ar;  // amplitudes of bending: common to both chains, and opposite
+  double d0, d1;  // distance between the bases
+  double ac, ar;  // amplitudes of the bending that both chains share, and of the opposite bending
   double tilt;    // of the whole scene
   double lag;     // phase from link to link
   double ao;      // amplitude of the sideways opposite bending
@@ -46,7 +47,7 @@ Vec3 about_y(const Vec3& v, double angle) {
   return {c * v[0] + s * v[2], v[1], c * v[2] - s * v[0]};
 }
 
-// Writes the 3x4 poses of one chain's links at time t; side is -1 or +1.
+// Writes the 3x4 poses of the links of one chain at time t. side is -1 or +1.
 void append_poses(const Table& p, double side, double t, std::vector<float>& poses) {
   const double link_length = 2 * p.half[0];
   const double distance = p.d0 + p.d1 * std::sin(.61 * t);

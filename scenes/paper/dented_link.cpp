@@ -10,19 +10,20 @@
 namespace cab::scenes {
 namespace {
 
-// Chosen together with the chains' motion, by fitting the paper's counts.
+// The search that found the chains' motion found these numbers too.
 constexpr double kHeight = 2 * kDentedHalf[2];
 constexpr double kDent = .75;      // depth of the dent over the height
 constexpr double kExponent = .75;  // of the superellipsoid
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Pieces along x and around it. Corners of pieces have even indices in a grid of twice as many steps, middles odd ones.
+// Pieces along x and around it. In a grid of twice as many steps, corners of pieces have even indices, and
+// middles have odd ones.
 constexpr int kAlong = 4, kAround = 3;
 
 enum class Side { kOuter, kInner };
 
-// cos and sin of a half turn's fraction, 0 where double has the 6e-17 of pi's own rounding.
+// cos and sin of a fraction of a half turn. They are exactly 0 where double would give 6e-17, since pi is rounded.
 double cosine(int step, int steps) { return 2 * step == steps ? 0 : std::cos(kPi * step / steps); }
 double sine(int step, int steps) { return step == steps ? 0 : std::sin(kPi * step / steps); }
 
@@ -41,7 +42,7 @@ void append(std::vector<float>& vertices, const Vec3& v) {
   for (const double x : v) vertices.push_back(static_cast<float>(x));
 }
 
-// Numbers of the mesh's vertices: the two poles, then kAlong - 1 rings of outer and inner corners, then the middles.
+// The mesh's vertices in order: the two poles, then kAlong - 1 rings of outer and inner corners, then the middles.
 std::uint32_t corner_index(int k, int w, Side side) {
   if (k == 0) return 0;
   if (k == kAlong) return 1;
@@ -53,7 +54,7 @@ std::uint32_t middle_index(int k, int w) {
   return static_cast<std::uint32_t>(2 + (kAlong - 1) * 2 * (kAround + 1) + k * kAround + w);
 }
 
-// Leaves out a triangle of no area, which is one with two corners at a pole.
+// Leaves out a triangle without area: two of its corners are the same pole.
 void append_triangle(TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   if (a == b || b == c || c == a) return;
   mesh.triangles.insert(mesh.triangles.end(), {a, b, c});

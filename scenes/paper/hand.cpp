@@ -1,4 +1,5 @@
-// The hand of the paper's Table 5: closed-form motion of 18 bodies, a ball that is flicked to a rail and comes back.
+// The hand of the paper's Table 5: closed-form motion of 18 bodies, and a ball that the hand flicks to a rail and that
+// rolls back.
 #include "scenes/paper/hand.h"
 
 #include "scenes/paper/paper_motion.h"
@@ -17,7 +18,7 @@ using Axes = std::array<Vec3, 3>;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kExponent = 1;  // of every superellipsoid
 
-// Motion and places, found by a search that fitted the paper's counts.
+// Motion and places. A search that fitted the paper's counts found them.
 constexpr double kHeight = 8.560, kHeightSwing = .617;  // of the wrist above the table
 constexpr double kCurl = .923, kCurlSwing = .744;       // of the fingers
 constexpr double kPitch = -.453, kYaw = .218;           // of the palm
@@ -49,10 +50,10 @@ enum Link : std::int32_t { kForearm, kPalm, kMetacarpal, kFirstPhalanx };
 
 Vec3 phalanx_half(std::size_t finger, int k) { return {kFingers[finger].lengths[k] / 2, .9 - .1 * k, .85 - .1 * k}; }
 
-// Time within the flick that repeats every four seconds, from 0 to 1.
+// The phase of the flick, from 0 to 1. The flick repeats every four seconds.
 double flick_phase(double t) { return std::fmod(t, 4) / 4; }
 
-// A body that starts at a point: its -x face is centred there.
+// A body whose -x face is centred at a point.
 BodyPose starting_at(const Vec3& start, const Axes& axes, const Vec3& half) {
   return {start + half[0] * axes[0], axes};
 }
@@ -99,10 +100,10 @@ std::vector<BodyPose> hand_at(double t) {
   return bodies;
 }
 
-// An object that keeps the world's axes.
+// An object whose axes are the world's.
 BodyPose upright(const Vec3& center) { return {center, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}; }
 
-// The ball lies still until four fifths of the flick, then rolls to the rail and back.
+// The ball lies still for the first four fifths of the flick, then rolls to the rail and back.
 BodyPose ball_at(double t) {
   const double phase = flick_phase(t);
   const double roll = phase < .8 ? 0 : (phase - .8) / .2;
@@ -148,7 +149,7 @@ Character make_ball(std::uint32_t frame_count) {
   return ball;
 }
 
-// A box that never moves; it needs no part, the exact test takes the leaf's box.
+// A box that never moves. It has no part, because the exact test then takes the leaf's box.
 Character make_fixture(const std::string& name, const Vec3& center, const Vec3& half) {
   Character fixture;
   fixture.name = name;

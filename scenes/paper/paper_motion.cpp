@@ -1,4 +1,4 @@
-// What the paper's five scenes share: turning, tilting, posing, and adding links.
+// Rotation, tilt, poses and new links for the paper's five scenes.
 #include "scenes/paper/paper_motion.h"
 
 #include <cmath>

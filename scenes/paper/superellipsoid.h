@@ -10,7 +10,7 @@ namespace cab::scenes {
 inline double spow(double x, double e) { return std::copysign(std::pow(std::fabs(x), e), x); }
 
 // x y z of 58 vertices with half extents (a, b, c) along x, y, z: the two poles (-+a, 0, 0), then seven rings of
-// eight. e = 1 gives an ellipsoid, e -> 0 a box. Computed in double, rounded once.
+// eight. e = 1 gives an ellipsoid; small e approaches a box. Computed in double and rounded once.
 std::vector<float> superellipsoid(double a, double b, double c, double e);
 
 }  // namespace cab::scenes

@@ -1,4 +1,4 @@
-// How much larger inner boxes are than the smallest that any rotation gives about the leaf boxes below.
+// Inner boxes against the smallest boxes that any rotation gives about the same leaf boxes.
 #include "perf/oracle/rotation_limit.h"
 #include "perf/oracle/world.h"
 #include "scenes/crowd/humanoid.h"
@@ -16,7 +16,7 @@ constexpr std::uint32_t kPoses = 60;
 // Worst measured: 1.083, the humanoid.
 constexpr double kGrowth = 1.1;
 
-// Poses of one character, and the least surface of each inner node of each, in order.
+// Poses of one character, and the least surface of every inner node in every pose, in order.
 struct Posed {
   oracle::EnginePtr engine;
   BatchId batch;
@@ -71,7 +71,7 @@ Posed posed(const scenes::Character& character, std::vector<float> poses) {
   return out;
 }
 
-// The surface of inner boxes over the least there could be: the mean of each one's, and that of all together, in which
+// The surface of inner boxes over the least possible surface: the mean over boxes, and the ratio of the sums, in which
 // large boxes count for more.
 struct Growth {
   double mean, together;
@@ -92,7 +92,7 @@ Growth growth(const Posed& of, Refit refit, Extents extents) {
 
 }  // namespace
 
-TEST_CASE("boxes of best3 with the extents of leaves have at most a tenth more surface than any rotation gives them") {
+TEST_CASE("best3 with the extents of leaves gives boxes with at most a tenth more surface than the best rotation") {
   std::vector<float> humanoids(std::size_t{kPoses} * scenes::kHumanoidPoseFloats);
   scenes::Random random(kSeed);
   for (std::uint32_t i = 0; i < kPoses; ++i) {

@@ -1,5 +1,5 @@
-// The bits that the paper's scenes must give on every machine: hashes of their first 300 frames. A change of any of them
-// is a change of results and goes into CHANGELOG. The tests print the rows they find where they differ.
+// The bits that the paper's scenes must give on every machine, as hashes of their first 300 frames. A change of a hash
+// is a change of results and belongs into CHANGELOG. Where a row differs, the tests print the row that they find.
 #pragma once
 
 #include "scenes/bit_hash.h"
@@ -20,7 +20,7 @@ namespace cab::tests {
 
 inline constexpr std::uint32_t kGoldenFrames = 300;
 
-// Methods in the columns of the table; the oriented ones, whose boxes are what kernels write, come first.
+// The methods in the columns of the table. The oriented ones come first; their boxes are what kernels write.
 inline constexpr std::array<Policies, 11> kGoldenPolicies = {{
     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kLeaves},
@@ -36,13 +36,13 @@ inline constexpr std::array<Policies, 11> kGoldenPolicies = {{
 }};
 inline constexpr std::size_t kGoldenOriented = 9;
 
-// All boxes of all frames, and all box-level hits, as `cab paper --frames 300` hashes them.
+// Hashes of all boxes of all frames and of all hits of boxes, as `cab paper --frames 300` prints them.
 struct GoldenBits {
   std::uint64_t boxes;
   std::uint64_t hits;
 };
 
-// poses and shapes: what the scene itself computed, with the C library's sin, cos and pow.
+// poses and shapes are hashes of what the scene itself computes with the C library's sin, cos and pow.
 struct GoldenScene {
   std::uint32_t table;
   std::uint64_t poses;
@@ -123,7 +123,7 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0x13e324454a1fab2f, 0x7a250f05a7564f06}}}},
 }};
 
-// One touching pair of links in one frame, by indices of the scene.
+// One touching pair of links in one frame, by indices in the scene.
 struct GoldenTouch {
   std::uint32_t frame, character_a, link_a, character_b, link_b;
 
@@ -144,8 +144,8 @@ inline std::uint64_t hash_touches(std::vector<GoldenTouch> touches) {
   return hash.value();
 }
 
-// Why a scene's boxes and hits cannot be compared with the table, or nothing: its own numbers differ, which another C
-// library is free to do.
+// Says why a scene's boxes and hits cannot be compared with the table, or is empty. The reason is that the scene's own
+// numbers differ, which another C library is free to cause.
 inline std::string other_scene(const scenes::Scene& scene, const GoldenScene& golden) {
   std::ostringstream out;
   out << std::hex;
@@ -157,7 +157,7 @@ inline std::string other_scene(const scenes::Scene& scene, const GoldenScene& go
   return out.str();
 }
 
-// A row in the form of the table.
+// A row as text, in the form of the table.
 inline std::string golden_row(const GoldenScene& row) {
   std::ostringstream out;
   const auto hex = [&out](std::uint64_t value) {

@@ -1,5 +1,5 @@
-// The paper's scenes give the bits of a committed table: on every instruction set and thread count, however their frames
-// are split into batches.
+// The paper's scenes give the bits of the committed table on every instruction set and thread count, and for every
+// split of their frames into batches.
 #include "tests/scenes/golden_hashes.h"
 
 #include "perf/oracle/world.h"
@@ -18,7 +18,7 @@ using namespace cab::tests;
 using scenes::Character;
 using scenes::Scene;
 
-// A scene in an engine; its frames go through in runs of given lengths, each length with batches of its own.
+// A scene in an engine. Its frames run in parts of given lengths, and each length has batches of its own.
 class SceneOnEngine {
  public:
   SceneOnEngine(const Scene& scene, const EngineDesc& desc, BatchKind kind = BatchKind::kSequence)
@@ -116,7 +116,7 @@ class SceneOnEngine {
   std::map<std::uint32_t, std::vector<BatchId>> batches_;
 };
 
-// What a scene gives on one engine, as a row of the table.
+// The row of the table that a scene gives on one engine.
 GoldenScene row_of(const Scene& scene, std::uint32_t table, const EngineDesc& desc,
                    const std::vector<std::uint32_t>& runs = {kGoldenFrames}) {
   GoldenScene row = {table, scenes::pose_hash(scene), scenes::shape_hash(scene), {}};
@@ -126,7 +126,7 @@ GoldenScene row_of(const Scene& scene, std::uint32_t table, const EngineDesc& de
   return row;
 }
 
-// Compares what is found with the table, or, where the scene itself is another one, with what scalar code gives on it.
+// Compares a row with the table, or, where the scene itself differs, with the row that scalar code gives.
 class Judge {
  public:
   Judge(const Scene& scene, const GoldenScene& golden) : expected_(golden) {
@@ -185,7 +185,7 @@ TEST_CASE(
       check(desc);
       CHECK(pool.tasks_run() > 0);
     }
-    for (const std::uint32_t threads : {0u, 2u, 3u, 8u}) {  // TBB takes no more than there are cores
+    for (const std::uint32_t threads : {0u, 2u, 3u, 8u}) {  // TBB starts no more threads than there are cores
       CAPTURE(threads);
       EngineDesc desc;
       desc.thread_count = threads;

@@ -1,4 +1,4 @@
-// A file that a test writes and that goes away with it.
+// A file that a test writes. It is removed when the object goes.
 #pragma once
 
 #include <unistd.h>
@@ -11,7 +11,7 @@ namespace cab::tests {
 
 class TemporaryFile {
  public:
-  // name is the last part of the path, in a directory of this object's own.
+  // name is the last part of the path. The directory belongs to this object alone.
   TemporaryFile(const std::string& name, const std::string& bytes) {
     std::string pattern = (std::filesystem::temp_directory_path() / "cab_test_XXXXXX").string();
     if (mkdtemp(pattern.data()) == nullptr) throw std::filesystem::filesystem_error("mkdtemp", std::error_code());

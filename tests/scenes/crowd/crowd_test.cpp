@@ -1,11 +1,14 @@
-// Crowds: the humanoid's rig and motion, how many links touch, and where clips and recorded ways put characters.
+// Crowds: the rig and motion of the humanoid, the number of touching links, and the places of characters that play
+// clips or follow recorded ways.
 #include "scenes/crowd/crowd.h"
 
 #include "perf/oracle/world.h"
 #include "scenes/crowd/clip_crowd.h"
 #include "scenes/crowd/humanoid.h"
+#include "scenes/scene_list.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/engine/thread_sanitizer.h"
+#include "tests/scenes/crowd/made_crowds.h"
 #include "tests/scenes/temporary_file.h"
 
 #include <cab/cab.h>
@@ -27,7 +30,6 @@ using scenes::length;
 using scenes::multiply;
 using scenes::operator-;
 using scenes::Character;
-using scenes::Clip;
 using scenes::Crowd;
 using scenes::PosedGroup;
 using scenes::Quat;
@@ -74,12 +76,6 @@ Frame run(const Crowd& crowd, const std::vector<PosedGroup>& posed, const Polici
   return frame;
 }
 
-std::vector<PosedGroup> posed_at(const Crowd& crowd, double seconds) {
-  std::vector<PosedGroup> posed;
-  scenes::pose_crowd(crowd, seconds, posed);
-  return posed;
-}
-
 bool same_hit(const Hit& a, const Hit& b) {
   const auto key = [](const Hit& h) {
     return std::tuple(h.batch_a.value, h.instance_a, h.link_a, h.batch_b.value, h.instance_b, h.link_b);
@@ -96,34 +92,6 @@ Vec3 translation(const std::vector<float>& poses, std::size_t link) {
   return {t[0], t[1], t[2]};
 }
 
-// A stick of two limbs along +y of 1 m each that gets on by 1 m/s along +z, 10 frames a second, 2 s.
-Clip walking_stick() {
-  scenes::Skeleton skeleton;
-  skeleton.joint_names = {"hips", "chest", "end"};
-  skeleton.joint_parents = {-1, 0, 1};
-  skeleton.is_end_site = {false, false, true};
-  skeleton.rest_offsets = {0, 0, 0, 0, 1, 0, 0, 1, 0};
-  skeleton.frame_seconds = .1;
-  skeleton.frame_count = 20;
-  for (std::uint32_t f = 0; f < skeleton.frame_count; ++f)
-    for (int joint = 0; joint < 3; ++joint) {
-      const double sway = .01 * f;
-      skeleton.rotations.insert(skeleton.rotations.end(), {0, 0, 0, 1});
-      skeleton.positions.insert(skeleton.positions.end(), {0, .5 + sway + joint, .1 * f});
-    }
-  return scenes::make_clip(skeleton, "stick", {});
-}
-
-scenes::Track straight_track(double x, double y, double direction) {
-  scenes::Track track;
-  for (int s = 0; s < 2; ++s) {
-    track.seconds.push_back(10.0 * s);
-    track.places.insert(track.places.end(), {x + 10 * s * std::cos(direction), y + 10 * s * std::sin(direction)});
-    track.headings.push_back(direction);
-  }
-  return track;
-}
-
 }  // namespace
 
 TEST_CASE("the humanoid is a rig of 16 links that stands on the ground") {
@@ -133,7 +101,7 @@ TEST_CASE("the humanoid is a rig of 16 links that stands on the ground") {
   CHECK(std::set<std::string>(humanoid.link_names.begin(), humanoid.link_names.end()).size() == scenes::kHumanoidLinks);
   for (std::uint32_t l = 0; l < scenes::kHumanoidLinks; ++l) CHECK(humanoid.leaves[l].link == l);
 
-  // All turns are about z, which leaves heights alone: from the soles to the top of the head.
+  // All rotations are about z, which changes no heights, from the soles to the top of the head.
   scenes::HumanoidMotion still = {};
   for (Vec3& axis : still.axes) axis = {0, 0, 1};
   std::vector<float> poses(scenes::kHumanoidPoseFloats);
@@ -151,8 +119,8 @@ TEST_CASE("the humanoid is a rig of 16 links that stands on the ground") {
   CHECK(high == doctest::Approx(.95 + .10 + .18 + .30 + .28).epsilon(1e-6));
 }
 
-TEST_CASE("links turn about their own axes by the scene's formula, joints hold, and the root walks where it faces") {
-  // Worst measured 7.8e-8, of quaternions and metres: what a pose in float loses.
+TEST_CASE("links rotate about their axes by the formula, joints hold together, and the root walks where it faces") {
+  // Worst measured 7.8e-8, of quaternions and metres, from rounding poses to float.
   constexpr double kTolerance = 3e-7;
   constexpr double kAmplitudes[] = {.10, .15, .15, .25, .6, .6, .3, .6, .6, .3, .4, .4, .2, .4, .4, .2};
   constexpr double kJointLengths[] = {0,   .10, .18,         .30, .3255764119, .30,         .26, .3255764119,
@@ -188,10 +156,10 @@ TEST_CASE("links turn about their own axes by the scene's formula, joints hold, 
   }
 }
 
-TEST_CASE("random draws have the moments that they should have") {
+TEST_CASE("random draws have the moments of their distributions") {
   scenes::Random random(7);
   constexpr int kDraws = 100000;
-  // Five deviations of a mean of so many draws of deviation 1.
+  // Five deviations of the mean of this many draws of deviation 1.
   const double tolerance = 5 / std::sqrt(kDraws);
   double normal = 0, normal_sq = 0, third = 0;
   Vec3 sum = {0, 0, 0};
@@ -210,7 +178,7 @@ TEST_CASE("random draws have the moments that they should have") {
   CHECK(std::abs(third - 1.0 / 3) < tolerance);
 }
 
-// Every strategy that finds the same links; exact_all reports every pair without an exact test.
+// Every strategy that finds the same links. Without an exact test, exact_all reports every pair instead.
 std::vector<Policies> strategies() {
   std::vector<Policies> out;
   for (const Strategy strategy :
@@ -222,21 +190,24 @@ std::vector<Policies> strategies() {
 }
 
 TEST_CASE("humanoids touch as often as the scene says, and every strategy finds the same links") {
-  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes) {
+  for (const scenes::NamedScene& row : scenes::scene_list()) {
+    if (!row.is_for(scenes::kCrowdCommand)) continue;
+    const std::string name = row.name;
+    const scenes::CrowdScene& scene = scenes::crowd_scene(name);
     if (scene.clips == scenes::ClipUse::kNeeded) continue;
-    CAPTURE(std::string(scene.name));
-    if (std::string(scene.name) == "detailed" || std::string(scene.name) == "ropes") continue;  // in large_test.cpp
-    const bool known = scene.pairs_a_character > 0;
+    CAPTURE(name);
+    if (name == "detailed" || name == "ropes") continue;  // in large_test.cpp
+    const bool known = scene.pairs_per_character > 0;
     const std::uint32_t count = known ? 2000 : 150;
-    const Crowd crowd = scenes::make_crowd(scene.name, count);
+    const Crowd crowd = scenes::make_crowd(name, count);
     CHECK(crowd.count() == count);
     const std::vector<PosedGroup> posed = posed_at(crowd, 0);
     const Frame expected = run(crowd, posed, strategies()[2]);
     CHECK(expected.stats.instances_masked == 0);
-    CHECK(expected.hits.empty() == (std::string(scene.name) == "far"));
+    CHECK(expected.hits.empty() == (name == "far"));
     const double pairs = static_cast<double>(expected.stats.leaf_pairs) / count;
     CAPTURE(pairs);
-    if (known) CHECK(std::abs(pairs - scene.pairs_a_character) <= scene.tolerance * scene.pairs_a_character);
+    if (known) CHECK(std::abs(pairs - scene.pairs_per_character) <= scene.tolerance * scene.pairs_per_character);
     for (const Policies& policies : strategies()) {
       CAPTURE(static_cast<int>(policies.strategy));
       const Frame frame = run(crowd, posed, policies);
@@ -282,7 +253,7 @@ TEST_CASE("a crowd's hits are the same for every strategy, instruction set and t
   }
 }
 
-TEST_CASE("a crowd is the same whenever it is made, whatever was posed before, and moves with time") {
+TEST_CASE("a crowd is the same each time it is made, does not depend on earlier poses, and moves with time") {
   for (const std::string name : {"uniform", "jitter"}) {
     CAPTURE(name);
     const Crowd crowd = scenes::make_crowd(name, 300);
@@ -302,7 +273,7 @@ TEST_CASE("a crowd is the same whenever it is made, whatever was posed before, a
   }
 }
 
-TEST_CASE("uniform characters fill their square; jittered ones have a grid point each; neither is sorted") {
+TEST_CASE("uniform characters fill their square, jittered ones have one grid point each, and neither are sorted") {
   const std::vector<PosedGroup> uniform = posed_at(scenes::make_crowd("uniform", 900), 0);
   const std::vector<PosedGroup> jitter = posed_at(scenes::make_crowd("jitter", 890), 0);
   std::set<std::pair<long, long>> cells;
@@ -323,11 +294,11 @@ TEST_CASE("uniform characters fill their square; jittered ones have a grid point
     const double from_last = std::hypot(x - jitter[0].origins[3 * i - 3], y - jitter[0].origins[3 * i - 2]);
     near += from_last < 3 ? 1 : 0;
   }
-  CHECK(near < 60);  // 3 % in random order, nearly all of them in the order of the grid
+  CHECK(near < 60);  // 3 % in random order, but nearly all in the order of the grid
   CHECK(cells.rbegin()->first == 29);
 }
 
-TEST_CASE("clips are played upright, from moments of their own, heading where the character does") {
+TEST_CASE("clips are played upright, from different moments, and with the heading of the character") {
   const auto stand = [](std::uint32_t character, double seconds) {
     return scenes::Standing{10.0 * character, seconds, kPi / 3};
   };
@@ -352,13 +323,13 @@ TEST_CASE("clips are played upright, from moments of their own, heading where th
         heights.insert(posed[g].origins[3 * i + 2]);
       }
   }
-  CHECK(heights.size() > 4);  // frames of the clip, told apart by the height of the root
+  CHECK(heights.size() > 4);  // the height of the root shows which frame of the clip is played
   const Crowd fewer = scenes::clip_crowd({walking_stick(), walking_stick()}, 'y', 1, stand);
   CHECK(fewer.groups.size() == 1);
   CHECK(fewer.count() == 1);
 }
 
-TEST_CASE("bottleneck characters are the people of the recording, copy by copy, and go on along their ways") {
+TEST_CASE("bottleneck characters are the people of the recording, copy by copy, and walk on along their ways") {
   scenes::CrowdSources sources;
   sources.clips.push_back(walking_stick());
   sources.trajectories.tracks = {straight_track(0, 0, 0), straight_track(0, 5, 0)};
@@ -375,14 +346,14 @@ TEST_CASE("bottleneck characters are the people of the recording, copy by copy, 
     CHECK(x < 5 * 12);
     CHECK((in_y == 0 || in_y == 5));
     CHECK(taken.emplace(static_cast<int>(x / 12), static_cast<int>(y / 7), static_cast<int>(in_y)).second);
-    // Half a second on, or at the beginning of the way again.
+    // Half a second later on the way, or at its beginning again.
     const double on = later[0].origins[3 * i] - x;
     CHECK(std::min(std::abs(on - .5), std::abs(on + 9.5)) < 1e-9);
     CHECK(later[0].origins[3 * i + 1] == y);
   }
 }
 
-TEST_CASE("clips of a melee touch, and strategies agree on several articulations") {
+TEST_CASE("characters that play clips touch, and all strategies find the same links of several articulations") {
   const char* data = std::getenv("CAB_DATA_DIR");
   if (data == nullptr) {
     MESSAGE("skipped: CAB_DATA_DIR is not set");
@@ -441,8 +412,8 @@ TEST_CASE("crowds that cannot be made are refused") {
   CHECK(scenes::make_crowd("battle", 10, sources).count() == 10);
 }
 
-TEST_CASE("trajectories are read in any order of lines, with headings of the way ahead") {
-  // Person 7 walks 1 m/s along +y and then stands; person 3 is seen once.
+TEST_CASE("trajectories are read in any order of lines, and headings follow the way") {
+  // Person 7 walks along +y at 1 m/s and then stands. Person 3 has one sample.
   std::string text = "# framerate: 10.00 fps\n# id frame x/m y/m\n3 0 9 9\n";
   for (int frame = 29; frame >= 0; --frame)
     text += "7\t" + std::to_string(frame) + "\t2\t" + std::to_string(.1 * std::min(frame, 10)) + "\t1.7\r\n";
@@ -476,7 +447,7 @@ TEST_CASE("bad trajectory files are refused with the line and the reason") {
       {head + "1 2000000000 1 2\n", ":2: frames"},
       {head + "1 0 1 2\n1 0 1 3\n", ":3: person 1 is twice in frame 0"},
   };
-  for (const auto& entry : cases) {  // clang captures no structured bindings
+  for (const auto& entry : cases) {  // clang cannot capture structured bindings
     const std::string &text = entry.first, &reason = entry.second;
     CAPTURE(text);
     const TemporaryFile file("bad.txt", text);

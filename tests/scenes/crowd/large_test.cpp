@@ -1,12 +1,13 @@
-// Large characters: what detailed rigs and ropes are made of, where they are, and that every strategy finds what the
+// Large characters: the boxes and places of detailed rigs and ropes, and that every strategy finds the links that the
 // judge finds.
 #include "perf/base/crowd_session.h"
 #include "perf/oracle/world.h"
-#include "scenes/crowd/crowd.h"
 #include "scenes/crowd/detailed.h"
 #include "scenes/crowd/humanoid.h"
 #include "scenes/crowd/ropes.h"
 #include "scenes/random.h"
+#include "scenes/scene_list.h"
+#include "tests/scenes/crowd/made_crowds.h"
 
 #include <doctest/doctest.h>
 
@@ -41,12 +42,6 @@ Crowd rope_crowd(std::uint32_t count, const RopeOptions& options) {
   return scenes::make_crowd("ropes", count, sources);
 }
 
-std::vector<PosedGroup> posed_at(const Crowd& crowd, double seconds) {
-  std::vector<PosedGroup> posed;
-  scenes::pose_crowd(crowd, seconds, posed);
-  return posed;
-}
-
 std::vector<Hit> hits_of(const Crowd& crowd, const std::vector<PosedGroup>& posed, Strategy strategy,
                          Isa isa = Isa::kAuto, std::uint32_t threads = 1) {
   CrowdSession session(crowd, isa, threads);
@@ -56,7 +51,7 @@ std::vector<Hit> hits_of(const Crowd& crowd, const std::vector<PosedGroup>& pose
   return {session.hits().data, session.hits().data + session.hits().size};
 }
 
-// The crowd as the judge reads it.
+// The crowd in the form that the judge reads.
 oracle::World judged_world(const Crowd& crowd, const std::vector<PosedGroup>& posed) {
   oracle::World world;
   for (std::size_t g = 0; g < posed.size(); ++g) {
@@ -74,8 +69,8 @@ oracle::World judged_world(const Crowd& crowd, const std::vector<PosedGroup>& po
   return world;
 }
 
-// The hits of every strategy are those of brute force, which has all that touch and no more than what touches once it is
-// wider by more than padding and slack are. Returns how many touch.
+// Checks that the hits of every strategy are those of brute force. Brute force must find all links that touch, and none
+// that stay apart when they are widened by more than padding and slack. Returns how many touch.
 std::size_t check_against_judge(const Crowd& crowd, double seconds) {
   constexpr double kPaddingAndSlack = 0x1p-14;
   const std::vector<PosedGroup> posed = posed_at(crowd, seconds);
@@ -97,7 +92,7 @@ std::size_t check_against_judge(const Crowd& crowd, double seconds) {
 
 Vec3 vec3(const float* v) { return {v[0], v[1], v[2]}; }
 
-// A point of a box's link in the frame of the box, as a share of its half extents.
+// A point of the link in the frame of a box, in shares of the half extents of the box.
 Vec3 in_box(const Box& box, const Vec3& point) {
   Vec3 share;
   for (std::size_t k = 0; k < 3; ++k)
@@ -134,7 +129,7 @@ TEST_CASE(
           CHECK(is_inside(in_box(whole, at)));
         }
       }
-      // By points drawn in the link's box.
+      // The volume by points that are drawn in the link's box.
       scenes::Random random(l + 1);
       constexpr int kPoints = 2000;
       int filled = 0;
@@ -147,13 +142,13 @@ TEST_CASE(
       least = std::min(least, 1.0 * filled / kPoints);
       most = std::max(most, 1.0 * filled / kPoints);
     }
-    // A barrel fills .8 of its box; measured .67 to .95.
+    // A barrel fills .8 of its box. Measured: .67 to .95.
     CHECK(least > .6);
     CHECK((count == 1 || most < .97));
   }
 }
 
-TEST_CASE("a detailed crowd stands where a uniform one does; with one box a link it is one") {
+TEST_CASE("a detailed crowd stands where a uniform crowd does, and with one box per link it is the uniform crowd") {
   const std::vector<PosedGroup> uniform = posed_at(scenes::make_crowd("uniform", 100), .3);
   CHECK(pose_hash(posed_at(detailed_crowd(100, 16), .3)) == pose_hash(uniform));
   CHECK(oracle::same_hits(hits_of(detailed_crowd(100, 1), uniform, Strategy::kAuto),
@@ -166,7 +161,7 @@ TEST_CASE("every strategy finds the links of detailed humanoids that the judge f
   CHECK(check_against_judge(detailed_crowd(3, 64), 0) > 0);
 }
 
-TEST_CASE("the links of a rope hold together, and their joints keep to the shape's distance from the line") {
+TEST_CASE("the links of a rope hold together, and their joints keep the distance of their shape from the line") {
   const scenes::Quat way =
       scenes::multiply({0, 0, std::sin(.55), std::cos(.55)}, {0, std::sin(-.25), 0, std::cos(.25)});
   for (std::size_t s = 0; s < scenes::kRopeShapeNames.size(); ++s) {

@@ -1,4 +1,4 @@
-// Import of motion: forward kinematics against references, links from skeletons, clips on one clock.
+// Import of motion: forward kinematics against references, links from skeletons, and clips on one clock.
 #include "scenes/import/import.h"
 
 #include "scenes/import/body_parts.h"
@@ -21,9 +21,10 @@ namespace {
 using namespace cab::scenes;
 using cab::tests::TemporaryFile;
 
-// Of the figure's height. Worst measured 1.2e-5, which is the rounding of the reference to six digits.
+// Share of the figure's height. Worst measured 1.2e-5, which is the rounding of the reference to six digits.
 constexpr double kPositionTolerance = 1e-4;
-// Of twice the distance of the farthest joint from the root: what a pose in float may lose. Worst measured 3e-8.
+// Share of twice the distance from the root to its farthest joint, for the rounding of poses to float. Worst measured
+// 3e-8.
 constexpr double kPoseTolerance = 1e-6;
 
 const char* const kAssimpClips = "/usr/share/assimp/models/BVH";
@@ -34,7 +35,7 @@ std::string data_dir() {
   return {};
 }
 
-// Every BVH file at hand: the shared data's, where present, and those of assimp-testmodels.
+// All BVH files on the machine: those of the shared data and those of assimp-testmodels, where present.
 std::vector<std::string> all_bvh_files() {
   std::vector<std::string> files;
   for (const std::string& dir : {data_dir(), std::string(kAssimpClips)}) {
@@ -98,10 +99,10 @@ Clip clip_of(const std::string& text, const ImportOptions& options = {}) {
 }  // namespace
 
 TEST_CASE("rotations apply in the order a joint lists them, and position channels replace the offset") {
-  // By hand, how far each joint lies from the one before. Root at (10, 20, 30), not at its offset, rotated by Rz(90).
-  // upper: Rz(90) (0,1,0) = (-1,0,0); then rotated by Rx(90) Ry(90).
-  // lower: (2,0,0) -> Ry(90): (0,0,-2) -> Rx(90): (0,2,0) -> Rz(90): (-2,0,0); then rotated by Ry(90) Rz(90).
-  // end: (0,0,3) -> Rz(90): itself -> Ry(90): (3,0,0) -> Ry(90): (0,0,-3) -> Rx(90): (0,3,0) -> Rz(90): (-3,0,0).
+  // By hand: the vector from each joint to the next. The root is at (10, 20, 30), not at its offset, and rotated by
+  // Rz(90). upper: Rz(90) (0,1,0) = (-1,0,0); then rotated by Rx(90) Ry(90). lower: (2,0,0) -> Ry(90): (0,0,-2) ->
+  // Rx(90): (0,2,0) -> Rz(90): (-2,0,0); then rotated by Ry(90) Rz(90). end: (0,0,3) -> Rz(90): itself -> Ry(90):
+  // (3,0,0) -> Ry(90): (0,0,-3) -> Rx(90): (0,3,0) -> Rz(90): (-3,0,0).
   const Skeleton s = skeleton_of(bvh(kLimb, "Frames: 1\nFrame Time: .01\n10 20 30 90 0 0 90 90 0 90 90 0\n"));
   REQUIRE(s.joint_names == std::vector<std::string>{"hips", "upper", "lower", "lower/End"});
   CHECK(s.joint_parents == std::vector<std::int32_t>{-1, 0, 1, 2});
@@ -149,7 +150,7 @@ TEST_CASE("line endings, tabs, a byte order mark, keyword case, long frames and 
   CHECK(all_notes(skeleton_of(text + "1 2 3\n").notes).find("line 25") != std::string::npos);
 }
 
-TEST_CASE("a file without the extension is known as BVH by its first word, joints with equal names stay apart") {
+TEST_CASE("the first word makes a file without the extension BVH, and joints with equal names stay apart") {
   const TemporaryFile file("clip",
                            bvh("ROOT a { OFFSET 0 0 0 CHANNELS 1 Zrotation JOINT a { OFFSET 1 0 0 CHANNELS 1 Zrotation "
                                "End Site { OFFSET 1 0 0 } } }\n",
@@ -159,7 +160,7 @@ TEST_CASE("a file without the extension is known as BVH by its first word, joint
   CHECK(all_notes(s.notes).find("more than one joint is named a") != std::string::npos);
 }
 
-TEST_CASE("joint positions of every shared clip are those of the reference") {
+TEST_CASE("the joint positions of every shared clip are those of the reference") {
   const std::string dir = data_dir();
   if (dir.empty()) {
     MESSAGE("skipped: CAB_DATA_DIR is not set or has no reference_fk.json");
@@ -190,7 +191,8 @@ TEST_CASE("joint positions of every shared clip are those of the reference") {
   }
 }
 
-TEST_CASE("every clip makes one link a joint with a segment, named after it, parents first, and follows its joint") {
+TEST_CASE(
+    "each joint with a segment makes one link, which has its name, comes after its parent and follows the joint") {
   for (const std::string& file : all_bvh_files()) {
     CAPTURE(file);
     ImportOptions options;
@@ -201,7 +203,7 @@ TEST_CASE("every clip makes one link a joint with a segment, named after it, par
     REQUIRE(clip.frame_count == s.frame_count);
     REQUIRE(c.origins.size() == 3 * s.frame_count);
 
-    // In these files a segment is either exactly zero or longer than a ten-thousandth of the figure's height.
+    // In these files a segment is exactly zero or longer than a ten-thousandth of the figure's height.
     std::vector<std::string> expected;
     std::set<std::size_t> with_segment;
     for (std::size_t j = 1; j < s.joint_names.size(); ++j) {
@@ -239,7 +241,7 @@ TEST_CASE("every clip makes one link a joint with a segment, named after it, par
         CHECK(std::fabs(pose[0] * pose[0] + pose[1] * pose[1] + pose[2] * pose[2] + pose[3] * pose[3] - 1) < 1e-6f);
         const Vec3 place = Vec3{pose[4], pose[5], pose[6]} + position(s, f, 0);
         CHECK(length(place - position(s, f, joint_of[l])) < kPoseTolerance * size);
-        // The far end of each of the link's segments, carried by the pose, is where the child joint is.
+        // The pose carries the far end of each segment of the link to the place of the child joint.
         for (std::size_t j = 1; j < s.joint_names.size(); ++j) {
           if (static_cast<std::size_t>(s.joint_parents[j]) != joint_of[l]) continue;
           const Vec3 end = rotate({pose[0], pose[1], pose[2], pose[3]},
@@ -251,7 +253,7 @@ TEST_CASE("every clip makes one link a joint with a segment, named after it, par
   }
 }
 
-TEST_CASE("every leaf box contains its ellipsoids, and is aligned to the bone of a single one") {
+TEST_CASE("every leaf box contains its ellipsoids, and with one ellipsoid it is aligned with the bone") {
   for (const std::string& file : all_bvh_files()) {
     CAPTURE(file);
     const Clip clip = import_clip(file, {});
@@ -262,7 +264,7 @@ TEST_CASE("every leaf box contains its ellipsoids, and is aligned to the bone of
         const Quat q = normalized(
             {part.shape.rotation[0], part.shape.rotation[1], part.shape.rotation[2], part.shape.rotation[3]});
         for (std::size_t k = 0; k < 3; ++k) {
-          // The farthest point of the ellipsoid along the box's axis, both ways.
+          // The farthest points of the ellipsoid along the box's axis, in both directions.
           const Vec3 axis = {leaf.box.axis[k][0], leaf.box.axis[k][1], leaf.box.axis[k][2]};
           double reach_sq = 0, off = 0;
           for (std::size_t m = 0; m < 3; ++m) {
@@ -283,8 +285,8 @@ TEST_CASE("every leaf box contains its ellipsoids, and is aligned to the bone of
 TEST_CASE(
     "a skeleton whose hips fan out at zero length gets a ball at the root, and links that meet there are ignored "
     "pairs") {
-  // As in the CMU clips: three children in the place of the root. left and right have segments, spine goes on through a
-  // zero joint without a segment of its own.
+  // As in the CMU clips, three children lie at the root. left and right have segments. spine has no segment of its own
+  // and continues through a zero joint.
   const Clip clip =
       clip_of(bvh("ROOT Hips { OFFSET 0 0 0 CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation\n"
                   "JOINT Left { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation JOINT LeftLeg { OFFSET 0 -.8 0 "
@@ -309,7 +311,7 @@ TEST_CASE(
   CHECK(notes.find("4 joints merged with the place of the parent") != std::string::npos);
   CHECK(notes.find("2 joints dropped (no segment begins there): LeftLeg, Pivot") != std::string::npos);
   CHECK(notes.find("1 end site of zero length dropped") != std::string::npos);
-  // Spine turns with the dropped Pivot: Rz(90) Rx(90) (0, .6, 0) = Rz(90) (0, 0, .6) = (0, 0, .6).
+  // Spine rotates with the dropped Pivot: Rz(90) Rx(90) (0, .6, 0) = Rz(90) (0, 0, .6) = (0, 0, .6).
   const float* const pose = c.poses.data() + 7 * 3;
   check_place(rotate({pose[0], pose[1], pose[2], pose[3]}, {1, 0, 0}), {0, 1, 0});
   const Vec3 end = rotate({pose[0], pose[1], pose[2], pose[3]}, {0, .6, 0});
@@ -328,7 +330,7 @@ TEST_CASE("adjacent links are ignored pairs, others are not") {
   CHECK(pairs == std::set<std::pair<std::uint32_t, std::uint32_t>>{{0, 1}, {0, 3}, {1, 2}});
 }
 
-TEST_CASE("a joint that moves in its parent's frame has its segment at the mean, and a note") {
+TEST_CASE("a joint that moves in its parent's frame gets the mean place for its segment, and a note") {
   const Clip clip =
       clip_of(bvh("ROOT a { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation\n"
                   "JOINT b { OFFSET 0 0 0 CHANNELS 3 Xposition Yposition Zposition End Site { OFFSET 0 1 0 } } }\n",
@@ -363,7 +365,7 @@ TEST_CASE("more links than an articulation can have are refused") {
                        doctest::Contains("1025 links"), ImportError);
 }
 
-TEST_CASE("units scale lengths and nothing else, and a figure that is no person's size is doubted") {
+TEST_CASE("units scale only lengths, and a note doubts a figure that does not have the size of a person") {
   const std::string text = bvh(kLimb, "Frames: 1\nFrame Time: .01\n10 20 30 90 10 20 30 40 50 60 70 80\n");
   const TemporaryFile file("clip.bvh", text);
   ImportOptions half;
@@ -386,7 +388,7 @@ TEST_CASE("units scale lengths and nothing else, and a figure that is no person'
   }
 }
 
-TEST_CASE("the CMU clips of assimp-testmodels are a person's size at 0.0564 m a unit") {
+TEST_CASE("the CMU clips of assimp-testmodels have the size of a person at 0.0564 m per unit") {
   for (const char* name : {"/01_01.bvh", "/01_03.bvh"}) {
     const std::string path = std::string(kAssimpClips) + name;
     if (!std::filesystem::exists(path)) {
@@ -398,7 +400,7 @@ TEST_CASE("the CMU clips of assimp-testmodels are a person's size at 0.0564 m a 
     const Clip clip = import_clip(path, options);
     CHECK(all_notes(clip.notes).find("tall") == std::string::npos);
     CHECK(clip.character.link_names.size() == 28);
-    // Nobody is a stick or a balloon: thickness of thighs and shins in metres.
+    // Thighs and shins have a plausible thickness, metres.
     const auto radius = [&clip](const char* link) {
       return clip.character.leaves[index_of(clip.character.link_names, link)].parts[0].shape.size[1];
     };
@@ -408,7 +410,7 @@ TEST_CASE("the CMU clips of assimp-testmodels are a person's size at 0.0564 m a 
   }
 }
 
-TEST_CASE("body parts are told by the names of both ends of a segment, in the words of different exporters") {
+TEST_CASE("the names of both ends of a segment tell the body part, in the words of different exporters") {
   CHECK(body_part("LeftShoulder", "LeftArm") == BodyPart::kGirdle);
   CHECK(body_part("LeftShoulder", "LeftElbow") == BodyPart::kUpperArm);
   CHECK(body_part("mixamorig:LeftForeArm", "mixamorig:LeftHand") == BodyPart::kForearm);
@@ -428,18 +430,19 @@ TEST_CASE("body parts are told by the names of both ends of a segment, in the wo
   CHECK(body_part("nodes[7]", "nodes[8]") == BodyPart::kUnknown);
 }
 
-TEST_CASE("a part's thickness gives the volume of its mass, whatever the number of segments") {
+TEST_CASE("the thickness of a part gives the volume of its mass for any number of segments") {
   // A thigh by hand: 10 % of 22 x 1.75^2 = 67.375 kg at 1.05 kg/l are 6.4167 l; its length is .245 x 1.75 m.
   const double stature = 1.75, thigh = .245 * stature;
   const double radius = segment_radius(BodyPart::kThigh, thigh, stature, 1);
   CHECK(4.0 / 3 * 3.14159265 * (thigh / 2) * radius * radius == doctest::Approx(.0064167).epsilon(1e-4));
   CHECK(segment_radius(BodyPart::kThigh, thigh / 2, stature, 1) == radius);
-  // Tiny and huge segments stay sane.
+  // Tiny and huge segments keep within the limits.
   CHECK(segment_radius(BodyPart::kThigh, .01, stature, 1) == doctest::Approx(.005));
   CHECK(segment_radius(BodyPart::kFinger, .5, stature, 1) == doctest::Approx(.04));
 }
 
-TEST_CASE("clips go on the smallest frame time, show the nearest earlier frame, and end with the shortest") {
+TEST_CASE(
+    "a world has the smallest frame time of its clips, shows nearest earlier frames, and ends with the shortest clip") {
   const auto clip = [](const std::string& name, double frame_seconds, std::uint32_t frame_count) {
     Clip c;
     c.character.name = name;
@@ -454,7 +457,7 @@ TEST_CASE("clips go on the smallest frame time, show the nearest earlier frame, 
   };
   Clip table = clip("table", 1, 1);
   table.character.is_static = true;
-  // slow: frames at 0, .025, .05 s, ends at .075 s; fast: frames every .01 s until 1 s.
+  // slow has frames at 0, .025 and .05 s and ends at .075 s. fast has frames every .01 s until 1 s.
   const Scene scene = make_world({clip("slow", .025, 3), clip("fast", .01, 100), table});
   CHECK(scene.frame_seconds == .01);
   REQUIRE(scene.frame_count == 8);
@@ -467,7 +470,7 @@ TEST_CASE("clips go on the smallest frame time, show the nearest earlier frame, 
   CHECK(scene.characters[2].origins.size() == 3);
   CHECK(scene.notes == std::vector<std::string>{"slow: of slow", "fast: of fast", "table: of table"});
 
-  // One clock: every frame is there once, in spite of rounding.
+  // On one clock every frame is there once, in spite of rounding.
   const Scene same = make_world({clip("a", 1.0 / 120, 5000), clip("b", 1.0 / 120, 4000)});
   CHECK(same.frame_count == 4000);
   CHECK(same.characters[0].origins[3 * 3999] == 3999);
@@ -506,7 +509,7 @@ TEST_CASE("skinned glTF characters keep their bone lengths in every frame, stati
   for (std::size_t j = 1; j < s.joint_names.size(); ++j) {
     const auto parent = static_cast<std::size_t>(s.joint_parents[j]);
     const double rest = length(position(s, 0, j) - position(s, 0, parent));
-    // Worst measured 3e-7 m, floats of the file.
+    // Worst measured 3e-7 m, from the floats of the file.
     for (std::size_t f = 0; f < s.frame_count; ++f)
       CHECK(std::fabs(length(position(s, f, j) - position(s, f, parent)) - rest) < 1e-5);
   }

@@ -1,4 +1,4 @@
-// Files that are wrong: each gives one clear line, none crashes, hangs or allocates without bound.
+// Malformed files. Each gives one clear line, and no file makes import crash, hang or allocate without bound.
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
 #include "tests/scenes/temporary_file.h"
@@ -17,7 +17,7 @@ namespace {
 using namespace cab::scenes;
 using cab::tests::TemporaryFile;
 
-// What import says about a file; empty when it reads it.
+// The complaint of import about a file, empty if it reads the file.
 std::string complaint(const std::string& path) {
   try {
     import_clip(path, {});
@@ -25,7 +25,7 @@ std::string complaint(const std::string& path) {
   return {};
 }
 
-// The complaint about a file of these bytes, after checking that it is one line that names the file.
+// The complaint about a file of these bytes. Checks that it is one line that names the file.
 std::string complaint_about(const std::string& bytes, const std::string& name = "clip.bvh") {
   const TemporaryFile file(name, bytes);
   const std::string text = complaint(file.path());
@@ -53,7 +53,7 @@ const std::string kHierarchy =
     "}\n";
 const std::string kFrame = "1 2 3 10 20 30 40 50 60\n";
 
-// A good file but for the three parts of its motion (lines 17, 18 and 19 on).
+// A file that is good except for the three given parts of its motion, lines 17, 18, and 19 and following.
 std::string with_motion(const std::string& frames, const std::string& frame_time, const std::string& values) {
   return kHierarchy + "MOTION\nFrames: " + frames + "\nFrame Time: " + frame_time + "\n" + values;
 }
@@ -64,7 +64,7 @@ std::string with_replaced(std::string text, const std::string& from, const std::
   return text.replace(at, from.size(), to);
 }
 
-// One splitmix64 step: the same garbage on every machine.
+// One step of splitmix64, for the same garbage on every machine.
 std::uint64_t next_random(std::uint64_t& state) {
   std::uint64_t z = state += 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -72,7 +72,7 @@ std::uint64_t next_random(std::uint64_t& state) {
   return z ^ (z >> 31);
 }
 
-// A glTF 2 file of three nodes in a row, the middle one moved by two position keys with these values.
+// A glTF 2 file of three nodes in a row. Two position keys with these values move the middle node.
 std::string gltf(const std::array<float, 2>& times, const std::array<float, 6>& positions) {
   std::array<unsigned char, 32> bytes;
   std::memcpy(bytes.data(), times.data(), 8);
@@ -85,10 +85,13 @@ std::string gltf(const std::array<float, 2>& times, const std::array<float, 6>& 
     for (std::size_t k = 0; k < 4; ++k) base64 += i + k > bytes.size() ? '=' : digits[(group >> (18 - 6 * k)) & 63];
   }
   return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],)"
-         R"("nodes":[{"name":"a","children":[1]},{"name":"b","translation":[0,1,0],"children":[2]},{"name":"c","translation":[0,1,0]}],)"
-         R"("animations":[{"name":"walk","channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},{"sampler":0,"target":{"node":0,"path":"translation"}}],)"
+         R"("nodes":[{"name":"a","children":[1]},{"name":"b","translation":[0,1,0],"children":[2]},)"
+         R"({"name":"c","translation":[0,1,0]}],)"
+         R"("animations":[{"name":"walk","channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},)"
+         R"({"sampler":0,"target":{"node":0,"path":"translation"}}],)"
          R"("samplers":[{"input":0,"output":1}]}],)"
-         R"("accessors":[{"bufferView":0,"componentType":5126,"count":2,"type":"SCALAR"},{"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"}],)"
+         R"("accessors":[{"bufferView":0,"componentType":5126,"count":2,"type":"SCALAR"},)"
+         R"({"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"}],)"
          R"("bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":8},{"buffer":0,"byteOffset":8,"byteLength":24}],)"
          R"("buffers":[{"byteLength":32,"uri":"data:application/octet-stream;base64,)" +
          base64 + R"("}]})";
@@ -96,7 +99,7 @@ std::string gltf(const std::array<float, 2>& times, const std::array<float, 6>& 
 
 }  // namespace
 
-TEST_CASE("the file that the others are broken from is good") {
+TEST_CASE("the file from which the malformed files are made is good") {
   const TemporaryFile file("clip.bvh", with_motion("2", ".01", kFrame + kFrame));
   CHECK(complaint(file.path()).empty());
 }
@@ -120,7 +123,7 @@ TEST_CASE("a file larger than the limit is refused before it is read") {
   CHECK(complaint(file.path()).find("larger than 256 MiB") != std::string::npos);
 }
 
-TEST_CASE("a frame count that is no count, or that the file cannot hold, is refused") {
+TEST_CASE("a frame count that is not a count, or that the file cannot hold, is refused") {
   CHECK(complaint_about(with_motion("0", ".01", kFrame)) ==
         "line 17: the frame count must be a whole number of at least 1");
   CHECK(complaint_about(with_motion("-5", ".01", kFrame)) ==
@@ -149,7 +152,7 @@ TEST_CASE("a frame time that is not finite and above zero is refused") {
   CHECK(complaint_about(with_motion("1", ".01s", kFrame)) == "line 18: frame time \".01s\" is not a number");
 }
 
-TEST_CASE("values that are not finite, out of range or no numbers are refused with their line") {
+TEST_CASE("values that are not finite, out of range or not numbers are refused with their line") {
   CHECK(complaint_about(with_motion("2", ".01", kFrame + "1 2 3 nan 20 30 40 50 60\n")) ==
         "line 20: motion value \"nan\" is not finite");
   CHECK(complaint_about(with_motion("1", ".01", "1 2 3 -inf 20 30 40 50 60\n")) ==
@@ -204,25 +207,25 @@ TEST_CASE("a skeleton without length is refused") {
             .find("nothing to make links of") != std::string::npos);
 }
 
-TEST_CASE("types of file that cannot hold a skeleton and that assimp does not survive never reach it") {
+TEST_CASE("types of file that cannot hold a skeleton and that crash assimp never reach it") {
   CHECK(complaint_about("OFF\n99999999 99999999 0\n", "mesh.OFF") == "no skeleton: files of this type cannot hold one");
   CHECK(complaint_about("0 0 0 0 0 0 0 0 0\n", "mesh.raw") == "no skeleton: files of this type cannot hold one");
 }
 
-TEST_CASE("a file cut off after any byte is refused, the last line end apart") {
+TEST_CASE("a file cut off after any byte is refused, unless only the last line end is missing") {
   const std::string good = with_motion("2", ".01", kFrame + kFrame);
-  // Without its last byte the file ends in "60"; without its last two it still reads, as "6".
+  // Without its last byte the file ends in "60". Without its last two bytes it still reads, as "6".
   for (std::size_t size = 1; size < good.size() - 2; ++size) complaint_about(good.substr(0, size));
 }
 
-TEST_CASE("deep nesting and many joints are refused, not followed") {
+TEST_CASE("deep nesting and too many joints are refused without recursion") {
   std::string deep = "HIERARCHY\nROOT a\n{ OFFSET 0 1 0 CHANNELS 1 Zrotation\n";
   for (int i = 0; i < 200000; ++i) deep += "JOINT a { OFFSET 0 1 0 CHANNELS 1 Zrotation\n";
   CHECK(complaint_about(deep).find("nested more than 1024 deep") != std::string::npos);
   std::string wide = "HIERARCHY\nROOT a\n{ OFFSET 0 1 0 CHANNELS 1 Zrotation\n";
   for (int i = 0; i < 200000; ++i) wide += "JOINT a { OFFSET 0 1 0 }\n";
   CHECK(complaint_about(wide).find("more than 8192 joints") != std::string::npos);
-  // Joints without channels cost the file no bytes a frame.
+  // Joints without channels take no bytes per frame in the file.
   std::string hollow = "HIERARCHY\nROOT a\n{ OFFSET 0 1 0 CHANNELS 1 Zrotation\n";
   for (int i = 0; i < 8000; ++i) hollow += "JOINT a { OFFSET 0 1 0 }\n";
   hollow += "}\nMOTION\nFrames: 100000\nFrame Time: 1\n";
@@ -230,7 +233,7 @@ TEST_CASE("deep nesting and many joints are refused, not followed") {
   CHECK(complaint_about(hollow).find("frames x joints is more than") != std::string::npos);
 }
 
-TEST_CASE("garbage is refused with a printable message, whatever its name says") {
+TEST_CASE("garbage is refused with a printable message under any file name") {
   std::uint64_t state = 1;
   for (const char* name : {"clip.bvh", "clip.glb", "clip.gltf", "clip.fbx", "clip.dae", "clip.x", "clip.obj",
                            "clip.md5anim", "clip.xyz", "clip"}) {
@@ -245,7 +248,7 @@ TEST_CASE("garbage is refused with a printable message, whatever its name says")
   CHECK(complaint_about("\x01\xff\xc3\x28HIER", "clip.bvh") == "line 1: expected \"HIERARCHY\", found \"?\?\?(HIER\"");
 }
 
-TEST_CASE("a BVH file with any byte changed is read or refused, never more") {
+TEST_CASE("a BVH file with any byte changed is read or refused") {
   const std::string good = with_motion("2", ".01", kFrame + kFrame);
   std::uint64_t state = 2;
   for (int round = 0; round < 3000; ++round) {
@@ -277,7 +280,7 @@ TEST_CASE("a glTF animation with keys that are not finite or out of range is ref
             .find("no skeleton") != std::string::npos);
 }
 
-TEST_CASE("printable text keeps UTF-8 and loses what is not") {
+TEST_CASE("printable text keeps well-formed UTF-8 and replaces all other bytes") {
   CHECK(printable("h\xc3\xbc"
                   "fte") ==
         "h\xc3\xbc"

@@ -1,4 +1,4 @@
-// Two real dancers in close contact: the hits hold every pair that a box test written apart finds.
+// Two real dancers in close contact. The hits hold every pair that an independent box test finds.
 #include "perf/oracle/overlap_exact.h"
 #include "perf/oracle/world.h"
 #include "perf/paper/added_false_positives.h"
@@ -77,7 +77,7 @@ oracle::OracleBox<double> in_double(const Box& box) {
   return out;
 }
 
-// Link pairs whose leaf boxes no axis separates in double. The importer makes one leaf a link, in order.
+// Link pairs whose leaf boxes no axis separates in double. The importer makes one leaf per link, in order.
 std::set<FramePair> overlaps_in_double(Dance& dance, const scenes::Scene& scene) {
   const std::uint32_t leaves = static_cast<std::uint32_t>(scene.characters[0].leaves.size()), nodes = 2 * leaves - 1;
   std::vector<Box> boxes[2];
@@ -103,7 +103,7 @@ std::set<FramePair> overlaps_in_double(Dance& dance, const scenes::Scene& scene)
 
 }  // namespace
 
-TEST_CASE("the dancers' hits hold every pair of overlapping boxes, and are the same by every way of finding them") {
+TEST_CASE("the dancers' hits hold every pair of overlapping boxes, and every way of finding them gives the same hits") {
   const char* data = std::getenv("CAB_DATA_DIR");
   for (const std::string take : {"05", "10"}) {
     const std::string folder = std::string(data ? data : "") + "/pairs/cmu_salsa_" + take + "/";

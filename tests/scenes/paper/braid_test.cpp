@@ -1,4 +1,4 @@
-// The braid of Table 4: motion, shapes, and the counts that follow from the leaf boxes alone.
+// The braid of Table 4: motion, shapes, and the counts that follow from the leaf boxes.
 #include "scenes/paper/braid.h"
 
 #include "scenes/paper/superellipsoid.h"
@@ -15,7 +15,7 @@ TEST_CASE("the braid is two strands of eight links that meet end to end in every
   REQUIRE(scene.characters.size() == 2);
   CHECK(scene.frame_count == 2000);
   CHECK(scene.frame_seconds == doctest::Approx(1.0 / 60));
-  // Worst measured 3.8e-6: floats of coordinates below 64.
+  // Worst measured 3.8e-6, from floats of coordinates below 64.
   constexpr double kJointTolerance = 1e-5;
   for (const Character& strand : scene.characters) {
     REQUIRE(strand.leaves.size() == 8);
@@ -44,13 +44,13 @@ TEST_CASE("the first links of both strands stand in frame 0 where the equations 
   CHECK(length(first.axes[0] - tilted_by(.081, {-.1427156, .1877333, .9717965})) < 1e-6);
   const Vec3 radial = {.7408531, .5631998, 0};
   CHECK(length(first.axes[1] - tilted_by(.081, (1 / length(radial)) * radial)) < 1e-6);
-  // Strand 1: half a turn on, shifted by .33: from phi = .429 + pi to 1.729 + pi; Q = .6 (sin 2, cos 1.3, 0)
+  // Strand 1 is half a turn further and shifted by .33: from phi = .429 + pi to 1.729 + pi; Q = .6 (sin 2, cos 1.3, 0)
   // = (.5455785, .1604993, 0); the middle before Q is (-.4394491, -.8203303, 4.8395467).
   const PlacedBox other = placed(scene.characters[1], 0, 0);
   CHECK(length(other.center - tilted_by(.081, {.1061294, -.6598310, 4.8395467})) < 1e-6);
 }
 
-TEST_CASE("the leaf boxes of the braid overlap as often as scenes.md says") {
+TEST_CASE("the leaf boxes of the braid have the known counts of overlaps") {
   const Scene scene = make_braid(10000);
   CHECK(count_box_overlaps(scene) == 24822);
   CHECK(count_box_bounds_overlaps(scene) == 95718);

@@ -1,4 +1,4 @@
-// The chains of Tables 1 to 3: motion, shapes, and the counts that follow from the leaf boxes alone.
+// The chains of Tables 1 to 3: motion, shapes, and the counts that follow from the leaf boxes.
 #include "scenes/paper/chains.h"
 
 #include "scenes/paper/superellipsoid.h"
@@ -63,7 +63,7 @@ TEST_CASE("the chain's links are rigid, of the paper's size, and meet at their j
         CHECK(chain.leaves[i].parts.back().shape.kind == cab::ShapeKind::kConvexHull);
         CHECK(chain.link_joints[3 * i] == static_cast<float>(-half_length));
       }
-      // Worst measured 3.2e-6: floats of coordinates below 48.
+      // Worst measured 3.2e-6, from floats of coordinates below 48.
       constexpr double kJointTolerance = 1e-5;
       for (std::uint32_t f = 0; f < scene.frame_count; ++f) {
         for (std::uint32_t i = 0; i < 8; ++i) {
@@ -89,8 +89,8 @@ TEST_CASE("the first link of frame 0 stands where the equations put it") {
   CHECK(length(link.center - tilted_by(.868, {.9879833, .0234471, -1.4857220})) < 1e-6);
 }
 
-TEST_CASE("the leaf boxes of the three tables overlap as often as scenes.md says") {
-  // Two independent double-precision versions agree on these; rounding poses to float moves none of them.
+TEST_CASE("the leaf boxes of the three tables have the known counts of overlaps") {
+  // Two independent versions in double agree on these counts. Rounding poses to float changes no count.
   struct Counts {
     std::uint32_t table;
     int boxes, box_bounds, vertex_bounds;
@@ -104,11 +104,11 @@ TEST_CASE("the leaf boxes of the three tables overlap as often as scenes.md says
   }
 }
 
-TEST_CASE("dented links move as the others of their length do, bit for bit") {
+TEST_CASE("dented links move as other links of their length do, bit for bit") {
   CHECK(pose_hash(make_chains(3, 100)) == pose_hash(make_chains(2, 100)));
 }
 
-TEST_CASE("chains are the same bits every time, and frames do not depend on how many are asked for") {
+TEST_CASE("chains have the same bits every time, and frames do not depend on the number of frames") {
   const Scene whole = make_chains(2, 50);
   const Scene part = make_chains(2, 20);
   CHECK(pose_hash(whole) == pose_hash(make_chains(2, 50)));
@@ -129,7 +129,7 @@ TEST_CASE("the hash of poses is FNV-1a over their bits") {
   CHECK(pose_hash(scene) == by_hand);
 }
 
-TEST_CASE("an articulation's description borrows what the character owns") {
+TEST_CASE("the description of an articulation borrows what the character owns") {
   const Scene scene = make_chains(1, 1);
   const ArticulationStorage storage(scene.characters[0]);
   const cab::ArticulationDesc& desc = storage.desc();
@@ -147,7 +147,7 @@ TEST_CASE("a pose has as many floats as its format says") {
   CHECK(pose_floats(cab::PoseFormat::kMatrix4x4) == 16);
 }
 
-TEST_CASE("tables that are no chains are refused") {
+TEST_CASE("tables without chains are refused") {
   CHECK_THROWS_AS(make_chains(0, 1), std::invalid_argument);
   CHECK_THROWS_AS(make_chains(4, 1), std::invalid_argument);
 }

@@ -16,7 +16,8 @@ namespace {
 
 using namespace cab::test;
 
-// Of the pieces' planes; vertices are rounded to float, so that the faces of more than three are plane to about 1e-7.
+// Tolerance for the planes of the pieces. Vertices are rounded to float, so a face of more than three vertices is plane
+// to about 1e-7.
 constexpr double kPlane = 1e-6;
 
 std::vector<Vec3> points(const std::vector<float>& xyz) {
@@ -31,7 +32,7 @@ struct Plane {
   double height(const Vec3& p) const { return dot(normal, p) - offset; }
 };
 
-// The planes through three points that have all others on one side: the faces of the hull, some of them repeatedly.
+// The planes through three points with all other points on one side: the faces of the hull, some more than once.
 std::vector<Plane> hull_planes(const std::vector<Vec3>& p) {
   std::vector<Plane> planes;
   for (std::size_t i = 0; i < p.size(); ++i) {
@@ -51,7 +52,7 @@ std::vector<Plane> hull_planes(const std::vector<Vec3>& p) {
   return planes;
 }
 
-// How far a point is outside the planes; negative within.
+// The distance of a point outside the planes, negative inside.
 double height_above(const std::vector<Plane>& planes, const Vec3& p) {
   double height = -1e9;
   for (const Plane& plane : planes) height = std::max(height, plane.height(p));
@@ -70,7 +71,8 @@ std::vector<Triangle> triangles(const TriangleMesh& mesh) {
   return result;
 }
 
-// How often the surface winds about a point: 1 inside, 0 outside. Solid angles after Van Oosterom and Strackee 1983.
+// The winding number of the surface about a point: 1 inside, 0 outside. Solid angles after Van Oosterom and Strackee
+// 1983.
 double winding(const std::vector<Triangle>& surface, const Vec3& p) {
   double angle = 0;
   for (const Triangle& t : surface) {
@@ -91,7 +93,7 @@ TEST_CASE("the dented link has 12 pieces of six or nine vertices that lie in its
     CHECK(pieces[piece].size() == (at_pole ? 18 : 27));
     for (std::size_t i = 0; i < pieces[piece].size(); ++i)
       CHECK(std::fabs(pieces[piece][i]) <= static_cast<float>(kDentedHalf[i % 3]));
-    // A hull without volume would have all its points in every one of its planes.
+    // All points of a hull without volume would lie in each of its planes.
     const std::vector<Vec3> p = points(pieces[piece]);
     double depth = 1e9;
     for (const Plane& plane : hull_planes(p)) {
@@ -99,7 +101,7 @@ TEST_CASE("the dented link has 12 pieces of six or nine vertices that lie in its
       for (const Vec3& q : p) lowest = std::min(lowest, plane.height(q));
       depth = std::min(depth, -lowest);
     }
-    CHECK(depth > .1);  // the thinnest measures .136
+    CHECK(depth > .1);  // the thinnest piece measures .136
   }
 }
 
@@ -168,5 +170,5 @@ TEST_CASE("a point is inside the mesh of the dented link exactly when it is in o
     in_two += holders > 1 ? 1 : 0;
   }
   CHECK(inside > 400);
-  CHECK(in_two == 0);  // pieces share faces and nothing more
+  CHECK(in_two == 0);  // pieces share only faces
 }

@@ -1,4 +1,4 @@
-// The hand of Table 5: bodies, joints, motion, and the counts that follow from the leaf boxes alone.
+// The hand of Table 5: bodies, joints, motion, and the counts that follow from the leaf boxes.
 #include "scenes/paper/hand.h"
 
 #include "scenes/paper/superellipsoid.h"
@@ -17,7 +17,8 @@ namespace {
 constexpr double kTilt = .146;
 constexpr std::uint32_t kBallLink = 0;
 
-// The numbers of scenes.md once more: parent, half extents, and where the joint is in the parent's centred frame.
+// The bodies of the hand, written down independently: parent, half extents, and the place of the joint in the parent's
+// centred frame.
 struct Body {
   std::string name;
   int parent;
@@ -53,7 +54,7 @@ TEST_CASE("the hand has 18 bodies that stay at the joints of their parents in ev
   const Character& hand = scene.characters[0];
   REQUIRE(kBodies.size() == 18);
   REQUIRE(hand.link_parents.size() == kBodies.size());
-  // Worst measured 1.9e-6: floats of coordinates below 32.
+  // Worst measured 1.9e-6, from floats of coordinates below 32.
   constexpr double kJointTolerance = 1e-5;
   for (std::size_t link = 0; link < kBodies.size(); ++link) {
     const Body& body = kBodies[link];
@@ -79,8 +80,8 @@ TEST_CASE("the hand has 18 bodies that stay at the joints of their parents in ev
 
 TEST_CASE("the hand's bodies stand in frame 0 where the equations put them") {
   // t = 0 before the tilt: o = (0, 0, 8.56), pitch -.453 + .12 sin .4 = -.4062698, yaw .218, so that
-  // F0 = (.8968598, .1986727, .3951855), F1 = (-.2162774, .9763320, 0). The middle finger's curl is .923, it turns
-  // by .9 .923 (.8, 1, 1); the thumb's is .923 + .744 .35 = 1.1834, it turns by .35 1.1834 (.8, 1, 1).
+  // F0 = (.8968598, .1986727, .3951855), F1 = (-.2162774, .9763320, 0). The middle finger's curl is .923; it rotates
+  // by .9 .923 (.8, 1, 1); the thumb's is .923 + .744 .35 = 1.1834; it rotates by .35 1.1834 (.8, 1, 1).
   const Scene scene = make_hand(1);
   const auto center = [&scene](std::size_t link) { return placed(scene.characters[0], 0, link).center; };
   CHECK(length(center(0) - tilted_by(kTilt, {-6.2780188, -1.3907089, 5.7937014})) < 2e-6);
@@ -101,7 +102,7 @@ TEST_CASE("the ball lies on the table, rolls out in the last fifth of the flick 
   };
   CHECK(off(0, {16.223, .5, 4}) < 2e-6);
   CHECK(off(180, {16.223, 1.5 * std::sin(1.5) + .5, 4}) < 2e-6);
-  // Half way of the last fifth, t = 3.6, at 16.223 + 14.203 - 8.
+  // Halfway through the last fifth, at t = 3.6, the ball is at 16.223 + 14.203 - 8.
   CHECK(off(216, {22.426, 1.5 * std::sin(1.8) + .5, 4}) < 4e-6);
   CHECK(off(240, {16.223, 1.5 * std::sin(2.0) + .5, 4}) < 4e-6);
 }
@@ -128,9 +129,9 @@ TEST_CASE("table and rails stand still, tilted with the world, and are exact box
   }
 }
 
-TEST_CASE("the leaf boxes of the hand and of what is around it overlap as often as scenes.md says") {
-  // The bounds' counts also tell that the thumb turns by .4 about the palm's axis 0: about the metacarpal's own they
-  // are 31044 and 20372, with the same boxes' count.
+TEST_CASE("the leaf boxes of the hand, the ball, the table and the rails have the known counts of overlaps") {
+  // The counts of bounds also show that the thumb rotates by .4 about axis 0 of the palm. About axis 0 of the
+  // metacarpal the count of boxes would be the same, but the counts of bounds would be 31044 and 20372.
   const Scene scene = make_hand(4001);
   CHECK(count_box_overlaps(scene) == 10602);
   CHECK(count_box_bounds_overlaps(scene) == 29986);

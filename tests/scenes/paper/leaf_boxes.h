@@ -1,4 +1,4 @@
-// The leaf boxes of the paper's scenes read back in double, and a separating axis test of their own.
+// The leaf boxes of the paper's scenes in double, and a separating axis test for them.
 #pragma once
 
 #include "scenes/scene.h"
@@ -12,10 +12,10 @@
 
 namespace cab::test {
 
-// Vec3 is a std::array, so that its operators are not found by their arguments.
+// Vec3 is a std::array, so argument-dependent lookup does not find its operators.
 using namespace scenes;
 
-// A box in the world; a link's is its leaf's, which the paper's scenes centre on the link's frame.
+// A box in the world. In the paper's scenes a link has one leaf, whose box is centred in the link's frame.
 struct PlacedBox {
   Vec3 center;
   std::array<Vec3, 3> axes;
@@ -30,7 +30,8 @@ struct PlacedBox {
   }
 };
 
-// Of a character with poses of 12 floats and one leaf a link; a static one has the same box in every frame.
+// The box of a link, for a character with poses of 12 floats and one leaf per link. A static character has the same box
+// in every frame.
 inline PlacedBox placed(const Character& character, std::uint32_t frame, std::size_t link) {
   const std::size_t row_of_frame = character.is_static ? 0 : frame;
   const float* const m = character.poses.data() + 12 * (row_of_frame * character.link_parents.size() + link);
@@ -43,7 +44,7 @@ inline PlacedBox placed(const Character& character, std::uint32_t frame, std::si
   return box;
 }
 
-// The separating axis test of two boxes, written for these tests alone: 15 axes in double, touching counts.
+// The separating axis test of two boxes, independent of the kernels: 15 axes in double. Boxes that touch overlap.
 inline bool boxes_overlap(const PlacedBox& a, const PlacedBox& b) {
   const Vec3 apart = b.center - a.center;
   if (std::sqrt(dot(apart, apart)) > length(a.half) + length(b.half)) return false;
@@ -77,7 +78,7 @@ inline Bounds bounds_of_box(const PlacedBox& box, const BodyLeaf&) {
   return bounds;
 }
 
-// The bounds of the vertices of a leaf's parts, or of its box's corners where it has no parts.
+// The bounds of the vertices of a leaf's parts, or of the corners of its box where it has no parts.
 inline Bounds bounds_of_vertices(const PlacedBox& box, const BodyLeaf& leaf) {
   if (leaf.parts.empty()) return bounds_of_box(box, leaf);
   constexpr double kFar = 1e9;
@@ -100,8 +101,9 @@ inline bool bounds_overlap(const Bounds& a, const Bounds& b) {
   return true;
 }
 
-// Leaf pairs of the scene's pairs of characters that overlap, summed over all frames: the paper's #coll, without
-// the padding that the engine adds to its boxes. shape_of makes of a placed box and its leaf what overlap takes.
+// The number of overlapping leaf pairs of the scene's pairs of characters, summed over all frames. This is the paper's
+// #coll, without the padding that the engine adds to its boxes. shape_of makes the shape that overlap takes from a
+// placed box and its leaf.
 template <class ShapeOf, class Overlap>
 int count_pairs(const Scene& scene, const ShapeOf& shape_of, const Overlap& overlap) {
   const auto shapes_of = [&shape_of](const Character& character, std::uint32_t frame) {
@@ -127,13 +129,13 @@ inline int count_box_overlaps(const Scene& scene) {
       scene, [](const PlacedBox& box, const BodyLeaf&) { return box; }, boxes_overlap);
 }
 
-// The leaves of the paper's AABB* and AABB+.
+// The leaf bounds of the paper's AABB* and AABB+.
 inline int count_box_bounds_overlaps(const Scene& scene) { return count_pairs(scene, bounds_of_box, bounds_overlap); }
 inline int count_vertex_bounds_overlaps(const Scene& scene) {
   return count_pairs(scene, bounds_of_vertices, bounds_overlap);
 }
 
-// v rotated about (1, 2, .5)/sqrt(5.25), the axis of every scene's tilt.
+// v rotated about (1, 2, .5)/sqrt(5.25), the axis about which every scene is tilted.
 inline Vec3 tilted_by(double angle, const Vec3& v) {
   const Vec3 k = {.43643578, .87287156, .21821789};
   return std::cos(angle) * v + std::sin(angle) * cross(k, v) + ((1 - std::cos(angle)) * dot(k, v)) * k;

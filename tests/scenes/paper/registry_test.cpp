@@ -1,4 +1,4 @@
-// The paper's five scenes by number, and what is true of each of them.
+// The paper's five scenes by number, and the properties that all of them have.
 #include "scenes/paper/registry.h"
 
 #include "tests/scenes/paper/leaf_boxes.h"
@@ -14,7 +14,7 @@
 
 using namespace cab::test;
 
-TEST_CASE("the registry's names, frames and pairs are those of its scenes") {
+TEST_CASE("the names, frames and pairs of the registry are those of its scenes") {
   for (const PaperScene& entry : kPaperScenes) {
     CAPTURE(entry.table);
     const Scene scene = make_paper_scene(entry.table);
@@ -58,7 +58,7 @@ TEST_CASE("a short scene is the beginning of a long one, bit for bit") {
 }
 
 TEST_CASE("links are rigid and right-handed in every frame") {
-  // Worst measured 1.1e-7: unit axes rounded to float.
+  // Worst measured 1.1e-7, from unit axes rounded to float.
   constexpr double kAxesTolerance = 3e-7;
   for (const PaperScene& entry : kPaperScenes) {
     CAPTURE(entry.table);
@@ -84,7 +84,7 @@ TEST_CASE("links are rigid and right-handed in every frame") {
 }
 
 TEST_CASE("a joint keeps its place in the frames of both its links") {
-  // Worst measured 6.5e-6, in the braid: floats of coordinates below 64, against frame 0 rounded likewise.
+  // Worst measured 6.5e-6, in the braid, from floats of coordinates below 64 here and in frame 0.
   constexpr double kJointTolerance = 1e-5;
   for (const PaperScene& entry : kPaperScenes) {
     CAPTURE(entry.table);
@@ -106,7 +106,7 @@ TEST_CASE("a joint keeps its place in the frames of both its links") {
   }
 }
 
-TEST_CASE("every vertex lies in its leaf's box, which is centred in the link's frame") {
+TEST_CASE("every vertex lies in the box of its leaf, which is centred in the link's frame") {
   for (const PaperScene& entry : kPaperScenes) {
     CAPTURE(entry.table);
     for (const Character& character : make_paper_scene(entry.table, 1).characters) {
