@@ -22,7 +22,7 @@
 #include "tests/perf/made_motion.h"
 #include "tests/perf/spawn.h"
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using Json = nlohmann::json;
@@ -411,4 +411,4 @@ TEST_CASE("cab sweep says what was wrong and how to do it right") {
   CHECK(missing.error.find("none.bvh: no such file") != std::string::npos);
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

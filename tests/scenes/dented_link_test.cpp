@@ -14,7 +14,7 @@
 
 namespace {
 
-using namespace cab::test;
+using namespace cab::tests;
 
 // Of the pieces' planes; vertices are rounded to float, so that the faces of more than three are plane to about 1e-7.
 constexpr double kPlane = 1e-6;

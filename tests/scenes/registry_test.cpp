@@ -12,7 +12,7 @@
 #include <memory>
 #include <stdexcept>
 
-using namespace cab::test;
+using namespace cab::tests;
 
 TEST_CASE("the registry's names, frames and pairs are those of its scenes") {
   for (const PaperScene& entry : kPaperScenes) {
