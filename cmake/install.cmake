@@ -5,7 +5,8 @@ include(CMakePackageConfigHelpers)
 set(CAB_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/cab)
 install(TARGETS cab EXPORT cab-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
+install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  FILES_MATCHING PATTERN *.h)
 install(EXPORT cab-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR})
 configure_package_config_file(cmake/cab-config.cmake.in ${PROJECT_BINARY_DIR}/cab-config.cmake
   INSTALL_DESTINATION ${CAB_PACKAGE_DIR})

@@ -1,10 +1,19 @@
 #include "engine/auto_strategy.h"
 
+#include <algorithm>
+
 namespace cab {
 namespace {
 
-// The crossovers below and those in cab/policy.h were measured on one core with AVX-512 and SSE2; docs/policies.md,
-// "Crossovers", has the figures.
+// The crossovers below were measured on one core with AVX-512 and SSE2: docs/policies.md, "Crossovers".
+
+// Up to this many links with leaves `rows` pair a character faster than its tree does; up to fewer where the links are
+// one chain. With axis-aligned boxes, which no link's box stands for, leaves are counted.
+constexpr std::uint32_t kRowsMaxLinks = 64;
+constexpr std::uint32_t kRowsMaxLinksOfChain = 47;
+
+// From this many leaves on `links` pair a character that has several leaves on some link faster than `rows` do.
+constexpr std::uint32_t kLinksMinLeaves = 49;
 
 // A tree pays in a sequence from this many leaf pairs on for every inner node that is refitted, and some for the
 // descent itself: what a merge costs in pair tests, sixteen frames as lanes.
@@ -36,7 +45,7 @@ Policies resolve_characters(const Engine& engine, const FrameJob& job) {
     const std::uint32_t leaves = batch.articulation->leaf_count;
     several_leaves = several_leaves || batch.link_bounds->has_several_leaves;
     links_pay = links_pay || (batch.link_bounds->has_several_leaves && leaves >= kLinksMinLeaves);
-    const std::uint32_t rows_most = batch.articulation->is_chain ? kRowsMaxLeavesOfChain : kRowsMaxLeaves;
+    const std::uint32_t rows_most = batch.articulation->is_chain ? kRowsMaxLinksOfChain : kRowsMaxLinks;
     tree_pays = tree_pays || (axis_aligned ? leaves : batch.link_bounds->links.leaf_count) > rows_most;
   }
   if (out.strategy == Strategy::kAuto)
@@ -59,6 +68,21 @@ Policies resolve_sequences(const Engine& engine, const FrameJob& job) {
   const bool tree = leaf_pairs > pairs_a_merge(out.refit) * inner_nodes + kTreeLeafPairs;
   out.strategy = tree ? Strategy::kTree : Strategy::kBrute;
   return out;
+}
+
+// Measured with uniform crowds and two threads of TBB, whose start takes about 5 microseconds for each of a frame's five
+// loops: they are even at about 300 characters.
+bool is_small(const Engine& engine, const FrameJob& job, const Policies& policies) {
+  constexpr std::uint32_t kSmall = 320;
+  if (policies.strategy != Strategy::kRows || policies.exact != Exact::kNone) return false;
+  std::uint32_t count = 0;
+  for (const BatchInput& input : job.inputs) {
+    const InstanceBatch& batch = engine.batch(input.batch);
+    if (batch.kind != BatchKind::kCharacters) return false;
+    count += std::min(batch.instance_count, kSmall + 1);
+    if (count > kSmall) return false;
+  }
+  return true;
 }
 
 }  // namespace cab

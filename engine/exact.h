@@ -1,38 +1,32 @@
-// The exact test of two leaves, by FCL on their convex parts.
+// Exact tests: what confirms that two leaves touch once their boxes overlap. Each has a file of its own.
 #pragma once
 
-#include "layout/articulation.h"
 #include "layout/instance_batch.h"
-
-#include <memory>
 
 namespace cab {
 
-// FCL's shapes of an articulation's leaves, shared by all instances.
-class ExactShapes;
-struct ExactShapesDelete {
-  void operator()(ExactShapes*) const;
-};
-
-// Builds the shapes of every leaf (no parts: the leaf box). Returns kBadShape and the leaf's index when a hull has
-// no volume.
-Status make_exact_shapes(const Articulation& articulation, std::unique_ptr<ExactShapes, ExactShapesDelete>* out,
-                         std::uint32_t* bad_leaf);
+class FclShapes;
 
 // One leaf of one instance, as a frame has bound it.
 struct ExactLeaf {
-  const ExactShapes* shapes;
+  const FclShapes* fcl_shapes;
   const InstanceBatch* batch;
   std::uint32_t instance;
   std::uint32_t leaf;
 };
 
-// True when some part of a touches some part of b, or, with a margin above 0, unless every part of a is shown to be
-// farther than that from every part of b. A query that FCL gives up on counts as touching.
-bool leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin);
+// The functions of one exact test.
+struct ExactTest {
+  // True when some part of a touches some part of b, or, with a margin above 0, unless every part of a is shown to be
+  // farther than that from every part of b. What the test cannot decide counts as touching.
+  bool (*touch)(const ExactLeaf& a, const ExactLeaf& b, float margin);
 
-// The deepest contact between the parts of a and of b, with a margin above 0 else their least gap; all 0 when FCL gives
-// none.
-Contact leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin);
+  // The deepest contact between the parts of a and of b. With a margin above 0, and parts that are apart, their least
+  // gap. All 0 when the test finds neither.
+  Contact (*contact)(const ExactLeaf& a, const ExactLeaf& b, float margin);
+};
+
+// The test that a policy names; null for Exact::kNone, where overlapping boxes are the answer.
+const ExactTest* find_exact_test(Exact exact);
 
 }  // namespace cab

@@ -1,7 +1,8 @@
 // Which instances touch anything: the caller's bytes, which the tasks of a frame only ever set.
 #pragma once
 
-#include "engine/engine.h"
+#include "engine/candidate.h"
+#include "engine/frame_context.h"
 
 namespace cab {
 
@@ -11,15 +12,15 @@ inline bool is_already_reported(const InstanceBatch& batch, std::uint32_t instan
   return in_contact.empty() || __atomic_load_n(&in_contact[instance], __ATOMIC_RELAXED);
 }
 
-inline bool is_already_reported(const Engine& engine, const Candidate& candidate) {
-  return is_already_reported(engine.batches[candidate.batch_a]->batch, candidate.instance_a) &&
-         is_already_reported(engine.batches[candidate.batch_b]->batch, candidate.instance_b);
+inline bool is_already_reported(const FrameContext& frame, const Candidate& candidate) {
+  return is_already_reported(frame.batch(candidate.batch_a), candidate.instance_a) &&
+         is_already_reported(frame.batch(candidate.batch_b), candidate.instance_b);
 }
 
 // Notes that the two instances of a candidate touch.
-inline void set_in_contact(const Engine& engine, const Candidate& candidate) {
-  const auto set = [&engine](std::uint32_t batch, std::uint32_t instance) {
-    const Span<std::uint8_t> in_contact = engine.batches[batch]->batch.input->in_contact;
+inline void set_in_contact(const FrameContext& frame, const Candidate& candidate) {
+  const auto set = [&frame](std::uint32_t batch, std::uint32_t instance) {
+    const Span<std::uint8_t> in_contact = frame.batch(batch).input->in_contact;
     if (!in_contact.empty()) __atomic_store_n(&in_contact[instance], std::uint8_t{1}, __ATOMIC_RELAXED);
   };
   set(candidate.batch_a, candidate.instance_a);

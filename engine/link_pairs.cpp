@@ -20,14 +20,14 @@ struct LinkSide {
   std::uint16_t leaf(std::uint32_t i) const { return batch->articulation->leaf_order[leaves->first_leaf + i]; }
 };
 
-LinkSide side_of(const Engine& engine, std::uint32_t batch, std::uint32_t slot, std::uint32_t link) {
-  const InstanceBatch& owner = engine.batches[batch]->batch;
+LinkSide side_of(const FrameContext& frame, std::uint32_t batch, std::uint32_t slot, std::uint32_t link) {
+  const InstanceBatch& owner = frame.batch(batch);
   return {&owner, &owner.link_bounds->leaves[link], slot, link};
 }
 
 // Where the side's leaves stand, which are posed if they are not yet; room must be left.
-std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& side, Worker& worker) {
-  const PosedTile& tile = worker.posed.tiles.data[side.slot / kLanes];
+std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Worker& worker) {
+  const PosedTile& tile = worker.posed.tile_of(side.slot);
   const std::uint32_t lane = side.slot % kLanes;
   PosedLinkSet& set = worker.posed_links;
   PosedLinkEntry& entry =
@@ -42,22 +42,21 @@ std::uint32_t posed_leaves(const Engine& engine, float margin, const LinkSide& s
   pose.orientation = input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
   pose.local = side.batch->link_bounds->tiles.data + side.leaves->first_tile;
   pose.leaf_count = side.leaves->leaf_count;
-  pose.margin = kMarginShare * margin;
+  pose.margin = kMarginShare * frame.margin;
   pose.boxes = set.boxes.end();
   pose.leaf_bounds = set.leaf_bounds.end();
-  engine.kernels->pose_link_leaves(pose);
+  frame.kernels.pose_link_leaves(pose);
   set.boxes.size += side.width();
   set.leaf_bounds.size += 6 * side.width();
   return entry.first;
 }
 
 // Where leaves of one side can touch the other: where the bounds of both links overlap, about a's origin.
-void set_overlap_region(const Worker& worker, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
+void set_overlap_region(const PosedSet& set, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
                         kernel::RowFilter& filter) {
-  const auto bound = [&worker](const LinkSide& side, std::uint32_t side_of_bounds) {
+  const auto bound = [&set](const LinkSide& side, std::uint32_t side_of_bounds) {
     const std::uint32_t links = side.batch->active->leaf_count;
-    const float* const bounds =
-        worker.posed.tiles.data[side.slot / kLanes].leaf_bounds + side.slot % kLanes * leaf_bounds_floats(links);
+    const float* const bounds = set.tile_of(side.slot).leaf_bounds + side.slot % kLanes * leaf_bounds_floats(links);
     return static_cast<double>(bounds[side_of_bounds * leaf_bounds_width(links) + side.link]);
   };
   for (std::uint32_t c = 0; c < 3; ++c) {
@@ -67,18 +66,17 @@ void set_overlap_region(const Worker& worker, const LinkSide& a, const LinkSide&
 }
 
 // Leaf pairs of a candidate on their way through the overlap test, in the order of links.
-struct Testing {
-  const Engine& engine;
+struct LeafPairTester {
+  const FrameContext& frame;
   Worker& worker;
-  Sat sat;
-  bool lowest_only;
+  bool lowest_only;  // of each link pair
   PairBlock<BoxAos> block;
   std::uint32_t link_pair[kLanes] = {};  // of each pair in the block
   std::uint32_t kept = 0;                // in worker.found
   std::uint32_t last_kept = 0xffffffff;  // the link pair of the last one
 
-  Testing(const Engine& in_engine, Worker& by_worker, Sat by_sat, bool first)
-      : engine(in_engine), worker(by_worker), sat(by_sat), lowest_only(first) {
+  LeafPairTester(const FrameContext& context, Worker& by)
+      : frame(context), worker(by), lowest_only(context.policies.exact == Exact::kNone) {
     block.boxes.shift = &block.shift;
     block.boxes.leaves = 0xffff;
   }
@@ -99,7 +97,7 @@ struct Testing {
   void test() {
     if (block.count == 0) return;
     pad(block);
-    const std::uint32_t overlapping = overlap_block(*engine.kernels, sat, block.boxes);
+    const std::uint32_t overlapping = overlap_block(frame.kernels, frame.policies.sat, block.boxes);
     for (std::uint32_t lane = 0; lane < block.count; ++lane) {
       if (is_done(link_pair[lane])) continue;
       ++worker.stats.box_tests;
@@ -115,9 +113,8 @@ struct Testing {
 
 }  // namespace
 
-void find_pairs_of_links(const Engine& engine, const Policies& policies, float margin, const Candidate& candidate,
-                         Span<const LeafPair> links, bool first_only, Worker& worker) {
-  const bool lowest_only = policies.exact == Exact::kNone;
+void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, Span<const LeafPair> links,
+                         Worker& worker) {
   const bool within = is_within(candidate);
   PosedLinkSet& set = worker.posed_links;
   FixedList<LeafPair>& found = worker.found;
@@ -125,29 +122,29 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
   filter.self = false;
   filter.found = &found;
   double shift[3];
-  set_shift(worker, candidate, shift, filter);
-  Testing testing(engine, worker, policies.sat, lowest_only);
+  origin_difference(worker.posed, candidate, shift);
+  set_shift(shift, filter);
+  LeafPairTester tester(frame, worker);
   for (std::uint32_t at = 0; at < links.size; ++at) {
-    const LinkSide a = side_of(engine, candidate.batch_a, candidate.slot_a, links[at].a),
-                   b = side_of(engine, candidate.batch_b, candidate.slot_b, links[at].b);
+    const LinkSide a = side_of(frame, candidate.batch_a, candidate.slot_a, links[at].a),
+                   b = side_of(frame, candidate.batch_b, candidate.slot_b, links[at].b);
     if (set.boxes.size + a.width() + b.width() > set.boxes.capacity) {
-      testing.test();
-      clear_links(worker);
+      tester.test();
+      clear_links(set);
     }
-    const std::uint32_t first_a = posed_leaves(engine, margin, a, worker),
-                        first_b = posed_leaves(engine, margin, b, worker);
+    const std::uint32_t first_a = posed_leaves(frame, a, worker), first_b = posed_leaves(frame, b, worker);
     filter.a = set.leaf_bounds.data + 6 * std::size_t{first_a};
     filter.b = set.leaf_bounds.data + 6 * std::size_t{first_b};
     filter.leaves_a = a.leaves->leaf_count;
     filter.leaves_b = b.leaves->leaf_count;
     filter.candidate = links[at].candidate;
-    set_overlap_region(worker, a, b, shift, filter);
-    for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !testing.is_done(at); filter.begin_a += kLanes) {
+    set_overlap_region(worker.posed, a, b, shift, filter);
+    for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !tester.is_done(at); filter.begin_a += kLanes) {
       filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
       // What is kept and in the block stays below what the filter writes, and what it wrote below is read by then.
-      const std::uint32_t begin = found.size = testing.kept + testing.block.count;
-      engine.kernels->filter_rows(filter);
-      for (std::uint32_t i = begin; i < found.size && !testing.is_done(at); ++i) {
+      const std::uint32_t begin = found.size = tester.kept + tester.block.count;
+      frame.kernels.filter_rows(filter);
+      for (std::uint32_t i = begin; i < found.size && !tester.is_done(at); ++i) {
         const LeafPair pair = found.data[i];
         NodePair nodes = {pair.candidate, a.leaf(pair.a), b.leaf(pair.b)};
         const BoxAos *box_a = set.boxes.data + first_a + pair.a, *box_b = set.boxes.data + first_b + pair.b;
@@ -155,20 +152,19 @@ void find_pairs_of_links(const Engine& engine, const Policies& policies, float m
           std::swap(nodes.a, nodes.b);
           std::swap(box_a, box_b);
         }
-        testing.take(nodes, *box_a, *box_b, shift, at);
+        tester.take(nodes, *box_a, *box_b, shift, at);
       }
     }
-    if (!first_only) continue;
-    testing.test();
-    if (testing.kept > 0) break;
+    if (!frame.first_only()) continue;
+    tester.test();
+    if (tester.kept > 0) break;
   }
-  testing.test();
-  found.size = testing.kept;
-  if (first_only && testing.kept > 0) set_in_contact(engine, candidate);
+  tester.test();
+  found.size = tester.kept;
+  if (frame.first_only() && tester.kept > 0) set_in_contact(frame, candidate);
 }
 
-void clear_links(Worker& worker) {
-  PosedLinkSet& set = worker.posed_links;
+void clear_links(PosedLinkSet& set) {
   set.boxes.clear();
   set.leaf_bounds.clear();
   begin_generation(set.generation, set.entries);

@@ -1,7 +1,7 @@
 // A block of box pairs: up to sixteen, tested by one call of a kernel.
 #pragma once
 
-#include "engine/engine.h"
+#include "engine/worker.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 
@@ -10,8 +10,8 @@
 namespace cab {
 
 template <class AosBox>
-const AosBox* boxes_at(const Worker& worker, std::uint32_t slot) {
-  const PosedTile& tile = worker.posed.tiles.data[slot / kLanes];
+const AosBox* boxes_at(const PosedSet& set, std::uint32_t slot) {
+  const PosedTile& tile = set.tile_of(slot);
   return reinterpret_cast<const AosBox*>(tile.boxes) + slot % kLanes * tile.nodes;
 }
 
@@ -42,13 +42,15 @@ void pad(PairBlock<AosBox>& block) {
   }
 }
 
-// Gives a filter the difference of a candidate's origins, b less a, which is kept in double as well.
-inline void set_shift(const Worker& worker, const Candidate& candidate, double (&shift)[3], kernel::RowFilter& filter) {
-  const auto origin = [&worker](std::uint32_t slot, std::uint32_t c) {
-    return worker.posed.tiles.data[slot / kLanes].placement[slot % kLanes].origin[c];
-  };
+// The origin of b less that of a, of a candidate whose instances have slots.
+inline void origin_difference(const PosedSet& set, const Candidate& candidate, double (&shift)[3]) {
+  for (std::uint32_t c = 0; c < 3; ++c)
+    shift[c] = set.placement(candidate.slot_b).origin[c] - set.placement(candidate.slot_a).origin[c];
+}
+
+// Gives a filter that difference, split into a float and what the float leaves over.
+inline void set_shift(const double (&shift)[3], kernel::RowFilter& filter) {
   for (std::uint32_t c = 0; c < 3; ++c) {
-    shift[c] = origin(candidate.slot_b, c) - origin(candidate.slot_a, c);
     filter.shift[c] = static_cast<float>(shift[c]);
     filter.shift_rest[c] = static_cast<float>(shift[c] - static_cast<double>(filter.shift[c]));
   }

@@ -1,8 +1,7 @@
 #include "engine/posed_set.h"
 
-#include "engine/broad_phase.h"
-#include "engine/link_pairs.h"
 #include "engine/update.h"
+#include "engine/worker.h"
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
@@ -23,12 +22,17 @@ PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
     if (PosedEntry& entry = set.entries[at]; entry.generation != set.generation || entry.key == key) return entry;
 }
 
+// Boxes of one instance: of all nodes where the strategy descends, else of the leaves.
+std::uint32_t boxes_made(const Articulation& articulation, Strategy strategy) {
+  return strategy == Strategy::kTree ? articulation.node_count : articulation.leaf_count;
+}
+
 // A tile for more instances of a batch.
-void open_tile(const Articulation& articulation, const Policies& policies, std::uint32_t batch, PosedSet& set) {
+void open_tile(const Articulation& articulation, Strategy strategy, std::uint32_t batch, PosedSet& set) {
   PosedTile tile;
   tile.instances.count = 0;
   tile.batch = batch;
-  tile.nodes = boxes_made(articulation, policies);
+  tile.nodes = boxes_made(articulation, strategy);
   tile.boxes = set.boxes.end();
   tile.leaf_bounds = set.leaf_bounds.end();
   set.boxes.size += kLanes * tile.nodes;
@@ -39,18 +43,17 @@ void open_tile(const Articulation& articulation, const Policies& policies, std::
 
 }  // namespace
 
-bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) {
-  PosedSet& set = worker.posed;
+bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set) {
   const auto fit = [&](bool tile_a, bool tile_b) {
-    const Articulation& a = *engine.batches[candidate.batch_a]->batch.active;
-    const Articulation& b = *engine.batches[candidate.batch_b]->batch.active;
+    const Articulation& a = *frame.batch(candidate.batch_a).active;
+    const Articulation& b = *frame.batch(candidate.batch_b).active;
     const auto both = [=](std::size_t of_a, std::size_t of_b) { return tile_a * of_a + tile_b * of_b; };
     return set.tiles.size + both(1, 1) <= set.tiles.capacity &&
            set.boxes.size + both(tile_boxes(a), tile_boxes(b)) <= set.boxes.capacity &&
            set.leaf_bounds.size + both(tile_leaf_floats(a), tile_leaf_floats(b)) <= set.leaf_bounds.capacity;
   };
   if (fit(true, true)) return true;
-  // Not for two new tiles; but who is in the set needs none, nor who fits into a tile that takes instances.
+  // No room for two new tiles. An instance already in the set, or one that fits an open tile, needs none.
   const auto is_new = [&set](std::uint32_t batch, std::uint32_t instance) {
     return std::uint32_t{find_entry(set, instance_key(batch, instance)).generation != set.generation};
   };
@@ -63,14 +66,13 @@ bool has_room(const Engine& engine, const Candidate& candidate, Worker& worker) 
   return fit(new_a > free_lanes(candidate.batch_a), new_b > free_lanes(candidate.batch_b));
 }
 
-std::uint32_t acquire_slot(const Engine& engine, const Policies& policies, std::uint32_t batch, std::uint32_t instance,
-                           const Placement& placement, Worker& worker) {
-  PosedSet& set = worker.posed;
+std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance,
+                           const Placement& placement, PosedSet& set) {
   const std::uint64_t key = instance_key(batch, instance);
   PosedEntry& entry = find_entry(set, key);
   if (entry.generation == set.generation) return entry.slot;
-  const InstanceBatch& owner = engine.batches[batch]->batch;
-  if (set.open[batch] == 0) open_tile(*owner.active, policies, batch, set);
+  const InstanceBatch& owner = frame.batch(batch);
+  if (set.open[batch] == 0) open_tile(*owner.active, frame.policies.strategy, batch, set);
   const std::uint32_t at = set.open[batch] - 1;
   PosedTile& tile = set.tiles.data[at];
   const std::uint32_t lane = tile.instances.count++;
@@ -82,13 +84,15 @@ std::uint32_t acquire_slot(const Engine& engine, const Policies& policies, std::
   return entry.slot;
 }
 
-void pose_set(const Engine& engine, const Policies& policies, float margin, Worker& worker) {
+void pose_set(const FrameContext& frame, Worker& worker) {
+  const Policies& policies = frame.policies;
   if (policies.strategy == Strategy::kExactAll) return;
-  const kernel::KernelTable& kernels = *engine.kernels;
+  const kernel::KernelTable& kernels = frame.kernels;
   for (const PosedTile& tile : worker.posed.tiles) {
-    const InstanceBatch& batch = engine.batches[tile.batch]->batch;
+    const InstanceBatch& batch = frame.batch(tile.batch);
     const std::uint32_t leaves = batch.active->leaf_count;
-    update_tile(engine, batch, policies, margin, tile.instances, false, worker, worker.boxes.data, worker.bounds.data);
+    update_tile(frame, {&batch, tile.instances, nodes_tested(policies.strategy), worker.boxes.data, worker.bounds.data},
+                worker);
     if (is_axis_aligned(policies.refit))
       kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.instances.count, reinterpret_cast<AabbAos*>(tile.boxes),
                            tile.nodes);
@@ -100,13 +104,11 @@ void pose_set(const Engine& engine, const Policies& policies, float margin, Work
   }
 }
 
-void clear_set(Worker& worker) {
-  PosedSet& set = worker.posed;
+void clear_set(PosedSet& set) {
   for (const PosedTile& tile : set.tiles) set.open[tile.batch] = 0;
   set.tiles.clear();
   set.boxes.clear();
   set.leaf_bounds.clear();
-  clear_links(worker);
   begin_generation(set.generation, set.entries);
 }
 

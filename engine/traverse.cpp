@@ -2,7 +2,6 @@
 
 #include "engine/in_contact.h"
 #include "engine/pair_block.h"
-#include "engine/posed_set.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 #include "layout/leaf_bounds_soa.h"
@@ -17,14 +16,18 @@ namespace {
 // or, for brute, every leaf pair. Hands out one pair at a time so that nothing is stored.
 class Seeds {
  public:
-  Seeds(const Engine& engine, const Worker& worker, Strategy strategy, std::uint32_t begin, std::uint32_t end)
-      : engine_(engine), worker_(worker), brute_(strategy != Strategy::kTree), candidate_(begin), end_(end) {}
+  Seeds(const FrameContext& frame, const Worker& worker, std::uint32_t begin, std::uint32_t end)
+      : frame_(frame),
+        worker_(worker),
+        brute_(frame.policies.strategy != Strategy::kTree),
+        candidate_(begin),
+        end_(end) {}
 
   bool next(NodePair* out) {
     while (candidate_ < end_) {
       const Candidate& candidate = worker_.candidates.data[candidate_];
-      const Articulation& a = *engine_.batches[candidate.batch_a]->batch.articulation;
-      const Articulation& b = *engine_.batches[candidate.batch_b]->batch.articulation;
+      const Articulation& a = *frame_.batch(candidate.batch_a).articulation;
+      const Articulation& b = *frame_.batch(candidate.batch_b).articulation;
       const bool within = is_within(candidate);
       if (brute_ ? next_leaves(a, b, within, out) : within ? next_children(a, out) : next_roots(a, b, out)) {
         out->candidate = candidate_;
@@ -62,7 +65,7 @@ class Seeds {
     return true;
   }
 
-  const Engine& engine_;
+  const FrameContext& frame_;
   const Worker& worker_;
   bool brute_;
   std::uint32_t candidate_, end_;
@@ -78,22 +81,18 @@ struct Sides {
   const AosBox* boxes_b;
 };
 
-double origin_at(const Worker& worker, std::uint32_t slot, std::uint32_t component) {
-  return worker.posed.tiles.data[slot / kLanes].placement[slot % kLanes].origin[component];
-}
-
 template <class AosBox>
-Sides<AosBox> sides_of(const Engine& engine, const Worker& worker, const Candidate& candidate) {
-  return {engine.batches[candidate.batch_a]->batch.articulation, engine.batches[candidate.batch_b]->batch.articulation,
-          boxes_at<AosBox>(worker, candidate.slot_a), boxes_at<AosBox>(worker, candidate.slot_b)};
+Sides<AosBox> sides_of(const FrameContext& frame, const Worker& worker, const Candidate& candidate) {
+  return {frame.batch(candidate.batch_a).articulation, frame.batch(candidate.batch_b).articulation,
+          boxes_at<AosBox>(worker.posed, candidate.slot_a), boxes_at<AosBox>(worker.posed, candidate.slot_b)};
 }
 
 // Takes a pair into the block; false when it is an ignored pair of leaves, which is never tested.
 template <class AosBox>
-bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
+bool take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
   const Candidate& candidate = worker.candidates.data[pair.candidate];
   const bool within = is_within(candidate);
-  const Sides<AosBox> sides = sides_of<AosBox>(engine, worker, candidate);
+  const Sides<AosBox> sides = sides_of<AosBox>(frame, worker, candidate);
   const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
   if (leaves && within) {
     if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return false;
@@ -104,15 +103,16 @@ bool take(const Engine& engine, const Worker& worker, NodePair pair, PairBlock<A
   block.boxes.a[lane] = sides.boxes_a + pair.a;
   block.boxes.b[lane] = sides.boxes_b + pair.b;
   if (leaves) block.boxes.leaves |= 1u << lane;
-  for (std::uint32_t c = 0; c < 3; ++c)
-    block.shift.by[c][lane] = origin_at(worker, candidate.slot_b, c) - origin_at(worker, candidate.slot_a, c);
+  double shift[3];
+  origin_difference(worker.posed, candidate, shift);
+  for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
   return true;
 }
 
 // Opens the node with more leaves (ties: a), as a descent of tiles does.
 template <class AosBox>
-void open(const Engine& engine, Worker& worker, const NodePair& pair) {
-  const Sides<AosBox> sides = sides_of<AosBox>(engine, worker, worker.candidates.data[pair.candidate]);
+void open(const FrameContext& frame, Worker& worker, const NodePair& pair) {
+  const Sides<AosBox> sides = sides_of<AosBox>(frame, worker, worker.candidates.data[pair.candidate]);
   const MergeProgram& a = sides.a->program;
   const MergeProgram& b = sides.b->program;
   if (a.node_leaf_count[pair.a] >= b.node_leaf_count[pair.b]) {
@@ -130,13 +130,13 @@ void open(const Engine& engine, Worker& worker, const NodePair& pair) {
 // bottom of the stack to its top, and a pair is opened only when fewer than sixteen deeper ones lie above it and come
 // along; so no level ever holds more than 32 pairs (kStackPairsPerLevel).
 template <class AosBox>
-void traverse(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin, std::uint32_t end,
-              Worker& worker) {
-  Seeds seeds(engine, worker, policies.strategy, begin, end);
+void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+  Seeds seeds(frame, worker, begin, end);
+  const bool first_only = frame.first_only();
   worker.stack.clear();
   worker.found.clear();
   const auto is_open = [&](const NodePair& pair) {
-    return !first_only || !is_already_reported(engine, worker.candidates.data[pair.candidate]);
+    return !first_only || !is_already_reported(frame, worker.candidates.data[pair.candidate]);
   };
   for (;;) {
     PairBlock<AosBox> block;
@@ -146,32 +146,32 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
     worker.stack.size -= popped;
     for (std::uint32_t i = 0; i < popped; ++i) {
       const NodePair& from = worker.stack.data[worker.stack.size + i];
-      if (is_open(from)) take(engine, worker, from, block);
+      if (is_open(from)) take(frame, worker, from, block);
     }
     const std::uint32_t from_stack = block.count;
     NodePair pair;
     while (block.count < kLanes && worker.stack.empty() && seeds.next(&pair))
-      if (is_open(pair)) take(engine, worker, pair, block);
+      if (is_open(pair)) take(frame, worker, pair, block);
     if (block.count == 0) {
       if (worker.stack.empty()) return;
       continue;
     }
     std::uint32_t overlapping = (1u << block.count) - 1;
-    if (policies.strategy != Strategy::kExactAll) {
+    if (frame.policies.strategy != Strategy::kExactAll) {
       pad(block);
       worker.stats.box_tests += block.count;
-      overlapping &= overlap_block(*engine.kernels, policies.sat, block.boxes);
+      overlapping &= overlap_block(frame.kernels, frame.policies.sat, block.boxes);
     }
     for (std::uint32_t i = 0; i < block.count; ++i) {
       const std::uint32_t lane = (from_stack + i) % block.count;  // seeds first: they are the shallowest
       if (!(overlapping >> lane & 1)) continue;
       const NodePair& tested = block.pair[lane];
       if (!(block.boxes.leaves >> lane & 1)) {
-        open<AosBox>(engine, worker, tested);
+        open<AosBox>(frame, worker, tested);
         continue;
       }
       worker.found.push({tested.candidate, tested.a, tested.b});
-      if (first_only) set_in_contact(engine, worker.candidates.data[tested.candidate]);
+      if (first_only) set_in_contact(frame, worker.candidates.data[tested.candidate]);
     }
   }
 }
@@ -180,10 +180,10 @@ void traverse(const Engine& engine, const Policies& policies, bool first_only, s
 
 // Tests the pairs of the block and keeps those that overlap in worker.found, of which `kept` are done.
 template <class AosBox>
-void test_block(const Engine& engine, Sat sat, PairBlock<AosBox>& block, Worker& worker, std::uint32_t& kept) {
+void test_block(const FrameContext& frame, PairBlock<AosBox>& block, Worker& worker, std::uint32_t& kept) {
   pad(block);
   worker.stats.box_tests += block.count;
-  const std::uint32_t overlapping = overlap_block(*engine.kernels, sat, block.boxes);
+  const std::uint32_t overlapping = overlap_block(frame.kernels, frame.policies.sat, block.boxes);
   for (std::uint32_t lane = 0; lane < block.count; ++lane) {
     worker.found.data[kept] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
     kept += overlapping >> lane & 1;
@@ -202,54 +202,57 @@ struct CandidateBoxes {
 
 // Lists the leaf pairs of one candidate whose bounds overlap.
 template <class AosBox>
-CandidateBoxes<AosBox> filter_candidate(const Engine& engine, std::uint32_t index, Worker& worker) {
+CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t index, Worker& worker) {
   const Candidate& candidate = worker.candidates.data[index];
-  const InstanceBatch& a = engine.batches[candidate.batch_a]->batch;
-  const InstanceBatch& b = engine.batches[candidate.batch_b]->batch;
-  const PosedTile& tile_a = worker.posed.tiles.data[candidate.slot_a / kLanes];
-  const PosedTile& tile_b = worker.posed.tiles.data[candidate.slot_b / kLanes];
-  const std::uint32_t lane_a = candidate.slot_a % kLanes, lane_b = candidate.slot_b % kLanes;
+  const InstanceBatch& a = frame.batch(candidate.batch_a);
+  const InstanceBatch& b = frame.batch(candidate.batch_b);
+  const PosedSet& set = worker.posed;
+  const Placement &placement_a = set.placement(candidate.slot_a), &placement_b = set.placement(candidate.slot_b);
   CandidateBoxes<AosBox> sides = {
-      boxes_at<AosBox>(worker, candidate.slot_a), boxes_at<AosBox>(worker, candidate.slot_b), {}, nullptr};
+      boxes_at<AosBox>(worker.posed, candidate.slot_a), boxes_at<AosBox>(worker.posed, candidate.slot_b), {}, nullptr};
   if (is_within(candidate)) sides.within = a.active;
   kernel::RowFilter filter;
   filter.leaves_a = filter.end_a = a.active->leaf_count;
   filter.begin_a = 0;
   filter.leaves_b = b.active->leaf_count;
-  filter.a = tile_a.leaf_bounds + lane_a * leaf_bounds_floats(filter.leaves_a);
-  filter.b = tile_b.leaf_bounds + lane_b * leaf_bounds_floats(filter.leaves_b);
-  const InstanceBounds &bounds_a = tile_a.placement[lane_a].bounds, &bounds_b = tile_b.placement[lane_b].bounds;
-  set_shift(worker, candidate, sides.shift, filter);
+  filter.a =
+      set.tile_of(candidate.slot_a).leaf_bounds + candidate.slot_a % kLanes * leaf_bounds_floats(filter.leaves_a);
+  filter.b =
+      set.tile_of(candidate.slot_b).leaf_bounds + candidate.slot_b % kLanes * leaf_bounds_floats(filter.leaves_b);
+  const InstanceBounds &bounds_a = placement_a.bounds, &bounds_b = placement_b.bounds;
+  origin_difference(set, candidate, sides.shift);
+  set_shift(sides.shift, filter);
   for (std::uint32_t c = 0; c < 3; ++c) {
-    const double origin = tile_a.placement[lane_a].origin[c];
+    const double origin = placement_a.origin[c];
     filter.region_lo[c] = float_below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
     filter.region_hi[c] = float_above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
   }
   filter.candidate = index;
   filter.self = sides.within;
   filter.found = &worker.found;
-  engine.kernels->filter_rows(filter);
+  frame.kernels.filter_rows(filter);
   return sides;
 }
 
 template <class AosBox>
-void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+  const bool first_only = frame.first_only() && frame.policies.strategy != Strategy::kLinks;
   CandidateBoxes<AosBox> sides[kChunkCandidates];
   worker.found.clear();
-  for (std::uint32_t at = begin; at < end; ++at) sides[at] = filter_candidate<AosBox>(engine, at, worker);
+  for (std::uint32_t at = begin; at < end; ++at) sides[at] = filter_candidate<AosBox>(frame, at, worker);
   PairBlock<AosBox> block;
   block.boxes.shift = &block.shift;
   block.boxes.leaves = 0xffff;
   std::uint32_t kept = 0;
   const auto test = [&] {
     const std::uint32_t before = kept;
-    test_block(engine, sat, block, worker, kept);
+    test_block(frame, block, worker, kept);
     if (first_only)
       for (std::uint32_t i = before; i < kept; ++i)
-        set_in_contact(engine, worker.candidates.data[worker.found.data[i].candidate]);
+        set_in_contact(frame, worker.candidates.data[worker.found.data[i].candidate]);
   };
   for (const LeafPair& pair : worker.found) {
-    if (first_only && is_already_reported(engine, worker.candidates.data[pair.candidate])) continue;
+    if (first_only && is_already_reported(frame, worker.candidates.data[pair.candidate])) continue;
     const CandidateBoxes<AosBox>& side = sides[pair.candidate];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
@@ -265,23 +268,20 @@ void test_rows(const Engine& engine, Sat sat, bool first_only, std::uint32_t beg
 }
 
 template <class AosBox>
-void find_by(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin, std::uint32_t end,
-             Worker& worker) {
-  if (uses_leaf_bounds(policies.strategy))
-    return test_rows<AosBox>(engine, policies.sat, first_only, begin, end, worker);
-  traverse<AosBox>(engine, policies, first_only, begin, end, worker);
+void find_by(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+  if (uses_leaf_bounds(frame.policies.strategy)) return test_rows<AosBox>(frame, begin, end, worker);
+  traverse<AosBox>(frame, begin, end, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.candidate < y.candidate; });
 }
 
 }  // namespace
 
-void find_leaf_pairs(const Engine& engine, const Policies& policies, bool first_only, std::uint32_t begin,
-                     std::uint32_t end, Worker& worker) {
-  if (is_axis_aligned(policies.refit))
-    find_by<AabbAos>(engine, policies, first_only, begin, end, worker);
+void find_leaf_pairs(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+  if (is_axis_aligned(frame.policies.refit))
+    find_by<AabbAos>(frame, begin, end, worker);
   else
-    find_by<BoxAos>(engine, policies, first_only, begin, end, worker);
+    find_by<BoxAos>(frame, begin, end, worker);
 }
 
 }  // namespace cab

@@ -1,5 +1,6 @@
 #include "engine/update.h"
 
+#include "engine/worker.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"
 
@@ -7,26 +8,7 @@
 #include <cmath>
 
 namespace cab {
-
 namespace {
-
-// Steps after posing: inner boxes, or bounds of every node, by the refit policy.
-void refit(const kernel::KernelTable& kernels, const Articulation& articulation, const Policies& policies, bool rotated,
-           float margin, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
-  const std::size_t extents = static_cast<std::size_t>(policies.extents);
-  const bool tree = policies.strategy == Strategy::kTree;
-  if (policies.refit == Refit::kAabbVertices) {
-    const PosePad pad = kernel::pad_of(rotated, margin, 1);
-    kernels.fit_vertices(
-        {&articulation, tree ? articulation.node_count : articulation.leaf_count, worker.motions.data, aabbs, pad});
-  } else if (policies.refit == Refit::kAabbHull) {
-    kernels.bound_boxes(nodes, articulation.leaf_count, aabbs);
-    if (tree) kernels.refit_aabbs[extents](articulation.program, aabbs);
-  } else if (tree) {
-    kernels.refit_boxes[static_cast<std::size_t>(policies.refit)][extents](
-        {&articulation.program, worker.joints.data, nodes, worker.moments.data});
-  }
-}
 
 // Whether a number of a tile's boxes is so large that one of a leaf in them may be too large.
 bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
@@ -39,23 +21,70 @@ bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
   return out;
 }
 
-// Poses the boxes that are tested. Which instances are masked is decided by the leaves, whatever is active: link boxes
-// tell as long as they are far from the limit.
-void pose_leaves(const Engine& engine, const InstanceBatch& batch, bool report, kernel::PoseTile& pose) {
-  if (batch.active == batch.articulation) return engine.kernels->pose_leaves(pose);
-  pose.pads = kLinkPads;
-  pose.range = kLinkRange * kMaxCoordinate;
-  engine.kernels->pose_leaves(pose);
-  if (!report || !is_near_limit(pose.leaves, batch.active->leaf_count)) return;
+kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Worker& worker, std::uint8_t* flags) {
+  const InstanceBatch& batch = *tile.batch;
+  const BatchInput& input = *batch.input;
+  kernel::PoseTile pose;
+  pose.articulation = batch.active;
+  pose.format = input.poses.format;
+  pose.link_stride = batch.link_stride / sizeof(float);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t instance = tile.instances.instance[std::min(lane, tile.instances.count - 1)];
+    pose.poses[lane] = pose_of(batch, instance);
+    pose.orientations[lane] =
+        input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
+  }
+  pose.leaves = tile.boxes;
+  pose.joints = worker.joints.data;
+  pose.motions = frame.policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
+  pose.flags = flags;
+  pose.margin = kMarginShare * frame.margin;
+  if (batch.active != batch.articulation) {
+    pose.pads = kLinkPads;
+    pose.range = kLinkRange * kMaxCoordinate;
+  }
+  return pose;
+}
+
+// Which instances are masked is decided by the leaves, whatever is active: boxes of links tell as long as they are far
+// from the limit. Near it the leaves are posed in their place, and the boxes of links once more.
+void mask_by_leaves(const FrameContext& frame, const InstanceBatch& batch, const kernel::PoseTile& pose) {
+  if (batch.active == batch.articulation || !is_near_limit(pose.leaves, batch.active->leaf_count)) return;
   std::uint8_t flags[kLanes];
   kernel::PoseTile leaves = pose;
   leaves.articulation = batch.articulation;
   leaves.pads = 1;
   leaves.range = kMaxCoordinate;
   leaves.flags = flags;
-  engine.kernels->pose_leaves(leaves);
-  engine.kernels->pose_leaves(pose);
+  frame.kernels.pose_leaves(leaves);
+  frame.kernels.pose_leaves(pose);
   std::copy(flags, flags + kLanes, pose.flags);
+}
+
+// After posing: inner boxes, or bounds of every node, by the refit policy.
+void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::PoseTile& pose, Worker& worker) {
+  const kernel::KernelTable& kernels = frame.kernels;
+  const Articulation& articulation = *tile.batch->active;
+  const std::size_t extents = static_cast<std::size_t>(frame.policies.extents);
+  const bool all = tile.nodes == Nodes::kAll;
+  if (frame.policies.refit == Refit::kAabbVertices) {
+    const PosePad pad = kernel::pad_of(kernel::is_rotated(pose), pose.margin, 1);
+    kernels.fit_vertices({&articulation, all ? articulation.node_count : articulation.leaf_count, worker.motions.data,
+                          tile.bounds, pad});
+  } else if (frame.policies.refit == Refit::kAabbHull) {
+    kernels.bound_boxes(tile.boxes, articulation.leaf_count, tile.bounds);
+    if (all) kernels.refit_aabbs[extents](articulation.program, tile.bounds);
+  } else if (all) {
+    kernels.refit_boxes[static_cast<std::size_t>(frame.policies.refit)][extents](
+        {&articulation.program, worker.joints.data, tile.boxes, worker.moments.data});
+  }
+}
+
+std::uint32_t taking_part(const std::uint8_t (&flags)[kLanes], std::uint32_t count) {
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < count; ++lane)
+    if (flags[lane] == kInstanceOk) out |= 1u << lane;
+  return out;
 }
 
 }  // namespace
@@ -74,38 +103,28 @@ void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
   for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(from + at);
 }
 
-std::uint32_t update_tile(const Engine& engine, const InstanceBatch& batch, const Policies& policies, float margin,
-                          const TileInstances& tile, bool report, Worker& worker, BoxTile* nodes, AabbTile* aabbs) {
-  const BatchInput& input = *batch.input;
+std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
   std::uint8_t flags[kLanes];
-  kernel::PoseTile pose;
-  pose.articulation = batch.active;
-  pose.format = input.poses.format;
-  pose.link_stride = batch.link_stride / sizeof(float);
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    const std::uint32_t instance = tile.instance[std::min(lane, tile.count - 1)];
-    pose.poses[lane] = pose_of(batch, instance);
-    pose.orientations[lane] =
-        input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
-  }
-  pose.leaves = nodes;
-  pose.joints = worker.joints.data;
-  pose.motions = policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
-  pose.flags = flags;
-  pose.margin = kMarginShare * margin;
-  pose_leaves(engine, batch, report, pose);
+  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags);
+  frame.kernels.pose_leaves(pose);
+  if (tile.nodes != Nodes::kPosed) refit(frame, tile, pose, worker);
+  return taking_part(flags, tile.instances.count);
+}
 
-  if (policies.strategy != Strategy::kExactAll)
-    refit(*engine.kernels, *batch.active, policies, kernel::is_rotated(pose), pose.margin, worker, nodes, aabbs);
+std::uint32_t update_and_report_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
+  std::uint8_t flags[kLanes];
+  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags);
+  frame.kernels.pose_leaves(pose);
+  mask_by_leaves(frame, *tile.batch, pose);
+  if (tile.nodes != Nodes::kPosed) refit(frame, tile, pose, worker);
 
-  std::uint32_t taking_part = 0;
-  for (std::uint32_t lane = 0; lane < tile.count; ++lane)
-    if (flags[lane] == kInstanceOk) taking_part |= 1u << lane;
-  if (!report) return taking_part;
-  if (!input.flags.empty())
-    for (std::uint32_t lane = 0; lane < tile.count; ++lane) input.flags[tile.instance[lane]] = flags[lane];
-  worker.stats.instances_masked += tile.count - static_cast<std::uint32_t>(__builtin_popcount(taking_part));
-  return taking_part;
+  const TileInstances& instances = tile.instances;
+  const std::uint32_t out = taking_part(flags, instances.count);
+  const Span<std::uint8_t> reported = tile.batch->input->flags;
+  if (!reported.empty())
+    for (std::uint32_t lane = 0; lane < instances.count; ++lane) reported[instances.instance[lane]] = flags[lane];
+  worker.stats.instances_masked += instances.count - static_cast<std::uint32_t>(__builtin_popcount(out));
+  return out;
 }
 
 }  // namespace cab

@@ -1,7 +1,7 @@
 // What a call's inputs must be, checked before any output is touched.
 #pragma once
 
-#include "engine/frame.h"
+#include "engine/call.h"
 
 namespace cab {
 

@@ -1,4 +1,4 @@
-// An oriented box in registers: one box a lane.
+// An oriented box in registers, one box per lane.
 #pragma once
 
 #include "kernels/vec3.h"
@@ -26,7 +26,7 @@ CAB_INLINE void store_box(BoxTile& tile, std::uint32_t lane, const BoxLanes<V>& 
   store3(tile.half, lane, box.half);
 }
 
-// How far a box reaches from its centre along each world axis.
+// The projected radius of a box along each world axis: how far it extends from its centre.
 template <class V>
 CAB_INLINE Vec3<V> world_half_extents(const BoxLanes<V>& box) {
   return box.half.x * abs(box.axis[0]) + box.half.y * abs(box.axis[1]) + box.half.z * abs(box.axis[2]);

@@ -1,4 +1,4 @@
-// Frames as lanes: overlapping leaf pairs of two tiles, by descent of both hierarchies or by all leaf pairs.
+// Sequences, frames as lanes: overlapping leaf pairs of two tiles, by descent of both hierarchies or by all leaf pairs.
 #pragma once
 
 #include "kernels/overlap_sat.h"
@@ -7,9 +7,9 @@
 
 namespace cab::kernel {
 
-// What to test: two tiles (Tile is BoxTile or AabbTile), or the links of one against each other (self). shift: origins of
-// b less origins of a, null where they are one. lanes: bits of the instances that take part. stack must hold
-// program depths + 2 entries, found every leaf pair.
+// What to test: two tiles (Tile is BoxTile or AabbTile), or the links of one tile against each other (self). shift: the
+// origins of b less the origins of a, or null where both are one. lanes: bits of the instances that take part. `stack`
+// must have room for the sum of both programs' depths + 2, `found` for every leaf pair.
 template <class Tile>
 struct TileDescent {
   const Articulation* articulation_a;
@@ -24,17 +24,8 @@ struct TileDescent {
   std::uint64_t box_tests;  // counted per live lane
 };
 
-template <class V>
-CAB_INLINE Vec3<V> between_centers(const BoxLanes<V>& a, const BoxLanes<V>& b, const ShiftTile* shift,
-                                   std::uint32_t lane) {
-  if (!shift) return b.center - a.center;
-  return {difference(b.center.x, a.center.x, shift->by[0] + lane),
-          difference(b.center.y, a.center.y, shift->by[1] + lane),
-          difference(b.center.z, a.center.z, shift->by[2] + lane)};
-}
-
-// Lanes (of those given) in which two nodes overlap. A pair of leaves must pass the leaf predicate: world axes and
-// those that kSat names.
+// Returns the lanes, of those given, in which two nodes overlap. A pair of leaves must pass the leaf predicate: the
+// world axes and the axes that kSat names.
 template <class V, Sat kSat>
 CAB_INLINE std::uint32_t overlap_lanes(const BoxTile& a, const BoxTile& b, const ShiftTile* shift, std::uint32_t lanes,
                                        bool leaves) {
@@ -51,7 +42,7 @@ CAB_INLINE std::uint32_t overlap_lanes(const BoxTile& a, const BoxTile& b, const
   return out & lanes;
 }
 
-// The same of bounds, to which kSat is nothing.
+// The same for bounds, where kSat has no meaning.
 template <class V, Sat>
 CAB_INLINE std::uint32_t overlap_lanes(const AabbTile& a, const AabbTile& b, const ShiftTile* shift,
                                        std::uint32_t lanes, bool) {
@@ -65,7 +56,7 @@ CAB_INLINE std::uint32_t overlap_lanes(const AabbTile& a, const AabbTile& b, con
   return out & lanes;
 }
 
-// Tests one pair of nodes in the lanes given and counts it.
+// Tests one pair of nodes in the given lanes, and counts the tests.
 template <class V, class Tile, Sat kSat>
 CAB_INLINE std::uint32_t test_nodes(TileDescent<Tile>& job, std::uint32_t a, std::uint32_t b, std::uint32_t lanes,
                                     bool leaves) {
@@ -73,8 +64,8 @@ CAB_INLINE std::uint32_t test_nodes(TileDescent<Tile>& job, std::uint32_t a, std
   return overlap_lanes<V, kSat>(job.nodes_a[a], job.nodes_b[b], job.shift, lanes, leaves);
 }
 
-// Descends from one pair of nodes: the node with more leaves opens first (ties: a), so that the tests made are those
-// of a scalar descent of each lane.
+// Descends from one pair of nodes. The node with more leaves opens first (ties: a), so the tests are those that a
+// scalar descent of each lane makes.
 template <class V, class Tile, Sat kSat>
 void descend_from(TileDescent<Tile>& job, std::uint32_t root_a, std::uint32_t root_b) {
   const Articulation& art_a = *job.articulation_a;
@@ -103,7 +94,7 @@ void descend_from(TileDescent<Tile>& job, std::uint32_t root_a, std::uint32_t ro
   }
 }
 
-// Simultaneous descent; within one articulation, of the two children of every inner node.
+// Simultaneous descent. Within one articulation it starts from the two children of every inner node.
 template <class V, class Tile, Sat kSat = Sat::kAll15>
 void descend_tiles(TileDescent<Tile>& job) {
   if (!job.self)
@@ -112,7 +103,7 @@ void descend_tiles(TileDescent<Tile>& job) {
     descend_from<V, Tile, kSat>(job, step.left, step.right);
 }
 
-// Every leaf of a against every leaf of b; within one articulation, every two leaves.
+// Every leaf of a against every leaf of b. Within one articulation, every two leaves.
 template <class V, class Tile, Sat kSat = Sat::kAll15>
 void brute_tiles(TileDescent<Tile>& job) {
   const Articulation& art_a = *job.articulation_a;

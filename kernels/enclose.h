@@ -6,14 +6,15 @@
 
 namespace cab::kernel {
 
-// How far a box reaches from its centre along a unit direction.
+// The projected radius of a box along a unit direction: how far it extends from its centre.
 template <class V>
 CAB_INLINE V projected_radius(const BoxLanes<V>& box, Vec3<V> direction) {
   return box.half.x * abs(dot(box.axis[0], direction)) + box.half.y * abs(dot(box.axis[1], direction)) +
          box.half.z * abs(dot(box.axis[2], direction));
 }
 
-// Widens an interval along a direction by a box whose centre is `between` away from where the interval is measured.
+// Widens an interval along a direction so that it contains a box. between: the box's centre less the point from which
+// the interval is measured.
 template <class V>
 CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction, V& lo, V& hi) {
   const V reached = projected_radius(box, direction);
@@ -22,9 +23,9 @@ CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction
   lo = min(lo, offset - reached);
 }
 
-// The box of an interval along each axis, measured from `from`, padded to contain what the interval was made of whatever
-// was rounded. axes are orthonormal to rounding (docs/proof.md, part 1). The order of the sum matters far out: the middle
-// is formed first and added once.
+// The box of an interval along each axis, measured from `from`. Its padding covers all rounding, so it contains what
+// the intervals contain. The axes are orthonormal to rounding (docs/proof.md, part 1). The order of the sum matters far
+// from the origin: the middle is formed first and added once.
 template <class V>
 CAB_INLINE BoxLanes<V> box_of_interval(Vec3<V> from, const Vec3<V> (&axes)[3], Vec3<V> middle, Vec3<V> half) {
   const Vec3<V> center = from + (middle.x * axes[0] + middle.y * axes[1] + middle.z * axes[2]);
@@ -32,8 +33,8 @@ CAB_INLINE BoxLanes<V> box_of_interval(Vec3<V> from, const Vec3<V> (&axes)[3], V
   return {center, {axes[0], axes[1], axes[2]}, {half.x + pad, half.y + pad, half.z + pad}};
 }
 
-// The box along given axes around a first box and all that are added. Projects from the first box's centre, never from
-// the origin: far from it that would cost 40 times the rounding.
+// The box along given axes about a first box and all boxes added. It projects from the first box's centre, never from
+// the origin: far from the origin that would cost 40 times the rounding.
 template <class V>
 class Enclosure {
  public:
@@ -60,7 +61,8 @@ class Enclosure {
   Vec3<V> lo_, hi_;
 };
 
-// Of two boxes: an Enclosure of both, axis by axis, which keeps fewer values in registers (AVX2: 5.7 against 7.0 ns).
+// The same for two boxes, axis by axis. It keeps fewer values in registers than an Enclosure (AVX2: 5.7 against 7.0
+// ns).
 template <class V>
 CAB_INLINE BoxLanes<V> enclose(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V> (&axes)[3]) {
   const Vec3<V> between = second.center - first.center;

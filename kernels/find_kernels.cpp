@@ -1,62 +1,108 @@
 #include "kernels/find_kernels.h"
 
-#include <initializer_list>
+#include "kernels/isa_list.h"
+#include "kernels/simd.h"
+
+#include <cab/policy.h>
 
 namespace cab::kernel {
 
-extern const KernelTable kScalarTable;
-#if defined(__x86_64__)
-extern const KernelTable kSse2Table;
-extern const KernelTable kAvx2Table;
-extern const KernelTable kAvx512Table;
-#elif defined(__aarch64__)
-extern const KernelTable kNeon64Table;
-#endif
+// The files of kernels/rooms define these once per instruction set. Here they are declared alone, so that this file,
+// which has no instruction set's flags, compiles no kernel. A kernel that no room defines fails to link.
+template <bool UseSum>
+struct CabRule;
+struct CovarianceRule;
+struct CovarianceLeavesRule;
+struct Best3Rule;
+struct ChildrenExtents;
+struct LeavesExtents;
+
+template <class V>
+void pose_leaves(const PoseTile& args);
+template <class V>
+void pose_link_leaves(const PoseLink& args);
+template <class V, class Rule, class Extents>
+void refit_boxes(const RefitTile& tile);
+template <class V>
+void refit_aabb(const MergeProgram& program, AabbTile* nodes);
+template <class V>
+void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes);
+template <class V>
+void fit_vertices(const VertexTile& tile);
+template <class V>
+void bound_boxes(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
+template <class V>
+void bound_together(const AabbTile* bounds, std::uint32_t count, AabbTile* all);
+template <class V>
+void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa);
+template <class V>
+void filter_rows(const RowFilter& filter);
+template <class V>
+std::uint32_t overlapping_entries(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
+                                  const GridEntry& query, std::uint32_t* found);
+template <class V>
+void boxes_to_aos(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
+                  std::size_t instance_stride);
+template <class V>
+void aabbs_to_aos(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbAos* boxes,
+                  std::size_t instance_stride);
+template <class V, class Tile, Sat kSat>
+void descend_tiles(TileDescent<Tile>& job);
+template <class V, class Tile, Sat kSat>
+void brute_tiles(TileDescent<Tile>& job);
+template <class V, Sat kSat>
+std::uint32_t overlap_boxes(const BoxPairs<BoxAos>& pairs);
+template <class V>
+std::uint32_t overlap_aabbs(const BoxPairs<AabbAos>& pairs);
 
 namespace {
 
-// __builtin_cpu_supports reads the operating system's support for the wide registers (XCR0) as well.
-bool cpu_runs(Isa isa) {
-#if defined(__x86_64__)
-  __builtin_cpu_init();
-  switch (isa) {
-    case Isa::kScalar:
-    case Isa::kSse2: return true;
-    case Isa::kAvx2: return __builtin_cpu_supports("avx2");
-    case Isa::kAvx512:
-      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
-             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-             __builtin_cpu_supports("avx512vl");
-    default: return false;
-  }
-#elif defined(__aarch64__)
-  return isa == Isa::kScalar || isa == Isa::kNeon64;
-#else
-  return isa == Isa::kScalar;
-#endif
+template <class V>
+constexpr KernelTable table_of(Isa isa) {
+  return {isa,
+          pose_leaves<V>,
+          pose_link_leaves<V>,
+          {{refit_boxes<V, CabRule<false>, ChildrenExtents>, refit_boxes<V, CabRule<false>, LeavesExtents>},
+           {refit_boxes<V, CabRule<true>, ChildrenExtents>, refit_boxes<V, CabRule<true>, LeavesExtents>},
+           {refit_boxes<V, CovarianceRule, ChildrenExtents>, refit_boxes<V, CovarianceRule, LeavesExtents>},
+           {refit_boxes<V, CovarianceLeavesRule, ChildrenExtents>, refit_boxes<V, CovarianceLeavesRule, LeavesExtents>},
+           {refit_boxes<V, Best3Rule, ChildrenExtents>, refit_boxes<V, Best3Rule, LeavesExtents>}},
+          {refit_aabb<V>, refit_aabb_leaves<V>},
+          fit_vertices<V>,
+          bound_boxes<V>,
+          bound_together<V>,
+          bounds_to_soa<V>,
+          filter_rows<V>,
+          overlapping_entries<V>,
+          boxes_to_aos<V>,
+          aabbs_to_aos<V>,
+          {descend_tiles<V, BoxTile, Sat::kAll15>, descend_tiles<V, BoxTile, Sat::kFaces6>},
+          descend_tiles<V, AabbTile, Sat::kAll15>,
+          {brute_tiles<V, BoxTile, Sat::kAll15>, brute_tiles<V, BoxTile, Sat::kFaces6>},
+          brute_tiles<V, AabbTile, Sat::kAll15>,
+          {overlap_boxes<V, Sat::kAll15>, overlap_boxes<V, Sat::kFaces6>},
+          overlap_aabbs<V>};
 }
 
-const KernelTable* table_of(Isa isa) {
-  switch (isa) {
-#if defined(__x86_64__)
-    case Isa::kSse2: return &kSse2Table;
-    case Isa::kAvx2: return &kAvx2Table;
-    case Isa::kAvx512: return &kAvx512Table;
-#elif defined(__aarch64__)
-    case Isa::kNeon64: return &kNeon64Table;
-#endif
-    case Isa::kScalar: return &kScalarTable;
-    default: return nullptr;
-  }
-}
+struct BuiltIsa {
+  KernelTable table;
+  bool (*cpu_runs)();
+};
+
+#define CAB_BUILT_ISA(enumerator, name, V, runs) {table_of<V>(Isa::enumerator), []() -> bool { return runs; }},
+constexpr BuiltIsa kBuiltIsas[] = {CAB_BUILT_ISAS(CAB_BUILT_ISA)};
+#undef CAB_BUILT_ISA
 
 }  // namespace
 
 const KernelTable* find_kernels(Isa isa) {
-  if (isa != Isa::kAuto) return cpu_runs(isa) ? table_of(isa) : nullptr;
-  for (const Isa candidate : {Isa::kAvx512, Isa::kAvx2, Isa::kNeon64, Isa::kSse2})
-    if (const KernelTable* table = find_kernels(candidate)) return table;
-  return &kScalarTable;
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+#endif
+  const KernelTable* found = nullptr;
+  for (const BuiltIsa& built : kBuiltIsas)
+    if ((isa == Isa::kAuto || isa == built.table.isa) && built.cpu_runs()) found = &built.table;
+  return found;
 }
 
 }  // namespace cab::kernel

@@ -1,12 +1,12 @@
-// Which instruction sets this build holds and this CPU can run, and the table of kernels of one.
+// Chooses the table of kernels: which instruction sets this build holds and this CPU can run.
 #pragma once
 
 #include "kernels/kernel_table.h"
 
 namespace cab::kernel {
 
-// The table of an instruction set, or null when the build lacks it or the CPU or operating system cannot run it.
-// kAuto gives the widest that runs.
+// Returns the table of an instruction set, or null when the build lacks it or the CPU or operating system cannot run
+// it. kAuto gives the widest one that runs.
 const KernelTable* find_kernels(Isa isa);
 
 }  // namespace cab::kernel

@@ -1,5 +1,5 @@
-// The floating-point control word: every bit that the library promises is made with rounding to nearest, denormals
-// kept and exceptions masked, whatever the caller runs with.
+// The floating-point control word. The library makes every bit that it promises with rounding to nearest, denormals
+// kept and exceptions masked, whatever mode the caller runs with.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace cab::kernel {
 
-// Sets the library's mode for a scope and restores the caller's, sticky exception flags included.
+// Sets the library's mode for a scope. Then restores the caller's, sticky exception flags included.
 class FloatMode {
  public:
   FloatMode() noexcept : saved_(read()) { write(kOurs); }

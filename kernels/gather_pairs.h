@@ -1,4 +1,4 @@
-// Characters: boxes as boxes of one cache line, and pairs of boxes as lanes.
+// Characters: boxes as records of one cache line, and pairs of boxes as lanes.
 #pragma once
 
 #include "kernels/overlap_sat.h"
@@ -7,7 +7,7 @@
 
 namespace cab::kernel {
 
-// Writes `count` nodes of one tile as boxes: node n of instance i goes to boxes[i * instance_stride + n].
+// Writes `count` nodes of one tile as records: node n of instance i goes to boxes[i * instance_stride + n].
 template <class V>
 void boxes_to_aos(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
                   std::size_t instance_stride) {
@@ -38,8 +38,8 @@ void aabbs_to_aos(const AabbTile* nodes, std::uint32_t count, std::uint32_t live
       }
 }
 
-// Sixteen pairs of boxes. Unused lanes repeat a used one. shift as in TileDescent. leaves: bits of the lanes that hold a
-// pair of leaves and must pass the leaf predicate.
+// Sixteen pairs of boxes. Unused lanes repeat a used one. shift: the origins of b less the origins of a, or null where
+// both are one. leaves: bits of the lanes that hold a pair of leaves, which must pass the leaf predicate.
 template <class AosBox>
 struct BoxPairs {
   const AosBox* a[kLanes];
@@ -57,7 +57,7 @@ CAB_INLINE BoxLanes<V> gather_boxes(const BoxAos* const* boxes) {
   return {{f[0], f[1], f[2]}, {{f[3], f[4], f[5]}, {f[6], f[7], f[8]}, {f[9], f[10], f[11]}}, {f[12], f[13], f[14]}};
 }
 
-// Bits of the pairs that overlap.
+// Returns the bits of the pairs that overlap.
 template <class V, Sat kSat>
 std::uint32_t overlap_boxes(const BoxPairs<BoxAos>& pairs) {
   std::uint32_t out = 0;

@@ -1,4 +1,4 @@
-// The table of kernels of one instruction set. kernel_table.cpp is compiled once for each; find_kernels.h chooses.
+// The table of kernels of one instruction set. The files of kernels/rooms define the kernels; find_kernels.h chooses.
 #pragma once
 
 #include "layout/articulation.h"
@@ -21,30 +21,30 @@ struct TileDescent;
 template <class AosBox>
 struct BoxPairs;
 
-// One function a kind of work, one call a tile or a chunk of pairs. What each reads and writes is said beside the
-// kernel of the same name.
+// One function per kind of work, one call per tile or per chunk of pairs. The comment of the kernel of the same name
+// says what it reads and writes.
 struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
   void (*pose_link_leaves)(const PoseLink&);
-  void (*refit_boxes[5][2])(const RefitTile&);                   // by Refit (oriented ones) and Extents
-  void (*refit_aabbs[2])(const MergeProgram&, AabbTile* nodes);  // by Extents
+  void (*refit_boxes[kOrientedRefitCount][kExtentsCount])(const RefitTile&);  // by Refit (oriented ones) and Extents
+  void (*refit_aabbs[kExtentsCount])(const MergeProgram&, AabbTile* nodes);   // by Extents
   void (*fit_vertices)(const VertexTile&);
   void (*bound_boxes)(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds);
   void (*bound_together)(const AabbTile* bounds, std::uint32_t count, AabbTile* all);
   void (*bounds_to_soa)(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa);
   void (*filter_rows)(const RowFilter&);
   std::uint32_t (*overlapping_entries)(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
-                                       const GridEntry& of, std::uint32_t* found);
+                                       const GridEntry& query, std::uint32_t* found);
   void (*boxes_to_aos)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
                        std::size_t instance_stride);
   void (*aabbs_to_aos)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbAos* boxes,
                        std::size_t instance_stride);
-  void (*descend_boxes[2])(TileDescent<BoxTile>&);  // by Sat
+  void (*descend_boxes[kSatCount])(TileDescent<BoxTile>&);  // by Sat
   void (*descend_aabbs)(TileDescent<AabbTile>&);
-  void (*brute_boxes[2])(TileDescent<BoxTile>&);  // by Sat
+  void (*brute_boxes[kSatCount])(TileDescent<BoxTile>&);  // by Sat
   void (*brute_aabbs)(TileDescent<AabbTile>&);
-  std::uint32_t (*overlap_boxes[2])(const BoxPairs<BoxAos>&);  // by Sat
+  std::uint32_t (*overlap_boxes[kSatCount])(const BoxPairs<BoxAos>&);  // by Sat
   std::uint32_t (*overlap_aabbs)(const BoxPairs<AabbAos>&);
 };
 

@@ -1,4 +1,5 @@
-// Axis-aligned bounds: of a box, and of two bounds (the paper's AABB*). Merging rounds nothing and pads nothing.
+// Axis-aligned bounds: of a box, and of two bounds (the paper's AABB*). A merge of bounds rounds nothing and needs no
+// padding.
 #pragma once
 
 #include "kernels/box.h"
@@ -22,8 +23,8 @@ CAB_INLINE void store_aabb(AabbTile& tile, std::uint32_t lane, const AabbLanes<V
   store3(tile.hi, lane, box.hi);
 }
 
-// Bounds of an oriented box, widened so that they contain it and so that two boxes whose reaches overlap in the
-// leaf predicate have overlapping bounds.
+// Bounds of an oriented box. They are wide enough to contain it, and to overlap another box's bounds wherever no world
+// axis of the leaf predicate separates the two boxes.
 template <class V>
 CAB_INLINE AabbLanes<V> bounds_of(const BoxLanes<V>& box) {
   const V pad = V(kBoundsPad) * (sum(box.half) + max_component(abs(box.center)) + V(kOverlapTiny));

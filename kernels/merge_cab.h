@@ -1,11 +1,11 @@
-// The CAB merge (paper, section 3.2): axes of the parent box from the major axes of two jointed children.
+// The CAB merge (paper, section 3.2): the axes of a parent box from the major axes of two jointed children.
 #pragma once
 
 #include "kernels/enclose.h"
 
 namespace cab::kernel {
 
-// A child's major axis, pointing away from the joint, and the lengths that the merge decides by.
+// A child's major axis, which points away from the joint, and the lengths by which the merge decides.
 template <class V>
 struct MajorAxis {
   Vec3<V> unit;  // u_i
@@ -14,7 +14,7 @@ struct MajorAxis {
   V least;       // the smallest
 };
 
-// outward: from the joint to the child's centre. A projection of exactly 0 keeps the stored sign.
+// outward: from the joint to the child's centre. Where the projection is exactly 0 the stored sign stays.
 template <class V>
 CAB_INLINE MajorAxis<V> major_axis(const BoxLanes<V>& box, Vec3<V> outward) {
   const Vec3<V> h = box.half;
@@ -24,32 +24,32 @@ CAB_INLINE MajorAxis<V> major_axis(const BoxLanes<V>& box, Vec3<V> outward) {
   return {sign * axis, max_component(h), max(min(h.x, h.y), min(max(h.x, h.y), h.z)), min(min(h.x, h.y), h.z)};
 }
 
-// Lanes in which the second child's frame is the better one to copy: the child with the larger second extent, then with
-// the larger longest one, then the first.
+// Lanes in which the merge copies the second child's frame rather than the first's. It copies the child with the larger
+// second extent; of equal ones the child with the larger longest extent; else the first.
 template <class V>
 CAB_INLINE Mask<V> copies_second(const MajorAxis<V>& major_1, const MajorAxis<V>& major_2) {
   return either(major_2.second > major_1.second,
                 both(major_2.second >= major_1.second, major_2.longest > major_1.longest));
 }
 
-// Lanes in which neither child is so small that its direction says nothing: no longer than the other is thin. Without
-// this rule a star of links would grow at every merge.
+// Lanes in which the directions of both children matter. A child's direction does not matter if it is no longer than
+// the other is thin. Without this rule a star of links would grow at every merge.
 template <class V>
 CAB_INLINE Mask<V> both_matter(const MajorAxis<V>& major_1, const MajorAxis<V>& major_2) {
   return both(major_1.longest > major_2.least, major_2.longest > major_1.least);
 }
 
-// Axes A1, A2, A3 of the parent (Eqs. 1-3). Where the children's major axes are parallel, or one child does not matter,
-// the frame of the better one.
+// Axes A1, A2, A3 of the parent (Eqs. 1-3). Where the children's major axes are parallel, or the direction of a child
+// does not matter, the frame is a copy of one child's.
 //
-// UseSum is the footnote's variant: where E is shortest, the sum of a_1 and a_2.
+// UseSum is the footnote's variant: where E is the shortest, the main axis is a_1 + a_2.
 template <class V, bool UseSum>
 CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Vec3<V> outward_1, Vec3<V> outward_2,
                          Vec3<V> (&axes)[3]) {
   const MajorAxis<V> major_1 = major_axis(first, outward_1);
   const MajorAxis<V> major_2 = major_axis(second, outward_2);
 
-  // a_i scaled by the larger length, so that nothing under- or overflows; E = a_1 - a_2.
+  // a_i, scaled by the larger length so that nothing under- or overflows. E = a_1 - a_2.
   const V scale = divide(V(1.0f), max(major_1.longest, major_2.longest));
   const Vec3<V> a1 = (major_1.longest * scale) * major_1.unit;
   const Vec3<V> a2 = (major_2.longest * scale) * major_2.unit;
@@ -65,15 +65,15 @@ CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Ve
   const Vec3<V> main = choose<V>(not_parallel, m, choose<V>(copy_2, second.axis[0], first.axis[0]));
   const Vec3<V> minor = choose<V>(not_parallel, normal, choose<V>(copy_2, second.axis[1], first.axis[1]));
 
-  // Gram-Schmidt with the unnormalised main axis, so that the two square roots do not wait for each other.
+  // Gram-Schmidt with the unnormalised main axis, so that neither square root waits for the other.
   const V main_sq = dot(main, main);
   axes[0] = divide(V(1.0f), sqrt(main_sq)) * main;
   axes[1] = normalized(minor - divide(dot(minor, main), main_sq) * main);
   axes[2] = cross(axes[0], axes[1]);
 }
 
-// Axes of the parent of two children. joint: where they meet, in the frame of their centres; null = they share no
-// joint, and each axis points away from the other child's centre.
+// Axes of the parent of two children. joint: where they meet, in the frame of their centres. If it is null, they share
+// no joint, and each axis points away from the other child's centre.
 template <class V, bool UseSum>
 CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V>* joint,
                          Vec3<V> (&axes)[3]) {

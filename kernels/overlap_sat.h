@@ -1,4 +1,4 @@
-// The overlap test of two boxes: fifteen separating axes with slack, and the one leaf predicate of the house.
+// The overlap test of two boxes: fifteen separating axes with slack, and the leaf predicate.
 #pragma once
 
 #include "kernels/box.h"
@@ -9,10 +9,9 @@
 
 namespace cab::kernel {
 
-// Lanes in which some axis that kSat names separates a and b. between: centre of b less centre of a. Both boxes are
-// tested a little larger than they are, which covers what rounding does on an axis in proportion to its length; what it
-// does to a product that should vanish is covered apart. Comparisons are written so that an unordered value never
-// separates.
+// Lanes in which an axis that kSat names separates a and b. between: the centre of b less the centre of a. The test
+// enlarges both boxes a little, which covers rounding in proportion to the length of an axis. edge_slack covers the
+// rounding of products that should be zero. Comparisons are written so that an unordered value never separates.
 template <Sat kSat, class V>
 CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V> between) {
   const V grow = V(kSlackGrow) * ((sum(a.half) + sum(b.half)) + V(kOverlapTiny));
@@ -58,7 +57,18 @@ CAB_INLINE Mask<V> separated_in_world(const BoxLanes<V>& a, const BoxLanes<V>& b
   return either(either(away.x > out.x + slack, away.y > out.y + slack), away.z > out.z + slack);
 }
 
-// Two bounds given about their own origins overlap. by: the origin of b less that of a, null where they are one.
+// The centre of b less the centre of a. shift: the origins of b less the origins of a, or null where both are one.
+template <class V>
+CAB_INLINE Vec3<V> between_centers(const BoxLanes<V>& a, const BoxLanes<V>& b, const ShiftTile* shift,
+                                   std::uint32_t lane) {
+  if (!shift) return b.center - a.center;
+  return {difference(b.center.x, a.center.x, shift->by[0] + lane),
+          difference(b.center.y, a.center.y, shift->by[1] + lane),
+          difference(b.center.z, a.center.z, shift->by[2] + lane)};
+}
+
+// Lanes in which two bounds, given about their own origins, do not overlap. x, y, z: the origin of b less the origin of
+// a along each axis. They are null where both origins are one.
 template <class V>
 CAB_INLINE Mask<V> bounds_apart(const AabbLanes<V>& a, const AabbLanes<V>& b, const double* x, const double* y,
                                 const double* z) {

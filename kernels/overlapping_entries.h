@@ -1,4 +1,4 @@
-// The broad phase's test: which of a run of grid entries overlap one entry.
+// The test of the broad phase: which entries of a run overlap one entry.
 #pragma once
 
 #include "kernels/simd.h"
@@ -8,12 +8,12 @@ namespace cab::kernel {
 
 inline constexpr std::uint32_t kEntryFloats = 8, kEntrySides = 6;
 
-// Vectors to compare one entry, or several, with.
+// Vectors that hold the sides of one entry, or one vector that holds several entries.
 template <class V>
 inline constexpr std::uint32_t kEntryVectors = (kEntrySides + kWidth<V> - 1) / kWidth<V>;
 
-// What the sides of an entry that overlaps `query` are at most: its own with signs flipped and halves swapped. As many times over as
-// a vector holds entries; what is compared to an entry's last two numbers means nothing.
+// Upper limits for the sides of an entry that overlaps `query`: the query's sides with signs flipped and halves
+// swapped, as many times over as a vector holds entries. The lanes of an entry's last two numbers mean nothing.
 template <class V>
 CAB_INLINE void upper_limits(const GridEntry& query, V (&limits)[kEntryVectors<V>]) {
   alignas(64) float sides[kEntryFloats] = {};
@@ -21,7 +21,7 @@ CAB_INLINE void upper_limits(const GridEntry& query, V (&limits)[kEntryVectors<V
   for (std::uint32_t p = 0; p < kEntryVectors<V>; ++p) limits[p] = Lanes<V>::load(sides + p * kWidth<V>);
 }
 
-// In registers, since numbers that were just stored one by one are slow to load together.
+// In registers, because loading numbers together that were just stored one by one is slow.
 #if XSIMD_WITH_AVX2
 CAB_INLINE __m256 swapped_entry(const GridEntry& query) {
   const __m256 sides = _mm256_load_ps(reinterpret_cast<const float*>(&query));
@@ -41,18 +41,19 @@ CAB_INLINE void upper_limits<Batch<xsimd::avx512bw>>(const GridEntry& query, Bat
 }
 #endif
 
-// Writes the indices of the entries from `first` to `end` - 1 that overlap `query` to `found`, which has room for one more than
-// those, and returns how many there are. One entry more may be read. A NaN overlaps everything.
+// Writes the indices of the entries from `first` to `end` - 1 that overlap `query` to `found`, and returns how many
+// they are. `found` has room for one more than all of these entries. One entry past the end may be read. A NaN overlaps
+// everything.
 template <class V>
 std::uint32_t overlapping_entries(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
                                   const GridEntry& query, std::uint32_t* found) {
   constexpr std::uint32_t kUsed = (1u << kEntrySides) - 1;
-  constexpr std::uint32_t kEntries = kWidth<V> < kEntryFloats ? 1 : kWidth<V> / kEntryFloats;  // entries a vector
+  constexpr std::uint32_t kEntries = kWidth<V> < kEntryFloats ? 1 : kWidth<V> / kEntryFloats;  // entries per vector
   V limits[kEntryVectors<V>];
   upper_limits<V>(query, limits);
   std::uint32_t size = 0;
   for (std::uint32_t i = first; i < end; i += kEntries) {
-    // The two numbers at an entry's end are no floats: what they compare to is left out.
+    // The last two numbers of an entry are no floats: kUsed leaves out what they compare to.
     const float* const sides = reinterpret_cast<const float*>(entries + i);
     std::uint32_t apart = 0;
     for (std::uint32_t p = 0; p < kEntryVectors<V>; ++p)

@@ -1,4 +1,4 @@
-// Posing: link poses in the caller's layout -> leaf boxes and joints of one tile.
+// Posing: from link poses in the caller's layout to the leaf boxes and joints of one tile.
 #pragma once
 
 #include "kernels/box.h"
@@ -8,8 +8,8 @@
 
 namespace cab::kernel {
 
-// One tile to pose: any sixteen instances, unused lanes repeat a used one. Writes leaf boxes, the joints that merges need
-// (indexed by link), and for each lane why it is masked (InstanceFlag bits).
+// One tile to pose: any sixteen instances. Unused lanes repeat a used one. Posing writes the leaf boxes, the joints
+// that merges need (indexed by link), and why each lane is masked (InstanceFlag bits).
 struct PoseTile {
   const Articulation* articulation;
   PoseFormat format;
@@ -18,29 +18,30 @@ struct PoseTile {
   const float* orientations[kLanes];  // 4 floats each, or all null
   BoxTile* leaves;
   PointTile* joints;
-  MotionTile* motions;  // by link, or null where nobody needs them
+  MotionTile* motions;  // by link, or null where the caller needs none
   std::uint8_t* flags;  // 16
   float margin = 0;     // what leaf boxes grow by on top of their padding
-  // boxes of links: what padding and `margin` are multiplied by, and how large their numbers may be.
+  // For boxes of links: a factor of padding and `margin`, and how large their numbers may be.
   float pads = 1;
   float range = kMaxCoordinate;
 };
 
-// Points lanes at instances that follow each other, `stride` floats apart; lanes from `live` on repeat the last.
+// Points lanes at instances that follow each other, `stride` floats apart. Lanes from `live` on repeat the last
+// instance.
 inline void point_lanes(const float* first, std::size_t stride, std::uint32_t live, const float* (&lanes)[kLanes]) {
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) lanes[lane] = first + (lane < live ? lane : live - 1) * stride;
 }
 
 inline bool is_rotated(const PoseTile& tile) { return tile.orientations[0] != nullptr; }
 
-// Rotation and translation of a link, one instance a lane.
+// Rotation and translation of a link, one instance per lane.
 template <class V>
 struct RigidLanes {
   Vec3<V> column[3];
   Vec3<V> translation;
 };
 
-// Floats of one pose, read lane by lane: raw[f] holds float f of 16 instances.
+// The floats of one pose, read lane by lane: raw[f] holds float f of 16 instances.
 struct RawPoses {
   alignas(64) float raw[16][kLanes];
 };
@@ -60,14 +61,15 @@ CAB_INLINE void read_quad(const float* const* from, std::size_t skip, std::uint3
   }
 }
 
-// Reads every float of a pose that its format has; the seven of a quaternion and translation as two quads that share one.
+// Reads every float that a pose's format has. The seven floats of a quaternion and a translation are two quads that
+// share one float.
 template <class V>
 CAB_INLINE void read_raw(const float* const* from, std::size_t skip, std::uint32_t floats, RawPoses& out) {
   for (std::uint32_t at = 0; at + 4 <= floats; at += 4) read_quad<V>(from, skip, at, out);
   if (floats % 4 != 0) read_quad<V>(from, skip, floats - 4, out);
 }
 
-// Columns of the rotation of a quaternion of any length: no square root, orthonormal to rounding.
+// Columns of the rotation of a quaternion of any length: without a square root, orthonormal to rounding.
 template <class V>
 CAB_INLINE void quaternion_columns(V x, V y, V z, V w, V length_sq, Vec3<V> (&column)[3]) {
   const V s = divide(V(2.0f), length_sq);
@@ -83,8 +85,8 @@ CAB_INLINE Vec3<V> rotate(const Vec3<V> (&column)[3], Vec3<V> p) {
   return p.x * column[0] + p.y * column[1] + p.z * column[2];
 }
 
-// One Newton step to unit length and one Gram-Schmidt step: orthonormal to rounding for input within 1e-3 of it,
-// when done twice; once for input within 1e-6.
+// One Newton step to unit length and one Gram-Schmidt step. The result is orthonormal to rounding after two calls for
+// input within 1e-3 of it, and after one call for input within 1e-6.
 template <class V>
 CAB_INLINE void polish(Vec3<V> (&axis)[3]) {
   const V c(1.5f), h(0.5f);
@@ -94,7 +96,7 @@ CAB_INLINE void polish(Vec3<V> (&axis)[3]) {
   axis[2] = cross(axis[0], axis[1]);
 }
 
-// True lanes hold a rotation within kRigidTolerance.
+// True lanes hold a rotation, within kRigidTolerance.
 template <class V>
 CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
   const V tolerance(kRigidTolerance), one(1.0f);
@@ -104,8 +106,8 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
                        abs(dot(c[1], c[2])) <= tolerance));
 }
 
-// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: what its size adds to its
-// half extents, translation: what the translation's magnitude does.
+// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: what the size of the box
+// adds to its half extents. translation: how much of the translation's magnitude adds to them.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float translation) {
   BoxLanes<V> box;
@@ -117,7 +119,7 @@ CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& lo
   return box;
 }
 
-// Padded so that it contains the exactly posed box (and, with by.margin, every point that near to it).
+// The same, padded so that it contains the exactly posed box and every point within by.margin of it.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by) {
   const auto vector = [](const float* p) { return Vec3<V>{V(p[0]), V(p[1]), V(p[2])}; };
@@ -129,7 +131,7 @@ CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, Pos
       V((by.body * (size + out) + kMergePadTiny) + by.margin), by.translation);
 }
 
-// The same with another local box in every lane.
+// The same with a different local box in every lane.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& local, PosePad by) {
   const Vec3<V> away = abs(local.center);
@@ -137,7 +139,7 @@ CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& 
   return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + V(by.margin), by.translation);
 }
 
-// True lanes have every number within kMaxCoordinate (so no NaN and no infinity).
+// True lanes have every number within kMaxCoordinate, so no NaN and no infinity.
 template <class V>
 CAB_INLINE Mask<V> number_in_range(V v) {
   return abs(v) <= V(kMaxCoordinate);
@@ -147,14 +149,14 @@ CAB_INLINE Mask<V> in_range(Vec3<V> p, V most = V(kMaxCoordinate)) {
   return both(both(abs(p.x) <= most, abs(p.y) <= most), abs(p.z) <= most);
 }
 
-// What a tile's lanes have passed so far: every number read was finite, every rotation was one, every number made
-// stays in range.
+// What a tile's lanes have passed so far: every number read was finite, every rotation was rigid, and every number made
+// was in range.
 template <class V>
 struct LaneChecks {
   Mask<V> finite, rigid, in_range;
 };
 
-// Rotation columns of a quaternion read from raw floats.
+// Rotation columns of a quaternion, from raw floats.
 template <class V>
 CAB_INLINE void read_quaternion(const RawPoses& poses, std::uint32_t lane, LaneChecks<V>& checks,
                                 Vec3<V> (&column)[3]) {
@@ -167,7 +169,7 @@ CAB_INLINE void read_quaternion(const RawPoses& poses, std::uint32_t lane, LaneC
   quaternion_columns(x, y, z, w, length_sq, column);
 }
 
-// Turns the raw floats of one link into a rotation and a translation.
+// Makes a rotation and a translation of the raw floats of one link.
 template <class V>
 CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std::uint32_t lane,
                                    LaneChecks<V>& checks) {
@@ -177,8 +179,8 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std
     read_quaternion(poses, lane, checks, out.column);
     out.translation = {at(4), at(5), at(6)};
   } else {
-    const int step = format == PoseFormat::kMatrix3x4 ? 1 : 4;  // floats from a column to the next
-    const int down = format == PoseFormat::kMatrix3x4 ? 4 : 1;  // floats from a row to the next
+    const int step = format == PoseFormat::kMatrix3x4 ? 1 : 4;  // floats from one column to the next
+    const int down = format == PoseFormat::kMatrix3x4 ? 4 : 1;  // floats from one row to the next
     for (int k = 0; k < 3; ++k) out.column[k] = {at(k * step), at(k * step + down), at(k * step + 2 * down)};
     out.translation = {at(3 * step), at(3 * step + down), at(3 * step + 2 * down)};
     checks.finite =
@@ -191,7 +193,7 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std
   return out;
 }
 
-// Replaces masked lanes by a zero box at the instance's origin, so that nothing they held reaches a neighbour.
+// Replaces masked lanes by a zero box at the instance's origin, so that none of their numbers reaches another lane.
 template <class V>
 CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   const V zero(0.0f), one(1.0f);
@@ -205,7 +207,8 @@ CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   store_box(tile, lane, box);
 }
 
-// A link's pose in the instance's frame, rotated as the instance is. rotations: null where none is.
+// A link's pose in the instance's frame, rotated by the instance's orientation. rotations: null where instances have
+// none.
 template <class V>
 CAB_INLINE RigidLanes<V> rotated_pose(const RawPoses& raw, const RawPoses* rotations, PoseFormat format,
                                       std::uint32_t lane, LaneChecks<V>& checks) {
@@ -219,7 +222,7 @@ CAB_INLINE RigidLanes<V> rotated_pose(const RawPoses& raw, const RawPoses* rotat
   return pose;
 }
 
-// What pads the leaves of a link.
+// The padding of the leaves of a link.
 inline PosePad pad_of(bool rotated, float margin, float pads) {
   const PosePad pad = rotated ? kPosePadRotated : kPosePad;
   return {pad.body * pads, pad.translation * pads, margin * pads};
@@ -251,7 +254,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
   }
 }
 
-// Writes the flags of the lanes that V covers; true when all of them are in order.
+// Writes the flags of the lanes that V covers. Returns true when none of them is masked.
 template <class V>
 CAB_INLINE bool write_flags(const LaneChecks<V>& checks, std::uint8_t* flags) {
   const std::uint32_t finite = bits(checks.finite), rigid = bits(checks.rigid), in_range = bits(checks.in_range);

@@ -9,8 +9,9 @@
 
 namespace cab::kernel {
 
-// pose: the link's, in the caller's layout. orientation: the instance's, or null. local: leaf boxes in the link's frame,
-// leaves as lanes. Writes the boxes that pose_leaves makes of them, bit for bit, as BoxAos, and their bounds as arrays.
+// pose: the link's, in the caller's layout. orientation: the instance's, or null. local: the leaf boxes in the link's
+// frame, leaves as lanes. The kernel makes the same boxes as pose_leaves, bit for bit. It writes them as records, and
+// their bounds as arrays.
 struct PoseLink {
   PoseFormat format;
   const float* pose;
@@ -22,7 +23,7 @@ struct PoseLink {
   float* leaf_bounds;
 };
 
-// One pose in every lane.
+// Copies one pose into every lane.
 template <class V>
 CAB_INLINE void spread_raw(const float* from, std::uint32_t floats, RawPoses& out) {
   for (std::uint32_t f = 0; f < floats; ++f) Lanes<V>::store(out.raw[f], V(from[f]));
@@ -31,7 +32,7 @@ CAB_INLINE void spread_raw(const float* from, std::uint32_t floats, RawPoses& ou
 template <class V>
 void pose_link_leaves(const PoseLink& args) {
   const Mask<V> yes = V(0.0f) <= V(0.0f);
-  LaneChecks<V> checks = {yes, yes, yes};  // passed before, when the instance was bounded
+  LaneChecks<V> checks = {yes, yes, yes};  // pose_leaves has checked them, when it bounded the instance
   RawPoses raw, rotations;
   spread_raw<V>(args.pose, pose_float_count(args.format), raw);
   if (args.orientation) spread_raw<V>(args.orientation, 4, rotations);

@@ -1,4 +1,4 @@
-// Refit: leaf boxes of one tile -> every inner box, children first, by one merge program.
+// Refit: from the leaf boxes of one tile to every inner box, children first, by one merge program.
 #pragma once
 
 #include "kernels/merge_aabb.h"
@@ -8,8 +8,8 @@
 
 namespace cab::kernel {
 
-// A tile to refit. nodes: leaf boxes in, inner boxes out. joints are indexed by link; moments (a node each) are scratch
-// for rules that need them.
+// A tile to refit. nodes: leaf boxes in, inner boxes out. joints are indexed by link. moments, one per node, are
+// scratch memory for rules that need them.
 struct RefitTile {
   const MergeProgram* program;
   const PointTile* joints;
@@ -17,16 +17,16 @@ struct RefitTile {
   MomentTile* moments;
 };
 
-// One node to make: its children and what they share.
+// One node to make: its children and the joint that they share.
 struct MergeTile {
   const RefitTile* tile;
   std::uint32_t left, right, parent;
   const BoxTile* first;    // the box of node left
   const BoxTile* second;   // the box of node right
-  const PointTile* joint;  // null: they share none
+  const PointTile* joint;  // null: they share no joint
 };
 
-// ---- rules: the axes of a parent, whose box is made by Extents
+// ---- rules: each chooses the axes of a parent; Extents make its box
 
 template <bool UseSum>
 struct CabRule {
@@ -39,7 +39,7 @@ struct CabRule {
   }
 };
 
-// Principal axes, or, where one child does not matter beside the other, the frame of the better one.
+// Principal axes. Where the direction of a child does not matter, a copy of one child's frame.
 template <class V>
 CAB_INLINE void principal_axes(const BoxLanes<V>& left, const BoxLanes<V>& right, const Symmetric<V>& second,
                                Vec3<V> (&axes)[3]) {
@@ -49,7 +49,7 @@ CAB_INLINE void principal_axes(const BoxLanes<V>& left, const BoxLanes<V>& right
   for (int k = 0; k < 3; ++k) axes[k] = choose<V>(both_count, axes[k], choose<V>(copy_2, right.axis[k], left.axis[k]));
 }
 
-// Of the sixteen corners of the children.
+// Principal axes of the sixteen corners of the children.
 struct CovarianceRule {
   static constexpr bool kUsesJoint = false, kNeedsMoments = false;
   template <class V, class Extents, bool HasJoint>
@@ -74,7 +74,7 @@ CAB_INLINE void store_moments(MomentTile& tile, std::uint32_t lane, const Moment
   for (int i = 0; i < 6; ++i) Lanes<V>::store(tile.second[i] + lane, second[i]);
 }
 
-// Of the corners of all leaf boxes below; the moments of the parent are kept for its own parent.
+// Principal axes of the corners of all leaf boxes below. The moments of a parent are stored for its own parent.
 struct CovarianceLeavesRule {
   static constexpr bool kUsesJoint = false, kNeedsMoments = true;
   template <class V, class Extents, bool HasJoint>
@@ -96,9 +96,9 @@ CAB_INLINE V eighth_of_surface(Vec3<V> half) {
   return half.x * half.y + half.y * half.z + half.z * half.x;
 }
 
-// Of CAB's axes and each child's own, those along which the box is to have the least surface: CAB's, then the first
-// child's, where surfaces are equal or are no numbers. Measured as parts of CAB's box, so that no square under- or
-// overflows. A child's axes are taken as they are, so their errors do not grow.
+// Of CAB's axes and each child's own, those along which the box has the least surface. Where surfaces are equal or are
+// no numbers, CAB's axes win, then the first child's. Surfaces are measured relative to CAB's box, so that no square
+// under- or overflows. A child's axes are copied, so their errors do not grow.
 struct Best3Rule {
   static constexpr bool kUsesJoint = true, kNeedsMoments = false;
   template <class V, class Extents, bool HasJoint>
@@ -117,7 +117,7 @@ struct Best3Rule {
   }
 };
 
-// ---- extents: what a parent is made to contain
+// ---- extents: what a parent contains
 
 struct ChildrenExtents {
   template <class V>
@@ -138,8 +138,8 @@ struct LeavesExtents {
   }
 };
 
-// Makes one parent in all lanes. All lanes' axes come first: choosing axes is one long chain of dependent operations,
-// and the chains of several groups of lanes overlap (measured: AVX2 and SSE2).
+// Makes one parent in all lanes. It chooses the axes of all lanes first: that is one long chain of dependent
+// operations, and the chains of several groups of lanes overlap (measured: AVX2 and SSE2).
 template <class V, class Rule, class Extents, bool HasJoint>
 CAB_INLINE void merge_node(const MergeTile merge) {
   Vec3<V> axes[kLanes / kWidth<V>][3];
@@ -171,7 +171,7 @@ void refit_boxes(const RefitTile& tile) {
   }
 }
 
-// Bounds of each of `count` boxes.
+// The bounds of each of `count` boxes.
 template <class V>
 void bound_boxes(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds) {
   for (std::uint32_t i = 0; i < count; ++i)
@@ -201,7 +201,8 @@ void refit_aabb(const MergeProgram& program, AabbTile* nodes) {
   }
 }
 
-// The same boxes, each node from the bounds of all leaves below it: the paper's refit from the corners of the leaf hulls.
+// The same boxes, but each node from the bounds of all leaves below it: the paper's refit from the corners of the leaf
+// hulls.
 template <class V>
 void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
   const std::uint32_t leaves = static_cast<std::uint32_t>(program.steps.size) + 1;
@@ -216,8 +217,8 @@ void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
   }
 }
 
-// A tile whose first node_count nodes, leaves first, are each fitted to all vertices below (the paper's AABB+). motions
-// are indexed by link; pad is that of their poses.
+// A tile whose first node_count nodes, leaves first, are each fitted to all vertices below them (the paper's AABB+).
+// motions are indexed by link. pad: the padding of the poses.
 struct VertexTile {
   const Articulation* articulation;
   std::uint32_t node_count;
@@ -226,7 +227,7 @@ struct VertexTile {
   PosePad pad;
 };
 
-// Bounds of one leaf's vertices, widened by what posing them rounds.
+// The bounds of one leaf's vertices, widened by what posing them rounds.
 template <class V>
 CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t leaf, std::uint32_t lane) {
   const Articulation& articulation = *tile.articulation;

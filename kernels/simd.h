@@ -1,4 +1,4 @@
-// The vector type V that every kernel is written over: float (the ISA called scalar) or an xsimd batch. Only the
+// The vector type V of all kernels: float (the instruction set called scalar) or an xsimd batch. It has only the
 // operations that give the same bits everywhere: + - * divide sqrt abs min max select and comparisons.
 #pragma once
 
@@ -17,13 +17,13 @@ namespace cab::kernel {
 template <class A>
 using Batch = xsimd::batch<float, A>;
 
-// Lanes of V; a tile is walked in kLanes / kWidth<V> steps.
+// The lanes of V. A kernel walks a tile in kLanes / kWidth<V> steps.
 template <class V>
 inline constexpr std::uint32_t kWidth = static_cast<std::uint32_t>(V::size);
 template <>
 inline constexpr std::uint32_t kWidth<float> = 1;
 
-// What a comparison of two V gives.
+// The type of a comparison of two V.
 template <class V>
 struct MaskOf {
   using Type = typename V::batch_bool_type;
@@ -74,7 +74,7 @@ template <class A>
 CAB_INLINE Batch<A> abs(Batch<A> v) {
   return xsimd::abs(v);
 }
-// xsimd 8.1 approximates both on NEON (an estimate and Newton steps), so NEON calls its exact instructions.
+// xsimd 8.1 approximates both on NEON (an estimate and Newton steps), so NEON uses its exact instructions here.
 template <class A>
 CAB_INLINE Batch<A> sqrt(Batch<A> v) {
 #if defined(__aarch64__)
@@ -100,7 +100,7 @@ CAB_INLINE xsimd::batch_bool<float, A> either(xsimd::batch_bool<float, A> a, xsi
   return a | b;
 }
 
-// min(a, b) is a < b ? a : b, max(a, b) is b < a ? a : b: what x86's instructions do; NEON's own differ on signed
+// min(a, b) is a < b ? a : b and max(a, b) is b < a ? a : b, as x86's instructions do. NEON's own differ on signed
 // zeros and NaN, so NEON selects.
 template <class A>
 CAB_INLINE Batch<A> min(Batch<A> a, Batch<A> b) {
@@ -119,7 +119,7 @@ CAB_INLINE Batch<A> max(Batch<A> a, Batch<A> b) {
 #endif
 }
 
-// One bit a lane, lane 0 lowest.
+// One bit per lane, lane 0 lowest.
 #if XSIMD_WITH_AVX512F
 CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::avx512bw> m) {
   return static_cast<std::uint32_t>(m.data);
@@ -144,8 +144,8 @@ CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::neon64> m) {
 
 // ------------------------------------------------------------------------------------------------------ double
 
-// float((double)to - (double)from + by[lane]) of each lane: the difference of two points given relative to their
-// own origins, rounded once. by is the difference of origins, `to` less `from`, aligned like V.
+// float((double)to - (double)from + by[lane]) of each lane: the difference of two points, each given relative to its
+// own origin, rounded once. by: the origin of `to` less the origin of `from`, aligned like V.
 CAB_INLINE float difference(float to, float from, const double* by) {
   return static_cast<float>((static_cast<double>(to) - static_cast<double>(from)) + *by);
 }

@@ -1,17 +1,17 @@
-// Register transposes: rows of 16 floats (one row a lane) to 16 vectors (one lane a row), and back.
+// Register transposes: from rows of 16 floats (one row per lane) to 16 vectors (one lane per row), and back.
 #pragma once
 
 #include "kernels/simd.h"
 
 namespace cab::kernel {
 
-// Rows that one call of transpose_quads takes.
+// The rows that one call of transpose_quads takes.
 template <class V>
 inline constexpr std::uint32_t kQuadRows = kWidth<V> < 4 ? 4 : kWidth<V>;
 
-// Four floats of each of kQuadRows<V> rows, of any alignment, to out[0..3], aligned: out[k] gets float k of every row.
-// Scalar moves them one by one. Wide registers hold a quad of every fourth row, so that a transpose within their parts of
-// 128 bits leaves the rows in order.
+// Four floats of each of kQuadRows<V> rows, of any alignment, go to out[0..3], which are aligned: out[k] receives float
+// k of every row. Scalar code moves them one by one. A part of 128 bits of a wide register holds a quad of every fourth
+// row, so a transpose within the parts leaves the rows in order.
 template <class V>
 CAB_INLINE void transpose_quads(const float* const* rows, float* const (&out)[4]) {
 #if defined(__SSE2__)
@@ -69,7 +69,7 @@ CAB_INLINE void transpose_quads<Batch<xsimd::avx512bw>>(const float* const* rows
 }
 #endif
 
-// The caller gives kWidth<V> row addresses, 16-byte aligned; out[k] holds float k of every row.
+// Takes kWidth<V> row addresses, aligned to 16 bytes. out[k] holds float k of every row.
 template <class V>
 struct Transpose;
 

@@ -1,4 +1,4 @@
-// Three vectors of lanes, and the little algebra that kernels need.
+// Three vectors of lanes, and the algebra that kernels need.
 #pragma once
 
 #include "kernels/simd.h"
@@ -51,7 +51,7 @@ CAB_INLINE Vec3<V> normalized(Vec3<V> a) {
   return divide(V(1.0f), sqrt(dot(a, a))) * a;
 }
 
-// Loads and stores component arrays of a tile at a lane.
+// Loads and stores the three component arrays of a tile at a lane.
 template <class V>
 CAB_INLINE Vec3<V> load3(const float (&p)[3][kLanes], std::uint32_t lane) {
   return {Lanes<V>::load(p[0] + lane), Lanes<V>::load(p[1] + lane), Lanes<V>::load(p[2] + lane)};

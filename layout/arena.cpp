@@ -8,7 +8,7 @@
 
 namespace cab {
 
-// Heads each block; the caller's memory follows after one alignment unit.
+// The head of each block. The caller's memory follows after one alignment unit.
 struct Arena::Block {
   Block* next;
   std::size_t bytes;
@@ -17,8 +17,8 @@ struct Arena::Block {
 
 namespace {
 
-// Blocks of several huge pages are aligned to them and ask for them: a frame of many instances reads its rows in an order
-// that would miss the TLB on nearly every one.
+// Blocks of several huge pages are aligned to them and ask for them. A frame of many instances reads them in an order
+// that would otherwise miss the TLB at almost every instance.
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
 std::align_val_t block_alignment(std::size_t bytes, std::size_t alignment) {
@@ -30,7 +30,7 @@ void* new_aligned(void*, std::size_t bytes, std::size_t alignment) {
   void* memory = ::operator new(bytes, to, std::nothrow);
 #ifdef MADV_HUGEPAGE
   if (memory && to == std::align_val_t(kHugePage))
-    madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: failing is no error
+    madvise(memory, bytes, MADV_HUGEPAGE);  // a hint: failure is no error
 #endif
   return memory;
 }

@@ -1,5 +1,5 @@
-// An arena: owns every block that one object (an articulation, a batch, a worker) took from the engine's
-// allocator, and gives all of them back at once.
+// An arena owns every block that one object (an articulation, a batch, a worker) took from the engine's allocator. It
+// gives all of them back at once.
 #pragma once
 
 #include <cab/types.h>
@@ -10,7 +10,7 @@
 
 namespace cab {
 
-// The built-in allocator: aligned operator new and delete. On Linux large blocks ask for huge pages.
+// The built-in allocator: aligned operator new and delete. On Linux it asks for huge pages for large blocks.
 Allocator default_allocator() noexcept;
 
 class Arena {
@@ -20,8 +20,8 @@ class Arena {
   Arena& operator=(const Arena&) = delete;
   ~Arena() { release(); }
 
-  // count zeroed values of T, aligned to 64 bytes or T's own alignment; throws std::bad_alloc. count 0 gives an
-  // empty span.
+  // Returns `count` zeroed values of T, aligned to 64 bytes or to T's own alignment, whichever is larger. Returns an
+  // empty span for a count of 0. Throws std::bad_alloc.
   template <class T>
   Span<T> allocate(std::size_t count) {
     static_assert(std::is_trivially_destructible_v<T> && std::is_trivially_copyable_v<T>);
@@ -30,7 +30,7 @@ class Arena {
     return {static_cast<T*>(allocate_bytes(count * sizeof(T), alignof(T) > 64 ? alignof(T) : 64)), count};
   }
 
-  // A copy of a span.
+  // Returns a copy of a span. Throws std::bad_alloc.
   template <class T>
   Span<std::remove_const_t<T>> copy(Span<T> source) {
     auto out = allocate<std::remove_const_t<T>>(source.size);
@@ -38,7 +38,7 @@ class Arena {
     return out;
   }
 
-  // Gives every block back; spans handed out before are dead.
+  // Gives every block back. Spans handed out before must not be used any more.
   void release() noexcept;
 
   std::size_t bytes() const noexcept { return bytes_; }
@@ -52,7 +52,7 @@ class Arena {
   std::size_t bytes_ = 0;
 };
 
-// The same values, not to be written any more.
+// The same values, read-only.
 template <class T>
 Span<const T> constant(Span<T> span) {
   return {span.data, span.size};

@@ -12,8 +12,8 @@
 namespace cab {
 namespace {
 
-// Axes further than this from orthonormal (max |R^T R - I|) are no rotation.
-constexpr double kAxesTolerance = 1e-5;
+// The squared length of a convex part's quaternion may differ from 1 by this much.
+constexpr double kUnitTolerance = 1e-3;
 
 bool finite(const float* values, std::size_t count, float limit) {
   for (std::size_t i = 0; i < count; ++i)
@@ -23,7 +23,7 @@ bool finite(const float* values, std::size_t count, float limit) {
 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Max |R^T R - I| of three axes, or infinity when they are left-handed.
+// Returns max |R^T R - I| of three axes, or infinity when they are left-handed.
 double axes_error(const Box& box) {
   double r[3][3];
   for (int k = 0; k < 3; ++k)
@@ -37,7 +37,7 @@ double axes_error(const Box& box) {
   return determinant > 0 ? error : std::numeric_limits<double>::infinity();
 }
 
-// Gram-Schmidt in double; half extents grow by what a corner can move.
+// Makes the axes orthonormal by Gram-Schmidt in double. Half extents grow by what a corner can move.
 void make_orthonormal(Box& box, double error) {
   double r[3][3];
   for (int k = 0; k < 3; ++k) {
@@ -54,12 +54,13 @@ void make_orthonormal(Box& box, double error) {
   for (float& half : box.half) half = static_cast<float>(static_cast<double>(half) + 4 * error * sum);
 }
 
-// Rotation of a unit quaternion x y z w, columns[k] is the image of axis k; false when it is no rotation.
+// Writes the rotation of a unit quaternion x y z w: columns[k] is the image of axis k. Returns false when the
+// quaternion is not of unit length.
 bool rotation_columns(const float* q, double columns[3][3]) {
   const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
                w = static_cast<double>(q[3]);
   const double n = x * x + y * y + z * z + w * w;
-  if (!(std::fabs(n - 1) <= 1e-3)) return false;
+  if (!(std::fabs(n - 1) <= kUnitTolerance)) return false;
   const double s = 2 / n;
   const double m[3][3] = {{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
                           {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
@@ -79,7 +80,8 @@ bool valid_sizes(const ConvexPart& part) {
          finite(part.vertices.data, part.vertices.size, kMaxCoordinate);
 }
 
-// Interval that a part covers along a direction, seen from the link's origin. n: direction in the link's frame.
+// The interval that a part covers along a direction, measured from the link's origin. n: the direction in the link's
+// frame.
 void part_interval(const ConvexPart& part, const double columns[3][3], const double* n, double* lo, double* hi) {
   double local[3];
   for (int k = 0; k < 3; ++k) local[k] = dot(columns[k], n);
@@ -128,7 +130,7 @@ bool part_inside(const ConvexPart& part, const double columns[3][3], const Box& 
   return true;
 }
 
-// One failed check: what is wrong and where.
+// One failed check: its status and the element at fault.
 struct Fault {
   Status status = Status::kOk;
   std::size_t element = 0;
@@ -207,7 +209,7 @@ void append_ignored(Span<const LinkPair> pairs, IgnoredReason reason, std::vecto
                      static_cast<std::uint16_t>(std::max(pair.a, pair.b)), reason});
 }
 
-// Appends every two links that are at most most_hops joints apart.
+// Appends every pair of links that are at most most_hops joints apart.
 void append_within_hops(Span<const std::int32_t> parents, std::uint32_t most_hops, std::vector<IgnoredPair>& out) {
   if (most_hops == 0) return;
   const std::size_t count = parents.size;
@@ -215,7 +217,7 @@ void append_within_hops(Span<const std::int32_t> parents, std::uint32_t most_hop
   for (std::size_t b = 1; b < count; ++b) {
     const auto parent = static_cast<std::size_t>(parents[b]);
     for (std::size_t a = 0; a < b; ++a) {
-      // Nothing below b has a lower index than b, so the way from a ends at b's parent.
+      // Every link below b has a higher index than b, so the path up from a ends at b's parent.
       const auto apart = static_cast<std::uint16_t>(hops[a * count + parent] + 1);
       hops[a * count + b] = hops[b * count + a] = apart;
       if (apart <= most_hops)
@@ -224,7 +226,7 @@ void append_within_hops(Span<const std::int32_t> parents, std::uint32_t most_hop
   }
 }
 
-// Gives an articulation these ignored pairs: each once with all its reasons, in order, and as bits.
+// Sets the ignored pairs of an articulation: each pair once with all its reasons, in order, and as bits.
 void set_ignored(std::vector<IgnoredPair>& pairs, Arena& arena, Articulation& articulation) {
   std::sort(pairs.begin(), pairs.end(), [](const IgnoredPair& left, const IgnoredPair& right) {
     return left.a != right.a ? left.a < right.a : left.b < right.b;
@@ -271,7 +273,7 @@ void copy_parts(const ArticulationDesc& desc, Articulation& articulation, Arena&
   articulation.leaf_part_begin = constant(begin);
 }
 
-// Appends the point center + x * axes, each coordinate of x taken with the sign of a bit of i.
+// Appends the point center + sum of size[k] axes[k]. size[k] counts with a minus where bit k of i is clear.
 void append_corner(const double* center, const double axes[3][3], const double* size, unsigned i,
                    std::vector<float>& vertices) {
   for (int c = 0; c < 3; ++c) {

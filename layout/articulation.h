@@ -1,4 +1,4 @@
-// An articulation as the engine keeps it: immutable, shared by all instances, plain data in one arena.
+// An articulation as the engine keeps it: immutable, shared by all its instances, plain data in one arena.
 #pragma once
 
 #include "layout/merge_program.h"
@@ -7,7 +7,7 @@
 
 namespace cab {
 
-// A link that a frame must pose, because leaves ride on it or a merge needs its joint. Its leaves are
+// A link that a frame must pose, because it carries leaves or because a merge needs its joint. Its leaves are
 // leaf_order[leaf_begin .. leaf_end).
 struct PosedLink {
   std::uint16_t link;
@@ -21,37 +21,38 @@ struct Articulation {
   std::uint32_t leaf_count = 0;
   std::uint32_t node_count = 0;
   Span<const std::int32_t> link_parent;
-  Span<const float> link_joint;  // 3 a link, in the link's frame
+  Span<const float> link_joint;  // 3 floats per link, in the link's frame
   Span<const std::uint16_t> leaf_link;
   Span<const Box> leaf_box;  // in the link's frame, axes orthonormal to 4 u
   Span<const PosedLink> posed_links;
   Span<const std::uint16_t> leaf_order;    // leaves grouped by link
   bool is_chain = false;                   // no link has two children
-  bool leaves_by_link = false;             // each link has one leaf at most, and leaves are in the order of links
+  bool leaves_by_link = false;             // each link has at most one leaf, and leaves are in the order of links
   Span<const IgnoredPair> ignored_pairs;   // sorted by a, then b; each once
-  Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: links a and b of one instance are no pair
-  // What the exact shape of each leaf is the hull of, x y z in the link's frame: the vertices of its hulls, and for every
-  // other part, or a leaf without parts, the eight corners of its box. vertex_reach: the largest |x| + |y| + |z|.
+  Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: is_ignored(a, b)
+  // The vertices of each leaf's exact shape, x y z in the link's frame: those of its hulls, and the eight corners of
+  // the box about every other part. A leaf without parts has the eight corners of its own box. leaf_vertex_reach: the
+  // largest |x| + |y| + |z| of a leaf's vertices.
   Span<const float> vertices;
-  Span<const std::uint32_t> leaf_vertex_begin;  // leaf_count + 1 entries, in vertices
+  Span<const std::uint32_t> leaf_vertex_begin;  // leaf_count + 1 indices of vertices
   Span<const float> leaf_vertex_reach;
   Span<const ConvexPart> parts;
-  Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 entries into parts
+  Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 indices into parts
   MergeProgram program;
 };
 
-// True when links a and b of one instance are never a pair: the same link, or an ignored pair.
+// True when links a and b of one instance are never reported as a pair: they are the same link, or an ignored pair.
 inline bool is_ignored(const Articulation& articulation, std::uint32_t a, std::uint32_t b) {
   const std::size_t bit = static_cast<std::size_t>(a) * articulation.link_count + b;
   return (articulation.ignored_bits[bit >> 6] >> (bit & 63)) & 1;
 }
 
-// Checks desc and copies it into arena, its rest pose apart. On an error *out is untouched and *bad_element (optional) receives the
-// index of the link, leaf or pair at fault. Throws std::bad_alloc.
+// Checks desc and copies it into the arena, without its rest pose. On an error *out is unchanged, and *bad_element (if
+// not null) receives the index of the link, leaf or pair at fault. Throws std::bad_alloc.
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element);
 
-// Adds to the ignored pairs of an articulation in that arena the links that touch in its rest pose; a pair may be given
-// more than once and in either order. Throws std::bad_alloc.
+// Adds links that touch in the rest pose to the ignored pairs of an articulation in that arena. `touching` may hold a
+// pair more than once and in either order. Throws std::bad_alloc.
 void ignore_at_rest(Span<const LinkPair> touching, Arena& arena, Articulation& articulation);
 
 }  // namespace cab

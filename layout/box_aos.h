@@ -5,7 +5,7 @@
 
 namespace cab {
 
-// An oriented box: center, axes (axis k, component c at axis[3 k + c]), half extents.
+// An oriented box: center, axes, half extents. Component c of axis k is axis[3 k + c].
 struct alignas(64) BoxAos {
   float center[3];
   float axis[9];

@@ -20,10 +20,10 @@ using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 using Axes = Eigen::Matrix3d;  // column k is axis k
 
-// Eigenvalues and areas that differ by less than this fraction say nothing about which axes are better.
+// Eigenvalues and areas that differ by less than this fraction do not tell which axes are better.
 constexpr double kAgree = 0.01;
 
-// Cells along an edge of the grid of directions that extremes are looked for in.
+// Cells along an edge of the grid of directions in which fit_box looks for extreme vertices.
 constexpr int kGrid = 12;
 
 constexpr int kMaxTurns = 24;  // of one descent; of 2000 rotated cubes none took more than 11
@@ -55,11 +55,11 @@ void add_extremes(Span<const float> vertices, const Vector3d& direction, Points&
   points.push_back(high);
 }
 
-// The vertices furthest along 720 directions, each once and in order. Neither the order of the vertices, nor repeated
-// ones, nor those inside count, and a finely meshed face counts no more than a coarse one. The directions go through
-// the cells of a grid on a cube: their symmetry keeps the axes of shapes that are symmetric in the link's frame. Cells
-// on the diagonals are left out, so that no direction is normal to a face of an aligned box or octahedron, where
-// many vertices may be equally far.
+// The extreme vertices along 720 directions, each once and in order. The result does not depend on the order of the
+// vertices, on repeated ones or on those inside, and a finely meshed face weighs no more than a coarse one. The
+// directions go through the cells of a grid on a cube: their symmetry keeps the axes of shapes that are symmetric in
+// the link's frame. Cells on the diagonals are left out. So no direction is normal to a face of an aligned box or
+// octahedron, where many vertices may be equally far.
 Points extremes_of(Span<const float> vertices) {
   Points points;
   for (int i = 1 - kGrid; i < kGrid; i += 2) {
@@ -92,7 +92,8 @@ double area(const Points& points, const Axes& axes) {
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// Convex hull in counter-clockwise order (Andrew's monotone chain); one or two points when the others lie between.
+// The convex hull in counter-clockwise order (Andrew's monotone chain): one or two points when the others lie between
+// them.
 std::vector<Vector2d> hull_of(std::vector<Vector2d> points) {
   std::sort(points.begin(), points.end(),
             [](const Vector2d& a, const Vector2d& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
@@ -108,15 +109,15 @@ std::vector<Vector2d> hull_of(std::vector<Vector2d> points) {
   return hull;
 }
 
-// A rotation about one axis: where the next axis goes, in the plane of the other two, and the area there.
+// A rotation about one axis: the new direction of the next axis, in the plane of the other two, and the area there.
 struct Turn {
   Vector2d along;
   double area;
 };
 
-// The axes rotated about axis `kept` to the least area, unchanged when nothing is gained. With widths a and b across the
-// kept axis and c along it the area is (a + c)(b + c) - c^2; a and b are concave between rotations at which an edge of
-// the projected hull lies on the box, so one of these rotations is the least.
+// Rotates the axes about axis `kept` to the least area. They are unchanged when nothing is gained. With widths a and b
+// across the kept axis and c along it, the area is (a + c)(b + c) - c^2. a and b are concave between rotations at which
+// an edge of the projected hull lies on the box, so the least area is at one of these rotations.
 Axes rotated(const Points& points, const Axes& axes, int kept) {
   const int next = (kept + 1) % 3, last = (kept + 2) % 3;
   std::vector<Vector2d> projected;
@@ -143,7 +144,7 @@ Axes rotated(const Points& points, const Axes& axes, int kept) {
   for (std::size_t i = 0; i < hull.size(); ++i) {
     Vector2d edge = hull[(i + 1) % hull.size()] - hull[i];
     if (!(edge.norm() > 0)) continue;
-    // A quarter turn is the same box: the smallest turn of the four.
+    // A quarter turn gives the same box. Of the four, take the smallest rotation.
     if (std::fabs(edge.x()) < std::fabs(edge.y())) edge = Vector2d(edge.y(), -edge.x());
     if (edge.x() < 0) edge = -edge;
     turns.push_back(turn(edge.normalized()));
@@ -152,7 +153,7 @@ Axes rotated(const Points& points, const Axes& axes, int kept) {
   const double longest = std::max({c, width(points, axes.col(next)), width(points, axes.col(last))});
   const double tie = kSameWidth * longest * longest;
   if (!(least < none.area - tie)) return axes;
-  // Of equally good rotations the smallest.
+  // Of rotations that are equally good, take the smallest.
   Vector2d best(0, 1);
   for (const Turn& one : turns)
     if (one.area <= least + tie && std::fabs(one.along.y()) < std::fabs(best.y())) best = one.along;
@@ -162,7 +163,7 @@ Axes rotated(const Points& points, const Axes& axes, int kept) {
   return out;
 }
 
-// Right-handed axes of which the last is the given one, and the first as near to one of the link's axes as can be.
+// Right-handed axes. The last is the given one, and the first is as near as possible to one of the link's axes.
 Axes link_axes_about(const Vector3d& last) {
   Eigen::Index side;
   last.cwiseAbs().minCoeff(&side);
@@ -172,7 +173,7 @@ Axes link_axes_about(const Vector3d& last) {
   return axes;
 }
 
-// The axes by covariance; those that near-equal eigenvalues leave open by the least area, or those of the link.
+// The axes by covariance. Where near-equal eigenvalues leave axes open, they are those of least area, or the link's.
 Axes covariance_axes(const Points& points) {
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& point : points) mean += point;
@@ -192,8 +193,9 @@ Axes covariance_axes(const Points& points) {
   return solver.eigenvectors();
 }
 
-// The axes rotated about one of them after the other while that makes the area less, or as they were if less than kAgree
-// is gained. Covariance is blind to a rotated cube, and misled where a shape has more corners on one side.
+// Rotates the axes about one of them after another while that reduces the area. They stay as they were if the gain is
+// below kAgree. Covariance does not see how a cube is rotated, and is misled where a shape has more corners on one
+// side.
 Axes rotated_about_each(const Points& points, const Axes& axes) {
   Axes best = axes;
   int idle = 0;
@@ -205,14 +207,15 @@ Axes rotated_about_each(const Points& points, const Axes& axes) {
   return area(points, best) < (1 - kAgree) * area(points, axes) ? best : axes;
 }
 
-// The axes of the box; never worse than the link's.
+// The axes of the box, which is never larger than the one along the link's axes.
 Axes axes_for(const Points& points) {
   const Axes axes = rotated_about_each(points, covariance_axes(points));
   return area(points, axes) < area(points, Axes::Identity()) ? axes : Axes::Identity();
 }
 
-// The same axes in the order and with the signs that come nearest to the link's axes. That is right-handed: the diagonal
-// then sums to more than 1 (the mean over all orders is a third of all magnitudes, at least 1), a reflection's cannot.
+// The same axes in the order and with the signs that come nearest to the link's axes. The result is right-handed. Its
+// diagonal sums to more than 1, because the best order reaches at least the mean of all orders, a third of the sum of
+// all magnitudes, which is at least 1. The diagonal of a reflection does not.
 Axes in_link_order(const Axes& axes) {
   std::array<int, 3> order = {0, 1, 2}, best = order;
   double nearest = -1;
@@ -237,7 +240,7 @@ float rounded_up(double value) {
                                               : rounded;
 }
 
-// The box of the given axes about all vertices, its numbers floats that contain them exactly.
+// The box along the given axes about all vertices. Its numbers are floats, and it contains the vertices exactly.
 Box box_about(Span<const float> vertices, const Axes& axes) {
   Box box = {};
   Axes rounded;
@@ -247,8 +250,8 @@ Box box_about(Span<const float> vertices, const Axes& axes) {
       rounded(c, k) = static_cast<double>(box.axis[k][c]);
     }
   }
-  // A vertex is center + sum x_k axis_k, x_k its product with row k. Products of floats are exact in double, so entries
-  // of the cross products are good to one rounding, zeros included, and the determinant (about 1) to 12.
+  // A vertex is center + sum x_k axis_k, and x_k is its product with row k. Products of floats are exact in double. So
+  // entries of the cross products are exact to one rounding, zeros included, and the determinant (about 1) to 12.
   Eigen::Matrix3d dual;
   for (int k = 0; k < 3; ++k) dual.row(k) = rounded.col((k + 1) % 3).cross(rounded.col((k + 2) % 3));
   dual /= rounded.col(0).dot(dual.row(0));
@@ -289,7 +292,7 @@ Status fit_box_to_vertices(Span<const float> vertices, Box* out) {
 
   Box box = box_about(vertices, in_link_order(axes_for(extremes_of(vertices))));
   if (!in_range(box)) {
-    // Along the link's axes no vertex is further than kMaxCoordinate from the centre, only the padding is.
+    // Along the link's axes no vertex is further than kMaxCoordinate from the centre; only the padding goes beyond.
     box = box_about(vertices, Axes::Identity());
     for (float& half : box.half) half = std::min(half, kMaxCoordinate);
   }

@@ -1,4 +1,4 @@
-// A batch: storage for n instances of one articulation, and what a frame has bound to it.
+// A batch: storage for the instances of one articulation, and what a frame has bound to it.
 #pragma once
 
 #include "layout/error_bounds.h"
@@ -14,7 +14,8 @@ struct InstanceBounds {
   double hi[3];
 };
 
-// The nearest floats outside of bounds in double: a lower bound moves down, an upper one up (docs/proof.md, step 4.5).
+// The nearest floats outside of bounds in double: a lower bound moves down, an upper bound up (docs/proof.md, step
+// 4.5).
 inline float float_below(double value) { return static_cast<float>(value - kOutwards * std::fabs(value)); }
 inline float float_above(double value) { return static_cast<float>(value + kOutwards * std::fabs(value)); }
 
@@ -24,33 +25,33 @@ struct Placement {
   double origin[3];
 };
 
-// An instance's hits in the engine's store, until they are written in order: groups that are chained, one for each
-// instance that it touches.
+// An instance's hits in the engine's store, until they are written in order. They are a chain of groups, one group for
+// each instance that it touches.
 struct StoredHits {
   static constexpr std::uint32_t kNone = 0xffffffff;
-  std::uint32_t head = kNone;  // where the last group begins that was put in
+  std::uint32_t head = kNone;  // where the group begins that was added last
   std::uint32_t count = 0;     // of hits
 };
 
 struct InstanceBatch {
   const Articulation* articulation = nullptr;
   const LinkBounds* link_bounds = nullptr;
-  std::uint32_t articulation_index = 0;
   BatchKind kind = BatchKind::kCharacters;
   std::uint32_t instance_count = 0;
 
-  // Characters: what is kept of each instance. Its boxes are made where they are tested.
+  // Characters: what is stored per instance. Its boxes are made where they are tested.
   Span<InstanceBounds> bounds;
-  Span<std::uint16_t> live;  // one bit an instance, a word a tile: not masked
+  Span<std::uint16_t> live;  // one word per tile, one bit per instance: set if it is not masked
   Span<StoredHits> stored;
   Span<std::size_t> stored_before;  // hits before each task that writes them
 
-  // Frames: where this batch's hierarchy of one tile stands in a worker's memory.
+  // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;
 
-  // Bound for the duration of one call. active: the articulation whose leaves are paired, the character's own or that of its link boxes.
+  // Bound for the duration of one call. active: the articulation whose leaves are paired, which is the batch's own or
+  // that of its link boxes.
   const Articulation* active = nullptr;
-  bool pairs_between = false;    // some rule tests its instances against others
+  bool pairs_between = false;    // a rule tests its instances against others
   bool pairs_within = false;     // a rule tests the links of each instance against each other
   std::uint32_t first_task = 0;  // of the tasks that pair characters
   const BatchInput* input = nullptr;
@@ -58,15 +59,15 @@ struct InstanceBatch {
   std::size_t instance_stride = 0;  // bytes
 };
 
-// Whether a refit keeps axis-aligned boxes instead of oriented ones.
+// Whether a refit makes axis-aligned boxes instead of oriented ones.
 inline bool is_axis_aligned(Refit refit) { return refit == Refit::kAabbHull || refit == Refit::kAabbVertices; }
 
-// The pose of an instance's first link, as the caller laid it out.
+// The pose of an instance's first link, in the caller's layout.
 inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance) {
   return batch.input->poses.data + instance * (batch.instance_stride / sizeof(float));
 }
 
-// Origin of an instance in the world; all zero where the caller gave none.
+// The origin of an instance in the world: all zero where the caller gave no origins.
 inline double origin_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t component) {
   return batch.input->origins.empty() ? 0.0 : batch.input->origins[3 * static_cast<std::size_t>(instance) + component];
 }
@@ -76,7 +77,7 @@ inline Placement placement_of(const InstanceBatch& batch, std::uint32_t instance
           {origin_of(batch, instance, 0), origin_of(batch, instance, 1), origin_of(batch, instance, 2)}};
 }
 
-// Whether the layers of two instances match: each one's layer is in the other's mask.
+// Whether the layers of two instances match: the layer of each is in the other's mask.
 inline bool layers_match(const InstanceBatch& a, std::uint32_t instance_a, const InstanceBatch& b,
                          std::uint32_t instance_b) {
   const auto word = [](Span<const std::uint32_t> words, std::uint32_t at) { return words.empty() ? ~0u : words[at]; };

@@ -1,4 +1,5 @@
-// The bounds of one instance's leaf boxes as a structure of arrays, leaves as lanes, for tests of one box against all of another's.
+// The bounds of one instance's leaf boxes as a structure of arrays, leaves as lanes. For tests of one box against all
+// boxes of another instance.
 #pragma once
 
 #include "layout/tile.h"
@@ -14,7 +15,7 @@ inline constexpr float kNoLeafLo = 3.402823466e38f;
 // Leaves in one array, padded to whole tiles.
 inline constexpr std::uint32_t leaf_bounds_width(std::uint32_t leaves) { return tile_count(leaves) * kLanes; }
 
-// Floats of one instance: arrays lo x, lo y, lo z, hi x, hi y, hi z.
+// Floats per instance: arrays lo x, lo y, lo z, hi x, hi y, hi z.
 inline constexpr std::size_t leaf_bounds_floats(std::uint32_t leaves) {
   return std::size_t{6} * leaf_bounds_width(leaves);
 }

@@ -25,7 +25,7 @@ void append_corners(const Box& box, std::vector<float>& out) {
     }
 }
 
-// The box along the axes of `along` about all of these.
+// The box about all of these boxes, along the axes of `along`.
 Box enclose(const Box& along, const std::vector<Box>& boxes) {
   Box out = along;
   double lo[3], hi[3];
@@ -59,7 +59,8 @@ double area(const Box& box) {
   return half(0) * half(1) + half(1) * half(2) + half(2) * half(0);
 }
 
-// The box of least area about a link's leaves: along the link's own axes, those of its first leaf, or fitted ones.
+// The box of least area about a link's leaves: along the link's own axes, along those of its first leaf, or along
+// fitted ones.
 Box box_about(const std::vector<Box>& boxes) {
   const Box own = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
   std::vector<Box> tries = {enclose(own, boxes), enclose(boxes.front(), boxes)};

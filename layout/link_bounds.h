@@ -8,7 +8,7 @@
 
 namespace cab {
 
-// The leaves of one link. Their boxes stand in tiles, leaves as lanes; lanes past the last repeat it.
+// The leaves of one link. Their boxes stand in tiles with leaves as lanes; lanes past the last repeat it.
 struct LinkLeaves {
   std::uint16_t link;
   std::uint16_t leaf_count;
@@ -17,13 +17,13 @@ struct LinkLeaves {
 };
 
 struct LinkBounds {
-  Articulation links;             // leaf i is the box about the leaves of the i-th link that has any; without a tree
+  Articulation links;             // leaf i is the box about the leaves of the i-th link that has leaves; it has no tree
   Span<const LinkLeaves> leaves;  // by leaf of `links`
   Span<const BoxTile> tiles;
-  bool has_several_leaves = false;  // some link has more leaves than one
+  bool has_several_leaves = false;  // a link has more than one leaf
 };
 
-// Makes the link boxes of a built articulation, whose memory it shares. Throws std::bad_alloc.
+// Makes the link boxes of a built articulation. They share its memory. Throws std::bad_alloc.
 void build_link_bounds(const Articulation& articulation, Arena& arena, LinkBounds* out);
 
 }  // namespace cab

@@ -25,7 +25,7 @@ class Builder {
     }
   }
 
-  // Emits the steps of a connected set of links, ascending, with at least one leaf; returns the node it makes.
+  // Emits the steps of a connected set of links, in ascending order, with at least one leaf. Returns the node it makes.
   std::uint16_t build_links(const std::vector<std::uint32_t>& links) {
     const std::uint32_t cut = best_cut(links);
     if (cut == 0) return build_leaves_of(links);
@@ -46,8 +46,8 @@ class Builder {
   std::uint32_t root_depth() const { return node_depth_.back(); }
 
  private:
-  // The link whose joint with its parent halves the leaves of the set best, 0 when no joint leaves a leaf on
-  // both sides (link 0 has no parent, so it is never cut).
+  // The link whose joint with its parent halves the leaves of the set best, or 0 when no joint has leaves on both
+  // sides. (Link 0 has no parent, so it is never cut.)
   std::uint32_t best_cut(const std::vector<std::uint32_t>& links) {
     for (const std::uint32_t link : links) below_[link] = weight_[link];
     for (std::size_t i = links.size(); i-- > 1;)
@@ -96,11 +96,11 @@ class Builder {
   Span<const std::int32_t> parents_;
   std::vector<std::vector<std::uint16_t>> leaves_of_;
   std::vector<std::uint32_t> weight_;  // leaves on a link
-  std::vector<std::uint32_t> below_;   // leaves at and below a link, within the set at hand
-  std::vector<std::uint32_t> side_;    // the cut that a link was last found below
+  std::vector<std::uint32_t> below_;   // leaves at and below a link, within the current set
+  std::vector<std::uint32_t> side_;    // the last cut that a link was found below
   std::vector<MergeStep> steps_;
   std::vector<std::uint16_t> node_leaf_count_;
-  std::vector<std::uint16_t> node_first_leaf_;  // its index in the sequence: the left child's leaves come first
+  std::vector<std::uint16_t> node_first_leaf_;  // an index into the sequence; the left child's leaves come first
   std::vector<std::uint16_t> leaf_sequence_;
   std::vector<std::uint32_t> node_depth_;
 };

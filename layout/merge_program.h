@@ -1,4 +1,4 @@
-// The merge program: in which order, and at which joints, leaf boxes become one hierarchy.
+// The merge program: the order in which leaf boxes become one hierarchy, and the joint of each merge.
 #pragma once
 
 #include <cab/types.h>
@@ -7,9 +7,9 @@ namespace cab {
 
 class Arena;
 
-// steps[s] makes node leaf_count + s from two earlier nodes; the root is the last. Every node but the root is used
-// once. node_leaf_count[n] counts the leaves below node n (1 for a leaf); they are leaf_sequence[node_first_leaf[n]] and
-// those after it.
+// steps[s] makes node leaf_count + s from two earlier nodes. The root is the last node; every other node is used once.
+// node_leaf_count[n] counts the leaves below node n (1 for a leaf). They stand in leaf_sequence from node_first_leaf[n]
+// on.
 struct MergeProgram {
   Span<const MergeStep> steps;
   Span<const std::uint16_t> node_leaf_count;
@@ -18,9 +18,9 @@ struct MergeProgram {
   std::uint32_t depth = 0;
 };
 
-// Builds the balanced program of an articulation whose parents and leaf links are valid. The leaves of one link
-// are merged first, in halves, with no joint. Then links: each connected sub-articulation is split at the joint
-// that halves its leaves best (ties: the lowest link), so that the two children of a node share that joint.
+// Builds the balanced program of an articulation whose parents and leaf links are valid. The leaves of one link are
+// merged first, in halves, without a joint. Then links are merged: each connected sub-articulation is split at the
+// joint that halves its leaves best (ties: the lowest link), so the two children of a node share that joint.
 MergeProgram build_merge_program(Span<const std::int32_t> link_parents, Span<const std::uint16_t> leaf_links,
                                  Arena& arena);
 

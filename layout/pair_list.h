@@ -1,4 +1,4 @@
-// Lists of pairs in fixed memory: what traversals push, and what they find.
+// Lists of pairs in fixed memory: what traversals push and what they find.
 #pragma once
 
 #include <cab/types.h>
@@ -7,28 +7,29 @@
 
 namespace cab {
 
-// Two nodes whose boxes are to be tested, of candidate pair `candidate` of the chunk at hand.
+// Two nodes whose boxes are to be tested, of one candidate pair of the current chunk.
 struct NodePair {
   std::uint32_t candidate;
   std::uint16_t a;
   std::uint16_t b;
 };
 
-// Two leaves whose boxes overlap. candidate: of a chunk of characters, a candidate pair; of a tile of frames, the lane.
+// Two leaves whose boxes overlap. candidate: for characters a candidate pair of the chunk, for sequences the lane of
+// the tile.
 struct LeafPair {
   std::uint32_t candidate;
   std::uint16_t a;
   std::uint16_t b;
 };
 
-// Two leaves of two tiles and the lanes in which their boxes overlap.
+// Two leaves of two tiles, and the lanes in which their boxes overlap.
 struct TilePair {
   std::uint16_t a;
   std::uint16_t b;
   std::uint32_t lanes;
 };
 
-// A list of fixed capacity. Capacity is sized for the worst case where the list is made, so push never fails.
+// A list of fixed capacity. Whoever makes it sizes it for the worst case, so push never fails.
 template <class T>
 struct FixedList {
   T* data = nullptr;
@@ -36,7 +37,7 @@ struct FixedList {
   std::uint32_t size = 0;
 
   void clear() { size = 0; }
-  // Always inlined: kernels of every instruction set use it.
+  // Always inlined, because kernels of every instruction set use it.
   __attribute__((always_inline)) void push(const T& value) {
     assert(size < capacity);
     data[size++] = value;

@@ -1,4 +1,4 @@
-// Tiles: one quantity of 16 instances, struct of arrays. A lane is an instance, never a coordinate.
+// Tiles: one quantity of 16 instances as a structure of arrays. A lane is an instance, never a coordinate.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@ namespace cab {
 // Instances in a tile, on every instruction set.
 inline constexpr std::uint32_t kLanes = 16;
 
-// One box of 16 instances. axis[k][c] is component c of the k-th axis. Orthonormal to rounding (docs/proof.md, part 1),
-// half >= 0, no NaN in any lane; lanes past the last instance copy it.
+// One box of 16 instances. axis[k][c] is component c of axis k. Axes are orthonormal to rounding (docs/proof.md, part
+// 1), half >= 0, and no lane holds a NaN. Lanes past the last instance copy it.
 struct alignas(64) BoxTile {
   float center[3][kLanes];
   float axis[3][3][kLanes];
@@ -35,13 +35,14 @@ struct alignas(64) MotionTile {
   float translation[3][kLanes];
 };
 
-// Mean and second moment of the corners of leaf boxes, for 16 instances. second holds xx yy zz xy xz yz about the mean.
+// Mean and second moment of the corners of leaf boxes, for 16 instances. `second` holds xx yy zz xy xz yz about the
+// mean.
 struct alignas(64) MomentTile {
   float mean[3][kLanes];
   float second[6][kLanes];
 };
 
-// Difference of origins of 16 pairs of instances, in double.
+// The difference of origins of 16 pairs of instances, in double.
 struct alignas(64) ShiftTile {
   double by[3][kLanes];
 };

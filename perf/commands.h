@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "perf/engine_session.h"
-#include "scenes/ropes.h"
+#include "perf/base/engine_session.h"
+#include "scenes/crowd/ropes.h"
 
 namespace cab::perf {
 

@@ -33,8 +33,8 @@ inline EnginePtr make_engine(const EngineDesc& desc = {}) {
 
 inline std::vector<Isa> available_isas() {
   std::vector<Isa> out;
-  for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64})
-    if (isa_available(isa)) out.push_back(isa);
+  for (std::uint8_t i = 1; i < kIsaCount; ++i)  // 0 is kAuto
+    if (isa_available(static_cast<Isa>(i))) out.push_back(static_cast<Isa>(i));
   return out;
 }
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
 

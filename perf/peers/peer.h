@@ -8,7 +8,7 @@
 #include <tuple>
 #include <vector>
 
-#include "scenes/crowd.h"
+#include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
 

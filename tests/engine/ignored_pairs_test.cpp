@@ -1,7 +1,7 @@
 // What is never tested within an instance: which links it is by an independent judge, and that nothing else is lost.
-#include "perf/oracle/joints_from.h"
 #include "perf/oracle/random_world.h"
-#include "perf/oracle/touching_links.h"
+#include "tests/engine/touching_links.h"
+#include "tests/layout/joints_from.h"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,7 @@
 // From links whose boxes overlap to their leaves: which leaf pairs are listed, and which operand comes first.
 #include "engine/link_pairs.h"
 
-#include "engine/frame.h"
-#include "engine/posed_set.h"
+#include "engine/call.h"
 #include "perf/oracle/world.h"
 
 #include <doctest/doctest.h>
@@ -51,21 +50,22 @@ struct Listed {
   }
 
   Pairs pairs(std::uint32_t instance_a, std::uint32_t instance_b, const std::vector<LeafPair>& links, Exact exact,
-              bool first_only = false) {
-    const Policies policies = {Refit::kCab, Strategy::kLinks, exact};
+              Report report = Report::kHits) {
+    const FrameContext frame = context_of(*engine, {Refit::kCab, Strategy::kLinks, exact}, 0, report);
     Call call(*engine);
     call.bind(input);
     InstanceBatch& batch = engine->batch({1});
     batch.active = &batch.link_bounds->links;
-    Worker& worker = *engine->workers[0];
+    Worker& worker = engine->pool[0];
     Candidate candidate = {0, instance_a, 0, instance_b};
-    candidate.slot_a = acquire_slot(*engine, policies, 0, instance_a, {}, worker);
-    candidate.slot_b = acquire_slot(*engine, policies, 0, instance_b, {}, worker);
-    pose_set(*engine, policies, 0, worker);
-    find_pairs_of_links(*engine, policies, 0, candidate, {links.data(), links.size()}, first_only, worker);
+    candidate.slot_a = acquire_slot(frame, 0, instance_a, {}, worker.posed);
+    candidate.slot_b = acquire_slot(frame, 0, instance_b, {}, worker.posed);
+    pose_set(frame, worker);
+    find_pairs_of_links(frame, candidate, {links.data(), links.size()}, worker);
     Pairs out;
     for (const LeafPair& pair : worker.found) out.emplace_back(pair.a, pair.b);
-    clear_set(worker);
+    clear_set(worker.posed);
+    clear_links(worker.posed_links);
     return out;
   }
 };
@@ -91,7 +91,7 @@ TEST_CASE("without an exact test two links list their lowest leaf pair alone") {
 
 TEST_CASE("where any overlap is enough the first links that overlap end the search, and the instances are noted") {
   Listed listed(two_rows());
-  CHECK(listed.pairs(0, 1, {{0, 0, 1}, {0, 1, 0}}, Exact::kNone, true) == Pairs{{1, 0}});
+  CHECK(listed.pairs(0, 1, {{0, 0, 1}, {0, 1, 0}}, Exact::kNone, Report::kInContact) == Pairs{{1, 0}});
   CHECK(listed.in_contact == std::vector<std::uint8_t>{1, 1});
 }
 
@@ -100,7 +100,7 @@ TEST_CASE("links whose leaves are apart list nothing") {
   for (Leaf& leaf : rig.leaves)
     if (leaf.link == 1) leaf.box.center[2] = 3;
   Listed listed(rig);
-  CHECK(listed.pairs(0, 1, {{0, 0, 1}}, Exact::kNone, true).empty());
+  CHECK(listed.pairs(0, 1, {{0, 0, 1}}, Exact::kNone, Report::kInContact).empty());
   CHECK(listed.in_contact == std::vector<std::uint8_t>{0, 0});
 }
 

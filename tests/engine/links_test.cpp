@@ -556,8 +556,8 @@ TEST_CASE("links count as many box tests in whatever order a worker comes to its
       origins[3 * i] += 10 * static_cast<double>(i);  // alone, with room in the store
     const EnginePtr engine = make_engine_for(world);
     const Outcome spatial = run_on(*engine, world, kLinks);
-    REQUIRE(engine->frames_in_key_order == 0);
-    engine->frames_in_key_order = 100;
+    REQUIRE(engine->hit_store.frames_in_key_order == 0);
+    engine->hit_store.frames_in_key_order = 100;
     const Outcome keyed = run_on(*engine, world, kLinks);
     check_same(keyed, spatial);
     CHECK(same_counts(keyed.stats, spatial.stats));

@@ -1,8 +1,10 @@
-// Statuses and instruction sets have words of their own.
+// Statuses and instruction sets have words of their own; the version has one place.
 #include <cab/cab.h>
 
 #include <doctest/doctest.h>
 
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -21,11 +23,51 @@ TEST_CASE("every status has its own words, and a number beyond them is no status
   }
 }
 
+TEST_CASE(
+    "the comment of every status in cab/types.h is what to_string says, and cab/cab.h says which calls answer it") {
+  std::ifstream types(CAB_DOCS "/../layout/include/cab/types.h"), calls(CAB_DOCS "/../engine/include/cab/cab.h");
+  const std::string call_text{std::istreambuf_iterator<char>(calls), {}};
+  std::string line;
+  while (std::getline(types, line) && line.rfind("enum class Status ", 0) != 0) {}
+  REQUIRE(types);
+  int status = 0;
+  for (; std::getline(types, line) && line != "};"; ++status) {
+    CAPTURE(line);
+    const std::size_t comment = line.find("// ");
+    REQUIRE(comment != std::string::npos);
+    CHECK(line.substr(comment + 3) == to_string(static_cast<Status>(status)));
+    const std::string name = line.substr(2, line.find_first_of(" ,", 2) - 2);
+    if (name != "kOk") CHECK(call_text.find(name) != std::string::npos);
+  }
+  CHECK(status == static_cast<int>(Status::kHitsOverflow) + 1);
+}
+
+TEST_CASE("the words of a status begin with a small letter and end without a period") {
+  for (int status = 0; status <= static_cast<int>(Status::kHitsOverflow); ++status) {
+    const std::string words = to_string(static_cast<Status>(status));
+    CAPTURE(words);
+    CHECK(words.front() >= 'a');
+    CHECK(words.front() <= 'z');
+    CHECK(words.back() != '.');
+  }
+}
+
 TEST_CASE("every instruction set has its own name") {
   std::set<std::string> names;
   for (std::uint32_t isa = 0; isa < kIsaCount; ++isa) CHECK(names.insert(to_string(static_cast<Isa>(isa))).second);
   CHECK(names == std::set<std::string>{"auto", "scalar", "sse2", "avx2", "avx512", "neon64"});
   CHECK(names.count(to_string(static_cast<Isa>(kIsaCount))) == 0);
+}
+
+TEST_CASE("the header, the library and the project of CMake are of one version") {
+  const Version library = version();
+  CHECK(library.major == CAB_VERSION_MAJOR);
+  CHECK(library.minor == CAB_VERSION_MINOR);
+  CHECK(library.patch == CAB_VERSION_PATCH);
+  CHECK(library.text == std::string(CAB_VERSION_STRING));
+  CHECK(library.text ==
+        std::to_string(library.major) + "." + std::to_string(library.minor) + "." + std::to_string(library.patch));
+  CHECK(library.text == std::string(CAB_PROJECT_VERSION));
 }
 
 TEST_CASE("scalar kernels and the best of this CPU are always available") {

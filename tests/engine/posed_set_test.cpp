@@ -1,7 +1,7 @@
 // The slots of posed characters: one per instance, sixteen per tile, until the set is full.
 #include "engine/posed_set.h"
 
-#include "engine/frame.h"
+#include "engine/call.h"
 #include "perf/oracle/world.h"
 
 #include <doctest/doctest.h>
@@ -39,11 +39,12 @@ struct Slots {
     for (const BatchInput& input : inputs) call->bind(input);
   }
 
-  Worker& worker() { return *engine->workers[0]; }
+  PosedSet& set() { return engine->pool[0].posed; }
+  FrameContext frame() { return context_of(*engine, kRows, 0, Report::kHits); }
   std::uint32_t acquire(std::uint32_t batch, std::uint32_t instance) {
-    return acquire_slot(*engine, kRows, batch, instance, {}, worker());
+    return acquire_slot(frame(), batch, instance, {}, set());
   }
-  bool fits(const Candidate& candidate) { return has_room(*engine, candidate, worker()); }
+  bool fits(const Candidate& candidate) { return has_room(frame(), candidate, set()); }
 };
 
 }  // namespace
@@ -56,7 +57,7 @@ TEST_CASE("an instance has one slot, asked for once or again, and no two instanc
       const std::uint32_t slot = slots.acquire(batch, i);
       CHECK(taken.insert(slot).second);
       CHECK(slots.acquire(batch, i) == slot);
-      const PosedTile& tile = slots.worker().posed.tiles.data[slot / kLanes];
+      const PosedTile& tile = slots.set().tile_of(slot);
       CHECK(tile.batch == batch);
       CHECK(tile.instances.instance[slot % kLanes] == i);
     }
@@ -65,13 +66,13 @@ TEST_CASE("an instance has one slot, asked for once or again, and no two instanc
 TEST_CASE("a batch opens a tile for every sixteen of its instances") {
   Slots slots(3, {40, 20});
   for (std::uint32_t i = 0; i < 16; ++i) slots.acquire(0, i);
-  CHECK(slots.worker().posed.tiles.size == 1);
+  CHECK(slots.set().tiles.size == 1);
   slots.acquire(1, 0);
-  CHECK(slots.worker().posed.tiles.size == 2);
+  CHECK(slots.set().tiles.size == 2);
   slots.acquire(0, 16);
-  CHECK(slots.worker().posed.tiles.size == 3);
+  CHECK(slots.set().tiles.size == 3);
   for (std::uint32_t i = 0; i < 17; ++i) slots.acquire(0, i);
-  CHECK(slots.worker().posed.tiles.size == 3);
+  CHECK(slots.set().tiles.size == 3);
 }
 
 TEST_CASE("a full set has room for whom it holds and for no other, and for all once it is cleared") {
@@ -86,9 +87,9 @@ TEST_CASE("a full set has room for whom it holds and for no other, and for all o
     CHECK(slots.fits({0, 3, 0, kFull - 1}));
     CHECK_FALSE(slots.fits({0, kFull, 0, kFull}));
     CHECK_FALSE(slots.fits({0, 3, 0, kFull}));
-    clear_set(slots.worker());
-    CHECK(slots.worker().posed.tiles.empty());
-    CHECK(slots.worker().posed.boxes.empty());
+    clear_set(slots.set());
+    CHECK(slots.set().tiles.empty());
+    CHECK(slots.set().boxes.empty());
     CHECK(slots.fits({0, 3, 0, kFull}));
     CHECK(slots.acquire(0, kFull) == 0);
   }
@@ -111,10 +112,10 @@ TEST_CASE("two new instances need two lanes of one batch, or a lane of each of t
 
 TEST_CASE("slots of an earlier set are forgotten when the count of generations wraps around") {
   Slots slots(2, {40});
-  PosedSet& set = slots.worker().posed;
+  PosedSet& set = slots.set();
   slots.acquire(0, 5);  // of generation 1
   set.generation = 0xffffffff;
-  clear_set(slots.worker());
+  clear_set(slots.set());
   CHECK(set.generation == 1);
   slots.acquire(0, 7);
   CHECK(slots.acquire(0, 5) == 1);

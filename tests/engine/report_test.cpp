@@ -181,11 +181,11 @@ TEST_CASE(
       for (std::size_t f = 0; f < frames.size(); ++f) {
         CAPTURE(f);
         const Outcome& of = expected[frames[f] == &thin];
-        const std::uint32_t before = engine->frames_in_key_order;
+        const std::uint32_t before = engine->hit_store.frames_in_key_order;
         const std::size_t n = of.hits.size(), capacity = f % 3 == 2 ? n / 2 : n;
         Frame frame(*engine, *frames[f], policies, Report::kHits, capacity);
-        begun += before == 0 && engine->frames_in_key_order > 0;
-        spatial += before == 0 && engine->frames_in_key_order == 0;
+        begun += before == 0 && engine->hit_store.frames_in_key_order > 0;
+        spatial += before == 0 && engine->hit_store.frames_in_key_order == 0;
         CHECK(frame.status == (capacity < n ? Status::kHitsOverflow : Status::kOk));
         CHECK(frame.job.hits_needed == n);
         CHECK(frame.job.hit_count == (capacity < n ? 0 : n));

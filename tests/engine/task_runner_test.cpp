@@ -20,7 +20,7 @@ using namespace cab::oracle;
 using namespace cab::tests;
 
 // Runs tasks that count themselves and watch who else is on their worker.
-void check_schedule(TaskRunner& runner, std::uint32_t task_count) {
+void check_task_runner(TaskRunner& runner, std::uint32_t task_count) {
   CAPTURE(task_count);
   const std::uint32_t workers = runner.worker_count();
   REQUIRE(workers > 0);
@@ -43,8 +43,8 @@ void check_schedule(TaskRunner& runner, std::uint32_t task_count) {
   for (std::uint32_t t = 0; t < task_count; ++t) CHECK(runs[t] == 1);
 }
 
-void check_schedule(TaskRunner& runner) {
-  for (const std::uint32_t tasks : {0u, 1u, 2u, 7u, 1000u}) check_schedule(runner, tasks);
+void check_task_runner(TaskRunner& runner) {
+  for (const std::uint32_t tasks : {0u, 1u, 2u, 7u, 1000u}) check_task_runner(runner, tasks);
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ void check_schedule(TaskRunner& runner) {
 TEST_CASE("the serial task runner runs every task once, in order, on worker 0") {
   const auto runner = make_serial_task_runner();
   CHECK(runner->worker_count() == 1);
-  check_schedule(*runner);
+  check_task_runner(*runner);
   std::vector<std::uint32_t> order;
   runner->for_each(5, [&](std::uint32_t task, std::uint32_t) { order.push_back(task); });
   CHECK(order == std::vector<std::uint32_t>{0, 1, 2, 3, 4});
@@ -64,7 +64,7 @@ TEST_CASE("the TBB task runner runs every task once, on workers that no other ta
     const auto runner = make_tbb_task_runner(threads);
     const std::uint32_t cores = make_tbb_task_runner(0)->worker_count();
     CHECK(runner->worker_count() == (threads == 0 ? cores : std::min(threads, cores)));
-    for (int round = 0; round < 5; ++round) check_schedule(*runner);
+    for (int round = 0; round < 5; ++round) check_task_runner(*runner);
   }
 }
 
@@ -72,7 +72,7 @@ TEST_CASE("a caller's task runner is run as it is given, and not asked when ther
   ThreadPool pool(4);
   const auto runner = make_caller_task_runner(pool.scheduler());
   CHECK(runner->worker_count() == 4);
-  for (int round = 0; round < 5; ++round) check_schedule(*runner);
+  for (int round = 0; round < 5; ++round) check_task_runner(*runner);
   CHECK(pool.tasks_run() == 5 * 1010);
   const auto never = make_caller_task_runner(
       {nullptr, 1, [](void*, std::uint32_t, void (*)(void*, std::uint32_t, std::uint32_t), void*) { std::abort(); }});

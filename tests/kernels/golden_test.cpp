@@ -4,7 +4,7 @@
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"
 #include "layout/arena.h"
-#include "scenes/registry.h"
+#include "scenes/paper/registry.h"
 #include "tests/kernels/isas.h"
 #include "tests/scenes/golden_hashes.h"
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/find_kernels.h"
+#include "kernels/isa_list.h"
 #include "layout/merge_program.h"
 #include "perf/oracle/box_tile.h"
 
@@ -15,15 +16,12 @@ namespace cab::tests {
 // Every table of kernels of this build that this CPU runs; scalar comes first.
 inline std::vector<const kernel::KernelTable*> available_kernels() {
   std::vector<const kernel::KernelTable*> out;
-  for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64})
+  for (const Isa isa : kernel::kAllIsas)
     if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
   return out;
 }
 
-inline const char* name_of(const kernel::KernelTable& table) {
-  static constexpr const char* kNames[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon64"};
-  return kNames[static_cast<int>(table.isa)];
-}
+inline const char* name_of(const kernel::KernelTable& table) { return kernel::isa_name(table.isa); }
 
 using oracle::get;
 

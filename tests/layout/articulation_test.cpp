@@ -3,8 +3,8 @@
 
 #include "layout/arena.h"
 #include "perf/oracle/containment.h"
-#include "perf/oracle/joints_from.h"
 #include "perf/oracle/random.h"
+#include "tests/layout/joints_from.h"
 
 #include <doctest/doctest.h>
 

@@ -13,6 +13,7 @@ namespace {
 using namespace cab;
 
 constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2, kExtentsRow = 3, kSatRow = 4;
+constexpr std::uint32_t kCounts[] = {kRefitCount, kStrategyCount, kExactCount, kExtentsCount, kSatCount};
 
 }  // namespace
 
@@ -20,12 +21,14 @@ TEST_CASE("every policy value is read back as it was set by name, and alone") {
   const auto table = policy_table();
   REQUIRE(table.size == 5);
   for (std::uint32_t row = 0; row < table.size; ++row) {
+    CHECK(table[row].value_count == kCounts[row]);
     for (std::uint32_t value = 0; value < table[row].value_count; ++value) {
       CAPTURE(table[row].values[value].name);
       Policies policies;
       const Policies before = policies;
       CHECK(policy_set(policies, row, table[row].values[value].name));
       CHECK(policy_get(policies, row) == value);
+      CHECK(table[row].values[value].value == value);
       for (std::uint32_t other = 0; other < table.size; ++other) {
         if (other == row) continue;
         CHECK(policy_get(policies, other) == policy_get(before, other));
@@ -85,6 +88,8 @@ TEST_CASE("a name that is no value of the field is refused and changes nothing")
   CHECK_FALSE(policy_set(policies, kRefitRow, nullptr));
   CHECK_FALSE(policy_set(policies, kRefitRow, "tree"));  // a value of another row
   CHECK_FALSE(policy_set(policies, static_cast<std::uint32_t>(-1), "tree"));
+  CHECK(policy_get(policies, 5) == 0);
+  CHECK(policy_get(policies, static_cast<std::uint32_t>(-1)) == 0);
 }
 
 TEST_CASE("every field and every value has a meaning and a name of its own") {

@@ -1,8 +1,8 @@
 // How much larger inner boxes are than the smallest that any rotation gives about the leaf boxes below.
 #include "perf/oracle/rotation_limit.h"
 #include "perf/oracle/world.h"
-#include "scenes/hand.h"
-#include "scenes/humanoid.h"
+#include "scenes/crowd/humanoid.h"
+#include "scenes/paper/hand.h"
 
 #include <doctest/doctest.h>
 

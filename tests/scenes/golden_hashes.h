@@ -3,7 +3,7 @@
 #pragma once
 
 #include "scenes/bit_hash.h"
-#include "scenes/registry.h"
+#include "scenes/paper/registry.h"
 
 #include <cab/types.h>
 

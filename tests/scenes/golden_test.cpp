@@ -3,7 +3,7 @@
 #include "tests/scenes/golden_hashes.h"
 
 #include "perf/oracle/world.h"
-#include "scenes/registry.h"
+#include "scenes/paper/registry.h"
 #include "tests/engine/thread_pool.h"
 
 #include <doctest/doctest.h>

@@ -1,66 +1,137 @@
-// cab: which links of many articulated characters touch. The whole C++ API.
+// cab: which links of many articulated characters touch. All calls of the C++ API; their data is in cab/types.h.
 //
-// An Engine owns articulations (immutable shapes) and batches (storage for n instances of one). Every frame the
-// caller hands in poses and rules, and gets back the sorted list of touching links. No call throws; a call that
-// fails says why by its Status and changes nothing. One engine is used by one thread at a time; engines are
-// independent of each other. There is no global state.
+// An Engine owns articulations (shapes that do not change) and batches (room for instances of one articulation). In
+// every frame the caller hands in poses and rules, and gets back the sorted list of links that touch:
+//
+//   create_engine, add_articulation, add_batch     once, in this order
+//   run_frame                                      every frame
+//   destroy_engine                                 at the end; nothing can be removed before
+//
+// Errors      No call throws. A call that fails says why by its Status and changes nothing (Status has two exceptions).
+//             Each call lists every status that it can answer besides kOk.
+// Threads     There is no global state, and engines are independent of each other. An engine serves one call at a time,
+//             from whatever thread: a call that works while another runs answers kBusy and does nothing. Calls with a
+//             `const Engine&` only read: they may run on any thread beside each other and beside run_frame and
+//             compute_boxes, but not beside add_articulation and add_batch. No call may run beside destroy_engine.
+// Memory      The caller's allocator, if there is one, serves articulations, batches and workers. The engine itself and
+//             FCL's shapes come from operator new.
 #pragma once
 
 #include <cab/types.h>
+#include <cab/version.h>
 
 namespace cab {
 
+// All that create_engine makes: articulations, batches and the memory of workers. Opaque.
 struct Engine;
 
-// Makes an engine. *out is written on kOk only; destroy it with destroy_engine.
+// Makes an engine without articulations and batches, and writes it to *out, which must not be null. The caller destroys
+// it with destroy_engine. What desc points to is copied.
+// Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB.
+// Statuses: kBadOutput (out is null), kIsaNotAvailable, kBadAllocator, kBadScheduler, kOutOfMemory.
+// Thread: any.
 [[nodiscard]] CAB_API Status create_engine(const EngineDesc& desc, Engine** out) noexcept;
 
-// Frees an engine and all it owns; null is allowed.
+// Frees an engine and all that it owns; its ids mean nothing afterwards. Null is allowed and does nothing.
+// Cost: gives every block back to the allocator.
+// Thread: any, while no other call on this engine runs.
 CAB_API void destroy_engine(Engine* engine) noexcept;
 
-// Adds an immutable articulation, copying all of desc. bad_element (optional) receives the index of the link,
-// leaf or pair that an error is about.
+// Adds an articulation, and writes its id to *out, which must not be null. All of desc is checked and copied. If it is
+// refused, *bad_element (may be null) receives where: the index of the link for kBadParent and kBadJoint, of the leaf
+// for kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape and kShapeOutsideLeafBox, of the entry of ignored_pairs for
+// kBadIgnoredPair. Other statuses say all by themselves.
+// Cost: for once, not for every frame. Memory by links squared (bits) and by leaves, parts and vertices. While it runs,
+// ignored_hops takes two bytes per ordered pair of links, rest_pose some eight bytes per pair of leaves.
+// Statuses: kBusy, kBadOutput (out is null), kNoLinks, kTooManyLinks, kBadParent, kBadJoint, kNoLeaves,
+// kTooManyLeaves, kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox, kBadIgnoredPair,
+// kBadRestPose, kOutOfMemory.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
                                               std::uint32_t* bad_element = nullptr) noexcept;
 
-// The oriented box about a mesh's vertices (x y z of each, in the link's frame), for Leaf::box; fit it once. Every vertex
-// is inside, in exact arithmetic. Axes by covariance of the vertices that are furthest out in some direction, or of less
-// area where turning them finds it, in the order nearest to the link's axes, which win ties. Order, repetition and
-// inner vertices change nothing. Kept out of the promise of same bits: the box is input, its last bits are the build's.
+// Fits an oriented box about the vertices of a mesh, for Leaf::box. `vertices` holds x y z of each vertex in the link's
+// frame. The box is written to *out, which must not be null. Every vertex is inside it, in exact arithmetic. The axes
+// come from the covariance of the extreme vertices, then are rotated while that shrinks the surface. They are ordered
+// to match the link's axes, and ties prefer the link's own. Order, repetition and inner vertices change nothing. The
+// last bits of the box may differ between builds: the box is input, so the promise of same bits begins after it.
+// Cost: for once, not for every frame. About 720 dot products per vertex, and temporary memory from operator new.
+// Statuses: kBadOutput (out is null), kBadVertices, kOutOfMemory.
+// Thread: any, at any time; no engine is involved.
 [[nodiscard]] CAB_API Status fit_box(Span<const float> vertices, Box* out) noexcept;
 
-// Adds storage for a batch and sizes every worker's memory for it: this batch's only allocation.
+// Adds a batch, and writes its id to *out, which must not be null. This makes room for its instances, and makes the
+// memory of every worker anew, large enough for all batches so far. No later call allocates for the batch.
+// Cost: about 295 bytes per character, nothing per instance of a sequence, and 0.4 to 35 MB per worker by the largest
+// articulation (docs/layout.md), all of it zeroed. The workers' old memory is freed after the new one is made.
+// Statuses: kBusy, kBadOutput (out is null), kUnknownArticulation, kBadBatchKind, kNoInstances, kTooManyInstances,
+// kOutOfMemory.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept;
 
-// Poses, refits, tests and reports one frame (FrameJob says what is read and written). Inner boxes are made only for the
-// strategies that descend them. Allocates nothing with the serial or the caller's scheduler and Exact::kNone; TBB may
-// keep its own task memory, FCL allocates.
+// Runs one frame: poses every batch with input, finds the instances that come near each other, tests their boxes, asks
+// the exact test if there is one, and writes the hits. FrameJob says what is read and written. No answer depends on
+// earlier frames, so frames may come in any order. Inner boxes are made only for strategies that descend them.
+// Cost: time grows with instances, then with pairs of instances that come near each other; docs/performance.md has
+// figures. It allocates nothing with Exact::kNone and one thread or the caller's scheduler. With TBB its tasks may
+// allocate, with Exact::kFcl FCL does, both by their own means.
+// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadOrigins,
+// kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kBadReport,
+// kBadMargin, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
-// Writes every box of every instance of one batch: boxes[i * node_count + node], leaves first, the root last,
-// relative to the instance's origin in world axes. The same bits that run_frame tests. An axis-aligned box
-// (Refit::kAabbHull) is written as the smallest box about its stored bounds. A masked instance (flags says
-// which) has zero boxes.
+// Writes every box of every instance of one batch: node n of instance i to boxes[i * node_count + n], leaves first, the
+// root last, relative to the instance's origin in the world's axes. These are the bits that run_frame tests
+// without a margin. With a refit of axis-aligned boxes it is the smallest Box about the stored bounds.
+// Masked instances have zero boxes, and input.flags says which they are. Layers, strategy, exact test and in_contact do
+// not matter here, but must be valid.
+// Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
+// Statuses: kBusy, kBadPolicy, kUnknownBatch, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers,
+// kBadInContact, kBadOutput (boxes is too small).
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
 
-// Counts of an articulation.
+// Writes the counts of an articulation to *out, which must not be null.
+// Cost: constant time; allocates nothing.
+// Statuses: kUnknownArticulation, kBadOutput (out is null).
+// Thread: any, while no call adds to this engine.
 [[nodiscard]] CAB_API Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept;
 
-// The merge order of an articulation; steps must hold leaf_count - 1 entries.
+// Writes the merge order of an articulation's hierarchy, which is the same for all its instances and frames: leaf_count
+// - 1 steps, for which `steps` must have room.
+// Cost: a copy; allocates nothing.
+// Statuses: kUnknownArticulation, kBadOutput (steps is too small).
+// Thread: any, while no call adds to this engine.
 [[nodiscard]] CAB_API Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> steps) noexcept;
 
-// Which links of an articulation are no pairs, and why: sorted by a, then b. pairs must hold ignored_pair_count entries.
+// Writes which links of an articulation are never reported against each other within an instance, and why: each pair
+// once, sorted by a, then b. `pairs` must have room for ArticulationInfo::ignored_pair_count entries.
+// Cost: a copy; allocates nothing.
+// Statuses: kUnknownArticulation, kBadOutput (pairs is too small).
+// Thread: any, while no call adds to this engine.
 [[nodiscard]] CAB_API Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> pairs) noexcept;
 
-// How many threads an engine works with, the instruction set that it runs, the names of instruction sets, and what this
-// CPU and build can run.
+// How many workers an engine has: the caller's worker_count, or the threads of the built-in scheduler.
+// Cost: constant time; allocates nothing. Thread: any.
 CAB_API std::uint32_t engine_thread_count(const Engine& engine) noexcept;
+
+// The instruction set that an engine's kernels use, never Isa::kAuto.
+// Cost: constant time; allocates nothing. Thread: any.
 CAB_API Isa engine_isa(const Engine& engine) noexcept;
+
+// Whether this CPU, its operating system and this build can run an instruction set. Isa::kAuto and Isa::kScalar always
+// can; a number that is not an Isa cannot.
+// Cost: constant time; allocates nothing. Thread: any.
 CAB_API bool isa_available(Isa isa) noexcept;
+
+// The name of an instruction set, such as "avx2"; the string lives as long as the program.
+// Cost: constant time; allocates nothing. Thread: any.
 CAB_API const char* to_string(Isa isa) noexcept;
 
-// A status in words.
+// A status in words, without a capital at the start or a period at the end; the string lives as long as the program.
+// Cost: constant time; allocates nothing. Thread: any.
 CAB_API const char* to_string(Status status) noexcept;
 
 }  // namespace cab

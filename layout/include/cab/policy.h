@@ -1,100 +1,113 @@
-// Policies: every knob that trades speed for accuracy, and the one table of their names.
+// Policies: every choice between speed and accuracy, and the one table of their names and meanings.
+//
+// No policy loses a pair of links that touch. Most policies change how fast the answer comes; some also change how many
+// pairs that are apart are reported with the others. docs/policies.md has the figures. The functions below are pure:
+// they allocate nothing, take well under a microsecond, and may be called from any thread at any time.
 #pragma once
 
+#include <cab/api.h>
 #include <cab/span.h>
 
 #include <cstdint>
 
-// What a shared libcab exports.
-#define CAB_API __attribute__((visibility("default")))
-
 namespace cab {
 
+// How inner boxes are made in each frame. The comments of the values are their meanings in policy_table(), word for
+// word; so are those of the enumerations below. Refits of oriented boxes come first.
 enum class Refit : std::uint8_t {
-  kCab,               // the paper's merge of two oriented boxes at a joint
-  kCabSum,            // its footnote's variant: the sum of the major axes where their ends are closest
-  kCovariance,        // the paper's OBB: principal axes of the children's corners
-  kCovarianceLeaves,  // principal axes of the corners of all leaf boxes below
-  kBest3,             // of kCab's axes and both children's, those that make the box of least surface
-  kAabbHull,          // the paper's AABB*: axis-aligned boxes of the leaf boxes at every level, leaves included
-  kAabbVertices,      // the paper's AABB+: axis-aligned boxes of all vertices below, leaves included
+  kCab,               // the paper's CAB: oriented boxes along the main axis of two jointed children
+  kCabSum,            // the paper's footnote: as cab, but along the sum of both major axes where their ends are closest
+  kCovariance,        // the paper's OBB: oriented boxes along the principal axes of the children's corners
+  kCovarianceLeaves,  // oriented boxes along the principal axes of the corners of all leaf boxes below
+  kBest3,             // of three oriented boxes, along the axes of cab and of each child, the one of least surface
+  kAabbHull,          // the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included
+  kAabbVertices,      // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
 };
 
+// What an inner box contains: how large it is once the refit has chosen its axes.
 enum class Extents : std::uint8_t {
-  kChildren,  // a box is made as large as its two children need
-  kLeaves,    // a box is made as large as the leaf boxes below need
+  kChildren,  // an inner box is as large as its two children need
+  kLeaves,    // an inner box is as large as the leaf boxes below it need
 };
 
+// How overlapping leaf pairs are found. kLinks does what kRows does if no character of the frame has several leaves on
+// a link, and if the refit makes axis-aligned boxes.
 enum class Strategy : std::uint8_t {
   kTree,      // simultaneous descent of two hierarchies
-  kRows,      // each leaf's bounds against all of the other's, then the boxes of those that overlap; frames: as kBrute
-  kLinks,     // links first: boxes about all leaves of a link by rows, then the leaves of links whose boxes overlap
+  kRows,      // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute
+  kLinks,     // boxes of links by rows, then the leaves of those that overlap; sequences: as tree
   kBrute,     // every leaf of one against every leaf of the other
-  kExactAll,  // no boxes: every leaf pair goes to the exact test (with Exact::kNone every pair is reported)
-  kAuto,      // characters: rows, links or tree by leaves and links; frames: brute or tree by leaf pairs and nodes
+  kExactAll,  // no boxes: every leaf pair goes to the exact test; without one every pair is reported
+  kAuto,      // characters: rows, links or tree by leaves and links; sequences: brute or tree by leaf pairs and nodes
 };
 
-// Crossovers of kAuto (docs/policies.md). Up to this many links with leaves an articulation is paired faster by rows than
-// by its tree; fewer where the links are one chain.
-inline constexpr std::uint32_t kRowsMaxLeaves = 64;
-inline constexpr std::uint32_t kRowsMaxLeavesOfChain = 47;
-
-// From this many leaves on an articulation that has several on some link is paired faster by links than by rows.
-inline constexpr std::uint32_t kLinksMinLeaves = 49;
-
+// What confirms an overlapping leaf pair.
 enum class Exact : std::uint8_t {
   kNone,  // overlapping leaf boxes are the answer
-  kFcl,   // overlapping leaf boxes are confirmed by FCL on the leaves' exact shapes
+  kFcl,   // FCL tests the exact shapes of leaves whose boxes overlap
 };
 
-// Which axes may show that two oriented boxes are apart, inner ones and leaves. Fewer axes let more pairs pass.
+// Which axes can separate two oriented boxes, inner ones and leaves. Axis-aligned boxes have three axes in either case.
 enum class Sat : std::uint8_t {
-  kAll15,   // the six faces and the nine pairs of edges
-  kFaces6,  // the six faces
+  kAll15,   // the six face normals and the nine cross products of edges
+  kFaces6,  // the six face normals: less time per test, but more pairs pass
 };
 
-// Every combination is valid and conservative.
+// How many values each enumeration has. kOrientedRefitCount: the refits before kAabbHull.
+inline constexpr std::uint32_t kRefitCount = 7;
+inline constexpr std::uint32_t kOrientedRefitCount = static_cast<std::uint32_t>(Refit::kAabbHull);
+inline constexpr std::uint32_t kExtentsCount = 2;
+inline constexpr std::uint32_t kStrategyCount = 6;
+inline constexpr std::uint32_t kExactCount = 2;
+inline constexpr std::uint32_t kSatCount = 2;
+
+// The policies of a frame. Every combination is valid and conservative; the defaults are the preset `balanced`.
 struct Policies {
-  Refit refit = Refit::kCab;
-  Strategy strategy = Strategy::kAuto;
-  Exact exact = Exact::kNone;
-  Extents extents = Extents::kChildren;
-  Sat sat = Sat::kAll15;
+  Refit refit = Refit::kCab;             // how inner boxes are made; also the kind of leaf boxes that are tested
+  Strategy strategy = Strategy::kAuto;   // how overlapping leaf pairs are found
+  Exact exact = Exact::kNone;            // what confirms them
+  Extents extents = Extents::kChildren;  // what inner boxes contain
+  Sat sat = Sat::kAll15;                 // which axes can separate two oriented boxes
 };
 
-// One value of a policy field: its name on the command line and in files, and what it does.
+// One value of a field of Policies. The strings live as long as the program.
 struct PolicyValue {
-  const char* name;
-  const char* meaning;
+  std::uint8_t value;   // the enumerator as a number, which is also its index in PolicyField::values
+  const char* name;     // on the command line and in files, such as "cab_sum"
+  const char* meaning;  // what it does, in one phrase
 };
 
-// One row of the table of policies, in the order of the fields of Policies.
+// One field of Policies: a row of the table of policies. All of it lives as long as the program.
 struct PolicyField {
-  const char* name;
-  const char* meaning;
-  const PolicyValue* values;
-  std::uint32_t value_count;
+  const char* name;           // the field's name in Policies
+  const char* meaning;        // what the field decides, in one phrase
+  const PolicyValue* values;  // value_count of them, in the order of the enumeration
+  std::uint32_t value_count;  // how many values the enumeration has
 };
 
-// The one table of policies that API, command line, files, tests and documents share.
+// The one table of policies, one row per field of Policies in the order of its fields. The library, the command line,
+// files, tests and documents share it.
 CAB_API Span<const PolicyField> policy_table() noexcept;
 
-// Reads and writes a field of Policies by its row of the table; set returns false for a name that is no value.
+// The value of the field whose row in policy_table() is `field`, as a number; 0 if the table has no such row.
 CAB_API std::uint32_t policy_get(const Policies& policies, std::uint32_t field) noexcept;
+
+// Sets that field to the value of this name. Returns false and changes nothing if the table has no such row, or the row
+// has no value of that name (null included).
 CAB_API bool policy_set(Policies& policies, std::uint32_t field, const char* value_name) noexcept;
 
-// All policies chosen at once, by a name. Presets say how boxes are made and tested; `exact`, which is what is asked, is
-// kNone in all of them.
+// All policies chosen at once, by one name. A preset says how boxes are made and tested. What is asked is the caller's
+// choice, so `exact` is kNone in all presets. The strings live as long as the program.
 struct PolicyPreset {
-  const char* name;
-  const char* meaning;
-  Policies policies;
+  const char* name;     // on the command line and for preset_set, such as "fast"
+  const char* meaning;  // what it is for, in one phrase
+  Policies policies;    // the value of every field
 };
 
 // The one table of presets.
 CAB_API Span<const PolicyPreset> preset_table() noexcept;
 
-// Sets every field to a preset's; false for a name that is none, and nothing is changed.
+// Sets every field to that of a preset. Returns false and changes nothing if no preset has that name (null included).
 CAB_API bool preset_set(Policies& policies, const char* preset_name) noexcept;
 
 }  // namespace cab

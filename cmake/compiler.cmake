@@ -1,0 +1,48 @@
+# Compiler flags, and what compilers get wrong.
+#   cab_flags          what every target of the project is compiled with
+#   CAB_KERNEL_FLAGS   what files of kernels/rooms have on top, whatever their instruction set
+#   CAB_SCALAR_FLAGS   what keeps the scalar kernels scalar
+#   CAB_AVOID_DSE      ON where g++ deletes live stores
+
+# -ffp-contract=off everywhere: the bits of poses, boxes and hits must not depend on whether a compiler found a fused
+# multiply-add.
+add_library(cab_flags INTERFACE)
+target_include_directories(cab_flags INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(cab_flags INTERFACE -Wall -Wextra -Wshadow -Wconversion -ffp-contract=off
+  $<$<BOOL:${CAB_WARNINGS_AS_ERRORS}>:-Werror>)
+if(CAB_SANITIZE)
+  target_compile_options(cab_flags INTERFACE
+    -fsanitize=${CAB_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+  target_link_options(cab_flags INTERFACE -fsanitize=${CAB_SANITIZE})
+endif()
+if(CAB_FUZZ)
+  # Libraries count edges and check casts too; test programs, which no fuzzer links, do not.
+  set(is_library $<NOT:$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>>)
+  target_compile_options(cab_flags INTERFACE $<${is_library}:-fsanitize=fuzzer-no-link,float-cast-overflow>)
+endif()
+
+# Kernels rely on inlining, so every preset compiles them with -O2 at least.
+set(CAB_KERNEL_FLAGS $<$<NOT:$<CONFIG:Release>>:-O2> -fno-math-errno -fno-exceptions)
+if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+  set(CAB_SCALAR_FLAGS -fno-vectorize -fno-slp-vectorize)
+else()
+  set(CAB_SCALAR_FLAGS -fno-tree-vectorize -fno-tree-slp-vectorize)
+endif()
+
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  # The AVX-512 headers of GCC 12 themselves cause these two warnings.
+  set(CAB_AVX512_WARNINGS -Wno-uninitialized -Wno-maybe-uninitialized)
+endif()
+
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  # g++ 12.2 deletes live stores at -O3 (dead-store elimination). tests/kernels/overlap_test.cpp shows it; the test
+  # passes at -O2, with -fno-tree-dse, under the sanitizers and with clang. So g++ before 13 stays at -O2. Kernels need
+  # -O3 to unroll their short loops, and have it without the faulty pass.
+  set(CAB_AVOID_DSE ON)
+  add_compile_options($<$<CONFIG:Release>:-O2>)
+  list(APPEND CAB_KERNEL_FLAGS $<$<CONFIG:Release>:-O3> -fno-tree-dse -Wno-maybe-uninitialized)
+  # Its vectoriser of straight-line code takes a pair of double(float(x)) for x, so a box is enlarged about a centre
+  # other than the one it stores (tests/layout/fit_box_test.cpp). Kernels have no such round trip, and keep the pass.
+  add_compile_options(-fno-tree-slp-vectorize)
+  list(PREPEND CAB_KERNEL_FLAGS -ftree-slp-vectorize)
+endif()

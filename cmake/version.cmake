@@ -1,0 +1,9 @@
+# The version of the project, which has one place: engine/include/cab/version.h. Sets CAB_VERSION.
+set(CAB_VERSION_HEADER ${CMAKE_CURRENT_LIST_DIR}/../engine/include/cab/version.h)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CAB_VERSION_HEADER})
+file(STRINGS ${CAB_VERSION_HEADER} CAB_VERSION REGEX "^#define CAB_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")
+list(TRANSFORM CAB_VERSION REPLACE "^.* " "")
+list(JOIN CAB_VERSION . CAB_VERSION)
+if(NOT CAB_VERSION MATCHES "^[0-9]+[.][0-9]+[.][0-9]+$")
+  message(FATAL_ERROR "${CAB_VERSION_HEADER} must define CAB_VERSION_MAJOR, _MINOR and _PATCH, in this order, as numbers")
+endif()

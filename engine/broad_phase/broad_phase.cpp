@@ -1,0 +1,268 @@
+#include "engine/broad_phase/broad_phase.h"
+
+#include "engine/broad_phase/search.h"
+#include "layout/error_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab {
+namespace {
+
+// Instances that one task counts or puts into the grid.
+constexpr std::uint32_t kInstancesPerTask = 1024;
+
+// Cells are no smaller than this fraction of the world's extent, so that cell numbers stay small.
+constexpr int kFinestCell = 20;
+
+// One instance in this many may be too large for the lowest level.
+constexpr std::uint32_t kLargeShare = 32;
+
+// An axis along which the instances spread over fewer cells than this is unused.
+constexpr double kLeastCells = 4;
+
+using Slots = Span<const std::unique_ptr<BatchSlot>>;
+
+void set_paired(Slots slots, std::uint32_t a, std::uint32_t b, BroadPhase& broad) {
+  const std::size_t bit = a * broad.batch_count + b;
+  broad.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
+  slots[a]->batch.pairs_between = true;
+}
+
+// Runs body(batch index, instance, worker) for every instance that some rule tests against others.
+template <class Body>
+void for_each_instance(Slots slots, WorkerPool& pool, Body&& body) {
+  for (std::uint32_t index = 0; index < slots.size; ++index) {
+    const InstanceBatch& batch = slots[index]->batch;
+    if (!batch.pairs_between) continue;
+    pool.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
+                         [&](std::uint32_t task, std::uint32_t worker) {
+                           const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
+                           for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
+                             if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, worker);
+                         });
+  }
+}
+
+// Adds to a counter that all workers share; returns what it held.
+std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alone) {
+  if (!alone) return __atomic_fetch_add(&counter, amount, __ATOMIC_RELAXED);
+  const std::uint32_t before = counter;
+  counter += amount;
+  return before;
+}
+
+// Adds the bounds of one instance to what is known of all.
+void add_to_histogram(const InstanceBounds& bounds, ExtentHistogram& histogram) {
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    histogram.lo[c] = std::min(histogram.lo[c], bounds.lo[c]);
+    histogram.hi[c] = std::max(histogram.hi[c], bounds.lo[c]);
+    ++histogram.count_by_exponent[c][exponent_above(bounds.hi[c] - bounds.lo[c]) - ExtentHistogram::kLeastExponent];
+  }
+  ++histogram.count;
+}
+
+// What all workers have counted.
+ExtentHistogram total_histogram(const WorkerPool& pool) {
+  ExtentHistogram all = pool[0].histogram;
+  for (std::uint32_t w = 1; w < pool.working_count(); ++w) {
+    const ExtentHistogram& part = pool[w].histogram;
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      all.lo[c] = std::min(all.lo[c], part.lo[c]);
+      all.hi[c] = std::max(all.hi[c], part.hi[c]);
+      for (std::uint32_t e = 0; e < ExtentHistogram::kExponents; ++e)
+        all.count_by_exponent[c][e] += part.count_by_exponent[c][e];
+    }
+    all.count += part.count;
+  }
+  return all;
+}
+
+// Chooses the cells: axes along which the instances spread over few of their own sizes are left out, and the lowest
+// level fits nearly all instances along the others.
+void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
+  int lowest = ExtentHistogram::kLeastExponent, largest = ExtentHistogram::kLeastExponent;
+  bool endless = false;  // bounds without an end (origins at the end of double's range) have no cell
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    int common = ExtentHistogram::kLeastExponent, most = common;
+    std::uint32_t below = 0;
+    for (std::uint32_t e = 0; e < ExtentHistogram::kExponents; ++e) {
+      const int exponent = static_cast<int>(e) + ExtentHistogram::kLeastExponent;
+      below += histogram.count_by_exponent[c][e];
+      if (below < histogram.count - histogram.count / kLargeShare) common = exponent + 1;
+      if (histogram.count_by_exponent[c][e]) most = exponent;
+    }
+    const double spread = histogram.hi[c] - histogram.lo[c];
+    endless = endless || most == ExtentHistogram::kMostExponent;
+    grid.unused_axis[c] = !(spread > kLeastCells * std::ldexp(1.0, common));
+    if (grid.unused_axis[c]) continue;
+    lowest = std::max({lowest, common, exponent_above(spread) - kFinestCell});
+    largest = std::max(largest, most);
+  }
+  for (std::uint32_t level = 0; level < kGridLevels; ++level) {
+    int exponent = lowest + 2 * static_cast<int>(level);
+    if (level == kGridLevels - 1) exponent = std::max(exponent, largest);
+    grid.exponent[level] = exponent;
+    grid.scale[level] = std::ldexp(1.0, -exponent);
+    grid.used[level] = false;
+  }
+  for (bool& unused : grid.unused_axis) unused = unused || endless;
+}
+
+void note_rules(Span<const PairRule> rules, Slots slots, BroadPhase& broad) {
+  std::fill(broad.paired_bits.begin(), broad.paired_bits.end(), std::uint64_t{0});
+  for (const PairRule& rule : rules) {
+    const std::uint32_t a = rule.a.value - 1, b = rule.b.value - 1;
+    if (slots[a]->batch.kind != BatchKind::kCharacters) continue;
+    if (rule.pairing == Pairing::kWithin) {
+      slots[a]->batch.pairs_within = true;
+    } else {
+      set_paired(slots, a, b, broad);
+      set_paired(slots, b, a, broad);
+    }
+  }
+}
+
+// Partners that a search lists, in the order of keys: those between two keys.
+struct PartnerList {
+  FixedList<Partner>& found;
+  std::uint64_t above, below;
+  bool complete = true;
+};
+
+// Ascending, each once: cells that share buckets may be scanned twice.
+void sort_partners(FixedList<Partner>& list) {
+  std::sort(list.begin(), list.end(), [](const Partner& x, const Partner& y) { return x.key < y.key; });
+  list.size = static_cast<std::uint32_t>(
+      std::unique(list.begin(), list.end(), [](const Partner& x, const Partner& y) { return x.key == y.key; }) -
+      list.begin());
+}
+
+// Keeps the lower half of a full list, and from then on takes only what lies below its end.
+void keep_lower_half(PartnerList& list) {
+  sort_partners(list.found);
+  if (list.found.size <= list.found.capacity / 2) return;
+  list.found.size = list.found.capacity / 2;
+  list.below = list.found.data[list.found.size - 1].key;
+  list.complete = false;
+}
+
+// Whether searching these cells one by one is no dearer than looking at every entry.
+bool is_worth_searching(const Grid& grid, const CellRange& cells) {
+  double count = 1;
+  for (std::uint32_t c = 0; c < 3; ++c) count *= static_cast<double>(cells.hi[c] - cells.lo[c] + 1);
+  return count <= 64 + static_cast<double>(grid.count) && cells.hi[0] - cells.lo[0] < std::int64_t{grid.mask};
+}
+
+// Looks at every instance in the order of keys, so that after a full list the next goes on where it ended.
+bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
+  found.clear();
+  std::uint32_t instance = static_cast<std::uint32_t>(query.after) + 1;
+  for (auto index = static_cast<std::uint32_t>(query.after >> 32); index < frame.slots.size; ++index, instance = 0) {
+    if (!frame.broad_phase.paired(query.batch, index)) continue;
+    const InstanceBatch& other = frame.batch(index);
+    for (; instance < other.instance_count; ++instance) {
+      if (!(other.live[instance / kLanes] >> (instance % kLanes) & 1)) continue;
+      if (!query.all && !overlap(query.bounds, other.bounds[instance])) continue;
+      if (found.size == found.capacity) return false;
+      found.push({instance_key(index, instance), kNoEntry});
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+void begin_broad_phase(Span<const PairRule> rules, Slots slots, BroadPhase& broad, WorkerPool& pool) {
+  note_rules(rules, slots, broad);
+  for (std::uint32_t w = 0; w < pool.working_count(); ++w) pool[w].histogram = {};
+}
+
+void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, std::uint32_t tile,
+                     const AabbTile* leaves, ExtentHistogram& histogram) {
+  AabbTile all;
+  kernels.bound_together(leaves, batch.active->leaf_count, &all);
+  const std::uint32_t first = tile * kLanes;
+  const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
+  for (std::uint32_t lane = 0; lane < live; ++lane) {
+    InstanceBounds& out = batch.bounds[first + lane];
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      const double origin = origin_of(batch, first + lane, c);
+      const double lo = static_cast<double>(all.lo[c][lane]), hi = static_cast<double>(all.hi[c][lane]);
+      const double pad = kWorldPad * (std::fabs(origin) + std::max(std::fabs(lo), std::fabs(hi)));
+      out.lo[c] = origin + lo - pad;
+      out.hi[c] = origin + hi + pad;
+    }
+    if (batch.pairs_between && (batch.live[tile] >> lane & 1)) add_to_histogram(out, histogram);
+  }
+}
+
+void build_grid(Slots slots, Grid& grid, WorkerPool& pool) {
+  const ExtentHistogram histogram = total_histogram(pool);
+  grid.count = histogram.count;
+  if (histogram.count == 0) return;
+  choose_levels(histogram, grid);
+  grid.mask = 15;
+  while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
+  const bool alone = pool.working_count() == 1;
+  std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
+  for_each_instance(slots, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    const InstanceBounds& bounds = slots[index]->batch.bounds[instance];
+    const std::uint32_t level = level_of(grid, bounds);
+    if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
+    shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
+  });
+  grid.level_count = 0;
+  for (std::uint32_t level = 0; level < kGridLevels; ++level)
+    if (grid.used[level]) grid.levels[grid.level_count++] = level;
+  grid.order_axis = !grid.unused_axis[2] ? 2 : !grid.unused_axis[1] ? 1 : 0;
+  std::uint32_t sum = 0;
+  for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
+  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
+  // Each bucket now holds its end; placing its entries from there down leaves its beginning.
+  for_each_instance(slots, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    const InstanceBounds& bounds = slots[index]->batch.bounds[instance];
+    const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
+    set_entry(grid, bounds, index, instance, grid.entries[at]);
+    grid.placements[at] = placement_of(slots[index]->batch, instance);
+  });
+}
+
+bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
+  if (query.all) return list_in_key_order(frame, query, found);
+  const Grid& grid = frame.broad_phase.grid;
+  GridEntry own;
+  set_entry(grid, query.bounds, query.batch, 0, own);
+  found.clear();
+  PartnerList list = {found, query.after, ~std::uint64_t{0}};
+  bool every_entry = false;  // is scanned: a full list ends the search
+  const auto take = [&](std::uint32_t entry) {
+    const GridEntry& other = grid.entries[entry];
+    const std::uint64_t key = instance_key(other.batch, other.instance);
+    if (key <= list.above || key >= list.below || !frame.broad_phase.paired(query.batch, other.batch) ||
+        !overlap(query.bounds, grid.placements[entry].bounds))
+      return true;
+    found.push({key, entry});
+    if (found.size < found.capacity) return true;
+    if (every_entry) return false;
+    keep_lower_half(list);
+    return true;
+  };
+  for (std::uint32_t l = 0; l < grid.level_count && !every_entry; ++l) {
+    const CellRange cells = cells_to_search(grid, grid.levels[l], query.bounds);
+    every_entry = !is_worth_searching(grid, cells);
+    if (!every_entry)
+      for_each_run(grid, grid.levels[l], cells,
+                   [&](std::uint32_t first, std::uint32_t end) { return scan_entries(frame, own, first, end, take); });
+  }
+  if (every_entry) {  // few partners are found faster by entries, many in order
+    found.clear();
+    list.below = ~std::uint64_t{0};
+    list.complete = true;
+    if (!scan_entries(frame, own, 0, grid.count, take)) return list_in_key_order(frame, query, found);
+  }
+  sort_partners(found);
+  return list.complete;
+}
+
+}  // namespace cab

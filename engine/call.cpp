@@ -1,0 +1,28 @@
+#include "engine/call.h"
+
+#include "kernels/pose_leaves.h"
+
+namespace cab {
+
+Call::Call(Engine& engine) : engine_(engine), admitted_(!engine.busy.test_and_set(std::memory_order_acquire)) {}
+
+Call::~Call() {
+  if (!admitted_) return;
+  for (const auto& slot : engine_.batches) {
+    slot->batch.input = nullptr;
+    slot->batch.pairs_between = slot->batch.pairs_within = false;
+  }
+  engine_.busy.clear(std::memory_order_release);
+}
+
+void Call::bind(const BatchInput& input) {
+  InstanceBatch& batch = engine_.batch(input.batch);
+  batch.input = &input;
+  batch.active = batch.articulation;
+  const std::size_t pose_bytes = kernel::pose_float_count(input.poses.format) * sizeof(float);
+  batch.link_stride = input.poses.link_stride ? input.poses.link_stride : pose_bytes;
+  batch.instance_stride =
+      input.poses.instance_stride ? input.poses.instance_stride : batch.articulation->link_count * batch.link_stride;
+}
+
+}  // namespace cab

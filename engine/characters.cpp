@@ -1,0 +1,287 @@
+#include "engine/characters.h"
+
+#include "engine/broad_phase/broad_phase.h"
+#include "engine/broad_phase/search.h"
+#include "engine/in_contact.h"
+#include "engine/link_pairs.h"
+#include "engine/timed.h"
+#include "engine/traverse.h"
+#include "engine/update.h"
+
+#include <algorithm>
+
+namespace cab {
+namespace {
+
+// ----------------------------------------------------------------------------- steps 3 to 6: a worker's candidates
+
+// Calls report(candidate, pairs) for the pairs of each candidate of a list that is grouped by candidates.
+template <class ReportPairs>
+void for_each_candidate(const Worker& worker, const FixedList<LeafPair>& list, ReportPairs&& report) {
+  for (LeafPair* begin = list.begin(); begin != list.end();) {
+    LeafPair* end = begin;
+    while (end != list.end() && end->candidate == begin->candidate) ++end;
+    report(worker.candidates.data[begin->candidate], Span<LeafPair>{begin, static_cast<std::size_t>(end - begin)});
+    begin = end;
+  }
+}
+
+// Steps 4 to 6 for the candidates whose leaf boxes overlap.
+void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink) {
+  const Timed timed(worker.stats.seconds_query);
+  for_each_candidate(worker, worker.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+    report_candidate(frame, candidate, pairs, worker, sink);
+  });
+}
+
+// The same by strategy links, where boxes of links overlap so far.
+void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
+  std::swap(worker.found, worker.link_pairs);
+  for_each_candidate(worker, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> links) {
+    if (frame.first_only() && is_already_reported(frame, candidate)) return;
+    {
+      const Timed timed(worker.stats.seconds_test);
+      find_pairs_of_links(frame, candidate, {links.data, links.size}, worker);
+    }
+    const Timed timed(worker.stats.seconds_query);
+    if (!worker.found.empty()) report_candidate(frame, candidate, {worker.found.data, worker.found.size}, worker, sink);
+  });
+}
+
+// The end of the candidates from `begin` on whose leaf pairs the worker's list can hold; one always fits.
+std::uint32_t candidates_at_once(const FrameContext& frame, const Worker& worker, std::uint32_t begin) {
+  std::size_t leaf_pairs = 0;
+  std::uint32_t end = begin;
+  for (; end < worker.candidates.size; ++end) {
+    const Candidate& candidate = worker.candidates.data[end];
+    leaf_pairs += std::size_t{frame.batch(candidate.batch_a).active->leaf_count} *
+                  frame.batch(candidate.batch_b).active->leaf_count;
+    if (end > begin && leaf_pairs > worker.found.capacity - kLanes) break;
+  }
+  return end;
+}
+
+// Steps 3 to 6 for the candidates that a worker has gathered.
+void test_candidates(const FrameContext& frame, Worker& worker, HitSink& sink) {
+  if (worker.candidates.empty()) return;
+  worker.stats.candidates += worker.candidates.size;
+  {
+    const Timed timed(worker.stats.seconds_update);
+    pose_set(frame, worker);
+  }
+  for (std::uint32_t begin = 0, end; begin < worker.candidates.size; begin = end) {
+    end = candidates_at_once(frame, worker, begin);
+    {
+      const Timed timed(worker.stats.seconds_test);
+      find_leaf_pairs(frame, begin, end, worker);
+    }
+    if (frame.policies.strategy == Strategy::kLinks)
+      report_links(frame, worker, sink);
+    else
+      report_leaves(frame, worker, sink);
+  }
+  worker.candidates.clear();
+  clear_set(worker.posed);
+  clear_links(worker.posed_links);
+}
+
+// ----------------------------------------------------------------------------------- step 2: candidates of a task
+
+// Candidates that are tested at a time where only contact is asked for: what a test tells spares others.
+constexpr std::uint32_t kInContactCandidates = 64;
+
+// An instance and where it is.
+struct PlacedInstance {
+  std::uint32_t batch, instance;
+  const Placement& placement;
+};
+
+// One task's way to its candidates: they are tested whenever as many are gathered as a worker can hold.
+struct Gathering {
+  const FrameContext& frame;
+  Worker& worker;
+  HitSink& sink;
+
+  // Adds two instances, of which a has the lower key, or one against itself.
+  void add(const PlacedInstance& a, const PlacedInstance& b) {
+    Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
+    const bool in_contact = frame.report == Report::kInContact;
+    if (in_contact && is_already_reported(frame, candidate)) return;
+    if (worker.candidates.size >= (in_contact ? kInContactCandidates : kChunkCandidates) ||
+        !has_room(frame, candidate, worker.posed))
+      test_candidates(frame, worker, sink);
+    candidate.slot_a = acquire_slot(frame, a.batch, a.instance, a.placement, worker.posed);
+    candidate.slot_b = acquire_slot(frame, b.batch, b.instance, b.placement, worker.posed);
+    worker.candidates.push(candidate);
+  }
+};
+
+// Gathers everything that one instance is tested against: itself, and its partners with a higher key, in the order of
+// keys.
+void gather_in_key_order(Gathering& gathering, const PlacedInstance& one) {
+  const FrameContext& frame = gathering.frame;
+  const InstanceBatch& batch = frame.batch(one.batch);
+  if (batch.pairs_within) gathering.add(one, one);
+  if (!batch.pairs_between) return;
+  FixedList<Partner>& partners = gathering.worker.partners;
+  std::uint64_t after = instance_key(one.batch, one.instance);
+  const bool all = frame.policies.strategy == Strategy::kExactAll;
+  for (bool complete = false; !complete;) {
+    complete = find_partners(frame, {one.batch, one.placement.bounds, after, all}, partners);
+    for (const Partner& partner : partners) {
+      const auto index = static_cast<std::uint32_t>(partner.key >> 32),
+                 instance = static_cast<std::uint32_t>(partner.key);
+      const InstanceBatch& other = frame.batch(index);
+      if (!layers_match(batch, one.instance, other, instance)) continue;
+      const Placement placement =
+          partner.entry == kNoEntry ? placement_of(other, instance) : frame.broad_phase.grid.placements[partner.entry];
+      gathering.add(one, {index, instance, placement});
+    }
+    if (!complete) after = partners.data[partners.size - 1].key;
+  }
+}
+
+// Gathers what the instance of one grid entry is tested against: itself, and the entries that it finds.
+void gather_in_spatial_order(Gathering& gathering, std::uint32_t entry) {
+  const FrameContext& frame = gathering.frame;
+  const Grid& grid = frame.broad_phase.grid;
+  const auto placed = [&grid](std::uint32_t at) {
+    return PlacedInstance{grid.entries[at].batch, grid.entries[at].instance, grid.placements[at]};
+  };
+  const PlacedInstance one = placed(entry);
+  const InstanceBatch& batch = frame.batch(one.batch);
+  if (batch.pairs_within) gathering.add(one, one);
+  for_each_later(frame, entry, [&](std::uint32_t other_entry) {
+    const PlacedInstance other = placed(other_entry);
+    if (!layers_match(batch, one.instance, frame.batch(other.batch), other.instance)) return;
+    if (instance_key(one.batch, one.instance) < instance_key(other.batch, other.instance))
+      gathering.add(one, other);
+    else
+      gathering.add(other, one);
+  });
+}
+
+constexpr std::uint32_t kInstancesPerTask = 128;
+
+std::uint32_t task_count(std::uint32_t instances) { return (instances + kInstancesPerTask - 1) / kInstancesPerTask; }
+
+// Gathers for a run of instances of a batch that follow each other.
+void gather_run(Gathering& gathering, std::uint32_t index, std::uint32_t run) {
+  const InstanceBatch& batch = gathering.frame.batch(index);
+  const std::uint32_t first = run * kInstancesPerTask;
+  for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i) {
+    if (!(batch.live[i / kLanes] >> (i % kLanes) & 1)) continue;
+    const Placement placement = placement_of(batch, i);
+    gather_in_key_order(gathering, {index, i, placement});
+  }
+}
+
+// Pairs characters of one task: gather(gathering) brings its candidates. Time is split between the steps.
+template <class Gather>
+void run_task(const FrameContext& frame, std::uint32_t task, Worker& worker, HitSink& sink, Gather&& gather) {
+  worker.task = task;
+  const Clock::time_point start = Clock::now();
+  const auto others = [&worker] {
+    return worker.stats.seconds_update + worker.stats.seconds_test + worker.stats.seconds_query;
+  };
+  const double before = others();
+  Gathering gathering = {frame, worker, sink};
+  gather(gathering);
+  test_candidates(frame, worker, sink);
+  worker.stats.seconds_broad += seconds_since(start) - (others() - before);
+}
+
+// ------------------------------------------------------------------------------------------------- all characters
+
+void pair_in_key_order(const FrameContext& frame, Engine& engine, HitSink& sink) {
+  std::uint32_t tasks = 0;
+  for (const auto& slot : engine.batches) {
+    slot->batch.first_task = tasks;
+    if (slot->batch.pairs_within || slot->batch.pairs_between) tasks += task_count(slot->batch.instance_count);
+  }
+  engine.pool.tasks->for_each_in_turn(tasks, [&](std::uint32_t task, std::uint32_t w) {
+    const auto above = std::upper_bound(engine.batches.begin(), engine.batches.end(), task,
+                                        [](std::uint32_t t, const auto& slot) { return t < slot->batch.first_task; });
+    const std::uint32_t index = static_cast<std::uint32_t>(above - engine.batches.begin()) - 1;
+    const std::uint32_t run = task - frame.batch(index).first_task;
+    Worker& worker = engine.pool[w];
+    run_task(frame, task, worker, sink, [&](Gathering& gathering) { gather_run(gathering, index, run); });
+    finish_task(worker, sink);
+  });
+}
+
+// Pairs in spatial order, that of the grid's entries: what is posed and read for one character is still in cache for the
+// next. False when the store is too small for the hits, of which none are left then.
+bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
+  sink.in_spatial_order = true;
+  for (const auto& worker : pool.workers) worker->stats_before = worker->stats;
+  const std::uint32_t entries = frame.broad_phase.grid.count;
+  pool.tasks->for_each(task_count(entries), [&](std::uint32_t task, std::uint32_t w) {
+    if (sink.store_full) return;
+    run_task(frame, task, pool[w], sink, [&](Gathering& gathering) {
+      const std::uint32_t end = std::min(entries, (task + 1) * kInstancesPerTask);
+      for (std::uint32_t entry = task * kInstancesPerTask; entry < end; ++entry)
+        gather_in_spatial_order(gathering, entry);
+    });
+    store_hits(frame, pool[w], sink);
+  });
+  for (std::uint32_t index = 0; index < frame.slots.size; ++index) {
+    const InstanceBatch& batch = frame.batch(index);
+    if (!batch.pairs_within || batch.pairs_between) continue;  // not in the grid
+    pool.tasks->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
+      if (sink.store_full) return;
+      run_task(frame, task, pool[w], sink, [&](Gathering& gathering) { gather_run(gathering, index, task); });
+      store_hits(frame, pool[w], sink);
+    });
+  }
+  sink.in_spatial_order = false;
+  if (!sink.store_full) return true;
+  for (const auto& worker : pool.workers) {
+    worker->stats = worker->stats_before;
+    worker->words.clear();
+  }
+  return false;
+}
+
+}  // namespace
+
+void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine) {
+  const Nodes nodes = frame.policies.strategy == Strategy::kExactAll ? Nodes::kPosed : Nodes::kLeaves;
+  for (const BatchInput& input : inputs) {
+    InstanceBatch& batch = engine.batch(input.batch);
+    if (batch.kind != BatchKind::kCharacters) continue;
+    engine.pool.tasks->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
+      Worker& worker = engine.pool[w];
+      const Timed timed(worker.stats.seconds_update);
+      for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
+        prefetch_pose(batch, i);
+      batch.live[tile] = static_cast<std::uint16_t>(update_and_report_tile(
+          frame, {&batch, instances_of(batch, tile), nodes, worker.boxes.data, worker.bounds.data}, worker));
+      if (!is_axis_aligned(frame.policies.refit))
+        frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
+      bound_instances(frame.kernels, batch, tile, worker.bounds.data, worker.histogram);
+      std::fill_n(batch.stored.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
+                  StoredHits{});
+    });
+  }
+}
+
+void pair_characters(const FrameContext& frame, Engine& engine, HitSink& sink) {
+  constexpr std::uint32_t kFramesInKeyOrder = 16;        // after one whose hits the store could not hold
+  if (frame.policies.strategy == Strategy::kExactAll) {  // the grid is not asked
+    pair_in_key_order(frame, engine, sink);
+    return;
+  }
+  std::uint32_t& frames_in_key_order = engine.hit_store.frames_in_key_order;
+  if (frames_in_key_order > 0) {
+    --frames_in_key_order;
+  } else if (pair_in_spatial_order(frame, engine.pool, sink)) {
+    write_stored_hits(frame, engine.pool, sink);
+    return;
+  } else {
+    frames_in_key_order = kFramesInKeyOrder;
+  }
+  pair_in_key_order(frame, engine, sink);
+}
+
+}  // namespace cab

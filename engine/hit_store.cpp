@@ -1,0 +1,161 @@
+#include "engine/hit_store.h"
+
+#include "engine/report.h"
+#include "engine/timed.h"
+#include "engine/touching_links.h"
+
+#include <algorithm>
+
+namespace cab {
+namespace {
+
+// A group in the store: the hits of one candidate. Words: where the next group of its first instance begins, its two
+// instances, how many hits there are, then both leaves of each in one word.
+enum GroupWord : std::uint32_t { kNext, kBatchA, kInstanceA, kBatchB, kInstanceB, kHits, kGroupHead };
+
+// Whether a worker's groups have room for one more of up to `hits`, after they are stored if need be.
+bool has_room_for(const FrameContext& frame, std::size_t hits, Worker& worker, HitSink& sink) {
+  FixedList<std::uint32_t>& words = worker.words;
+  if (words.size + kGroupHead + hits <= words.capacity) return true;
+  store_hits(frame, worker, sink);
+  if (kGroupHead + hits <= words.capacity) return true;
+  sink.store_full = true;
+  return false;
+}
+
+// One chain of two, in the order of the instances that its groups touch.
+std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t y) {
+  std::uint32_t first, *link = &first;
+  const auto key = [store](std::uint32_t group) {
+    return instance_key(store[group + kBatchB], store[group + kInstanceB]);
+  };
+  while (x != StoredHits::kNone && y != StoredHits::kNone) {
+    std::uint32_t& lower = key(x) < key(y) ? x : y;
+    *link = lower;
+    link = &store[lower + kNext];
+    lower = *link;
+  }
+  *link = x != StoredHits::kNone ? x : y;
+  return first;
+}
+
+// Sorts a chain of groups by merging: chain[k], if there is one, holds 2^k of them.
+std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
+  constexpr std::uint32_t kChains = 32;
+  std::uint32_t chain[kChains], chains = 0;
+  while (head != StoredHits::kNone) {
+    std::uint32_t carried = head;
+    head = store[carried + kNext];
+    store[carried + kNext] = StoredHits::kNone;
+    std::uint32_t k = 0;
+    for (; k < chains && chain[k] != StoredHits::kNone; ++k) {
+      carried = merge_chains(store, chain[k], carried);
+      chain[k] = StoredHits::kNone;
+    }
+    if (k == chains) ++chains;
+    chain[k] = carried;
+  }
+  std::uint32_t sorted = StoredHits::kNone;
+  for (std::uint32_t k = 0; k < chains; ++k) sorted = merge_chains(store, chain[k], sorted);
+  return sorted;
+}
+
+// Writes one instance's hits, as far as there is room.
+void write_hits(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, Span<std::uint32_t> store,
+                Span<Hit> room) {
+  const InstanceBatch& a = frame.batch(index);
+  std::size_t at = 0;
+  for (std::uint32_t group = sort_chain(store.data, a.stored[instance].head); at < room.size;
+       group = store[group + kNext]) {
+    const std::uint32_t* from = store.data + group;
+    const std::uint32_t batch_b = from[kBatchB], instance_b = from[kInstanceB], count = from[kHits];
+    from += kGroupHead;
+    const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
+    const Span<const std::uint16_t> link_b = frame.batch(batch_b).articulation->leaf_link;
+    for (std::uint32_t i = 0; i < count && at < room.size; ++i) {
+      const std::uint16_t leaf_a = static_cast<std::uint16_t>(from[i] >> 16),
+                          leaf_b = static_cast<std::uint16_t>(from[i]);
+      room[at++] = {{index + 1}, instance, {batch_b + 1}, instance_b, link_a[leaf_a], link_b[leaf_b], leaf_a, leaf_b};
+    }
+  }
+}
+
+}  // namespace
+
+void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
+               HitSink& sink) {
+  if (!has_room_for(frame, pairs.size, worker, sink)) return;
+  std::uint32_t* const head = worker.words.end();
+  std::uint32_t* end = head + kGroupHead;
+  for_each_touching(frame, candidate, pairs, worker.stats,
+                    [&end](const LinkedPair& pair) { *end++ = std::uint32_t{pair.leaf_a} << 16 | pair.leaf_b; });
+  const auto hits = static_cast<std::uint32_t>(end - head) - kGroupHead;
+  if (hits == 0) return;
+  head[kNext] = StoredHits::kNone;
+  head[kBatchA] = candidate.batch_a;
+  head[kInstanceA] = candidate.instance_a;
+  head[kBatchB] = candidate.batch_b;
+  head[kInstanceB] = candidate.instance_b;
+  head[kHits] = hits;
+  worker.words.size += kGroupHead + hits;
+}
+
+// Each group is put before the others of its first instance.
+void store_hits(const FrameContext& frame, Worker& worker, HitSink& sink) {
+  FixedList<std::uint32_t>& words = worker.words;
+  const std::uint64_t at = sink.stored_words.fetch_add(words.size, std::memory_order_relaxed);
+  if (at + words.size > sink.store->words.size) {
+    sink.store_full = true;
+    words.clear();
+    return;
+  }
+  std::uint32_t* const to = sink.store->words.data + at;
+  std::copy(words.begin(), words.end(), to);
+  for (std::uint32_t group = 0; group < words.size; group += kGroupHead + to[group + kHits]) {
+    StoredHits& stored = frame.batch(to[group + kBatchA]).stored[to[group + kInstanceA]];
+    to[group + kNext] = __atomic_exchange_n(&stored.head, static_cast<std::uint32_t>(at + group), __ATOMIC_RELAXED);
+    __atomic_fetch_add(&stored.count, to[group + kHits], __ATOMIC_RELAXED);
+  }
+  words.clear();
+}
+
+void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
+  constexpr std::uint32_t kPrefetched = 16;  // instances ahead, whose hits lie anywhere
+  FrameJob& job = *sink.job;
+  const Span<std::uint32_t> store = sink.store->words;
+  std::size_t found = sink.found;
+  for (std::uint32_t index = 0; index < frame.slots.size; ++index) {
+    const InstanceBatch& batch = frame.batch(index);
+    if (!batch.pairs_between && !batch.pairs_within) continue;
+    const std::uint32_t tasks = (batch.instance_count + kStoredPerTask - 1) / kStoredPerTask;
+    const auto run = [&](std::uint32_t task, auto&& each) {
+      const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kStoredPerTask);
+      for (std::uint32_t i = task * kStoredPerTask; i < end; ++i) each(i);
+    };
+    pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t) {
+      std::uint32_t count = 0;
+      run(task, [&](std::uint32_t i) { count += batch.stored[i].count; });
+      batch.stored_before[task] = count;
+    });
+    for (std::uint32_t task = 0; task < tasks; ++task) {
+      const std::size_t count = batch.stored_before[task];
+      batch.stored_before[task] = found;
+      found += count;
+    }
+    pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
+      const Timed timed(pool[w].stats.seconds_query);
+      std::size_t at = batch.stored_before[task];
+      run(task, [&](std::uint32_t i) {
+        const std::uint32_t ahead = std::min(i + kPrefetched, batch.instance_count - 1);
+        if (const StoredHits& next = batch.stored[ahead]; next.count) __builtin_prefetch(store.data + next.head);
+        const std::size_t count = batch.stored[i].count;
+        if (at < job.hits.size)
+          write_hits(frame, index, i, store, {job.hits.data + at, std::min(count, job.hits.size - at)});
+        at += count;
+      });
+    });
+  }
+  sink.found = found;
+}
+
+}  // namespace cab

@@ -1,0 +1,184 @@
+#include "engine/sequences.h"
+
+#include "engine/in_contact.h"
+#include "engine/timed.h"
+#include "engine/update.h"
+#include "kernels/descend_tiles.h"
+
+#include <algorithm>
+
+namespace cab {
+namespace {
+
+// The tile of a sequence that frames of tile `tile` are tested against: a table has one frame, and so one tile.
+std::uint32_t tile_of(const InstanceBatch& batch, std::uint32_t tile) { return batch.instance_count == 1 ? 0 : tile; }
+
+// One rule at one tile of frames.
+struct PairedTiles {
+  std::uint32_t index_a, index_b;  // of the batches, a not above b
+  const InstanceBatch& a;
+  const InstanceBatch& b;
+  std::uint32_t tile;
+  bool within;
+
+  std::uint32_t instance_of(const InstanceBatch& batch, std::uint32_t lane) const {
+    return batch.instance_count == 1 ? 0 : tile * kLanes + lane;
+  }
+  // The same; lanes past the last instance repeat it.
+  std::uint32_t instance_or_last(const InstanceBatch& batch, std::uint32_t lane) const {
+    return std::min(instance_of(batch, lane), batch.instance_count - 1);
+  }
+  Candidate candidate(std::uint32_t lane) const {
+    return {index_a, instance_of(a, lane), index_b, instance_of(b, lane)};
+  }
+  std::uint32_t instance_count() const { return std::max(a.instance_count, b.instance_count); }
+};
+
+PairedTiles tiles_of(const FrameContext& frame, const PairRule& rule, std::uint32_t tile) {
+  const std::uint32_t a = std::min(rule.a.value, rule.b.value) - 1, b = std::max(rule.a.value, rule.b.value) - 1;
+  return {a, b, frame.batch(a), frame.batch(b), tile, rule.pairing == Pairing::kWithin};
+}
+
+// Differences of origins in one tile, b less a; false when every one is zero.
+bool shift_of(const PairedTiles& tiles, ShiftTile* out) {
+  const InstanceBatch &a = tiles.a, &b = tiles.b;
+  if (a.input->origins.empty() && b.input->origins.empty()) return false;
+  bool any = false;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      out->by[c][lane] =
+          origin_of(b, tiles.instance_or_last(b, lane), c) - origin_of(a, tiles.instance_or_last(a, lane), c);
+      any = any || out->by[c][lane] != 0;
+    }
+  return any;
+}
+
+// The lanes whose instances have matching layers.
+std::uint32_t lanes_with_matching_layers(const PairedTiles& tiles) {
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+    out |= std::uint32_t{layers_match(tiles.a, tiles.instance_or_last(tiles.a, lane), tiles.b,
+                                      tiles.instance_or_last(tiles.b, lane))}
+           << lane;
+  return out;
+}
+
+// The lanes that are to be tested: both instances take part, layers match, and something is left to report.
+std::uint32_t lanes_to_test(const FrameContext& frame, const PairedTiles& tiles, const Worker& worker) {
+  const std::uint32_t instances = tiles.instance_count();
+  const std::uint32_t in_tile = (2u << (std::min(kLanes, instances - tiles.tile * kLanes) - 1)) - 1;
+  const auto live = [&](const InstanceBatch& batch, std::uint32_t index) {
+    const bool is_table = batch.instance_count == 1 && instances > 1;
+    return is_table ? (worker.live[index] & 1 ? 0xffffu : 0u) : worker.live[index];
+  };
+  std::uint32_t lanes = in_tile & live(tiles.a, tiles.index_a) & live(tiles.b, tiles.index_b);
+  if (!tiles.within) lanes &= lanes_with_matching_layers(tiles);
+  if (frame.report == Report::kInContact)
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      if ((lanes >> lane & 1) && is_already_reported(frame, tiles.candidate(lane))) lanes &= ~(1u << lane);
+  return lanes;
+}
+
+// Step 4 for one rule and one tile: both hierarchies, frames as lanes.
+template <class Tile>
+void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
+             void (*kernel)(kernel::TileDescent<Tile>&), Worker& worker) {
+  ShiftTile shift;
+  kernel::TileDescent<Tile> descent;
+  descent.articulation_a = tiles.a.articulation;
+  descent.articulation_b = tiles.b.articulation;
+  descent.nodes_a = nodes + tiles.a.worker_nodes;
+  descent.nodes_b = nodes + tiles.b.worker_nodes;
+  descent.shift = !tiles.within && shift_of(tiles, &shift) ? &shift : nullptr;
+  descent.lanes = lanes;
+  descent.self = tiles.within;
+  descent.stack = worker.tile_stack;
+  descent.found = worker.tile_found;
+  descent.found.clear();
+  descent.box_tests = 0;
+  kernel(descent);
+  worker.tile_found.size = descent.found.size;
+  worker.stats.box_tests += descent.box_tests;
+}
+
+// The same without boxes: every leaf pair that is not ignored, in all lanes.
+void list_all_pairs(const PairedTiles& tiles, std::uint32_t lanes, FixedList<TilePair>& found) {
+  found.clear();
+  const Articulation &a = *tiles.a.articulation, &b = *tiles.b.articulation;
+  for (std::uint32_t i = 0; i < a.leaf_count; ++i)
+    for (std::uint32_t j = tiles.within ? i + 1 : 0; j < b.leaf_count; ++j)
+      if (!tiles.within || !is_ignored(a, a.leaf_link[i], a.leaf_link[j]))
+        found.push({static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j), lanes});
+}
+
+// Step 4 for one rule and one tile, by the frame's strategy: leaves the leaf pairs that overlap in worker.tile_found.
+void find_tile_pairs(const FrameContext& frame, const PairedTiles& tiles, std::uint32_t lanes, Worker& worker) {
+  const kernel::KernelTable& kernels = frame.kernels;
+  const bool brute = frame.policies.strategy != Strategy::kTree;
+  const auto sat = static_cast<std::size_t>(frame.policies.sat);
+  if (frame.policies.strategy == Strategy::kExactAll)
+    list_all_pairs(tiles, lanes, worker.tile_found);
+  else if (is_axis_aligned(frame.policies.refit))
+    descend(tiles, lanes, worker.bounds.data, brute ? kernels.brute_aabbs : kernels.descend_aabbs, worker);
+  else
+    descend(tiles, lanes, worker.boxes.data, (brute ? kernels.brute_boxes : kernels.descend_boxes)[sat], worker);
+}
+
+// Steps 4 to 6 for one rule and one tile.
+void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32_t tile, Worker& worker,
+                    HitSink& sink) {
+  const PairedTiles tiles = tiles_of(frame, rule, tile);
+  if (tile >= tile_count(tiles.instance_count())) return;
+  const std::uint32_t lanes = lanes_to_test(frame, tiles, worker);
+  if (!lanes) return;
+  {
+    const Timed timed(worker.stats.seconds_test);
+    find_tile_pairs(frame, tiles, lanes, worker);
+  }
+  const Timed timed(worker.stats.seconds_query);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    worker.found.clear();
+    for (const TilePair& pair : worker.tile_found)
+      if (pair.lanes >> lane & 1) worker.found.push({lane, pair.a, pair.b});
+    if (worker.found.empty()) continue;
+    report_candidate(frame, tiles.candidate(lane), {worker.found.data, worker.found.size}, worker, sink);
+  }
+}
+
+// Steps 1 and 3 for one tile of every sequence. A table is posed again for every tile, and reported once.
+void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, std::uint32_t tile, Worker& worker) {
+  const Nodes nodes = nodes_tested(frame.policies.strategy);
+  for (const BatchInput& input : inputs) {
+    const std::uint32_t index = input.batch.value - 1;
+    const InstanceBatch& batch = frame.batch(index);
+    const std::uint32_t own_tile = tile_of(batch, tile);
+    if (batch.kind != BatchKind::kSequence || own_tile >= tile_count(batch.instance_count)) continue;
+    const Timed timed(worker.stats.seconds_update);
+    const TileUpdate update = {&batch, instances_of(batch, own_tile), nodes, worker.boxes.data + batch.worker_nodes,
+                               worker.bounds.data + batch.worker_nodes};
+    worker.live[index] =
+        tile == own_tile ? update_and_report_tile(frame, update, worker) : update_tile(frame, update, worker);
+  }
+}
+
+}  // namespace
+
+void run_sequences(const FrameContext& frame, const FrameJob& job, Engine& engine, HitSink& sink) {
+  std::uint32_t tiles = 0;
+  for (const BatchInput& input : job.inputs)
+    if (const InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kSequence)
+      tiles = std::max(tiles, tile_count(batch.instance_count));
+  if (tiles == 0) return;
+  sink.turn = 0;
+  sink.sorted = false;
+  engine.pool.tasks->for_each_in_turn(tiles, [&](std::uint32_t tile, std::uint32_t w) {
+    Worker& worker = engine.pool[w];
+    worker.task = tile;
+    update_sequences(frame, job.inputs, tile, worker);
+    for (const PairRule& rule : job.rules)
+      if (engine.batch(rule.a).kind == BatchKind::kSequence) test_sequences(frame, rule, tile, worker, sink);
+    finish_task(worker, sink);
+  });
+}
+
+}  // namespace cab

@@ -1,0 +1,85 @@
+// Step 5 of a frame: which links of a candidate touch, of its leaf pairs whose boxes overlap.
+#pragma once
+
+#include "engine/candidate.h"
+#include "engine/in_contact.h"
+#include "engine/worker.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cab {
+
+// A leaf pair with the links that its leaves ride on; within one instance the lower link comes first.
+struct LinkedPair {
+  std::uint16_t link_a, link_b;
+  std::uint16_t leaf_a, leaf_b;
+};
+
+inline LinkedPair linked(const Articulation& a, const Articulation& b, const LeafPair& pair, bool within) {
+  const LinkedPair out = {a.leaf_link[pair.a], b.leaf_link[pair.b], pair.a, pair.b};
+  if (within && out.link_b < out.link_a) return {out.link_b, out.link_a, out.leaf_b, out.leaf_a};
+  return out;
+}
+
+// Sorts the leaf pairs of one candidate by links, then leaves. What is found by rows stands sorted where leaves do.
+inline void sort_by_links(const Articulation& a, const Articulation& b, bool within, Span<LeafPair> pairs) {
+  const auto by_leaves = [](const LeafPair& x, const LeafPair& y) {
+    return (std::uint32_t{x.a} << 16 | x.b) < (std::uint32_t{y.a} << 16 | y.b);
+  };
+  if (a.leaves_by_link && b.leaves_by_link && !within && std::is_sorted(pairs.begin(), pairs.end(), by_leaves)) return;
+  std::sort(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) {
+    const LinkedPair lx = linked(a, b, x, within), ly = linked(a, b, y, within);
+    return std::tie(lx.link_a, lx.link_b, lx.leaf_a, lx.leaf_b) < std::tie(ly.link_a, ly.link_b, ly.leaf_a, ly.leaf_b);
+  });
+}
+
+// Asks an exact test about two leaves whose boxes overlap.
+inline bool confirm(const FrameContext& frame, const ExactTest& test, const Candidate& candidate,
+                    const LinkedPair& pair, FrameStats& stats) {
+  ++stats.exact_tests;
+  if (test.touch(frame.exact_leaf(candidate.batch_a, candidate.instance_a, pair.leaf_a),
+                 frame.exact_leaf(candidate.batch_b, candidate.instance_b, pair.leaf_b), frame.margin))
+    return true;
+  ++stats.false_positives;
+  return false;
+}
+
+// Sorts the overlapping leaf pairs of a candidate by links and calls take(pair) for the first of every two links that
+// touches. Notes that the candidate's instances are in contact if there is one.
+template <class Take>
+void for_each_touching(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, FrameStats& stats,
+                       Take&& take) {
+  const Articulation& a = *frame.batch(candidate.batch_a).articulation;
+  const Articulation& b = *frame.batch(candidate.batch_b).articulation;
+  const bool within = is_within(candidate);
+  const ExactTest* const test = find_exact_test(frame.policies.exact);
+  sort_by_links(a, b, within, pairs);
+  std::uint16_t link_a = 0xffff, link_b = 0xffff;
+  bool any = false;
+  for (const LeafPair& leaves : pairs) {
+    const LinkedPair pair = linked(a, b, leaves, within);
+    if ((pair.link_a == link_a && pair.link_b == link_b) || (test && !confirm(frame, *test, candidate, pair, stats)))
+      continue;
+    take(pair);
+    link_a = pair.link_a;
+    link_b = pair.link_b;
+    any = true;
+  }
+  if (any) set_in_contact(frame, candidate);
+}
+
+// Whether any leaf pair of a candidate touches. Leaves are given in the order of links that hits have, since the answer of
+// an exact test may depend on it.
+inline bool any_touching(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs,
+                         FrameStats& stats) {
+  const ExactTest* const test = find_exact_test(frame.policies.exact);
+  if (!test) return !pairs.empty();
+  const Articulation& a = *frame.batch(candidate.batch_a).articulation;
+  const Articulation& b = *frame.batch(candidate.batch_b).articulation;
+  return std::any_of(pairs.begin(), pairs.end(), [&](const LeafPair& pair) {
+    return confirm(frame, *test, candidate, linked(a, b, pair, is_within(candidate)), stats);
+  });
+}
+
+}  // namespace cab

@@ -1,0 +1,11 @@
+// Posing: link poses to leaf boxes, for a tile or for one link.
+#include "kernels/isa_vector.h"
+#include "kernels/pose_leaves.h"
+#include "kernels/pose_link.h"
+
+namespace cab::kernel {
+
+template void pose_leaves<IsaVector>(const PoseTile&);
+template void pose_link_leaves<IsaVector>(const PoseLink&);
+
+}  // namespace cab::kernel

@@ -1,0 +1,121 @@
+// A crowd of scenes/crowd.h in an engine: what `cab crowd` and `cab peers` measure.
+#pragma once
+
+#include <cab/cab.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "layout/arena.h"
+#include "scenes/crowd/crowd.h"
+
+namespace cab::perf {
+
+// The built-in allocator, counted: what an engine holds, and the most that it held.
+class CountedMemory {
+ public:
+  Allocator allocator() { return {this, allocate, release}; }
+  std::size_t most() const { return most_; }
+
+ private:
+  static void* allocate(void* user, std::size_t bytes, std::size_t alignment) {
+    auto& self = *static_cast<CountedMemory*>(user);
+    void* const memory = self.inner_.allocate(self.inner_.user, bytes, alignment);
+    if (memory == nullptr) return nullptr;
+    const std::size_t held = self.held_ += bytes;
+    std::size_t most = self.most_;
+    while (held > most && !self.most_.compare_exchange_weak(most, held)) {}
+    return memory;
+  }
+  static void release(void* user, void* memory, std::size_t bytes, std::size_t alignment) {
+    auto& self = *static_cast<CountedMemory*>(user);
+    self.held_ -= bytes;
+    self.inner_.release(self.inner_.user, memory, bytes, alignment);
+  }
+
+  const Allocator inner_ = default_allocator();
+  std::atomic<std::size_t> held_{0}, most_{0};
+};
+
+// A crowd in an engine: a batch a group, every two characters paired.
+class CrowdSession {
+ public:
+  CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count) {
+    const Allocator allocator = memory_.allocator();
+    EngineDesc desc;
+    desc.isa = isa;
+    desc.thread_count = thread_count;
+    desc.allocator = &allocator;
+    Engine* engine = nullptr;
+    require(create_engine(desc, &engine), "engine");
+    engine_.reset(engine);
+    for (const scenes::CrowdGroup& group : crowd.groups) {
+      const scenes::ArticulationStorage storage(group.figure);
+      BatchDesc batch;
+      batch.instance_count = group.count;
+      require(add_articulation(*engine_, storage.desc(), &batch.articulation), group.figure.name);
+      BatchId id;
+      require(add_batch(*engine_, batch, &id), group.figure.name);
+      batches_.push_back(id);
+      for (const BatchId other : batches_) rules_.push_back({other, id, Pairing::kBetween});
+    }
+  }
+
+  // Runs one frame. The hits stay until the next; a buffer that was too small is made larger and the frame run again,
+  // so that the stats are those of a run that fitted. With only_in_contact there are none, but one byte a character.
+  FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_in_contact = false) {
+    std::vector<BatchInput> inputs(posed.size());
+    in_contact_.resize(posed.size());
+    for (std::size_t g = 0; g < posed.size(); ++g) {
+      inputs[g].batch = batches_[g];
+      inputs[g].poses.data = posed[g].poses.data();
+      inputs[g].origins = {posed[g].origins.data(), posed[g].origins.size()};
+      inputs[g].orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
+      if (!only_in_contact) continue;
+      in_contact_[g].resize(posed[g].origins.size() / 3);
+      inputs[g].in_contact = {in_contact_[g].data(), in_contact_[g].size()};
+    }
+    FrameJob job;
+    job.inputs = {inputs.data(), inputs.size()};
+    job.rules = {rules_.data(), rules_.size()};
+    job.policies = policies;
+    if (only_in_contact) job.report = Report::kInContact;
+    job.hits = {hits_.data(), hits_.size()};
+    Status status = run_frame(*engine_, job);
+    if (status == Status::kHitsOverflow) {
+      hits_.resize(job.hits_needed + job.hits_needed / 4);
+      job.hits = {hits_.data(), hits_.size()};
+      status = run_frame(*engine_, job);
+    }
+    require(status, "frame");
+    hit_count_ = job.hit_count;
+    return job.stats;
+  }
+
+  const std::vector<std::vector<std::uint8_t>>& in_contact() const { return in_contact_; }
+  Span<const Hit> hits() const { return {hits_.data(), hit_count_}; }
+  std::size_t engine_bytes() const { return memory_.most(); }
+  Isa isa() const { return engine_isa(*engine_); }
+  std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
+
+ private:
+  static void require(Status status, const std::string& what) {
+    if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
+  }
+  struct EngineDeleter {
+    void operator()(Engine* engine) const { destroy_engine(engine); }
+  };
+  CountedMemory memory_;  // outlives the engine
+  std::unique_ptr<Engine, EngineDeleter> engine_;
+  std::vector<BatchId> batches_;
+  std::vector<PairRule> rules_;
+  std::vector<Hit> hits_;
+  std::size_t hit_count_ = 0;
+  std::vector<std::vector<std::uint8_t>> in_contact_;  // of each group, where asked for
+};
+
+}  // namespace cab::perf

@@ -1,0 +1,243 @@
+#include "perf/base/engine_session.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace cab::perf {
+namespace {
+
+// Frames of one run_frame call, all characters' leaves together: enough to fill tiles and threads, few enough for
+// memory (about 2^18 leaves of 120 bytes each) and for a progress bar to move.
+constexpr std::uint32_t kMaxBlockFrames = 4096;
+constexpr std::size_t kMaxBlockLeaves = std::size_t{1} << 18;
+
+// Room for hits that a block starts with, for each of its frames.
+constexpr std::size_t kHitsPerFrame = 8;
+
+[[noreturn]] void fail(const std::string& what, Status status) {
+  throw std::runtime_error(what + ": " + to_string(status));
+}
+
+void require(Status status, const std::string& what) {
+  if (status != Status::kOk) fail(what, status);
+}
+
+std::uint32_t block_frames(const scenes::Scene& scene, std::uint32_t frame_count) {
+  std::size_t leaves = 1;
+  for (const scenes::Character& character : scene.characters) leaves += character.leaves.size();
+  const std::size_t frames = std::max<std::size_t>(kMaxBlockLeaves / leaves, 16);
+  return static_cast<std::uint32_t>(std::min<std::size_t>({frames, kMaxBlockFrames, frame_count}));
+}
+
+// A mistake in a scene would otherwise be read past its end.
+void check_arrays(const scenes::Scene& scene, const scenes::Character& character) {
+  const std::size_t frames = character.is_static ? 1 : scene.frame_count;
+  const std::size_t pose = character.link_parents.size() * scenes::pose_floats(character.pose_format);
+  if (character.poses.size() != frames * pose || (!character.origins.empty() && character.origins.size() != frames * 3))
+    throw std::runtime_error(character.name + ": the scene has poses or origins for another number of frames or links");
+  if (character.rest_frame && *character.rest_frame >= frames)
+    throw std::runtime_error(character.name + ": the scene has no frame " + std::to_string(*character.rest_frame) +
+                             " to take the rest pose from");
+}
+
+}  // namespace
+
+void add_stats(FrameStats& sum, const FrameStats& more) {
+  sum.candidates += more.candidates;
+  sum.box_tests += more.box_tests;
+  sum.leaf_pairs += more.leaf_pairs;
+  sum.exact_tests += more.exact_tests;
+  sum.false_positives += more.false_positives;
+  sum.instances_masked += more.instances_masked;
+  sum.seconds_update += more.seconds_update;
+  sum.seconds_broad += more.seconds_broad;
+  sum.seconds_test += more.seconds_test;
+  sum.seconds_query += more.seconds_query;
+  sum.seconds_contact += more.seconds_contact;
+  sum.seconds_total += more.seconds_total;
+}
+
+EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& options)
+    : scene_(scene), frames_(options.frames), within_(options.within), lanes_(options.lanes) {
+  if (frames_.first >= frames_.end || frames_.end > scene.frame_count)
+    throw std::runtime_error(scene.name + ": no frames " + std::to_string(frames_.first) + ":" +
+                             std::to_string(frames_.end) + " among " + std::to_string(scene.frame_count));
+  EngineDesc desc;
+  desc.isa = options.isa;
+  desc.thread_count = options.thread_count;
+  Engine* engine = nullptr;
+  require(create_engine(desc, &engine), "engine");
+  engine_.reset(engine);
+
+  for (const scenes::Character& character : scene.characters) {
+    check_arrays(scene, character);
+    const scenes::ArticulationStorage storage(character);
+    ArticulationId id;
+    std::uint32_t bad_element = 0;
+    const Status status = add_articulation(*engine_, storage.desc(), &id, &bad_element);
+    if (status != Status::kOk) fail(character.name + ": element " + std::to_string(bad_element), status);
+    articulations_.push_back(id);
+  }
+
+  const std::uint32_t block = lanes_ == LaneContent::kPairs ? 1 : block_frames(scene, frames_.count());
+  full_ = add_batches(block);
+  if (frames_.count() % block > 0) last_ = add_batches(frames_.count() % block);
+}
+
+EngineSession::BatchSet EngineSession::add_batches(std::uint32_t frame_count) {
+  BatchSet set;
+  set.frame_count = frame_count;
+  for (std::size_t c = 0; c < scene_.characters.size(); ++c) {
+    BatchDesc desc;
+    desc.articulation = articulations_[c];
+    desc.instance_count = scene_.characters[c].is_static ? 1 : frame_count;
+    desc.kind = lanes_ == LaneContent::kPairs ? BatchKind::kCharacters : BatchKind::kSequence;
+    BatchId id;
+    require(add_batch(*engine_, desc, &id), scene_.characters[c].name);
+    set.batches.push_back(id);
+  }
+  for (std::size_t a = 0; a < set.batches.size(); ++a) {
+    if (within_ && !scene_.characters[a].is_static)
+      set.rules.push_back({set.batches[a], set.batches[a], Pairing::kWithin});
+    for (std::size_t b = a + 1; scene_.pairs.empty() && b < set.batches.size(); ++b)
+      if (!scene_.characters[a].is_static || !scene_.characters[b].is_static)
+        set.rules.push_back({set.batches[a], set.batches[b], Pairing::kBetween});
+  }
+  for (const scenes::CharacterPair& pair : scene_.pairs)
+    set.rules.push_back({set.batches[pair.a], set.batches[pair.b], Pairing::kBetween});
+  return set;
+}
+
+BatchInput EngineSession::input(std::uint32_t character, BatchId batch, FrameRange frames) const {
+  const scenes::Character& source = scene_.characters[character];
+  const std::size_t first = source.is_static ? 0 : frames.first;
+  const std::size_t count = source.is_static ? 1 : frames.count();
+  BatchInput input;
+  input.batch = batch;
+  input.poses.format = source.pose_format;
+  input.poses.data = source.poses.data() + first * source.link_parents.size() * scenes::pose_floats(source.pose_format);
+  if (!source.origins.empty()) input.origins = {source.origins.data() + first * 3, count * 3};
+  return input;
+}
+
+std::uint32_t EngineSession::block_count() const {
+  return (frames_.count() + full_.frame_count - 1) / full_.frame_count;
+}
+
+void EngineSession::run_block(std::uint32_t block, const Policies& policies, bool contacts, BlockResult& result) {
+  const std::uint32_t first = frames_.first + block * full_.frame_count;
+  const std::uint32_t count = std::min(full_.frame_count, frames_.end - first);
+  const BatchSet& set = count == full_.frame_count ? full_ : last_;
+  result.frames = {first, first + count};
+
+  std::vector<BatchInput> inputs;
+  for (std::uint32_t c = 0; c < set.batches.size(); ++c) inputs.push_back(input(c, set.batches[c], result.frames));
+
+  FrameJob job;
+  job.inputs = {inputs.data(), inputs.size()};
+  job.rules = {set.rules.data(), set.rules.size()};
+  job.policies = policies;
+  std::size_t room = std::max(hits_.size(), kHitsPerFrame * count);
+  Status status = Status::kHitsOverflow;
+  while (status == Status::kHitsOverflow) {
+    hits_.resize(room);
+    contacts_.resize(contacts ? room : 0);
+    job.hits = {hits_.data(), hits_.size()};
+    job.contacts = {contacts_.data(), contacts_.size()};
+    status = run_frame(*engine_, job);
+    if (status == Status::kHitsOverflow && job.hits_needed <= room) break;
+    room = job.hits_needed;
+  }
+  require(status, "frames " + std::to_string(first) + ":" + std::to_string(first + count));
+
+  const auto character_of = [&set](BatchId id) {
+    const auto same = [id](BatchId batch) { return batch.value == id.value; };
+    return static_cast<std::uint32_t>(std::find_if(set.batches.begin(), set.batches.end(), same) - set.batches.begin());
+  };
+  result.stats = job.stats;
+  result.touches.clear();
+  for (std::size_t h = 0; h < job.hit_count; ++h) {
+    const Hit& hit = hits_[h];
+    Touch touch = {};
+    touch.character_a = character_of(hit.batch_a);
+    touch.character_b = character_of(hit.batch_b);
+    touch.link_a = hit.link_a;
+    touch.link_b = hit.link_b;
+    touch.frame = first + (scene_.characters[touch.character_a].is_static ? hit.instance_b : hit.instance_a);
+    if (contacts) touch.contact = contacts_[h];
+    result.touches.push_back(touch);
+  }
+  // The engine sorts by batch before instance; a reader of frames wants the frame first.
+  std::sort(result.touches.begin(), result.touches.end(), [](const Touch& l, const Touch& r) {
+    return std::tie(l.frame, l.character_a, l.character_b, l.link_a, l.link_b) <
+           std::tie(r.frame, r.character_a, r.character_b, r.link_a, r.link_b);
+  });
+}
+
+FrameStats EngineSession::run(const Policies& policies, bool contacts,
+                              const std::function<void(const BlockResult&)>& on_block) {
+  FrameStats sum;
+  BlockResult result;
+  for (std::uint32_t block = 0; block < block_count(); ++block) {
+    run_block(block, policies, contacts, result);
+    add_stats(sum, result.stats);
+    on_block(result);
+  }
+  return sum;
+}
+
+std::vector<IgnoredPair> EngineSession::ignored_pairs(std::uint32_t character) const {
+  const std::string& name = scene_.characters[character].name;
+  ArticulationInfo info;
+  require(articulation_info(*engine_, articulations_[character], &info), name);
+  std::vector<IgnoredPair> pairs(info.ignored_pair_count);
+  require(cab::ignored_pairs(*engine_, articulations_[character], {pairs.data(), pairs.size()}), name);
+  return pairs;
+}
+
+CharacterBoxes EngineSession::boxes(std::uint32_t character, const Policies& policies) {
+  const std::string& name = scene_.characters[character].name;
+  CharacterBoxes result;
+  require(articulation_info(*engine_, articulations_[character], &result.info), name);
+  result.steps.resize(result.info.leaf_count - 1);
+  require(merge_steps(*engine_, articulations_[character], {result.steps.data(), result.steps.size()}), name);
+
+  const std::size_t instances = scene_.characters[character].is_static ? 1 : full_.frame_count;
+  std::vector<Box> all(instances * result.info.node_count);
+  std::vector<std::uint8_t> flags(instances);
+  BatchInput posed = input(character, full_.batches[character], {frames_.first, frames_.first + full_.frame_count});
+  posed.flags = {flags.data(), flags.size()};
+  require(compute_boxes(*engine_, posed, policies, {all.data(), all.size()}), name);
+  result.boxes.assign(all.begin(), all.begin() + result.info.node_count);
+  result.flags = flags.front();
+  return result;
+}
+
+void EngineSession::visit_boxes(const Policies& policies, const VisitBoxes& visit) {
+  const std::size_t characters = scene_.characters.size();
+  std::vector<ArticulationInfo> infos(characters);
+  std::vector<std::vector<Box>> boxes(characters);
+  for (std::uint32_t block = 0; block < block_count(); ++block) {
+    const std::uint32_t first = frames_.first + block * full_.frame_count;
+    const std::uint32_t count = std::min(full_.frame_count, frames_.end - first);
+    const BatchSet& set = count == full_.frame_count ? full_ : last_;
+    for (std::uint32_t c = 0; c < characters; ++c) {
+      const std::string& name = scene_.characters[c].name;
+      require(articulation_info(*engine_, articulations_[c], &infos[c]), name);
+      boxes[c].resize((scene_.characters[c].is_static ? 1 : count) * std::size_t{infos[c].node_count});
+      require(compute_boxes(*engine_, input(c, set.batches[c], {first, first + count}), policies,
+                            {boxes[c].data(), boxes[c].size()}),
+              name);
+    }
+    for (std::uint32_t frame = 0; frame < count; ++frame)
+      for (std::uint32_t c = 0; c < characters; ++c) {
+        const std::size_t instance = scene_.characters[c].is_static ? 0 : frame;
+        visit(infos[c], {boxes[c].data() + instance * infos[c].node_count, infos[c].node_count});
+      }
+  }
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,131 @@
+#include "perf/base/report.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace cab::perf {
+namespace {
+
+constexpr std::uint64_t kBarWidth = 30;
+
+template <class... Arguments>
+std::string number_text(Arguments... arguments) {
+  std::array<char, 400> buffer;  // a double with all its digits before the point has 309
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), arguments...);
+  return error == std::errc() ? std::string(buffer.data(), end) : std::string("?");
+}
+
+// Characters that a terminal shows: UTF-8 continuation bytes take no place of their own.
+std::size_t shown_width(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) != 0x80u; }));
+}
+
+}  // namespace
+
+void TextTable::print(std::ostream& out) const {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows_) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], shown_width(row[c]));
+  }
+  for (const auto& row : rows_) {
+    std::string line;
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      const std::string space(widths[c] - shown_width(row[c]), ' ');
+      if (c > 0) line += "  ";
+      line += c == 0 ? row[c] + space : space + row[c];
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out << line << '\n';
+  }
+}
+
+ProgressBar::ProgressBar(std::string label, std::uint64_t total)
+    : label_(std::move(label)), total_(total), on_(total > 0 && isatty(STDERR_FILENO) == 1) {
+  if (on_) draw();
+}
+
+ProgressBar::~ProgressBar() {
+  if (on_) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressBar::advance(std::uint64_t count) {
+  const std::uint64_t shown = 100 * done_ / std::max<std::uint64_t>(total_, 1);
+  done_ = std::min(total_, done_ + count);
+  if (on_ && 100 * done_ / total_ != shown) draw();
+}
+
+void ProgressBar::draw() const {
+  const std::uint64_t filled = kBarWidth * done_ / total_;
+  const std::string bar = std::string(filled, '#') + std::string(kBarWidth - filled, '.');
+  std::fprintf(stderr, "\r\033[K%s [%s] %d %%", label_.c_str(), bar.c_str(), static_cast<int>(100 * done_ / total_));
+  std::fflush(stderr);
+}
+
+OutputFile::OutputFile(const std::string& path) : path_(path) {
+  errno = 0;
+  stream_.open(path, std::ios::binary | std::ios::trunc);
+  if (!stream_) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
+}
+
+void OutputFile::close() {
+  errno = 0;
+  stream_.close();
+  if (!stream_) throw std::runtime_error("cannot write all of " + path_ + ": " + std::strerror(errno));
+}
+
+std::string to_text(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+void write_json(const std::string& path, const nlohmann::ordered_json& json) {
+  OutputFile file(path);
+  file.stream() << to_text(json);
+  file.close();
+}
+
+void write_csv(const std::string& path, const std::vector<nlohmann::ordered_json>& rows) {
+  OutputFile file(path);
+  std::string header;
+  for (const auto& [key, value] : rows.front().items()) header += (header.empty() ? "" : ",") + csv_field(key);
+  file.stream() << header << '\n';
+  for (const nlohmann::ordered_json& row : rows) {
+    std::string line;
+    for (const auto& [key, value] : row.items()) {
+      if (!line.empty()) line += ',';
+      if (!value.is_null()) line += csv_field(value.is_string() ? value.get<std::string>() : value.dump());
+    }
+    file.stream() << line << '\n';
+  }
+  file.close();
+}
+
+std::string csv_field(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+std::string fixed(double value, int decimals) { return number_text(value, std::chars_format::fixed, decimals); }
+std::string shortest(float value) { return number_text(value); }
+std::string shortest(double value) { return number_text(value); }
+
+std::string hex(std::uint64_t value) {
+  const std::string digits = number_text(value, 16);
+  return std::string(16 - digits.size(), '0') + digits;
+}
+
+}  // namespace cab::perf

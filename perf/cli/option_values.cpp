@@ -1,0 +1,239 @@
+#include "perf/cli/option_values.h"
+
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "perf/commands.h"
+#include "perf/sweep/scenes.h"
+#include "scenes/crowd/crowd.h"
+#include "scenes/crowd/detailed.h"
+#include "scenes/import/printable.h"
+
+namespace cab::perf {
+namespace {
+
+[[noreturn]] void reject(const std::string& option, const std::string& text, const std::string& wanted) {
+  throw UsageError(option + ": '" + scenes::printable(text) + "' is not " + wanted);
+}
+
+// The whole of text as one number.
+template <class T>
+bool read_whole(const std::string& text, T& value) {
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && rest == end && !text.empty();
+}
+
+bool read_finite(const std::string& text, double& value) { return read_whole(text, value) && std::isfinite(value); }
+
+}  // namespace
+
+std::vector<std::string> split_commas(const std::string& text) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  for (std::size_t comma; (comma = text.find(',', begin)) != std::string::npos; begin = comma + 1)
+    parts.push_back(text.substr(begin, comma - begin));
+  parts.push_back(text.substr(begin));
+  return parts;
+}
+
+std::array<double, 3> read_offset(const std::string& option, const std::string& text) {
+  const std::vector<std::string> parts = split_commas(text);
+  std::array<double, 3> offset = {};
+  bool good = parts.size() == offset.size();
+  for (std::size_t k = 0; good && k < offset.size(); ++k) good = read_finite(parts[k], offset[k]);
+  if (!good) reject(option, text, "X,Y,Z: write three numbers in metres without spaces, for example 0.5,0,-1");
+  return offset;
+}
+
+double read_positive(const std::string& option, const std::string& text) {
+  double value = 0;
+  if (!read_finite(text, value) || !(value > 0))
+    reject(option, text, "a number above 0, for example 0.0254 for inches");
+  return value;
+}
+
+FrameRange read_frame_range(const std::string& option, const std::string& text) {
+  const std::size_t colon = text.find(':');
+  FrameRange range;
+  if (colon == std::string::npos || !read_whole(text.substr(0, colon), range.first) ||
+      !read_whole(text.substr(colon + 1), range.end) || range.first >= range.end)
+    reject(option, text, "A:B with A below B: frames A to B - 1, counted from 0, for example 0:100");
+  return range;
+}
+
+std::string isa_names(const char* separator, bool available_only) {
+  std::string names;
+  for (std::uint8_t i = 0; i < kIsaCount; ++i) {
+    const Isa isa = static_cast<Isa>(i);
+    if (isa == Isa::kAuto || (available_only && !isa_available(isa))) continue;
+    if (!names.empty()) names += separator;
+    names += to_string(isa);
+  }
+  return names;
+}
+
+Isa read_isa(const std::string& option, const std::string& text) {
+  for (std::uint8_t i = 0; i < kIsaCount; ++i) {
+    const Isa isa = static_cast<Isa>(i);
+    if (text != to_string(isa)) continue;
+    if (isa != Isa::kAuto && !isa_available(isa))
+      throw UsageError(option + ": this CPU or this build cannot run " + text + "; choose auto, " +
+                       isa_names(", ", true));
+    return isa;
+  }
+  reject(option, text, "an instruction set; choose auto, " + isa_names(", ", true));
+}
+
+LaneContent read_lanes(const std::string& option, const std::string& text) {
+  if (text == "frames") return LaneContent::kFrames;
+  if (text == "pairs") return LaneContent::kPairs;
+  reject(option, text, "frames or pairs");
+}
+
+std::string crowd_scene_names(const char* separator) {
+  std::string names;
+  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
+    names += (names.empty() ? "" : separator) + std::string(scene.name);
+  return names;
+}
+
+std::string crowd_scene_help() {
+  std::string help = "which crowd";
+  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
+    help += std::string("\n  ") + scene.name + ": " + scene.meaning;
+  return help;
+}
+
+std::string read_crowd_scene(const std::string& option, const std::string& text) {
+  for (const scenes::CrowdScene& scene : scenes::kCrowdScenes)
+    if (text == scene.name) return text;
+  reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
+}
+
+std::string boxes_per_link_names(const char* separator) {
+  std::string names;
+  for (const std::uint32_t count : scenes::kBoxesPerLink)
+    names += (names.empty() ? "" : separator) + std::to_string(count);
+  return names;
+}
+
+std::uint32_t read_boxes_per_link(const std::string& option, const std::string& text) {
+  for (const std::uint32_t count : scenes::kBoxesPerLink)
+    if (text == std::to_string(count)) return count;
+  reject(option, text, "a number of boxes that a link can have; choose " + boxes_per_link_names(", "));
+}
+
+std::string rope_shape_names(const char* separator) {
+  std::string names;
+  for (const char* name : scenes::kRopeShapeNames) names += (names.empty() ? "" : separator) + std::string(name);
+  return names;
+}
+
+scenes::RopeShape read_rope_shape(const std::string& option, const std::string& text) {
+  for (std::size_t i = 0; i < scenes::kRopeShapeNames.size(); ++i)
+    if (text == scenes::kRopeShapeNames[i]) return static_cast<scenes::RopeShape>(i);
+  reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
+}
+
+std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text) {
+  std::vector<std::uint32_t> numbers;
+  for (const std::string& part : split_commas(text)) {
+    std::uint32_t number = 0;
+    if (!read_whole(part, number) || std::find(numbers.begin(), numbers.end(), number) != numbers.end())
+      reject(option, text, "a list of different whole numbers, for example 1,2");
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+std::string policy_names(std::uint32_t field, const char* separator) {
+  const PolicyField& row = policy_table()[field];
+  std::string names;
+  for (std::uint32_t v = 0; v < row.value_count; ++v) {
+    if (v > 0) names += separator;
+    names += row.values[v].name;
+  }
+  return names;
+}
+
+std::string policy_help(const Policies& defaults, std::uint32_t field) {
+  const PolicyField& row = policy_table()[field];
+  std::string help = std::string(row.meaning) + " (default " + row.values[policy_get(defaults, field)].name + ")";
+  for (std::uint32_t v = 0; v < row.value_count; ++v)
+    help += std::string("\n  ") + row.values[v].name + ": " + row.values[v].meaning;
+  return help;
+}
+
+std::vector<std::uint32_t> read_policy_values(std::uint32_t field, const std::string& text) {
+  std::vector<std::uint32_t> values;
+  for (const std::string& name : split_commas(text)) {
+    Policies policies;
+    set_policy(policies, field, name);
+    values.push_back(policy_get(policies, field));
+    if (std::count(values.begin(), values.end(), values.back()) > 1)
+      reject(std::string("--") + policy_table()[field].name, text, "a list of different values");
+  }
+  return values;
+}
+
+std::string policy_list_help(std::uint32_t field) {
+  const PolicyField& row = policy_table()[field];
+  const bool exact = std::string(row.name) == "exact";
+  return std::string(row.meaning) + ", separated by commas (default " + (exact ? "none" : "all") +
+         "): " + policy_names(field, ", ");
+}
+
+std::vector<std::string> read_sweep_scenes(const std::string& option, const std::string& text) {
+  std::vector<std::string> names = split_commas(text);
+  for (const std::string& name : names) {
+    const auto known = [&name](const SweepSceneName& scene) { return name == scene.name; };
+    if (std::none_of(kSweepScenes.begin(), kSweepScenes.end(), known) ||
+        std::count(names.begin(), names.end(), name) > 1) {
+      std::string all;
+      for (const SweepSceneName& scene : kSweepScenes) all += (all.empty() ? "" : ", ") + std::string(scene.name);
+      reject(option, text, "a list of different scenes; choose from " + all);
+    }
+  }
+  return names;
+}
+
+std::string sweep_scene_help() {
+  std::string help = "scenes, separated by commas (default: those with *)";
+  for (const SweepSceneName& scene : kSweepScenes)
+    help += std::string("\n  ") + scene.name + (scene.by_default ? "*" : "") + ": " + scene.meaning;
+  return help;
+}
+
+void set_policy(Policies& policies, std::uint32_t field, const std::string& text) {
+  const PolicyField& row = policy_table()[field];
+  if (!policy_set(policies, field, text.c_str()))
+    reject(std::string("--") + row.name, text, "one of its values; choose " + policy_names(field, ", "));
+}
+
+std::string preset_names(const char* separator) {
+  std::string names;
+  for (const PolicyPreset& preset : preset_table())
+    names += (names.empty() ? "" : separator) + std::string(preset.name);
+  return names;
+}
+
+std::string preset_help() {
+  std::string help = "policies to start from; the options below override it";
+  for (const PolicyPreset& preset : preset_table()) {
+    help += std::string("\n  ") + preset.name + ": " + preset.meaning + "\n   ";
+    for (std::uint32_t f = 0; f < policy_table().size; ++f)
+      help += std::string(" --") + policy_table()[f].name + " " +
+              policy_table()[f].values[policy_get(preset.policies, f)].name;
+  }
+  return help;
+}
+
+void set_preset(Policies& policies, const std::string& text) {
+  if (!preset_set(policies, text.c_str())) reject("--preset", text, "a preset; choose " + preset_names(", "));
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,359 @@
+// `cab crowd`: many characters at once; times, memory and counts of a frame.
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "perf/base/crowd_session.h"
+#include "perf/base/engine_session.h"
+#include "perf/base/report.h"
+#include "perf/commands.h"
+#include "scenes/bit_hash.h"
+#include "scenes/crowd/crowd.h"
+
+namespace cab::perf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kFramesPerSecond = 30;
+
+// Poses of all frames are kept up to this size; beyond it each frame is posed again before it is run.
+constexpr std::size_t kKeptPoseBytes = std::size_t{2} << 30;
+
+// What is timed and what is counted: a line each in the table, in JSON and in CSV.
+struct TimedPhase {
+  const char* name;
+  const char* key;
+  double FrameStats::*seconds;
+};
+constexpr TimedPhase kPhases[] = {
+    {"frame", "total_wall_seconds", &FrameStats::seconds_total},
+    {"  update", "update_thread_seconds", &FrameStats::seconds_update},
+    {"  broad phase", "broad_thread_seconds", &FrameStats::seconds_broad},
+    {"  test", "test_thread_seconds", &FrameStats::seconds_test},
+    {"  query", "query_thread_seconds", &FrameStats::seconds_query},
+};
+struct Counted {
+  const char* name;
+  const char* key;
+  std::uint64_t FrameStats::*count;
+};
+constexpr Counted kCounts[] = {
+    {"candidates", "candidates", &FrameStats::candidates},
+    {"box tests", "box_tests", &FrameStats::box_tests},
+    {"leaf pairs", "leaf_pairs", &FrameStats::leaf_pairs},
+    {"exact tests", "exact_tests", &FrameStats::exact_tests},
+    {"false positives", "false_positives", &FrameStats::false_positives},
+    {"masked instances", "instances_masked", &FrameStats::instances_masked},
+};
+
+// ----------------------------------------------------------------------------------------------------- the rounds
+
+// The poses of frames 0 .. frame_count - 1, outside of any measured time.
+class FramePoses {
+ public:
+  FramePoses(const scenes::Crowd& crowd, std::uint32_t frame_count) : crowd_(crowd) {
+    std::size_t frame_bytes = 0;
+    for (const scenes::CrowdGroup& group : crowd.groups)
+      frame_bytes +=
+          group.count * (group.figure.link_parents.size() * 7 * sizeof(float) + 3 * sizeof(double) + 4 * sizeof(float));
+    kept_.resize(frame_count <= kKeptPoseBytes / frame_bytes ? frame_count : 0);
+  }
+  const std::vector<scenes::PosedGroup>& at(std::uint32_t frame) {
+    std::vector<scenes::PosedGroup>& posed = kept_.empty() ? last_ : kept_[frame];
+    if (kept_.empty() || posed.empty()) scenes::pose_crowd(crowd_, frame / kFramesPerSecond, posed);
+    return posed;
+  }
+
+ private:
+  const scenes::Crowd& crowd_;
+  std::vector<std::vector<scenes::PosedGroup>> kept_;
+  std::vector<scenes::PosedGroup> last_;
+};
+
+struct CrowdRun {
+  const scenes::CrowdScene* scene = nullptr;
+  std::uint32_t character_count = 0;
+  std::size_t most_links = 0, most_leaves = 0;  // of a character
+  std::optional<std::uint32_t> boxes_per_link;  // of `detailed`
+  std::optional<scenes::RopeOptions> ropes;     // of `ropes`
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 0;
+  std::size_t engine_bytes = 0;
+  FrameStats stats;                // counts: the sum of all frames, once
+  FrameStats first;                // counts of the first frame
+  std::uint64_t hits = 0;          // of all frames, once
+  std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, where asked for
+  std::uint64_t hits_hash = 0;     // of all frames; of who is in contact where that was asked
+  std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
+};
+
+void add_hits(scenes::BitHash& hash, std::uint32_t frame, Span<const Hit> hits) {
+  for (const Hit& hit : hits)
+    for (const std::uint32_t number : {frame, hit.batch_a.value, hit.instance_a, std::uint32_t{hit.link_a},
+                                       hit.batch_b.value, hit.instance_b, std::uint32_t{hit.link_b}})
+      hash.add(number);
+}
+
+// Adds a frame's bytes; returns how many are set.
+std::uint64_t add_in_contact(scenes::BitHash& hash, const std::vector<std::vector<std::uint8_t>>& in_contact) {
+  std::uint64_t count = 0;
+  for (const std::vector<std::uint8_t>& group : in_contact)
+    for (const std::uint8_t byte : group) {
+      hash.add(std::uint32_t{byte});
+      count += byte;
+    }
+  return count;
+}
+
+CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
+  CrowdSession session(crowd, options.isa, options.thread_count);
+  FramePoses poses(crowd, options.frame_count);
+  CrowdRun run;
+  run.character_count = crowd.count();
+  run.isa = session.isa();
+  run.thread_count = session.thread_count();
+  ProgressBar bar("frames", (std::uint64_t{options.rounds} + 1) * options.frame_count);
+
+  // The round that warms up also counts, and finds how many hits the buffer must hold.
+  scenes::BitHash hash;
+  std::vector<std::size_t> hit_counts;
+  for (std::uint32_t f = 0; f < options.frame_count; ++f) {
+    const FrameStats stats = session.run(poses.at(f), options.policies, options.in_contact);
+    add_stats(run.stats, stats);
+    if (f == 0) run.first = stats;
+    add_hits(hash, f, session.hits());
+    if (options.in_contact) run.in_contact += add_in_contact(hash, session.in_contact());
+    hit_counts.push_back(session.hits().size);
+    run.hits += session.hits().size;
+    bar.advance(1);
+  }
+  run.hits_hash = hash.value();
+
+  for (std::uint32_t r = 0; r < options.rounds; ++r) {
+    FrameStats sum;
+    for (std::uint32_t f = 0; f < options.frame_count; ++f) {
+      add_stats(sum, session.run(poses.at(f), options.policies, options.in_contact));
+      if (session.hits().size != hit_counts[f])
+        throw std::runtime_error("frame " + std::to_string(f) + " gave another number of hits when it ran again");
+      bar.advance(1);
+    }
+    run.rounds.push_back(sum);
+  }
+  run.engine_bytes = session.engine_bytes();
+  return run;
+}
+
+// ----------------------------------------------------------------------------------------------------- the output
+
+// Of the rounds, in seconds a frame.
+struct Spread {
+  double median, least, most;
+};
+
+Spread spread_of(const CrowdOptions& options, const CrowdRun& run, double FrameStats::*seconds) {
+  std::vector<double> values;
+  for (const FrameStats& round : run.rounds) values.push_back(round.*seconds / options.frame_count);
+  std::sort(values.begin(), values.end());
+  return {values[values.size() / 2], values.front(), values.back()};
+}
+
+double a_character(const CrowdRun& run, double whole) { return whole / run.character_count; }
+
+// Of the frames' mean, per frame.
+double a_frame(const CrowdOptions& options, std::uint64_t sum) {
+  return static_cast<double>(sum) / options.frame_count;
+}
+
+double pairs_in_first_frame(const CrowdRun& run) { return a_character(run, static_cast<double>(run.first.leaf_pairs)); }
+
+bool is_expected(const CrowdRun& run) {
+  const double expected = run.scene->pairs_a_character;
+  return std::abs(pairs_in_first_frame(run) - expected) <= run.scene->tolerance * expected;
+}
+
+// What the pairs of the first frame are beside what they should be.
+std::string expectation(const CrowdRun& run) {
+  if (run.scene->pairs_a_character == 0) return "no expected value";
+  return std::string(is_expected(run) ? "within " : "outside ") + fixed(100 * run.scene->tolerance, 0) + " % of " +
+         shortest(run.scene->pairs_a_character);
+}
+
+void print_table(const CrowdOptions& options, const CrowdRun& run) {
+  std::cout << run.scene->name << ": " << run.character_count << " characters of " << run.most_leaves << " boxes, "
+            << options.frame_count << " frames, " << options.rounds << " rounds (" << to_string(run.isa) << ", threads "
+            << run.thread_count;
+  for (std::uint32_t f = 0; f < policy_table().size; ++f)
+    std::cout << ", " << policy_table()[f].name << ' '
+              << policy_table()[f].values[policy_get(options.policies, f)].name;
+  std::cout << ")\n";
+
+  TextTable times;
+  times.add_row({"", "median", "least", "most"});
+  for (const TimedPhase& phase : kPhases) {
+    const Spread s = spread_of(options, run, phase.seconds);
+    times.add_row({phase.name, fixed(1e3 * s.median, 4), fixed(1e3 * s.least, 4), fixed(1e3 * s.most, 4), "ms"});
+  }
+  const Spread s = spread_of(options, run, &FrameStats::seconds_total);
+  const auto ns = [&](double seconds) { return fixed(1e9 * a_character(run, seconds), 1); };
+  const auto rate = [&](double seconds) { return fixed(run.character_count / seconds, 0); };
+  times.add_row({"a character", ns(s.median), ns(s.least), ns(s.most), "ns"});
+  times.add_row({"characters a second", rate(s.median), rate(s.most), rate(s.least)});
+  times.print(std::cout);
+
+  std::cout << '\n';
+  TextTable counts;
+  counts.add_row({"", "a frame", "a character"});
+  for (const Counted& counted : kCounts) {
+    const double count = a_frame(options, run.stats.*counted.count);
+    counts.add_row({counted.name, fixed(count, 1), fixed(a_character(run, count), 3)});
+  }
+  const double found = a_frame(options, options.in_contact ? run.in_contact : run.hits);
+  counts.add_row({options.in_contact ? "in_contact" : "hits", fixed(found, 1), fixed(a_character(run, found), 3)});
+  counts.add_row({"engine's bytes", std::to_string(run.engine_bytes),
+                  fixed(a_character(run, static_cast<double>(run.engine_bytes)), 1)});
+  counts.print(std::cout);
+  if (options.in_contact) {
+    std::cout << "\nhash of who is in contact in all frames: " << hex(run.hits_hash) << '\n';
+    return;
+  }
+  std::cout << "\npairs a character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
+            << expectation(run) << "\nhash of all frames' hits: " << hex(run.hits_hash) << '\n';
+}
+
+// Every figure by its key; the CSV file has the same keys in the same order.
+Json to_json(const CrowdOptions& options, const CrowdRun& run) {
+  Json json;
+  json["cab_version"] = CAB_VERSION_STRING;
+  json["scene"] = run.scene->name;
+  json["characters"] = run.character_count;
+  json["links"] = run.most_links;
+  json["leaves"] = run.most_leaves;
+  json["boxes_per_link"] = run.boxes_per_link ? Json(*run.boxes_per_link) : Json();
+  json["rope_shape"] = run.ropes ? Json(scenes::kRopeShapeNames[static_cast<std::size_t>(run.ropes->shape)]) : Json();
+  json["rope_spacing"] = run.ropes ? Json(run.ropes->spacing) : Json();
+  json["frames"] = options.frame_count;
+  json["rounds"] = options.rounds;
+  json["isa"] = to_string(run.isa);
+  json["threads"] = run.thread_count;
+  for (std::uint32_t f = 0; f < policy_table().size; ++f)
+    json[policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
+  for (const TimedPhase& phase : kPhases) {
+    const Spread s = spread_of(options, run, phase.seconds);
+    json[std::string(phase.key) + "_median"] = s.median;
+    json[std::string(phase.key) + "_least"] = s.least;
+    json[std::string(phase.key) + "_most"] = s.most;
+  }
+  const double frame_seconds = spread_of(options, run, &FrameStats::seconds_total).median;
+  json["nanoseconds_a_character"] = 1e9 * a_character(run, frame_seconds);
+  json["characters_a_second"] = run.character_count / frame_seconds;
+  json["engine_bytes"] = run.engine_bytes;
+  json["bytes_a_character"] = a_character(run, static_cast<double>(run.engine_bytes));
+  for (const Counted& counted : kCounts) json[counted.key] = run.stats.*counted.count;
+  json["report"] = options.in_contact ? "in_contact" : "hits";
+  json["in_contact"] = options.in_contact ? Json(run.in_contact) : Json();
+  json["hits"] = run.hits;
+  json["hits_a_character"] = a_character(run, a_frame(options, run.hits));
+  json["pairs_a_character"] = pairs_in_first_frame(run);
+  json["expected_pairs_a_character"] = Json();
+  json["pairs_as_expected"] = Json();
+  if (run.scene->pairs_a_character > 0 && !options.in_contact) {
+    json["expected_pairs_a_character"] = run.scene->pairs_a_character;
+    json["pairs_as_expected"] = is_expected(run);
+  }
+  json["hits_hash"] = hex(run.hits_hash);
+  return json;
+}
+
+const scenes::CrowdScene& find_scene(const std::string& name) {
+  return *std::find_if(scenes::kCrowdScenes.begin(), scenes::kCrowdScenes.end(),
+                       [&name](const scenes::CrowdScene& scene) { return name == scene.name; });
+}
+
+// Wrong use that only shows when options are seen together.
+void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
+  const std::string name = scene.name;
+  if (scene.clips == scenes::ClipUse::kNeeded && options.clips.empty())
+    throw UsageError("--scene " + name + " needs --clip FILE");
+  if (scene.needs_trajectories && options.trajectories_path.empty())
+    throw UsageError("--scene " + name + " needs --trajectories FILE");
+  if (scene.clips == scenes::ClipUse::kNone &&
+      (!options.clips.empty() || !options.metres_per_unit.empty() || options.up != 0))
+    throw UsageError("--clip, --units and --up are not for --scene " + name + ", whose characters are its own");
+  if (!scene.needs_trajectories && !options.trajectories_path.empty())
+    throw UsageError("--trajectories is not for --scene " + name + ", whose places are its own");
+  if (options.clips.empty() && (!options.metres_per_unit.empty() || options.up != 0))
+    throw UsageError("--units and --up are of clips; add --clip FILE");
+  if (name != "detailed" && options.boxes_per_link)
+    throw UsageError("--boxes-per-link is for --scene detailed, not for " + name);
+  if (name != "ropes" && (options.rope_links || options.rope_shape || options.rope_spacing))
+    throw UsageError("--links, --shape and --spacing are for --scene ropes, not for " + name);
+  if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != options.clips.size())
+    throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
+                     std::to_string(options.clips.size()) +
+                     " clips; give one for all clips or one a clip, in their order");
+  if (options.policies.strategy == Strategy::kExactAll && options.policies.exact == Exact::kNone)
+    throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact fcl");
+  if (!options.csv_path.empty() && options.csv_path == options.json_path)
+    throw UsageError("--csv and --json name the same file; give two");
+  std::vector<std::string> inputs = options.clips;
+  inputs.push_back(options.trajectories_path);
+  for (const std::string& input : inputs)
+    for (const std::string& output : {options.json_path, options.csv_path}) {
+      std::error_code ignored;  // an output that is not there yet is no input either
+      if (!output.empty() && std::filesystem::equivalent(input, output, ignored))
+        throw UsageError(output + " is an input; write the output to another file");
+    }
+}
+
+scenes::CrowdSources import_sources(const CrowdOptions& options) {
+  scenes::CrowdSources sources;
+  sources.up = options.up;
+  sources.boxes_per_link = options.boxes_per_link.value_or(sources.boxes_per_link);
+  sources.ropes.link_count = options.rope_links.value_or(sources.ropes.link_count);
+  sources.ropes.shape = options.rope_shape.value_or(sources.ropes.shape);
+  sources.ropes.spacing = options.rope_spacing.value_or(sources.ropes.spacing);
+  for (std::size_t c = 0; c < options.clips.size(); ++c) {
+    scenes::ImportOptions import;
+    import.up = options.up;
+    if (!options.metres_per_unit.empty())
+      import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : c];
+    sources.clips.push_back(scenes::import_clip(options.clips[c], import));
+    for (const std::string& note : sources.clips.back().notes)
+      std::cerr << "note: " << sources.clips.back().character.name << ": " << note << '\n';
+  }
+  if (!options.trajectories_path.empty()) sources.trajectories = scenes::import_trajectories(options.trajectories_path);
+  return sources;
+}
+
+}  // namespace
+
+int crowd_command(const CrowdOptions& options) {
+  const scenes::CrowdScene& scene = find_scene(options.scene);
+  check(options, scene);
+  const scenes::CrowdSources sources = import_sources(options);
+  const scenes::Crowd crowd = scenes::make_crowd(scene.name, options.character_count, sources);
+  CrowdRun run = measure(options, crowd);
+  run.scene = &scene;
+  if (options.scene == "detailed") run.boxes_per_link = sources.boxes_per_link;
+  if (options.scene == "ropes") run.ropes = sources.ropes;
+  for (const scenes::CrowdGroup& group : crowd.groups) {
+    run.most_links = std::max(run.most_links, group.figure.link_parents.size());
+    run.most_leaves = std::max(run.most_leaves, group.figure.leaves.size());
+  }
+  print_table(options, run);
+  const Json figures = to_json(options, run);
+  if (!options.json_path.empty()) write_json(options.json_path, figures);
+  if (!options.csv_path.empty()) write_csv(options.csv_path, {figures});
+  return 0;
+}
+
+}  // namespace cab::perf

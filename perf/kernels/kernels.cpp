@@ -1,0 +1,313 @@
+// `cab kernels`: nanoseconds of the merge and of the overlap test on every instruction set, beside FCL's on the same
+// boxes, measured in turns in one run.
+#include "kernels/find_kernels.h"
+#include "kernels/gather_pairs.h"
+#include "kernels/isa_list.h"
+#include "kernels/refit_tree.h"
+#include "layout/box_aos.h"
+#include "layout/merge_program.h"
+#include "layout/tile.h"
+#include "perf/base/report.h"
+#include "perf/commands.h"
+
+#include <cab/cab.h>
+#include <fcl/math/bv/OBB.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <iostream>
+#include <sstream>
+
+namespace cab::perf {
+namespace {
+
+// Merges in one round: two tiles of children and one of parents each, which stay in a core's second-level cache.
+constexpr std::uint32_t kMergeTiles = 64;
+constexpr std::uint32_t kMergeRepeats = 16;
+
+// Overlap tests in one round: random index pairs over boxes that stay in the second-level cache.
+constexpr std::uint32_t kBoxes = 4096;
+constexpr std::uint32_t kPairs = 1u << 15;
+
+// splitmix64, so that every machine measures the same boxes.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t next() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  float uniform(float lo, float hi) {
+    return lo + (hi - lo) * static_cast<float>(static_cast<double>(next() >> 11) * 0x1p-53);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+fcl::OBBf random_box(Random& random, float place) {
+  Eigen::Quaternionf q(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+  if (q.norm() < 0.1f) q = Eigen::Quaternionf::Identity();
+  fcl::OBBf box;
+  box.axis = q.normalized().toRotationMatrix();
+  box.To = fcl::Vector3f(random.uniform(-place, place), random.uniform(-place, place), random.uniform(-place, place));
+  box.extent = fcl::Vector3f(random.uniform(0.15f, 0.5f), random.uniform(0.05f, 0.2f), random.uniform(0.05f, 0.2f));
+  return box;
+}
+
+void put(BoxTile& tile, std::uint32_t lane, const fcl::OBBf& box) {
+  for (int c = 0; c < 3; ++c) {
+    tile.center[c][lane] = box.To[c];
+    tile.half[c][lane] = box.extent[c];
+    for (int k = 0; k < 3; ++k) tile.axis[k][c][lane] = box.axis(c, k);
+  }
+}
+
+BoxAos row_of(const fcl::OBBf& box) {
+  BoxAos row{};
+  for (int c = 0; c < 3; ++c) {
+    row.center[c] = box.To[c];
+    row.half[c] = box.extent[c];
+    for (int k = 0; k < 3; ++k) row.axis[3 * k + c] = box.axis(c, k);
+  }
+  return row;
+}
+
+// A thing to time: one round of `work` operations. answer is what the round computed, so that nothing is left out and
+// rivals can be compared.
+struct Contender {
+  std::string name;
+  std::uint64_t work;
+  std::function<std::uint64_t()> round;
+  std::vector<double> nanoseconds;  // an operation, of each round
+  std::uint64_t answer = 0;
+};
+
+// Runs every contender once a round, in turns.
+void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar& bar) {
+  for (std::uint32_t r = 0; r <= rounds; ++r) {
+    for (Contender& contender : contenders) {
+      const auto start = std::chrono::steady_clock::now();
+      contender.answer = contender.round();
+      const std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - start;
+      if (r > 0) contender.nanoseconds.push_back(took.count() / static_cast<double>(contender.work));
+    }
+    bar.advance(1);
+  }
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+// Median of the ratios of each round: b's time over a's.
+double times_faster(const Contender& a, const Contender& b) {
+  std::vector<double> ratios;
+  for (std::size_t r = 0; r < a.nanoseconds.size(); ++r) ratios.push_back(b.nanoseconds[r] / a.nanoseconds[r]);
+  return median(ratios);
+}
+
+std::vector<const kernel::KernelTable*> chosen_kernels(const std::string& isas) {
+  std::vector<const kernel::KernelTable*> out;
+  const auto add = [&](Isa isa) {
+    if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
+  };
+  if (isas.empty())
+    for (const Isa isa : kernel::kAllIsas) add(isa);
+  std::istringstream names(isas);
+  for (std::string name; std::getline(names, name, ',');)
+    for (const Isa isa : kernel::kAllIsas)
+      if (name == to_string(isa)) add(isa);
+  return out;
+}
+
+// ------------------------------------------------------------------------------------------------------ merge
+
+struct MergeWork {
+  MergeWork()
+      : nodes(3 * kMergeTiles),
+        joints(kMergeTiles),
+        first(kMergeTiles * kLanes),
+        second(first.size()),
+        merged(first.size()) {
+    Random random(1);
+    for (std::uint32_t i = 0; i < first.size(); ++i) {
+      first[i] = random_box(random, 0.5f);
+      second[i] = random_box(random, 0.5f);
+      second[i].To =
+          first[i].To + first[i].axis.col(0) * first[i].extent[0] + second[i].axis.col(0) * second[i].extent[0];
+      const std::uint32_t tile = i / kLanes, lane = i % kLanes;
+      put(nodes[3 * tile], lane, first[i]);
+      put(nodes[3 * tile + 1], lane, second[i]);
+      const fcl::Vector3f joint = first[i].To + first[i].axis.col(0) * first[i].extent[0];
+      for (int c = 0; c < 3; ++c) joints[tile].at[c][lane] = joint[c];
+    }
+  }
+  std::vector<BoxTile> nodes;
+  std::vector<PointTile> joints;
+  std::vector<fcl::OBBf> first, second, merged;
+};
+
+void measure_merge(const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar) {
+  MergeWork work;
+  static constexpr MergeStep kStep[] = {{0, 1, 0}};
+  MergeProgram program;
+  program.steps = {kStep, 1};
+  std::vector<Contender> contenders;
+  const std::uint64_t merges = std::uint64_t{kMergeTiles} * kLanes * kMergeRepeats;
+  for (const kernel::KernelTable* table : tables)
+    contenders.push_back({std::string("cab ") + to_string(table->isa),
+                          merges,
+                          [&work, &program, table] {
+                            for (std::uint32_t r = 0; r < kMergeRepeats; ++r)
+                              for (std::uint32_t t = 0; t < kMergeTiles; ++t)
+                                table->refit_boxes[0][0]({&program, &work.joints[t], &work.nodes[3 * t], nullptr});
+                            return std::uint64_t{0};
+                          },
+                          {},
+                          0});
+  contenders.push_back({"FCL OBB<float> operator+",
+                        work.first.size(),
+                        [&work] {
+                          for (std::size_t i = 0; i < work.first.size(); ++i)
+                            work.merged[i] = work.first[i] + work.second[i];
+                          return std::uint64_t{0};
+                        },
+                        {},
+                        0});
+  race(contenders, rounds, bar);
+  TextTable out;
+  out.add_row({"merge of two jointed boxes", "ns", "FCL operator+ / this"});
+  for (const Contender& contender : contenders)
+    out.add_row({contender.name, fixed(median(contender.nanoseconds), 2),
+                 fixed(times_faster(contender, contenders.back()), 1)});
+  out.print(std::cout);
+}
+
+// -------------------------------------------------------------------------------------------------------- SAT
+
+struct Pair {
+  std::uint32_t a, b;
+};
+
+struct OverlapWork {
+  OverlapWork() {
+    Random random(2);
+    for (std::uint32_t i = 0; i < kBoxes; ++i) {
+      fcl_boxes.push_back(random_box(random, 0.45f));
+      rows.push_back(row_of(fcl_boxes.back()));
+    }
+  }
+
+  // Random pairs of which the given share overlaps.
+  std::vector<Pair> pairs(double share) const {
+    Random random(3);
+    std::vector<Pair> out;
+    std::size_t overlapping = 0;
+    const std::size_t wanted = static_cast<std::size_t>(share * kPairs);
+    while (out.size() < kPairs) {
+      const Pair pair = {static_cast<std::uint32_t>(random.next() % kBoxes),
+                         static_cast<std::uint32_t>(random.next() % kBoxes)};
+      if (pair.a == pair.b) continue;
+      const bool overlap = fcl_boxes[pair.a].overlap(fcl_boxes[pair.b]);
+      if (overlap ? overlapping == wanted : out.size() - overlapping == kPairs - wanted) continue;
+      overlapping += overlap;
+      out.push_back(pair);
+    }
+    return out;
+  }
+
+  std::vector<fcl::OBBf> fcl_boxes;
+  std::vector<BoxAos> rows;
+};
+
+std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector<BoxAos>& rows,
+                             const std::vector<Pair>& pairs) {
+  std::uint64_t count = 0;
+  kernel::BoxPairs<BoxAos> hand;
+  hand.shift = nullptr;
+  hand.leaves = 0;
+  for (std::size_t i = 0; i < pairs.size(); i += kLanes) {
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      hand.a[lane] = &rows[pairs[i + lane].a];
+      hand.b[lane] = &rows[pairs[i + lane].b];
+    }
+    count += static_cast<std::uint64_t>(
+        __builtin_popcount(table.overlap_boxes[static_cast<std::size_t>(Sat::kAll15)](hand)));
+  }
+  return count;
+}
+
+// Relative pose of a pair, as obbDisjoint wants it.
+struct Relative {
+  fcl::Matrix3f rotation;
+  fcl::Vector3f translation;
+};
+
+void measure_overlap(const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar) {
+  const OverlapWork work;
+  for (const double share : {0.1, 0.5, 0.9}) {
+    const std::vector<Pair> pairs = work.pairs(share);
+    std::vector<Relative> relative;
+    for (const Pair& pair : pairs) {
+      const fcl::OBBf &a = work.fcl_boxes[pair.a], &b = work.fcl_boxes[pair.b];
+      relative.push_back({a.axis.transpose() * b.axis, a.axis.transpose() * (b.To - a.To)});
+    }
+    std::vector<Contender> contenders;
+    for (const kernel::KernelTable* table : tables)
+      contenders.push_back({std::string("cab ") + to_string(table->isa),
+                            kPairs,
+                            [&work, &pairs, table] { return count_overlaps(*table, work.rows, pairs); },
+                            {},
+                            0});
+    contenders.push_back({"FCL OBB<float>::overlap",
+                          kPairs,
+                          [&work, &pairs] {
+                            std::uint64_t count = 0;
+                            for (const Pair& pair : pairs)
+                              count += work.fcl_boxes[pair.a].overlap(work.fcl_boxes[pair.b]);
+                            return count;
+                          },
+                          {},
+                          0});
+    contenders.push_back({"FCL obbDisjoint<float> (relative pose given)",
+                          kPairs,
+                          [&work, &pairs, &relative] {
+                            std::uint64_t count = 0;
+                            for (std::size_t i = 0; i < pairs.size(); ++i)
+                              count += !fcl::obbDisjoint(relative[i].rotation, relative[i].translation,
+                                                         work.fcl_boxes[pairs[i].a].extent,
+                                                         work.fcl_boxes[pairs[i].b].extent);
+                            return count;
+                          },
+                          {},
+                          0});
+    race(contenders, rounds, bar);
+    TextTable out;
+    out.add_row({"overlap from index pairs, " + fixed(100 * share, 0) + " % overlap", "ns", "overlap / this",
+                 "obbDisjoint / this", "overlapping"});
+    for (const Contender& contender : contenders)
+      out.add_row({contender.name, fixed(median(contender.nanoseconds), 2),
+                   fixed(times_faster(contender, contenders[contenders.size() - 2]), 1),
+                   fixed(times_faster(contender, contenders.back()), 1), std::to_string(contender.answer)});
+    std::cout << '\n';
+    out.print(std::cout);
+  }
+}
+
+}  // namespace
+
+int kernels_command(const KernelsOptions& options) {
+  const std::vector<const kernel::KernelTable*> tables = chosen_kernels(options.isas);
+  ProgressBar bar("rounds", 4 * (std::uint64_t{options.rounds} + 1));
+  measure_merge(tables, options.rounds, bar);
+  measure_overlap(tables, options.rounds, bar);
+  return 0;
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,40 @@
+// How many leaf pairs the padding of leaf boxes and the slack of the overlap test add to those whose boxes touch.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "perf/paper/gates.h"
+#include "scenes/scene.h"
+
+namespace cab::perf {
+
+// Pairs of links whose leaf boxes meet, summed over all frames of a scene; the judge (perf/oracle/exact_pose.h) works in
+// long double, without padding or slack, on the boxes and poses as the scene describes them.
+struct AddedFalsePositives {
+  std::uint64_t found = 0;       // by the engine: the tables' #coll where a link has one leaf
+  std::uint64_t touching = 0;    // by the judge
+  std::uint64_t by_padding = 0;  // of those found: the judge calls them apart, but the engine's padded boxes touching
+  std::uint64_t by_slack = 0;    // of those found: the judge calls the padded boxes apart, too
+  std::uint64_t missed = 0;      // touching, and not found
+
+  // What was added, in per cent of the touching; 0 where nothing touches.
+  double percent() const;
+};
+
+// Runs the scene's pairs of characters with CAB boxes and judges every pair of their links in every frame.
+AddedFalsePositives count_added_false_positives(const scenes::Scene& scene, Isa isa);
+
+// The most that padding and slack may add on a full run, in per cent.
+inline constexpr double kAddedPercentLimit = 0.1;
+
+// One line for people.
+std::string describe(const AddedFalsePositives& added);
+
+// Nothing is missed; on a full run, little is added.
+std::vector<Gate> false_positive_gates(const AddedFalsePositives& added, bool full_run);
+
+}  // namespace cab::perf

@@ -1,0 +1,35 @@
+// What `cab paper` prints and writes: tables with ours beside the paper's, JSON, CSV.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "perf/base/engine_session.h"
+#include "perf/paper/added_false_positives.h"
+#include "perf/paper/gates.h"
+
+namespace cab::perf {
+
+// One table as it was run.
+struct TableRun {
+  const PaperTable* table;
+  std::uint32_t frame_count;
+  Isa isa;
+  LaneContent lanes;
+  std::uint32_t thread_count;
+  std::uint64_t pose_hash;
+  std::uint64_t box_hash;      // of every box of CAB in every frame
+  std::uint64_t box_hit_hash;  // of every pair of leaf boxes that overlap, by CAB
+  AddedFalsePositives added;   // of CAB, against boxes without padding and tests without slack
+  std::vector<MethodRun> runs;
+  std::vector<Gate> gates;
+
+  bool is_full() const { return frame_count == table->frame_count; }
+};
+
+void print_table(const TableRun& run);
+void write_paper_json(const std::string& path, const std::vector<TableRun>& tables);
+void write_paper_csv(const std::string& path, const std::vector<TableRun>& tables);
+
+}  // namespace cab::perf

@@ -1,0 +1,295 @@
+// `cab paper`: the paper's scenes by every method, measured; the gates decide the exit code.
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iostream>
+#include <string>
+#include <utility>
+
+#include "perf/base/engine_session.h"
+#include "perf/base/report.h"
+#include "perf/commands.h"
+#include "perf/paper/gates.h"
+#include "perf/paper/mesh_query.h"
+#include "perf/paper/output.h"
+#include "perf/paper/partial_update.h"
+#include "perf/paper/tables.h"
+#include "scenes/bit_hash.h"
+#include "scenes/paper/registry.h"
+
+namespace cab::perf {
+namespace {
+
+constexpr Policies tree(Refit refit, Extents extents = Extents::kChildren) {
+  return {refit, Strategy::kTree, Exact::kFcl, extents};
+}
+
+// The paper's rows in its order, each followed by its variants.
+const std::array<Method, 14> kMethods = {{
+    {"brute", PaperMethod::kBrute, {Refit::kCab, Strategy::kExactAll, Exact::kFcl, Extents::kChildren}},
+    {"AABB+", PaperMethod::kAabbVertices, tree(Refit::kAabbVertices)},
+    {"AABB*", PaperMethod::kAabbHull, tree(Refit::kAabbHull)},
+    {"AABB* from leaves", std::nullopt, tree(Refit::kAabbHull, Extents::kLeaves)},
+    {"AABB* on demand", std::nullopt, tree(Refit::kAabbHull), true},
+    {"OBB", PaperMethod::kObb, tree(Refit::kCovariance)},
+    {"OBB of leaf corners", std::nullopt, tree(Refit::kCovarianceLeaves)},
+    {"OBB leaf extents", std::nullopt, tree(Refit::kCovariance, Extents::kLeaves)},
+    {"CAB", PaperMethod::kCab, tree(Refit::kCab)},
+    {"CAB sum", std::nullopt, tree(Refit::kCabSum)},
+    {"CAB leaf extents", std::nullopt, tree(Refit::kCab, Extents::kLeaves)},
+    {"best3", std::nullopt, tree(Refit::kBest3)},
+    {"best3 leaf extents", std::nullopt, tree(Refit::kBest3, Extents::kLeaves)},
+    {"all leaf pairs", std::nullopt, {Refit::kCab, Strategy::kBrute, Exact::kFcl, Extents::kChildren}},
+}};
+
+// Beside them where the scene's links are not convex: exact queries on triangle meshes instead of convex pieces.
+const std::array<Method, 2> kMeshMethods = {{
+    {"AABB* on meshes", std::nullopt, tree(Refit::kAabbHull), false, true},
+    {"CAB on meshes", std::nullopt, tree(Refit::kCab), false, true},
+}};
+constexpr std::uint32_t kMeshTable = 3;
+
+std::vector<Method> methods_of(const PaperTable& table) {
+  std::vector<Method> methods(kMethods.begin(), kMethods.end());
+  if (table.number == kMeshTable) methods.insert(methods.end(), kMeshMethods.begin(), kMeshMethods.end());
+  return methods;
+}
+
+// Times are medians of this many runs, the methods in turns. t[query] of a method that takes longer than the limit is
+// of one run: that long, noise averages out.
+constexpr std::size_t kTimedRuns = 5;
+constexpr double kRepeatedQuerySeconds = 0.3;
+
+const PaperTable& find_table(std::uint32_t number) {
+  if (number >= 1 && number <= kPaperTables.size()) return kPaperTables[number - 1];
+  throw UsageError("--tables: the paper has no table " + std::to_string(number) + "; choose from 1,2,3,4,5");
+}
+
+void add_touch(scenes::BitHash& hash, const Touch& touch) {
+  for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
+    hash.add(number);
+}
+
+double area(const Box& box) {
+  const double x = 2.0 * box.half[0], y = 2.0 * box.half[1], z = 2.0 * box.half[2];
+  return 2 * (x * y + y * z + z * x);
+}
+
+double mean_inner_area(EngineSession& session, const Policies& policies) {
+  double sum = 0;
+  std::uint64_t count = 0;
+  session.visit_boxes(policies, [&](const ArticulationInfo& info, Span<const Box> boxes) {
+    for (std::uint32_t node = info.leaf_count; node < info.node_count; ++node) sum += area(boxes.data[node]);
+    count += info.node_count - info.leaf_count;
+  });
+  return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+std::uint64_t box_hash(EngineSession& session, const Policies& policies) {
+  scenes::BitHash hash;
+  session.visit_boxes(policies, [&](const ArticulationInfo&, Span<const Box> boxes) {
+    for (const Box& box : boxes) hash.add(box);
+  });
+  return hash.value();
+}
+
+Policies without_exact(Policies policies) {
+  policies.exact = Exact::kNone;
+  return policies;
+}
+
+// Runs a method with its exact queries and hands out the hits of each block. As in the paper, a query that finds a hit
+// goes on to its normal and depth; those on meshes do not, since FCL gives the contacts of triangles, not of bodies.
+FrameStats run_queries(EngineSession& session, const scenes::Scene& scene, const Method& method,
+                       std::uint64_t& nested_count, const std::function<void(const BlockResult&)>& on_block) {
+  if (!method.on_meshes) return session.run(method.policies, true, on_block);
+  MeshQueries queries(scene);
+  FrameStats stats = session.run(without_exact(method.policies), false, [&](const BlockResult& block) {
+    on_block({block.frames, queries.touching(block.touches), block.stats});
+  });
+  stats.seconds_query = queries.seconds();
+  stats.seconds_total += queries.seconds();
+  nested_count = queries.nested_count();
+  return stats;
+}
+
+// To within what rounding to float leaves.
+bool is_unit(const float* v) {
+  constexpr double kRounding = 1e-6;
+  double square = 0;
+  for (int c = 0; c < 3; ++c) square += static_cast<double>(v[c]) * static_cast<double>(v[c]);
+  return std::fabs(square - 1) < kRounding;
+}
+
+// The hits, #coll and t[query] of a method; a hit counts between two characters only, a call counts wherever it is.
+void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& run, ProgressBar& bar) {
+  scenes::BitHash hash;
+  BlockResult warm_up;
+  session.run_block(0, run.method.policies, false, warm_up);
+  run.stats = run_queries(session, scene, run.method, run.nested_count, [&](const BlockResult& block) {
+    for (const Touch& touch : block.touches) {
+      if (touch.character_a == touch.character_b) continue;
+      ++run.hits;
+      if (is_unit(touch.contact.normal)) ++run.contact_count;
+      add_touch(hash, touch);
+    }
+    bar.advance(block.frames.count());
+  });
+  run.hits_hash = hash.value();
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// One run without exact tests, which would push boxes out of the caches; the hash is of the leaf pairs.
+FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, scenes::BitHash& hash) {
+  const auto add = [&hash](const std::vector<Touch>& touches) {
+    for (const Touch& touch : touches) add_touch(hash, touch);
+  };
+  if (method.on_demand) return run_partial_update(scene, session.isa(), add);
+  return session.run(without_exact(method.policies), false, [&](const BlockResult& block) { add(block.touches); });
+}
+
+// What was timed of one method, a value a run.
+struct Times {
+  std::vector<double> update, test, query, contact;
+};
+
+// Measures every method but brute, and finds the hash of its leaf pairs.
+void measure(EngineSession& session, const scenes::Scene& scene, std::vector<MethodRun>& runs, ProgressBar& bar) {
+  std::vector<Times> times(runs.size());
+  for (std::size_t r = 0; r < kTimedRuns; ++r)
+    for (std::size_t m = 0; m < runs.size(); ++m) {
+      MethodRun& run = runs[m];
+      if (run.method.policies.strategy == Strategy::kExactAll) continue;
+      scenes::BitHash hash;
+      const FrameStats stats = run_boxes(session, scene, run.method, hash);
+      times[m].update.push_back(stats.seconds_update);
+      times[m].test.push_back(stats.seconds_test);
+      run.box_hits_hash = hash.value();
+      run.stats.box_tests = stats.box_tests;
+      run.stats.leaf_pairs = stats.leaf_pairs;
+      if (!run.method.on_demand && run.stats.seconds_query < kRepeatedQuerySeconds) {
+        const FrameStats exact = run_queries(session, scene, run.method, run.nested_count, [](const BlockResult&) {});
+        times[m].query.push_back(exact.seconds_query);
+        times[m].contact.push_back(exact.seconds_contact);
+      }
+      bar.advance(scene.frame_count);
+    }
+  for (std::size_t m = 0; m < runs.size(); ++m) {
+    if (times[m].update.empty()) continue;
+    runs[m].stats.seconds_update = median(times[m].update);
+    runs[m].stats.seconds_test = median(times[m].test);
+    if (times[m].query.empty()) continue;
+    runs[m].stats.seconds_query = median(times[m].query);
+    runs[m].stats.seconds_contact = median(times[m].contact);
+  }
+  const auto is_hull = [](const MethodRun& run) { return run.method.paper == PaperMethod::kAabbHull; };
+  const auto hull = std::find_if(runs.begin(), runs.end(), is_hull);
+  for (MethodRun& run : runs)
+    if (run.method.on_demand) {
+      run.stats.seconds_query = hull->stats.seconds_query;
+      run.stats.seconds_contact = hull->stats.seconds_contact;
+    }
+}
+
+// Which hits on meshes are not those on pieces, by the leaf pairs of CAB, which every method's hits are among.
+std::vector<std::string> mesh_differences(EngineSession& session, const scenes::Scene& scene) {
+  const auto hits_of = [&](const Method& method) {
+    std::vector<Touch> hits;
+    std::uint64_t nested_count = 0;
+    run_queries(session, scene, method, nested_count, [&hits](const BlockResult& block) {
+      hits.insert(hits.end(), block.touches.begin(), block.touches.end());
+    });
+    return hits;
+  };
+  const Method on_pieces = {"", std::nullopt, tree(Refit::kCab)},
+               on_meshes = {"", std::nullopt, tree(Refit::kCab), false, true};
+  return differing_hits(scene, hits_of(on_pieces), hits_of(on_meshes));
+}
+
+TableRun run_table(const PaperTable& table, const PaperOptions& options) {
+  TableRun result = {};
+  result.table = &table;
+  result.frame_count = options.frame_count > 0 ? options.frame_count : table.frame_count;
+  const scenes::Scene scene = scenes::make_paper_scene(table.number, result.frame_count);
+  SessionOptions session_options = {options.isa, options.thread_count, {0, scene.frame_count}, false, options.lanes};
+  EngineSession session(scene, session_options);
+  // Brute calls the exact test on the links of one chain too; the hand it tests against the objects alone.
+  session_options.within = table.number != 5;
+  EngineSession brute_session(scene, session_options);
+  result.isa = session.isa();
+  result.lanes = options.lanes;
+  result.thread_count = session.thread_count();
+  result.pose_hash = scenes::pose_hash(scene);
+
+  const std::vector<Method> methods = methods_of(table);
+  const std::uint64_t passes = methods.size() + (methods.size() - 1) * kTimedRuns;
+  ProgressBar bar("table " + std::to_string(table.number), passes * result.frame_count);
+  for (const Method& method : methods) {
+    MethodRun run;
+    run.method = method;
+    if (method.on_demand) {
+      // It finds the leaf pairs of AABB*, which a gate proves; so what follows from them is taken from there.
+      run = result.runs.back();
+      run.method = method;
+      bar.advance(scene.frame_count);
+    } else {
+      run_exact(method.policies.strategy == Strategy::kExactAll ? brute_session : session, scene, run, bar);
+    }
+    if (method.on_meshes && run.hits_hash != result.runs.front().hits_hash)
+      run.differences = mesh_differences(session, scene);
+    result.runs.push_back(run);
+  }
+  measure(session, scene, result.runs, bar);
+  for (MethodRun& run : result.runs) {
+    if (run.method.policies.strategy == Strategy::kTree) run.mean_area = mean_inner_area(session, run.method.policies);
+    if (run.method.paper != PaperMethod::kCab) continue;
+    result.box_hash = box_hash(session, run.method.policies);
+    result.box_hit_hash = run.box_hits_hash;
+  }
+  result.gates = check_gates(table, result.runs, result.is_full());
+  result.added = count_added_false_positives(scene, options.isa);
+  for (Gate& gate : false_positive_gates(result.added, result.is_full())) result.gates.push_back(std::move(gate));
+  return result;
+}
+
+}  // namespace
+
+int paper_command(const PaperOptions& options) {
+  for (const std::uint32_t number : options.tables) find_table(number);  // before the first table takes its time
+  std::vector<TableRun> tables;
+  for (const std::uint32_t number : options.tables) {
+    tables.push_back(run_table(find_table(number), options));
+    print_table(tables.back());
+  }
+  std::cout
+      << "Seconds are sums over all frames and over the threads that worked, medians of " << kTimedRuns
+      << " runs (t[query] above " << fixed(kRepeatedQuerySeconds, 1)
+      << " s, and brute, of one). t[query] has the normal and depth of every hit in it, % contact of t[total].\n"
+         "on meshes: exact queries on triangle meshes instead of convex pieces, without normal and depth, on one "
+         "thread.\n"
+         "AABB* on demand runs on one thread; its t[query] and hits are those of AABB*, whose "
+         "leaf pairs it finds.\nbrute calls on all pairs of links, those of one chain too; its hits are those between "
+         "the "
+         "chains.\n"
+         "area: mean surface of the inner boxes. The paper's times are from a Pentium 4 at 1.8 GHz, table 5's from a "
+         "Pentium 3 at 866 MHz.\n";
+  if (!options.json_path.empty()) write_paper_json(options.json_path, tables);
+  if (!options.csv_path.empty()) write_paper_csv(options.csv_path, tables);
+
+  std::size_t failed = 0;
+  for (const TableRun& run : tables)
+    failed += static_cast<std::size_t>(
+        std::count_if(run.gates.begin(), run.gates.end(), [](const Gate& gate) { return !gate.passed; }));
+  if (failed > 0) std::cerr << "cab paper: " << failed << " gates failed\n";
+  return failed > 0 ? 1 : 0;
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,70 @@
+#include "perf/run/run_world.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "scenes/import/import.h"
+
+namespace cab::perf {
+namespace {
+
+// A file without motion stands in every frame, so that it meets others like it and itself as a moving one does.
+void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count) {
+  if (!character.is_static) return;
+  const std::vector<float> poses = std::move(character.poses);
+  const std::vector<double> origins = std::move(character.origins);
+  character.poses.clear();
+  character.origins.clear();
+  for (std::uint32_t f = 0; f < frame_count; ++f) {
+    character.poses.insert(character.poses.end(), poses.begin(), poses.end());
+    character.origins.insert(character.origins.end(), origins.begin(), origins.end());
+  }
+  character.is_static = false;
+}
+
+}  // namespace
+
+void check_files(const RunOptions& options) {
+  const std::size_t files = options.files.size();
+  if (options.offsets.size() > files)
+    throw UsageError("--offset: given " + std::to_string(options.offsets.size()) + " times for " +
+                     std::to_string(files) + " files; give at most one a file, in their order");
+  if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != files)
+    throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
+                     std::to_string(files) + " files; give one for all files or one a file, in their order");
+}
+
+scenes::Scene import_world(const RunOptions& options) {
+  std::vector<scenes::Clip> clips;
+  for (std::size_t f = 0; f < options.files.size(); ++f) {
+    scenes::ImportOptions import;
+    import.up = options.up;
+    if (f < options.offsets.size()) import.offset = options.offsets[f];
+    if (!options.metres_per_unit.empty())
+      import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : f];
+    clips.push_back(scenes::import_clip(options.files[f], import));
+  }
+  scenes::Scene scene = scenes::make_world(std::move(clips));
+
+  if (options.rest_frame && *options.rest_frame >= scene.frame_count)
+    throw UsageError("--rest-frame: there is no frame " + std::to_string(*options.rest_frame) + " among the scene's " +
+                     std::to_string(scene.frame_count) + "; they are counted from 0");
+  for (scenes::Character& character : scene.characters) {
+    hold_in_every_frame(character, scene.frame_count);
+    character.ignored_hops = options.ignored_hops;
+    character.rest_frame = options.rest_frame;
+  }
+
+  // Hits are read by name, so two characters from files of one name must differ.
+  for (std::size_t c = 1; c < scene.characters.size(); ++c) {
+    const std::string base = scene.characters[c].name;
+    const auto before = scene.characters.begin() + static_cast<std::ptrdiff_t>(c);
+    const auto taken = [&](const scenes::Character& other) { return other.name == scene.characters[c].name; };
+    for (int copy = 2; std::any_of(scene.characters.begin(), before, taken); ++copy)
+      scene.characters[c].name = base + " (" + std::to_string(copy) + ")";
+  }
+  return scene;
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,114 @@
+// `cab sweep`: what every policy costs and brings, on many scenes or on one's own.
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "perf/commands.h"
+#include "perf/run/run_world.h"
+#include "perf/sweep/cells.h"
+#include "perf/sweep/output.h"
+#include "perf/sweep/plot.h"
+#include "perf/sweep/scenes.h"
+
+namespace cab::perf {
+namespace {
+
+// Wrong use that only shows when options are seen together.
+void check(const SweepOptions& options) {
+  check_files(options.world);
+  const bool about_files =
+      !options.world.offsets.empty() || !options.world.metres_per_unit.empty() || options.world.up != 0;
+  if (options.world.files.empty() && about_files)
+    throw UsageError("--offset, --units and --up are of FILE...; give some");
+  if (!options.world.files.empty() && !options.scenes.empty())
+    throw UsageError("--scene and FILE...: give one of the two; files are a scene of their own");
+  if (!options.csv_path.empty() && options.csv_path == options.json_path)
+    throw UsageError("--csv and --json name the same file; give two");
+  for (const std::string& file : options.world.files)
+    for (const std::string& output : {options.csv_path, options.json_path}) {
+      std::error_code ignored;  // an output that is not there yet is no input either
+      if (!output.empty() && std::filesystem::equivalent(file, output, ignored))
+        throw UsageError(output + " is an input; write the output to another file");
+    }
+}
+
+// A scene and whether all policies are run on it, or strategies alone.
+struct ChosenScene {
+  std::string name;
+  bool all_policies;
+};
+
+// Those that are asked for, or those by default; to these come, where there are pictures of them, all scenes that differ
+// in size alone.
+std::vector<ChosenScene> choose_scenes(const SweepOptions& options) {
+  std::vector<ChosenScene> chosen;
+  for (const std::string& name : options.scenes) chosen.push_back({name, true});
+  if (!chosen.empty()) return chosen;
+  for (const SweepSceneName& scene : kSweepScenes)
+    if (scene.by_default) chosen.push_back({scene.name, true});
+  if (options.plot_folder.empty()) return chosen;
+  for (const char* family : {"uniform", "detailed", "ropes"})
+    for (const SweepMember& member : sweep_family(family))
+      if (std::none_of(chosen.begin(), chosen.end(), [&](const ChosenScene& c) { return c.name == member.name; }))
+        chosen.push_back({member.name, false});
+  return chosen;
+}
+
+// Of the policies those that differ from the defaults in strategy and exact test alone.
+std::vector<Policies> strategies_alone(const std::vector<Policies>& all) {
+  std::vector<Policies> out;
+  for (const Policies& policies : all) {
+    Policies same;
+    same.strategy = policies.strategy;
+    same.exact = policies.exact;
+    if (code_line(same) == code_line(policies)) out.push_back(policies);
+  }
+  return out;
+}
+
+}  // namespace
+
+int sweep_command(const SweepOptions& options) {
+  check(options);
+  if (!options.plot_folder.empty()) prepare_plots(options.plot_folder);
+  const SweepPlan plan = {choose_policies(options.values), options.isas, options.thread_counts, options.rounds};
+  SweepPlan strategies = plan;
+  strategies.policies = strategies_alone(plan.policies);
+  std::cout
+      << "Times are medians of rounds in which every cell has its turn, the fastest of some runs; those of phases are "
+         "summed over threads.\nfalse: leaf pairs whose boxes overlap and whose shapes are apart by FCL; misses: true "
+         "hits that are lost.\narea: of all inner boxes in some poses, over that of refit covariance and over the "
+         "least "
+         "that turning each box finds.\n*: no other of the same isa, threads and exact is as fast with as few false "
+         "positives.\n=: the same work as a cell with another strategy, whose times it has.\n\n";
+  std::vector<SweepRun> runs;
+  const auto run = [&](const SweepScene& scene, bool all_policies) {
+    runs.push_back(run_sweep(scene, all_policies ? plan : strategies));
+    print_sweep(runs.back());
+  };
+  if (!options.world.files.empty()) {
+    const SweepScene scene = make_files_scene(options.world);
+    for (const std::string& note : scene.scene->notes) std::cerr << "note: " << note << '\n';
+    run(scene, true);
+  } else {
+    for (const ChosenScene& chosen : choose_scenes(options))
+      run(make_sweep_scene(chosen.name, options.character_count), chosen.all_policies);
+  }
+  if (!options.json_path.empty()) write_sweep_json(options.json_path, runs);
+  if (!options.csv_path.empty()) write_sweep_csv(options.csv_path, runs);
+  if (!options.plot_folder.empty()) {
+    std::cout << "pictures in " << options.plot_folder << ':';
+    for (const std::string& name : plot_sweep(options.plot_folder, runs)) std::cout << ' ' << name;
+    std::cout << '\n';
+  }
+
+  std::uint64_t misses = 0;
+  for (const SweepRun& done : runs)
+    for (const SweepCell& cell : done.cells) misses += cell.misses;
+  if (misses > 0) std::cerr << "cab sweep: " << misses << " true hits were missed\n";
+  return misses > 0 ? 1 : 0;
+}
+
+}  // namespace cab::perf

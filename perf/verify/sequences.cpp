@@ -1,0 +1,80 @@
+// Whole frames of random worlds, half of them with layers and some with a margin, by run_frame: every strategy and refit
+// must report every pair of links that the exact judge calls touching, or no farther apart than the margin. Where two
+// strategies on the same leaf boxes differ, the pair is then one that the judge calls apart; such pairs are counted.
+#include <algorithm>
+#include <iterator>
+
+#include "perf/oracle/random_world.h"
+#include "perf/verify/parts.h"
+
+namespace cab::perf {
+namespace {
+
+// Links of a world's articulations: few, so that the judge can look at every pair, and many in one world of this many.
+constexpr unsigned kFewLinks = 8, kManyLinks = 64;
+constexpr double kManyShare = 1.0 / 64;
+
+const std::vector<RefitMethod>& methods() {
+  static const std::vector<RefitMethod> all = frame_methods();
+  return all;
+}
+
+// The method that tests the same leaf boxes by the same axes in all pairs, with which a method is compared unless it tests none.
+std::size_t reference_of(std::size_t method) {
+  std::size_t m = 0;
+  while (methods()[m].policies.strategy != Strategy::kBrute ||
+         methods()[m].policies.refit != methods()[method].policies.refit ||
+         methods()[m].policies.sat != methods()[method].policies.sat)
+    ++m;
+  return m;
+}
+
+void judge_hits(Task& task, std::size_t method, const std::vector<Hit>& touching, const std::vector<Hit>& hits) {
+  Tally& tally = task.tallies[method];
+  ++tally.judged;
+  tally.touching += touching.size();
+  tally.false_positives += oracle::missing_from(hits, touching);
+  std::vector<Hit> missed;
+  std::set_difference(touching.begin(), touching.end(), hits.begin(), hits.end(), std::back_inserter(missed),
+                      oracle::link_less);
+  for (const Hit& hit : missed)
+    task.violation(method, "links that touch are not reported; method " + methods()[method].name + ", batch " +
+                               std::to_string(hit.batch_a.value) + " instance " + std::to_string(hit.instance_a) +
+                               " link " + std::to_string(hit.link_a) + " and batch " +
+                               std::to_string(hit.batch_b.value) + " instance " + std::to_string(hit.instance_b) +
+                               " link " + std::to_string(hit.link_b));
+}
+
+void run(Task& task) {
+  oracle::World world;
+  const unsigned links = task.random.chance(kManyShare) ? kManyLinks : kFewLinks;
+  task.regime == 0 ? oracle::add_characters(task.random, world, links) : oracle::add_frames(task.random, world, links);
+  if (task.random.chance(0.5)) oracle::add_layers(task.random, world);
+  if (task.random.chance(0.3)) world.margin = static_cast<float>(task.random.log_uniform(1e-6, 1));
+  EngineDesc desc;
+  desc.isa = task.subject->kernels->isa;
+  const oracle::EnginePtr engine = oracle::make_engine_for(world, desc);
+  const std::vector<Hit> touching = oracle::judge_world(world);
+  std::vector<std::vector<Hit>> hits;
+  for (std::size_t m = 0; m < methods().size(); ++m) {
+    hits.push_back(oracle::run_on(*engine, world, methods()[m].policies, task.subject->run_frame).hits);
+    judge_hits(task, m, touching, hits.back());
+  }
+  for (std::size_t m = 0; m < methods().size(); ++m) {
+    const Policies& policies = methods()[m].policies;
+    if (policies.strategy == Strategy::kExactAll) continue;
+    // With fewer axes, inner boxes that are told apart spare leaf pairs that would have passed: a difference by design.
+    if (policies.sat != Sat::kAll15 && policies.strategy != Strategy::kBrute && policies.strategy != Strategy::kRows)
+      continue;
+    const std::vector<Hit>& reference = hits[reference_of(m)];
+    task.tallies[m].differing += oracle::missing_from(hits[m], reference) + oracle::missing_from(reference, hits[m]);
+  }
+}
+
+}  // namespace
+
+VerifyPart frames_part() {
+  return {"frames", "frames", Columns::kPairs, {"characters", "sequences"}, names_of(methods()), run};
+}
+
+}  // namespace cab::perf

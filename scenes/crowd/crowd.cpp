@@ -1,0 +1,266 @@
+#include "scenes/crowd/crowd.h"
+
+#include "scenes/bit_hash.h"
+#include "scenes/crowd/clip_crowd.h"
+#include "scenes/crowd/detailed.h"
+#include "scenes/crowd/humanoid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+namespace cab::scenes {
+namespace {
+
+// What the streams of draws are told apart by.
+constexpr std::uint64_t kMotionSeed = 1, kPlaceSeed = 2, kOrderSeed = 3;
+
+constexpr double kJitter = .25;         // metres
+constexpr double kBattleDensity = 1.5;  // characters a square metre
+constexpr double kLineStep = .5;        // metres
+constexpr double kFarSide = 1e7;        // metres
+constexpr float kGiant = 100;           // times as large
+constexpr double kTileGap = 2;          // metres between copies of a recording: nobody reaches across
+
+// A crowd of humanoids whose pelvises are above x y each at time 0. Each humanoid is drawn again whenever it is posed:
+// what was drawn would take as much memory as its poses.
+Crowd humanoid_crowd(std::vector<double> places) {
+  CrowdGroup group;
+  group.figure = make_humanoid();
+  group.count = static_cast<std::uint32_t>(places.size() / 2);
+  group.pose = [places = std::move(places)](double seconds, PosedGroup& posed) {
+    const std::size_t count = places.size() / 2;
+    posed.poses.resize(count * kHumanoidPoseFloats);
+    posed.origins.resize(count * 3);
+    posed.orientations.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      Random random = Random::of(kMotionSeed, i);
+      pose_humanoid(draw_humanoid(random), places[2 * i], places[2 * i + 1], seconds,
+                    posed.poses.data() + i * kHumanoidPoseFloats, posed.origins.data() + i * 3);
+    }
+  };
+  Crowd crowd;
+  crowd.groups.push_back(std::move(group));
+  return crowd;
+}
+
+// x y of `count` characters at random in a square.
+std::vector<double> square_places(std::uint32_t count, double side) {
+  std::vector<double> places(std::size_t{count} * 2);
+  Random random(kPlaceSeed);
+  for (double& coordinate : places) coordinate = random.uniform(0, side);
+  return places;
+}
+
+std::vector<double> uniform_places(std::uint32_t count, double characters_a_square_metre) {
+  return square_places(count, std::sqrt(count / characters_a_square_metre));
+}
+
+// Puts things in random order (Fisher and Yates).
+template <class T>
+void shuffle(std::vector<T>& things) {
+  Random random(kOrderSeed);
+  for (std::size_t left = things.size(); left > 1; --left)
+    std::swap(things[left - 1], things[random.index(static_cast<std::uint32_t>(left))]);
+}
+
+// x y of `count` characters about the points of a 1 m grid, in random order.
+std::vector<double> jitter_places(std::uint32_t count) {
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count)));
+  std::vector<std::uint32_t> cells(count);
+  for (std::uint32_t i = 0; i < count; ++i) cells[i] = i;
+  shuffle(cells);
+  std::vector<double> places;
+  places.reserve(std::size_t{count} * 2);
+  Random random(kPlaceSeed);
+  for (const std::uint32_t cell : cells)
+    for (const std::uint32_t point : {cell % side, cell / side})
+      places.push_back(point + random.uniform(-kJitter, kJitter));
+  return places;
+}
+
+// x y of `count` characters in random order on a line.
+std::vector<double> line_places(std::uint32_t count) {
+  std::vector<double> at(count);
+  for (std::uint32_t i = 0; i < count; ++i) at[i] = kLineStep * i;
+  shuffle(at);
+  std::vector<double> places(std::size_t{count} * 2, 0.0);
+  for (std::uint32_t i = 0; i < count; ++i) places[2 * i] = at[i];
+  return places;
+}
+
+// The last of a uniform crowd, in a group of its own and larger.
+Crowd with_giant(std::uint32_t count) {
+  std::vector<double> places = uniform_places(count, 1);
+  const std::vector<double> place(places.end() - 2, places.end());
+  places.resize(places.size() - 2);
+  Crowd crowd;
+  if (!places.empty()) crowd = humanoid_crowd(std::move(places));
+  CrowdGroup giant = humanoid_crowd(place).groups[0];
+  for (float& coordinate : giant.figure.link_joints) coordinate *= kGiant;
+  for (BodyLeaf& leaf : giant.figure.leaves)
+    for (std::size_t c = 0; c < 3; ++c) {
+      leaf.box.center[c] *= kGiant;
+      leaf.box.half[c] *= kGiant;
+    }
+  giant.pose = [pose = giant.pose](double seconds, PosedGroup& posed) {
+    pose(seconds, posed);
+    for (std::size_t link = 0; link < posed.poses.size(); link += 7)
+      for (std::size_t f = 4; f < 7; ++f) posed.poses[link + f] *= kGiant;
+  };
+  crowd.groups.push_back(std::move(giant));
+  return crowd;
+}
+
+// Clips played on places.
+Crowd clips_on(std::vector<double> places, CrowdSources sources) {
+  const auto count = static_cast<std::uint32_t>(places.size() / 2);
+  const auto stand = [places = std::move(places)](std::uint32_t character, double) {
+    return Standing{places[std::size_t{character} * 2], places[std::size_t{character} * 2 + 1],
+                    Random::of(kMotionSeed, character).angle()};
+  };
+  return clip_crowd(std::move(sources.clips), sources.up, count, stand);
+}
+
+Crowd detailed(std::uint32_t count, CrowdSources sources) {
+  const std::uint32_t boxes_per_link = sources.boxes_per_link;
+  std::vector<double> places = uniform_places(count, 1);
+  Crowd crowd =
+      sources.clips.empty() ? humanoid_crowd(std::move(places)) : clips_on(std::move(places), std::move(sources));
+  for (CrowdGroup& group : crowd.groups) group.figure = with_detail(std::move(group.figure), boxes_per_link);
+  return crowd;
+}
+
+void check(const RopeOptions& options) {
+  if (options.link_count < kLeastRopeLinks || options.link_count > kMaxLinks)
+    throw std::invalid_argument("make_crowd: no rope has " + std::to_string(options.link_count) + " links");
+  if (!(options.spacing >= kLeastSpacing && options.spacing <= kMostSpacing))
+    throw std::invalid_argument("make_crowd: a spacing of " + std::to_string(options.spacing) + " is out of range");
+}
+
+// Bundles in random order on a square grid; a braid's strands follow each other, the last may be alone.
+Crowd ropes(std::uint32_t count, const RopeOptions& options) {
+  check(options);
+  const std::uint32_t strands = options.shape == RopeShape::kBraided ? 2 : 1;
+  std::vector<std::uint32_t> points((count + strands - 1) / strands);
+  for (std::uint32_t i = 0; i < points.size(); ++i) points[i] = i;
+  shuffle(points);
+  CrowdGroup group;
+  group.figure = make_rope(options.link_count);
+  group.count = count;
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(points.size())));
+  group.pose = [options, count, strands, side, points = std::move(points)](double seconds, PosedGroup& posed) {
+    const std::size_t floats = std::size_t{options.link_count} * 7;
+    posed.poses.resize(count * floats);
+    posed.origins.resize(std::size_t{count} * 3);
+    posed.orientations.clear();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t bundle = i / strands, point = points[bundle];
+      pose_rope(options, {bundle, point % side, point / side, i % strands}, seconds, posed.poses.data() + i * floats,
+                posed.origins.data() + std::size_t{i} * 3);
+    }
+  };
+  Crowd crowd;
+  crowd.groups.push_back(std::move(group));
+  return crowd;
+}
+
+// A person of a recording in one of its copies.
+struct Walker {
+  const Track* track;
+  double moment;  // of the recording that the copy shows at time 0
+  std::uint32_t copy;
+};
+
+// The recording at as many random moments as give `count` people, those of one moment in one copy. A moment is that of
+// a random sample, so that somebody is there, and full moments are likelier than empty ones.
+std::vector<Walker> draw_walkers(const Trajectories& trajectories, std::uint32_t count) {
+  std::vector<double> moments;
+  for (const Track& track : trajectories.tracks)
+    moments.insert(moments.end(), track.seconds.begin(), track.seconds.end() - 1);
+  std::vector<Walker> walkers;
+  Random random(kPlaceSeed);
+  for (std::uint32_t copy = 0; walkers.size() < count; ++copy) {
+    const double moment = moments[random.index(static_cast<std::uint32_t>(moments.size()))];
+    for (const Track& track : trajectories.tracks)
+      if (walkers.size() < count && track.seconds.front() <= moment && moment < track.seconds.back())
+        walkers.push_back({&track, moment, copy});
+  }
+  return walkers;
+}
+
+// Copies lie on a grid. Whoever comes to the end of the track begins it again.
+Crowd bottleneck(std::uint32_t count, CrowdSources sources) {
+  const auto trajectories = std::make_shared<const Trajectories>(std::move(sources.trajectories));
+  double low[2], high[2];
+  for (std::size_t k = 0; k < 2; ++k) {
+    low[k] = high[k] = trajectories->tracks[0].places[k];
+    for (const Track& track : trajectories->tracks)
+      for (std::size_t place = k; place < track.places.size(); place += 2) {
+        low[k] = std::min(low[k], track.places[place]);
+        high[k] = std::max(high[k], track.places[place]);
+      }
+  }
+  const double width = high[0] - low[0] + kTileGap, depth = high[1] - low[1] + kTileGap;
+  std::vector<Walker> walkers = draw_walkers(*trajectories, count);
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(walkers.back().copy + 1)));
+  shuffle(walkers);
+  const auto stand = [trajectories, walkers = std::move(walkers), side, width, depth](std::uint32_t character,
+                                                                                      double seconds) {
+    const Walker& walker = walkers[character];
+    const double begin = walker.track->seconds.front(), length = walker.track->seconds.back() - begin;
+    Standing standing = stand_on(*walker.track, begin + std::fmod(walker.moment + seconds - begin, length));
+    standing.x += width * (walker.copy % side);
+    standing.y += depth * (walker.copy / side);
+    return standing;
+  };
+  return clip_crowd(std::move(sources.clips), sources.up, count, stand);
+}
+
+}  // namespace
+
+std::uint32_t Crowd::count() const {
+  std::uint32_t sum = 0;
+  for (const CrowdGroup& group : groups) sum += group.count;
+  return sum;
+}
+
+Crowd make_crowd(const std::string& name, std::uint32_t count, CrowdSources sources) {
+  const auto scene = std::find_if(kCrowdScenes.begin(), kCrowdScenes.end(),
+                                  [&name](const CrowdScene& entry) { return name == entry.name; });
+  if (scene == kCrowdScenes.end()) throw std::invalid_argument("make_crowd: no crowd scene is called " + name);
+  if (count == 0) throw std::invalid_argument("make_crowd: a crowd needs at least one character");
+  if (scene->clips == ClipUse::kNeeded && sources.clips.empty())
+    throw std::invalid_argument("make_crowd: " + name + " needs at least one clip");
+  if (scene->needs_trajectories && sources.trajectories.tracks.empty())
+    throw std::invalid_argument("make_crowd: " + name + " needs trajectories");
+  if (name == "uniform") return humanoid_crowd(uniform_places(count, 1));
+  if (name == "jitter") return humanoid_crowd(jitter_places(count));
+  if (name == "spot") return humanoid_crowd(std::vector<double>(std::size_t{count} * 2, 0.0));
+  if (name == "line") return humanoid_crowd(line_places(count));
+  if (name == "giant") return with_giant(count);
+  if (name == "far") return humanoid_crowd(square_places(count, kFarSide));
+  if (name == "detailed") return detailed(count, std::move(sources));
+  if (name == "ropes") return ropes(count, sources.ropes);
+  if (name == "battle") return clips_on(uniform_places(count, kBattleDensity), std::move(sources));
+  return bottleneck(count, std::move(sources));
+}
+
+void pose_crowd(const Crowd& crowd, double seconds, std::vector<PosedGroup>& posed) {
+  posed.resize(crowd.groups.size());
+  for (std::size_t g = 0; g < posed.size(); ++g) crowd.groups[g].pose(seconds, posed[g]);
+}
+
+std::uint64_t pose_hash(const std::vector<PosedGroup>& posed) {
+  BitHash hash;
+  for (const PosedGroup& group : posed) {
+    for (const float value : group.poses) hash.add(value);
+    for (const double value : group.origins) hash.add(value);
+    for (const float value : group.orientations) hash.add(value);
+  }
+  return hash.value();
+}
+
+}  // namespace cab::scenes

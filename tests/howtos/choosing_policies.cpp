@@ -1,0 +1,87 @@
+// Policies trade speed for accuracy; instruction sets change speed alone. How to choose them, and what stays the same.
+#include <cab/cab.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+static void check(cab::Status status) {
+  if (status == cab::Status::kOk) return;
+  std::fprintf(stderr, "cab: %s\n", cab::to_string(status));
+  std::exit(1);
+}
+
+// 100 fighters hold their spears level. Each spear points a little further round than the one before.
+static std::vector<cab::Hit> hits_of_spears(const cab::Policies& policies, cab::Isa isa = cab::Isa::kAuto) {
+  constexpr std::uint32_t kCount = 100;
+  cab::EngineDesc desc;
+  desc.isa = isa;
+  cab::Engine* engine = nullptr;
+  check(cab::create_engine(desc, &engine));
+  const std::int32_t parents[] = {-1};
+  const cab::Leaf leaf = {0, {{.9f, 1, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.9f, .05f, .05f}}, {}};
+  cab::ArticulationId spear;
+  check(cab::add_articulation(*engine, {{parents, 1}, {}, {&leaf, 1}, {}}, &spear));
+  cab::BatchId spears;
+  check(cab::add_batch(*engine, {spear, kCount, cab::BatchKind::kCharacters}, &spears));
+
+  std::vector<float> poses;
+  std::vector<double> origins;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const std::uint32_t row = i / 10, column = i % 10;
+    poses.insert(poses.end(), {0, static_cast<float>(i) / kCount, 0, 1, 0, 0, 0});  // the quaternion is normalized
+    origins.insert(origins.end(), {1.2 * column, 0, 1.2 * row});
+  }
+  const cab::PairRule rule = {spears, spears, cab::Pairing::kBetween};
+  cab::BatchInput input;
+  input.batch = spears;
+  input.poses.data = poses.data();
+  input.origins = {origins.data(), origins.size()};
+  std::vector<cab::Hit> hits(16 * kCount);
+  cab::FrameJob job;
+  job.inputs = {&input, 1};
+  job.rules = {&rule, 1};
+  job.policies = policies;
+  job.hits = {hits.data(), hits.size()};
+  check(cab::run_frame(*engine, job));
+  cab::destroy_engine(engine);
+  hits.resize(job.hit_count);
+  return hits;
+}
+
+static bool same(const std::vector<cab::Hit>& a, const std::vector<cab::Hit>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(cab::Hit)) == 0;
+}
+
+int main() {
+  // The defaults, on the best instruction set that this CPU and this build have.
+  const std::vector<cab::Hit> expected = hits_of_spears({});
+  bool right = !expected.empty();
+  std::printf("%zu hits on", expected.size());
+  for (std::uint32_t i = 1; i < cab::kIsaCount; ++i) {  // 0 is kAuto
+    const auto isa = static_cast<cab::Isa>(i);
+    if (!cab::isa_available(isa)) continue;  // create_engine would answer kIsaNotAvailable
+    std::printf(" %s", cab::to_string(isa));
+    right = right && same(hits_of_spears({}, isa), expected);
+  }
+
+  // Strategies find the same hits in different times. The default, kAuto, picks one by the number of links and leaves.
+  cab::Policies brute;
+  brute.strategy = cab::Strategy::kBrute;
+  right = right && same(hits_of_spears(brute), expected);
+
+  // A preset sets every field. `fast` may report boxes that are slightly apart; it reports all that overlap.
+  cab::Policies fast;
+  right = right && cab::preset_set(fast, "fast") && hits_of_spears(fast).size() >= expected.size();
+
+  // A settings file holds names. policy_table lists them, each with its meaning.
+  std::printf("\n");
+  const cab::Span<const cab::PolicyField> table = cab::policy_table();
+  for (std::uint32_t field = 0; field < table.size; ++field) {
+    std::printf("%s=%s ", table[field].name, table[field].values[cab::policy_get(fast, field)].name);
+    if (std::strcmp(table[field].name, "strategy") == 0) right = right && cab::policy_set(fast, field, "tree");
+  }
+  std::printf("\n");
+  return right && fast.strategy == cab::Strategy::kTree ? 0 : 1;
+}

@@ -1,0 +1,807 @@
+// The `cab` command from outside: what it accepts, refuses, prints and writes. CAB_COMMAND is the path of the built
+// program; CAB_DATA_DIR in the environment names a folder of real motion, without which those cases are skipped.
+#include <cab/cab.h>
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/perf/cli/made_motion.h"
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+Outcome run_cab(const Words& arguments) { return spawn(CAB_COMMAND, arguments); }
+
+Words operator+(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+Words lines_of(const std::string& text) {
+  Words lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+Words split(const std::string& line) {
+  Words fields(1);
+  for (const char c : line)
+    if (c == ',')
+      fields.emplace_back();
+    else
+      fields.back() += c;
+  return fields;
+}
+
+std::vector<Isa> available_isas() {
+  std::vector<Isa> isas;
+  for (std::uint8_t i = 0; i < kIsaCount; ++i)
+    if (const Isa isa = static_cast<Isa>(i); isa != Isa::kAuto && isa_available(isa)) isas.push_back(isa);
+  return isas;
+}
+
+// Two figures in a folder; the second walks through the first.
+struct TwoFigures {
+  TemporaryFolder folder;
+  Words files;
+  explicit TwoFigures(int frames = 40) {
+    files = {folder / "anna.bvh", folder / "bert.bvh"};
+    write_text(files[0], bvh_text({frames, 0, 0, 0}));
+    write_text(files[1], bvh_text({frames, 17, -2, 4.0 / frames}));
+  }
+  // Runs with a hit file and returns its text.
+  std::string hits(const Words& options) const {
+    const std::string path = folder / "hits.csv";
+    const Outcome outcome = run_cab(Words{"run"} + files + Words{"--hits", path} + options);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    return read_text(path);
+  }
+};
+
+struct Misuse {
+  Words arguments;
+  const char* told;  // a part of the first line on standard error
+};
+
+}  // namespace
+
+TEST_CASE("help names every option, every policy value and every instruction set") {
+  const std::vector<std::pair<std::string, Words>> commands = {
+      {"run",
+       {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
+        "--hops", "--rest-frame", "--contacts", "--json", "--hits", "FILE"}},
+      {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--refit", "--isa", "FILE"}},
+      {"paper",
+       {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
+      {"crowd",
+       {"--scene", "uniform|jitter|bottleneck|battle", "--characters", "--frames", "--rounds", "--clip", "--units",
+        "--up", "--trajectories", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json", "--csv"}},
+      {"kernels", {"--isa", "--rounds"}},
+      {"continuity", {"--steps", "--isa", "--json", "--csv"}},
+      {"verify", {"--minutes", "--rounds", "--round", "--seed", "--isa", "--threads", "--resume", "--json"}}};
+  const Outcome top = run_cab({"--help"});
+  CHECK(top.exit_code == 0);
+  for (const auto& entry : commands) {
+    const std::string& command = entry.first;
+    CAPTURE(command);
+    CHECK(top.out.find(command) != std::string::npos);
+    const Outcome help = run_cab({command, "--help"});
+    CHECK(help.exit_code == 0);
+    CHECK(help.error.empty());
+    for (const std::string& option : entry.second) {
+      CAPTURE(option);
+      CHECK(help.out.find(option) != std::string::npos);
+    }
+    if (command == "kernels") continue;
+    for (std::uint8_t i = 0; i < kIsaCount; ++i)
+      CHECK(help.out.find(to_string(static_cast<Isa>(i))) != std::string::npos);
+  }
+  for (const char* command : {"run", "crowd"}) {
+    CAPTURE(std::string(command));
+    const std::string help = run_cab({command, "--help"}).out;
+    const auto shows = [&help](const std::string& text) { return help.find(text) != std::string::npos; };
+    const auto shows_option = [&](const std::string& text) { return shows(text + " ") || shows(text + "\n"); };
+    for (const PolicyField& field : policy_table()) {
+      std::string names;
+      for (std::uint32_t v = 0; v < field.value_count; ++v) {
+        CAPTURE(field.values[v].name);
+        CHECK(shows(std::string(field.values[v].name) + ": " + field.values[v].meaning));
+        names += (v ? "|" : "") + std::string(field.values[v].name);
+      }
+      CHECK(shows_option(std::string("--") + field.name + " " + names));
+    }
+    std::string names;
+    for (const PolicyPreset& preset : preset_table()) {
+      CHECK(shows(std::string(preset.name) + ": " + preset.meaning));
+      names += (names.empty() ? "" : "|") + std::string(preset.name);
+    }
+    CHECK(shows_option("--preset " + names));
+  }
+}
+
+TEST_CASE("docs/policies.md has the tables of policies and presets, word for word") {
+  std::string wanted, found;
+  for (const PolicyField& field : policy_table())
+    for (std::uint32_t v = 0; v < field.value_count; ++v) {
+      const bool by_default = policy_get({}, static_cast<std::uint32_t>(&field - policy_table().begin())) == v;
+      if (v == 0) wanted += std::string("| `") + field.name + "`: " + field.meaning + " |";
+      if (v != 0) wanted += "| |";
+      wanted += std::string(" `") + field.values[v].name + "`" + (by_default ? " (default)" : "") + " | " +
+                field.values[v].meaning + " |\n";
+    }
+  for (const PolicyPreset& preset : preset_table()) {
+    wanted += std::string("| `") + preset.name + "` |";
+    for (std::uint32_t f = 0; f < policy_table().size; ++f)
+      wanted += std::string(f ? ", " : " ") + policy_table()[f].values[policy_get(preset.policies, f)].name;
+    wanted += std::string(" | ") + preset.meaning + " |\n";
+  }
+  std::istringstream page(read_text(CAB_DOCS "/policies.md"));
+  bool inside = false;  // of one of the two tables
+  for (std::string line; std::getline(page, line);) {
+    if (line.rfind("| field |", 0) == 0 || line.rfind("| preset | refit", 0) == 0)
+      inside = std::getline(page, line) && line == "|---|---|---|";
+    else if (line.rfind("| ", 0) != 0)
+      inside = false;
+    else if (inside)
+      found += line + "\n";
+  }
+  CHECK(found == wanted);
+}
+
+TEST_CASE("a preset sets every policy, and an option that is given overrides it on either side") {
+  const TwoFigures figures(5);
+  const auto policies_of = [&](const Words& options) {
+    const std::string path = figures.folder / "run.json";
+    const Outcome outcome = run_cab(Words{"run"} + figures.files + Words{"--json", path} + options);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    return Json::parse(read_text(path))["policies"];
+  };
+  for (const PolicyPreset& preset : preset_table()) {
+    CAPTURE(std::string(preset.name));
+    Json expected;
+    for (std::uint32_t f = 0; f < policy_table().size; ++f)
+      expected[policy_table()[f].name] = policy_table()[f].values[policy_get(preset.policies, f)].name;
+    CHECK(policies_of({"--preset", preset.name}) == expected);
+    expected["refit"] = "covariance";
+    expected["sat"] = "all_15";
+    CHECK(policies_of({"--preset", preset.name, "--refit", "covariance", "--sat", "all_15"}) == expected);
+    CHECK(policies_of({"--sat", "all_15", "--refit", "covariance", "--preset", preset.name}) == expected);
+  }
+}
+
+TEST_CASE("the version is printed") {
+  const Outcome outcome = run_cab({"--version"});
+  CHECK(outcome.exit_code == 0);
+  CHECK(outcome.out == "cab " CAB_VERSION_STRING "\n");
+}
+
+TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 2") {
+  const TwoFigures figures(5);
+  const std::string file = figures.files[0], other = figures.files[1];
+  const std::vector<Misuse> misuses = {
+      {{}, "choose run, inspect, paper, crowd, peers, sweep, kernels, continuity or verify"},
+      {{"walk"}, "walk"},
+      {{"run"}, "FILE"},
+      {{"run", file, "--fast"}, "--fast"},
+      {{"run", file, "--preset", "slow"}, "--preset: 'slow' is not a preset; choose paper, fast, balanced, tight"},
+      {{"crowd", "--scene", "uniform", "--preset", ""}, "--preset"},
+      {{"run", file, "--offset", "1,2"}, "--offset: '1,2' is not X,Y,Z"},
+      {{"run", file, "--offset", "1,2,3,4"}, "--offset"},
+      {{"run", file, "--offset", "1,nan,3"}, "--offset"},
+      {{"run", file, "--offset", "1,2,3", "--offset", "1,2,3"}, "2 times for 1 files"},
+      {{"run", file, "--units", "0"}, "--units: '0' is not a number above 0"},
+      {{"run", file, "--units", "-1"}, "--units"},
+      {{"run", file, "--units", "inf"}, "--units"},
+      {{"run", file, other, file, "--units", "1", "--units", "1"}, "2 times for 3 files"},
+      {{"run", file, "--up", "w"}, "--up: 'w' is not x, y or z"},
+      {{"run", file, "--frames", "3"}, "--frames: '3' is not A:B"},
+      {{"run", file, "--frames", "3:3"}, "--frames"},
+      {{"run", file, "--frames", "-1:3"}, "--frames"},
+      {{"run", file, "--frames", "0:6"}, "stay within 0:5"},
+      {{"run", file, "--frames", "0:99999999999"}, "--frames"},
+      {{"run", file, "--refit", "tight"}, "choose cab"},
+      {{"run", file, "--strategy", ""}, "choose tree"},
+      {{"run", file, "--exact", "yes"}, "choose none"},
+      {{"run", file, "--exact"}, "--exact"},
+      {{"run", file, "--isa", "mmx"}, "scalar"},
+      {{"run", file, "--threads", "many"}, "--threads"},
+      {{"run", file, "--threads", "-1"}, "--threads"},
+      {{"run", file, "--threads", "100000"}, "--threads"},
+      {{"run", file, "--contacts"}, "add --exact fcl"},
+      {{"run", file, "--hops", "1"}, "--hops requires --self"},
+      {{"run", file, "--rest-frame", "1"}, "--rest-frame requires --self"},
+      {{"run", file, "--self", "--hops", "0"}, "--hops"},
+      {{"run", file, "--self", "--rest-frame", "5"}, "no frame 5 among the scene's 5"},
+      {{"run", file, "--self", "--rest-frame", "-1"}, "--rest-frame"},
+      {{"run", file, "--hits", file}, "is an input"},
+      {{"run", file, "--hits", figures.folder / "x", "--json", figures.folder / "x"}, "same file"},
+      {{"inspect"}, "FILE"},
+      {{"inspect", file, "--frame", "5"}, "frames 0 to 4"},
+      {{"inspect", file, "--frame", "x"}, "--frame"},
+      {{"inspect", file, "--json", file}, "is the input"},
+      {{"inspect", file, "--strategy", "tree"}, "--strategy"},
+      {{"paper", "--tables", "9"}, "choose from 1,2,3,4,5"},
+      {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not frames or pairs"},
+      {{"paper", "--tables", "one"}, "--tables"},
+      {{"paper", "--tables", "1,1"}, "--tables"},
+      {{"paper", "--frames", "0"}, "--frames"},
+      {{"kernels", "--isa", "scalar,mmx"}, "mmx"},
+      {{"kernels", "--rounds", "0"}, "--rounds"},
+      {{"continuity", "--steps", "0"}, "--steps"},
+      {{"continuity", "--steps", "500001"}, "--steps"},
+  };
+  const std::string before = read_text(file);
+  for (const Misuse& misuse : misuses) {
+    std::string shown;
+    for (const std::string& word : misuse.arguments) shown += " " + word;
+    CAPTURE(shown);
+    const Outcome outcome = run_cab(misuse.arguments);
+    CAPTURE(outcome.error);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.out.empty());
+    const Words lines = lines_of(outcome.error);
+    REQUIRE(lines.size() >= 2);
+    // Notes of the import may come before; the last two lines are the mistake and the usage.
+    CHECK(lines[lines.size() - 2].find(misuse.told) != std::string::npos);
+    CHECK(lines.back().find("usage: cab") == 0);
+  }
+  CHECK(read_text(file) == before);
+}
+
+TEST_CASE("an instruction set that this machine lacks is refused with those that it has") {
+  for (std::uint8_t i = 0; i < kIsaCount; ++i) {
+    const Isa isa = static_cast<Isa>(i);
+    if (isa == Isa::kAuto || isa_available(isa)) continue;
+    const Outcome outcome = run_cab({"paper", "--isa", to_string(isa)});
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.error.find("choose auto, scalar") != std::string::npos);
+  }
+}
+
+TEST_CASE("bad data ends in one line that names the file, and exit code 1") {
+  const TwoFigures figures(5);
+  const TemporaryFolder folder;
+  const std::string good = read_text(figures.files[0]);
+  const auto replaced = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(from), from.size(), to);
+    return text;
+  };
+  const std::vector<std::pair<std::string, std::string>> malformed = {
+      {"empty.bvh", ""},
+      {"cut.bvh", good.substr(0, good.size() / 2)},
+      {"no_frames.bvh", replaced("Frames: 5", "Frames: 0")},
+      {"many_frames.bvh", replaced("Frames: 5", "Frames: 4000000000")},
+      {"no_time.bvh", replaced("Frame Time: 0.04", "Frame Time: 0")},
+      {"not_a_number.bvh", replaced("0.95", "nan")},
+      {"text.bvh", "there is no skeleton here\n"}};
+  Words paths = {folder / "missing.bvh", folder / "."};
+  for (const auto& [name, text] : malformed) {
+    paths.push_back(folder / name);
+    write_text(paths.back(), text);
+  }
+  for (const std::string& path : paths)
+    for (const char* command : {"run", "inspect"}) {
+      CAPTURE(path);
+      CAPTURE(command);
+      const Outcome outcome = run_cab({command, path});
+      CAPTURE(outcome.error);
+      CHECK(outcome.exit_code == 1);
+      CHECK(outcome.out.empty());
+      REQUIRE(lines_of(outcome.error).size() == 1);
+      CHECK(outcome.error.find(path) != std::string::npos);
+    }
+  const Outcome second = run_cab({"run", figures.files[0], folder / "missing.bvh"});
+  CHECK(second.exit_code == 1);
+  CHECK(second.error.find("missing.bvh") != std::string::npos);
+}
+
+TEST_CASE("an output that cannot be written ends in one line and exit code 1") {
+  const TwoFigures figures(5);
+  for (const char* option : {"--hits", "--json"})
+    for (const std::string& path : {figures.folder / "no/such/folder", std::string("/dev/full")}) {
+      const Outcome outcome = run_cab(Words{"run"} + figures.files + Words{option, path});
+      CAPTURE(outcome.error);
+      CHECK(outcome.exit_code == 1);
+      const Words lines = lines_of(outcome.error);
+      REQUIRE(!lines.empty());
+      CHECK(lines.back().find(path) != std::string::npos);
+      CHECK(std::all_of(lines.begin(), lines.end() - 1,
+                        [](const std::string& line) { return line.find("note: ") == 0; }));
+    }
+}
+
+TEST_CASE("the hit list is the same for every strategy, thread count and instruction set") {
+  const TwoFigures figures;
+  const std::string hits = figures.hits({});
+  const Words rows = lines_of(hits);
+  REQUIRE(rows.size() > 1);
+  CHECK(rows[0] == "frame,character_a,link_a,character_b,link_b");
+  for (const char* strategy : {"tree", "brute"}) {
+    for (const char* threads : {"1", "3"})
+      for (const Isa isa : available_isas()) {
+        CAPTURE(strategy);
+        CAPTURE(threads);
+        CAPTURE(to_string(isa));
+        CHECK(figures.hits({"--strategy", strategy, "--threads", threads, "--isa", to_string(isa)}) == hits);
+      }
+    const std::string exact = figures.hits({"--strategy", strategy, "--exact", "fcl"});
+    CHECK(exact == figures.hits({"--exact", "fcl", "--threads", "3", "--isa", "scalar"}));
+    for (const std::string& row : lines_of(exact)) CHECK(std::find(rows.begin(), rows.end(), row) != rows.end());
+  }
+}
+
+TEST_CASE("hits are sorted by frame, name both characters and have frames without any") {
+  const TwoFigures figures;
+  const Words rows = lines_of(figures.hits({"--self"}));
+  std::vector<long> frames;
+  bool within = false, between = false;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const Words fields = split(rows[r]);
+    REQUIRE(fields.size() == 5);
+    frames.push_back(std::stol(fields[0]));
+    (fields[1] == fields[3] ? within : between) = true;
+    CHECK((fields[1] == "anna.bvh" || fields[1] == "bert.bvh"));
+    CHECK((fields[3] == "anna.bvh" || fields[3] == "bert.bvh"));
+    CHECK(fields[1] + fields[2] != fields[3] + fields[4]);
+  }
+  CHECK(within);
+  CHECK(between);
+  CHECK(std::is_sorted(frames.begin(), frames.end()));
+
+  // The hits between characters are those of a run without --self.
+  std::string text = rows[0] + "\n";
+  for (std::size_t r = 1; r < rows.size(); ++r)
+    if (split(rows[r])[1] != split(rows[r])[3]) text += rows[r] + "\n";
+  CHECK(text == figures.hits({}));
+  CHECK(split(lines_of(text)[1])[0] != "0");
+}
+
+TEST_CASE("--self says which pairs of links are masked and why, and loses the hits of those alone") {
+  const TwoFigures figures;
+  const auto key = [](const std::string& a, const std::string& b) { return a < b ? a + " " + b : b + " " + a; };
+  const Words plain = lines_of(figures.hits({"--self"}));
+  std::size_t lost = 0, for_rest_alone = 0, for_hops_alone = 0;
+  for (const int hops : {1, 2})
+    for (const int rest : {0, 7}) {
+      CAPTURE(hops);
+      CAPTURE(rest);
+      const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
+      const Outcome outcome =
+          run_cab(Words{"run"} + figures.files + Words{"--self", "--hops", std::to_string(hops)} +
+                  Words{"--rest-frame", std::to_string(rest), "--json", json_path, "--hits", hits_path});
+      REQUIRE(outcome.exit_code == 0);
+      const Json json = Json::parse(read_text(json_path));
+      CHECK(json["ignored_hops"] == hops);
+      CHECK(json["rest_frame"] == rest);
+      Words expected = {plain[0]};
+      std::map<std::string, std::set<std::string>> masked;  // by character
+      for (const Json& character : json["characters"]) {
+        const std::string name = character["name"];
+        const Json& self = character["self"];
+        CHECK(self["pair_count"] == 55);  // of eleven links
+        std::map<std::string, std::size_t> counts;
+        std::set<std::string> at_rest_alone, in_that_frame;
+        for (const Json& pair : self["masked"]) {
+          const std::string links = key(pair["link_a"], pair["link_b"]);
+          CHECK(masked[name].insert(links).second);
+          for (const Json& reason : pair["reasons"]) ++counts[reason];
+          if (pair["reasons"] == Json{"rest"}) at_rest_alone.insert(links);
+          if (pair["reasons"] == Json{"hops"}) ++for_hops_alone;
+        }
+        for_rest_alone += at_rest_alone.size();
+        CHECK(self["masked_count"] == masked[name].size());
+        CHECK(counts["joint"] == 10);
+        // Ten joints. Two apart: three pairs of children of the hips, three of the chest, the three children of the
+        // chest with the hips, and each of the four lower limbs with what the upper one hangs on.
+        CHECK(counts["hops"] == (hops == 1 ? 10 : 10 + 3 + 3 + 3 + 4));
+        for (const std::string& row : plain)
+          if (const Words fields = split(row); fields[0] == std::to_string(rest) && fields[1] == name)
+            if (fields[1] == fields[3]) in_that_frame.insert(key(fields[2], fields[4]));
+        std::set<std::string> at_rest;  // of what a run without masks reports in that frame, no other reason takes
+        for (const std::string& links : in_that_frame)
+          if (std::none_of(self["masked"].begin(), self["masked"].end(), [&](const Json& pair) {
+                return key(pair["link_a"], pair["link_b"]) == links && pair["reasons"].size() > 1;
+              }))
+            at_rest.insert(links);
+        CHECK(at_rest_alone == at_rest);
+
+        CHECK(outcome.out.find("masked within " + name + ": " + std::to_string(masked[name].size()) +
+                               " of 55 pairs of links (joint 10, hops " + std::to_string(counts["hops"]) + ", rest " +
+                               std::to_string(counts["rest"]) + ")\n") != std::string::npos);
+      }
+      for (std::size_t r = 1; r < plain.size(); ++r) {
+        const Words fields = split(plain[r]);
+        if (fields[1] != fields[3] || masked[fields[1]].count(key(fields[2], fields[4])) == 0)
+          expected.push_back(plain[r]);
+      }
+      CHECK(expected.size() > 1);
+      lost += plain.size() - expected.size();
+      CHECK(lines_of(read_text(hits_path)) == expected);
+      const Words lines = lines_of(outcome.out);
+      CHECK(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
+        return line.find("hips ") == 0 && line.find("chest  joint  hops") != std::string::npos;
+      }));
+    }
+  CHECK(lost > 100);
+  CHECK(for_rest_alone > 0);
+  CHECK(for_hops_alone > 0);
+}
+
+TEST_CASE("a range of frames gives the rows of those frames") {
+  const TwoFigures figures;
+  const Words all = lines_of(figures.hits({}));
+  const long first = std::stol(split(all[1])[0]);
+  const std::string range = std::to_string(first) + ":" + std::to_string(first + 6);
+  Words expected = {all[0]};
+  for (std::size_t r = 1; r < all.size(); ++r)
+    if (std::stol(split(all[r])[0]) < first + 6) expected.push_back(all[r]);
+  CHECK(expected.size() > 1);
+  CHECK(expected.size() < all.size());
+  CHECK(lines_of(figures.hits({"--frames", range})) == expected);
+}
+
+TEST_CASE("hits do not depend on the blocks in which frames are worked") {
+  constexpr int kFrameCount = 4500;  // more than one block, the last one shorter
+  const TwoFigures figures(kFrameCount);
+  const Words all = lines_of(figures.hits({}));
+  Words joined = {all[0]};
+  for (int first = 0; first < kFrameCount; first += 1500) {
+    const Words part = lines_of(figures.hits({"--frames", std::to_string(first) + ":" + std::to_string(first + 1500)}));
+    joined = joined + Words(part.begin() + 1, part.end());
+  }
+  CHECK(all.size() > 1);
+  CHECK(joined == all);
+  CHECK(figures.hits({"--strategy", "brute", "--threads", "3"}) == figures.hits({}));
+}
+
+TEST_CASE("an offset moves a character, in the order of the files, and an origin far out loses nothing") {
+  const TwoFigures figures;
+  const std::string hits = figures.hits({});
+  CHECK(lines_of(figures.hits({"--offset", "0,0,0", "--offset", "0,0,50"})).size() == 1);
+  CHECK(figures.hits({"--offset", "-.5,0,0", "--offset", "-.5,0,0"}) == hits);
+  CHECK(figures.hits({"--offset=1048576,0,0", "--offset=1048576,0,0"}) == hits);
+  CHECK(figures.hits({"--offset", "0.25,0,0"}) != hits);
+}
+
+TEST_CASE("the height check looks along the axis that is up") {
+  const TwoFigures figures(5);
+  const auto notes = [&](const Words& options) { return run_cab(Words{"run"} + figures.files + options).error; };
+  CHECK(notes({}).find("tall") == std::string::npos);
+  CHECK(notes({"--up", "y"}).find("tall") == std::string::npos);
+  CHECK(notes({"--up", "z"}).find("tall") != std::string::npos);
+  CHECK(notes({"--units", "100"}).find("tall") != std::string::npos);
+}
+
+TEST_CASE("more hits than a block makes room for are all there") {
+  const TwoFigures figures;
+  const Words rows =
+      lines_of(figures.hits({"--self", "--offset", "0,0,0", "--offset", "0,0.1,0", "--frames", "20:21"}));
+  CHECK(rows.size() > 9);  // a block starts with room for 8 hits a frame
+  Words whole = lines_of(figures.hits({"--self", "--offset", "0,0,0", "--offset", "0,0.1,0"}));
+  whole.erase(
+      std::remove_if(whole.begin() + 1, whole.end(), [](const std::string& row) { return row.find("20,") != 0; }),
+      whole.end());
+  CHECK(whole == rows);
+}
+
+TEST_CASE("contacts come as depth and a unit normal") {
+  const TwoFigures figures;
+  const Words plain = lines_of(figures.hits({"--exact", "fcl"}));
+  const Words rows = lines_of(figures.hits({"--exact", "fcl", "--contacts"}));
+  REQUIRE(rows.size() == plain.size());
+  REQUIRE(rows.size() > 1);
+  CHECK(rows[0] == plain[0] + ",depth_metres,normal_x,normal_y,normal_z");
+  std::size_t with_contact = 0;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const Words fields = split(rows[r]);
+    REQUIRE(fields.size() == 9);
+    CHECK(rows[r].compare(0, plain[r].size() + 1, plain[r] + ",") == 0);
+    if (fields[5].empty()) continue;
+    ++with_contact;
+    CHECK(std::stod(fields[5]) >= 0);
+    CHECK(std::hypot(std::stod(fields[6]), std::stod(fields[7]), std::stod(fields[8])) ==
+          doctest::Approx(1).epsilon(1e-4));
+  }
+  CHECK(with_contact > 0);
+}
+
+TEST_CASE("the JSON file agrees with the table and with the hit list") {
+  const TwoFigures figures;
+  const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
+  const Outcome outcome = run_cab(Words{"run"} + figures.files +
+                                  Words{"--json", json_path, "--hits", hits_path, "--exact", "fcl", "--threads", "2"});
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(json_path));
+  const Words rows = lines_of(read_text(hits_path));
+  CHECK(json["hits"] == rows.size() - 1);
+  CHECK(json["character_count"] == 2);
+  CHECK(json["characters"][1]["name"] == "bert.bvh");
+  CHECK(json["frame_count"] == 40);
+  CHECK(json["frame_seconds"].get<double>() == doctest::Approx(0.04));
+  CHECK(json["threads"] == 2);
+  CHECK(json["exact_tests"] == json["coll"]);
+  CHECK(json["false_positives"].get<int>() + json["hits"].get<int>() == json["coll"].get<int>());
+  CHECK(json["box_tests"] > json["coll"]);
+  CHECK(json["policies"]["strategy"] == "auto");
+  CHECK(json["instances_masked"] == 0);
+  CHECK(json["total_wall_seconds"] > 0);
+  Words frames;
+  for (std::size_t r = 1; r < rows.size(); ++r) frames.push_back(split(rows[r])[0]);
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  CHECK(json["frames_with_hits"] == frames.size());
+
+  for (const char* name : {"characters", "links", "frames", "box tests", "#coll", "#false", "hits", "t[upd]", "t[test]",
+                           "t[query]", "t[total]", "ISA", "threads", "pose hash"}) {
+    CAPTURE(name);
+    CHECK(("\n" + outcome.out).find(std::string("\n") + name + " ") != std::string::npos);
+  }
+  CHECK(outcome.out.find(json["pose_hash"].get<std::string>()) != std::string::npos);
+  CHECK(outcome.out.find(std::to_string(json["box_tests"].get<long>())) != std::string::npos);
+  CHECK(outcome.error.find('\r') == std::string::npos);  // no progress bar into a file
+}
+
+TEST_CASE("two characters from one file have names of their own") {
+  const TwoFigures figures(5);
+  const std::string path = figures.folder / "twice.csv";
+  REQUIRE(run_cab({"run", figures.files[0], figures.files[0], "--hits", path}).exit_code == 0);
+  const Words rows = lines_of(read_text(path));
+  REQUIRE(rows.size() > 1);
+  CHECK(split(rows[1])[1] == "anna.bvh");
+  CHECK(split(rows[1])[3] == "anna.bvh (2)");
+}
+
+TEST_CASE("inspect writes joints, links, leaf boxes and a merge program that uses every node once") {
+  const TwoFigures figures(5);
+  const std::string path = figures.folder / "frame.json";
+  REQUIRE(run_cab({"inspect", figures.files[1], "--frame", "3", "--json", path}).exit_code == 0);
+  const Json json = Json::parse(read_text(path));
+  CHECK(json["frame"] == 3);
+  CHECK(json["character"] == "bert.bvh");
+  CHECK(json["masked"].empty());
+  CHECK(json["joints"].size() == 11 + 5);  // joints and end sites of the made figure
+
+  const std::size_t leaves = json["leaves"].size();
+  REQUIRE(leaves > 1);
+  REQUIRE(json["merges"].size() == leaves - 1);
+  std::vector<int> used(2 * leaves - 1);
+  for (std::size_t s = 0; s + 1 < leaves; ++s) {
+    const Json& merge = json["merges"][s];
+    CHECK(merge["node"] == leaves + s);
+    for (const char* child : {"left", "right"}) {
+      REQUIRE(merge[child].get<std::size_t>() < leaves + s);
+      ++used[merge[child].get<std::size_t>()];
+    }
+    for (const double half : merge["box"]["half_metres"].get<std::vector<double>>()) CHECK(half > 0);
+  }
+  CHECK(std::all_of(used.begin(), used.end() - 1, [](int count) { return count == 1; }));
+  CHECK(used.back() == 0);
+
+  for (const Json& link : json["links"]) {
+    const auto same = [&](const Json& joint) { return joint["name"] == link["name"]; };
+    const auto joint = std::find_if(json["joints"].begin(), json["joints"].end(), same);
+    REQUIRE(joint != json["joints"].end());
+    CAPTURE(link["name"].get<std::string>());
+    for (std::size_t k = 0; k < 3; ++k)
+      CHECK(std::fabs((*joint)["world_metres"][k].get<double>() - link["joint_world_metres"][k].get<double>()) < 1e-5);
+  }
+  // The hips of bert in frame 3: x starts at -2 and moves by 4 m / 5 frames.
+  CHECK(json["joints"][0]["world_metres"][0].get<double>() == doctest::Approx(-2 + 3 * 4.0 / 5));
+  CHECK(json["joints"][0]["world_metres"][1].get<double>() == doctest::Approx(0.95));
+}
+
+TEST_CASE("inspect follows units, offset and refit, and writes to standard output without --json") {
+  const TwoFigures figures(5);
+  const Outcome plain = run_cab({"inspect", figures.files[0]});
+  const Outcome moved =
+      run_cab({"inspect", figures.files[0], "--units", "2", "--offset", "10,0,-1", "--refit", "aabb_hull"});
+  REQUIRE(plain.exit_code == 0);
+  REQUIRE(moved.exit_code == 0);
+  const Json a = Json::parse(plain.out), b = Json::parse(moved.out);
+  CHECK(a["refit"] == "cab");
+  CHECK(b["refit"] == "aabb_hull");
+  const double offset[3] = {10, 0, -1};
+  for (std::size_t l = 0; l < a["links"].size(); ++l)
+    for (std::size_t k = 0; k < 3; ++k)
+      CHECK(b["links"][l]["joint_world_metres"][k].get<double>() ==
+            doctest::Approx(2 * a["links"][l]["joint_world_metres"][k].get<double>() + offset[k]).epsilon(1e-5));
+  CHECK(b["merges"][0]["box"]["axes"] == Json({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}));
+}
+
+TEST_CASE("a short paper run agrees between methods and writes the same to JSON and CSV") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_cab({"paper", "--tables", "2,1", "--frames", "300", "--json", folder / "paper.json",
+                                   "--csv", folder / "paper.csv", "--threads", "2"});
+  CAPTURE(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(folder / "paper.json"));
+  const Words rows = lines_of(read_text(folder / "paper.csv"));
+  const Words header = split(rows[0]);
+  std::size_t row = 0;
+  REQUIRE(json["tables"].size() == 2);
+  for (const Json& table : json["tables"]) {
+    CHECK(table["full_run"] == false);
+    const Json& added = table["added_false_positives"];
+    CHECK(added["missed"] == 0);
+    CHECK(added["touching"] > 0);
+    CHECK(added["touching"].get<long>() + added["by_padding"].get<long>() + added["by_slack"].get<long>() ==
+          added["found"].get<long>());
+    for (const Json& gate : table["gates"]) CHECK(gate["passed"] == true);
+    for (const Json& method : table["methods"]) {
+      REQUIRE(++row < rows.size());
+      const Words fields = split(rows[row]);
+      REQUIRE(fields.size() == header.size());
+      for (std::size_t c = 0; c < header.size(); ++c)
+        for (const char* count : {"coll", "hits", "box_tests", "false_positives"})
+          if (header[c] == count) CHECK(std::stol(fields[c]) == method[count].get<long>());
+      CHECK(method["false_positives"].get<long>() + method["hits"].get<long>() == method["coll"].get<long>());
+      if (method["method"] == "CAB") CHECK(method["coll"] == added["found"]);
+    }
+  }
+  CHECK(row + 1 == rows.size());
+  CHECK(json["tables"][0]["table"] == 2);
+  CHECK(outcome.out.find("the paper") != std::string::npos);
+  CHECK(outcome.out.find("84148") != std::string::npos);
+}
+
+TEST_CASE("continuity writes a row for every figure, refit and extents, the same to JSON and CSV") {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run_cab({"continuity", "--steps", "50", "--json", folder / "jumps.json", "--csv", folder / "jumps.csv"});
+  CAPTURE(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(folder / "jumps.json"));
+  const Words rows = lines_of(read_text(folder / "jumps.csv"));
+  const Words header = split(rows[0]);
+  CHECK(json["steps"] == 50);
+  REQUIRE(json["rows"].size() + 1 == rows.size());
+  const std::size_t refits = 2 * std::size_t{policy_table()[0].value_count};
+  CHECK(json["rows"].size() >= 6 * refits);
+  CHECK(json["rows"].size() % refits == 0);
+  for (std::size_t r = 0; r < json["rows"].size(); ++r) {
+    const Json& row = json["rows"][r];
+    const Words fields = split(rows[r + 1]);
+    REQUIRE(fields.size() == header.size());
+    for (std::size_t c = 0; c < header.size(); ++c) {
+      CAPTURE(header[c]);
+      if (header[c] == "steps") continue;
+      if (row[header[c]].is_string())
+        CHECK(row[header[c]] == fields[c]);
+      else
+        CHECK(row[header[c]].get<double>() == std::stod(fields[c]));
+    }
+    CHECK(outcome.out.find(row["refit"].get<std::string>() + ", " + row["extents"].get<std::string>()) !=
+          std::string::npos);
+    CHECK(outcome.out.find(row["figure"].get<std::string>() + ": ") != std::string::npos);
+  }
+}
+
+TEST_CASE("tables 1, 2, 4 and 5 in full pass the gates against the paper") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_cab({"paper", "--tables", "1,2,4,5", "--json", folder / "paper.json"});
+  CAPTURE(outcome.out);
+  CHECK(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(folder / "paper.json"));
+  for (const Json& table : json["tables"]) {
+    CHECK(table["full_run"] == true);
+    CHECK(table["frame_count"] == (table["table"] == 5 ? 4001 : 10000));
+    CHECK(table["gates"].size() == 19);
+    for (const Json& gate : table["gates"]) {
+      CAPTURE(gate["gate"].get<std::string>());
+      CHECK(gate["passed"] == true);
+    }
+  }
+}
+
+TEST_CASE("a short run of all tables has the same counts and hashes on every instruction set, lanes and threads") {
+  constexpr int kFrameCount = 100;
+  const TemporaryFolder folder;
+  // Counts and hashes of every table and method, without times and settings.
+  const auto run = [&](const Words& options) {
+    const std::string path = folder / "paper.json";
+    const Outcome outcome = run_cab(Words{"paper", "--frames", std::to_string(kFrameCount), "--json", path} + options);
+    INFO(outcome.out);
+    REQUIRE(outcome.exit_code == 0);
+    Json kept = Json::array();
+    const Json json = Json::parse(read_text(path));
+    for (const Json& table : json["tables"]) {
+      Json rows = {table["table"], table["pose_hash"], table["box_hash"], table["box_hit_hash"]};
+      for (const Json& method : table["methods"])
+        rows.push_back({method["method"], method["coll"], method["hits"], method["hits_hash"], method["box_hits_hash"],
+                        method["mean_inner_box_area"]});
+      kept.push_back(rows);
+    }
+    return kept;
+  };
+  const Json expected = run({"--isa", "scalar"});
+  REQUIRE(expected.size() == 5);
+  for (const Isa isa : available_isas()) {
+    CAPTURE(to_string(isa));
+    CHECK((run({"--isa", to_string(isa), "--threads", "2"}) == expected));
+  }
+  CHECK((run({"--lanes", "pairs"}) == expected));
+
+  // Of CAB, AABB*, hits: what scenes/ counts on every machine.
+  const int golden[5][3] = {{51, 1094, 0}, {80, 1195, 0}, {16, 1049, 0}, {187, 1236, 48}, {468, 1020, 0}};
+  for (std::size_t t = 0; t < 5; ++t) {
+    CAPTURE(t);
+    const auto row = [&](const std::string& name) {
+      for (const Json& method : expected[t])
+        if (method.is_array() && method[0] == name) return method;
+      return Json();
+    };
+    CHECK(row("brute")[1] == kFrameCount * (t == 4 ? 72 : 120));
+    CHECK(row("CAB")[1] == golden[t][0]);
+    CHECK(row("AABB*")[1] == golden[t][1]);
+    CHECK(row("CAB")[2] == golden[t][2]);
+  }
+}
+
+TEST_CASE("real dancers: the hit list is the same for every strategy, thread count and instruction set") {
+  const char* data = std::getenv("CAB_DATA_DIR");
+  if (data == nullptr) {
+    MESSAGE("skipped: CAB_DATA_DIR is not set");
+    return;
+  }
+  const TemporaryFolder folder;
+  for (const std::string take : {"05", "10"}) {
+    const std::string start = std::string(data) + "/pairs/cmu_salsa_" + take + "/";
+    const Words files = {start + "60_" + take + "_scaled.bvh", start + "61_" + take + "_scaled.bvh"};
+    const auto hits = [&](const Words& options) {
+      const std::string path = folder / "hits.csv";
+      const Outcome outcome = run_cab(Words{"run"} + files + Words{"--units", "1.4", "--hits", path} + options);
+      INFO(outcome.error);
+      REQUIRE(outcome.exit_code == 0);
+      return read_text(path);
+    };
+    const std::string expected = hits({"--strategy", "brute", "--isa", "scalar"});
+    CHECK((hits({"--strategy", "brute", "--threads", "4"}) == expected));
+    const Words exact = {"--exact", "fcl", "--contacts", "--self"};
+    CHECK((hits(exact) == hits(exact + Words{"--strategy", "brute", "--threads", "4", "--isa", "scalar"})));
+    CHECK(lines_of(expected).size() > 100);
+    for (const Isa isa : available_isas())
+      for (const char* threads : {"1", "2", "4"}) {
+        CAPTURE(take);
+        CAPTURE(to_string(isa));
+        CAPTURE(threads);
+        CHECK((hits({"--strategy", "tree", "--isa", to_string(isa), "--threads", threads}) == expected));
+      }
+  }
+}
+
+TEST_CASE("real figures: those without motion stand and touch in every frame of one that moves") {
+  const char* data = std::getenv("CAB_DATA_DIR");
+  if (data == nullptr) {
+    MESSAGE("skipped: CAB_DATA_DIR is not set");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string start = std::string(data) + "/gltf/";
+  const std::string left = "generic-hand-left.glb", right = "generic-hand-right.glb";
+  REQUIRE(run_cab({"run", start + left, start + "robot.glb", start + right, "--hits", folder / "hits.csv", "--json",
+                   folder / "run.json"})
+              .exit_code == 0);
+  std::size_t together = 0;
+  for (const std::string& row : lines_of(read_text(folder / "hits.csv")))
+    if (split(row)[1] == left && split(row)[3] == right) ++together;
+  const Json json = Json::parse(read_text(folder / "run.json"));
+  CHECK(json["frame_count"] > 1);
+  CHECK(json["frame_count"] == together);
+}
+
+}  // namespace cab::tests

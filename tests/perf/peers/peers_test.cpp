@@ -1,0 +1,139 @@
+// `cab peers` from outside: what it verifies, writes and refuses.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+Outcome peers(const Words& options) { return run_command("peers", options); }
+
+// The median of the row that `best` names.
+double seconds_of(const Json& rows, const Json& best) {
+  for (const Json& row : rows)
+    if (row["scene"] == best["scene"] && row["characters"] == best["characters"] && row["setup"] == best["setup"])
+      return row["seconds_median"];
+  FAIL("no row of " << best.dump());
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("cab peers finds the same pairs by every set-up of this build, up to pairs at the threshold") {
+  const TemporaryFolder folder;
+  const Outcome outcome = peers(
+      {"--characters", "150,1000", "--rounds", "2", "--json", folder / "peers.json", "--csv", folder / "peers.csv"});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(folder / "peers.json"));
+  const std::string missing = json["not_in_this_build"];
+  if (!missing.empty()) MESSAGE("not tested: " << missing);
+  const Json& small = json["verification"];
+  REQUIRE(small.size() > 3);  // FCL is in every build
+  Json rows = json["runs"];
+  CHECK(rows.size() == 4 * small.size());  // two scenes, two sizes
+  rows.insert(rows.end(), small.begin(), small.end());
+  for (const Json& row : rows) {
+    CAPTURE(row.dump());
+    CHECK(row["pairs"] > 0);
+    CHECK(row["misses"] == 0);
+    CHECK(row["false_positives"] == 0);
+    CHECK(row["threshold_pairs"] <= 0.001 * row["pairs"].get<double>() + 1);
+  }
+  for (const Json& best : json["best"]) {
+    CAPTURE(best.dump());
+    for (const Json& row : json["runs"])
+      if (row["scene"] == best["scene"] && row["characters"] == best["characters"] &&
+          (row["alone"] == true || best["alone"] == false) && row["setup"].get<std::string>().rfind("cab ", 0) != 0)
+        CHECK(row["seconds_median"] >= seconds_of(json["runs"], best));
+  }
+  CHECK(json["best"].size() == 2 * 4);  // alone and of all, in each run
+  for (const Json& row : json["runs"]) {
+    CAPTURE(row.dump());
+    CHECK(row["rounds"] == 2);
+    CHECK(row["seconds_least"] > 0);
+    CHECK(row["seconds_least"] <= row["seconds_median"]);
+    CHECK(row["seconds_median"] <= row["seconds_most"]);
+    if (row["setup"] == small[0]["setup"]) CHECK(row["ratio_median"] == 1);
+    CHECK(outcome.out.find(row["setup"].get<std::string>() + ": ") != std::string::npos);
+  }
+  const std::string csv = read_text(folder / "peers.csv");
+  CHECK(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')) == json["runs"].size() + 1);
+}
+
+TEST_CASE("cab peers runs the libraries that it is told to") {
+  const TemporaryFolder folder;
+  const Outcome outcome = peers({"--peers", "fcl", "--scene", "jitter", "--characters", "50", "--rounds", "1", "--isa",
+                                 "scalar", "--json", folder / "peers.json"});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(folder / "peers.json"));
+  CHECK(json["not_in_this_build"] == "");
+  for (const Json& row : json["runs"]) {
+    const std::string setup = row["setup"];
+    CHECK((setup == "cab scalar" || setup.rfind("fcl ", 0) == 0));
+    CHECK(row["scene"] == "jitter");
+    CHECK(row["characters"] == 50);
+  }
+}
+
+TEST_CASE("beyond 10 000 characters cab peers runs the set-ups of each library that were best with fewer") {
+  const TemporaryFolder folder;
+  const Outcome outcome = peers({"--peers", "fcl", "--scene", "jitter", "--characters", "10001,100", "--rounds", "1",
+                                 "--json", folder / "peers.json"});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  CHECK(outcome.out.find("not run, slower with fewer characters: fcl ") != std::string::npos);
+  const Json json = Json::parse(read_text(folder / "peers.json"));
+  Words fewer, many;
+  for (const Json& row : json["runs"]) {
+    CAPTURE(row.dump());
+    CHECK(row["misses"] == 0);
+    CHECK(row["false_positives"] == 0);
+    (row["characters"] == 100 ? fewer : many).push_back(row["setup"]);
+  }
+  CHECK(std::count(fewer.begin(), fewer.end(), "fcl collide") == 1);
+  CHECK(std::count(many.begin(), many.end(), "fcl collide") == 1);  // FCL's only one alone
+  CHECK(many.size() < fewer.size());
+  for (const Json& best : json["best"])
+    if (best["characters"] == 100) CHECK(std::count(many.begin(), many.end(), best["setup"]) == 1);
+}
+
+TEST_CASE("cab peers says what was wrong and how to do it right") {
+  const TemporaryFolder folder;
+  struct Misuse {
+    Words arguments;
+    const char* told;
+  };
+  const std::vector<Misuse> misuses = {
+      {{"--peers", "physx"}, "choose fcl, bullet, embree, ode"},
+      {{"--peers", "fcl,"}, "choose fcl, bullet, embree, ode"},
+      {{"--peers", "fcl,fcl"}, "given twice"},
+      {{"--scene", "battle"}, "choose uniform, jitter"},
+      {{"--characters", "0"}, "--characters"},
+      {{"--characters", "1,many"}, "--characters"},
+      {{"--rounds", "0"}, "--rounds"},
+      {{"--isa", "mmx"}, "scalar"},
+      {{"--json", folder / "x", "--csv", folder / "x"}, "same file"},
+  };
+  for (const Misuse& misuse : misuses) {
+    std::string shown;
+    for (const std::string& word : misuse.arguments) shown += " " + word;
+    CAPTURE(shown);
+    const Outcome outcome = peers(misuse.arguments);
+    CAPTURE(outcome.error);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.out.empty());
+    CHECK(outcome.error.find(misuse.told) != std::string::npos);
+  }
+}
+
+}  // namespace cab::tests

@@ -1,0 +1,272 @@
+// `cab verify`: what it counts follows from seed and rounds alone, and whatever is broken it finds.
+#include "perf/verify/verify.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "kernels/gather_pairs.h"
+#include "kernels/refit_tree.h"
+#include "layout/error_bounds.h"
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+// The document that the command writes, without what depends on the clock.
+Json counts_in(const std::string& path) {
+  Json json = Json::parse(read_text(path));
+  for (Json& part : json["parts"]) part.erase("seconds");
+  return json;
+}
+
+struct Run {
+  Outcome outcome;
+  Json counts;
+};
+
+Run run_verify(const Words& options) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "counts.json";
+  Words words = {"--json", path};
+  words.insert(words.end(), options.begin(), options.end());
+  Run run;
+  run.outcome = run_command("verify", words);
+  INFO(run.outcome.error);
+  REQUIRE(run.outcome.exit_code == 0);
+  run.counts = counts_in(path);
+  return run;
+}
+
+const Json& part_of(const Json& counts, const std::string& name) {
+  for (const Json& part : counts["parts"])
+    if (part["part"] == name) return part;
+  throw std::runtime_error("no part " + name);
+}
+
+// What a run of two rounds says of a library that is broken somewhere.
+struct Verdict {
+  int exit_code;
+  std::string text;
+  Json counts;
+};
+
+Verdict verify_broken(const perf::Subject& subject) {
+  const TemporaryFolder folder;
+  perf::VerifyOptions options;
+  options.rounds = 2;
+  options.thread_count = 1;
+  options.json_path = folder / "counts.json";
+  std::ostringstream out;
+  const int exit_code = perf::verify(options, subject, out);
+  return {exit_code, out.str(), counts_in(options.json_path)};
+}
+
+// The regimes of a part in which a method has violations.
+std::set<std::string> broken_regimes(const Json& part, const std::string& method) {
+  std::set<std::string> out;
+  for (const Json& row : part["rows"])
+    if (row["method"] == method && row["violations"] > 0) out.insert(row["regime"]);
+  return out;
+}
+
+std::uint64_t violations_outside(const Json& counts, const std::string& name, const std::string& method) {
+  std::uint64_t out = 0;
+  for (const Json& part : counts["parts"])
+    for (const Json& row : part["rows"])
+      if (part["part"] != name || (!method.empty() && row["method"] != method))
+        out += row["violations"].get<std::uint64_t>();
+  return out;
+}
+
+const kernel::KernelTable& genuine() { return *kernel::find_kernels(Isa::kScalar); }
+
+// The CAB merge with its padding taken off again, and as much once more.
+void refit_without_padding(const kernel::RefitTile& tile) {
+  genuine().refit_boxes[0][0](tile);
+  const std::uint32_t leaves = static_cast<std::uint32_t>(tile.program->steps.size) + 1;
+  for (std::uint32_t node = leaves; node < 2 * leaves - 1; ++node) {
+    BoxTile& box = tile.nodes[node];
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      float place = 0, size = 0;
+      for (int k = 0; k < 3; ++k) {
+        place = std::max(place, std::fabs(box.center[k][lane]));
+        size += box.half[k][lane];
+      }
+      const float padding = kMergePadSize * size + kMergePadCenter * place + kMergePadTiny;
+      for (int k = 0; k < 3; ++k) box.half[k][lane] -= 2 * padding;
+    }
+  }
+}
+
+std::uint32_t overlap_without_lane_3(const kernel::BoxPairs<BoxAos>& pairs) {
+  return genuine().overlap_boxes[0](pairs) & ~8u;
+}
+
+Status boxes_with_small_roots(Engine& engine, const BatchInput& input, const Policies& policies,
+                              Span<Box> boxes) noexcept {
+  const Status status = compute_boxes(engine, input, policies, boxes);
+  ArticulationInfo info;
+  if (status != Status::kOk || articulation_info(engine, {1}, &info) != Status::kOk) return status;
+  for (std::size_t root = info.node_count - 1; root < boxes.size; root += info.node_count)
+    for (float& half : boxes[root].half) half *= 0.9999f;
+  return status;
+}
+
+// Of several hits the last is lost.
+Status frame_without_its_last_hit(Engine& engine, FrameJob& job) noexcept {
+  const Status status = run_frame(engine, job);
+  if (status == Status::kOk && job.policies.strategy == Strategy::kTree && job.hit_count > 1)
+    job.hits[job.hit_count - 1] = job.hits[job.hit_count - 2];
+  return status;
+}
+
+}  // namespace
+
+TEST_CASE("a short run finds nothing, covers every row, and is the same on one thread and on two") {
+  const Run one = run_verify({"--rounds", "3", "--seed", "5", "--threads", "1"});
+  CHECK(one.counts["violations"] == 0);
+  CHECK(one.counts["rounds"] == 3);
+  for (const Json& part : one.counts["parts"]) {
+    for (const Json& row : part["rows"]) {
+      CAPTURE(row.dump());
+      CHECK(row["judged"] > 0);
+      if (part["part"] == "merges") {
+        CHECK(row["judged"] == 3 * 32 * 16 * 3);  // rounds, tiles, lanes, merges
+        CHECK(row["share_of_padding"] < 1);
+        CHECK(row["share_of_padding"] > 0);
+        CHECK(row["excess_ulps"] < 0);
+      }
+      if (part["part"] == "trees") CHECK(row["excess_ulps"] < 0);
+      if (part["part"] == "overlaps") {
+        CHECK(row["judged"] == 3 * 120 * 16);
+        CHECK(row["touching"] > 3 * 120 * 16 / 2);
+        CHECK(row["false_positives"] > 0);
+      }
+    }
+  }
+  // By ten regimes, and every oriented refit with both extents.
+  CHECK(part_of(one.counts, "merges")["rows"].size() ==
+        10 * 2 * std::extent_v<decltype(kernel::KernelTable::refit_boxes)>);
+  // By twelve regimes, as leaves and as inner boxes, by every sat.
+  CHECK(part_of(one.counts, "overlaps")["rows"].size() ==
+        12 * 2 * std::extent_v<decltype(kernel::KernelTable::overlap_boxes)>);
+  CHECK(one.outcome.out.find("0 violations") != std::string::npos);
+  CHECK(run_verify({"--rounds", "3", "--seed", "5", "--threads", "2"}).counts == one.counts);
+  CHECK(run_verify({"--rounds", "3", "--seed", "6", "--threads", "2"}).counts != one.counts);
+}
+
+TEST_CASE("the counts are the same on every instruction set") {
+  Json expected = run_verify({"--rounds", "1", "--isa", "scalar"}).counts;
+  expected.erase("isa");
+  for (std::uint8_t i = 0; i < kIsaCount; ++i) {
+    const Isa isa = static_cast<Isa>(i);
+    if (isa == Isa::kAuto || !isa_available(isa)) continue;
+    CAPTURE(to_string(isa));
+    Json counts = run_verify({"--rounds", "1", "--isa", to_string(isa)}).counts;
+    CHECK(counts["isa"] == to_string(isa));
+    counts.erase("isa");
+    CHECK(counts == expected);
+  }
+}
+
+TEST_CASE("a run that is resumed ends as one that was not interrupted") {
+  const TemporaryFolder folder;
+  const std::string state = folder / "state.json";
+  const Json whole = run_verify({"--rounds", "3", "--threads", "2"}).counts;
+  CHECK(run_verify({"--rounds", "1", "--resume", state}).counts["rounds"] == 1);
+  CHECK(run_verify({"--rounds", "2", "--resume", state, "--threads", "2"}).counts == whole);
+  CHECK(counts_in(state) == whole);
+}
+
+TEST_CASE("a state of another seed or of something else is refused and left as it is") {
+  const TemporaryFolder folder;
+  const std::string state = folder / "state.json";
+  run_verify({"--rounds", "1", "--seed", "1", "--resume", state});
+  const std::string before = read_text(state);
+  const Outcome other = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--seed", "2", "--resume", state});
+  CHECK(other.exit_code == 1);
+  CHECK(other.error.find("another --seed") != std::string::npos);
+  CHECK(read_text(state) == before);
+  write_text(state, "{\"version\": 1");
+  const Outcome broken = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--resume", state});
+  CHECK(broken.exit_code == 1);
+  CHECK(broken.error.find("is no file of cab verify") != std::string::npos);
+}
+
+TEST_CASE("a merge that misses its children by an ulp or more is found in every regime, with its input") {
+  kernel::KernelTable table = genuine();
+  table.refit_boxes[0][0] = refit_without_padding;
+  perf::Subject subject;
+  subject.kernels = &table;
+  const Verdict verdict = verify_broken(subject);
+  CHECK(verdict.exit_code == 1);
+  CHECK(broken_regimes(part_of(verdict.counts, "merges"), "cab, children").size() == 10);
+  CHECK(violations_outside(verdict.counts, "merges", "cab, children") == 0);
+  CHECK(verdict.text.find("violation: merges, limbs, seed 1, round 0: a child sticks out") != std::string::npos);
+  CHECK(verdict.text.find("half (") != std::string::npos);
+}
+
+TEST_CASE("a round that is run alone gives the violations that it gave among others") {
+  kernel::KernelTable table = genuine();
+  table.overlap_boxes[0] = overlap_without_lane_3;
+  perf::Subject subject;
+  subject.kernels = &table;
+  perf::VerifyOptions options;
+  options.round = 1;
+  std::ostringstream alone, other;
+  CHECK(perf::verify(options, subject, alone) == 1);
+  options.round = 0;
+  perf::verify(options, subject, other);
+  const auto finding = [](const std::string& text) {
+    const std::size_t at = text.find("violation: overlaps");
+    return at == std::string::npos ? std::string() : text.substr(at, text.find('\n', at) - at);
+  };
+  CHECK(finding(alone.str()).find("round 1") != std::string::npos);
+  CHECK(finding(other.str()) == finding(verify_broken(subject).text));
+  CHECK(finding(other.str()) != "");
+}
+
+TEST_CASE("pairs that are lost are found in every regime, as leaves and as inner boxes") {
+  kernel::KernelTable table = genuine();
+  table.overlap_boxes[0] = overlap_without_lane_3;
+  perf::Subject subject;
+  subject.kernels = &table;
+  const Verdict verdict = verify_broken(subject);
+  CHECK(verdict.exit_code == 1);
+  for (const char* use : {"leaves", "inner boxes"})
+    CHECK(broken_regimes(part_of(verdict.counts, "overlaps"), use).size() == 12);
+  CHECK(violations_outside(verdict.counts, "overlaps", "") == 0);
+}
+
+TEST_CASE("a hierarchy whose root is a little too small is found for every kind of articulation") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  subject.compute_boxes = boxes_with_small_roots;
+  const Verdict verdict = verify_broken(subject);
+  CHECK(verdict.exit_code == 1);
+  CHECK(broken_regimes(part_of(verdict.counts, "trees"), "cab, leaves").size() == 5);
+  CHECK(violations_outside(verdict.counts, "trees", "") == 0);
+}
+
+TEST_CASE("a hit that is lost is found, and is counted as a difference between strategies") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  subject.run_frame = frame_without_its_last_hit;
+  const Verdict verdict = verify_broken(subject);
+  CHECK(verdict.exit_code == 1);
+  const Json& frames = part_of(verdict.counts, "frames");
+  CHECK(broken_regimes(frames, "tree, cab, children").size() > 0);
+  CHECK(broken_regimes(frames, "brute, cab").empty());
+  CHECK(violations_outside(verdict.counts, "frames", "") == 0);
+  for (const Json& row : frames["rows"])
+    if (row["method"] == "tree, cab, children" && row["violations"] > 0) CHECK(row["differing"] > 0);
+}
+
+}  // namespace cab::tests
