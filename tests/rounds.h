@@ -1,5 +1,5 @@
-// How many rounds random tests run. CAB_TEST_ROUNDS=K runs K times as many as they run otherwise, CAB_TEST_ROUNDS=1/K one
-// in K, where each round is slow: sanitizers and emulators.
+// How many rounds random tests run. CAB_TEST_ROUNDS=K runs K times as many as they run otherwise, CAB_TEST_ROUNDS=1/K
+// one in K, where each round is slow: sanitizers and emulators.
 #pragma once
 
 #include <algorithm>

@@ -201,8 +201,8 @@ TEST_CASE("balls, capsules and hulls half a unit apart are near by a margin of a
     }
 }
 
-// FCL's search for the distance of these two stops early, at 0.633774. The ends of the least gap between them, minimised
-// over points of both bodies in double, are 0.633761 apart.
+// FCL's search for the distance of these two stops early, at 0.633774. The ends of the least gap between them,
+// minimised over points of both bodies in double, are 0.633761 apart.
 TEST_CASE("a pair within the margin is reported where FCL's own distance is larger than the margin") {
   ConvexPart capsule, egg;
   capsule.kind = ShapeKind::kCapsule;

@@ -25,8 +25,8 @@ constexpr double kInvented = 1e-4;
 // same but for the rounding of its poses: a rotation of two float quaternions is off by less than 8 u.
 constexpr double kReplaced = 1e-6;
 
-// Tries a property on the worlds of seeds 1 to count, or as the environment says. True when at least these were tried, so
-// that what they must have had in all can be checked.
+// Tries a property on the worlds of seeds 1 to count, or as the environment says. True when at least these were tried,
+// so that what they must have had in all can be checked.
 template <class Property>
 bool for_seeds(std::uint64_t count, Property&& property) {
   const std::uint64_t alone = number_from_environment("CAB_TEST_SEED", 0);

@@ -59,7 +59,8 @@ Eigen::Matrix3d corner_covariance(const oracle::MergeCase& one) {
   return out;
 }
 
-// How far from diagonal a covariance is in the axes of a box: the largest off-diagonal entry over the largest eigenvalue.
+// How far from diagonal a covariance is in the axes of a box: the largest off-diagonal entry over the largest
+// eigenvalue.
 double off_diagonal(const Eigen::Matrix3d& covariance, const oracle::OracleBox<float>& box) {
   Eigen::Matrix3d axes;
   for (int k = 0; k < 3; ++k)

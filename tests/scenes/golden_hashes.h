@@ -1,5 +1,5 @@
-// The bits that the paper's scenes must give on every machine: hashes of their first 300 frames. A change of any of them
-// is a change of results and goes into CHANGELOG. The tests print the rows they find where they differ.
+// The bits that the paper's scenes must give on every machine: hashes of their first 300 frames. A change of any of
+// them is a change of results and goes into CHANGELOG. The tests print the rows they find where they differ.
 #pragma once
 
 #include "scenes/bit_hash.h"

@@ -1,5 +1,5 @@
-// The paper's scenes give the bits of a committed table: on every instruction set and thread count, however their frames
-// are split into batches.
+// The paper's scenes give the bits of a committed table: on every instruction set and thread count, however their
+// frames are split into batches.
 #include "tests/scenes/golden_hashes.h"
 
 #include "perf/oracle/world.h"

@@ -74,8 +74,8 @@ oracle::World judged_world(const Crowd& crowd, const std::vector<PosedGroup>& po
   return world;
 }
 
-// The hits of every strategy are those of brute force, which has all that touch and no more than what touches once it is
-// wider by more than padding and slack are. Returns how many touch.
+// The hits of every strategy are those of brute force, which has all that touch and no more than what touches once it
+// is wider by more than padding and slack are. Returns how many touch.
 std::size_t check_against_judge(const Crowd& crowd, double seconds) {
   constexpr double kPaddingAndSlack = 0x1p-14;
   const std::vector<PosedGroup> posed = posed_at(crowd, seconds);

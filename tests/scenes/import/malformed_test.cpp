@@ -85,10 +85,13 @@ std::string gltf(const std::array<float, 2>& times, const std::array<float, 6>& 
     for (std::size_t k = 0; k < 4; ++k) base64 += i + k > bytes.size() ? '=' : digits[(group >> (18 - 6 * k)) & 63];
   }
   return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],)"
-         R"("nodes":[{"name":"a","children":[1]},{"name":"b","translation":[0,1,0],"children":[2]},{"name":"c","translation":[0,1,0]}],)"
-         R"("animations":[{"name":"walk","channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},{"sampler":0,"target":{"node":0,"path":"translation"}}],)"
+         R"("nodes":[{"name":"a","children":[1]},{"name":"b","translation":[0,1,0],"children":[2]},)"
+         R"({"name":"c","translation":[0,1,0]}],)"
+         R"("animations":[{"name":"walk","channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},)"
+         R"({"sampler":0,"target":{"node":0,"path":"translation"}}],)"
          R"("samplers":[{"input":0,"output":1}]}],)"
-         R"("accessors":[{"bufferView":0,"componentType":5126,"count":2,"type":"SCALAR"},{"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"}],)"
+         R"("accessors":[{"bufferView":0,"componentType":5126,"count":2,"type":"SCALAR"},)"
+         R"({"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"}],)"
          R"("bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":8},{"buffer":0,"byteOffset":8,"byteLength":24}],)"
          R"("buffers":[{"byteLength":32,"uri":"data:application/octet-stream;base64,)" +
          base64 + R"("}]})";
