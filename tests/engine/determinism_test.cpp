@@ -1,4 +1,5 @@
-// What must not change a result: neighbours in a tile, signs of zeros, payloads of NaN, the order in which things are given.
+// What must not change a result: neighbours in a tile, signs of zeros, payloads of NaN, the order in which things are
+// given.
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_sanitizer.h"
 
@@ -340,8 +341,8 @@ std::size_t check_permuted(const World& world, const std::vector<std::uint32_t>&
   return differing.size();
 }
 
-// Pairs of instances, 2 p and 2 p + 1, as far apart as the engine last calls touching: found by halving what lies between
-// a distance that touches and one that does not.
+// Pairs of instances, 2 p and 2 p + 1, as far apart as the engine last calls touching: found by halving what lies
+// between a distance that touches and one that does not.
 World pairs_at_the_edge(std::uint64_t seed, std::uint32_t pairs) {
   Random random(seed);
   World world;

@@ -14,7 +14,8 @@ constexpr Policies kExactTree = {Refit::kCab, Strategy::kTree, Exact::kFcl};
 constexpr Policies kExactBrute = {Refit::kCab, Strategy::kBrute, Exact::kFcl};
 constexpr double kPi = 3.14159265358979323846;
 
-// How far the normal and depth of FCL's contacts may be from the answers by hand; the worst measured stands behind each.
+// How far the normal and depth of FCL's contacts may be from the answers by hand; the worst measured stands behind
+// each.
 constexpr double kBoxTolerance = 1e-7;        // 6.0e-9
 constexpr double kEllipsoidTolerance = 1e-6;  // 2.4e-8
 

@@ -201,6 +201,28 @@ TEST_CASE("balls, capsules and hulls half a unit apart are near by a margin of a
     }
 }
 
+// FCL's search for the distance of these two stops early, at 0.633774. The ends of the least gap between them,
+// minimised over points of both bodies in double, are 0.633761 apart.
+TEST_CASE("a pair within the margin is reported where FCL's own distance is larger than the margin") {
+  ConvexPart capsule, egg;
+  capsule.kind = ShapeKind::kCapsule;
+  capsule.size[0] = 0.00542976381f, capsule.size[1] = 0.5f * 0.0621671043f;
+  egg.kind = ShapeKind::kEllipsoid;
+  egg.size[0] = 0.0549318902f, egg.size[1] = 0.0154763646f, egg.size[2] = 0.940303147f;
+  Box room = kCube;
+  for (float& half : room.half) half = 2;
+  World world = two_boxes(room, room, {}, BatchKind::kCharacters);
+  world.members[0].rig.leaves[0].parts = {&capsule, 1};
+  world.members[1].rig.leaves[0].parts = {&egg, 1};
+  world.members[0].poses.data = {-0.36308071f, -0.418280125f, 0.995417595f, 0.672240019f, 0, 0, 0};
+  world.members[1].poses.data = {0.948385596f, -0.671269774f, -0.401579469f, 0.463064313f,
+                                 0.277623236f, 0.45982638f,   0.943746805f};
+  world.margin = 0.63377f;
+  CHECK(run_world(world, {Refit::kCab, Strategy::kTree, Exact::kFcl}).hits.size() == 1);
+  world.margin = 0.6337f;
+  CHECK(run_world(world, {Refit::kCab, Strategy::kTree, Exact::kFcl}).hits.empty());
+}
+
 TEST_CASE("the contact of a pair that is apart: normal from a to b, depth the distance below 0, point in the gap") {
   World world = two_boxes(kCube, kCube, {{0.1, -1.5, 0.2}}, BatchKind::kSequence);
   world.margin = 0.75f;

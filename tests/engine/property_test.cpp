@@ -1,13 +1,13 @@
 // Properties of whole frames over random articulations, poses, batches and policies. Every world is made from one
-// seed, printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone, CAB_TEST_ROUNDS=K runs K times
-// as many.
+// seed, printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone, CAB_TEST_ROUNDS more
+// or fewer (tests/rounds.h).
 #include "kernels/descend_tiles.h"
 #include "perf/oracle/random_world.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <set>
 #include <string>
@@ -16,6 +16,7 @@ namespace {
 
 using namespace cab;
 using namespace cab::oracle;
+using namespace cab::tests;
 
 // How much wider than exact the boxes of a reported pair may have to be made to touch, as in frame_test.
 constexpr double kInvented = 1e-4;
@@ -24,28 +25,18 @@ constexpr double kInvented = 1e-4;
 // same but for the rounding of its poses: a rotation of two float quaternions is off by less than 8 u.
 constexpr double kReplaced = 1e-6;
 
-std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise) {
-  const char* const text = std::getenv(name);
-  if (!text || !*text) return otherwise;
-  char* end = nullptr;
-  const std::uint64_t number = std::strtoull(text, &end, 10);
-  if (*end != 0 || number == 0) throw std::runtime_error(std::string(name) + " is no number above 0: " + text);
-  return number;
-}
-
-// Tries a property on the worlds of seeds 1 to count, or as the environment says. True when these were tried, so that
-// what they must have had in all can be checked.
+// Tries a property on the worlds of seeds 1 to count, or as the environment says. True when at least these were tried,
+// so that what they must have had in all can be checked.
 template <class Property>
 bool for_seeds(std::uint64_t count, Property&& property) {
   const std::uint64_t alone = number_from_environment("CAB_TEST_SEED", 0);
-  const std::uint64_t rounds = number_from_environment("CAB_TEST_ROUNDS", 1);
-  const std::uint64_t first = alone ? alone : 1, last = alone ? alone : rounds * count;
+  const std::uint64_t first = alone ? alone : 1, last = alone ? alone : rounds(count);
   for (std::uint64_t seed = first; seed <= last; ++seed) {
     INFO("replay with CAB_TEST_SEED=", seed);
     Random random(seed);
     property(random);
   }
-  return alone == 0;
+  return alone == 0 && last >= count;
 }
 
 // Every combination of the values of policy_table().

@@ -41,7 +41,8 @@ const Scheduler kBackwards = {
       for (std::uint32_t t = count; t-- > 0;) task(context, t, t % 3);
     }};
 
-// Characters of two batches and bodies of one link and one leaf, `spread` wide: what a spread changes is where they are.
+// Characters of two batches and bodies of one link and one leaf, `spread` wide: what a spread changes is where they
+// are.
 World gathering(double spread) {
   Random random(21);
   World world;
@@ -149,7 +150,8 @@ TEST_CASE(
     "order") {
   constexpr double kInvented = 1e-4;  // as in frame_test
   const World dense = gathering(0.02), thin = gathering(3);
-  // Dense: the first frame is tried in spatial order, sixteen follow in key order. Thin ones among them, and after them in spatial order.
+  // Dense: the first frame is tried in spatial order, sixteen follow in key order. Thin ones among them, and after them
+  // in spatial order.
   std::vector<const World*> frames(40, &thin);
   for (const int at : {0, 1, 2, 9, 16, 22, 23, 39}) frames[static_cast<std::size_t>(at)] = &dense;
   ThreadPool pool(3);

@@ -12,8 +12,8 @@ namespace cab::oracle {
 // Two different links, the lower one first.
 using Links = std::pair<std::uint32_t, std::uint32_t>;
 
-// Links with leaf boxes that touch in the pose of one instance, by brute force in long double. grow: how much wider each
-// half extent is made, as a fraction of the box's size and of its distance from the origin.
+// Links with leaf boxes that touch in the pose of one instance, by brute force in long double. grow: how much wider
+// each half extent is made, as a fraction of the box's size and of its distance from the origin.
 inline std::set<Links> links_exactly_touching(const Rig& rig, const Poses& poses, std::uint32_t instance, double grow) {
   std::vector<ExactBox> boxes = exact_leaf_boxes(rig, poses, instance);
   for (ExactBox& box : boxes) {

@@ -1,5 +1,5 @@
-// Bytes to worlds that may be run: no strategy loses a touching pair or knows one that brute does not, rows and links know
-// all that brute does, every instruction set writes the same bits, and a masked instance is in no hit.
+// Bytes to worlds that may be run: no strategy loses a touching pair or knows one that brute does not, rows and links
+// know all that brute does, every instruction set writes the same bits, and a masked instance is in no hit.
 #include "perf/oracle/random_world.h"
 #include "tests/fuzz/bytes.h"
 

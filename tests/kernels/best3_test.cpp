@@ -1,4 +1,5 @@
-// best3 against its words: the axes of CAB or of a child, whichever box has the least surface, computed apart in double.
+// best3 against its words: the axes of CAB or of a child, whichever box has the least surface, computed apart in
+// double.
 #include "kernels/refit_tree.h"
 #include "perf/oracle/merge_regimes.h"
 #include "perf/oracle/rotation_limit.h"

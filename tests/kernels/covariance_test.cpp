@@ -4,6 +4,7 @@
 #include "perf/oracle/float_frame.h"
 #include "perf/oracle/merge_regimes.h"
 #include "tests/kernels/isas.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 #include <Eigen/Eigenvalues>
@@ -58,7 +59,8 @@ Eigen::Matrix3d corner_covariance(const oracle::MergeCase& one) {
   return out;
 }
 
-// How far from diagonal a covariance is in the axes of a box: the largest off-diagonal entry over the largest eigenvalue.
+// How far from diagonal a covariance is in the axes of a box: the largest off-diagonal entry over the largest
+// eigenvalue.
 double off_diagonal(const Eigen::Matrix3d& covariance, const oracle::OracleBox<float>& box) {
   Eigen::Matrix3d axes;
   for (int k = 0; k < 3; ++k)
@@ -104,9 +106,9 @@ TEST_CASE(
     for (unsigned regime = 0; regime < oracle::kMergeRegimeCount; ++regime) {
       oracle::Random random(kSeed + 50 + regime);
       std::size_t outside = 0, crooked = 0, differing = 0;
-      for (int round = 0; round < 120; ++round) {
+      for (std::uint64_t round = 0; round < rounds(120); ++round) {
         const bool has_joint = round % 3 != 0;
-        const std::size_t extents = static_cast<std::size_t>(round % 2);
+        const std::size_t extents = round % 2;
         oracle::MergeCase cases[kLanes];
         const Tile tile = random_tile(random, static_cast<oracle::MergeRegime>(regime), has_joint, cases);
         Tile expected = tile;

@@ -1,5 +1,5 @@
-// The golden hashes of the paper's scenes from kernels alone: what a build without the engine, such as the one that runs
-// under an emulator, can show of them.
+// The golden hashes of the paper's scenes from kernels alone: what a build without the engine, such as the one that
+// runs under an emulator, can show of them.
 #include "kernels/descend_tiles.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"

@@ -5,6 +5,7 @@
 #include "perf/oracle/float_frame.h"
 #include "perf/oracle/merge_regimes.h"
 #include "tests/kernels/isas.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -102,12 +103,12 @@ void judge(const MergeTile& tile, Worst& worst) {
 }  // namespace
 
 TEST_CASE("a merged box contains both children, is orthonormal and is the paper's, in every regime") {
-  constexpr std::size_t kPerRegime = 100000;
+  const std::size_t per_regime = rounds(100000);
   const kernel::KernelTable& kernels = *kernel::find_kernels(Isa::kAuto);
   for (unsigned regime = 0; regime < oracle::kMergeRegimeCount; ++regime) {
     oracle::Random random(kSeed + regime);
     Worst worst;
-    for (MergeTile& tile : make_tiles(random, static_cast<oracle::MergeRegime>(regime), kPerRegime)) {
+    for (MergeTile& tile : make_tiles(random, static_cast<oracle::MergeRegime>(regime), per_regime)) {
       merge(kernels, tile);
       judge(tile, worst);
     }

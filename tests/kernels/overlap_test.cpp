@@ -5,6 +5,7 @@
 #include "perf/oracle/overlap_exact.h"
 #include "perf/oracle/touching_pairs.h"
 #include "tests/kernels/isas.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -89,12 +90,12 @@ Pairs separated_along(std::size_t axis) {
 }  // namespace
 
 TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
-  constexpr std::uint32_t kTilesPerRegime = 800;
+  const std::uint64_t tiles_per_regime = rounds(800);
   const std::uint32_t kAllLeaves = 0xffff, kAllInner = 0;
   for (unsigned regime = 0; regime < oracle::kTouchRegimeCount; ++regime) {
     oracle::Random random(kSeed + regime);
     std::size_t touching = 0, lost = 0, false_positives = 0, differing = 0;
-    for (std::uint32_t t = 0; t < kTilesPerRegime; ++t) {
+    for (std::uint64_t t = 0; t < tiles_per_regime; ++t) {
       Pairs pairs;
       std::uint32_t truth = 0;
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -117,11 +118,11 @@ TEST_CASE("no pair that touches is called apart, however narrowly it touches") {
         if (zero_shift(pairs)) differing += overlap_tiles(*kernels, pairs, nullptr) != expected;
       }
     }
-    MESSAGE("regime " << regime << ": " << touching << " of " << kTilesPerRegime * kLanes << " touch, "
+    MESSAGE("regime " << regime << ": " << touching << " of " << tiles_per_regime * kLanes << " touch, "
                       << false_positives << " false positives");
     CAPTURE(regime);
     CAPTURE(kSeed);
-    CHECK(touching > kTilesPerRegime * kLanes / 4);
+    CHECK(touching > tiles_per_regime * kLanes / 4);
     CHECK(lost == 0);
     CHECK(differing == 0);
   }

@@ -47,8 +47,8 @@ constexpr Real kLinkSize = 1.20e-3;                                        // 6.
 constexpr Real kLinkTranslation = 58;                                      // 6.5
 constexpr Real kLinkPadding = 2.61, kLinkLimit = 3.99;                     // 6.4, 6.7
 
-// What the kernels add covers what is derived, with a part's tolerance (4 u S) and the sum half + pad (1 u S) on top where
-// a leaf is padded.
+// What the kernels add covers what is derived, with a part's tolerance (4 u S) and the sum half + pad (1 u S) on top
+// where a leaf is padded.
 static_assert(kPosePad.body >= (kPosedAxes + 5) * kU && kPosePad.body >= kPosedCenter * kU);
 static_assert(kPosePad.translation >= (kPosedTranslation + 1) * kU);
 static_assert(kPosePadRotated.body >= (kPosedAxesRotated + 5) * kU);

@@ -1,6 +1,7 @@
 // The vector type: each operation, lane by lane, has the bits of the plain one on every instruction set.
 #include "kernels/simd.h"
 
+#include "kernels/isa_list.h"
 #include "scenes/random.h"
 #include "tests/kernels/vector_probe.h"
 
@@ -12,21 +13,17 @@
 
 namespace cab::tests {
 
-#if defined(__x86_64__)
-extern const VectorProbe probe_scalar, probe_sse2, probe_avx2, probe_avx512;
-constexpr const VectorProbe* kProbes[] = {&probe_scalar, &probe_sse2, &probe_avx2, &probe_avx512};
-#elif defined(__aarch64__)
-extern const VectorProbe probe_scalar, probe_neon64;
-constexpr const VectorProbe* kProbes[] = {&probe_scalar, &probe_neon64};
-#else
-extern const VectorProbe probe_scalar;
-constexpr const VectorProbe* kProbes[] = {&probe_scalar};
-#endif
+#define CAB_DECLARE(enumerator, name, V, runs) extern const VectorProbe probe_##name;
+CAB_BUILT_ISAS(CAB_DECLARE)
+#undef CAB_DECLARE
 
-std::vector<const VectorProbe*> available_probes() {
-  std::vector<const VectorProbe*> out;
-  for (const VectorProbe* probe : kProbes)
-    if (kernel::find_kernels(probe->isa)) out.push_back(probe);
+std::vector<IsaProbe> available_probes() {
+#define CAB_ENTRY(enumerator, name, V, runs) {Isa::enumerator, &probe_##name},
+  constexpr IsaProbe kBuilt[] = {CAB_BUILT_ISAS(CAB_ENTRY)};
+#undef CAB_ENTRY
+  std::vector<IsaProbe> out;
+  for (const IsaProbe& one : kBuilt)
+    if (kernel::find_kernels(one.isa)) out.push_back(one);
   return out;
 }
 
@@ -69,23 +66,19 @@ void check(const VectorProbe& probe, const VectorOperands& in) {
 }  // namespace
 
 TEST_CASE("there is a vector type for every table of kernels, as wide as its registers") {
-  const std::vector<const VectorProbe*> probes = available_probes();
+  const std::vector<IsaProbe> probes = available_probes();
   std::uint32_t tables = 0;
   for (std::uint32_t isa = 1; isa < kIsaCount; ++isa) tables += kernel::find_kernels(static_cast<Isa>(isa)) != nullptr;
   CHECK(probes.size() == tables);
-  CHECK(probes[0]->isa == Isa::kScalar);
-  for (const VectorProbe* probe : probes) {
-    const std::uint32_t width = probe->isa == Isa::kScalar   ? 1
-                                : probe->isa == Isa::kAvx512 ? 16
-                                : probe->isa == Isa::kAvx2   ? 8
-                                                             : 4;
-    CHECK(probe->width == width);
-  }
+  CHECK(probes[0].isa == Isa::kScalar);
+  for (std::size_t i = 1; i < probes.size(); ++i) CHECK(probes[i]->width >= 2 * probes[i - 1]->width);
+  CHECK(probes[0]->width == 1);
+  CHECK(kLanes % probes.back()->width == 0);
 }
 
 TEST_CASE("every operation on zeros, denormals, infinities and NaN has the plain operation's bits in each lane") {
-  for (const VectorProbe* probe : available_probes()) {
-    CAPTURE(static_cast<int>(probe->isa));
+  for (const IsaProbe& probe : available_probes()) {
+    CAPTURE(static_cast<int>(probe.isa));
     for (std::uint32_t turn = 0; turn < kLanes; ++turn) {  // each odd number against each other, in every lane
       VectorOperands in;
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -93,7 +86,7 @@ TEST_CASE("every operation on zeros, denormals, infinities and NaN has the plain
         in.b[lane] = kOdd[(lane + turn) % kLanes];
         in.by[lane] = static_cast<double>(kOdd[(lane + 5 * turn) % kLanes]);
       }
-      check(*probe, in);
+      check(*probe.probe, in);
     }
   }
 }
@@ -107,9 +100,9 @@ TEST_CASE("every operation on random numbers has the plain operation's bits in e
       in.b[lane] = static_cast<float>(random.uniform(-1, 1));
       in.by[lane] = 1e3 * random.uniform(-1, 1);
     }
-    for (const VectorProbe* probe : available_probes()) {
-      CAPTURE(static_cast<int>(probe->isa));
-      check(*probe, in);
+    for (const IsaProbe& probe : available_probes()) {
+      CAPTURE(static_cast<int>(probe.isa));
+      check(*probe.probe, in);
     }
   }
 }

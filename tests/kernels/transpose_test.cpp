@@ -14,8 +14,8 @@ float at(std::uint32_t r, std::uint32_t k) { return static_cast<float>(100 * r +
 }  // namespace
 
 TEST_CASE("rows of sixteen floats become sixteen vectors, and vectors rows, on every instruction set") {
-  for (const VectorProbe* probe : available_probes()) {
-    CAPTURE(static_cast<int>(probe->isa));
+  for (const IsaProbe& probe : available_probes()) {
+    CAPTURE(static_cast<int>(probe.isa));
     alignas(64) float rows[kLanes][16], back[kLanes][16], columns[16 * kLanes];
     const float* from[kLanes];
     float* to[kLanes];
@@ -35,8 +35,8 @@ TEST_CASE("rows of sixteen floats become sixteen vectors, and vectors rows, on e
 }
 
 TEST_CASE("four floats of unaligned rows become four arrays in the rows' order, on every instruction set") {
-  for (const VectorProbe* probe : available_probes()) {
-    CAPTURE(static_cast<int>(probe->isa));
+  for (const IsaProbe& probe : available_probes()) {
+    CAPTURE(static_cast<int>(probe.isa));
     alignas(64) float rows[kLanes][5], out[4][kLanes];
     const float* from[kLanes];
     for (std::uint32_t r = 0; r < probe->quad_rows; ++r) {

@@ -1,12 +1,13 @@
-// Compiled once per instruction set, like the kernels, with CAB_PROBE (its name), CAB_PROBE_ISA and CAB_PROBE_VECTOR.
+// Compiled once per instruction set, like the kernels: CAB_ISA is its name, CAB_PROBE that of its probe.
 #include "tests/kernels/vector_probe.h"
 
+#include "kernels/isa_vector.h"
 #include "kernels/transpose.h"
 
 namespace cab::tests {
 namespace {
 
-using V = CAB_PROBE_VECTOR;
+using V = kernel::IsaVector;
 using kernel::kWidth;
 using L = kernel::Lanes<V>;
 
@@ -50,7 +51,7 @@ void store_transposed(const float* columns, float* const* rows) {
 }  // namespace
 
 extern const VectorProbe CAB_PROBE;
-const VectorProbe CAB_PROBE = {Isa::CAB_PROBE_ISA, kWidth<V>,        kernel::kQuadRows<V>,      evaluate,
-                               load_transposed,    store_transposed, kernel::transpose_quads<V>};
+const VectorProbe CAB_PROBE = {kWidth<V>,       kernel::kQuadRows<V>, evaluate,
+                               load_transposed, store_transposed,     kernel::transpose_quads<V>};
 
 }  // namespace cab::tests

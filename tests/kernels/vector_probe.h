@@ -26,7 +26,6 @@ struct alignas(64) VectorResults {
 
 // The functions of kernels/simd.h and kernels/transpose.h, compiled for one instruction set.
 struct VectorProbe {
-  Isa isa;
   std::uint32_t width;
   std::uint32_t quad_rows;
   void (*evaluate)(const VectorOperands&, VectorResults*);
@@ -36,7 +35,13 @@ struct VectorProbe {
   void (*transpose_quads)(const float* const* rows, float* const (&out)[4]);
 };
 
+struct IsaProbe {
+  Isa isa;
+  const VectorProbe* probe;
+  const VectorProbe* operator->() const { return probe; }
+};
+
 // Of every instruction set of this build that this CPU runs; scalar comes first.
-std::vector<const VectorProbe*> available_probes();
+std::vector<IsaProbe> available_probes();
 
 }  // namespace cab::tests

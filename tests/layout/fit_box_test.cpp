@@ -1,5 +1,5 @@
-// Boxes about vertices: they contain them exactly, are tight, go by the link's frame on ties, and nothing that should not
-// matter matters.
+// Boxes about vertices: they contain them exactly, are tight, go by the link's frame on ties, and nothing that should
+// not matter matters.
 #include "layout/fit_box.h"
 
 #include "layout/arena.h"
@@ -361,8 +361,8 @@ TEST_CASE("what has no axes of its own, or those of the link, gets the link's ax
   slight.axis[1][0] = -slight.axis[0][1];
   CHECK(has_link_axes(fitted(rotated(brick({{1, 1.001, 0.999}}), slight))));
   CHECK_FALSE(has_link_axes(fitted(rotated(brick({{1, 1.1, 0.9}}), slight))));
-  // About a segment the link's axes decide: one axis is square to the segment and to a link's axis. The vertices are off
-  // the line by rounding, which has no say.
+  // About a segment the link's axes decide: one axis is square to the segment and to a link's axis. The vertices are
+  // off the line by rounding, which has no say.
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Random random(seed);
     CAPTURE(seed);

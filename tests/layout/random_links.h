@@ -26,8 +26,8 @@ struct LinkRig {
 };
 
 // One to six links of up to most_leaves leaves each, some with none, leaves in any order. Boxes are about `size` large,
-// thick to needle-thin, many of them plates, lines or points, about a place in the link's frame that is up to `away` sizes
-// off.
+// thick to needle-thin, many of them plates, lines or points, about a place in the link's frame that is up to `away`
+// sizes off.
 inline LinkRig random_links(oracle::Random& random, unsigned most_leaves, double size, double away) {
   std::vector<std::int32_t> parents;
   std::vector<Leaf> leaves;
@@ -88,7 +88,8 @@ inline oracle::OracleBox<float> oracle_box(const Box& box) {
 }
 
 // What the boxes of links promise beyond containing their leaves' boxes: each point that is this part of a leaf's size
-// away, about which two leaf boxes may be apart where the leaf predicate's slack calls them touching (docs/proof.md, 6.3).
+// away, about which two leaf boxes may be apart where the leaf predicate's slack calls them touching (docs/proof.md,
+// 6.3).
 inline constexpr long double kLeafSlack = 1.18e-3L;
 
 }  // namespace cab::tests

@@ -16,7 +16,7 @@
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using Json = nlohmann::json;
@@ -804,4 +804,4 @@ TEST_CASE("real figures: those without motion stand and touch in every frame of 
   CHECK(json["frame_count"] == together);
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <string>
 
-namespace cab::test {
+namespace cab::tests {
 
 // Bends by these degrees a frame, so that figures with different phases touch in some frames and not in others.
 struct MadeMotion {
@@ -48,4 +48,4 @@ inline std::string bvh_text(const MadeMotion& motion) {
   return text.str();
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace cab::test {
+namespace cab::tests {
 
 // A folder of its own, removed with all that is in it.
 class TemporaryFolder {
@@ -93,4 +93,4 @@ inline Outcome run_command(const std::string& command, const std::vector<std::st
   return spawn(CAB_COMMAND, words);
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

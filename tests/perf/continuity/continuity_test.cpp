@@ -8,7 +8,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using namespace cab::perf;
@@ -109,4 +109,4 @@ TEST_CASE("every number is the same on every instruction set") {
   }
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

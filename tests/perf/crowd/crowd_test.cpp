@@ -11,7 +11,7 @@
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using Json = nlohmann::json;
@@ -248,4 +248,4 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
   CHECK(bad.error.find("ways.txt:2: ") != std::string::npos);
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

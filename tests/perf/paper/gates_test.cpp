@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using namespace cab::perf;
@@ -150,4 +150,4 @@ TEST_CASE("a short run is compared between methods but not with the paper") {
   CHECK(failures(runs, false).size() == 1);
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

@@ -9,7 +9,7 @@
 
 #include "scenes/paper/registry.h"
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using namespace cab::perf;
@@ -133,4 +133,4 @@ TEST_CASE("a scene of other links than dented ones is refused") {
   }
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

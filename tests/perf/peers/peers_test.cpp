@@ -8,7 +8,7 @@
 
 #include "tests/perf/cli/spawn.h"
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using Json = nlohmann::json;
@@ -136,4 +136,4 @@ TEST_CASE("cab peers says what was wrong and how to do it right") {
   }
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

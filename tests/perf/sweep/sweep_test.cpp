@@ -22,7 +22,7 @@
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using Json = nlohmann::json;
@@ -162,7 +162,8 @@ TEST_CASE(
     CHECK(oriented.size() == 1);
     CHECK(exact.size() == 1);
     CHECK(isas.size() == (oracle::available_isas().size() > 1 ? 2 : 1));
-    // Per instruction set, thread count and exact test: the defaults, two refits by the tree, two kinds of leaves by brute.
+    // Per instruction set, thread count and exact test: the defaults, two refits by the tree, two kinds of leaves by
+    // brute.
     CHECK(scene["cells"].size() == 2 * 2 * 2 * 5);
   }
 }
@@ -418,4 +419,4 @@ TEST_CASE("cab sweep says what was wrong and how to do it right") {
   CHECK(missing.error.find("none.bvh: no such file") != std::string::npos);
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

@@ -13,7 +13,7 @@
 #include "layout/error_bounds.h"
 #include "tests/perf/cli/spawn.h"
 
-namespace cab::test {
+namespace cab::tests {
 namespace {
 
 using Json = nlohmann::json;
@@ -269,4 +269,4 @@ TEST_CASE("a hit that is lost is found, and is counted as a difference between s
     if (row["method"] == "tree, cab, children" && row["violations"] > 0) CHECK(row["differing"] > 0);
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

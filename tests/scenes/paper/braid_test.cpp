@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-using namespace cab::test;
+using namespace cab::tests;
 
 TEST_CASE("the braid is two strands of eight links that meet end to end in every frame") {
   const Scene scene = make_braid(2000);

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <stdexcept>
 
-using namespace cab::test;
+using namespace cab::tests;
 
 TEST_CASE("a superellipsoid has 58 vertices that fill its half extents") {
   const std::vector<float> v = superellipsoid(3, .5, .25, .75);

@@ -14,7 +14,7 @@
 
 namespace {
 
-using namespace cab::test;
+using namespace cab::tests;
 
 // Tolerance for the planes of the pieces. Vertices are rounded to float, so a face of more than three vertices is plane
 // to about 1e-7.

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-using namespace cab::test;
+using namespace cab::tests;
 
 namespace {
 

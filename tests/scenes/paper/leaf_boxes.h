@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace cab::test {
+namespace cab::tests {
 
 // Vec3 is a std::array, so argument-dependent lookup does not find its operators.
 using namespace scenes;
@@ -141,4 +141,4 @@ inline Vec3 tilted_by(double angle, const Vec3& v) {
   return std::cos(angle) * v + std::sin(angle) * cross(k, v) + ((1 - std::cos(angle)) * dot(k, v)) * k;
 }
 
-}  // namespace cab::test
+}  // namespace cab::tests

@@ -12,7 +12,7 @@
 #include <memory>
 #include <stdexcept>
 
-using namespace cab::test;
+using namespace cab::tests;
 
 TEST_CASE("the names, frames and pairs of the registry are those of its scenes") {
   for (const PaperScene& entry : kPaperScenes) {

@@ -1,0 +1,33 @@
+// How many rounds random tests run. CAB_TEST_ROUNDS=K runs K times as many as they run otherwise, CAB_TEST_ROUNDS=1/K
+// one in K, where each round is slow: sanitizers and emulators.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
+namespace cab::tests {
+
+// The number above 0 that a variable of the environment holds, behind `prefix`; `otherwise` where it holds nothing.
+inline std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise,
+                                             const std::string& prefix = "") {
+  const char* const text = std::getenv(name);
+  if (!text || !*text) return otherwise;
+  char* end = nullptr;
+  const bool begins = std::string(text).rfind(prefix, 0) == 0;
+  const std::uint64_t number = begins ? std::strtoull(text + prefix.size(), &end, 10) : 0;
+  if (number == 0 || *end != 0) throw std::runtime_error(std::string(name) + " is no number above 0: " + text);
+  return number;
+}
+
+// Rounds to run where `usual` are run without CAB_TEST_ROUNDS; at least one.
+inline std::uint64_t rounds(std::uint64_t usual) {
+  const char* const text = std::getenv("CAB_TEST_ROUNDS");
+  if (text && std::string(text).rfind("1/", 0) == 0)
+    return std::max<std::uint64_t>(1, usual / number_from_environment("CAB_TEST_ROUNDS", 1, "1/"));
+  return usual * number_from_environment("CAB_TEST_ROUNDS", 1);
+}
+
+}  // namespace cab::tests
