@@ -5,12 +5,12 @@
 
 #include <atomic>
 #include <cstdint>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "layout/arena.h"
+#include "perf/oracle/engine_ptr.h"
 #include "scenes/crowd.h"
 
 namespace cab::perf {
@@ -106,11 +106,8 @@ class CrowdSession {
   static void require(Status status, const std::string& what) {
     if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
   }
-  struct EngineDeleter {
-    void operator()(Engine* engine) const { destroy_engine(engine); }
-  };
   CountedMemory memory_;  // outlives the engine
-  std::unique_ptr<Engine, EngineDeleter> engine_;
+  oracle::EnginePtr engine_;
   std::vector<BatchId> batches_;
   std::vector<PairRule> rules_;
   std::vector<Hit> hits_;

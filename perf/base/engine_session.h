@@ -6,9 +6,9 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <vector>
 
+#include "perf/oracle/engine_ptr.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {
@@ -49,9 +49,6 @@ struct BlockResult {
   FrameStats stats;
 };
 
-// Adds counts and seconds.
-void add_stats(FrameStats& sum, const FrameStats& more);
-
 // Every box of one character in one frame, relative to its origin in world axes, and how the boxes are merged.
 struct CharacterBoxes {
   ArticulationInfo info;
@@ -88,9 +85,6 @@ class EngineSession {
   void visit_boxes(const Policies& policies, const VisitBoxes& visit);
 
  private:
-  struct EngineDeleter {
-    void operator()(Engine* engine) const { destroy_engine(engine); }
-  };
   // One batch a character, in the scene's order; the rules between them.
   struct BatchSet {
     std::uint32_t frame_count = 0;
@@ -105,7 +99,7 @@ class EngineSession {
   FrameRange frames_;
   bool within_;
   LaneContent lanes_;
-  std::unique_ptr<Engine, EngineDeleter> engine_;
+  oracle::EnginePtr engine_;
   std::vector<ArticulationId> articulations_;
   BatchSet full_;  // all blocks but a shorter last one
   BatchSet last_;  // the shorter last block; frame_count 0 where there is none

@@ -7,7 +7,8 @@
 #include "layout/merge_program.h"
 #include "layout/tile.h"
 #include "perf/base/report.h"
-#include "perf/commands.h"
+#include "perf/base/statistics.h"
+#include "perf/kernels/options.h"
 
 #include <cab/cab.h>
 #include <fcl/math/bv/OBB.h>
@@ -17,7 +18,6 @@
 #include <cmath>
 #include <functional>
 #include <iostream>
-#include <sstream>
 
 namespace cab::perf {
 namespace {
@@ -99,11 +99,6 @@ void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar&
   }
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 // Median of the ratios of each round: b's time over a's.
 double times_faster(const Contender& a, const Contender& b) {
   std::vector<double> ratios;
@@ -111,13 +106,12 @@ double times_faster(const Contender& a, const Contender& b) {
   return median(ratios);
 }
 
-std::vector<const kernel::KernelTable*> chosen_kernels(const std::string& isas) {
+// The kernels of the chosen instruction sets; without a choice those of every available one.
+std::vector<const kernel::KernelTable*> chosen_kernels(std::vector<Isa> isas) {
+  if (isas.empty()) isas = {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64};
   std::vector<const kernel::KernelTable*> out;
-  std::istringstream names(isas.empty() ? "scalar,sse2,avx2,avx512,neon64" : isas);
-  for (std::string name; std::getline(names, name, ',');)
-    for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512, Isa::kNeon64})
-      if (name == to_string(isa))
-        if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
+  for (const Isa isa : isas)
+    if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
   return out;
 }
 

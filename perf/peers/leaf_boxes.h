@@ -1,4 +1,5 @@
-// What users of the peers write themselves: leaf boxes in the world from poses, their bounds, and a scalar overlap test.
+// What users of the peers write themselves: leaf boxes in the world from poses, their bounds, and a scalar overlap
+// test.
 #pragma once
 
 #include <cmath>

@@ -15,10 +15,10 @@
 namespace cab::perf {
 namespace {
 
-// Up to so many leaf pairs the judge is asked about all of them; beyond, about those whose boxes overlap by brute force.
+// Up to this many leaf pairs the judge tests all of them; beyond, those whose boxes overlap by brute force.
 constexpr std::uint64_t kMostJudgedPairs = 300000;
 
-// Up to so many leaves the best orientations of all inner boxes are searched.
+// Up to this many leaves the best orientations of all inner boxes are searched.
 constexpr std::size_t kMostSearchedLeaves = 32;
 
 // A run that takes longer than this is measured in so many rounds at most: that long, noise averages out.
@@ -137,15 +137,10 @@ std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector
   return missing.size();
 }
 
-Spread spread_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front(), values.back()};
-}
-
 double SweepCell::total_seconds() const {
   std::vector<double> totals;
   for (const FrameStats& round : rounds) totals.push_back(round.seconds_total);
-  return spread_of(totals).median;
+  return median(totals);
 }
 
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values) {

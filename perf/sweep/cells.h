@@ -1,4 +1,5 @@
-// The cells of `cab sweep`: policies by instruction sets by thread counts on one scene, counted, judged and timed in turns.
+// The cells of `cab sweep`: policies by instruction sets by thread counts on one scene, counted, judged and timed in
+// turns.
 #pragma once
 
 #include <cab/types.h>
@@ -8,24 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "perf/base/statistics.h"
 #include "perf/sweep/scenes.h"
 
 namespace cab::perf {
-
-// What is timed, in the order of tables and files.
-struct SweepPhase {
-  const char* name;
-  double FrameStats::*seconds;
-};
-inline constexpr SweepPhase kSweepPhases[] = {
-    {"update", &FrameStats::seconds_update}, {"broad", &FrameStats::seconds_broad}, {"test", &FrameStats::seconds_test},
-    {"query", &FrameStats::seconds_query},   {"total", &FrameStats::seconds_total},
-};
-
-struct Spread {
-  double median = 0, least = 0, most = 0;
-};
-Spread spread_of(std::vector<double> values);
 
 // One policy on one instruction set and thread count.
 struct SweepCell {
@@ -86,9 +73,9 @@ void mark_front(std::vector<SweepCell>& cells);
 // How many of sorted `hits` are not in sorted `found`.
 std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector<SweepHit>& found);
 
-// The cell to take instead of cells[of]: of the same instruction set, thread count and exact test, missing nothing, with
-// at most so many false positives, and faster by 5 % in the median and in three of four rounds; the fastest of them. None:
-// `of` is best.
+// The cell to take instead of cells[of]: the fastest of those with the same instruction set, thread count and exact
+// test that miss nothing, have at most most_false_positives, and are faster by 5 % in the median and in three of four
+// rounds. Without a value cells[of] is best.
 std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std::size_t of,
                                        std::uint64_t most_false_positives);
 

@@ -100,12 +100,14 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   json["isa"] = to_string(cell.isa);
   json["threads"] = cell.thread_count;
   json["rounds"] = cell.rounds.size();
-  for (const SweepPhase& phase : kSweepPhases) {
-    const Spread s = phase_spread(run, cell, phase.seconds);
-    json[std::string(phase.name) + "_seconds_median"] = s.median;
-    json[std::string(phase.name) + "_seconds_least"] = s.least;
-    json[std::string(phase.name) + "_seconds_most"] = s.most;
-  }
+  const auto add_seconds = [&](const std::string& key, double FrameStats::*seconds) {
+    const Spread s = phase_spread(run, cell, seconds);
+    json[key + "_seconds_median"] = s.median;
+    json[key + "_seconds_least"] = s.least;
+    json[key + "_seconds_most"] = s.most;
+  };
+  for (const Phase& phase : kPhases) add_seconds(phase.key, phase.seconds);
+  add_seconds("total", &FrameStats::seconds_total);
   json["box_tests"] = cell.counts.box_tests;
   json["leaf_pairs"] = cell.counts.leaf_pairs;
   json["hits"] = cell.hits;
@@ -151,8 +153,7 @@ void print_sweep(const SweepRun& run) {
   std::vector<std::string> header = {"front"};
   for (const PolicyField& field : policy_table()) header.emplace_back(field.name);
   for (const char* name : {"isa", "threads", "us a frame", "least", "most"}) header.emplace_back(name);
-  for (const SweepPhase& phase : kSweepPhases)
-    if (phase.seconds != &FrameStats::seconds_total) header.emplace_back(phase.name);
+  for (const Phase& phase : kPhases) header.emplace_back(phase.key);
   for (const char* name :
        {"box tests", "leaf pairs", "hits", "false", "misses", "area/covariance", "area/limit", "hash of hits"})
     header.emplace_back(name);
@@ -165,9 +166,7 @@ void print_sweep(const SweepRun& run) {
     row.push_back(std::to_string(cell->thread_count));
     const Spread total = phase_spread(run, *cell, &FrameStats::seconds_total);
     for (const double seconds : {total.median, total.least, total.most}) row.push_back(fixed(1e6 * seconds, 2));
-    for (const SweepPhase& phase : kSweepPhases)
-      if (phase.seconds != &FrameStats::seconds_total)
-        row.push_back(fixed(1e6 * phase_spread(run, *cell, phase.seconds).median, 2));
+    for (const Phase& phase : kPhases) row.push_back(fixed(1e6 * phase_spread(run, *cell, phase.seconds).median, 2));
     for (const std::uint64_t count :
          {cell->counts.box_tests, cell->counts.leaf_pairs, cell->hits, cell->false_positives, cell->misses})
       row.push_back(std::to_string(count));

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "perf/run/run_world.h"
+#include "perf/base/statistics.h"
 #include "scenes/humanoid.h"
 #include "scenes/registry.h"
 
@@ -47,7 +47,7 @@ SweepScene of_crowd(std::string name, scenes::Crowd crowd) {
 }
 
 SweepScene make_clips() {
-  RunOptions options;
+  WorldOptions options;
   for (const char* clip : kClips) {
     if (!std::filesystem::exists(clip))
       throw std::runtime_error(std::string("--scene cmu: there is no ") + clip + "; install assimp-testmodels");
@@ -120,7 +120,7 @@ SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_cou
   throw std::invalid_argument("make_sweep_scene: no scene is called " + name);
 }
 
-SweepScene make_files_scene(const RunOptions& options) {
+SweepScene make_files_scene(const WorldOptions& options) {
   scenes::Scene scene = import_world(options);
   const FrameRange frames = {0, scene.frame_count};
   return of_frames("files", std::move(scene), frames);

@@ -12,7 +12,7 @@
 
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_session.h"
-#include "perf/commands.h"
+#include "perf/run/run_world.h"
 #include "perf/sweep/box_growth.h"
 #include "scenes/crowd.h"
 #include "scenes/scene.h"
@@ -75,12 +75,12 @@ struct SweepScene {
   std::size_t most_leaves() const;  // of a character
 };
 
-// By its name in kSweepScenes. character_count: of detailed rigs and ropes; 0: as many as by default. Throws
-// std::runtime_error where cmu's files are not there.
+// By its name in kSweepScenes. character_count: of detailed rigs and ropes; 0: the default. Throws std::runtime_error
+// if the files of cmu are missing.
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count);
 
 // The user's own files, as `cab run` takes them.
-SweepScene make_files_scene(const RunOptions& options);
+SweepScene make_files_scene(const WorldOptions& options);
 
 // Some of the scene's poses of each of its figures.
 std::vector<PosedFigure> sample_figures(const SweepScene& scene);
@@ -103,7 +103,8 @@ class SweepWorld {
   // Runs all frames and sums. hits (optional) receives who touches, sorted.
   FrameStats run(const Policies& policies, std::vector<SweepHit>* hits = nullptr);
 
-  // How many leaf pairs there are between those that come near each other, at most; of frames, between all that are paired.
+  // An upper limit for the leaf pairs between characters that come near each other; of frames, between all that are
+  // paired.
   std::uint64_t most_leaf_pairs();
 
  private:

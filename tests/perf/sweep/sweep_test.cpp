@@ -162,7 +162,8 @@ TEST_CASE(
     CHECK(oriented.size() == 1);
     CHECK(exact.size() == 1);
     CHECK(isas.size() == (oracle::available_isas().size() > 1 ? 2 : 1));
-    // Per instruction set, thread count and exact test: the defaults, two refits by the tree, two kinds of leaves by brute.
+    // Per instruction set, thread count and exact test: the defaults, two refits by the tree, two kinds of leaves by
+    // brute.
     CHECK(scene["cells"].size() == 2 * 2 * 2 * 5);
   }
 }
