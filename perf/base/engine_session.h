@@ -23,7 +23,7 @@ struct FrameRange {
 // How the session hands a scene to the engine; hits and #coll are the same.
 enum class LaneContent : std::uint8_t {
   kFrames,  // batches of frames: a lane is a frame
-  kPairs,   // one frame at a time, a character a batch: a lane is a pair of boxes
+  kPairs,   // one frame at a time, one batch per character: a lane is a pair of boxes
 };
 
 struct SessionOptions {
@@ -39,7 +39,7 @@ struct Touch {
   std::uint32_t frame;
   std::uint32_t character_a, link_a;
   std::uint32_t character_b, link_b;
-  Contact contact;  // normal from a to b; zeros where contacts were not asked for
+  Contact contact;  // normal from a to b; zeros if contacts are not asked for
 };
 
 // What one block of frames gave. touches are sorted by frame, characters, links.
@@ -59,7 +59,7 @@ struct CharacterBoxes {
 
 class EngineSession {
  public:
-  // The scene's pairs are tested; where it names none, every two characters that are not both static. The scene must
+  // Tests the scene's pairs; if it names no pairs, every two characters that are not both static. The scene must
   // outlive the session. Throws std::runtime_error that names the character and the engine's reason.
   EngineSession(const scenes::Scene& scene, const SessionOptions& options);
 
@@ -85,7 +85,7 @@ class EngineSession {
   void visit_boxes(const Policies& policies, const VisitBoxes& visit);
 
  private:
-  // One batch a character, in the scene's order; the rules between them.
+  // One batch per character, in the scene's order, and the rules between them.
   struct BatchSet {
     std::uint32_t frame_count = 0;
     std::vector<BatchId> batches;
@@ -102,7 +102,7 @@ class EngineSession {
   oracle::EnginePtr engine_;
   std::vector<ArticulationId> articulations_;
   BatchSet full_;  // all blocks but a shorter last one
-  BatchSet last_;  // the shorter last block; frame_count 0 where there is none
+  BatchSet last_;  // the shorter last block; frame_count 0 if there is no such block
   std::vector<Hit> hits_;
   std::vector<Contact> contacts_;
 };

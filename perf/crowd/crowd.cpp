@@ -1,4 +1,4 @@
-// `cab crowd`: many characters at once; times, memory and counts of a frame.
+// `cab crowd`: many characters at once; times, memory and counts per frame.
 #include <cab/cab.h>
 
 #include <algorithm>
@@ -81,7 +81,7 @@ struct CrowdRun {
   FrameStats first;                // counts of the first frame
   std::uint64_t hits = 0;          // of all frames, once
   std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, where asked for
-  std::uint64_t hits_hash = 0;     // of all frames; of who is in contact where that was asked
+  std::uint64_t hits_hash = 0;     // of all frames; or of the bytes of in_contact
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
 };
 
@@ -191,13 +191,13 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
     add_time(std::string("  ") + phase.name, phase_spread(options, run, phase.seconds));
   const auto ns = [&](double seconds) { return fixed(1e9 * a_character(run, seconds), 1); };
   const auto rate = [&](double seconds) { return fixed(run.character_count / seconds, 0); };
-  times.add_row({"a character", ns(s.median), ns(s.least), ns(s.most), "ns"});
-  times.add_row({"characters a second", rate(s.median), rate(s.most), rate(s.least)});
+  times.add_row({"per character", ns(s.median), ns(s.least), ns(s.most), "ns"});
+  times.add_row({"characters per second", rate(s.median), rate(s.most), rate(s.least)});
   times.print(std::cout);
 
   std::cout << '\n';
   TextTable counts;
-  counts.add_row({"", "a frame", "a character"});
+  counts.add_row({"", "per frame", "per character"});
   for (const Counted& counted : kCounts) {
     const double count = a_frame(options, run.stats.*counted.count);
     counts.add_row({counted.name, fixed(count, 1), fixed(a_character(run, count), 3)});
@@ -211,7 +211,7 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
     std::cout << "\nhash of who is in contact in all frames: " << hex(run.hits_hash) << '\n';
     return;
   }
-  std::cout << "\npairs a character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
+  std::cout << "\npairs per character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
             << expectation(run) << "\nhash of all frames' hits: " << hex(run.hits_hash) << '\n';
 }
 

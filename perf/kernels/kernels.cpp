@@ -82,11 +82,11 @@ struct Contender {
   std::string name;
   std::uint64_t work;
   std::function<std::uint64_t()> round;
-  std::vector<double> nanoseconds;  // an operation, of each round
+  std::vector<double> nanoseconds;  // per operation, of each round
   std::uint64_t answer = 0;
 };
 
-// Runs every contender once a round, in turns.
+// Runs every contender once per round, in turns.
 void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar& bar) {
   for (std::uint32_t r = 0; r <= rounds; ++r) {
     for (Contender& contender : contenders) {

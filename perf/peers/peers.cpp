@@ -66,7 +66,7 @@ double processor_seconds() {
 
 // ------------------------------------------------------------------------------------------------------ the judge
 
-// How a pair of leaves stands by the judge.
+// What the judge says of a pair of leaves.
 enum class Verdict { kOverlap, kApart, kThreshold };
 
 // All leaf boxes of a posed crowd in double, and the judge of perf/oracle on them.
@@ -273,7 +273,7 @@ std::vector<Contestant> make_contestants(const PeersOptions& options, const std:
 
 struct Row {
   Differences differences;      // beside ours, in the last of the frames
-  std::vector<double> seconds;  // a frame, of each round; none: not run
+  std::vector<double> seconds;  // per frame, of each round; empty: not run
 };
 
 struct Run {
@@ -430,7 +430,7 @@ std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants
 void print_run(const Run& run, const std::vector<Contestant>& contestants) {
   std::cout << '\n'
             << run.scene << ", " << run.character_count << " characters, " << run.rows.front().seconds.size()
-            << " rounds; processor ms a frame, and times ours:\n";
+            << " rounds; processor ms per frame, and as a multiple of ours:\n";
   TextTable table;
   table.add_row({"", "alone", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false positives",
                  "at threshold"});
@@ -462,7 +462,7 @@ void add_counts(Json& json, const Differences& d) {
   json["threshold_pairs"] = d.threshold;
 }
 
-// The figures of one set-up in one run; the CSV file has a line for each, with the same keys.
+// The figures of one set-up in one run; the CSV file has one line each, with the same keys.
 Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
   Json row;
   row["scene"] = run.scene;

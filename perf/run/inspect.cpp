@@ -90,7 +90,7 @@ Json leaves_json(const scenes::Character& character, const CharacterBoxes& boxes
   return leaves;
 }
 
-// One entry a merge: the node that it makes, of what, at which joint, and the box.
+// One entry per merge: the node that it makes, its two children, the joint, and the box.
 Json merges_json(const scenes::Character& character, const CharacterBoxes& boxes) {
   Json merges = Json::array();
   for (std::size_t s = 0; s < boxes.steps.size(); ++s) {

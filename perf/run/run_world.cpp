@@ -10,7 +10,7 @@
 namespace cab::perf {
 namespace {
 
-// A file without motion stands in every frame, so that it meets others like it and itself as a moving one does.
+// A file without motion gets the same pose in every frame, so that it is tested like a moving one.
 void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count) {
   if (!character.is_static) return;
   const std::vector<float> poses = std::move(character.poses);

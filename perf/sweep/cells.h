@@ -26,10 +26,10 @@ struct SweepCell {
   std::uint64_t misses = 0;           // true hits that are not among them
   std::uint64_t false_positives = 0;  // leaf pairs whose boxes overlap and whose shapes are apart, by FCL
   std::vector<FrameStats> rounds;     // times of all frames, the fastest of a turn
-  double area = 0;                    // of inner boxes, where the strategy is the tree; 0: none
-  bool on_front = false;              // none of its group that misses nothing is as fast with as few false positives
-  // The strategy that does the same work under the name that stands first in the table, where that is not its own, as
-  // `auto` does that of what it chooses. Such a cell is not timed again and is on no front.
+  double area = 0;                    // of inner boxes, if the strategy is the tree; 0: not measured
+  bool on_front = false;              // no cell of its group that misses nothing is as fast with as few false positives
+  // The first strategy of the table that does the same work, if that is another one: `auto` does the work of what
+  // it chooses. Such a cell is not timed again and is on no front.
   std::optional<Strategy> same_work_as;
 
   double total_seconds() const;  // median
@@ -54,20 +54,20 @@ struct SweepPlan {
   std::uint32_t rounds = 0;
 };
 
-// Every combination of values of the rows of policy_table() (values[row], none: every one that the scene can tell apart
-// without an exact test), and the defaults, which come first. Left out: exact_all without an exact test, which reports
-// every pair, and of strategies that descend no hierarchy what differs in inner boxes alone.
+// The defaults first, then every combination of values of the rows of policy_table(): of values[row]; if that is empty,
+// of all values, and of `exact` the default. Left out are exact_all without an exact test, which reports all pairs, and
+// for strategies that descend no hierarchy the combinations that differ in inner boxes alone.
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values);
 
 // Counts, judges, then times: in each round every cell has its turn, of some runs of which the fastest counts. A cell
 // whose run takes long is timed in fewer rounds, one run each.
 SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan);
 
-// Notes of each counted cell whose work it does.
+// Sets same_work_as of every counted cell.
 void mark_same_work(std::vector<SweepCell>& cells);
 
-// Marks who is on the front of time against false positives, among cells of one instruction set, thread count and exact
-// test. What misses a hit is on none.
+// Marks the cells on the front of time against false positives, among those of one instruction set, thread count and
+// exact test. A cell that misses a hit is on no front.
 void mark_front(std::vector<SweepCell>& cells);
 
 // How many of sorted `hits` are not in sorted `found`.

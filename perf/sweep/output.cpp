@@ -28,14 +28,14 @@ std::string in_code(const std::string& name) {
   return out;
 }
 
-// Of the rounds, seconds a frame.
+// Seconds per frame, over the rounds.
 Spread phase_spread(const SweepRun& run, const SweepCell& cell, double FrameStats::*seconds) {
   std::vector<double> values;
   for (const FrameStats& round : cell.rounds) values.push_back(round.*seconds / run.frame_count);
   return spread_of(values);
 }
 
-// Times larger than the covariance's boxes, than the smallest that were found; none where there is nothing to compare.
+// How many times larger an area is than another; no value if one of them is missing.
 std::optional<double> over(double area, double other) {
   if (area <= 0 || other <= 0) return std::nullopt;
   return area / other;
@@ -61,7 +61,7 @@ std::uint32_t row_of(const char* name) {
 
 std::string percent_less(double ratio) { return fixed(100 * (1 - ratio), 0) + " %"; }
 
-// What a cell brings in the place of another, and how to ask for it.
+// What a cell gains over another, and the code that asks for it.
 void print_gain(const SweepCell& of, const SweepCell& cell, const std::string& name_of) {
   const Spread ratio = time_ratio(of, cell);
   std::cout << short_name(cell.policies) << " takes " << percent_less(ratio.median) << " less time than " << name_of
@@ -152,7 +152,7 @@ void print_sweep(const SweepRun& run) {
   TextTable text;
   std::vector<std::string> header = {"front"};
   for (const PolicyField& field : policy_table()) header.emplace_back(field.name);
-  for (const char* name : {"isa", "threads", "us a frame", "least", "most"}) header.emplace_back(name);
+  for (const char* name : {"isa", "threads", "us per frame", "least", "most"}) header.emplace_back(name);
   for (const Phase& phase : kPhases) header.emplace_back(phase.key);
   for (const char* name :
        {"box tests", "leaf pairs", "hits", "false", "misses", "area/covariance", "area/limit", "hash of hits"})

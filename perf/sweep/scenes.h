@@ -72,7 +72,7 @@ struct SweepScene {
   std::vector<std::vector<scenes::PosedGroup>> posed;  // of the crowd, each frame
 
   std::uint32_t character_count() const;
-  std::size_t most_leaves() const;  // of a character
+  std::size_t most_leaves() const;  // of one character
 };
 
 // By its name in kSweepScenes. character_count: of detailed rigs and ropes; 0: the default. Throws std::runtime_error
@@ -100,7 +100,7 @@ class SweepWorld {
   Isa isa() const;
   std::uint32_t thread_count() const;
 
-  // Runs all frames and sums. hits (optional) receives who touches, sorted.
+  // Runs all frames and sums. hits (optional) receives the touching links, sorted.
   FrameStats run(const Policies& policies, std::vector<SweepHit>* hits = nullptr);
 
   // An upper limit for the leaf pairs between characters that come near each other; of frames, between all that are
