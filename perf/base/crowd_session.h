@@ -5,12 +5,12 @@
 
 #include <atomic>
 #include <cstdint>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "layout/arena.h"
+#include "perf/oracle/engine_ptr.h"
 #include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
@@ -41,7 +41,7 @@ class CountedMemory {
   std::atomic<std::size_t> held_{0}, most_{0};
 };
 
-// A crowd in an engine: a batch a group, every two characters paired.
+// A crowd in an engine: one batch per group, every two characters paired.
 class CrowdSession {
  public:
   CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count) {
@@ -65,8 +65,8 @@ class CrowdSession {
     }
   }
 
-  // Runs one frame. The hits stay until the next; a buffer that was too small is made larger and the frame run again,
-  // so that the stats are those of a run that fitted. With only_in_contact there are none, but one byte a character.
+  // Runs one frame. The hits stay until the next frame. If their buffer is too small it grows and the frame runs again,
+  // so the stats are those of a run that fitted. With only_in_contact there are no hits, but one byte per character.
   FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_in_contact = false) {
     std::vector<BatchInput> inputs(posed.size());
     in_contact_.resize(posed.size());
@@ -106,11 +106,8 @@ class CrowdSession {
   static void require(Status status, const std::string& what) {
     if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
   }
-  struct EngineDeleter {
-    void operator()(Engine* engine) const { destroy_engine(engine); }
-  };
   CountedMemory memory_;  // outlives the engine
-  std::unique_ptr<Engine, EngineDeleter> engine_;
+  oracle::EnginePtr engine_;
   std::vector<BatchId> batches_;
   std::vector<PairRule> rules_;
   std::vector<Hit> hits_;

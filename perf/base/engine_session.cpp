@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "perf/base/statistics.h"
+
 namespace cab::perf {
 namespace {
 
@@ -44,21 +46,6 @@ void check_arrays(const scenes::Scene& scene, const scenes::Character& character
 }
 
 }  // namespace
-
-void add_stats(FrameStats& sum, const FrameStats& more) {
-  sum.candidates += more.candidates;
-  sum.box_tests += more.box_tests;
-  sum.leaf_pairs += more.leaf_pairs;
-  sum.exact_tests += more.exact_tests;
-  sum.false_positives += more.false_positives;
-  sum.instances_masked += more.instances_masked;
-  sum.seconds_update += more.seconds_update;
-  sum.seconds_broad += more.seconds_broad;
-  sum.seconds_test += more.seconds_test;
-  sum.seconds_query += more.seconds_query;
-  sum.seconds_contact += more.seconds_contact;
-  sum.seconds_total += more.seconds_total;
-}
 
 EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& options)
     : scene_(scene), frames_(options.frames), within_(options.within), lanes_(options.lanes) {

@@ -6,9 +6,9 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <vector>
 
+#include "perf/oracle/engine_ptr.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {
@@ -23,7 +23,7 @@ struct FrameRange {
 // How the session hands a scene to the engine; hits and #coll are the same.
 enum class LaneContent : std::uint8_t {
   kFrames,  // batches of frames: a lane is a frame
-  kPairs,   // one frame at a time, a character a batch: a lane is a pair of boxes
+  kPairs,   // one frame at a time, one batch per character: a lane is a pair of boxes
 };
 
 struct SessionOptions {
@@ -39,7 +39,7 @@ struct Touch {
   std::uint32_t frame;
   std::uint32_t character_a, link_a;
   std::uint32_t character_b, link_b;
-  Contact contact;  // normal from a to b; zeros where contacts were not asked for
+  Contact contact;  // normal from a to b; zeros if contacts are not asked for
 };
 
 // What one block of frames gave. touches are sorted by frame, characters, links.
@@ -48,9 +48,6 @@ struct BlockResult {
   std::vector<Touch> touches;
   FrameStats stats;
 };
-
-// Adds counts and seconds.
-void add_stats(FrameStats& sum, const FrameStats& more);
 
 // Every box of one character in one frame, relative to its origin in world axes, and how the boxes are merged.
 struct CharacterBoxes {
@@ -62,7 +59,7 @@ struct CharacterBoxes {
 
 class EngineSession {
  public:
-  // The scene's pairs are tested; where it names none, every two characters that are not both static. The scene must
+  // Tests the scene's pairs; if it names no pairs, every two characters that are not both static. The scene must
   // outlive the session. Throws std::runtime_error that names the character and the engine's reason.
   EngineSession(const scenes::Scene& scene, const SessionOptions& options);
 
@@ -88,10 +85,7 @@ class EngineSession {
   void visit_boxes(const Policies& policies, const VisitBoxes& visit);
 
  private:
-  struct EngineDeleter {
-    void operator()(Engine* engine) const { destroy_engine(engine); }
-  };
-  // One batch a character, in the scene's order; the rules between them.
+  // One batch per character, in the scene's order, and the rules between them.
   struct BatchSet {
     std::uint32_t frame_count = 0;
     std::vector<BatchId> batches;
@@ -105,10 +99,10 @@ class EngineSession {
   FrameRange frames_;
   bool within_;
   LaneContent lanes_;
-  std::unique_ptr<Engine, EngineDeleter> engine_;
+  oracle::EnginePtr engine_;
   std::vector<ArticulationId> articulations_;
   BatchSet full_;  // all blocks but a shorter last one
-  BatchSet last_;  // the shorter last block; frame_count 0 where there is none
+  BatchSet last_;  // the shorter last block; frame_count 0 if there is no such block
   std::vector<Hit> hits_;
   std::vector<Contact> contacts_;
 };

@@ -39,7 +39,7 @@ class ProgressBar {
   bool on_;
 };
 
-// A file that is written or else complains: throws std::runtime_error with its path and the system's reason.
+// A file to write. Throws std::runtime_error with its path and the system's reason if that fails.
 class OutputFile {
  public:
   explicit OutputFile(const std::string& path);
@@ -55,7 +55,7 @@ class OutputFile {
 std::string to_text(const nlohmann::ordered_json& json);
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-// The rows of a table under a line of their keys, which all of them have in this order; null is an empty field.
+// The rows of a table under one line of their keys, which all rows have in this order; null is an empty field.
 void write_csv(const std::string& path, const std::vector<nlohmann::ordered_json>& rows);
 
 // A field of a CSV file, quoted where RFC 4180 asks for it.

@@ -1,6 +1,6 @@
 // `cab continuity`: how far inner boxes jump when a pose moves a little, for every refit and extents.
 #include "perf/base/report.h"
-#include "perf/commands.h"
+#include "perf/continuity/options.h"
 #include "perf/continuity/sweep.h"
 
 #include <cab/cab.h>

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
+
+#include "perf/oracle/engine_ptr.h"
 
 namespace cab::perf {
 namespace {
@@ -151,11 +152,8 @@ class Sweep {
   }
 
  private:
-  struct Destroy {
-    void operator()(Engine* engine) const { destroy_engine(engine); }
-  };
   const SweepCase& figure_;
-  std::unique_ptr<Engine, Destroy> engine_;
+  oracle::EnginePtr engine_;
   ArticulationId articulation_;
   ArticulationInfo info_;
 };

@@ -10,9 +10,9 @@
 
 namespace cab::perf {
 
-// A link with one leaf box or none (half extents 0). Its frame stands at `offset` in its parent's frame (of link 0: in
-// the instance's) and is rotated there by `rest` degrees about `axis`, and by `sway` degrees more for each degree of the
-// parameter.
+// A link with at most one leaf box (half extents 0: no box). Its frame stands at `offset` in its parent's frame, or in
+// the instance's for link 0. There it is rotated about `axis` by `rest` degrees, and by `sway` degrees more per degree
+// of the parameter.
 struct SweepLink {
   std::int32_t parent;
   double offset[3];

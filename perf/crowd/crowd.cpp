@@ -1,9 +1,8 @@
-// `cab crowd`: many characters at once; times, memory and counts of a frame.
+// `cab crowd`: many characters at once; times, memory and counts per frame.
 #include <cab/cab.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,7 +13,9 @@
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
-#include "perf/commands.h"
+#include "perf/base/statistics.h"
+#include "perf/base/usage.h"
+#include "perf/crowd/options.h"
 #include "scenes/bit_hash.h"
 #include "scenes/scene_list.h"
 
@@ -28,19 +29,7 @@ constexpr double kFramesPerSecond = 30;
 // Poses of all frames are kept up to this size; beyond it each frame is posed again before it is run.
 constexpr std::size_t kKeptPoseBytes = std::size_t{2} << 30;
 
-// What is timed and what is counted: a line each in the table, in JSON and in CSV.
-struct TimedPhase {
-  const char* name;
-  const char* key;
-  double FrameStats::*seconds;
-};
-constexpr TimedPhase kPhases[] = {
-    {"frame", "total_wall_seconds", &FrameStats::seconds_total},
-    {"  update", "update_thread_seconds", &FrameStats::seconds_update},
-    {"  broad phase", "broad_thread_seconds", &FrameStats::seconds_broad},
-    {"  test", "test_thread_seconds", &FrameStats::seconds_test},
-    {"  query", "query_thread_seconds", &FrameStats::seconds_query},
-};
+// What is counted: one line each in the table, in JSON and in CSV.
 struct Counted {
   const char* name;
   const char* key;
@@ -92,7 +81,7 @@ struct CrowdRun {
   FrameStats first;                // counts of the first frame
   std::uint64_t hits = 0;          // of all frames, once
   std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, where asked for
-  std::uint64_t hits_hash = 0;     // of all frames; of who is in contact where that was asked
+  std::uint64_t hits_hash = 0;     // of all frames; or of the bytes of in_contact
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
 };
 
@@ -154,16 +143,11 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
 
 // ----------------------------------------------------------------------------------------------------- the output
 
-// Of the rounds, in seconds a frame.
-struct Spread {
-  double median, least, most;
-};
-
-Spread spread_of(const CrowdOptions& options, const CrowdRun& run, double FrameStats::*seconds) {
+// Seconds per frame, over the rounds.
+Spread phase_spread(const CrowdOptions& options, const CrowdRun& run, double FrameStats::*seconds) {
   std::vector<double> values;
   for (const FrameStats& round : run.rounds) values.push_back(round.*seconds / options.frame_count);
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front(), values.back()};
+  return spread_of(std::move(values));
 }
 
 double a_character(const CrowdRun& run, double whole) { return whole / run.character_count; }
@@ -198,20 +182,22 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
 
   TextTable times;
   times.add_row({"", "median", "least", "most"});
-  for (const TimedPhase& phase : kPhases) {
-    const Spread s = spread_of(options, run, phase.seconds);
-    times.add_row({phase.name, fixed(1e3 * s.median, 4), fixed(1e3 * s.least, 4), fixed(1e3 * s.most, 4), "ms"});
-  }
-  const Spread s = spread_of(options, run, &FrameStats::seconds_total);
+  const auto add_time = [&times](const std::string& name, const Spread& s) {
+    times.add_row({name, fixed(1e3 * s.median, 4), fixed(1e3 * s.least, 4), fixed(1e3 * s.most, 4), "ms"});
+  };
+  const Spread s = phase_spread(options, run, &FrameStats::seconds_total);
+  add_time("frame", s);
+  for (const Phase& phase : kPhases)
+    add_time(std::string("  ") + phase.name, phase_spread(options, run, phase.seconds));
   const auto ns = [&](double seconds) { return fixed(1e9 * a_character(run, seconds), 1); };
   const auto rate = [&](double seconds) { return fixed(run.character_count / seconds, 0); };
-  times.add_row({"a character", ns(s.median), ns(s.least), ns(s.most), "ns"});
-  times.add_row({"characters a second", rate(s.median), rate(s.most), rate(s.least)});
+  times.add_row({"per character", ns(s.median), ns(s.least), ns(s.most), "ns"});
+  times.add_row({"characters per second", rate(s.median), rate(s.most), rate(s.least)});
   times.print(std::cout);
 
   std::cout << '\n';
   TextTable counts;
-  counts.add_row({"", "a frame", "a character"});
+  counts.add_row({"", "per frame", "per character"});
   for (const Counted& counted : kCounts) {
     const double count = a_frame(options, run.stats.*counted.count);
     counts.add_row({counted.name, fixed(count, 1), fixed(a_character(run, count), 3)});
@@ -225,7 +211,7 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
     std::cout << "\nhash of who is in contact in all frames: " << hex(run.hits_hash) << '\n';
     return;
   }
-  std::cout << "\npairs a character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
+  std::cout << "\npairs per character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
             << expectation(run) << "\nhash of all frames' hits: " << hex(run.hits_hash) << '\n';
 }
 
@@ -246,15 +232,17 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["threads"] = run.thread_count;
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json[policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
-  for (const TimedPhase& phase : kPhases) {
-    const Spread s = spread_of(options, run, phase.seconds);
-    json[std::string(phase.key) + "_median"] = s.median;
-    json[std::string(phase.key) + "_least"] = s.least;
-    json[std::string(phase.key) + "_most"] = s.most;
-  }
-  const double frame_seconds = spread_of(options, run, &FrameStats::seconds_total).median;
-  json["nanoseconds_a_character"] = 1e9 * a_character(run, frame_seconds);
-  json["characters_a_second"] = run.character_count / frame_seconds;
+  const auto add_seconds = [&json](const std::string& key, const Spread& s) {
+    json[key + "_seconds_median"] = s.median;
+    json[key + "_seconds_least"] = s.least;
+    json[key + "_seconds_most"] = s.most;
+  };
+  const Spread frame_seconds = phase_spread(options, run, &FrameStats::seconds_total);
+  add_seconds("total_wall", frame_seconds);
+  for (const Phase& phase : kPhases)
+    add_seconds(std::string(phase.key) + "_thread", phase_spread(options, run, phase.seconds));
+  json["nanoseconds_a_character"] = 1e9 * a_character(run, frame_seconds.median);
+  json["characters_a_second"] = run.character_count / frame_seconds.median;
   json["engine_bytes"] = run.engine_bytes;
   json["bytes_a_character"] = a_character(run, static_cast<double>(run.engine_bytes));
   for (const Counted& counted : kCounts) json[counted.key] = run.stats.*counted.count;
@@ -273,7 +261,7 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   return json;
 }
 
-// Wrong use that only shows when options are seen together.
+// Throws UsageError for options that contradict each other.
 void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   const std::string& name = options.scene;
   if (scene.clips == scenes::ClipUse::kNeeded && options.clips.empty())
@@ -284,9 +272,9 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
       (!options.clips.empty() || !options.metres_per_unit.empty() || options.up != 0))
     throw UsageError("--clip, --units and --up are not for --scene " + name + ", whose characters are its own");
   if (!scene.needs_trajectories && !options.trajectories_path.empty())
-    throw UsageError("--trajectories is not for --scene " + name + ", whose places are its own");
+    throw UsageError("--trajectories is not for --scene " + name + ", whose characters have places of their own");
   if (options.clips.empty() && (!options.metres_per_unit.empty() || options.up != 0))
-    throw UsageError("--units and --up are of clips; add --clip FILE");
+    throw UsageError("--units and --up are for clips; add --clip FILE");
   if (name != "detailed" && options.boxes_per_link)
     throw UsageError("--boxes-per-link is for --scene detailed, not for " + name);
   if (name != "ropes" && (options.rope_links || options.rope_shape || options.rope_spacing))
@@ -294,19 +282,12 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != options.clips.size())
     throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
                      std::to_string(options.clips.size()) +
-                     " clips; give one for all clips or one a clip, in their order");
+                     " clips; give one for all clips or one per clip, in their order");
   if (options.policies.strategy == Strategy::kExactAll && options.policies.exact == Exact::kNone)
     throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact fcl");
-  if (!options.csv_path.empty() && options.csv_path == options.json_path)
-    throw UsageError("--csv and --json name the same file; give two");
   std::vector<std::string> inputs = options.clips;
   inputs.push_back(options.trajectories_path);
-  for (const std::string& input : inputs)
-    for (const std::string& output : {options.json_path, options.csv_path}) {
-      std::error_code ignored;  // an output that is not there yet is no input either
-      if (!output.empty() && std::filesystem::equivalent(input, output, ignored))
-        throw UsageError(output + " is an input; write the output to another file");
-    }
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);
 }
 
 scenes::CrowdSources import_sources(const CrowdOptions& options) {

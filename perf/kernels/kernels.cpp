@@ -8,7 +8,8 @@
 #include "layout/merge_program.h"
 #include "layout/tile.h"
 #include "perf/base/report.h"
-#include "perf/commands.h"
+#include "perf/base/statistics.h"
+#include "perf/kernels/options.h"
 
 #include <cab/cab.h>
 #include <fcl/math/bv/OBB.h>
@@ -18,7 +19,6 @@
 #include <cmath>
 #include <functional>
 #include <iostream>
-#include <sstream>
 
 namespace cab::perf {
 namespace {
@@ -83,11 +83,11 @@ struct Contender {
   std::string name;
   std::uint64_t work;
   std::function<std::uint64_t()> round;
-  std::vector<double> nanoseconds;  // an operation, of each round
+  std::vector<double> nanoseconds;  // per operation, of each round
   std::uint64_t answer = 0;
 };
 
-// Runs every contender once a round, in turns.
+// Runs every contender once per round, in turns.
 void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar& bar) {
   for (std::uint32_t r = 0; r <= rounds; ++r) {
     for (Contender& contender : contenders) {
@@ -100,11 +100,6 @@ void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar&
   }
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 // Median of the ratios of each round: b's time over a's.
 double times_faster(const Contender& a, const Contender& b) {
   std::vector<double> ratios;
@@ -112,17 +107,12 @@ double times_faster(const Contender& a, const Contender& b) {
   return median(ratios);
 }
 
-std::vector<const kernel::KernelTable*> chosen_kernels(const std::string& isas) {
+// The kernels of the chosen instruction sets; without a choice those of every available one.
+std::vector<const kernel::KernelTable*> chosen_kernels(std::vector<Isa> isas) {
+  if (isas.empty()) isas.assign(std::begin(kernel::kAllIsas), std::end(kernel::kAllIsas));
   std::vector<const kernel::KernelTable*> out;
-  const auto add = [&](Isa isa) {
+  for (const Isa isa : isas)
     if (const kernel::KernelTable* table = kernel::find_kernels(isa)) out.push_back(table);
-  };
-  if (isas.empty())
-    for (const Isa isa : kernel::kAllIsas) add(isa);
-  std::istringstream names(isas);
-  for (std::string name; std::getline(names, name, ',');)
-    for (const Isa isa : kernel::kAllIsas)
-      if (name == to_string(isa)) add(isa);
   return out;
 }
 

@@ -13,10 +13,10 @@ T surface_of(const T (&half)[3]) {
   return 8 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0]);
 }
 
-// The smallest surface of any oriented box that contains all of the boxes (their axes orthonormal), in the same frame.
-// Orientations: the frame's axes, those of every box, and a fixed set of random ones; the best few of them are rotated in
-// ever smaller steps for as long as that gains. Always the same answer; the search is no proof, and what it misses is
-// below a thousandth on the figures that tests know (tests/perf/oracle/oracle_test.cpp).
+// The smallest surface found of an oriented box that contains all of the boxes (their axes orthonormal), in the same
+// frame. The search starts from the frame's axes, the axes of every box and a fixed set of random orientations; the
+// best few are rotated in ever smaller steps while that shrinks the surface. The answer is always the same. The search
+// is no proof: on figures with a known optimum it is within a thousandth (tests/perf/oracle/oracle_test.cpp).
 double rotation_limit(const std::vector<OracleBox<double>>& boxes);
 
 }  // namespace cab::oracle

@@ -29,9 +29,10 @@ enum class TouchRegime {
 };
 inline constexpr unsigned kTouchRegimeCount = 12;
 
-// A pair whose signed gap is about gap_ulps times 2^-24 (Sa + Sb), an ulp or so either way (to 6 in kHighAspect);
-// negative overlaps, and judge_overlap tells. Origins are zero except in kFarOrigins; half the frames drift as
-// far as the kernels' may. A fifth of kLines and a third of kPoints have no thickness to overlap by and touch exactly, whatever gap_ulps.
+// A pair whose signed gap is about gap_ulps times 2^-24 (Sa + Sb), within about one ulp (6 in kHighAspect). Boxes with
+// a negative gap overlap; judge_overlap tells. Origins are zero except in kFarOrigins; half of the frames drift as far
+// as the kernels' may. A fifth of kLines and a third of kPoints have no thickness to overlap by: they touch exactly,
+// whatever gap_ulps is.
 BoxPair near_touching_pair(Random& random, TouchRegime regime, double gap_ulps);
 
 // B's centre minus A's in the world frame, exact to Quad.

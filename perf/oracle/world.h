@@ -2,13 +2,13 @@
 #pragma once
 
 #include "perf/oracle/box_distance.h"
+#include "perf/oracle/engine_ptr.h"
 #include "perf/oracle/exact_pose.h"
 
 #include <cab/cab.h>
 
 #include <algorithm>
 #include <cstring>
-#include <memory>
 #include <stdexcept>
 #include <tuple>
 #include <vector>
@@ -19,11 +19,6 @@ namespace cab::oracle {
 inline void require(Status status) {
   if (status != Status::kOk) throw std::runtime_error(to_string(status));
 }
-
-struct DestroyEngine {
-  void operator()(Engine* engine) const { destroy_engine(engine); }
-};
-using EnginePtr = std::unique_ptr<Engine, DestroyEngine>;
 
 inline EnginePtr make_engine(const EngineDesc& desc = {}) {
   Engine* engine = nullptr;
@@ -172,9 +167,9 @@ inline bool sees(const Member& a, std::uint32_t instance_a, const Member& b, std
   return false;
 }
 
-// The link pairs that touch in a world, or are no farther apart than its margin, by the judge of exact_pose.h, sorted, with the lowest leaf pair of each. grow:
-// how much wider each half extent is made, as a fraction of the box's size and of its distance from its origin.
-// masked(member, instance) says who takes no part.
+// The link pairs that touch in a world, or are no farther apart than its margin, by the judge of exact_pose.h: sorted,
+// with the lowest leaf pair of each. grow widens each half extent by this fraction of the box's size and of its
+// distance from its origin. masked(member, instance) says which instances take no part.
 template <class Masked>
 std::vector<Hit> judge_world(const World& world, double grow, Masked&& masked) {
   std::vector<Hit> out;

@@ -12,8 +12,8 @@
 
 namespace cab::perf {
 
-// Pairs of links whose leaf boxes meet, summed over all frames of a scene; the judge (perf/oracle/exact_pose.h) works in
-// long double, without padding or slack, on the boxes and poses as the scene describes them.
+// Pairs of links whose leaf boxes overlap, summed over all frames of a scene. The judge (perf/oracle/exact_pose.h)
+// works in long double, without padding or slack, on the boxes and poses as the scene describes them.
 struct AddedFalsePositives {
   std::uint64_t found = 0;       // by the engine: the tables' #coll where a link has one leaf
   std::uint64_t touching = 0;    // by the judge

@@ -15,7 +15,7 @@ namespace cab::perf {
 // A row of our tables: a set of policies, and the paper's row that it stands beside.
 struct Method {
   const char* name;
-  std::optional<PaperMethod> paper;  // none: the paper has no such row
+  std::optional<PaperMethod> paper;  // without it the paper has no such row
   Policies policies;
   bool on_demand = false;  // perf/paper/partial_update instead of the engine; policies are those of the boxes it equals
   bool on_meshes = false;  // exact queries by perf/paper/mesh_query instead of the engine
@@ -31,7 +31,7 @@ struct MethodRun {
   std::uint64_t contact_count = 0;  // hits with a normal and a depth
   std::uint64_t nested_count = 0;   // hits on meshes in which one link lies inside the other
   std::vector<std::string> differences;  // hits on meshes and on convex pieces that are not the same ones, in words
-  double mean_area = 0;  // surface of the inner boxes, in the scene's units squared; 0 where there are none
+  double mean_area = 0;  // surface of the inner boxes, in the scene's units squared; 0 without inner boxes
 
   // The paper's #false: calls that found nothing between two characters.
   std::uint64_t false_positives() const { return stats.leaf_pairs - hits; }

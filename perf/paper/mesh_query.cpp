@@ -90,7 +90,7 @@ MeshAnswer MeshBody::query(const float* pose_a, const MeshBody& b, const float* 
   request.enable_contact = false;
   fcl::CollisionResultd result;
   if (fcl::collide(&model_a, at_a, &model_b, at_b, request, result) > 0) return MeshAnswer::kSurfacesMeet;
-  // Where no triangles meet, a body is inside the other with all its vertices or none.
+  // If no triangles overlap, a body is inside the other with all its vertices or with no vertex.
   const Transform a_to_b = at_b.inverse() * at_a;
   const bool nested =
       b.surface_->holds(a_to_b * model_a.vertices[0]) || surface_->holds(a_to_b.inverse() * model_b.vertices[0]);

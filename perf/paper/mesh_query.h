@@ -16,7 +16,7 @@ namespace cab::perf {
 enum class MeshAnswer : std::uint8_t {
   kApart,
   kSurfacesMeet,
-  kNested,  // no triangles meet, but one body lies wholly inside the other
+  kNested,  // no triangles overlap, but one body lies wholly inside the other
 };
 
 // A closed surface in one piece, with FCL's hierarchy of boxes (OBBRSS) over its triangles.
@@ -40,8 +40,8 @@ class MeshBody {
 // The exact queries of a scene whose links are all dented links, and what they took.
 class MeshQueries {
  public:
-  // The scene must outlive this. Throws std::runtime_error where it has other links than dented ones, a leaf count
-  // other than one a link, origins, or poses that are no 3x4 matrices.
+  // The scene must outlive this. Throws std::runtime_error if it has links that are not dented, not exactly one leaf
+  // per link, origins, or poses that are not 3x4 matrices.
   explicit MeshQueries(const scenes::Scene& scene);
 
   // Those of the pairs of links, as EngineSession gives them, that touch; in the same order.
@@ -58,8 +58,8 @@ class MeshQueries {
   std::uint64_t nested_count_ = 0;
 };
 
-// Hits that are in one of two lists alone, both sorted as EngineSession does: which links in which frame, and how deep
-// where the pieces meet. The first few, then how many more.
+// Hits that are in only one of two lists, both sorted as EngineSession does: which links in which frame, and how deep
+// the pieces overlap. The first few, then how many more.
 std::vector<std::string> differing_hits(const scenes::Scene& scene, const std::vector<Touch>& on_pieces,
                                         const std::vector<Touch>& on_meshes);
 

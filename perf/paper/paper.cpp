@@ -11,9 +11,11 @@
 
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
-#include "perf/commands.h"
+#include "perf/base/statistics.h"
+#include "perf/base/usage.h"
 #include "perf/paper/gates.h"
 #include "perf/paper/mesh_query.h"
+#include "perf/paper/options.h"
 #include "perf/paper/output.h"
 #include "perf/paper/partial_update.h"
 #include "perf/paper/tables.h"
@@ -139,12 +141,6 @@ void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& ru
     bar.advance(block.frames.count());
   });
   run.hits_hash = hash.value();
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // One run without exact tests, which would push boxes out of the caches; the hash is of the leaf pairs.

@@ -48,7 +48,7 @@ class LazyTree {
     const Status status = build_articulation(storage_.desc(), arena_, &articulation_, &bad_element);
     if (status != Status::kOk) throw std::runtime_error(character.name + ": " + to_string(status));
     if (articulation_.leaf_count != articulation_.link_count || !character.origins.empty())
-      throw std::runtime_error(character.name + ": a partial update needs one leaf a link and no origins");
+      throw std::runtime_error(character.name + ": a partial update needs one leaf per link and no origins");
     boxes_.resize(articulation_.leaf_count);
     joints_.resize(articulation_.link_count);
     bounds_.resize(kStepNode + articulation_.node_count);

@@ -41,7 +41,7 @@ struct PairResult : btManifoldResult {
              std::uint32_t leaf_count)
       : btManifoldResult(a, b), pairs(out), leaves(leaf_count) {}
 
-  // An object is a box, or a compound of all of a character's.
+  // An object is a box, or a compound of all boxes of a character.
   std::uint32_t leaf_of(const btCollisionObjectWrapper& wrapper) const {
     const auto object = static_cast<std::uint32_t>(wrapper.getCollisionObject()->getUserIndex());
     return wrapper.m_index < 0 ? object : object * leaves + static_cast<std::uint32_t>(wrapper.m_index);
@@ -75,7 +75,7 @@ struct PairDispatcher : btCollisionDispatcher {
   }
 };
 
-// An object a link, or one a character with a compound of boxes for its shape.
+// One object per link, or one per character with a compound of boxes as its shape.
 class World {
  public:
   World(const scenes::Character& figure, std::uint32_t count, bool per_link)
@@ -232,10 +232,11 @@ Peer bullet_peer() {
       "libbullet-dev",
       std::to_string(BT_BULLET_VERSION / 100) + '.' + std::to_string(BT_BULLET_VERSION % 100) +
           (sizeof(btScalar) == sizeof(double) ? " double" : " float"),
-      {{"world", true, "an object a link in a collision world, its own test of two boxes", make_world<true>},
-       {"compound", true, "a compound of boxes a character in a collision world, its own tests", make_world<false>},
-       {"link", false, "a leaf a link in btDbvt; an overlap test from outside", make_tree<true>},
-       {"character", false, "a leaf a character in btDbvt, then its links' bounds; all inside a character from outside",
+      {{"world", true, "one object per link in a collision world, its own test of two boxes", make_world<true>},
+       {"compound", true, "one compound of boxes per character in a collision world, its own tests", make_world<false>},
+       {"link", false, "one leaf per link in btDbvt; an overlap test from outside", make_tree<true>},
+       {"character", false,
+        "one leaf per character in btDbvt, then its links' bounds; all inside a character from outside",
         make_tree<false>}}};
 }
 

@@ -65,7 +65,7 @@ class World {
     if (boxes_overlap(boxes_.box(a), boxes_.box(b))) pairs_->push_back({a, b});
   }
 
-  // A scene that meets itself gives each pair both ways round. One thread: nothing is locked. Embree's bounds of leaves
+  // A scene against itself gives each pair both ways round. One thread: nothing is locked. Embree's bounds of leaves
   // of its tree are looser than those of its primitives, so these are compared first.
   static void pair_found(void* user, RTCCollision* collisions, unsigned count) {
     World& self = *static_cast<World*>(user);
@@ -98,12 +98,13 @@ PeerFrame make(const scenes::Character& figure, std::uint32_t count) {
 }  // namespace
 
 Peer embree_peer() {
-  return {"embree",
-          "libembree-dev",
-          RTC_VERSION_STRING " float",
-          {{"link", false, "a primitive a link, tree refitted, rtcCollide; an overlap test from outside", make<true>},
-           {"character", false, "a primitive a character, then its links' bounds; all inside a character from outside",
-            make<false>}}};
+  return {
+      "embree",
+      "libembree-dev",
+      RTC_VERSION_STRING " float",
+      {{"link", false, "one primitive per link, tree refitted, rtcCollide; an overlap test from outside", make<true>},
+       {"character", false, "one primitive per character, then its links' bounds; all inside a character from outside",
+        make<false>}}};
 }
 
 }  // namespace cab::perf

@@ -72,7 +72,7 @@ fcl::OBBf obb_of(const WorldBox<float>& box) {
   return obb;
 }
 
-// ------------------------------------------------------------------------------------ an object a link, and collide()
+// --------------------------------------------------------------------------------- one object per link, and collide()
 
 struct LinkWorld {
   LeafPoser<float> poser;
@@ -107,13 +107,13 @@ struct LinkWorld {
   }
 };
 
-// --------------------------------------------------- bounds from outside, and FCL's overlap test of oriented boxes
+// ------------------------------------------------ bounds from outside, and FCL's overlap test of oriented boxes
 
 struct BoundsWorld {
   CrowdBoxes boxes;
   std::vector<fcl::OBBf> obbs;
   Tree tree;
-  bool link_objects;  // an object a link, else one a character
+  bool link_objects;  // one object per link, else one per character
   std::vector<LeafPair>* pairs = nullptr;
 
   BoundsWorld(const scenes::Character& figure, std::uint32_t count, bool per_link)
@@ -164,13 +164,14 @@ PeerFrame make_bounds(const scenes::Character& figure, std::uint32_t count) {
 }  // namespace
 
 Peer fcl_peer() {
-  return {"fcl",
-          "libfcl-dev",
-          FCL_VERSION " float",
-          {{"collide", true, "an object a link in the dynamic AABB tree, collide()", make_link},
-           {"obb", false, "the same with bounds from outside, which are tighter, OBB::overlap", make_bounds<true>},
-           {"character", false, "an object a character in the tree, then its links' bounds from outside, OBB::overlap",
-            make_bounds<false>}}};
+  return {
+      "fcl",
+      "libfcl-dev",
+      FCL_VERSION " float",
+      {{"collide", true, "one object per link in the dynamic AABB tree, collide()", make_link},
+       {"obb", false, "the same with bounds from outside, which are tighter, OBB::overlap", make_bounds<true>},
+       {"character", false, "one object per character in the tree, then its links' bounds from outside, OBB::overlap",
+        make_bounds<false>}}};
 }
 
 }  // namespace cab::perf

@@ -1,4 +1,5 @@
-// What users of the peers write themselves: leaf boxes in the world from poses, their bounds, and a scalar overlap test.
+// What users of the peers write themselves: leaf boxes in the world from poses, their bounds, and a scalar overlap
+// test.
 #pragma once
 
 #include <cmath>
@@ -140,8 +141,8 @@ class CrowdBoxes {
   const WorldBounds& bounds(std::uint32_t number) const { return bounds_[number]; }
   const WorldBounds& character(std::uint32_t i) const { return characters_[i]; }
 
-  // Calls found(a, b) for every leaf of one character and leaf of another whose bounds meet; only leaves that meet the
-  // other character's bounds are looked at.
+  // Calls found(a, b) for every leaf of one character and leaf of another whose bounds overlap. Looks only at leaves
+  // that overlap the other character's bounds.
   template <class Found>
   void for_leaves(std::uint32_t i, std::uint32_t j, Found&& found) const {
     for (std::uint32_t a = i * leaves_; a < (i + 1) * leaves_; ++a) {

@@ -16,7 +16,7 @@ void require_ode() {
   if (!ready) throw std::runtime_error("ode: cannot be initialised");
 }
 
-// A geom a link, in a space a character, in one outer space.
+// One geom per link, in one space per character, in one outer space.
 class World {
  public:
   World(const scenes::Character& figure, std::uint32_t count, dSpaceID outer, bool own_test)
@@ -102,10 +102,10 @@ Peer ode_peer() {
   return {"ode",
           "libode-dev",
           dODE_VERSION " double",
-          {{"own", true, "a simple space a character in a sweep-and-prune space; its own test of two boxes",
+          {{"own", true, "one simple space per character in a sweep-and-prune space; its own test of two boxes",
             make_sweep<true>},
            {"sweep", false, "the same spaces; an overlap test from outside", make_sweep<false>},
-           {"hash", false, "a simple space a character in a hash space; an overlap test from outside", make_hash}}};
+           {"hash", false, "one simple space per character in a hash space; an overlap test from outside", make_hash}}};
 }
 
 }  // namespace cab::perf

@@ -26,8 +26,9 @@ inline LeafPair ordered_pair(std::uint32_t a, std::uint32_t b) { return a < b ? 
 // overlapping pairs in any order. It owns its world and is called frame after frame.
 using PeerFrame = std::function<void(const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs)>;
 
-// One way to use a library. alone: it finds the pairs by its own bounds and tests; otherwise some of that is done in our
-// code (leaf_boxes.h), which is what an experienced user would write around its broad phase. make builds the world for `count` characters, outside of the measured time.
+// One way to use a library. alone: the library finds the pairs by its own bounds and tests; otherwise our code does
+// part of that (leaf_boxes.h), as an experienced user would write it around the library's broad phase. make builds the
+// world for `count` characters, outside of the measured time.
 struct PeerSetup {
   const char* name;
   bool alone;

@@ -14,9 +14,11 @@
 
 #include "perf/base/crowd_session.h"
 #include "perf/base/report.h"
-#include "perf/commands.h"
+#include "perf/base/statistics.h"
+#include "perf/base/usage.h"
 #include "perf/oracle/exact_pose.h"
 #include "perf/oracle/overlap_exact.h"
+#include "perf/peers/options.h"
 #include "perf/peers/peer.h"
 #include "scenes/scene_list.h"
 
@@ -38,8 +40,8 @@ constexpr std::uint32_t kMeasuredFrames = 2;
 // As many characters as brute force takes a moment for.
 constexpr std::uint32_t kVerifiedCharacters = 200;
 
-// Up to so many characters every set-up runs all rounds. Beyond, rounds are fewer, and where the scene was run with fewer
-// characters before, only ours and the best of each library there are run: the fastest of all, and of those alone.
+// Up to this many characters every set-up runs all rounds. Beyond, rounds are fewer. If the scene was run with fewer
+// characters before, only ours and the best set-ups of each library there run: the fastest of all, and of those alone.
 constexpr std::uint32_t kFullRoundCharacters = 10000;
 constexpr std::uint32_t kLeastRounds = 3;
 
@@ -64,7 +66,7 @@ double processor_seconds() {
 
 // ------------------------------------------------------------------------------------------------------ the judge
 
-// How a pair of leaves stands by the judge.
+// What the judge says of a pair of leaves.
 enum class Verdict { kOverlap, kApart, kThreshold };
 
 // All leaf boxes of a posed crowd in double, and the judge of perf/oracle on them.
@@ -238,11 +240,11 @@ std::vector<Peer> choose_peers(const PeersOptions& options) {
   for (const std::string& name : options.peers) {
     const auto peer = std::find_if(peers.begin(), peers.end(), [&](const Peer& p) { return name == p.name; });
     if (peer == peers.end())
-      throw UsageError("--peers: '" + name + "' is no library that is known; choose fcl, bullet, embree, ode");
+      throw UsageError("--peers: '" + name + "' is not a library of peers; choose fcl, bullet, embree, ode");
     if (peer->version.empty())
       throw UsageError("--peers: this build lacks " + name + "; install " + peer->package + " and build again");
     if (std::count(options.peers.begin(), options.peers.end(), name) > 1)
-      throw UsageError("--peers: " + name + " is given twice");
+      throw UsageError("--peers: " + name + " is given twice; give each library once");
     chosen.push_back(*peer);
   }
   return chosen;
@@ -269,18 +271,9 @@ std::vector<Contestant> make_contestants(const PeersOptions& options, const std:
 
 // ------------------------------------------------------------------------------------------------------- the runs
 
-struct Spread {
-  double median = 0, least = 0, most = 0;
-};
-
-Spread spread_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front(), values.back()};
-}
-
 struct Row {
   Differences differences;      // beside ours, in the last of the frames
-  std::vector<double> seconds;  // a frame, of each round; none: not run
+  std::vector<double> seconds;  // per frame, of each round; empty: not run
 };
 
 struct Run {
@@ -296,14 +289,15 @@ struct Run {
   }
 };
 
-// The fastest of the contestants that were run for which which(contestant) holds, by the medians of their times; their number where none does.
+// The fastest, by the medians of their times, of the contestants that were run and for which which(contestant) holds;
+// the number of contestants if there is none.
 template <class Which>
 std::size_t fastest(const Run& run, const std::vector<Contestant>& contestants, Which&& which) {
   std::size_t best = contestants.size();
   double least = 0;
   for (std::size_t c = 0; c < contestants.size(); ++c) {
     if (run.rows[c].seconds.empty() || !which(contestants[c])) continue;
-    const double seconds = spread_of(run.rows[c].seconds).median;
+    const double seconds = median(run.rows[c].seconds);
     if (best == contestants.size() || seconds < least) {
       best = c;
       least = seconds;
@@ -436,7 +430,7 @@ std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants
 void print_run(const Run& run, const std::vector<Contestant>& contestants) {
   std::cout << '\n'
             << run.scene << ", " << run.character_count << " characters, " << run.rows.front().seconds.size()
-            << " rounds; processor ms a frame, and times ours:\n";
+            << " rounds; processor ms per frame, and as a multiple of ours:\n";
   TextTable table;
   table.add_row({"", "alone", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false positives",
                  "at threshold"});
@@ -468,7 +462,7 @@ void add_counts(Json& json, const Differences& d) {
   json["threshold_pairs"] = d.threshold;
 }
 
-// The figures of one set-up in one run; the CSV file has a line for each, with the same keys.
+// The figures of one set-up in one run; the CSV file has one line each, with the same keys.
 Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
   Json row;
   row["scene"] = run.scene;
@@ -495,8 +489,7 @@ void check(const PeersOptions& options) {
   for (const std::uint32_t count : options.character_counts)
     if (count == 0 || count > 1000000)
       throw UsageError("--characters: " + std::to_string(count) + " is not within 1 to 1000000");
-  if (!options.csv_path.empty() && options.csv_path == options.json_path)
-    throw UsageError("--csv and --json name the same file; give two");
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
 }
 
 }  // namespace

@@ -10,7 +10,8 @@
 
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
-#include "perf/commands.h"
+#include "perf/base/usage.h"
+#include "perf/run/options.h"
 #include "scenes/import/import.h"
 
 namespace cab::perf {
@@ -89,7 +90,7 @@ Json leaves_json(const scenes::Character& character, const CharacterBoxes& boxes
   return leaves;
 }
 
-// One entry a merge: the node that it makes, of what, at which joint, and the box.
+// One entry per merge: the node that it makes, its two children, the joint, and the box.
 Json merges_json(const scenes::Character& character, const CharacterBoxes& boxes) {
   Json merges = Json::array();
   for (std::size_t s = 0; s < boxes.steps.size(); ++s) {
@@ -128,9 +129,7 @@ int inspect_command(const InspectOptions& options) {
   if (options.frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
                      std::to_string(options.frame));
-  std::error_code ignored;  // an output that is not there yet is no input either
-  if (!options.json_path.empty() && std::filesystem::equivalent(options.file, options.json_path, ignored))
-    throw UsageError(options.json_path + " is the input; write the output to another file");
+  check_outputs({{"--json", options.json_path}}, {options.file});
 
   const scenes::Character& character = scene.characters.front();
   EngineSession session(scene, {options.isa, 1, {options.frame, options.frame + 1}, false});

@@ -2,15 +2,14 @@
 #include <cab/cab.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
-#include "perf/commands.h"
-#include "perf/run/run_world.h"
+#include "perf/base/usage.h"
+#include "perf/run/options.h"
 
 namespace cab::perf {
 namespace {
@@ -25,19 +24,12 @@ struct RunTotals {
   float deepest = 0;  // metres, where contacts were asked for
 };
 
-// Wrong use that only shows when options are seen together.
+// Throws UsageError for options that contradict each other.
 void check(const RunOptions& options) {
-  check_files(options);
+  check_files(options.world);
   if (options.contacts && options.policies.exact == Exact::kNone)
     throw UsageError("--contacts: boxes alone have no normal and depth; add --exact fcl");
-  if (!options.hits_path.empty() && options.hits_path == options.json_path)
-    throw UsageError("--hits and --json name the same file; give two");
-  for (const std::string& file : options.files)
-    for (const std::string& output : {options.hits_path, options.json_path}) {
-      std::error_code ignored;  // an output that is not there yet is no input either
-      if (!output.empty() && std::filesystem::equivalent(file, output, ignored))
-        throw UsageError(output + " is an input; write the output to another file");
-    }
+  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, options.world.files);
 }
 
 FrameRange choose_frames(const RunOptions& options, const scenes::Scene& scene) {
@@ -123,8 +115,8 @@ std::size_t count_pairs(const scenes::Character& character) {
   return character.link_parents.size() * (character.link_parents.size() - 1) / 2;
 }
 
-// What --self leaves out, a row a pair of links with its reasons: they meet at a joint of the file, are few joints apart
-// or touch in the rest frame.
+// The pairs of links that --self leaves out, one row per pair with its reasons: the links share a joint of the file,
+// are few joints apart, or touch in the rest frame.
 void print_masked(const scenes::Scene& scene, const EngineSession& session) {
   for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
     const scenes::Character& character = scene.characters[c];
@@ -169,7 +161,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   json["characters"] = Json::array();
   for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
     json["characters"].push_back({{"name", scene.characters[c].name},
-                                  {"file", options.files[c]},
+                                  {"file", options.world.files[c]},
                                   {"links", scene.characters[c].link_parents.size()}});
     if (options.within)
       json["characters"].back()["self"] = masked_to_json(scene.characters[c], session.ignored_pairs(c));
@@ -184,8 +176,8 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
   json["within_characters"] = options.within;
-  json["ignored_hops"] = options.ignored_hops;
-  if (options.rest_frame) json["rest_frame"] = *options.rest_frame;
+  json["ignored_hops"] = options.world.ignored_hops;
+  if (options.world.rest_frame) json["rest_frame"] = *options.world.rest_frame;
   json["box_tests"] = stats.box_tests;
   json["coll"] = stats.leaf_pairs;
   json["exact_tests"] = stats.exact_tests;
@@ -209,7 +201,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
 
 int run_command(const RunOptions& options) {
   check(options);
-  const scenes::Scene scene = import_world(options);
+  const scenes::Scene scene = import_world(options.world);
   for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
   if (scene.characters.size() == 1 && !options.within)
     std::cerr << "note: one character has nothing to touch; give a second file or --self\n";

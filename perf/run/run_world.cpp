@@ -4,12 +4,13 @@
 #include <string>
 #include <utility>
 
+#include "perf/base/usage.h"
 #include "scenes/import/import.h"
 
 namespace cab::perf {
 namespace {
 
-// A file without motion stands in every frame, so that it meets others like it and itself as a moving one does.
+// A file without motion gets the same pose in every frame, so that it is tested like a moving one.
 void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count) {
   if (!character.is_static) return;
   const std::vector<float> poses = std::move(character.poses);
@@ -25,17 +26,17 @@ void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count
 
 }  // namespace
 
-void check_files(const RunOptions& options) {
+void check_files(const WorldOptions& options) {
   const std::size_t files = options.files.size();
   if (options.offsets.size() > files)
     throw UsageError("--offset: given " + std::to_string(options.offsets.size()) + " times for " +
-                     std::to_string(files) + " files; give at most one a file, in their order");
+                     std::to_string(files) + " files; give at most one per file, in their order");
   if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != files)
     throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
-                     std::to_string(files) + " files; give one for all files or one a file, in their order");
+                     std::to_string(files) + " files; give one for all files or one per file, in their order");
 }
 
-scenes::Scene import_world(const RunOptions& options) {
+scenes::Scene import_world(const WorldOptions& options) {
   std::vector<scenes::Clip> clips;
   for (std::size_t f = 0; f < options.files.size(); ++f) {
     scenes::ImportOptions import;
@@ -49,7 +50,7 @@ scenes::Scene import_world(const RunOptions& options) {
 
   if (options.rest_frame && *options.rest_frame >= scene.frame_count)
     throw UsageError("--rest-frame: there is no frame " + std::to_string(*options.rest_frame) + " among the scene's " +
-                     std::to_string(scene.frame_count) + "; they are counted from 0");
+                     std::to_string(scene.frame_count) + "; frames are counted from 0");
   for (scenes::Character& character : scene.characters) {
     hold_in_every_frame(character, scene.frame_count);
     character.ignored_hops = options.ignored_hops;

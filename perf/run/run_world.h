@@ -1,16 +1,30 @@
 // The world of motion files that `cab run` and `cab sweep` are given.
 #pragma once
 
-#include "perf/commands.h"
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "scenes/scene.h"
 
 namespace cab::perf {
 
-// Throws UsageError where offsets or units do not fit the files.
-void check_files(const RunOptions& options);
+struct WorldOptions {
+  std::vector<std::string> files;              // one character each
+  std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order, the others stay at zero
+  std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
+  char up = 0;                                 // 'x', 'y', 'z', or 0 to find it
+  std::uint32_t ignored_hops = 0;              // links of one character this many joints apart or less are masked
+  std::optional<std::uint32_t> rest_frame;     // links of one character that touch in this frame are masked
+};
 
-// One character a file, named apart, in one world and on one clock. Throws UsageError for a rest frame that is none,
-// scenes::ImportError for bad files.
-scenes::Scene import_world(const RunOptions& options);
+// Throws UsageError if offsets or units do not fit the files.
+void check_files(const WorldOptions& options);
+
+// One character per file, each with a name of its own, in one world and on one clock. Throws UsageError if the rest
+// frame does not exist, scenes::ImportError for bad files.
+scenes::Scene import_world(const WorldOptions& options);
 
 }  // namespace cab::perf

@@ -14,10 +14,10 @@ namespace cab::perf {
 struct PosedFigure {
   scenes::Character figure;  // its poses are those of the sample, [pose][link]
   std::uint32_t pose_count = 0;
-  std::vector<float> orientations;  // [pose][4], or empty: none is rotated
+  std::vector<float> orientations;  // [pose][4], or empty: no rotation
 };
 
-// Sum of the surfaces of all inner boxes of all figures in all poses; 0 where there are none.
+// Sum of the surfaces of all inner boxes of all figures in all poses; 0 without inner boxes.
 double inner_area(const std::vector<PosedFigure>& figures, const Policies& policies);
 
 // The same for the smallest boxes that there could be over the leaf boxes of each inner node, found by trying

@@ -15,27 +15,27 @@
 namespace cab::perf {
 namespace {
 
-// Up to so many leaf pairs the judge is asked about all of them; beyond, about those whose boxes overlap by brute force.
+// Up to this many leaf pairs the judge tests all of them; beyond, those whose boxes overlap by brute force.
 constexpr std::uint64_t kMostJudgedPairs = 300000;
 
-// Up to so many leaves the best orientations of all inner boxes are searched.
+// Up to this many leaves the best orientations of all inner boxes are searched.
 constexpr std::size_t kMostSearchedLeaves = 32;
 
-// A run that takes longer than this is measured in so many rounds at most: that long, noise averages out.
+// A run that takes longer than this is measured in at most this many rounds: noise averages out in it.
 constexpr double kLongSeconds = .1;
 constexpr std::size_t kLongRounds = 3;
 
 // One that takes longer than this is not measured again after it was counted.
 constexpr double kLongestSeconds = 1;
 
-// A turn is of as many runs as take about this long, at least two, but no more than so many.
+// A turn has as many runs as take about this long: at least two, at most kMostRuns.
 constexpr double kTurnSeconds = 3e-3;
 constexpr int kMostRuns = 20;
 
-// A gain below this is none.
+// A smaller gain does not count.
 constexpr double kLeastGain = .05;
 
-// The same policies with what the strategy does not look at as by default.
+// The same policies, with the defaults for what the strategy does not read.
 Policies without_unread(Policies policies) {
   const Policies defaults;
   if (is_axis_aligned(policies.refit)) policies.sat = defaults.sat;
@@ -69,7 +69,7 @@ std::uint64_t hash_of(const std::vector<SweepHit>& hits) {
   return hash.value();
 }
 
-// Who touches by FCL, and how many leaf pairs of a cell it denies.
+// Which links touch by FCL, and how many leaf pairs of a cell FCL denies.
 class Judge {
  public:
   explicit Judge(SweepWorld& world) : world_(world) {
@@ -102,8 +102,8 @@ class Judge {
   std::map<std::pair<std::uint64_t, std::uint64_t>, std::uint64_t> false_positives_;
 };
 
-// A cell's turn in a round: the fastest of its runs. The first finds the caches as others left them, and whatever else
-// the machine does meets some of the runs.
+// A cell's turn in a round: the fastest of its runs. The first run finds the caches as other cells left them, and other
+// work of the machine disturbs some runs.
 FrameStats turn(SweepWorld& world, const SweepCell& cell) {
   const double seconds = cell.counts.seconds_total;
   const double runs =
@@ -137,15 +137,10 @@ std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector
   return missing.size();
 }
 
-Spread spread_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front(), values.back()};
-}
-
 double SweepCell::total_seconds() const {
   std::vector<double> totals;
   for (const FrameStats& round : rounds) totals.push_back(round.seconds_total);
-  return spread_of(totals).median;
+  return median(totals);
 }
 
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values) {

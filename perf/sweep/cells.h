@@ -1,4 +1,5 @@
-// The cells of `cab sweep`: policies by instruction sets by thread counts on one scene, counted, judged and timed in turns.
+// The cells of `cab sweep`: policies by instruction sets by thread counts on one scene, counted, judged and timed in
+// turns.
 #pragma once
 
 #include <cab/types.h>
@@ -8,24 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "perf/base/statistics.h"
 #include "perf/sweep/scenes.h"
 
 namespace cab::perf {
-
-// What is timed, in the order of tables and files.
-struct SweepPhase {
-  const char* name;
-  double FrameStats::*seconds;
-};
-inline constexpr SweepPhase kSweepPhases[] = {
-    {"update", &FrameStats::seconds_update}, {"broad", &FrameStats::seconds_broad}, {"test", &FrameStats::seconds_test},
-    {"query", &FrameStats::seconds_query},   {"total", &FrameStats::seconds_total},
-};
-
-struct Spread {
-  double median = 0, least = 0, most = 0;
-};
-Spread spread_of(std::vector<double> values);
 
 // One policy on one instruction set and thread count.
 struct SweepCell {
@@ -39,10 +26,10 @@ struct SweepCell {
   std::uint64_t misses = 0;           // true hits that are not among them
   std::uint64_t false_positives = 0;  // leaf pairs whose boxes overlap and whose shapes are apart, by FCL
   std::vector<FrameStats> rounds;     // times of all frames, the fastest of a turn
-  double area = 0;                    // of inner boxes, where the strategy is the tree; 0: none
-  bool on_front = false;              // none of its group that misses nothing is as fast with as few false positives
-  // The strategy that does the same work under the name that stands first in the table, where that is not its own, as
-  // `auto` does that of what it chooses. Such a cell is not timed again and is on no front.
+  double area = 0;                    // of inner boxes, if the strategy is the tree; 0: not measured
+  bool on_front = false;              // no cell of its group that misses nothing is as fast with as few false positives
+  // The first strategy of the table that does the same work, if that is another one: `auto` does the work of what
+  // it chooses. Such a cell is not timed again and is on no front.
   std::optional<Strategy> same_work_as;
 
   double total_seconds() const;  // median
@@ -67,28 +54,28 @@ struct SweepPlan {
   std::uint32_t rounds = 0;
 };
 
-// Every combination of values of the rows of policy_table() (values[row], none: every one that the scene can tell apart
-// without an exact test), and the defaults, which come first. Left out: exact_all without an exact test, which reports
-// every pair, and of strategies that descend no hierarchy what differs in inner boxes alone.
+// The defaults first, then every combination of values of the rows of policy_table(): of values[row]; if that is empty,
+// of all values, and of `exact` the default. Left out are exact_all without an exact test, which reports all pairs, and
+// for strategies that descend no hierarchy the combinations that differ in inner boxes alone.
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values);
 
 // Counts, judges, then times: in each round every cell has its turn, of some runs of which the fastest counts. A cell
 // whose run takes long is timed in fewer rounds, one run each.
 SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan);
 
-// Notes of each counted cell whose work it does.
+// Sets same_work_as of every counted cell.
 void mark_same_work(std::vector<SweepCell>& cells);
 
-// Marks who is on the front of time against false positives, among cells of one instruction set, thread count and exact
-// test. What misses a hit is on none.
+// Marks the cells on the front of time against false positives, among those of one instruction set, thread count and
+// exact test. A cell that misses a hit is on no front.
 void mark_front(std::vector<SweepCell>& cells);
 
 // How many of sorted `hits` are not in sorted `found`.
 std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector<SweepHit>& found);
 
-// The cell to take instead of cells[of]: of the same instruction set, thread count and exact test, missing nothing, with
-// at most so many false positives, and faster by 5 % in the median and in three of four rounds; the fastest of them. None:
-// `of` is best.
+// The cell to take instead of cells[of]: the fastest of those with the same instruction set, thread count and exact
+// test that miss nothing, have at most most_false_positives, and are faster by 5 % in the median and in three of four
+// rounds. Without a value cells[of] is best.
 std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std::size_t of,
                                        std::uint64_t most_false_positives);
 

@@ -29,14 +29,14 @@ std::string in_code(const std::string& name) {
   return out;
 }
 
-// Of the rounds, seconds a frame.
+// Seconds per frame, over the rounds.
 Spread phase_spread(const SweepRun& run, const SweepCell& cell, double FrameStats::*seconds) {
   std::vector<double> values;
   for (const FrameStats& round : cell.rounds) values.push_back(round.*seconds / run.frame_count);
   return spread_of(values);
 }
 
-// Times larger than the covariance's boxes, than the smallest that were found; none where there is nothing to compare.
+// How many times larger an area is than another; no value if one of them is missing.
 std::optional<double> over(double area, double other) {
   if (area <= 0 || other <= 0) return std::nullopt;
   return area / other;
@@ -62,7 +62,7 @@ std::uint32_t row_of(const char* name) {
 
 std::string percent_less(double ratio) { return fixed(100 * (1 - ratio), 0) + " %"; }
 
-// What a cell brings in the place of another, and how to ask for it.
+// What a cell gains over another, and the code that asks for it.
 void print_gain(const SweepCell& of, const SweepCell& cell, const std::string& name_of) {
   const Spread ratio = time_ratio(of, cell);
   std::cout << short_name(cell.policies) << " takes " << percent_less(ratio.median) << " less time than " << name_of
@@ -101,12 +101,14 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   json["isa"] = to_string(cell.isa);
   json["threads"] = cell.thread_count;
   json["rounds"] = cell.rounds.size();
-  for (const SweepPhase& phase : kSweepPhases) {
-    const Spread s = phase_spread(run, cell, phase.seconds);
-    json[std::string(phase.name) + "_seconds_median"] = s.median;
-    json[std::string(phase.name) + "_seconds_least"] = s.least;
-    json[std::string(phase.name) + "_seconds_most"] = s.most;
-  }
+  const auto add_seconds = [&](const std::string& key, double FrameStats::*seconds) {
+    const Spread s = phase_spread(run, cell, seconds);
+    json[key + "_seconds_median"] = s.median;
+    json[key + "_seconds_least"] = s.least;
+    json[key + "_seconds_most"] = s.most;
+  };
+  for (const Phase& phase : kPhases) add_seconds(phase.key, phase.seconds);
+  add_seconds("total", &FrameStats::seconds_total);
   json["box_tests"] = cell.counts.box_tests;
   json["leaf_pairs"] = cell.counts.leaf_pairs;
   json["hits"] = cell.hits;
@@ -151,9 +153,8 @@ void print_sweep(const SweepRun& run) {
   TextTable text;
   std::vector<std::string> header = {"front"};
   for (const PolicyField& field : policy_table()) header.emplace_back(field.name);
-  for (const char* name : {"isa", "threads", "us a frame", "least", "most"}) header.emplace_back(name);
-  for (const SweepPhase& phase : kSweepPhases)
-    if (phase.seconds != &FrameStats::seconds_total) header.emplace_back(phase.name);
+  for (const char* name : {"isa", "threads", "us per frame", "least", "most"}) header.emplace_back(name);
+  for (const Phase& phase : kPhases) header.emplace_back(phase.key);
   for (const char* name :
        {"box tests", "leaf pairs", "hits", "false", "misses", "area/covariance", "area/limit", "hash of hits"})
     header.emplace_back(name);
@@ -166,9 +167,7 @@ void print_sweep(const SweepRun& run) {
     row.push_back(std::to_string(cell->thread_count));
     const Spread total = phase_spread(run, *cell, &FrameStats::seconds_total);
     for (const double seconds : {total.median, total.least, total.most}) row.push_back(fixed(1e6 * seconds, 2));
-    for (const SweepPhase& phase : kSweepPhases)
-      if (phase.seconds != &FrameStats::seconds_total)
-        row.push_back(fixed(1e6 * phase_spread(run, *cell, phase.seconds).median, 2));
+    for (const Phase& phase : kPhases) row.push_back(fixed(1e6 * phase_spread(run, *cell, phase.seconds).median, 2));
     for (const std::uint64_t count :
          {cell->counts.box_tests, cell->counts.leaf_pairs, cell->hits, cell->false_positives, cell->misses})
       row.push_back(std::to_string(count));

@@ -20,7 +20,7 @@
 namespace cab::perf {
 namespace {
 
-// Told apart by eyes that see colours otherwise (Okabe and Ito 2008), and three more.
+// Colours that colour-blind readers can distinguish (Okabe and Ito 2008), and three more.
 constexpr std::array<const char*, 10> kColors = {"#0072B2", "#56B4E9", "#D55E00", "#E69F00", "#009E73",
                                                  "#CC79A7", "#000000", "#999999", "#8B4513", "#6A3D9A"};
 constexpr std::array<int, 7> kShapes = {7, 5, 9, 13, 11, 15, 3};  // gnuplot's filled points
@@ -207,7 +207,7 @@ class Cloud {
 
   Picture picture() {
     Picture out;
-    out.y_title = "time, microseconds a frame";
+    out.y_title = "time, microseconds per frame";
     Range across, up;
     for (const auto& [key, points] : clouds_)
       for (const auto& point : points) {
@@ -283,7 +283,7 @@ Picture false_positives_picture(const SweepRun& run) {
   Picture picture = cloud.picture();
   picture.name = "false-positives-" + run.scene;
   picture.title = run.scene + ": time against false positives; better is down and left\n(" + conditions(run) + ")";
-  picture.x_title = "false positives a frame: leaf pairs whose boxes overlap and whose shapes do not";
+  picture.x_title = "false positives per frame: leaf pairs whose boxes overlap and whose shapes do not";
   picture.x_from_zero = true;
   return picture;
 }
@@ -320,7 +320,7 @@ std::map<std::uint32_t, const SweepRun*> runs_of(const std::string& family, cons
   return found;
 }
 
-// The median a character and frame, and between what the middle half of the rounds is.
+// The median per character and frame, and the quartiles of the rounds.
 std::array<double, 4> timed_point(const SweepRun& run, const SweepCell& cell, double x) {
   std::vector<double> totals;
   for (const FrameStats& round : cell.rounds)
@@ -337,8 +337,8 @@ Picture crossover_picture(const std::string& family, const std::map<std::uint32_
   picture.name = "crossover-" + family;
   picture.title = what + ": time by strategy; lower is better\n(" + conditions(*runs.begin()->second) +
                   ", other policies as by default; bars: the middle half of the rounds)";
-  picture.x_title = "boxes of a character";
-  picture.y_title = "time, microseconds a character and frame";
+  picture.x_title = "boxes per character";
+  picture.y_title = "time, microseconds per character and frame";
   picture.log_x = picture.log_y = true;
   const std::uint32_t row = row_named("strategy");
   for (std::uint32_t value = 0; value < policy_table()[row].value_count; ++value) {
@@ -359,7 +359,7 @@ Picture crossover_picture(const std::string& family, const std::map<std::uint32_
   return picture;
 }
 
-// The defaults by the number of characters, a line for each instruction set and thread count.
+// The defaults by the number of characters, one line per instruction set and thread count.
 Picture scaling_picture(const std::map<std::uint32_t, const SweepRun*>& runs) {
   Picture picture;
   picture.name = "scaling-uniform";
@@ -367,7 +367,7 @@ Picture scaling_picture(const std::map<std::uint32_t, const SweepRun*>& runs) {
       "humanoids of 16 boxes, 1 a square metre, default policies: time by size of the crowd; lower is better\n(bars: "
       "the middle half of the rounds)";
   picture.x_title = "characters";
-  picture.y_title = "time, microseconds a character and frame";
+  picture.y_title = "time, microseconds per character and frame";
   picture.log_x = true;
   std::map<std::pair<Isa, std::uint32_t>, Series> lines;
   for (const auto& [number, run] : runs)

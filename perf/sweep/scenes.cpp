@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "perf/run/run_world.h"
+#include "perf/base/statistics.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -72,7 +72,7 @@ SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_cou
   return of_crowd(name, scenes::make_sized_crowd(std::get<scenes::SizedCrowdScene>(row->source), character_count));
 }
 
-SweepScene make_files_scene(const RunOptions& options) {
+SweepScene make_files_scene(const WorldOptions& options) {
   scenes::Scene scene = import_world(options);
   const FrameRange frames = {0, scene.frame_count};
   return of_frames("files", std::move(scene), frames);

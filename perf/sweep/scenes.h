@@ -11,7 +11,7 @@
 
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_session.h"
-#include "perf/commands.h"
+#include "perf/run/run_world.h"
 #include "perf/sweep/box_growth.h"
 #include "scenes/crowd/crowd.h"
 #include "scenes/scene.h"
@@ -35,7 +35,7 @@ struct SweepScene {
   std::vector<std::vector<scenes::PosedGroup>> posed;  // of the crowd, each frame
 
   std::uint32_t character_count() const;
-  std::size_t most_leaves() const;  // of a character
+  std::size_t most_leaves() const;  // of one character
 };
 
 // A scene that `cab sweep` offers by name. character_count: of detailed rigs and ropes; 0: as many as by default. Throws
@@ -43,7 +43,7 @@ struct SweepScene {
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count);
 
 // The user's own files, as `cab run` takes them.
-SweepScene make_files_scene(const RunOptions& options);
+SweepScene make_files_scene(const WorldOptions& options);
 
 // Some of the scene's poses of each of its figures.
 std::vector<PosedFigure> sample_figures(const SweepScene& scene);
@@ -63,10 +63,11 @@ class SweepWorld {
   Isa isa() const;
   std::uint32_t thread_count() const;
 
-  // Runs all frames and sums. hits (optional) receives who touches, sorted.
+  // Runs all frames and sums. hits (optional) receives the touching links, sorted.
   FrameStats run(const Policies& policies, std::vector<SweepHit>* hits = nullptr);
 
-  // How many leaf pairs there are between those that come near each other, at most; of frames, between all that are paired.
+  // An upper limit for the leaf pairs between characters that come near each other; of frames, between all that are
+  // paired.
   std::uint64_t most_leaf_pairs();
 
  private:

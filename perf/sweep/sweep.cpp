@@ -1,13 +1,13 @@
 // `cab sweep`: what every policy costs and brings, on many scenes or on one's own.
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
 
-#include "perf/commands.h"
+#include "perf/base/usage.h"
 #include "perf/run/run_world.h"
 #include "perf/sweep/cells.h"
+#include "perf/sweep/options.h"
 #include "perf/sweep/output.h"
 #include "perf/sweep/plot.h"
 #include "perf/sweep/scenes.h"
@@ -16,23 +16,16 @@
 namespace cab::perf {
 namespace {
 
-// Wrong use that only shows when options are seen together.
+// Throws UsageError for options that contradict each other.
 void check(const SweepOptions& options) {
   check_files(options.world);
   const bool about_files =
       !options.world.offsets.empty() || !options.world.metres_per_unit.empty() || options.world.up != 0;
   if (options.world.files.empty() && about_files)
-    throw UsageError("--offset, --units and --up are of FILE...; give some");
+    throw UsageError("--offset, --units and --up are for FILE...; give at least one file");
   if (!options.world.files.empty() && !options.scenes.empty())
-    throw UsageError("--scene and FILE...: give one of the two; files are a scene of their own");
-  if (!options.csv_path.empty() && options.csv_path == options.json_path)
-    throw UsageError("--csv and --json name the same file; give two");
-  for (const std::string& file : options.world.files)
-    for (const std::string& output : {options.csv_path, options.json_path}) {
-      std::error_code ignored;  // an output that is not there yet is no input either
-      if (!output.empty() && std::filesystem::equivalent(file, output, ignored))
-        throw UsageError(output + " is an input; write the output to another file");
-    }
+    throw UsageError("--scene and FILE...: give one of the two; the files are a scene of their own");
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, options.world.files);
 }
 
 // A scene and whether all policies are run on it, or strategies alone.
@@ -41,8 +34,8 @@ struct ChosenScene {
   bool all_policies;
 };
 
-// Those that are asked for, or those by default; to these come, where there are pictures of them, all scenes that differ
-// in size alone.
+// The scenes that are asked for, or the default ones. If pictures are drawn, the default ones are followed by all
+// scenes that differ in size alone.
 std::vector<ChosenScene> choose_scenes(const SweepOptions& options) {
   std::vector<ChosenScene> chosen;
   for (const std::string& name : options.scenes) chosen.push_back({name, true});

@@ -17,7 +17,7 @@ namespace {
 
 using Box3f = oracle::OracleBox<float>;
 
-// Tiles of one regime in a round; each gives 16 lanes of three merges to every method.
+// Tiles of one regime per round; each gives 16 lanes of three merges to every method.
 constexpr std::uint32_t kTiles = 32;
 
 // Of five tiles one merges without a joint.

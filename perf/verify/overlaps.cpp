@@ -10,7 +10,7 @@
 namespace cab::perf {
 namespace {
 
-// Tiles of sixteen pairs of one regime in a round.
+// Tiles of sixteen pairs of one regime per round.
 constexpr std::uint32_t kTiles = 120;
 
 // Gaps asked for, in u (Sa + Sb): most pairs overlap a little, some are apart within the slack.

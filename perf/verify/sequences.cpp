@@ -1,6 +1,6 @@
-// Whole frames of random worlds, half of them with layers and some with a margin, by run_frame: every strategy and refit
-// must report every pair of links that the exact judge calls touching, or no farther apart than the margin. Where two
-// strategies on the same leaf boxes differ, the pair is then one that the judge calls apart; such pairs are counted.
+// Whole frames of random worlds by run_frame, half of them with layers and some with a margin. Every strategy and refit
+// must report every pair of links that the exact judge calls touching, or no farther apart than the margin. If two
+// strategies on the same leaf boxes differ in a pair, the judge calls it apart; such pairs are counted.
 #include <algorithm>
 #include <iterator>
 
@@ -19,7 +19,7 @@ const std::vector<RefitMethod>& methods() {
   return all;
 }
 
-// The method that tests the same leaf boxes by the same axes in all pairs, with which a method is compared unless it tests none.
+// The method that a method is compared with: it tests the same leaf boxes by the same axes in all pairs.
 std::size_t reference_of(std::size_t method) {
   std::size_t m = 0;
   while (methods()[m].policies.strategy != Strategy::kBrute ||

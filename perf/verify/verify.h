@@ -3,7 +3,7 @@
 
 #include <ostream>
 
-#include "perf/commands.h"
+#include "perf/verify/options.h"
 #include "perf/verify/parts.h"
 
 namespace cab::perf {

@@ -1,6 +1,6 @@
 // Bytes to the text of an option of the command line: a value or one printable line, and policies by their names alone.
-#include "perf/cli/option_values.h"
-#include "perf/commands.h"
+#include "perf/base/option_values.h"
+#include "perf/base/usage.h"
 #include "scenes/import/printable.h"
 #include "tests/fuzz/bytes.h"
 

@@ -233,7 +233,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect"}, "FILE"},
       {{"inspect", file, "--frame", "5"}, "frames 0 to 4"},
       {{"inspect", file, "--frame", "x"}, "--frame"},
-      {{"inspect", file, "--json", file}, "is the input"},
+      {{"inspect", file, "--json", file}, "is an input"},
       {{"inspect", file, "--strategy", "tree"}, "--strategy"},
       {{"paper", "--tables", "9"}, "choose from 1,2,3,4,5"},
       {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not frames or pairs"},

@@ -85,7 +85,7 @@ TEST_CASE("cab crowd prints and writes times, memory, counts and the hash of the
   CHECK(json["instances_masked"] == 0);
   const std::string hash = json["hits_hash"];
   CHECK(hash.size() == 16);
-  for (const std::string& shown : {std::string("within 10 % of 5.8"), hash, std::string("characters a second"),
+  for (const std::string& shown : {std::string("within 10 % of 5.8"), hash, std::string("characters per second"),
                                    std::string("2000 characters of 16 boxes, 1 frames, 2 rounds")}) {
     CAPTURE(shown);
     CHECK(outcome.out.find(shown) != std::string::npos);

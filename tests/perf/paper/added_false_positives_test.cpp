@@ -13,8 +13,8 @@ namespace {
 constexpr double kU = 0x1p-24;
 constexpr std::array<float, 4> kTurn = {0.125f, 0.25f, 0.5f, 0.75f};
 
-// Two cubes with halves of 1, rotated alike and side by side, in every frame a gap of so many u of their sizes (6)
-// between their faces.
+// Two cubes with halves of 1, rotated alike and side by side. Each frame has a gap between their faces, in u of their
+// sizes (6).
 scenes::Scene cubes_apart(const std::vector<double>& gaps) {
   scenes::Character still;
   still.link_parents = {-1};

@@ -362,11 +362,11 @@ TEST_CASE("cab sweep --plot draws pictures that name their axes, units and polic
   };
   const std::vector<Shown> all = {
       {"false-positives-chains6",
-       {"false positives a frame", "time, microseconds a frame", "refit cab", "refit aabb_hull", "strategy rows"}},
-      {"growth-chains6", {"smallest oriented boxes", "time, microseconds a frame", "refit cab", "extents leaves"}},
+       {"false positives per frame", "time, microseconds per frame", "refit cab", "refit aabb_hull", "strategy rows"}},
+      {"growth-chains6", {"smallest oriented boxes", "time, microseconds per frame", "refit cab", "extents leaves"}},
       {"growth-detailed-64", {"times that of refit covariance", "refit aabb_hull"}},
       {"crossover-detailed",
-       {"boxes of a character", "time, microseconds a character and frame", "strategy tree", "strategy brute", ">16<",
+       {"boxes per character", "time, microseconds per character and frame", "strategy tree", "strategy brute", ">16<",
         ">64<"}}};
   for (const Shown& shown : all) {
     CAPTURE(std::string(shown.picture));

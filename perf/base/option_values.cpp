@@ -1,4 +1,4 @@
-#include "perf/cli/option_values.h"
+#include "perf/base/option_values.h"
 
 #include <cab/cab.h>
 
@@ -6,18 +6,12 @@
 #include <charconv>
 #include <cmath>
 
-#include "perf/commands.h"
-#include "perf/sweep/scenes.h"
-#include "scenes/crowd/detailed.h"
+#include "perf/base/usage.h"
 #include "scenes/import/printable.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
 namespace {
-
-[[noreturn]] void reject(const std::string& option, const std::string& text, const std::string& wanted) {
-  throw UsageError(option + ": '" + scenes::printable(text) + "' is not " + wanted);
-}
 
 // The whole of text as one number.
 template <class T>
@@ -30,6 +24,21 @@ bool read_whole(const std::string& text, T& value) {
 bool read_finite(const std::string& text, double& value) { return read_whole(text, value) && std::isfinite(value); }
 
 }  // namespace
+
+void reject(const std::string& option, const std::string& text, const std::string& wanted) {
+  throw UsageError(option + ": '" + scenes::printable(text) + "' is not " + wanted);
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  return joined(words, between, between);
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& between, const std::string& before_last) {
+  std::string out;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    out += (i == 0 ? "" : i + 1 == words.size() ? before_last : between) + words[i];
+  return out;
+}
 
 std::vector<std::string> split_commas(const std::string& text) {
   std::vector<std::string> parts;
@@ -66,14 +75,12 @@ FrameRange read_frame_range(const std::string& option, const std::string& text) 
 }
 
 std::string isa_names(const char* separator, bool available_only) {
-  std::string names;
+  std::vector<std::string> names;
   for (std::uint8_t i = 0; i < kIsaCount; ++i) {
     const Isa isa = static_cast<Isa>(i);
-    if (isa == Isa::kAuto || (available_only && !isa_available(isa))) continue;
-    if (!names.empty()) names += separator;
-    names += to_string(isa);
+    if (isa != Isa::kAuto && (!available_only || isa_available(isa))) names.emplace_back(to_string(isa));
   }
-  return names;
+  return joined(names, separator);
 }
 
 Isa read_isa(const std::string& option, const std::string& text) {
@@ -94,46 +101,6 @@ LaneContent read_lanes(const std::string& option, const std::string& text) {
   reject(option, text, "frames or pairs");
 }
 
-std::string crowd_scene_names(const char* separator) { return scenes::scene_names(scenes::kCrowdCommand, separator); }
-
-std::string crowd_scene_help() {
-  std::string help = "which crowd";
-  for (const scenes::NamedScene& scene : scenes::scene_list())
-    if (scene.is_for(scenes::kCrowdCommand)) help += std::string("\n  ") + scene.name + ": " + scene.meaning;
-  return help;
-}
-
-std::string read_crowd_scene(const std::string& option, const std::string& text) {
-  if (scenes::find_scene(scenes::kCrowdCommand, text) == nullptr)
-    reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
-  return text;
-}
-
-std::string boxes_per_link_names(const char* separator) {
-  std::string names;
-  for (const std::uint32_t count : scenes::kBoxesPerLink)
-    names += (names.empty() ? "" : separator) + std::to_string(count);
-  return names;
-}
-
-std::uint32_t read_boxes_per_link(const std::string& option, const std::string& text) {
-  for (const std::uint32_t count : scenes::kBoxesPerLink)
-    if (text == std::to_string(count)) return count;
-  reject(option, text, "a number of boxes that a link can have; choose " + boxes_per_link_names(", "));
-}
-
-std::string rope_shape_names(const char* separator) {
-  std::string names;
-  for (const char* name : scenes::kRopeShapeNames) names += (names.empty() ? "" : separator) + std::string(name);
-  return names;
-}
-
-scenes::RopeShape read_rope_shape(const std::string& option, const std::string& text) {
-  for (std::size_t i = 0; i < scenes::kRopeShapeNames.size(); ++i)
-    if (text == scenes::kRopeShapeNames[i]) return static_cast<scenes::RopeShape>(i);
-  reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
-}
-
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text) {
   std::vector<std::uint32_t> numbers;
   for (const std::string& part : split_commas(text)) {
@@ -147,12 +114,9 @@ std::vector<std::uint32_t> read_number_list(const std::string& option, const std
 
 std::string policy_names(std::uint32_t field, const char* separator) {
   const PolicyField& row = policy_table()[field];
-  std::string names;
-  for (std::uint32_t v = 0; v < row.value_count; ++v) {
-    if (v > 0) names += separator;
-    names += row.values[v].name;
-  }
-  return names;
+  std::vector<std::string> names;
+  for (std::uint32_t v = 0; v < row.value_count; ++v) names.emplace_back(row.values[v].name);
+  return joined(names, separator);
 }
 
 std::string policy_help(const Policies& defaults, std::uint32_t field) {
@@ -182,24 +146,6 @@ std::string policy_list_help(std::uint32_t field) {
          "): " + policy_names(field, ", ");
 }
 
-std::vector<std::string> read_sweep_scenes(const std::string& option, const std::string& text) {
-  std::vector<std::string> names = split_commas(text);
-  for (const std::string& name : names)
-    if (scenes::find_scene(scenes::kSweepCommand, name) == nullptr || std::count(names.begin(), names.end(), name) > 1)
-      reject(option, text,
-             "a list of different scenes; choose from " + scenes::scene_names(scenes::kSweepCommand, ", "));
-  return names;
-}
-
-std::string sweep_scene_help() {
-  std::string help = "scenes, separated by commas (default: those with *)";
-  for (const scenes::NamedScene& scene : scenes::scene_list())
-    if (scene.is_for(scenes::kSweepCommand))
-      help +=
-          std::string("\n  ") + scene.name + (scene.is_for(scenes::kSweepByDefault) ? "*" : "") + ": " + scene.meaning;
-  return help;
-}
-
 void set_policy(Policies& policies, std::uint32_t field, const std::string& text) {
   const PolicyField& row = policy_table()[field];
   if (!policy_set(policies, field, text.c_str()))
@@ -207,14 +153,13 @@ void set_policy(Policies& policies, std::uint32_t field, const std::string& text
 }
 
 std::string preset_names(const char* separator) {
-  std::string names;
-  for (const PolicyPreset& preset : preset_table())
-    names += (names.empty() ? "" : separator) + std::string(preset.name);
-  return names;
+  std::vector<std::string> names;
+  for (const PolicyPreset& preset : preset_table()) names.emplace_back(preset.name);
+  return joined(names, separator);
 }
 
 std::string preset_help() {
-  std::string help = "policies to start from; the options below override it";
+  std::string help = "policies to start from; the options below change single ones";
   for (const PolicyPreset& preset : preset_table()) {
     help += std::string("\n  ") + preset.name + ": " + preset.meaning + "\n   ";
     for (std::uint32_t f = 0; f < policy_table().size; ++f)

@@ -9,9 +9,15 @@
 #include <vector>
 
 #include "perf/base/engine_session.h"
-#include "scenes/crowd/ropes.h"
 
 namespace cab::perf {
+
+// Throws UsageError: the text given to the option is not what is wanted.
+[[noreturn]] void reject(const std::string& option, const std::string& text, const std::string& wanted);
+
+// Words with a separator between them, and another one before the last.
+std::string joined(const std::vector<std::string>& words, const std::string& between);
+std::string joined(const std::vector<std::string>& words, const std::string& between, const std::string& before_last);
 
 // X,Y,Z: three finite numbers.
 std::array<double, 3> read_offset(const std::string& option, const std::string& text);
@@ -28,20 +34,7 @@ Isa read_isa(const std::string& option, const std::string& text);
 // frames or pairs.
 LaneContent read_lanes(const std::string& option, const std::string& text);
 
-// The name of a crowd scene; all names joined by a separator; what they are, a line each.
-std::string read_crowd_scene(const std::string& option, const std::string& text);
-std::string crowd_scene_names(const char* separator);
-std::string crowd_scene_help();
-
-// How many boxes a link of the scene `detailed` has; the numbers there are, joined by a separator.
-std::uint32_t read_boxes_per_link(const std::string& option, const std::string& text);
-std::string boxes_per_link_names(const char* separator);
-
-// The shape of a rope; all names joined by a separator.
-scenes::RopeShape read_rope_shape(const std::string& option, const std::string& text);
-std::string rope_shape_names(const char* separator);
-
-// Whole numbers separated by commas, each one once.
+// Different whole numbers, separated by commas.
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text);
 
 // The texts between commas.
@@ -50,23 +43,19 @@ std::vector<std::string> split_commas(const std::string& text);
 // The names of all instruction sets but auto, or of those available here, joined by a separator.
 std::string isa_names(const char* separator, bool available_only);
 
-// One row of policy_table(): the names of its values joined by a separator; its meaning, its default and a line for
-// each value.
+// One row of policy_table(): the names of its values joined by a separator; its meaning, its default and one line per
+// value.
 std::string policy_names(std::uint32_t field, const char* separator);
 std::string policy_help(const Policies& defaults, std::uint32_t field);
 
-// Values of a field by their names, separated by commas, each one once; what may be given.
+// Different values of a field by their names, separated by commas; the help text for such a list.
 std::vector<std::uint32_t> read_policy_values(std::uint32_t field, const std::string& text);
 std::string policy_list_help(std::uint32_t field);
-
-// Scenes of `cab sweep` separated by commas, each one once; what there is, a line each.
-std::vector<std::string> read_sweep_scenes(const std::string& option, const std::string& text);
-std::string sweep_scene_help();
 
 // Sets a field of policies by the name of a value.
 void set_policy(Policies& policies, std::uint32_t field, const std::string& text);
 
-// The names of all rows of preset_table() joined by a separator; what they are, a line each.
+// The names of all rows of preset_table() joined by a separator; what they are, one line each.
 std::string preset_names(const char* separator);
 std::string preset_help();
 

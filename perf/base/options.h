@@ -1,0 +1,55 @@
+// The options that several commands share, and how a command joins `cab`.
+#pragma once
+
+#include <cab/types.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace cab::perf {
+
+// A sub-command of `cab`. A room's add_... adds it to the app and keeps the options that the command line fills.
+struct Command {
+  CLI::App* app;
+  std::function<int()>
+      run;  // the exit code: 0, or 1 if the command's own checks fail; throws for wrong use and bad data
+};
+
+// The most threads that an option accepts.
+inline constexpr std::uint32_t kMaxThreads = 1024;
+
+// The most characters of a crowd, which take some 4 GB.
+inline constexpr std::uint32_t kMaxCrowd = 4000000;
+
+// Each adds one option, or those that its name says, to a command. What the option fills must outlive the parsing.
+void add_isa(CLI::App& command, Isa& isa);
+void add_isas(CLI::App& command, std::vector<Isa>& isas, const std::string& by_default);
+void add_threads(CLI::App& command, std::uint32_t& thread_count);
+void add_policy(CLI::App& command, std::uint32_t field, Policies& policies);
+void add_json(CLI::App& command, std::string& path, const std::string& meaning);
+void add_csv(CLI::App& command, std::string& path, const std::string& meaning);
+void add_rounds(CLI::App& command, std::uint32_t& rounds, const std::string& meaning);
+
+// --preset and every policy. CLI11 reads options in the order in which they are added, so a preset comes first wherever
+// it stands on the command line.
+void add_policies(CLI::App& command, Policies& policies);
+
+// --up: the axis that points up.
+void add_up(CLI::App& command, char& up, const std::string& meaning);
+
+// --units of several files, each of which is a `what`: once for all or once per file.
+void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit);
+
+// An option that takes a whole number from least to most.
+CLI::Option* add_number(CLI::App& command, const std::string& option, std::uint32_t& number, const std::string& meaning,
+                        std::uint32_t least, std::uint32_t most);
+
+}  // namespace cab::perf

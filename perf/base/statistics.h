@@ -1,0 +1,37 @@
+// Statistics of repeated measurements, and the phases of a frame that are measured.
+#pragma once
+
+#include <cab/types.h>
+
+#include <vector>
+
+namespace cab::perf {
+
+// The middle and the ends of what was measured.
+struct Spread {
+  double median = 0, least = 0, most = 0;
+};
+
+// Of at least one value; of an even number the median is the upper of the two in the middle.
+Spread spread_of(std::vector<double> values);
+double median(std::vector<double> values);
+
+// Adds counts and seconds.
+void add_stats(FrameStats& sum, const FrameStats& more);
+
+// A phase of a frame. Its seconds are summed over threads.
+struct Phase {
+  const char* name;  // in a table
+  const char* key;   // in a file
+  double FrameStats::*seconds;
+};
+
+// The phases that tables and files list beside the total, in their order.
+inline constexpr Phase kPhases[] = {
+    {"update", "update", &FrameStats::seconds_update},
+    {"broad phase", "broad", &FrameStats::seconds_broad},
+    {"test", "test", &FrameStats::seconds_test},
+    {"query", "query", &FrameStats::seconds_query},
+};
+
+}  // namespace cab::perf

@@ -1,0 +1,23 @@
+#include "perf/base/usage.h"
+
+#include <filesystem>
+#include <system_error>
+
+namespace cab::perf {
+
+void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs) {
+  for (std::size_t b = 1; b < outputs.size(); ++b)
+    for (std::size_t a = 0; a < b; ++a)
+      if (!outputs[a].path.empty() && outputs[a].path == outputs[b].path)
+        throw UsageError(std::string(outputs[a].option) + " and " + outputs[b].option +
+                         " name the same file; give two");
+  for (const OutputOption& output : outputs)
+    for (const std::string& input : inputs) {
+      std::error_code ignored;  // a file that does not exist yet is no input
+      if (!output.path.empty() && std::filesystem::equivalent(input, output.path, ignored))
+        throw UsageError(std::string(output.option) + ": " + output.path +
+                         " is an input; write the output to another file");
+    }
+}
+
+}  // namespace cab::perf

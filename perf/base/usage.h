@@ -1,0 +1,26 @@
+// Wrong use of the command line.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cab::perf {
+
+// Wrong use in one line that names the option and says what is allowed: exit code 2. Every other exception is bad data
+// or a failure: exit code 1.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// An option that names a file to write. The path is empty if the option is not given.
+struct OutputOption {
+  const char* option;
+  std::string path;
+};
+
+// Throws UsageError if two outputs are one file, or if an output is also an input. Paths that are empty are ignored.
+void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs);
+
+}  // namespace cab::perf

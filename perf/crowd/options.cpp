@@ -1,0 +1,112 @@
+#include "perf/crowd/options.h"
+
+#include <cab/cab.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "perf/base/option_values.h"
+#include "scenes/crowd/crowd.h"
+#include "scenes/crowd/detailed.h"
+#include "scenes/scene_list.h"
+
+namespace cab::perf {
+namespace {
+
+// A run of this many frames takes hours.
+constexpr std::uint32_t kMaxCrowdFrames = 1000000;
+
+std::string crowd_scene_names(const char* separator) { return scenes::scene_names(scenes::kCrowdCommand, separator); }
+
+std::string crowd_scene_help() {
+  std::string help = "which crowd";
+  for (const scenes::NamedScene& scene : scenes::scene_list())
+    if (scene.is_for(scenes::kCrowdCommand)) help += std::string("\n  ") + scene.name + ": " + scene.meaning;
+  return help;
+}
+
+std::string read_crowd_scene(const std::string& option, const std::string& text) {
+  if (scenes::find_scene(scenes::kCrowdCommand, text) == nullptr)
+    reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
+  return text;
+}
+
+std::string boxes_per_link_names(const char* separator) {
+  std::vector<std::string> names;
+  for (const std::uint32_t count : scenes::kBoxesPerLink) names.push_back(std::to_string(count));
+  return joined(names, separator);
+}
+
+std::uint32_t read_boxes_per_link(const std::string& option, const std::string& text) {
+  for (const std::uint32_t count : scenes::kBoxesPerLink)
+    if (text == std::to_string(count)) return count;
+  reject(option, text, "a number of boxes that a link can have; choose " + boxes_per_link_names(", "));
+}
+
+std::string rope_shape_names(const char* separator) {
+  return joined({scenes::kRopeShapeNames.begin(), scenes::kRopeShapeNames.end()}, separator);
+}
+
+scenes::RopeShape read_rope_shape(const std::string& option, const std::string& text) {
+  for (std::size_t i = 0; i < scenes::kRopeShapeNames.size(); ++i)
+    if (text == scenes::kRopeShapeNames[i]) return static_cast<scenes::RopeShape>(i);
+  reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
+}
+
+// What only the scenes `detailed` and `ropes` have.
+void add_detail_and_ropes(CLI::App& command, CrowdOptions& o) {
+  command
+      .add_option_function<std::string>(
+          "--boxes-per-link",
+          [&o](const std::string& text) { o.boxes_per_link = read_boxes_per_link("--boxes-per-link", text); },
+          "detailed: boxes per link (default 16)")
+      ->type_name(boxes_per_link_names("|"));
+  command.add_option("--links", o.rope_links, "ropes: links per rope, 2 to 1024 (default 64)")
+      ->type_name("N")
+      ->check(CLI::Range(scenes::kLeastRopeLinks, kMaxLinks).description(""));
+  command
+      .add_option_function<std::string>(
+          "--shape", [&o](const std::string& text) { o.rope_shape = read_rope_shape("--shape", text); },
+          "ropes: how they lie (default straight)")
+      ->type_name(rope_shape_names("|"));
+  command
+      .add_option("--spacing", o.rope_spacing,
+                  "ropes: the least distance of neighbours in thicknesses, .1 to 10; below 1 they touch (default 1.5)")
+      ->type_name("X")
+      ->check(CLI::Range(scenes::kLeastSpacing, scenes::kMostSpacing).description(""));
+}
+
+}  // namespace
+
+Command add_crowd(CLI::App& app) {
+  auto options = std::make_shared<CrowdOptions>();
+  CrowdOptions& o = *options;
+  CLI::App& command = *app.add_subcommand("crowd", "many characters at once: times, memory and counts per frame");
+  command
+      .add_option_function<std::string>(
+          "--scene", [&o](const std::string& text) { o.scene = read_crowd_scene("--scene", text); }, crowd_scene_help())
+      ->type_name(crowd_scene_names("|"))
+      ->required();
+  add_number(command, "--characters", o.character_count, "number of characters (default 10000)", 1, kMaxCrowd);
+  add_number(command, "--frames", o.frame_count, "different frames per round, 1/30 s apart (default 8)", 1,
+             kMaxCrowdFrames);
+  add_rounds(command, o.rounds, "rounds after one to warm up; times are their medians (default 7)");
+  command.add_option("--clip", o.clips, "motion file that characters play; give it again for more")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_units(command, "clip", o.metres_per_unit);
+  add_up(command, o.up, "axis that points up in the clips; without it the axis along which each figure is tallest");
+  command
+      .add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x and y in metres per line")
+      ->type_name("FILE");
+  add_detail_and_ropes(command, o);
+  add_policies(command, o.policies);
+  command.add_flag("--in-contact", o.in_contact, "report which characters touch anything, instead of hits");
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  add_json(command, o.json_path, "write the table as JSON");
+  add_csv(command, o.csv_path, "write the table as one line of CSV under a header");
+  return {&command, [options] { return crowd_command(*options); }};
+}
+
+}  // namespace cab::perf

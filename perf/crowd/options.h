@@ -1,0 +1,38 @@
+// What `cab crowd` accepts.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "perf/base/options.h"
+#include "scenes/crowd/ropes.h"
+
+namespace cab::perf {
+
+struct CrowdOptions {
+  std::string scene;
+  std::uint32_t character_count = 10000;
+  std::uint32_t frame_count = 8;
+  std::uint32_t rounds = 7;
+  std::vector<std::string> clips;
+  std::vector<double> metres_per_unit;                      // empty, one for all clips, or one per clip
+  char up = 0;                                              // 'x', 'y', 'z', or 0 to find it
+  std::string trajectories_path;                            // empty: no file
+  std::optional<std::uint32_t> boxes_per_link, rope_links;  // without them the defaults, or not for the scene
+  std::optional<scenes::RopeShape> rope_shape;
+  std::optional<double> rope_spacing;
+  Policies policies;
+  bool in_contact = false;  // ask only which characters touch anything
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 1;  // 0: every core
+  std::string json_path;           // empty: no file
+  std::string csv_path;            // empty: no file
+};
+Command add_crowd(CLI::App& app);
+int crowd_command(const CrowdOptions& options);
+
+}  // namespace cab::perf

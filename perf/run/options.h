@@ -1,0 +1,47 @@
+// What `cab run` and `cab inspect` accept.
+#pragma once
+
+#include <cab/types.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "perf/base/engine_session.h"
+#include "perf/base/options.h"
+#include "perf/run/run_world.h"
+
+namespace cab::perf {
+
+struct RunOptions {
+  WorldOptions world;
+  std::optional<FrameRange> frames;  // without it all
+  Policies policies;
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 1;  // 0: every core
+  bool within = false;             // also the links of one character against each other
+  bool contacts = false;           // normal and depth
+  std::string json_path;           // empty: no file
+  std::string hits_path;           // empty: no file
+};
+Command add_run(CLI::App& app);
+int run_command(const RunOptions& options);
+
+struct InspectOptions {
+  std::string file;
+  std::uint32_t frame = 0;
+  std::array<double, 3> offset = {0, 0, 0};  // metres
+  double metres_per_unit = 1;
+  char up = 0;
+  Policies policies;
+  Isa isa = Isa::kAuto;
+  std::string json_path;  // empty: standard output
+};
+Command add_inspect(CLI::App& app);
+int inspect_command(const InspectOptions& options);
+
+// FILE..., --offset, --units and --up, which `cab sweep` accepts too.
+CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning);
+
+}  // namespace cab::perf

@@ -1,0 +1,27 @@
+// What `cab verify` accepts.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "perf/base/options.h"
+
+namespace cab::perf {
+
+struct VerifyOptions {
+  double minutes = 1;                   // unless rounds or round are given
+  std::optional<std::uint64_t> rounds;  // this many
+  std::optional<std::uint64_t> round;   // this one alone
+  std::uint64_t seed = 1;
+  Isa isa = Isa::kAuto;
+  std::uint32_t thread_count = 0;  // 0: every core
+  std::string resume_path;         // empty: no file
+  std::string json_path;           // empty: no file
+};
+Command add_verify(CLI::App& app);
+int verify_command(const VerifyOptions& options);
+
+}  // namespace cab::perf
