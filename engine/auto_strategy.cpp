@@ -18,10 +18,10 @@ constexpr std::uint32_t kRowsMaxLinksOfChain = 47;
 constexpr std::uint32_t kLinksMinLeaves = 49;
 
 // Sequences: `tree` is faster than `brute` if the rules have more leaf pairs than it costs. Its cost, in tests of leaf
-// pairs with sixteen animation frames as lanes, is pairs_a_merge() per inner node for the refit and kTreeLeafPairs for
+// pairs with sixteen animation frames as lanes, is pair_tests_per_merge() per inner node for the refit and kDescentPairTests for
 // the descent.
-constexpr std::uint64_t kTreeLeafPairs = 64;
-std::uint64_t pairs_a_merge(Refit refit) {
+constexpr std::uint64_t kDescentPairTests = 64;
+std::uint64_t pair_tests_per_merge(Refit refit) {
   switch (refit) {
     case Refit::kAabbHull: return 1;
     case Refit::kCovariance:
@@ -69,14 +69,14 @@ Policies resolve_sequences(const Engine& engine, const FrameJob& job) {
   for (const BatchInput& input : job.inputs)
     if (const InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kSequence)
       inner_nodes += batch.articulation->leaf_count - 1;
-  const bool tree = leaf_pairs > pairs_a_merge(out.refit) * inner_nodes + kTreeLeafPairs;
+  const bool tree = leaf_pairs > pair_tests_per_merge(out.refit) * inner_nodes + kDescentPairTests;
   out.strategy = tree ? Strategy::kTree : Strategy::kBrute;
   return out;
 }
 
 // Measured with uniform crowds and two threads of TBB. Starting the threads takes about 5 microseconds for each of a
 // frame's parallel loops. At about 300 characters one and two threads take the same time.
-bool is_small(const Engine& engine, const FrameJob& job, const Policies& policies) {
+bool runs_on_one_thread(const Engine& engine, const FrameJob& job, const Policies& policies) {
   constexpr std::uint32_t kSmall = 320;
   if (policies.strategy != Strategy::kRows || policies.exact != Exact::kNone) return false;
   std::uint32_t count = 0;

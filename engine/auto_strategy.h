@@ -16,6 +16,6 @@ Policies resolve_sequences(const Engine& engine, const FrameJob& job);
 
 // Whether the calling thread finishes the frame before other threads start: few characters, no sequences, strategy
 // `rows` and no exact test. `policies` are those that resolve_characters returns.
-bool is_small(const Engine& engine, const FrameJob& job, const Policies& policies);
+bool runs_on_one_thread(const Engine& engine, const FrameJob& job, const Policies& policies);
 
 }  // namespace cab

@@ -232,15 +232,15 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
       for (std::uint32_t entry = task * kInstancesPerTask; entry < end; ++entry)
         gather_in_spatial_order(gathering, entry);
     });
-    store_hits(frame, pool[w], sink);
+    store_groups(frame, pool[w], sink);
   });
-  for (std::uint32_t index = 0; index < frame.slots.size; ++index) {
+  for (std::uint32_t index = 0; index < frame.batches.size; ++index) {
     const InstanceBatch& batch = frame.batch(index);
     if (!batch.pairs_within || batch.pairs_between) continue;  // its instances are in the grid, or in no rule
     pool.tasks->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
       if (sink.store_full) return;
       run_task(frame, task, pool[w], sink, [&](Gathering& gathering) { gather_run(gathering, index, task); });
-      store_hits(frame, pool[w], sink);
+      store_groups(frame, pool[w], sink);
     });
   }
   sink.in_spatial_order = false;
@@ -264,7 +264,7 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
       const Timed timed(worker.stats.seconds_update);
       for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
         prefetch_pose(batch, i);
-      batch.live[tile] = static_cast<std::uint16_t>(update_and_report_tile(
+      batch.live[tile] = static_cast<std::uint16_t>(update_and_flag_tile(
           frame, {&batch, instances_of(batch, tile), nodes, worker.boxes.data, worker.bounds.data}, worker));
       if (!is_axis_aligned(frame.policies.refit))
         frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);

@@ -96,7 +96,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
     if (!call.admitted()) return Status::kBusy;
     if (!out) return Status::kBadOutput;
     const kernel::FloatMode mode;
-    auto slot = std::make_unique<ArticulationSlot>(engine.allocator);
+    auto slot = std::make_unique<StoredArticulation>(engine.allocator);
     if (const Status status = build_articulation(desc, slot->arena, &slot->articulation, bad_element);
         status != Status::kOk)
       return status;
@@ -132,10 +132,10 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     // The indices of grid entries and the number of buckets have 32 bits. The number of buckets is a power of two that
     // is not below the number of characters.
     if (character_count(engine) + desc.instance_count > (std::size_t{1} << 31)) return Status::kTooManyInstances;
-    auto slot = std::make_unique<BatchSlot>(engine.allocator);
+    auto slot = std::make_unique<StoredBatch>(engine.allocator);
     InstanceBatch& batch = slot->batch;
     batch.articulation = articulation;
-    const ArticulationSlot& articulation_slot = *engine.articulations[desc.articulation.value - 1];
+    const StoredArticulation& articulation_slot = *engine.articulations[desc.articulation.value - 1];
     batch.link_bounds = &articulation_slot.link_bounds;
     slot->fcl_shapes = articulation_slot.fcl_shapes.get();
     batch.kind = desc.kind;
@@ -144,7 +144,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
       batch.stored = slot->arena.allocate<StoredHits>(desc.instance_count);
       batch.stored_before =
-          slot->arena.allocate<std::size_t>((desc.instance_count + kStoredPerTask - 1) / kStoredPerTask);
+          slot->arena.allocate<std::size_t>((desc.instance_count + kWrittenPerTask - 1) / kWrittenPerTask);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
     }
     engine.batches.push_back(std::move(slot));
@@ -172,7 +172,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
   const bool axis_aligned = is_axis_aligned(policies.refit);
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
-    const std::uint32_t live = update_and_report_tile(
+    const std::uint32_t live = update_and_flag_tile(
         frame, {&batch, instances_of(batch, tile), Nodes::kAll, worker.boxes.data, worker.bounds.data}, worker);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;

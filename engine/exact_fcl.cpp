@@ -148,8 +148,15 @@ Status make_fcl_shapes(const Articulation& articulation, std::unique_ptr<FclShap
 
 namespace {
 
-// Calls visit(part of a, its pose, part of b, its pose) for every part of leaf a and every part of leaf b, until visit
-// returns true. Poses are relative to the origin of instance a.
+// A part of a leaf in a frame. The pose is relative to the origin of instance a.
+struct PosedPart {
+  const FclPart* part;
+  Transform pose;
+
+  const fcl::CollisionGeometryd* geometry() const { return part->geometry.get(); }
+};
+
+// Calls visit(part of a, part of b) for every part of leaf a and every part of leaf b, until visit returns true.
 template <class Visit>
 bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
   const Transform pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.leaf]);
@@ -158,7 +165,7 @@ bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
     pose_b.translation()[c] += origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
   for (const FclPart& part_a : a.fcl_shapes->leaves[a.leaf])
     for (const FclPart& part_b : b.fcl_shapes->leaves[b.leaf])
-      if (visit(part_a, pose_a * part_a.in_link, part_b, pose_b * part_b.in_link)) return true;
+      if (visit(PosedPart{&part_a, pose_a * part_a.in_link}, PosedPart{&part_b, pose_b * part_b.in_link})) return true;
   return false;
 }
 
@@ -175,31 +182,30 @@ struct Gap {
 };
 
 // The largest coordinate of a part along a direction: its support.
-double reach(const FclPart& part, const Transform& at, const Vector& along) {
-  const Vector local = at.linear().transpose() * along;
-  const auto* const shape = static_cast<const fcl::ShapeBased*>(part.geometry.get());
-  return along.dot(at * fcl::detail::getSupport(shape, local));
+double support(const PosedPart& part, const Vector& along) {
+  const Vector local = part.pose.linear().transpose() * along;
+  const auto* const shape = static_cast<const fcl::ShapeBased*>(part.geometry());
+  return along.dot(part.pose * fcl::detail::getSupport(shape, local));
 }
 
 // Returns whether FCL finds two parts apart, and writes their gap. FCL returns the distance between one point of each
 // part. It is never below the true distance, but may exceed it by any amount. The distance between the supports of both
 // parts along the same direction is never above the true distance, so it gives at_least.
-bool find_gap(const FclPart& a, const Transform& at_a, const FclPart& b, const Transform& at_b, double margin,
-              Gap* out) {
+bool find_gap(const PosedPart& a, const PosedPart& b, double margin, Gap* out) {
   fcl::DistanceRequestd request;
   request.enable_nearest_points = true;
   request.gjk_solver_type = fcl::GST_LIBCCD;
-  request.distance_tolerance = kDistanceStep * (a.geometry->aabb_radius + b.geometry->aabb_radius + margin);
+  request.distance_tolerance = kDistanceStep * (a.geometry()->aabb_radius + b.geometry()->aabb_radius + margin);
   try {
     fcl::DistanceResultd result;
-    fcl::distance(a.geometry.get(), at_a, b.geometry.get(), at_b, request, result);
+    fcl::distance(a.geometry(), a.pose, b.geometry(), b.pose, request, result);
     const Vector &on_a = result.nearest_points[0], &on_b = result.nearest_points[1];
     const double length = (on_b - on_a).norm();
     if (!(result.min_distance > 0 && length > 0)) return false;
     out->distance = result.min_distance;
     out->normal = (on_b - on_a) / length;
     out->middle = 0.5 * (on_a + on_b);
-    const double end_a = reach(a, at_a, out->normal), end_b = -reach(b, at_b, -out->normal);
+    const double end_a = support(a, out->normal), end_b = -support(b, -out->normal);
     out->at_least = end_b - end_a - kGapRounding * (std::fabs(end_a) + std::fabs(end_b));
     return true;
   } catch (const std::exception&) { return false; }
@@ -212,18 +218,17 @@ bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   request.num_max_contacts = 1;
   request.enable_contact = false;
   request.gjk_solver_type = fcl::GST_LIBCCD;
-  return visit_parts(
-      a, b, [&](const FclPart& part_a, const Transform& at_a, const FclPart& part_b, const Transform& at_b) {
-        if (margin > 0) {
-          Gap gap;
-          const double limit = static_cast<double>(margin);
-          return !find_gap(part_a, at_a, part_b, at_b, limit, &gap) || !(gap.at_least > limit);
-        }
-        try {
-          fcl::CollisionResultd result;
-          return fcl::collide(part_a.geometry.get(), at_a, part_b.geometry.get(), at_b, request, result) > 0;
-        } catch (const std::exception&) { return true; }
-      });
+  return visit_parts(a, b, [&](const PosedPart& part_a, const PosedPart& part_b) {
+    if (margin > 0) {
+      Gap gap;
+      const double limit = static_cast<double>(margin);
+      return !find_gap(part_a, part_b, limit, &gap) || !(gap.at_least > limit);
+    }
+    try {
+      fcl::CollisionResultd result;
+      return fcl::collide(part_a.geometry(), part_a.pose, part_b.geometry(), part_b.pose, request, result) > 0;
+    } catch (const std::exception&) { return true; }
+  });
 }
 
 Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
@@ -241,15 +246,15 @@ Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
       deepest.point[c] = static_cast<float>(point[c]);
     }
   };
-  visit_parts(a, b, [&](const FclPart& part_a, const Transform& at_a, const FclPart& part_b, const Transform& at_b) {
+  visit_parts(a, b, [&](const PosedPart& part_a, const PosedPart& part_b) {
     try {
       fcl::CollisionResultd result;
-      fcl::collide(part_a.geometry.get(), at_a, part_b.geometry.get(), at_b, request, result);
+      fcl::collide(part_a.geometry(), part_a.pose, part_b.geometry(), part_b.pose, request, result);
       Gap gap;
       if (result.isCollision()) {
         const fcl::Contactd& contact = result.getContact(0);
         keep(contact.penetration_depth, contact.normal, contact.pos);
-      } else if (margin > 0 && find_gap(part_a, at_a, part_b, at_b, static_cast<double>(margin), &gap)) {
+      } else if (margin > 0 && find_gap(part_a, part_b, static_cast<double>(margin), &gap)) {
         keep(-gap.distance, gap.normal, gap.middle);
       }
     } catch (const std::exception&) {}

@@ -68,12 +68,12 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   const Policies policies = resolve_characters(engine, job);
   const FrameContext characters = context_of(engine, policies, job.margin, job.report);
   if (policies.strategy == Strategy::kLinks) activate_link_bounds(engine, job.inputs);
-  engine.pool.tasks->alone = is_small(engine, job, policies);
-  begin_broad_phase(job.rules, engine.slots(), engine.broad_phase, engine.pool);
+  engine.pool.tasks->alone = runs_on_one_thread(engine, job, policies);
+  begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
   bound_characters(characters, job.inputs, engine);
   {
     const Timed timed(engine.pool[0].stats.seconds_broad);
-    build_grid(engine.slots(), engine.broad_phase.grid, engine.pool);
+    build_grid(engine.stored_batches(), engine.broad_phase.grid, engine.pool);
   }
   pair_characters(characters, engine, sink);
 

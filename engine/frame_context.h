@@ -12,8 +12,8 @@
 namespace cab {
 
 // A batch of the engine, with the exact shapes of its articulation.
-struct BatchSlot {
-  explicit BatchSlot(const Allocator& allocator) : arena(allocator) {}
+struct StoredBatch {
+  explicit StoredBatch(const Allocator& allocator) : arena(allocator) {}
 
   Arena arena;  // owns the arrays of `batch`
   InstanceBatch batch;
@@ -21,16 +21,16 @@ struct BatchSlot {
 };
 
 // What every step of a frame reads. What a step writes is passed separately: a worker, the grid, the hit sink. Arrays
-// of a batch are the exception, such as the caller's flags and in_contact: steps write them through `slots`.
+// of a batch are the exception, such as the caller's flags and in_contact: steps write them through `batches`.
 struct FrameContext {
   const kernel::KernelTable& kernels;
-  Span<const std::unique_ptr<BatchSlot>> slots;  // by BatchId::value - 1
+  Span<const std::unique_ptr<StoredBatch>> batches;  // by BatchId::value - 1
   const BroadPhase& broad_phase;
   Policies policies;  // with resolved strategy; characters and sequences have a context each
   float margin = 0;   // FrameJob::margin
   Report report = Report::kHits;
 
-  const InstanceBatch& batch(std::uint32_t index) const { return slots[index]->batch; }
+  const InstanceBatch& batch(std::uint32_t index) const { return batches[index]->batch; }
 
   // Whether one overlapping leaf pair is all that a candidate is tested for: the frame asks only which instances are in
   // contact, and no exact test follows.
@@ -38,7 +38,7 @@ struct FrameContext {
 
   // The arguments of an exact test for one leaf of one instance.
   ExactLeaf exact_leaf(std::uint32_t batch_index, std::uint32_t instance, std::uint32_t leaf) const {
-    return {slots[batch_index]->fcl_shapes, &batch(batch_index), instance, leaf};
+    return {batches[batch_index]->fcl_shapes, &batch(batch_index), instance, leaf};
   }
 };
 

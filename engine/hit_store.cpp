@@ -17,10 +17,10 @@ enum GroupWord : std::uint32_t { kNext, kBatchA, kInstanceA, kBatchB, kInstanceB
 
 // Makes room in worker.words for one more group of up to `hits` hits: if there is none, stores the groups that are
 // there. If the group does not fit into empty words either, sets HitSink::store_full and returns false.
-bool has_room_for(const FrameContext& frame, std::size_t hits, Worker& worker, HitSink& sink) {
+bool make_room_for(const FrameContext& frame, std::size_t hits, Worker& worker, HitSink& sink) {
   FixedList<std::uint32_t>& words = worker.words;
   if (words.size + kGroupHead + hits <= words.capacity) return true;
-  store_hits(frame, worker, sink);
+  store_groups(frame, worker, sink);
   if (kGroupHead + hits <= words.capacity) return true;
   sink.store_full = true;
   return false;
@@ -88,7 +88,7 @@ void write_hits(const FrameContext& frame, std::uint32_t index, std::uint32_t in
 
 void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
                HitSink& sink) {
-  if (!has_room_for(frame, pairs.size, worker, sink)) return;
+  if (!make_room_for(frame, pairs.size, worker, sink)) return;
   std::uint32_t* const head = worker.words.end();
   std::uint32_t* end = head + kGroupHead;
   for_each_touching(frame, candidate, pairs, worker.stats,
@@ -105,7 +105,7 @@ void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafP
 }
 
 // Each group becomes the first of its chain.
-void store_hits(const FrameContext& frame, Worker& worker, HitSink& sink) {
+void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
   FixedList<std::uint32_t>& words = worker.words;
   const std::uint64_t at = sink.stored_words.fetch_add(words.size, std::memory_order_relaxed);
   if (at + words.size > sink.store->words.size) {
@@ -128,13 +128,13 @@ void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sin
   FrameJob& job = *sink.job;
   const Span<std::uint32_t> store = sink.store->words;
   std::size_t found = sink.found;
-  for (std::uint32_t index = 0; index < frame.slots.size; ++index) {
+  for (std::uint32_t index = 0; index < frame.batches.size; ++index) {
     const InstanceBatch& batch = frame.batch(index);
     if (!batch.pairs_between && !batch.pairs_within) continue;
-    const std::uint32_t tasks = (batch.instance_count + kStoredPerTask - 1) / kStoredPerTask;
+    const std::uint32_t tasks = (batch.instance_count + kWrittenPerTask - 1) / kWrittenPerTask;
     const auto run = [&](std::uint32_t task, auto&& each) {
-      const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kStoredPerTask);
-      for (std::uint32_t i = task * kStoredPerTask; i < end; ++i) each(i);
+      const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kWrittenPerTask);
+      for (std::uint32_t i = task * kWrittenPerTask; i < end; ++i) each(i);
     };
     pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t) {
       std::uint32_t count = 0;

@@ -21,10 +21,10 @@ struct HitStore {
 
 // Size of the store in words per instance of all character batches. A group takes six words, and one word per hit. A
 // frame whose hits do not fit is paired in key order.
-inline constexpr std::size_t kStoreWords = 32;
+inline constexpr std::size_t kStoreWordsPerInstance = 32;
 
 // How many instances' chains one task writes to the caller's buffer.
-inline constexpr std::uint32_t kStoredPerTask = 1024;
+inline constexpr std::uint32_t kWrittenPerTask = 1024;
 
 // Finds the touching link pairs of a candidate (for_each_touching) and appends its hits to worker.words as one group.
 // Stores the earlier groups first if there is no room. Sets HitSink::store_full if the group can be larger than
@@ -34,7 +34,7 @@ void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafP
 
 // Moves the groups in worker.words into the store and its chains. If they do not fit, drops them and sets
 // HitSink::store_full.
-void store_hits(const FrameContext& frame, Worker& worker, HitSink& sink);
+void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink);
 
 // Adds the number of all stored hits to HitSink::found, and writes to the caller's buffer, in key order, those for
 // which it has room.

@@ -123,7 +123,8 @@ void size_memory(Engine& engine) {
   const auto placements = shared->allocate<Placement>(needs.character_instances);
   const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
   constexpr std::size_t most_words = std::numeric_limits<std::uint32_t>::max();
-  const auto store = shared->allocate<std::uint32_t>(std::min(kStoreWords * needs.character_instances, most_words));
+  const auto store =
+      shared->allocate<std::uint32_t>(std::min(kStoreWordsPerInstance * needs.character_instances, most_words));
   const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
   const auto rules = shared->allocate<std::uint64_t>((2 * engine.batches.size() * engine.batches.size() + 63) / 64);
   engine.rule_bits = rules;

@@ -165,7 +165,7 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
     const TileUpdate update = {&batch, instances_of(batch, own_tile), nodes, worker.boxes.data + batch.worker_nodes,
                                worker.bounds.data + batch.worker_nodes};
     worker.live[index] =
-        tile == own_tile ? update_and_report_tile(frame, update, worker) : update_tile(frame, update, worker);
+        tile == own_tile ? update_and_flag_tile(frame, update, worker) : update_tile(frame, update, worker);
   }
 }
 

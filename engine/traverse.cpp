@@ -93,13 +93,13 @@ Sides<AosBox> sides_of(const FrameContext& frame, const Worker& worker, const Ca
 
 // Takes a node pair into the block. Leaves out a leaf pair whose links are ignored, and returns false.
 template <class AosBox>
-bool take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
+void take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
   const Candidate& candidate = worker.candidates.data[pair.candidate];
   const bool within = is_within(candidate);
   const Sides<AosBox> sides = sides_of<AosBox>(frame, worker, candidate);
   const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
   if (leaves && within) {
-    if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return false;
+    if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return;
     if (pair.b < pair.a) pair = {pair.candidate, pair.b, pair.a};
   }
   const std::uint32_t lane = block.count++;
@@ -110,7 +110,6 @@ bool take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBl
   double shift[3];
   origin_difference(worker.posed, candidate, shift);
   for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
-  return true;
 }
 
 // Pushes the two pairs that replace an overlapping inner pair: the children of the node with more leaves (a if equal),

@@ -114,7 +114,7 @@ std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Wor
   return taking_part(flags, tile.instances.count);
 }
 
-std::uint32_t update_and_report_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
+std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
   std::uint8_t flags[kLanes];
   const kernel::PoseTile pose = pose_job(frame, tile, worker, flags);
   frame.kernels.pose_leaves(pose);

@@ -39,6 +39,6 @@ std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Wor
 
 // The same for instances that were not posed in this call before: decides which of them are masked, writes the caller's
 // flags, if any, and counts the masked instances in worker.stats.
-std::uint32_t update_and_report_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker);
+std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker);
 
 }  // namespace cab

@@ -22,20 +22,20 @@ constexpr std::uint32_t kLargeShare = 32;
 // The grid does not use an axis along which the instances spread over at most this many cells.
 constexpr double kLeastCells = 4;
 
-using Slots = Span<const std::unique_ptr<BatchSlot>>;
+using StoredBatches = Span<const std::unique_ptr<StoredBatch>>;
 
 // Records that a rule pairs batch a with batch b, and so that batch a belongs into the grid.
-void set_paired(Slots slots, std::uint32_t a, std::uint32_t b, BroadPhase& broad) {
+void set_paired(StoredBatches batches, std::uint32_t a, std::uint32_t b, BroadPhase& broad) {
   const std::size_t bit = a * broad.batch_count + b;
   broad.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
-  slots[a]->batch.pairs_between = true;
+  batches[a]->batch.pairs_between = true;
 }
 
 // Calls body(batch index, instance, worker) for every live instance of the batches that some rule pairs with others.
 template <class Body>
-void for_each_instance(Slots slots, WorkerPool& pool, Body&& body) {
-  for (std::uint32_t index = 0; index < slots.size; ++index) {
-    const InstanceBatch& batch = slots[index]->batch;
+void for_each_instance(StoredBatches batches, WorkerPool& pool, Body&& body) {
+  for (std::uint32_t index = 0; index < batches.size; ++index) {
+    const InstanceBatch& batch = batches[index]->batch;
     if (!batch.pairs_between) continue;
     pool.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
                          [&](std::uint32_t task, std::uint32_t worker) {
@@ -114,16 +114,16 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
 }
 
 // Records the rules of characters in their batches and in `broad`.
-void note_rules(Span<const PairRule> rules, Slots slots, BroadPhase& broad) {
+void note_rules(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad) {
   std::fill(broad.paired_bits.begin(), broad.paired_bits.end(), std::uint64_t{0});
   for (const PairRule& rule : rules) {
     const std::uint32_t a = rule.a.value - 1, b = rule.b.value - 1;
-    if (slots[a]->batch.kind != BatchKind::kCharacters) continue;
+    if (batches[a]->batch.kind != BatchKind::kCharacters) continue;
     if (rule.pairing == Pairing::kWithin) {
-      slots[a]->batch.pairs_within = true;
+      batches[a]->batch.pairs_within = true;
     } else {
-      set_paired(slots, a, b, broad);
-      set_paired(slots, b, a, broad);
+      set_paired(batches, a, b, broad);
+      set_paired(batches, b, a, broad);
     }
   }
 }
@@ -166,7 +166,7 @@ bool is_worth_searching(const Grid& grid, const CellRange& cells) {
 bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
   found.clear();
   std::uint32_t instance = static_cast<std::uint32_t>(query.after) + 1;
-  for (auto index = static_cast<std::uint32_t>(query.after >> 32); index < frame.slots.size; ++index, instance = 0) {
+  for (auto index = static_cast<std::uint32_t>(query.after >> 32); index < frame.batches.size; ++index, instance = 0) {
     if (!frame.broad_phase.paired(query.batch, index)) continue;
     const InstanceBatch& other = frame.batch(index);
     for (; instance < other.instance_count; ++instance) {
@@ -181,8 +181,8 @@ bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, Fix
 
 }  // namespace
 
-void begin_broad_phase(Span<const PairRule> rules, Slots slots, BroadPhase& broad, WorkerPool& pool) {
-  note_rules(rules, slots, broad);
+void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
+  note_rules(rules, batches, broad);
   for (std::uint32_t w = 0; w < pool.working_count(); ++w) pool[w].histogram = {};
 }
 
@@ -205,7 +205,7 @@ void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, s
   }
 }
 
-void build_grid(Slots slots, Grid& grid, WorkerPool& pool) {
+void build_grid(StoredBatches batches, Grid& grid, WorkerPool& pool) {
   const ExtentHistogram histogram = total_histogram(pool);
   grid.count = histogram.count;
   if (histogram.count == 0) return;
@@ -214,8 +214,8 @@ void build_grid(Slots slots, Grid& grid, WorkerPool& pool) {
   while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
   const bool alone = pool.working_count() == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
-  for_each_instance(slots, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
-    const InstanceBounds& bounds = slots[index]->batch.bounds[instance];
+  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
     const std::uint32_t level = level_of(grid, bounds);
     if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
     shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
@@ -229,11 +229,11 @@ void build_grid(Slots slots, Grid& grid, WorkerPool& pool) {
   for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
   // grid.bucket[b] is now the end of bucket b. Each entry is inserted one below, so that afterwards it is the
   // beginning.
-  for_each_instance(slots, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
-    const InstanceBounds& bounds = slots[index]->batch.bounds[instance];
+  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
     const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
     set_entry(grid, bounds, index, instance, grid.entries[at]);
-    grid.placements[at] = placement_of(slots[index]->batch, instance);
+    grid.placements[at] = placement_of(batches[index]->batch, instance);
   });
 }
 

@@ -12,7 +12,7 @@ namespace cab {
 
 // Starts the step: records which batches the rules pair and clears the histograms of the workers. bound_instances comes
 // next.
-void begin_broad_phase(Span<const PairRule> rules, Span<const std::unique_ptr<BatchSlot>> slots, BroadPhase& broad,
+void begin_broad_phase(Span<const PairRule> rules, Span<const std::unique_ptr<StoredBatch>> batches, BroadPhase& broad,
                        WorkerPool& pool);
 
 // Stores the world bounds of a tile's instances: the origin plus the bounds of the leaf boxes, widened by the rounding
@@ -22,7 +22,7 @@ void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, s
                      const AabbTile* leaves, ExtentHistogram& histogram);
 
 // Puts every live instance of the batches that some rule pairs with others into the grid.
-void build_grid(Span<const std::unique_ptr<BatchSlot>> slots, Grid& grid, WorkerPool& pool);
+void build_grid(Span<const std::unique_ptr<StoredBatch>> batches, Grid& grid, WorkerPool& pool);
 
 // What find_partners looks for: live instances of the batches that a rule pairs with `batch`, with a key above `after`
 // and with bounds that overlap `bounds`.
