@@ -5,5 +5,5 @@ file(STRINGS ${CAB_VERSION_HEADER} CAB_VERSION REGEX "^#define CAB_VERSION_(MAJO
 list(TRANSFORM CAB_VERSION REPLACE "^.* " "")
 list(JOIN CAB_VERSION . CAB_VERSION)
 if(NOT CAB_VERSION MATCHES "^[0-9]+[.][0-9]+[.][0-9]+$")
-  message(FATAL_ERROR "${CAB_VERSION_HEADER} must define CAB_VERSION_MAJOR, _MINOR and _PATCH, in this order, as numbers")
+  message(FATAL_ERROR "${CAB_VERSION_HEADER} must define CAB_VERSION_MAJOR, _MINOR and _PATCH, numbers in this order")
 endif()

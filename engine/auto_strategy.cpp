@@ -9,8 +9,8 @@ namespace {
 // The crossovers below were measured on one core, with AVX-512 and with SSE2. docs/policies.md, "Crossovers", has the
 // figures.
 
-// Up to this many links with leaves, `rows` pairs a character faster than `tree` does. The limit is lower where the links
-// are one chain. With axis-aligned boxes, which boxes of links do not bound, leaves are counted instead of links.
+// Up to this many links with leaves, `rows` pairs a character faster than `tree` does. The limit is lower where the
+// links are one chain. With axis-aligned boxes, which boxes of links do not bound, leaves are counted instead of links.
 constexpr std::uint32_t kRowsMaxLinks = 64;
 constexpr std::uint32_t kRowsMaxLinksOfChain = 47;
 
@@ -18,8 +18,8 @@ constexpr std::uint32_t kRowsMaxLinksOfChain = 47;
 constexpr std::uint32_t kLinksMinLeaves = 49;
 
 // Sequences: `tree` is faster than `brute` if the rules have more leaf pairs than it costs. Its cost, in tests of leaf
-// pairs with sixteen animation frames as lanes, is pair_tests_per_merge() per inner node for the refit and kDescentPairTests for
-// the descent.
+// pairs with sixteen animation frames as lanes, is pair_tests_per_merge() per inner node for the refit and
+// kDescentPairTests for the descent.
 constexpr std::uint64_t kDescentPairTests = 64;
 std::uint64_t pair_tests_per_merge(Refit refit) {
   switch (refit) {

@@ -38,8 +38,8 @@ struct SweepScene {
   std::size_t most_leaves() const;  // of one character
 };
 
-// A scene that `cab sweep` offers by name. character_count: of detailed rigs and ropes; 0: as many as by default. Throws
-// std::runtime_error where a file of the scene is missing.
+// A scene that `cab sweep` offers by name. character_count: of detailed rigs and ropes; 0: as many as by default.
+// Throws std::runtime_error where a file of the scene is missing.
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count);
 
 // The user's own files, as `cab run` takes them.
