@@ -65,7 +65,7 @@ void add_up(CLI::App& command, char& up, const std::string& meaning) {
       .add_option_function<std::string>(
           "--up",
           [&up](const std::string& text) {
-            if (text != "x" && text != "y" && text != "z") reject("--up", text, "an axis; choose x, y or z");
+            if (text != "x" && text != "y" && text != "z") reject("--up", text, "x, y or z");
             up = text[0];
           },
           meaning)

@@ -393,7 +393,7 @@ TEST_CASE("cab sweep says what was wrong and how to do it right") {
       {{"--scene", "party"}, "choose from chains3"},
       {{"--scene", "hand,hand"}, "different scenes"},
       {{"--scene", "hand", anna}, "give one of the two"},
-      {{"--scene", "hand", "--units", "1"}, "give some"},
+      {{"--scene", "hand", "--units", "1"}, "give at least one file"},
       {{anna, "--units", "1", "--units", "2"}, "2 times for 1 files"},
       {{"--scene", "hand", "--refit", "cab,fast"}, "--refit: 'fast'"},
       {{"--scene", "hand", "--refit", "cab,cab"}, "different values"},
