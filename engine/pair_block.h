@@ -6,8 +6,6 @@
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 
-#include <cmath>
-
 namespace cab {
 
 // The boxes of the instance at a slot, by node. AosBox is AabbAos with an axis-aligned refit, else BoxAos.
