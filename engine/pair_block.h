@@ -2,7 +2,7 @@
 // tests.
 #pragma once
 
-#include "engine/worker.h"
+#include "engine/posed_set.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 

@@ -4,6 +4,7 @@
 
 #include "engine/in_contact.h"
 #include "engine/pair_block.h"
+#include "engine/worker.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 #include "layout/leaf_bounds_soa.h"
