@@ -26,7 +26,8 @@ set(CAB_KERNEL_FLAGS $<$<NOT:$<CONFIG:Release>>:-O2> -fno-math-errno -fno-except
 if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
   set(CAB_SCALAR_FLAGS -fno-vectorize -fno-slp-vectorize)
 else()
-  set(CAB_SCALAR_FLAGS -fno-tree-vectorize -fno-tree-slp-vectorize)
+  # As one SHELL: text, since CMake drops an option that the flags have before, and -ftree-slp-vectorize would then win.
+  set(CAB_SCALAR_FLAGS "SHELL:-fno-tree-vectorize -fno-tree-slp-vectorize")
 endif()
 
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)

@@ -6,6 +6,7 @@
 #include "engine/rest_pose.h"
 #include "engine/update.h"
 #include "engine/validate.h"
+#include "kernels/find_kernels.h"
 #include "kernels/float_mode.h"
 #include "layout/fit_box.h"
 

@@ -4,7 +4,6 @@
 #include "engine/exact_fcl.h"
 #include "engine/hit_store.h"
 #include "engine/worker.h"
-#include "kernels/find_kernels.h"
 #include "layout/articulation.h"
 
 #include <cab/cab.h>

@@ -4,6 +4,7 @@
 #include "engine/report.h"
 #include "engine/timed.h"
 #include "engine/touching_links.h"
+#include "engine/worker.h"
 
 #include <algorithm>
 

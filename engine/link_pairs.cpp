@@ -3,6 +3,7 @@
 
 #include "engine/in_contact.h"
 #include "engine/pair_block.h"
+#include "engine/worker.h"
 #include "kernels/pose_link.h"
 
 #include <algorithm>

@@ -2,11 +2,9 @@
 // tests.
 #pragma once
 
-#include "engine/worker.h"
+#include "engine/posed_set.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
-
-#include <cmath>
 
 namespace cab {
 

@@ -5,8 +5,6 @@
 #include "engine/worker.h"
 #include "layout/leaf_bounds_soa.h"
 
-#include <algorithm>
-
 namespace cab {
 namespace {
 

@@ -3,6 +3,7 @@
 
 #include "engine/timed.h"
 #include "engine/touching_links.h"
+#include "engine/worker.h"
 
 #include <algorithm>
 #include <thread>

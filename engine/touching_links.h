@@ -4,7 +4,7 @@
 
 #include "engine/candidate.h"
 #include "engine/in_contact.h"
-#include "engine/worker.h"
+#include "layout/pair_list.h"
 
 #include <algorithm>
 #include <tuple>

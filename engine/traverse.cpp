@@ -4,12 +4,12 @@
 
 #include "engine/in_contact.h"
 #include "engine/pair_block.h"
+#include "engine/worker.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace cab {
 namespace {
@@ -91,7 +91,7 @@ Sides<AosBox> sides_of(const FrameContext& frame, const Worker& worker, const Ca
           boxes_at<AosBox>(worker.posed, candidate.slot_a), boxes_at<AosBox>(worker.posed, candidate.slot_b)};
 }
 
-// Takes a node pair into the block. Leaves out a leaf pair whose links are ignored, and returns false.
+// Takes a node pair into the block, but leaves out a leaf pair whose links are ignored.
 template <class AosBox>
 void take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
   const Candidate& candidate = worker.candidates.data[pair.candidate];

@@ -31,17 +31,17 @@ void set_paired(StoredBatches batches, std::uint32_t a, std::uint32_t b, BroadPh
   batches[a]->batch.pairs_between = true;
 }
 
-// Calls body(batch index, instance, worker) for every live instance of the batches that some rule pairs with others.
+// Calls body(batch index, instance) for every live instance of the batches that some rule pairs with others.
 template <class Body>
 void for_each_instance(StoredBatches batches, WorkerPool& pool, Body&& body) {
   for (std::uint32_t index = 0; index < batches.size; ++index) {
     const InstanceBatch& batch = batches[index]->batch;
     if (!batch.pairs_between) continue;
     pool.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
-                         [&](std::uint32_t task, std::uint32_t worker) {
+                         [&](std::uint32_t task, std::uint32_t) {
                            const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
                            for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
-                             if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, worker);
+                             if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i);
                          });
   }
 }
@@ -214,7 +214,7 @@ void build_grid(StoredBatches batches, Grid& grid, WorkerPool& pool) {
   while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
   const bool alone = pool.working_count() == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
-  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance) {
     const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
     const std::uint32_t level = level_of(grid, bounds);
     if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
@@ -229,7 +229,7 @@ void build_grid(StoredBatches batches, Grid& grid, WorkerPool& pool) {
   for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
   // grid.bucket[b] is now the end of bucket b. Each entry is inserted one below, so that afterwards it is the
   // beginning.
-  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance) {
     const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
     const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
     set_entry(grid, bounds, index, instance, grid.entries[at]);

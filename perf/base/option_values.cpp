@@ -8,7 +8,6 @@
 
 #include "perf/base/usage.h"
 #include "scenes/import/printable.h"
-#include "scenes/scene_list.h"
 
 namespace cab::perf {
 namespace {

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 
 #include "perf/base/option_values.h"
-#include "perf/base/usage.h"
 
 namespace cab::perf {
 namespace {

@@ -3,7 +3,6 @@
 
 #include <cab/types.h>
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>

@@ -14,9 +14,7 @@
 #include <cab/cab.h>
 #include <fcl/math/bv/OBB.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <iostream>
 

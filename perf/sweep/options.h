@@ -14,7 +14,7 @@ namespace cab::perf {
 
 struct SweepOptions {
   WorldOptions world;
-  std::vector<std::string> scenes;                 // of kSweepScenes; empty: the defaults, or the files alone
+  std::vector<std::string> scenes;                 // names of scene_list(); empty: the defaults, or the files alone
   std::vector<std::vector<std::uint32_t>> values;  // of each row of policy_table(); empty: all that make a difference
   std::vector<Isa> isas = {Isa::kAuto};
   std::vector<std::uint32_t> thread_counts = {1};  // 0: every core

@@ -35,7 +35,7 @@ Quat turn_y(double angle) { return {0, std::sin(angle / 2), 0, std::cos(angle / 
 Quat turn_z(double angle) { return {0, 0, std::sin(angle / 2), std::cos(angle / 2)}; }
 
 // The distance of a shape's joints from its line, metres.
-double upper_limits(const RopeOptions& options) {
+double distance_from_line(const RopeOptions& options) {
   switch (options.shape) {
     case RopeShape::kWavy: return kWaveReach;
     case RopeShape::kCoiled: return kCoilRadius;
@@ -103,7 +103,7 @@ void pose_rope(const RopeOptions& options, const RopePlace& place, double t, flo
   const double along = random.uniform(0, kRopeLinkLength);
 
   const Quat way = multiply(turn_z(kYaw), turn_y(kPitch));
-  const double reach = upper_limits(options), gap = options.spacing * kRopeThickness;
+  const double reach = distance_from_line(options), gap = options.spacing * kRopeThickness;
   const bool is_wavy = options.shape == RopeShape::kWavy;
   const double column_step = 2 * reach + gap, row_step = is_wavy ? gap : column_step;
   const Vec3 start = rotate(
