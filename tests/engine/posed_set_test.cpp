@@ -76,22 +76,25 @@ TEST_CASE("a batch opens a tile for every sixteen of its instances") {
 }
 
 TEST_CASE("a full set has room for whom it holds and for no other, and for all once it is cleared") {
-  constexpr std::uint32_t kFull = kPosedTiles * kLanes;
-  for (const std::uint32_t links : {2u, 31u}) {
-    CAPTURE(links);
-    Slots slots(links, {kFull + 40});
-    for (std::uint32_t i = 0; i < kFull; ++i) {
+  const struct {
+    std::uint32_t links, tiles;  // of 31 links boxes fill the set before tiles do
+  } cases[] = {{2, kPosedTiles}, {16, kPosedTiles}, {31, kPosedTiles / 2}};
+  for (const auto& one : cases) {
+    CAPTURE(one.links);
+    const std::uint32_t full = one.tiles * kLanes;
+    Slots slots(one.links, {kPosedTiles * kLanes + 40});
+    for (std::uint32_t i = 0; i < full; ++i) {
       REQUIRE(slots.fits({0, i, 0, i}));
       slots.acquire(0, i);
     }
-    CHECK(slots.fits({0, 3, 0, kFull - 1}));
-    CHECK_FALSE(slots.fits({0, kFull, 0, kFull}));
-    CHECK_FALSE(slots.fits({0, 3, 0, kFull}));
+    CHECK(slots.fits({0, 3, 0, full - 1}));
+    CHECK_FALSE(slots.fits({0, full, 0, full}));
+    CHECK_FALSE(slots.fits({0, 3, 0, full}));
     clear_set(slots.set());
     CHECK(slots.set().tiles.empty());
     CHECK(slots.set().boxes.empty());
-    CHECK(slots.fits({0, 3, 0, kFull}));
-    CHECK(slots.acquire(0, kFull) == 0);
+    CHECK(slots.fits({0, 3, 0, full}));
+    CHECK(slots.acquire(0, full) == 0);
   }
 }
 
