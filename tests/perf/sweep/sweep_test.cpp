@@ -137,7 +137,7 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
 }
 
 TEST_CASE(
-    "cab sweep runs the cells that are asked for beside the defaults; exact tests find the true hits and no more") {
+    "cab sweep runs the cells that are asked for beside the defaults, and exact tests find the true hits and no more") {
   const Json scenes = scenes_of({"--scene", "braid,uniform-100", "--refit", "cab_sum,aabb_hull", "--strategy",
                                  "tree,brute", "--extents", "leaves", "--sat", "all_15", "--exact", "none,fcl", "--isa",
                                  "scalar,auto", "--threads", "1,2"});

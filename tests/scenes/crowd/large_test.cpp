@@ -197,7 +197,8 @@ TEST_CASE("the links of a rope hold together, and their joints keep the distance
 }
 
 TEST_CASE(
-    "every strategy finds the links of ropes that the judge finds; neighbours touch where they are spaced closely") {
+    "every strategy finds the links of ropes that the judge finds, and neighbours touch where they are spaced "
+    "closely") {
   for (std::size_t s = 0; s < scenes::kRopeShapeNames.size(); ++s) {
     CAPTURE(std::string(scenes::kRopeShapeNames[s]));
     RopeOptions options;
