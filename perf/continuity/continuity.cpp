@@ -1,5 +1,6 @@
 // `cab continuity`: how far inner boxes jump when a pose moves a little, for every refit and extents.
 #include "perf/base/report.h"
+#include "perf/base/usage.h"
 #include "perf/continuity/options.h"
 #include "perf/continuity/sweep.h"
 
@@ -73,6 +74,7 @@ void print_case(const SweepCase& figure, const std::vector<Policies>& policies, 
 }  // namespace
 
 int continuity_command(const ContinuityOptions& options) {
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
   const std::vector<SweepCase> figures = sweep_cases();
   const std::vector<Policies> policies = all_refits();
   std::vector<std::vector<Continuity>> seen;

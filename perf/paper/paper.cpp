@@ -259,6 +259,7 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
 }  // namespace
 
 int paper_command(const PaperOptions& options) {
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
   for (const std::uint32_t number : options.tables) find_table(number);  // before the first table takes its time
   std::vector<TableRun> tables;
   for (const std::uint32_t number : options.tables) {
