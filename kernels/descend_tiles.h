@@ -1,4 +1,5 @@
-// Sequences, frames as lanes: overlapping leaf pairs of two tiles, by descent of both hierarchies or by all leaf pairs.
+// Sequences, with frames as lanes: finds the overlapping leaf pairs of two tiles, by descent of both hierarchies or by
+// testing all leaf pairs.
 #pragma once
 
 #include "kernels/overlap_sat.h"
@@ -7,9 +8,10 @@
 
 namespace cab::kernel {
 
-// What to test: two tiles (Tile is BoxTile or AabbTile), or the links of one tile against each other (self). shift: the
-// origins of b less the origins of a, or null where both are one. lanes: bits of the instances that take part. `stack`
-// must have room for the sum of both programs' depths + 2, `found` for every leaf pair.
+// What to test: two tiles (Tile is BoxTile or AabbTile), or the links of one tile against each other (self). nodes_a
+// and nodes_b hold one Tile per node. shift: the origins of b less the origins of a, or null if they are equal. lanes:
+// bits of the instances that take part. `stack` must have room for the sum of both programs' depths + 2, `found` for
+// every leaf pair.
 template <class Tile>
 struct TileDescent {
   const Articulation* articulation_a;
@@ -24,8 +26,8 @@ struct TileDescent {
   std::uint64_t box_tests;  // counted per live lane
 };
 
-// Returns the lanes, of those given, in which two nodes overlap. A pair of leaves must pass the leaf predicate: the
-// world axes and the axes that kSat names.
+// Returns which of the given lanes have two overlapping nodes. A pair of leaves must pass the leaf predicate: the world
+// axes and the axes that kSat names.
 template <class V, Sat kSat>
 CAB_INLINE std::uint32_t overlap_lanes(const BoxTile& a, const BoxTile& b, const ShiftTile* shift, std::uint32_t lanes,
                                        bool leaves) {
@@ -42,7 +44,7 @@ CAB_INLINE std::uint32_t overlap_lanes(const BoxTile& a, const BoxTile& b, const
   return out & lanes;
 }
 
-// The same for bounds, where kSat has no meaning.
+// The same for bounds, which kSat does not affect.
 template <class V, Sat>
 CAB_INLINE std::uint32_t overlap_lanes(const AabbTile& a, const AabbTile& b, const ShiftTile* shift,
                                        std::uint32_t lanes, bool) {
@@ -64,8 +66,8 @@ CAB_INLINE std::uint32_t test_nodes(TileDescent<Tile>& job, std::uint32_t a, std
   return overlap_lanes<V, kSat>(job.nodes_a[a], job.nodes_b[b], job.shift, lanes, leaves);
 }
 
-// Descends from one pair of nodes. The node with more leaves opens first (ties: a), so the tests are those that a
-// scalar descent of each lane makes.
+// Descends from one pair of nodes. The node with more leaves is replaced by its children (ties: a). This rule does not
+// depend on boxes, so each lane has the same tests as in a descent of its own.
 template <class V, class Tile, Sat kSat>
 void descend_from(TileDescent<Tile>& job, std::uint32_t root_a, std::uint32_t root_b) {
   const Articulation& art_a = *job.articulation_a;
@@ -94,7 +96,8 @@ void descend_from(TileDescent<Tile>& job, std::uint32_t root_a, std::uint32_t ro
   }
 }
 
-// Simultaneous descent. Within one articulation it starts from the two children of every inner node.
+// Descends both hierarchies at the same time, from the two roots. Within one articulation it descends from the two
+// children of every inner node.
 template <class V, class Tile, Sat kSat = Sat::kAll15>
 void descend_tiles(TileDescent<Tile>& job) {
   if (!job.self)
@@ -103,7 +106,7 @@ void descend_tiles(TileDescent<Tile>& job) {
     descend_from<V, Tile, kSat>(job, step.left, step.right);
 }
 
-// Every leaf of a against every leaf of b. Within one articulation, every two leaves.
+// Tests every leaf of a against every leaf of b; within one articulation, every two leaves.
 template <class V, class Tile, Sat kSat = Sat::kAll15>
 void brute_tiles(TileDescent<Tile>& job) {
   const Articulation& art_a = *job.articulation_a;

@@ -13,8 +13,8 @@ CAB_INLINE V projected_radius(const BoxLanes<V>& box, Vec3<V> direction) {
          box.half.z * abs(dot(box.axis[2], direction));
 }
 
-// Widens an interval along a direction so that it contains a box. between: the box's centre less the point from which
-// the interval is measured.
+// Widens the interval [lo, hi] along a direction so that it contains a box. between: the box's centre less the point
+// from which the interval is measured.
 template <class V>
 CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction, V& lo, V& hi) {
   const V reached = projected_radius(box, direction);
@@ -23,9 +23,9 @@ CAB_INLINE void widen(const BoxLanes<V>& box, Vec3<V> between, Vec3<V> direction
   lo = min(lo, offset - reached);
 }
 
-// The box of an interval along each axis, measured from `from`. Its padding covers all rounding, so it contains what
-// the intervals contain. The axes are orthonormal to rounding (docs/proof.md, part 1). The order of the sum matters far
-// from the origin: the middle is formed first and added once.
+// The box that has one interval per axis, with its middle and half length measured from `from`. The padding covers all
+// rounding, so the box contains what the intervals contain. The axes are orthonormal to rounding (docs/proof.md, part
+// 1). The order of the sum matters far from the origin: the middle is formed first and added once.
 template <class V>
 CAB_INLINE BoxLanes<V> box_of_interval(Vec3<V> from, const Vec3<V> (&axes)[3], Vec3<V> middle, Vec3<V> half) {
   const Vec3<V> center = from + (middle.x * axes[0] + middle.y * axes[1] + middle.z * axes[2]);
@@ -33,8 +33,8 @@ CAB_INLINE BoxLanes<V> box_of_interval(Vec3<V> from, const Vec3<V> (&axes)[3], V
   return {center, {axes[0], axes[1], axes[2]}, {half.x + pad, half.y + pad, half.z + pad}};
 }
 
-// The box along given axes about a first box and all boxes added. It projects from the first box's centre, never from
-// the origin: far from the origin that would cost 40 times the rounding.
+// The box along given axes about a first box and all boxes added. It projects from the first box's centre. Projection
+// from the origin would round 40 times as much far from the origin.
 template <class V>
 class Enclosure {
  public:
@@ -61,8 +61,8 @@ class Enclosure {
   Vec3<V> lo_, hi_;
 };
 
-// The same for two boxes, axis by axis. It keeps fewer values in registers than an Enclosure (AVX2: 5.7 against 7.0
-// ns).
+// The same for two boxes, axis by axis. It keeps fewer values in registers than an Enclosure (5.7 against 7.0 ns with
+// AVX2).
 template <class V>
 CAB_INLINE BoxLanes<V> enclose(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V> (&axes)[3]) {
   const Vec3<V> between = second.center - first.center;

@@ -1,5 +1,5 @@
-// The strategy `rows`: bounds of leaf boxes with leaves as lanes, and which leaves of two instances have overlapping
-// bounds.
+// The strategy `rows`: writes bounds of leaf boxes with leaves as lanes, and finds the leaves of two instances whose
+// bounds overlap.
 #pragma once
 
 #include "kernels/simd.h"
@@ -16,7 +16,8 @@ namespace cab::kernel {
 
 static_assert(sizeof(LeafPair) == 8 && offsetof(LeafPair, b) == 6);
 
-// Writes the bounds of a tile's leaves as arrays. Those of instance i start at soa + i * leaf_bounds_floats(leaves).
+// Writes the leaf bounds of the first `live` instances of a tile as arrays. Those of instance i start at
+// soa + i * leaf_bounds_floats(leaves).
 template <class V>
 void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa) {
   const V none[2] = {V(kNoLeafLo), V(-kNoLeafLo)};
@@ -40,9 +41,11 @@ void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t l
 }
 
 // Two instances whose leaf bounds are to be compared.
+// a, b: the leaf bounds as arrays. begin_a, end_a: the range of a's leaves to compare; begin_a is a multiple of kLanes.
 // shift: the origin of b less the origin of a, rounded to float. shift_rest: what the rounding left over.
-// region: bounds about a's origin. No leaf of a outside of them overlaps a leaf of b.
-// self: a and b are one instance, and each two different leaves are compared once.
+// region: bounds relative to a's origin. A leaf of a that does not overlap them overlaps no leaf of b.
+// candidate: what LeafPair::candidate of the found pairs is.
+// self: a and b are one instance, and every two different leaves are compared once.
 struct RowFilter {
   const float* a;
   const float* b;
@@ -55,8 +58,8 @@ struct RowFilter {
   FixedList<LeafPair>* found;
 };
 
-// Moves leaves first to first + 15 of a to b's origin and widens them by what the move rounds: u of the result twice,
-// and u^2 of the shift, with a factor of two to spare. Returns the bits of those that overlap the region.
+// Writes the bounds of leaves first to first + 15 of a relative to b's origin, widened by what the move can round
+// (docs/proof.md, step 4.6). Returns the bits of the leaves that overlap the region.
 template <class V>
 CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t first, float (&lo)[3][kLanes],
                                      float (&hi)[3][kLanes]) {
@@ -79,7 +82,7 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
   return out;
 }
 
-// Writes the pair `first` once per set bit, with its b raised by the bit's index. `to` has room for kLanes pairs.
+// Writes the pair `first` once per bit of `set`, with its b raised by the bit's index. `to` has room for kLanes pairs.
 // Returns the new end.
 template <class V>
 CAB_INLINE LeafPair* append_pairs(LeafPair* to, LeafPair first, std::uint32_t set) {
@@ -89,7 +92,7 @@ CAB_INLINE LeafPair* append_pairs(LeafPair* to, LeafPair first, std::uint32_t se
   return to;
 }
 #if XSIMD_WITH_AVX512F
-// Without a branch: compresses the lanes and stores all sixteen, of which the first popcount(set) count.
+// Without a branch: compresses the lanes and stores all sixteen. Only the first popcount(set) are valid.
 template <>
 CAB_INLINE LeafPair* append_pairs<Batch<xsimd::avx512bw>>(LeafPair* to, LeafPair first, std::uint32_t set) {
   const __m512i lanes = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
@@ -118,12 +121,12 @@ CAB_INLINE LeafSides<V> load_sides(const float* soa, std::uint32_t width, std::u
   return out;
 }
 
-// Adds every pair of leaves whose bounds overlap, in order of (a, b). That is a superset of the pairs that pass the
-// leaf predicate. The list must have room for kLanes more pairs than are added.
+// Adds every pair of leaves whose bounds overlap to filter.found, in order of (a, b). These include all pairs that pass
+// the leaf predicate. The list must have room for kLanes more pairs than are added.
 template <class V>
 void filter_rows(const RowFilter& filter) {
   const std::uint32_t width_b = leaf_bounds_width(filter.leaves_b);
-  const LeafSides<V> first_b = load_sides<V>(filter.b, width_b, 0);  // all of them if they fit into a vector
+  const LeafSides<V> first_b = load_sides<V>(filter.b, width_b, 0);  // all leaves of b if they fit into a vector
   alignas(64) float lo[3][kLanes], hi[3][kLanes];
   LeafPair* end = filter.found->end();
   for (std::uint32_t first = filter.begin_a; first < filter.end_a; first += kLanes) {

@@ -7,8 +7,8 @@
 
 namespace cab::kernel {
 
-// The files of kernels/rooms define these once per instruction set. Here they are declared alone, so that this file,
-// which has no instruction set's flags, compiles no kernel. A kernel that no room defines fails to link.
+// The files of kernels/rooms define these kernels once per instruction set. This file is compiled without the flags of
+// any instruction set, so it only declares them. A kernel that no room defines fails to link.
 template <bool UseSum>
 struct CabRule;
 struct CovarianceRule;

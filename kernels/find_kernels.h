@@ -5,8 +5,8 @@
 
 namespace cab::kernel {
 
-// Returns the table of an instruction set, or null when the build lacks it or the CPU or operating system cannot run
-// it. kAuto gives the widest one that runs.
+// Returns the table of an instruction set, or null if the build lacks it, or if the CPU or operating system cannot run
+// it. kAuto gives the one with the widest vectors that runs.
 const KernelTable* find_kernels(Isa isa);
 
 }  // namespace cab::kernel

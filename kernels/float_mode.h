@@ -1,5 +1,5 @@
-// The floating-point control word. The library makes every bit that it promises with rounding to nearest, denormals
-// kept and exceptions masked, whatever mode the caller runs with.
+// The floating-point control word. The library computes with rounding to nearest, denormals kept and exceptions masked,
+// whatever mode the caller runs with. So results have the same bits.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,8 @@
 
 namespace cab::kernel {
 
-// Sets the library's mode for a scope. Then restores the caller's, sticky exception flags included.
+// Sets the library's mode for a scope, and restores the caller's mode afterwards. On x86 that includes the sticky
+// exception flags.
 class FloatMode {
  public:
   FloatMode() noexcept : saved_(read()) { write(kOurs); }

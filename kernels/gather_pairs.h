@@ -1,4 +1,4 @@
-// Characters: boxes as records of one cache line, and pairs of boxes as lanes.
+// Characters: writes boxes as records of one cache line, and tests pairs of boxes as lanes.
 #pragma once
 
 #include "kernels/overlap_sat.h"
@@ -7,7 +7,8 @@
 
 namespace cab::kernel {
 
-// Writes `count` nodes of one tile as records: node n of instance i goes to boxes[i * instance_stride + n].
+// Writes `count` nodes of the first `live` instances of a tile as records: node n of instance i goes to
+// boxes[i * instance_stride + n].
 template <class V>
 void boxes_to_aos(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
                   std::size_t instance_stride) {
@@ -38,8 +39,8 @@ void aabbs_to_aos(const AabbTile* nodes, std::uint32_t count, std::uint32_t live
       }
 }
 
-// Sixteen pairs of boxes. Unused lanes repeat a used one. shift: the origins of b less the origins of a, or null where
-// both are one. leaves: bits of the lanes that hold a pair of leaves, which must pass the leaf predicate.
+// Sixteen pairs of boxes. Unused lanes repeat a used one. shift: the origins of b less the origins of a, or null if
+// they are equal. leaves: bits of the lanes that hold a pair of leaves, which must pass the leaf predicate.
 template <class AosBox>
 struct BoxPairs {
   const AosBox* a[kLanes];

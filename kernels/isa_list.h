@@ -1,11 +1,12 @@
-// The instruction sets: one line each, and no other list of them in C++. kernels/CMakeLists.txt has one line of
-// compiler flags for each. What leaves an instruction set out fails to compile or to link.
+// The list of instruction sets, one line each. No other C++ file lists them. kernels/CMakeLists.txt has one line of
+// compiler flags for each. Code that leaves an instruction set out fails to compile or to link.
 #pragma once
 
 #include <cab/types.h>
 
 // Each line is X(enumerator of Isa, name, vector type V of kernels/simd.h, whether this CPU runs it). Lines are in the
-// order of Isa, and those of one processor from the narrowest vectors to the widest: kAuto takes the last that runs.
+// order of Isa. Those of one processor go from the narrowest vectors to the widest, because kAuto takes the last one
+// that runs.
 // __builtin_cpu_supports reads the operating system's support for the wide registers (XCR0) as well.
 // clang-format off
 #define CAB_SCALAR_ISA(X) \
@@ -23,7 +24,7 @@
 
 #define CAB_ALL_ISAS(X) CAB_SCALAR_ISA(X) CAB_X86_64_ISAS(X) CAB_AARCH64_ISAS(X)
 
-// Those that a build for this processor holds kernels for.
+// The instruction sets for which a build for this processor has kernels.
 #if defined(__x86_64__)
 #define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X) CAB_X86_64_ISAS(X)
 #elif defined(__aarch64__)
@@ -47,7 +48,8 @@ constexpr bool is_in_order_of_isa() {
 }
 static_assert(is_in_order_of_isa(), "the list has a line for each value of Isa but kAuto, in order");
 
-// The name of an instruction set, null for a value that is no enumerator. An enumerator without a line is a warning.
+// The name of an instruction set, or null for a value that is not an enumerator. The compiler warns if an enumerator
+// has no line.
 constexpr const char* isa_name(Isa isa) {
   switch (isa) {
     case Isa::kAuto: return "auto";

@@ -21,8 +21,8 @@ struct TileDescent;
 template <class AosBox>
 struct BoxPairs;
 
-// One function per kind of work, one call per tile or per chunk of pairs. The comment of the kernel of the same name
-// says what it reads and writes.
+// One function per kind of work. One call handles one tile or one chunk of pairs. The comment of the kernel says what
+// it reads and writes; find_kernels.cpp pairs members with kernels.
 struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);

@@ -23,8 +23,8 @@ CAB_INLINE void store_aabb(AabbTile& tile, std::uint32_t lane, const AabbLanes<V
   store3(tile.hi, lane, box.hi);
 }
 
-// Bounds of an oriented box. They are wide enough to contain it, and to overlap another box's bounds wherever no world
-// axis of the leaf predicate separates the two boxes.
+// Bounds of an oriented box. They are wide enough to contain it. They also overlap the bounds of every box that no
+// world axis of the leaf predicate separates from it.
 template <class V>
 CAB_INLINE AabbLanes<V> bounds_of(const BoxLanes<V>& box) {
   const V pad = V(kBoundsPad) * (sum(box.half) + max_component(abs(box.center)) + V(kOverlapTiny));

@@ -5,16 +5,17 @@
 
 namespace cab::kernel {
 
-// A child's major axis, which points away from the joint, and the lengths by which the merge decides.
+// A child's major axis, which points away from the joint, and the half extents by which the merge decides.
 template <class V>
 struct MajorAxis {
   Vec3<V> unit;  // u_i
-  V longest;     // l_i
+  V longest;     // the largest half extent, l_i
   V second;      // the second largest half extent
-  V least;       // the smallest
+  V least;       // the smallest half extent
 };
 
-// outward: from the joint to the child's centre. Where the projection is exactly 0 the stored sign stays.
+// The major axis of a child. outward: from the joint to the child's centre. If the axis is normal to it, the axis keeps
+// its stored sign.
 template <class V>
 CAB_INLINE MajorAxis<V> major_axis(const BoxLanes<V>& box, Vec3<V> outward) {
   const Vec3<V> h = box.half;
@@ -24,25 +25,26 @@ CAB_INLINE MajorAxis<V> major_axis(const BoxLanes<V>& box, Vec3<V> outward) {
   return {sign * axis, max_component(h), max(min(h.x, h.y), min(max(h.x, h.y), h.z)), min(min(h.x, h.y), h.z)};
 }
 
-// Lanes in which the merge copies the second child's frame rather than the first's. It copies the child with the larger
-// second extent; of equal ones the child with the larger longest extent; else the first.
+// Lanes in which the merge, if it copies a child's axes, copies those of the second child. It copies the child with the
+// larger second half extent. If these are equal, it copies the child with the larger longest half extent, else the
+// first.
 template <class V>
 CAB_INLINE Mask<V> copies_second(const MajorAxis<V>& major_1, const MajorAxis<V>& major_2) {
   return either(major_2.second > major_1.second,
                 both(major_2.second >= major_1.second, major_2.longest > major_1.longest));
 }
 
-// Lanes in which the directions of both children matter. A child's direction does not matter if it is no longer than
-// the other is thin. Without this rule a star of links would grow at every merge.
+// Lanes in which the directions of both children matter. A child's direction does not matter if its longest half extent
+// is at most the other child's smallest. Without this rule a star of links would grow at every merge.
 template <class V>
 CAB_INLINE Mask<V> both_matter(const MajorAxis<V>& major_1, const MajorAxis<V>& major_2) {
   return both(major_1.longest > major_2.least, major_2.longest > major_1.least);
 }
 
-// Axes A1, A2, A3 of the parent (Eqs. 1-3). Where the children's major axes are parallel, or the direction of a child
-// does not matter, the frame is a copy of one child's.
+// Axes A1, A2, A3 of the parent (Eqs. 1-3). If the children's major axes are parallel, or the direction of a child does
+// not matter, the axes are copied from one child.
 //
-// UseSum is the footnote's variant: where E is the shortest, the main axis is a_1 + a_2.
+// UseSum selects the footnote's variant: if E is the shortest of a_1, a_2 and E, the main axis is a_1 + a_2.
 template <class V, bool UseSum>
 CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Vec3<V> outward_1, Vec3<V> outward_2,
                          Vec3<V> (&axes)[3]) {
@@ -72,8 +74,8 @@ CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, Ve
   axes[2] = cross(axes[0], axes[1]);
 }
 
-// Axes of the parent of two children. joint: where they meet, in the frame of their centres. If it is null, they share
-// no joint, and each axis points away from the other child's centre.
+// Axes of the parent of two children. joint: the point where they meet, in the frame of their centres. It is null if
+// they share no joint. Then each child's major axis points away from the other child's centre.
 template <class V, bool UseSum>
 CAB_INLINE void cab_axes(const BoxLanes<V>& first, const BoxLanes<V>& second, const Vec3<V>* joint,
                          Vec3<V> (&axes)[3]) {

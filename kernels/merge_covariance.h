@@ -5,8 +5,8 @@
 
 namespace cab::kernel {
 
-// Sweeps of three rotations each. On a 3x3 matrix the method converges quadratically: four sweeps reach float's
-// rounding from any start (tests/kernels/covariance_test.cpp).
+// A sweep is three rotations. On a 3x3 matrix the method converges quadratically: four sweeps reach float's rounding
+// from any start (tests/kernels/covariance_test.cpp).
 inline constexpr int kJacobiSweeps = 4;
 
 // A symmetric 3x3 matrix.
@@ -30,21 +30,22 @@ CAB_INLINE Symmetric<V> outer(Vec3<V> a) {
   return {a.x * a.x, a.y * a.y, a.z * a.z, a.x * a.y, a.x * a.z, a.y * a.z};
 }
 
-// Mean and second central moment of a set of corners that all weigh the same.
+// Mean and second central moment of a set of corners with equal weights.
 template <class V>
 struct Moments {
   Vec3<V> mean;
   Symmetric<V> second;
 };
 
-// The moments of the eight corners of a box: sum e_k^2 A_k A_k^T.
+// The moments of the eight corners of a box. The second moment is the sum of e_k^2 A_k A_k^T, where e_k are the half
+// extents and A_k the axes.
 template <class V>
 CAB_INLINE Moments<V> corner_moments(const BoxLanes<V>& box) {
   return {box.center,
           outer(box.half.x * box.axis[0]) + outer(box.half.y * box.axis[1]) + outer(box.half.z * box.axis[2])};
 }
 
-// The moments of two sets together. share_2: the part of all corners that is in the second set.
+// The moments of the union of two sets. share_2: the share of all corners that the second set has.
 template <class V>
 CAB_INLINE Moments<V> combined(const Moments<V>& first, const Moments<V>& second, V share_2) {
   const V share_1 = V(1.0f) - share_2;
@@ -53,8 +54,8 @@ CAB_INLINE Moments<V> combined(const Moments<V>& first, const Moments<V>& second
           scaled(share_1, first.second) + scaled(share_2, second.second) + scaled(share_1 * share_2, outer(between))};
 }
 
-// One Jacobi rotation, which clears the off-diagonal entry between p and q; r is the third index. Where the entry is
-// zero, nothing is rotated.
+// One Jacobi rotation, which clears the off-diagonal entry of p and q; r is the third index. If the entry is zero,
+// nothing is rotated.
 template <class V>
 CAB_INLINE void rotate_pair(V& pp, V& qq, V& pq, V& pr, V& qr, Vec3<V>& axis_p, Vec3<V>& axis_q) {
   const V zero(0.0f), one(1.0f), two(2.0f);
@@ -84,8 +85,8 @@ CAB_INLINE Mask<V> is_finite(Vec3<V> a) {
   return both(both(abs(a.x) <= largest, abs(a.y) <= largest), abs(a.z) <= largest);
 }
 
-// Eigenvectors, orthonormal to rounding and right-handed, in no particular order. A matrix that is too large or too
-// small for float's squares gives the world's axes.
+// The eigenvectors, orthonormal to rounding and right-handed, in no particular order. If squares of the matrix's
+// entries overflow or underflow float, the axes are those of the world.
 template <class V>
 CAB_INLINE void eigen_axes(Symmetric<V> m, Vec3<V> (&axes)[3]) {
   const V zero(0.0f), one(1.0f);

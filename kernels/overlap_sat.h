@@ -10,8 +10,8 @@
 namespace cab::kernel {
 
 // Lanes in which an axis that kSat names separates a and b. between: the centre of b less the centre of a. The test
-// enlarges both boxes a little, which covers rounding in proportion to the length of an axis. edge_slack covers the
-// rounding of products that should be zero. Comparisons are written so that an unordered value never separates.
+// enlarges both boxes a little, which gives each axis a slack in proportion to its length. edge_slack covers the
+// rounding of products that should be zero. Comparisons are written so that a NaN never separates.
 template <Sat kSat, class V>
 CAB_INLINE Mask<V> separated(const BoxLanes<V>& a, const BoxLanes<V>& b, Vec3<V> between) {
   const V grow = V(kSlackGrow) * ((sum(a.half) + sum(b.half)) + V(kOverlapTiny));
@@ -57,7 +57,7 @@ CAB_INLINE Mask<V> separated_in_world(const BoxLanes<V>& a, const BoxLanes<V>& b
   return either(either(away.x > out.x + slack, away.y > out.y + slack), away.z > out.z + slack);
 }
 
-// The centre of b less the centre of a. shift: the origins of b less the origins of a, or null where both are one.
+// The centre of b less the centre of a. shift: the origins of b less the origins of a, or null if they are equal.
 template <class V>
 CAB_INLINE Vec3<V> between_centers(const BoxLanes<V>& a, const BoxLanes<V>& b, const ShiftTile* shift,
                                    std::uint32_t lane) {
@@ -67,8 +67,8 @@ CAB_INLINE Vec3<V> between_centers(const BoxLanes<V>& a, const BoxLanes<V>& b, c
           difference(b.center.z, a.center.z, shift->by[2] + lane)};
 }
 
-// Lanes in which two bounds, given about their own origins, do not overlap. x, y, z: the origin of b less the origin of
-// a along each axis. They are null where both origins are one.
+// Lanes in which two bounds, each relative to its own origin, do not overlap. x, y, z: the origin of b less the origin
+// of a along each axis, one double per lane, or null if the origins are equal.
 template <class V>
 CAB_INLINE Mask<V> bounds_apart(const AabbLanes<V>& a, const AabbLanes<V>& b, const double* x, const double* y,
                                 const double* z) {

@@ -1,4 +1,4 @@
-// The test of the broad phase: which entries of a run overlap one entry.
+// The test of the broad phase: which of the grid entries that follow each other overlap one entry.
 #pragma once
 
 #include "kernels/simd.h"
@@ -8,12 +8,13 @@ namespace cab::kernel {
 
 inline constexpr std::uint32_t kEntryFloats = 8, kEntrySides = 6;
 
-// Vectors that hold the sides of one entry, or one vector that holds several entries.
+// How many vectors the sides of one entry take: 1 if a vector holds one or more entries.
 template <class V>
 inline constexpr std::uint32_t kEntryVectors = (kEntrySides + kWidth<V> - 1) / kWidth<V>;
 
 // Upper limits for the sides of an entry that overlaps `query`: the query's sides with signs flipped and halves
-// swapped, as many times over as a vector holds entries. The lanes of an entry's last two numbers mean nothing.
+// swapped. They are repeated for each entry that a vector holds. The lanes of an entry's last two numbers have no
+// meaning.
 template <class V>
 CAB_INLINE void upper_limits(const GridEntry& query, V (&limits)[kEntryVectors<V>]) {
   alignas(64) float sides[kEntryFloats] = {};
@@ -21,7 +22,7 @@ CAB_INLINE void upper_limits(const GridEntry& query, V (&limits)[kEntryVectors<V
   for (std::uint32_t p = 0; p < kEntryVectors<V>; ++p) limits[p] = Lanes<V>::load(sides + p * kWidth<V>);
 }
 
-// In registers, because loading numbers together that were just stored one by one is slow.
+// These variants stay in registers, because it is slow to load numbers together that were just stored one by one.
 #if XSIMD_WITH_AVX2
 CAB_INLINE __m256 swapped_entry(const GridEntry& query) {
   const __m256 sides = _mm256_load_ps(reinterpret_cast<const float*>(&query));
@@ -41,9 +42,9 @@ CAB_INLINE void upper_limits<Batch<xsimd::avx512bw>>(const GridEntry& query, Bat
 }
 #endif
 
-// Writes the indices of the entries from `first` to `end` - 1 that overlap `query` to `found`, and returns how many
-// they are. `found` has room for one more than all of these entries. One entry past the end may be read. A NaN overlaps
-// everything.
+// Writes the indices of the entries from `first` to `end` - 1 that overlap `query` to `found`, and returns their
+// number. `found` has room for one more index than there are entries. One entry past the end may be read. A side that
+// is NaN separates no entries.
 template <class V>
 std::uint32_t overlapping_entries(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
                                   const GridEntry& query, std::uint32_t* found) {
@@ -53,7 +54,7 @@ std::uint32_t overlapping_entries(const GridEntry* entries, std::uint32_t first,
   upper_limits<V>(query, limits);
   std::uint32_t size = 0;
   for (std::uint32_t i = first; i < end; i += kEntries) {
-    // The last two numbers of an entry are no floats: kUsed leaves out what they compare to.
+    // The last two numbers of an entry are not floats, so kUsed leaves out their comparisons.
     const float* const sides = reinterpret_cast<const float*>(entries + i);
     std::uint32_t apart = 0;
     for (std::uint32_t p = 0; p < kEntryVectors<V>; ++p)

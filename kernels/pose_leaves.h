@@ -9,25 +9,25 @@
 namespace cab::kernel {
 
 // One tile to pose: any sixteen instances. Unused lanes repeat a used one. Posing writes the leaf boxes, the joints
-// that merges need (indexed by link), and why each lane is masked (InstanceFlag bits).
+// that merges need (indexed by link), the motions, and why each lane is masked (InstanceFlag bits).
 struct PoseTile {
   const Articulation* articulation;
   PoseFormat format;
-  const float* poses[kLanes];         // of each instance's first link
-  std::size_t link_stride;            // floats
-  const float* orientations[kLanes];  // 4 floats each, or all null
+  const float* poses[kLanes];         // the pose of each instance's first link
+  std::size_t link_stride;            // floats from one link's pose to the next
+  const float* orientations[kLanes];  // 4 floats per instance, or all null
   BoxTile* leaves;
   PointTile* joints;
-  MotionTile* motions;  // by link, or null where the caller needs none
+  MotionTile* motions;  // by link, or null if the caller needs no motions
   std::uint8_t* flags;  // 16
-  float margin = 0;     // what leaf boxes grow by on top of their padding
-  // For boxes of links: a factor of padding and `margin`, and how large their numbers may be.
+  float margin = 0;     // how much leaf boxes grow in addition to their padding
+  // For boxes of links: `pads` is a factor of the padding and of `margin`, `range` the largest allowed number.
   float pads = 1;
   float range = kMaxCoordinate;
 };
 
-// Points lanes at instances that follow each other, `stride` floats apart. Lanes from `live` on repeat the last
-// instance.
+// Makes lanes point at `live` instances that follow each other, `stride` floats apart. The remaining lanes repeat the
+// last instance.
 inline void point_lanes(const float* first, std::size_t stride, std::uint32_t live, const float* (&lanes)[kLanes]) {
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) lanes[lane] = first + (lane < live ? lane : live - 1) * stride;
 }
@@ -41,7 +41,7 @@ struct RigidLanes {
   Vec3<V> translation;
 };
 
-// The floats of one pose, read lane by lane: raw[f] holds float f of 16 instances.
+// The floats of one pose of 16 instances: raw[f] holds float f of each.
 struct RawPoses {
   alignas(64) float raw[16][kLanes];
 };
@@ -61,7 +61,7 @@ CAB_INLINE void read_quad(const float* const* from, std::size_t skip, std::uint3
   }
 }
 
-// Reads every float that a pose's format has. The seven floats of a quaternion and a translation are two quads that
+// Reads the `floats` floats of a pose. The seven floats of a quaternion and a translation are read as two quads that
 // share one float.
 template <class V>
 CAB_INLINE void read_raw(const float* const* from, std::size_t skip, std::uint32_t floats, RawPoses& out) {
@@ -69,7 +69,7 @@ CAB_INLINE void read_raw(const float* const* from, std::size_t skip, std::uint32
   if (floats % 4 != 0) read_quad<V>(from, skip, floats - 4, out);
 }
 
-// Columns of the rotation of a quaternion of any length: without a square root, orthonormal to rounding.
+// Columns of the rotation of a quaternion of any length. They are orthonormal to rounding, and need no square root.
 template <class V>
 CAB_INLINE void quaternion_columns(V x, V y, V z, V w, V length_sq, Vec3<V> (&column)[3]) {
   const V s = divide(V(2.0f), length_sq);
@@ -85,8 +85,8 @@ CAB_INLINE Vec3<V> rotate(const Vec3<V> (&column)[3], Vec3<V> p) {
   return p.x * column[0] + p.y * column[1] + p.z * column[2];
 }
 
-// One Newton step to unit length and one Gram-Schmidt step. The result is orthonormal to rounding after two calls for
-// input within 1e-3 of it, and after one call for input within 1e-6.
+// One Newton step to unit length and one Gram-Schmidt step. If the axes are within 1e-3 of orthonormal, they are
+// orthonormal to rounding after two calls; if they are within 1e-6, after one call.
 template <class V>
 CAB_INLINE void polish(Vec3<V> (&axis)[3]) {
   const V c(1.5f), h(0.5f);
@@ -106,8 +106,8 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
                        abs(dot(c[1], c[2])) <= tolerance));
 }
 
-// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: what the size of the box
-// adds to its half extents. translation: how much of the translation's magnitude adds to them.
+// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: the part of the padding
+// that depends on the box. translation: the padding per unit of the link's translation.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float translation) {
   BoxLanes<V> box;
@@ -139,7 +139,7 @@ CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& 
   return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + V(by.margin), by.translation);
 }
 
-// True lanes have every number within kMaxCoordinate, so no NaN and no infinity.
+// True lanes have every number within a limit (kMaxCoordinate unless `most` says otherwise), so no NaN and no infinity.
 template <class V>
 CAB_INLINE Mask<V> number_in_range(V v) {
   return abs(v) <= V(kMaxCoordinate);
@@ -149,8 +149,8 @@ CAB_INLINE Mask<V> in_range(Vec3<V> p, V most = V(kMaxCoordinate)) {
   return both(both(abs(p.x) <= most, abs(p.y) <= most), abs(p.z) <= most);
 }
 
-// What a tile's lanes have passed so far: every number read was finite, every rotation was rigid, and every number made
-// was in range.
+// The checks that lanes have passed so far. finite: every number read was finite and in range. rigid: every rotation
+// was rigid. in_range: every number computed was in range.
 template <class V>
 struct LaneChecks {
   Mask<V> finite, rigid, in_range;
@@ -169,7 +169,7 @@ CAB_INLINE void read_quaternion(const RawPoses& poses, std::uint32_t lane, LaneC
   quaternion_columns(x, y, z, w, length_sq, column);
 }
 
-// Makes a rotation and a translation of the raw floats of one link.
+// Makes a rotation and a translation from the raw floats of one link.
 template <class V>
 CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std::uint32_t lane,
                                    LaneChecks<V>& checks) {
@@ -193,7 +193,8 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std
   return out;
 }
 
-// Replaces masked lanes by a zero box at the instance's origin, so that none of their numbers reaches another lane.
+// Replaces masked lanes by a box of size 0 at the instance's origin, so that none of their numbers reaches another
+// lane.
 template <class V>
 CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   const V zero(0.0f), one(1.0f);
@@ -207,8 +208,8 @@ CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   store_box(tile, lane, box);
 }
 
-// A link's pose in the instance's frame, rotated by the instance's orientation. rotations: null where instances have
-// none.
+// A link's pose in the instance's frame, rotated by the instance's orientation. rotations: the orientations, or null if
+// instances have no orientations.
 template <class V>
 CAB_INLINE RigidLanes<V> rotated_pose(const RawPoses& raw, const RawPoses* rotations, PoseFormat format,
                                       std::uint32_t lane, LaneChecks<V>& checks) {
@@ -222,7 +223,7 @@ CAB_INLINE RigidLanes<V> rotated_pose(const RawPoses& raw, const RawPoses* rotat
   return pose;
 }
 
-// The padding of the leaves of a link.
+// The padding of posed leaf boxes. rotated: whether instances have orientations. pads: PoseTile::pads.
 inline PosePad pad_of(bool rotated, float margin, float pads) {
   const PosePad pad = rotated ? kPosePadRotated : kPosePad;
   return {pad.body * pads, pad.translation * pads, margin * pads};
@@ -254,7 +255,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
   }
 }
 
-// Writes the flags of the lanes that V covers. Returns true when none of them is masked.
+// Writes the flags of the lanes that V covers. Returns whether all of these lanes take part.
 template <class V>
 CAB_INLINE bool write_flags(const LaneChecks<V>& checks, std::uint8_t* flags) {
   const std::uint32_t finite = bits(checks.finite), rigid = bits(checks.rigid), in_range = bits(checks.in_range);
@@ -268,7 +269,7 @@ CAB_INLINE bool write_flags(const LaneChecks<V>& checks, std::uint8_t* flags) {
   return all_ok;
 }
 
-// The same for joints and motions.
+// Replaces masked lanes of joints by 0 and of motions by the identity, as clear_lanes does for boxes.
 template <class V>
 CAB_INLINE void clear_links(const PoseTile& args, std::uint32_t lane, Mask<V> keep) {
   const V zero(0.0f), one(1.0f);

@@ -9,9 +9,9 @@
 
 namespace cab::kernel {
 
-// pose: the link's, in the caller's layout. orientation: the instance's, or null. local: the leaf boxes in the link's
-// frame, leaves as lanes. The kernel makes the same boxes as pose_leaves, bit for bit. It writes them as records, and
-// their bounds as arrays.
+// One link to pose. pose: the link's pose in the caller's layout. orientation: the instance's orientation, or null.
+// local: the leaf boxes in the link's frame, leaves as lanes. The kernel makes the same boxes as pose_leaves, bit for
+// bit. It writes them to `boxes` as records, and their bounds to leaf_bounds as arrays.
 struct PoseLink {
   PoseFormat format;
   const float* pose;
@@ -32,7 +32,7 @@ CAB_INLINE void spread_raw(const float* from, std::uint32_t floats, RawPoses& ou
 template <class V>
 void pose_link_leaves(const PoseLink& args) {
   const Mask<V> yes = V(0.0f) <= V(0.0f);
-  LaneChecks<V> checks = {yes, yes, yes};  // pose_leaves has checked them, when it bounded the instance
+  LaneChecks<V> checks = {yes, yes, yes};  // not read: pose_leaves checked the pose when the instance was bounded
   RawPoses raw, rotations;
   spread_raw<V>(args.pose, pose_float_count(args.format), raw);
   if (args.orientation) spread_raw<V>(args.orientation, 4, rotations);

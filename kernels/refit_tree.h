@@ -1,4 +1,4 @@
-// Refit: from the leaf boxes of one tile to every inner box, children first, by one merge program.
+// Refit: makes every inner box of one tile from its leaf boxes, children first, by one merge program.
 #pragma once
 
 #include "kernels/merge_aabb.h"
@@ -8,8 +8,8 @@
 
 namespace cab::kernel {
 
-// A tile to refit. nodes: leaf boxes in, inner boxes out. joints are indexed by link. moments, one per node, are
-// scratch memory for rules that need them.
+// A tile to refit. nodes: the leaf boxes are read, the inner boxes are written. joints are indexed by link. moments,
+// one per node, are scratch memory for rules that need them.
 struct RefitTile {
   const MergeProgram* program;
   const PointTile* joints;
@@ -23,10 +23,10 @@ struct MergeTile {
   std::uint32_t left, right, parent;
   const BoxTile* first;    // the box of node left
   const BoxTile* second;   // the box of node right
-  const PointTile* joint;  // null: they share no joint
+  const PointTile* joint;  // null: they share no joint, or the rule reads no joint
 };
 
-// ---- rules: each chooses the axes of a parent; Extents make its box
+// ---- rules: each chooses the axes of a parent; an Extents type then makes its box
 
 template <bool UseSum>
 struct CabRule {
@@ -39,7 +39,8 @@ struct CabRule {
   }
 };
 
-// Principal axes. Where the direction of a child does not matter, a copy of one child's frame.
+// Principal axes of corners with the given second moment. If the direction of a child does not matter (both_matter),
+// the axes are copied from one child.
 template <class V>
 CAB_INLINE void principal_axes(const BoxLanes<V>& left, const BoxLanes<V>& right, const Symmetric<V>& second,
                                Vec3<V> (&axes)[3]) {
@@ -96,9 +97,9 @@ CAB_INLINE V eighth_of_surface(Vec3<V> half) {
   return half.x * half.y + half.y * half.z + half.z * half.x;
 }
 
-// Of CAB's axes and each child's own, those along which the box has the least surface. Where surfaces are equal or are
-// no numbers, CAB's axes win, then the first child's. Surfaces are measured relative to CAB's box, so that no square
-// under- or overflows. A child's axes are copied, so their errors do not grow.
+// Of CAB's axes and each child's own axes, those along which the box has the least surface. If surfaces are equal or
+// NaN, CAB's axes win, then the first child's. Surfaces are measured relative to CAB's box, so that no square under- or
+// overflows. A child's axes are copied, so their errors do not grow.
 struct Best3Rule {
   static constexpr bool kUsesJoint = true, kNeedsMoments = false;
   template <class V, class Extents, bool HasJoint>
@@ -138,8 +139,8 @@ struct LeavesExtents {
   }
 };
 
-// Makes one parent in all lanes. It chooses the axes of all lanes first: that is one long chain of dependent
-// operations, and the chains of several groups of lanes overlap (measured: AVX2 and SSE2).
+// Makes one parent in all lanes. The axes of all lanes are chosen first: each choice is a long chain of dependent
+// operations, and the CPU overlaps the chains of several groups of lanes (measured with AVX2 and SSE2).
 template <class V, class Rule, class Extents, bool HasJoint>
 CAB_INLINE void merge_node(const MergeTile merge) {
   Vec3<V> axes[kLanes / kWidth<V>][3];
@@ -171,7 +172,7 @@ void refit_boxes(const RefitTile& tile) {
   }
 }
 
-// The bounds of each of `count` boxes.
+// Writes the bounds of each of `count` boxes.
 template <class V>
 void bound_boxes(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds) {
   for (std::uint32_t i = 0; i < count; ++i)
@@ -179,7 +180,7 @@ void bound_boxes(const BoxTile* boxes, std::uint32_t count, AabbTile* bounds) {
       store_aabb(bounds[i], lane, bounds_of(load_box<V>(boxes[i], lane)));
 }
 
-// The bounds of `count` bounds together.
+// Writes the bounds that enclose all of `count` bounds.
 template <class V>
 void bound_together(const AabbTile* bounds, std::uint32_t count, AabbTile* all) {
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
@@ -189,7 +190,8 @@ void bound_together(const AabbTile* bounds, std::uint32_t count, AabbTile* all) 
   }
 }
 
-// nodes: leaf bounds in, inner bounds out.
+// Makes all inner bounds of a tile from the bounds of their children. nodes: the leaf bounds are read, the inner bounds
+// are written.
 template <class V>
 void refit_aabb(const MergeProgram& program, AabbTile* nodes) {
   AabbTile* parent = nodes + program.steps.size + 1;
@@ -201,8 +203,8 @@ void refit_aabb(const MergeProgram& program, AabbTile* nodes) {
   }
 }
 
-// The same boxes, but each node from the bounds of all leaves below it: the paper's refit from the corners of the leaf
-// hulls.
+// Makes the same bounds, but each from the bounds of all leaves below its node: the paper's refit from the corners of
+// the leaf hulls.
 template <class V>
 void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
   const std::uint32_t leaves = static_cast<std::uint32_t>(program.steps.size) + 1;
@@ -218,7 +220,7 @@ void refit_aabb_leaves(const MergeProgram& program, AabbTile* nodes) {
 }
 
 // A tile whose first node_count nodes, leaves first, are each fitted to all vertices below them (the paper's AABB+).
-// motions are indexed by link. pad: the padding of the poses.
+// motions are indexed by link. pad: the padding of posed leaf boxes.
 struct VertexTile {
   const Articulation* articulation;
   std::uint32_t node_count;
@@ -227,7 +229,7 @@ struct VertexTile {
   PosePad pad;
 };
 
-// The bounds of one leaf's vertices, widened by what posing them rounds.
+// The bounds of one leaf's vertices, widened by what posing can round.
 template <class V>
 CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t leaf, std::uint32_t lane) {
   const Articulation& articulation = *tile.articulation;

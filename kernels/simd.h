@@ -1,5 +1,5 @@
-// The vector type V of all kernels: float (the instruction set called scalar) or an xsimd batch. It has only the
-// operations that give the same bits everywhere: + - * divide sqrt abs min max select and comparisons.
+// The vector type V of all kernels: float (the instruction set `scalar`) or an xsimd batch. V has only operations that
+// give the same bits everywhere: + - * divide sqrt abs min max select and comparisons.
 #pragma once
 
 #include "layout/tile.h"
@@ -17,7 +17,7 @@ namespace cab::kernel {
 template <class A>
 using Batch = xsimd::batch<float, A>;
 
-// The lanes of V. A kernel walks a tile in kLanes / kWidth<V> steps.
+// How many lanes V has. A kernel walks a tile in kLanes / kWidth<V> steps.
 template <class V>
 inline constexpr std::uint32_t kWidth = static_cast<std::uint32_t>(V::size);
 template <>
@@ -74,7 +74,8 @@ template <class A>
 CAB_INLINE Batch<A> abs(Batch<A> v) {
   return xsimd::abs(v);
 }
-// xsimd 8.1 approximates both on NEON (an estimate and Newton steps), so NEON uses its exact instructions here.
+// xsimd 8.1 approximates sqrt and division on NEON (an estimate and Newton steps). Both use NEON's exact instructions
+// here.
 template <class A>
 CAB_INLINE Batch<A> sqrt(Batch<A> v) {
 #if defined(__aarch64__)

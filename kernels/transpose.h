@@ -1,17 +1,17 @@
-// Register transposes: from rows of 16 floats (one row per lane) to 16 vectors (one lane per row), and back.
+// Register transposes: from rows of 16 floats, one row per lane, to 16 vectors, and back.
 #pragma once
 
 #include "kernels/simd.h"
 
 namespace cab::kernel {
 
-// The rows that one call of transpose_quads takes.
+// How many rows one call of transpose_quads takes.
 template <class V>
 inline constexpr std::uint32_t kQuadRows = kWidth<V> < 4 ? 4 : kWidth<V>;
 
-// Four floats of each of kQuadRows<V> rows, of any alignment, go to out[0..3], which are aligned: out[k] receives float
-// k of every row. Scalar code moves them one by one. A part of 128 bits of a wide register holds a quad of every fourth
-// row, so a transpose within the parts leaves the rows in order.
+// Transposes four floats of each of kQuadRows<V> rows: out[k] receives float k of every row. Rows may have any
+// alignment; out[0..3] are aligned like V. Scalar code moves the floats one by one. Part i of 128 bits of wide register
+// j holds the quad of row 4 i + j, so a transpose within the parts leaves the rows in order.
 template <class V>
 CAB_INLINE void transpose_quads(const float* const* rows, float* const (&out)[4]) {
 #if defined(__SSE2__)
@@ -69,7 +69,8 @@ CAB_INLINE void transpose_quads<Batch<xsimd::avx512bw>>(const float* const* rows
 }
 #endif
 
-// Takes kWidth<V> row addresses, aligned to 16 bytes. out[k] holds float k of every row.
+// Transposes kWidth<V> rows of 16 floats. `rows` holds their addresses, which are aligned like V. Vector k holds float
+// k of every row.
 template <class V>
 struct Transpose;
 

@@ -1,4 +1,4 @@
-// Three vectors of lanes, and the algebra that kernels need.
+// A point or direction per lane, and the algebra that kernels need.
 #pragma once
 
 #include "kernels/simd.h"

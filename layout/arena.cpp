@@ -17,8 +17,8 @@ struct Arena::Block {
 
 namespace {
 
-// Blocks of several huge pages are aligned to them and ask for them. A frame of many instances reads them in an order
-// that would otherwise miss the TLB at almost every instance.
+// Blocks of at least two huge pages are aligned to huge pages and ask for them. A frame with many instances reads such
+// blocks in an order that would otherwise miss the TLB at almost every instance.
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
 std::align_val_t block_alignment(std::size_t bytes, std::size_t alignment) {

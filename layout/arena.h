@@ -1,5 +1,5 @@
-// An arena owns every block that one object (an articulation, a batch, a worker) took from the engine's allocator. It
-// gives all of them back at once.
+// An arena owns every block that one object (an articulation, a batch, a worker) takes from the engine's allocator. It
+// gives all blocks back at once.
 #pragma once
 
 #include <cab/types.h>
@@ -38,7 +38,7 @@ class Arena {
     return out;
   }
 
-  // Gives every block back. Spans handed out before must not be used any more.
+  // Gives every block back. Earlier spans of this arena must not be used any more.
   void release() noexcept;
 
   std::size_t bytes() const noexcept { return bytes_; }
@@ -52,7 +52,7 @@ class Arena {
   std::size_t bytes_ = 0;
 };
 
-// The same values, read-only.
+// A read-only span of the same values.
 template <class T>
 Span<const T> constant(Span<T> span) {
   return {span.data, span.size};

@@ -23,7 +23,7 @@ bool finite(const float* values, std::size_t count, float limit) {
 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Returns max |R^T R - I| of three axes, or infinity when they are left-handed.
+// Returns max |R^T R - I| of three axes, or infinity if they are left-handed.
 double axes_error(const Box& box) {
   double r[3][3];
   for (int k = 0; k < 3; ++k)
@@ -37,7 +37,7 @@ double axes_error(const Box& box) {
   return determinant > 0 ? error : std::numeric_limits<double>::infinity();
 }
 
-// Makes the axes orthonormal by Gram-Schmidt in double. Half extents grow by what a corner can move.
+// Makes the axes orthonormal by Gram-Schmidt in double. Half extents grow by the distance that a corner can move.
 void make_orthonormal(Box& box, double error) {
   double r[3][3];
   for (int k = 0; k < 3; ++k) {
@@ -54,8 +54,8 @@ void make_orthonormal(Box& box, double error) {
   for (float& half : box.half) half = static_cast<float>(static_cast<double>(half) + 4 * error * sum);
 }
 
-// Writes the rotation of a unit quaternion x y z w: columns[k] is the image of axis k. Returns false when the
-// quaternion is not of unit length.
+// Writes the rotation of a unit quaternion x y z w: columns[k] is the image of axis k. Returns false if the quaternion
+// is not of unit length.
 bool rotation_columns(const float* q, double columns[3][3]) {
   const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
                w = static_cast<double>(q[3]);
@@ -130,7 +130,7 @@ bool part_inside(const ConvexPart& part, const double columns[3][3], const Box& 
   return true;
 }
 
-// One failed check: its status and the element at fault.
+// The result of a check: kOk, or a status and the element at fault.
 struct Fault {
   Status status = Status::kOk;
   std::size_t element = 0;
@@ -226,7 +226,8 @@ void append_within_hops(Span<const std::int32_t> parents, std::uint32_t most_hop
   }
 }
 
-// Sets the ignored pairs of an articulation: each pair once with all its reasons, in order, and as bits.
+// Sets the ignored pairs of an articulation: as a sorted list that has each pair once, with all its reasons, and as
+// bits.
 void set_ignored(std::vector<IgnoredPair>& pairs, Arena& arena, Articulation& articulation) {
   std::sort(pairs.begin(), pairs.end(), [](const IgnoredPair& left, const IgnoredPair& right) {
     return left.a != right.a ? left.a < right.a : left.b < right.b;
@@ -273,7 +274,7 @@ void copy_parts(const ArticulationDesc& desc, Articulation& articulation, Arena&
   articulation.leaf_part_begin = constant(begin);
 }
 
-// Appends the point center + sum of size[k] axes[k]. size[k] counts with a minus where bit k of i is clear.
+// Appends the point center + sum of size[k] axes[k]. If bit k of i is clear, size[k] is negated.
 void append_corner(const double* center, const double axes[3][3], const double* size, unsigned i,
                    std::vector<float>& vertices) {
   for (int c = 0; c < 3; ++c) {

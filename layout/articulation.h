@@ -1,4 +1,4 @@
-// An articulation as the engine keeps it: immutable, shared by all its instances, plain data in one arena.
+// An articulation as the engine keeps it: plain data in one arena, immutable, and shared by all its instances.
 #pragma once
 
 #include "layout/merge_program.h"
@@ -8,7 +8,7 @@
 namespace cab {
 
 // A link that a frame must pose, because it carries leaves or because a merge needs its joint. Its leaves are
-// leaf_order[leaf_begin .. leaf_end).
+// leaf_order[leaf_begin] to leaf_order[leaf_end - 1].
 struct PosedLink {
   std::uint16_t link;
   std::uint16_t leaf_begin;
@@ -23,16 +23,16 @@ struct Articulation {
   Span<const std::int32_t> link_parent;
   Span<const float> link_joint;  // 3 floats per link, in the link's frame
   Span<const std::uint16_t> leaf_link;
-  Span<const Box> leaf_box;  // in the link's frame, axes orthonormal to 4 u
+  Span<const Box> leaf_box;  // in the link's frame, axes orthonormal to kAxesExact
   Span<const PosedLink> posed_links;
   Span<const std::uint16_t> leaf_order;    // leaves grouped by link
   bool is_chain = false;                   // no link has two children
   bool leaves_by_link = false;             // each link has at most one leaf, and leaves are in the order of links
   Span<const IgnoredPair> ignored_pairs;   // sorted by a, then b; each once
   Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: is_ignored(a, b)
-  // The vertices of each leaf's exact shape, x y z in the link's frame: those of its hulls, and the eight corners of
-  // the box about every other part. A leaf without parts has the eight corners of its own box. leaf_vertex_reach: the
-  // largest |x| + |y| + |z| of a leaf's vertices.
+  // The vertices of each leaf's exact shape, x y z in the link's frame: the vertices of its hulls, and the eight
+  // corners of the box about every other part. A leaf without parts has the eight corners of its own box.
+  // leaf_vertex_reach: the largest |x| + |y| + |z| of a leaf's vertices.
   Span<const float> vertices;
   Span<const std::uint32_t> leaf_vertex_begin;  // leaf_count + 1 indices of vertices
   Span<const float> leaf_vertex_reach;
@@ -41,18 +41,19 @@ struct Articulation {
   MergeProgram program;
 };
 
-// True when links a and b of one instance are never reported as a pair: they are the same link, or an ignored pair.
+// Returns whether links a and b of one instance are never reported as a pair: they are the same link or an ignored
+// pair.
 inline bool is_ignored(const Articulation& articulation, std::uint32_t a, std::uint32_t b) {
   const std::size_t bit = static_cast<std::size_t>(a) * articulation.link_count + b;
   return (articulation.ignored_bits[bit >> 6] >> (bit & 63)) & 1;
 }
 
 // Checks desc and copies it into the arena, without its rest pose. On an error *out is unchanged, and *bad_element (if
-// not null) receives the index of the link, leaf or pair at fault. Throws std::bad_alloc.
+// not null) receives the index of the link, leaf or ignored pair at fault. Throws std::bad_alloc.
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element);
 
-// Adds links that touch in the rest pose to the ignored pairs of an articulation in that arena. `touching` may hold a
-// pair more than once and in either order. Throws std::bad_alloc.
+// Adds the pairs of links that touch in the rest pose to the ignored pairs of an articulation, whose memory `arena`
+// owns. `touching` may hold a pair more than once and in either order. Throws std::bad_alloc.
 void ignore_at_rest(Span<const LinkPair> touching, Arena& arena, Articulation& articulation);
 
 }  // namespace cab

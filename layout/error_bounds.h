@@ -1,15 +1,15 @@
-// Every rounding constant of layout, kernels and engine. Beside each stand its step in docs/proof.md, which derives it,
-// and the least value that the step allows. u = 2^-24, the rounding of a float. S is the sum of a box's half extents, M
-// the largest magnitude of a coordinate of its centre.
+// Every rounding constant of layout, kernels and engine. The comment of a constant names the step of docs/proof.md that
+// derives it, and the least value that the step allows. u = 2^-24, the rounding of a float. S is the sum of a box's
+// half extents, M the largest magnitude of a coordinate of its centre.
 #pragma once
 
 namespace cab {
 
 // ----------------------------------------------------------------------------------------------- posed leaf boxes
 
-// What a posed leaf box grows by: half += body (S + |c|_1) + translation max|t| + kMergePadTiny + margin. c is the
-// local centre. t is the link's translation as it is added, which is after the rotation by the instance's orientation.
-// margin is kMarginShare of the frame's margin.
+// How much a posed leaf box grows: half += body (S + |c|_1) + translation max|t| + kMergePadTiny + margin. c is the
+// box's centre in the link's frame. t is the link's translation after the rotation by the instance's orientation.
+// margin is kMarginShare times the frame's margin.
 struct PosePad {
   float body;
   float translation;
@@ -23,17 +23,17 @@ inline constexpr PosePad kPosePadRotated = {0x1.cp-19f, 0x1.8p-19f};
 // Each of two boxes grows by half of a margin, and by 16 u of that half; step 2.9: 15.3 u.
 inline constexpr float kMarginShare = 0x1.00002p-1f;
 
-// Axes of a leaf box that are closer to orthonormal than this keep their bits. 4 u; steps 2.1 and 2.5 pad for it.
+// Axes of a leaf box that are closer to orthonormal than this keep their bits. 4 u; steps 2.1 and 2.5 allow for it.
 inline constexpr double kAxesExact = 0x1p-22;
 
-// Axes of a leaf box that are further than this from orthonormal are refused: max |R^T R - I|. Those in between are
-// made orthonormal. Step 0.3.
+// Axes of a leaf box whose max |R^T R - I| exceeds this are refused. Axes between kAxesExact and this are made
+// orthonormal. Step 0.3.
 inline constexpr double kAxesTolerance = 1e-5;
 
 // A convex part may exceed its leaf's box by this fraction of the box's S. 4 u: an eighth of the padding of step 2.5.
 inline constexpr double kShapeTolerance = 0x1p-22;
 
-// The matrix of a pose is no rotation where |R^T R - I| exceeds this; steps 0.3 and 2.3.
+// The matrix of a pose is not a rotation if |R^T R - I| exceeds this; steps 0.3 and 2.3.
 inline constexpr float kRigidTolerance = 1e-3f;
 
 // The range of the squared length of a pose's quaternion; steps 0.3 and 2.2.
@@ -52,32 +52,33 @@ inline constexpr float kParallel = 2e-5f;
 
 // --------------------------------------------------------------------------------------------- axis-aligned bounds
 
-// Stored bounds are wider than their box by this part of S + M at each end. 16 u; step 4.3: 13.1 u.
+// Stored bounds extend beyond their box by this share of S + M at each end. 16 u; step 4.3: 13.1 u.
 inline constexpr float kBoundsPad = 0x1p-20f;
 
-// Bounds of an instance in the world are wider by this part of |origin| + |bound|. 2^-51; step 4.4: a little over
+// Bounds of an instance in the world are wider by this share of |origin| + |bound|. 2^-51; step 4.4: a little over
 // 2^-52.
 inline constexpr double kWorldPad = 0x1p-51;
 
-// A number in double first moves outwards by this part of itself, then becomes a float. 4 u; step 4.5: a little over u.
+// A bound in double first moves outwards by this share of itself, then becomes a float. 4 u; step 4.5: a little over u.
 inline constexpr double kOutwards = 0x1p-22;
 
-// Leaf bounds that move to another origin grow by kMovePad of the result and kShiftPad of the shift. 4 u and 4 u^2;
-// step 4.6: 2 u and 2 u^2, and what forming the sum rounds.
+// Leaf bounds that move to another origin grow by kMovePad times the result and kShiftPad times the shift. 4 u and 4
+// u^2; step 4.6: 2 u and 2 u^2, and the rounding of the sum itself.
 inline constexpr float kMovePad = 0x1p-22f;
 inline constexpr float kShiftPad = 0x1p-46f;
 
 // ------------------------------------------------------------------------------------------------ the overlap test
 
-// A world axis separates two leaves only beyond this part of Sa + Sb. 8 u; step 5.2: 6.1 u.
+// A world axis separates two leaves only if the gap exceeds this share of Sa + Sb. 8 u; step 5.2: 6.1 u.
 inline constexpr float kSlackWorld = 0x1p-21f;
 
-// For the fifteen axes each half extent of both boxes grows by kSlackGrow (Sa + Sb), so the slack shrinks with an axis.
-// It is at least 48 u on a face (step 5.3: 28.6 u), and 48 u times its length on an edge (step 5.6: 37.7 u).
+// For the fifteen axes each half extent of both boxes grows by kSlackGrow (Sa + Sb), so a shorter axis has less slack.
+// The slack is at least 48 u for a face normal (step 5.3: 28.6 u), and 48 u times the length of the axis for a product
+// of edges (step 5.6: 37.7 u).
 inline constexpr float kSlackGrow = 0x1.8p-20f;
 
-// The slack of an edge has this part of Sb on top, whatever the edge's length. It covers what is left of entries of R
-// that should be zero. 16 u; step 5.6: 13.2 u.
+// The slack of a product of edges has this share of Sb in addition, whatever the length of the axis. It covers the
+// rounding of entries of R that should be zero. 16 u; step 5.6: 13.2 u.
 inline constexpr float kSlackEdge = 0x1p-20f;
 
 // Added to Sa + Sb first, so that boxes near the small end of float's range keep some slack; step 5.7.
@@ -85,35 +86,36 @@ inline constexpr float kOverlapTiny = 0x1p-100f;
 
 // ------------------------------------------------------------------------------------------------- boxes of links
 
-// The half extents of a link's box exceed what its leaf boxes need by these parts of S and of |C|_1. They cover the
-// slack of the leaf predicate and the rounding of posing (steps 6.3 and 6.5).
+// The half extents of a link's box exceed what its leaf boxes need by these shares of S and of |C|_1, where C is its
+// centre. They cover the slack of the leaf predicate and the rounding of posing (steps 6.3 and 6.5).
 inline constexpr double kLinkGrowSize = 0x1.8p-10;       // 1.46e-3; step 6.5: 1.20e-3
 inline constexpr double kLinkGrowTranslation = 0x1p-17;  // 128 u; step 6.5: 58 u
 
-// Added to S, so that links of points keep some slack, as kOverlapTiny does for the overlap test; step 6.6.
+// Added to S, so that links whose leaves are points keep some slack, as kOverlapTiny does for the overlap test; step
+// 6.6.
 inline constexpr double kLinkTiny = 0x1p-100;
 
-// The padding and the margin of a link's box are those of a leaf, times this. A leaf's padding extends sqrt 3 times as
-// far along its corners, and the centres of both boxes are rounded. Step 6.4: 2.61.
+// The padding and the margin of a link's box are those of a leaf, times this. At a corner a leaf's padding extends sqrt
+// 3 times as far, and the centres of both boxes are rounded. Step 6.4: 2.61.
 inline constexpr float kLinkPads = 2.75f;
 
-// Numbers of a posed link box are at most this many times as large as those of a leaf may be. Step 6.7: 3.99.
+// The numbers of a posed link box may be this many times as large as those of a leaf box. Step 6.7: 3.99.
 inline constexpr float kLinkRange = 4;
 
 // ---------------------------------------------------------------------------------------------- the box of a mesh
 
-// Widths that differ by less than this part of the longest are equal, since vertices are rounded. 16 u; step 7.1.
+// Widths that differ by less than this share of the longest count as equal, since vertices are rounded. 16 u; step 7.1.
 inline constexpr double kSameWidth = 0x1p-20;
 
 // Components of axes below this are rounding errors of the eigen-solver. u / 4; step 7.2.
 inline constexpr double kZeroComponent = 0x1p-26;
 
-// A half extent in double grows by this part of each entry of the axis times its offset. 2^-48; step 7.3: 21 x 2^-53.
+// A half extent in double grows by this share of each product that is summed for it. 2^-48; step 7.3: 21 x 2^-53.
 inline constexpr double kFitPad = 0x1p-48;
 
 // ---------------------------------------------------------------------------------------------------- exact tests
 
-// The gap of two parts shrinks by this part of its ends, for the rounding of support points and of poses; step 8.1.
+// The gap of two parts shrinks by this share of its two ends, for the rounding of support points and poses; step 8.1.
 inline constexpr double kGapRounding = 0x1p-40;
 
 }  // namespace cab

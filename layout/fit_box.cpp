@@ -20,13 +20,13 @@ using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 using Axes = Eigen::Matrix3d;  // column k is axis k
 
-// Eigenvalues and areas that differ by less than this fraction do not tell which axes are better.
+// Eigenvalues and areas that differ by less than this fraction do not decide which axes are better.
 constexpr double kAgree = 0.01;
 
 // Cells along an edge of the grid of directions in which fit_box looks for extreme vertices.
 constexpr int kGrid = 12;
 
-constexpr int kMaxTurns = 24;  // of one descent; of 2000 rotated cubes none took more than 11
+constexpr int kMaxTurns = 24;  // of one descent; 2000 rotated cubes took at most 11
 
 bool before(const Vector3d& a, const Vector3d& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
@@ -55,11 +55,11 @@ void add_extremes(Span<const float> vertices, const Vector3d& direction, Points&
   points.push_back(high);
 }
 
-// The extreme vertices along 720 directions, each once and in order. The result does not depend on the order of the
-// vertices, on repeated ones or on those inside, and a finely meshed face weighs no more than a coarse one. The
-// directions go through the cells of a grid on a cube: their symmetry keeps the axes of shapes that are symmetric in
-// the link's frame. Cells on the diagonals are left out. So no direction is normal to a face of an aligned box or
-// octahedron, where many vertices may be equally far.
+// The extreme vertices along 360 directions and their opposites, each vertex once and in order. The result does not
+// depend on the order of the vertices, on repeated ones or on those inside, and a finely meshed face weighs no more
+// than a coarse one. The directions go through the cells of a grid on a cube: their symmetry keeps the axes of shapes
+// that are symmetric in the link's frame. Cells on the diagonals are left out. So no direction is normal to a face of
+// an aligned box or octahedron, where many vertices may be equally far.
 Points extremes_of(Span<const float> vertices) {
   Points points;
   for (int i = 1 - kGrid; i < kGrid; i += 2) {
@@ -92,8 +92,8 @@ double area(const Points& points, const Axes& axes) {
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// The convex hull in counter-clockwise order (Andrew's monotone chain): one or two points when the others lie between
-// them.
+// The convex hull in counter-clockwise order (Andrew's monotone chain). It has one or two points if all points are on a
+// line.
 std::vector<Vector2d> hull_of(std::vector<Vector2d> points) {
   std::sort(points.begin(), points.end(),
             [](const Vector2d& a, const Vector2d& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
@@ -115,9 +115,9 @@ struct Turn {
   double area;
 };
 
-// Rotates the axes about axis `kept` to the least area. They are unchanged when nothing is gained. With widths a and b
-// across the kept axis and c along it, the area is (a + c)(b + c) - c^2. a and b are concave between rotations at which
-// an edge of the projected hull lies on the box, so the least area is at one of these rotations.
+// Rotates the axes about axis `kept` to the least area. They are unchanged if no rotation has less area. With widths a
+// and b across the kept axis and c along it, the area is (a + c)(b + c) - c^2. Between rotations at which an edge of
+// the projected hull lies on the box, a and b are concave, so the least area is at one of these rotations.
 Axes rotated(const Points& points, const Axes& axes, int kept) {
   const int next = (kept + 1) % 3, last = (kept + 2) % 3;
   std::vector<Vector2d> projected;
@@ -163,7 +163,7 @@ Axes rotated(const Points& points, const Axes& axes, int kept) {
   return out;
 }
 
-// Right-handed axes. The last is the given one, and the first is as near as possible to one of the link's axes.
+// Right-handed axes. The last axis is the given one, and the first is as near as possible to one of the link's axes.
 Axes link_axes_about(const Vector3d& last) {
   Eigen::Index side;
   last.cwiseAbs().minCoeff(&side);
@@ -173,7 +173,8 @@ Axes link_axes_about(const Vector3d& last) {
   return axes;
 }
 
-// The axes by covariance. Where near-equal eigenvalues leave axes open, they are those of least area, or the link's.
+// The axes by covariance. If nearly equal eigenvalues leave axes open, those of least area or the link's axes are
+// taken.
 Axes covariance_axes(const Points& points) {
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& point : points) mean += point;

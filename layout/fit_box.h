@@ -5,7 +5,7 @@
 
 namespace cab {
 
-// What the public fit_box does, for a caller that has set the floating-point mode. Throws std::bad_alloc.
+// Does the work of the public fit_box, in the floating-point mode that the caller has set. Throws std::bad_alloc.
 Status fit_box_to_vertices(Span<const float> vertices, Box* out);
 
 }  // namespace cab

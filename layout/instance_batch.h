@@ -1,4 +1,4 @@
-// A batch: storage for the instances of one articulation, and what a frame has bound to it.
+// A batch: storage for the instances of one articulation, and the input that the current call has bound to it.
 #pragma once
 
 #include "layout/error_bounds.h"
@@ -14,8 +14,7 @@ struct InstanceBounds {
   double hi[3];
 };
 
-// The nearest floats outside of bounds in double: a lower bound moves down, an upper bound up (docs/proof.md, step
-// 4.5).
+// Floats just outside of bounds in double: a lower bound moves down, an upper bound up (docs/proof.md, step 4.5).
 inline float float_below(double value) { return static_cast<float>(value - kOutwards * std::fabs(value)); }
 inline float float_above(double value) { return static_cast<float>(value + kOutwards * std::fabs(value)); }
 
@@ -26,10 +25,10 @@ struct Placement {
 };
 
 // An instance's hits in the engine's store, until they are written in order. They are a chain of groups, one group for
-// each instance that it touches.
+// each candidate whose first instance it is.
 struct StoredHits {
   static constexpr std::uint32_t kNone = 0xffffffff;
-  std::uint32_t head = kNone;  // where the group begins that was added last
+  std::uint32_t head = kNone;  // where the last added group begins
   std::uint32_t count = 0;     // of hits
 };
 
@@ -39,11 +38,11 @@ struct InstanceBatch {
   BatchKind kind = BatchKind::kCharacters;
   std::uint32_t instance_count = 0;
 
-  // Characters: what is stored per instance. Its boxes are made where they are tested.
+  // Characters: all that is stored per instance. Boxes are made where they are tested.
   Span<InstanceBounds> bounds;
   Span<std::uint16_t> live;  // one word per tile, one bit per instance: set if it is not masked
   Span<StoredHits> stored;
-  Span<std::size_t> stored_before;  // hits before each task that writes them
+  Span<std::size_t> stored_before;  // per task that writes hits: how many hits come before its own
 
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;
@@ -53,7 +52,7 @@ struct InstanceBatch {
   const Articulation* active = nullptr;
   bool pairs_between = false;    // a rule tests its instances against others
   bool pairs_within = false;     // a rule tests the links of each instance against each other
-  std::uint32_t first_task = 0;  // of the tasks that pair characters
+  std::uint32_t first_task = 0;  // index of the first task that pairs its characters
   const BatchInput* input = nullptr;
   std::size_t link_stride = 0;      // bytes
   std::size_t instance_stride = 0;  // bytes
@@ -67,7 +66,7 @@ inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance) 
   return batch.input->poses.data + instance * (batch.instance_stride / sizeof(float));
 }
 
-// The origin of an instance in the world: all zero where the caller gave no origins.
+// One component of the origin of an instance in the world: 0 if the caller gave no origins.
 inline double origin_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t component) {
   return batch.input->origins.empty() ? 0.0 : batch.input->origins[3 * static_cast<std::size_t>(instance) + component];
 }

@@ -1,5 +1,5 @@
-// The bounds of one instance's leaf boxes as a structure of arrays, leaves as lanes. For tests of one box against all
-// boxes of another instance.
+// The bounds of one instance's leaf boxes as a structure of arrays, leaves as lanes. It serves tests of one box against
+// all boxes of another instance.
 #pragma once
 
 #include "layout/tile.h"
@@ -12,7 +12,7 @@ namespace cab {
 // A padding leaf has lo = +FLT_MAX and hi = -FLT_MAX, and overlaps nothing.
 inline constexpr float kNoLeafLo = 3.402823466e38f;
 
-// Leaves in one array, padded to whole tiles.
+// Floats in one of the six arrays: the number of leaves, rounded up to whole tiles.
 inline constexpr std::uint32_t leaf_bounds_width(std::uint32_t leaves) { return tile_count(leaves) * kLanes; }
 
 // Floats per instance: arrays lo x, lo y, lo z, hi x, hi y, hi z.

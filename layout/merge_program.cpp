@@ -46,8 +46,8 @@ class Builder {
   std::uint32_t root_depth() const { return node_depth_.back(); }
 
  private:
-  // The link whose joint with its parent halves the leaves of the set best, or 0 when no joint has leaves on both
-  // sides. (Link 0 has no parent, so it is never cut.)
+  // The link whose joint with its parent halves the leaves of the set best, or 0 if no joint has leaves on both sides.
+  // (Link 0 has no parent, so it is never cut.)
   std::uint32_t best_cut(const std::vector<std::uint32_t>& links) {
     for (const std::uint32_t link : links) below_[link] = weight_[link];
     for (std::size_t i = links.size(); i-- > 1;)
@@ -65,7 +65,7 @@ class Builder {
     return best;
   }
 
-  // The node of a set of links of which exactly one carries leaves.
+  // Emits the steps of a set of links if exactly one link of the set carries leaves. Returns the node.
   std::uint16_t build_leaves_of(const std::vector<std::uint32_t>& links) {
     const auto carrier =
         std::find_if(links.begin(), links.end(), [&](std::uint32_t link) { return weight_[link] > 0; });

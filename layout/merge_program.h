@@ -7,9 +7,9 @@ namespace cab {
 
 class Arena;
 
-// steps[s] makes node leaf_count + s from two earlier nodes. The root is the last node; every other node is used once.
-// node_leaf_count[n] counts the leaves below node n (1 for a leaf). They stand in leaf_sequence from node_first_leaf[n]
-// on.
+// steps[s] makes node leaf_count + s from two earlier nodes. The root is the last node. Every other node is the child
+// of one node. node_leaf_count[n] counts the leaves below node n (1 for a leaf). They are in leaf_sequence from
+// node_first_leaf[n] on. depth: merges on the longest path from the root to a leaf.
 struct MergeProgram {
   Span<const MergeStep> steps;
   Span<const std::uint16_t> node_leaf_count;

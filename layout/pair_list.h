@@ -1,4 +1,4 @@
-// Lists of pairs in fixed memory: what traversals push and what they find.
+// Lists of pairs in fixed memory: the pairs that traversals push, and the pairs that they find.
 #pragma once
 
 #include <cab/types.h>
@@ -7,29 +7,31 @@
 
 namespace cab {
 
-// Two nodes whose boxes are to be tested, of one candidate pair of the current chunk.
+// Two nodes whose boxes are to be tested. candidate: the candidate of the current chunk to which they belong.
 struct NodePair {
   std::uint32_t candidate;
   std::uint16_t a;
   std::uint16_t b;
 };
 
-// Two leaves whose boxes overlap. candidate: for characters a candidate pair of the chunk, for sequences the lane of
-// the tile.
+// Two leaves whose boxes overlap. candidate: for characters the candidate of the chunk, for sequences the lane of the
+// tile.
 struct LeafPair {
   std::uint32_t candidate;
   std::uint16_t a;
   std::uint16_t b;
 };
 
-// Two leaves of two tiles, and the lanes in which their boxes overlap.
+// Two nodes of two tiles, and lanes: on the stack those in which they are to be tested, in the result those in which
+// two leaves overlap.
 struct TilePair {
   std::uint16_t a;
   std::uint16_t b;
   std::uint32_t lanes;
 };
 
-// A list of fixed capacity. Whoever makes it sizes it for the worst case, so push never fails.
+// A list of fixed capacity in memory that it does not own. Its creator sizes it for the worst case, so push never
+// fails.
 template <class T>
 struct FixedList {
   T* data = nullptr;

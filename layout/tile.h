@@ -5,11 +5,11 @@
 
 namespace cab {
 
-// Instances in a tile, on every instruction set.
+// The number of instances in a tile, on every instruction set.
 inline constexpr std::uint32_t kLanes = 16;
 
-// One box of 16 instances. axis[k][c] is component c of axis k. Axes are orthonormal to rounding (docs/proof.md, part
-// 1), half >= 0, and no lane holds a NaN. Lanes past the last instance copy it.
+// The box of one node of 16 instances. axis[k][c] is component c of axis k. Axes are orthonormal to rounding
+// (docs/proof.md, part 1), half >= 0, and no lane holds a NaN. Lanes past the last instance repeat it.
 struct alignas(64) BoxTile {
   float center[3][kLanes];
   float axis[3][3][kLanes];
@@ -17,19 +17,19 @@ struct alignas(64) BoxTile {
 };
 static_assert(sizeof(BoxTile) == 960);
 
-// One axis-aligned box of 16 instances.
+// The axis-aligned box of one node of 16 instances.
 struct alignas(64) AabbTile {
   float lo[3][kLanes];
   float hi[3][kLanes];
 };
 static_assert(sizeof(AabbTile) == 384);
 
-// One point of 16 instances.
+// One point per instance, such as a joint.
 struct alignas(64) PointTile {
   float at[3][kLanes];
 };
 
-// A rigid motion of 16 instances: columns of the rotation, and the translation.
+// One rigid motion per instance: the columns of the rotation, and the translation.
 struct alignas(64) MotionTile {
   float column[3][3][kLanes];
   float translation[3][kLanes];
@@ -42,7 +42,7 @@ struct alignas(64) MomentTile {
   float second[6][kLanes];
 };
 
-// The difference of origins of 16 pairs of instances, in double.
+// The difference of origins of 16 pairs of instances, in double: that of the second less that of the first.
 struct alignas(64) ShiftTile {
   double by[3][kLanes];
 };

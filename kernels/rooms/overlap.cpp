@@ -1,4 +1,4 @@
-// Boxes as records, and the overlap of pairs of them as lanes.
+// Boxes as records, and the overlap test of their pairs as lanes.
 #include "kernels/gather_pairs.h"
 #include "kernels/isa_vector.h"
 

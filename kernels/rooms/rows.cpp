@@ -1,4 +1,4 @@
-// Bounds in rows: leaf bounds of two instances, and the entries of the grid.
+// Comparisons of bounds one after the other: leaf bounds of two instances, and grid entries.
 #include "kernels/filter_rows.h"
 #include "kernels/isa_vector.h"
 #include "kernels/overlapping_entries.h"

@@ -1,4 +1,4 @@
-// A crowd of scenes/crowd.h in an engine: what `cab crowd` and `cab peers` measure.
+// A crowd of scenes/crowd/crowd.h in an engine: what `cab crowd` and `cab peers` measure.
 #pragma once
 
 #include <cab/cab.h>
@@ -15,7 +15,7 @@
 
 namespace cab::perf {
 
-// The built-in allocator, counted: what an engine holds, and the most that it held.
+// The built-in allocator, with counts of the bytes that an engine holds, and of the most that it has held.
 class CountedMemory {
  public:
   Allocator allocator() { return {this, allocate, release}; }
@@ -65,8 +65,9 @@ class CrowdSession {
     }
   }
 
-  // Runs one frame. The hits stay until the next frame. If their buffer is too small it grows and the frame runs again,
-  // so the stats are those of a run that fitted. With only_in_contact there are no hits, but one byte per character.
+  // Runs one frame and returns its stats. The hits stay until the next frame. If their buffer is too small, it grows
+  // and the frame runs again; the stats are then those of the second run. With only_in_contact there are no hits, but
+  // one byte per character.
   FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_in_contact = false) {
     std::vector<BatchInput> inputs(posed.size());
     in_contact_.resize(posed.size());
@@ -112,7 +113,7 @@ class CrowdSession {
   std::vector<PairRule> rules_;
   std::vector<Hit> hits_;
   std::size_t hit_count_ = 0;
-  std::vector<std::vector<std::uint8_t>> in_contact_;  // of each group, where asked for
+  std::vector<std::vector<std::uint8_t>> in_contact_;  // of each group, if asked for
 };
 
 }  // namespace cab::perf

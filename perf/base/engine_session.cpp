@@ -11,12 +11,13 @@
 namespace cab::perf {
 namespace {
 
-// Frames of one run_frame call, all characters' leaves together: enough to fill tiles and threads, few enough for
-// memory (about 2^18 leaves of 120 bytes each) and for a progress bar to move.
+// The limits of a block, which is the frames of one run_frame call: of its frames, and of the leaves of all characters
+// in all frames. Blocks are large enough to fill tiles and threads. They are small enough for memory (120 bytes per
+// leaf) and for a progress bar to move.
 constexpr std::uint32_t kMaxBlockFrames = 4096;
 constexpr std::size_t kMaxBlockLeaves = std::size_t{1} << 18;
 
-// Room for hits that a block starts with, for each of its frames.
+// How many hits per frame the first buffer has room for.
 constexpr std::size_t kHitsPerFrame = 8;
 
 [[noreturn]] void fail(const std::string& what, Status status) {
@@ -34,7 +35,7 @@ std::uint32_t block_frames(const scenes::Scene& scene, std::uint32_t frame_count
   return static_cast<std::uint32_t>(std::min<std::size_t>({frames, kMaxBlockFrames, frame_count}));
 }
 
-// A mistake in a scene would otherwise be read past its end.
+// Checks the sizes of a character's arrays. Otherwise the engine would read past the end of an array that is too short.
 void check_arrays(const scenes::Scene& scene, const scenes::Character& character) {
   const std::size_t frames = character.is_static ? 1 : scene.frame_count;
   const std::size_t pose = character.link_parents.size() * scenes::pose_floats(character.pose_format);
@@ -157,7 +158,7 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
     if (contacts) touch.contact = contacts_[h];
     result.touches.push_back(touch);
   }
-  // The engine sorts by batch before instance; a reader of frames wants the frame first.
+  // The engine sorts by batch, then by instance. Touches are sorted by frame first.
   std::sort(result.touches.begin(), result.touches.end(), [](const Touch& l, const Touch& r) {
     return std::tie(l.frame, l.character_a, l.character_b, l.link_a, l.link_b) <
            std::tie(r.frame, r.character_a, r.character_b, r.link_a, r.link_b);

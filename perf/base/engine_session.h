@@ -1,4 +1,4 @@
-// A scene in an engine: articulations and sequences for a range of its frames, worked in blocks so that memory
+// A scene in an engine: articulations and sequences for a range of the scene's frames. Frames run in blocks, so memory
 // stays bounded however long the scene is.
 #pragma once
 
@@ -20,10 +20,10 @@ struct FrameRange {
   std::uint32_t count() const { return end - first; }
 };
 
-// How the session hands a scene to the engine; hits and #coll are the same.
+// How the session hands a scene to the engine. Hits and #coll do not depend on it.
 enum class LaneContent : std::uint8_t {
-  kFrames,  // batches of frames: a lane is a frame
-  kPairs,   // one frame at a time, one batch per character: a lane is a pair of boxes
+  kFrames,  // one sequence per character: a lane is a frame
+  kPairs,   // one frame at a time, one batch of one instance per character: a lane is a pair of boxes
 };
 
 struct SessionOptions {
@@ -42,7 +42,7 @@ struct Touch {
   Contact contact;  // normal from a to b; zeros if contacts are not asked for
 };
 
-// What one block of frames gave. touches are sorted by frame, characters, links.
+// The result of one block of frames. touches are sorted by frame, characters, links.
 struct BlockResult {
   FrameRange frames;
   std::vector<Touch> touches;
@@ -54,21 +54,21 @@ struct CharacterBoxes {
   ArticulationInfo info;
   std::vector<MergeStep> steps;
   std::vector<Box> boxes;  // leaves first, the root last
-  std::uint8_t flags = 0;  // InstanceFlag set
+  std::uint8_t flags = 0;  // InstanceFlag bits
 };
 
 class EngineSession {
  public:
-  // Tests the scene's pairs; if it names no pairs, every two characters that are not both static. The scene must
-  // outlive the session. Throws std::runtime_error that names the character and the engine's reason.
+  // The session tests the scene's pairs or, if the scene names no pairs, every two characters that are not both static.
+  // The scene must outlive the session. Throws std::runtime_error that names the character and the engine's reason.
   EngineSession(const scenes::Scene& scene, const SessionOptions& options);
 
   Isa isa() const { return engine_isa(*engine_); }
   std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
   std::uint32_t block_count() const;
 
-  // Runs one block of frames. result.touches is reused. Grows the hit buffer and runs again where it is too small;
-  // stats are those of the run that fitted.
+  // Runs one block of frames. The memory of result.touches is reused. If the hit buffer is too small, it grows and the
+  // block runs again; the stats are then those of the second run.
   void run_block(std::uint32_t block, const Policies& policies, bool contacts, BlockResult& result);
 
   // Runs all blocks in order, calls on_block for each and returns the sum of their stats.
@@ -80,7 +80,8 @@ class EngineSession {
   // The boxes of one character in the session's first frame.
   CharacterBoxes boxes(std::uint32_t character, const Policies& policies);
 
-  // Hands out the boxes of every character in every frame, by frame, then character; those of one block are in memory.
+  // Calls visit with the boxes of every character in every frame, by frame, then by character. Only the boxes of one
+  // block are in memory.
   using VisitBoxes = std::function<void(const ArticulationInfo& info, Span<const Box> boxes)>;
   void visit_boxes(const Policies& policies, const VisitBoxes& visit);
 

@@ -12,7 +12,7 @@
 namespace cab::perf {
 namespace {
 
-// The whole of text as one number.
+// Reads one number, which must be the whole text. Returns false if it is not.
 template <class T>
 bool read_whole(const std::string& text, T& value) {
   const char* end = text.data() + text.size();

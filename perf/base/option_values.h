@@ -12,10 +12,10 @@
 
 namespace cab::perf {
 
-// Throws UsageError: the text given to the option is not what is wanted.
+// Throws UsageError, which says the option, the text given to it, and the text that it accepts (`wanted`).
 [[noreturn]] void reject(const std::string& option, const std::string& text, const std::string& wanted);
 
-// Words with a separator between them, and another one before the last.
+// Words joined by a separator; the second function has another separator before the last word.
 std::string joined(const std::vector<std::string>& words, const std::string& between);
 std::string joined(const std::vector<std::string>& words, const std::string& between, const std::string& before_last);
 
@@ -31,7 +31,7 @@ FrameRange read_frame_range(const std::string& option, const std::string& text);
 // An instruction set that this CPU and build can run, or auto.
 Isa read_isa(const std::string& option, const std::string& text);
 
-// frames or pairs.
+// The word frames or pairs.
 LaneContent read_lanes(const std::string& option, const std::string& text);
 
 // Different whole numbers, separated by commas.
@@ -40,11 +40,11 @@ std::vector<std::uint32_t> read_number_list(const std::string& option, const std
 // The texts between commas.
 std::vector<std::string> split_commas(const std::string& text);
 
-// The names of all instruction sets but auto, or of those available here, joined by a separator.
+// The names of all instruction sets except auto, or only of those that run here, joined by a separator.
 std::string isa_names(const char* separator, bool available_only);
 
-// One row of policy_table(): the names of its values joined by a separator; its meaning, its default and one line per
-// value.
+// About one row of policy_table(): the names of its values, joined by a separator; a help text with its meaning, its
+// default and one line per value.
 std::string policy_names(std::uint32_t field, const char* separator);
 std::string policy_help(const Policies& defaults, std::uint32_t field);
 
@@ -55,7 +55,7 @@ std::string policy_list_help(std::uint32_t field);
 // Sets a field of policies by the name of a value.
 void set_policy(Policies& policies, std::uint32_t field, const std::string& text);
 
-// The names of all rows of preset_table() joined by a separator; what they are, one line each.
+// About preset_table(): the names of all presets, joined by a separator; a help text with one line per preset.
 std::string preset_names(const char* separator);
 std::string preset_help();
 

@@ -9,7 +9,7 @@
 namespace cab::perf {
 namespace {
 
-// More rounds than this take days.
+// The most rounds of a measurement. They take days.
 constexpr std::uint32_t kMaxRounds = 100000;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The options that several commands share, and how a command joins `cab`.
+// The options that several commands share, and the struct that makes a command part of `cab`.
 #pragma once
 
 #include <cab/types.h>
@@ -15,7 +15,8 @@ class Option;
 
 namespace cab::perf {
 
-// A sub-command of `cab`. A room's add_... adds it to the app and keeps the options that the command line fills.
+// A sub-command of `cab`. The function add_NAME of its folder adds it to the app, and keeps the options that the
+// command line fills.
 struct Command {
   CLI::App* app;
   std::function<int()>
@@ -28,7 +29,8 @@ inline constexpr std::uint32_t kMaxThreads = 1024;
 // The most characters of a crowd, which take some 4 GB.
 inline constexpr std::uint32_t kMaxCrowd = 4000000;
 
-// Each adds one option, or those that its name says, to a command. What the option fills must outlive the parsing.
+// Each function adds to a command the option, or the options, that its name says. The variable that an option fills
+// must outlive the parsing.
 void add_isa(CLI::App& command, Isa& isa);
 void add_isas(CLI::App& command, std::vector<Isa>& isas, const std::string& by_default);
 void add_threads(CLI::App& command, std::uint32_t& thread_count);
@@ -37,14 +39,14 @@ void add_json(CLI::App& command, std::string& path, const std::string& meaning);
 void add_csv(CLI::App& command, std::string& path, const std::string& meaning);
 void add_rounds(CLI::App& command, std::uint32_t& rounds, const std::string& meaning);
 
-// --preset and every policy. CLI11 reads options in the order in which they are added, so a preset comes first wherever
-// it stands on the command line.
+// Adds --preset and every policy. CLI11 applies options in the order in which they are added, so a preset is applied
+// first wherever it is on the command line.
 void add_policies(CLI::App& command, Policies& policies);
 
-// --up: the axis that points up.
+// Adds --up: the axis that points up.
 void add_up(CLI::App& command, char& up, const std::string& meaning);
 
-// --units of several files, each of which is a `what`: once for all or once per file.
+// Adds --units: metres per unit, once for all files or once per file. `what` says what a file is.
 void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit);
 
 // An option that takes a whole number from least to most.

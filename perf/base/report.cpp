@@ -23,7 +23,7 @@ std::string number_text(Arguments... arguments) {
   return error == std::errc() ? std::string(buffer.data(), end) : std::string("?");
 }
 
-// Characters that a terminal shows: UTF-8 continuation bytes take no place of their own.
+// The number of characters that a terminal shows. UTF-8 continuation bytes take no place of their own.
 std::size_t shown_width(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) != 0x80u; }));

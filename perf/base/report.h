@@ -1,4 +1,4 @@
-// How results reach people and files: text tables, a progress bar, number formats, CSV and JSON files.
+// Output for people and files: text tables, a progress bar, number formats, CSV and JSON files.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace cab::perf {
 
-// Rows of text in columns; the first column is set left, the others right.
+// Rows of text in columns. The first column is aligned left, the others right.
 class TextTable {
  public:
   void add_row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
@@ -21,8 +21,8 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-// One line on standard error that says how far a run is; silent where standard error is no terminal. The line is
-// removed at the end.
+// One line on standard error that says how far a run is. It is removed at the end. If standard error is not a terminal,
+// nothing is written.
 class ProgressBar {
  public:
   ProgressBar(std::string label, std::uint64_t total);
@@ -39,7 +39,7 @@ class ProgressBar {
   bool on_;
 };
 
-// A file to write. Throws std::runtime_error with its path and the system's reason if that fails.
+// A file to write. A failure throws std::runtime_error with the path and the system's reason.
 class OutputFile {
  public:
   explicit OutputFile(const std::string& path);
@@ -51,17 +51,18 @@ class OutputFile {
   std::ofstream stream_;
 };
 
-// Two-space indented, with a last newline; text that is no UTF-8 is replaced.
+// JSON text, indented by two spaces, with a newline at the end. Bytes that are not UTF-8 are replaced.
 std::string to_text(const nlohmann::ordered_json& json);
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-// The rows of a table under one line of their keys, which all rows have in this order; null is an empty field.
+// Writes a line of keys, then one line per row. All rows have the same keys in the same order. Null is an empty field.
 void write_csv(const std::string& path, const std::vector<nlohmann::ordered_json>& rows);
 
 // A field of a CSV file, quoted where RFC 4180 asks for it.
 std::string csv_field(std::string_view text);
 
-// With a fixed number of decimals; the shortest text that reads back as the same number; 16 hexadecimal digits.
+// A number as text: with a fixed number of decimals; as the shortest text that reads back as the same number; as 16
+// hexadecimal digits.
 std::string fixed(double value, int decimals);
 std::string shortest(float value);
 std::string shortest(double value);

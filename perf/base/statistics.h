@@ -7,16 +7,16 @@
 
 namespace cab::perf {
 
-// The middle and the ends of what was measured.
+// The median, the least and the greatest of measured values.
 struct Spread {
   double median = 0, least = 0, most = 0;
 };
 
-// Of at least one value; of an even number the median is the upper of the two in the middle.
+// Statistics of at least one value. With an even number of values, the median is the upper of the two in the middle.
 Spread spread_of(std::vector<double> values);
 double median(std::vector<double> values);
 
-// Adds counts and seconds.
+// Adds the counts and seconds of `more` to `sum`.
 void add_stats(FrameStats& sum, const FrameStats& more);
 
 // A phase of a frame. Its seconds are summed over threads.
@@ -26,7 +26,7 @@ struct Phase {
   double FrameStats::*seconds;
 };
 
-// The phases that tables and files list beside the total, in their order.
+// The phases that tables and files list besides the total, in this order.
 inline constexpr Phase kPhases[] = {
     {"update", "update", &FrameStats::seconds_update},
     {"broad phase", "broad", &FrameStats::seconds_broad},

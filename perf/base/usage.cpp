@@ -13,7 +13,7 @@ void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<s
                          " name the same file; give two");
   for (const OutputOption& output : outputs)
     for (const std::string& input : inputs) {
-      std::error_code ignored;  // a file that does not exist yet is no input
+      std::error_code ignored;  // a file that does not exist yet cannot be an input
       if (!output.path.empty() && std::filesystem::equivalent(input, output.path, ignored))
         throw UsageError(std::string(output.option) + ": " + output.path +
                          " is an input; write the output to another file");

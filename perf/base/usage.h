@@ -7,8 +7,8 @@
 
 namespace cab::perf {
 
-// Wrong use in one line that names the option and says what is allowed: exit code 2. Every other exception is bad data
-// or a failure: exit code 1.
+// Wrong use of the command line: exit code 2. what() is one line that names the option and says what is allowed. Every
+// other exception is bad data or a failure: exit code 1.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -30,7 +30,7 @@ constexpr Command (*kAddCommand[])(CLI::App& app) = {
     add_run, add_inspect, add_paper, add_crowd, add_peers, add_sweep, add_kernels, add_continuity, add_verify,
 };
 
-// Text of an error as one line.
+// The text of an error as one line.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
@@ -45,7 +45,7 @@ std::vector<std::string> names_of_commands(const CLI::App& app) {
   return names;
 }
 
-// FILE for a file that a command needs, [FILE...] for any number that it accepts.
+// The files in a usage line: FILE for a file that the command needs, [FILE...] if it accepts any number of files.
 std::string usage_of_files(const CLI::App& command) {
   std::string usage;
   for (const CLI::Option* option : command.get_options([](const CLI::Option* o) { return o->get_positional(); })) {
@@ -70,7 +70,7 @@ int wrong_use(const CLI::App& app, const std::string& what) {
 int main_command(int argc, char** argv) {
   CLI::App app("cab: which links of articulated characters touch", "cab");
   app.set_version_flag("--version", "cab " CAB_VERSION_STRING);
-  app.require_subcommand(0, 1);  // a missing command is told below, with the names to choose from
+  app.require_subcommand(0, 1);  // a missing command is reported below, with the names to choose from
   app.get_formatter()->column_width(38);
   std::vector<Command> commands;
   for (const auto add_command : kAddCommand) commands.push_back(add_command(app));

@@ -1,4 +1,4 @@
-// `cab continuity`: how far inner boxes jump when a pose moves a little, for every refit and extents.
+// `cab continuity`: how far inner boxes jump if a pose moves a little, for every refit and every value of `extents`.
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/continuity/options.h"
@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Every refit with every extents.
+// Every refit with every value of `extents`.
 std::vector<Policies> all_refits() {
   std::vector<Policies> out(1);
   for (std::uint32_t field = 0; field < policy_table().size; ++field) {
@@ -38,7 +38,7 @@ std::string value_name(const Policies& policies, const char* field_name) {
   return {};
 }
 
-// What is printed of one row, in the order of the columns.
+// One printed number of a row, in the order of the columns.
 struct Figure {
   const char* name;
   double value;

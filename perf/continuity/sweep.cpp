@@ -20,7 +20,7 @@ void require(Status status) {
 
 // ---------------------------------------------------------------------------------------------------- figures
 
-// A limb from its frame's origin along x, of the paper's proportions.
+// A limb that lies along x from its frame's origin, with the paper's proportions.
 SweepLink limb(std::int32_t parent, Vec3 offset, Vec3 axis, double rest, double sway) {
   return {parent,
           {offset[0], offset[1], offset[2]},
@@ -31,10 +31,10 @@ SweepLink limb(std::int32_t parent, Vec3 offset, Vec3 axis, double rest, double 
           {0.5f, 0.17f, 0.17f}};
 }
 
-// A turn about an axis that is no axis of the world, so that nothing is exact by chance.
+// An axis of rotation that is not an axis of the world, so that no number is exact by chance.
 constexpr Vec3 kTilted = {0.48, -0.6, 0.64};
 
-// Links one after the other, each rotated by a multiple of the parameter about its own axis.
+// A chain of links, each rotated about its own axis by a multiple of the parameter.
 std::vector<SweepLink> chain(int count, float half_length, float half_width) {
   std::vector<SweepLink> links;
   for (int i = 0; i < count; ++i) {
@@ -68,7 +68,7 @@ std::vector<SweepLink> star() {
 
 // --------------------------------------------------------------------------------------------------- the sweep
 
-// q = a b, x y z w.
+// The product a b of two quaternions x y z w.
 std::array<double, 4> product(const std::array<double, 4>& a, const std::array<double, 4>& b) {
   return {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1], a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
           a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3], a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
@@ -132,7 +132,7 @@ class Sweep {
 
   const ArticulationInfo& info() const { return info_; }
 
-  // Room for `count` values of the parameter at once.
+  // Adds a batch with room for `count` values of the parameter.
   BatchId add(std::size_t count) {
     BatchId batch;
     require(add_batch(*engine_, {articulation_, static_cast<std::uint32_t>(count), BatchKind::kSequence}, &batch));
@@ -201,7 +201,7 @@ double area(const Box& box) {
 
 double change(double a, double b) { return std::fabs(a - b) / std::max(a, b); }
 
-// The largest way of a corner of a leaf box from one instance to the next.
+// The largest distance that a corner of a leaf box moves from one instance to the next.
 double motion(const Box* from, const Box* to, std::uint32_t leaf_count) {
   double out = 0;
   for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf)
@@ -210,7 +210,7 @@ double motion(const Box* from, const Box* to, std::uint32_t leaf_count) {
   return out;
 }
 
-// The inner box that moves most between two instances, as a part of its size.
+// How far the inner box that moves most between two instances moves, as a share of its size.
 struct Jump {
   double part = 0;
   double size = 1;  // of the box that jumped most
@@ -229,10 +229,10 @@ Jump largest_jump(const Box* from, const Box* to, const ArticulationInfo& info) 
   return out;
 }
 
-// Boxes are axis-aligned under some policies; the motion is that of the oriented leaf boxes.
+// The policies for measuring motion, which is that of oriented leaf boxes. Other policies may make axis-aligned ones.
 constexpr Policies kForMotion = {};
 
-// Halves the step from `first` to `last` again and again.
+// Halves the step from `first` to `last` kHalvings times, and keeps the half with the larger jump each time.
 void look_closer(Sweep& sweep, BatchId three, const Policies& policies, double first, double last, Continuity& out) {
   const std::uint32_t nodes = sweep.info().node_count;
   for (int i = 0; i < kHalvings; ++i) {

@@ -1,5 +1,5 @@
-// How far boxes jump when a pose moves a little: figures whose one pose parameter is swept through the places where a
-// refit has to choose its axes, and the measure of what their inner boxes do there.
+// How far boxes jump if a pose moves a little. Each figure has one pose parameter, which is swept through the values at
+// which a refit has to choose its axes. The motion of the inner boxes is measured there.
 #pragma once
 
 #include <cab/cab.h>
@@ -10,9 +10,9 @@
 
 namespace cab::perf {
 
-// A link with at most one leaf box (half extents 0: no box). Its frame stands at `offset` in its parent's frame, or in
-// the instance's for link 0. There it is rotated about `axis` by `rest` degrees, and by `sway` degrees more per degree
-// of the parameter.
+// A link with at most one leaf box (half extents 0: no box). The origin of its frame is at `offset` in the parent's
+// frame, or in the instance's for link 0. The frame is rotated about `axis` by `rest` degrees, and by `sway` degrees
+// more per degree of the parameter.
 struct SweepLink {
   std::int32_t parent;
   double offset[3];
@@ -34,16 +34,16 @@ struct SweepCase {
 // The figures that are measured, in the order of the table.
 std::vector<SweepCase> sweep_cases();
 
-// What the inner boxes of one figure did under one policy. Distances of boxes are Hausdorff distances of the sets,
-// sizes are diagonals, and the motion of a step is the largest way of any corner of any leaf box in it.
+// What the inner boxes of one figure did under one policy. Distances of boxes are Hausdorff distances, sizes are
+// diagonals, and the motion of a step is the largest distance that any corner of any leaf box moves in it.
 struct Continuity {
-  double jump = 0;                // largest distance of a box in one step to itself before, as a part of its size
-  double jump_motion = 0;         // the motion in that step, as a part of the same size
+  double jump = 0;                // largest distance of a box from itself one step before, as a share of its size
+  double jump_motion = 0;         // the motion in that step, as a share of the same size
   double closer_jump = 0;         // the same after that step has been halved kHalvings times, the half with the larger
   double closer_motion = 0;       // jump each time: a jump that stays while the motion shrinks is a discontinuity
-  double ratio = 0;               // largest distance in a step over the motion in it: the Lipschitz constant seen
-  double volume_change = 0;       // largest change of a volume in a step, as a part of the larger of the two
-  double area_change = 0;         // the same of a surface
+  double ratio = 0;               // largest distance in a step over the motion in it: the observed Lipschitz constant
+  double volume_change = 0;       // largest change of a box's volume in a step, as a share of the larger volume
+  double area_change = 0;         // the same for a box's surface
   std::uint32_t steps_above = 0;  // steps in which a box moved by more than kJump of its size
 };
 inline constexpr int kHalvings = 5;

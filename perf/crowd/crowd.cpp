@@ -26,10 +26,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kFramesPerSecond = 30;
 
-// Poses of all frames are kept up to this size; beyond it each frame is posed again before it is run.
+// The poses of all frames are kept if they are not larger than this. Otherwise each frame is posed again before each
+// run.
 constexpr std::size_t kKeptPoseBytes = std::size_t{2} << 30;
 
-// What is counted: one line each in the table, in JSON and in CSV.
+// A count: one line in the table, one field in JSON and in CSV.
 struct Counted {
   const char* name;
   const char* key;
@@ -46,7 +47,7 @@ constexpr Counted kCounts[] = {
 
 // ----------------------------------------------------------------------------------------------------- the rounds
 
-// The poses of frames 0 .. frame_count - 1, outside of any measured time.
+// The poses of frames 0 .. frame_count - 1. They are made outside of the measured time.
 class FramePoses {
  public:
   FramePoses(const scenes::Crowd& crowd, std::uint32_t frame_count) : crowd_(crowd) {
@@ -80,7 +81,7 @@ struct CrowdRun {
   FrameStats stats;                // counts: the sum of all frames, once
   FrameStats first;                // counts of the first frame
   std::uint64_t hits = 0;          // of all frames, once
-  std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, where asked for
+  std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, if asked for
   std::uint64_t hits_hash = 0;     // of all frames; or of the bytes of in_contact
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
 };
@@ -152,7 +153,7 @@ Spread phase_spread(const CrowdOptions& options, const CrowdRun& run, double Fra
 
 double a_character(const CrowdRun& run, double whole) { return whole / run.character_count; }
 
-// Of the frames' mean, per frame.
+// A sum over all frames, divided by the number of frames.
 double a_frame(const CrowdOptions& options, std::uint64_t sum) {
   return static_cast<double>(sum) / options.frame_count;
 }
@@ -164,7 +165,7 @@ bool is_expected(const CrowdRun& run) {
   return std::abs(pairs_in_first_frame(run) - expected) <= run.scene->tolerance * expected;
 }
 
-// What the pairs of the first frame are beside what they should be.
+// How the pairs of the first frame compare with the expected number.
 std::string expectation(const CrowdRun& run) {
   if (run.scene->pairs_per_character == 0) return "no expected value";
   return std::string(is_expected(run) ? "within " : "outside ") + fixed(100 * run.scene->tolerance, 0) + " % of " +

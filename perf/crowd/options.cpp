@@ -13,7 +13,7 @@
 namespace cab::perf {
 namespace {
 
-// A run of this many frames takes hours.
+// The most frames of a run. They take hours.
 constexpr std::uint32_t kMaxCrowdFrames = 1000000;
 
 std::string crowd_scene_names(const char* separator) { return scenes::scene_names(scenes::kCrowdCommand, separator); }
@@ -53,7 +53,7 @@ scenes::RopeShape read_rope_shape(const std::string& option, const std::string& 
   reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
 }
 
-// What only the scenes `detailed` and `ropes` have.
+// Adds the options that only the scenes `detailed` and `ropes` have.
 void add_detail_and_ropes(CLI::App& command, CrowdOptions& o) {
   command
       .add_option_function<std::string>(

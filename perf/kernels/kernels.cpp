@@ -21,7 +21,8 @@
 namespace cab::perf {
 namespace {
 
-// Merges in one round: two tiles of children and one of parents each, which stay in a core's second-level cache.
+// One round makes kMergeTiles x kMergeRepeats merges of 16 lanes. Children and parents stay in a core's second-level
+// cache.
 constexpr std::uint32_t kMergeTiles = 64;
 constexpr std::uint32_t kMergeRepeats = 16;
 
@@ -75,8 +76,8 @@ BoxAos row_of(const fcl::OBBf& box) {
   return row;
 }
 
-// A thing to time: one round of `work` operations. answer is what the round computed, so that nothing is left out and
-// rivals can be compared.
+// Code to time: one round of `work` operations. answer is the result of the round. It keeps the compiler from leaving
+// work out, and lets contenders be compared.
 struct Contender {
   std::string name;
   std::uint64_t work;
@@ -98,14 +99,14 @@ void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar&
   }
 }
 
-// Median of the ratios of each round: b's time over a's.
+// The median over rounds of b's time over a's.
 double times_faster(const Contender& a, const Contender& b) {
   std::vector<double> ratios;
   for (std::size_t r = 0; r < a.nanoseconds.size(); ++r) ratios.push_back(b.nanoseconds[r] / a.nanoseconds[r]);
   return median(ratios);
 }
 
-// The kernels of the chosen instruction sets; without a choice those of every available one.
+// The kernels of the chosen instruction sets, or of every available one if none was chosen.
 std::vector<const kernel::KernelTable*> chosen_kernels(std::vector<Isa> isas) {
   if (isas.empty()) isas.assign(std::begin(kernel::kAllIsas), std::end(kernel::kAllIsas));
   std::vector<const kernel::KernelTable*> out;
@@ -231,7 +232,7 @@ std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector
   return count;
 }
 
-// Relative pose of a pair, as obbDisjoint wants it.
+// The relative pose of a pair, as FCL's obbDisjoint takes it.
 struct Relative {
   fcl::Matrix3f rotation;
   fcl::Vector3f translation;

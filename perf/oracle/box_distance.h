@@ -1,4 +1,4 @@
-// The distance of two boxes, from points of theirs: never too small, whatever rounds.
+// The distance of two boxes, measured between points of both, so that rounding never makes it too small.
 #pragma once
 
 #include "perf/oracle/exact_pose.h"
@@ -7,8 +7,8 @@
 
 namespace cab::oracle {
 
-// The point of a box nearest to another point. Axes are taken as orthonormal; where they are not quite, the point still
-// is one of the box.
+// The point of a box nearest to another point. Axes are taken as orthonormal. If they are not quite orthonormal, the
+// point is still a point of the box.
 inline Point nearest_in_box(const ExactBox& box, const Point& p) {
   Point out = center_of(box);
   const Point away = p - out;
@@ -35,7 +35,7 @@ inline Real segment_distance_sq(const Point& p, const Point& u, const Point& q, 
   return dot(between, between);
 }
 
-// The distance of two boxes whose centres are `between` apart; 0 where they overlap.
+// The distance of two boxes; 0 if they overlap. between: the centre of b less the centre of a.
 inline Real box_distance(ExactBox a, ExactBox b, const Point& between) {
   if (exactly_overlap(a, b, between)) return 0;
   store(Point{}, a.center);

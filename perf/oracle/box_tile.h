@@ -1,4 +1,4 @@
-// Boxes of the oracles in and out of the layouts that kernels read.
+// Writes boxes of the oracles to the layouts that kernels read, and reads them back.
 #pragma once
 
 #include "layout/box_aos.h"
@@ -26,7 +26,7 @@ inline OracleBox<float> get(const BoxTile& tile, std::uint32_t lane) {
   return box;
 }
 
-// The same box as a row.
+// The box as a record.
 inline BoxAos row_of(const OracleBox<float>& box) {
   BoxAos row{};
   for (std::size_t c = 0; c < 3; ++c) {

@@ -17,10 +17,10 @@ constexpr double kQuadRounding = 0x1p-100;
 // of the centre, 82 times of the half extents.
 constexpr double kNarrowingRounding = 0x1p-46;
 
-// Parents whose axes span less volume than this hold nothing; orthonormal to 23 u it is 1.
+// A parent whose axes span less volume than this contains nothing. Axes that are orthonormal to 23 u span about 1.
 constexpr double kLeastDeterminant = 0x1p-4;
 
-// The largest |x_k| - half[k], and the magnitude that its rounding error is proportional to.
+// The largest |x_k| - half[k], and the magnitude to which its rounding error is proportional.
 template <class T>
 struct Excess {
   T worst;
@@ -28,7 +28,7 @@ struct Excess {
   T determinant;  // of the parent's axes
 };
 
-// Max over the child's corners of |x_k| is |x_k(center)| + sum_j half_j |x_k(axis_j)|, x being linear.
+// Since x is linear, the maximum of |x_k| over the child's corners is |x_k(center)| + sum_j half_j |x_k(axis_j)|.
 template <class T>
 Excess<T> worst_excess(const OracleBox<T>& parent, const OracleBox<T>& child) {
   const Vec3<T> offset = center_of(child) - center_of(parent);
@@ -57,14 +57,14 @@ bool is_box(const OracleBox<T>& box) {
   return good;
 }
 
-// The verdict on a given excess in the parent's unit.
+// The verdict for a given excess in the boxes' unit.
 ContainmentVerdict verdict(const OracleBox<float>& parent, bool inside, double excess) {
   const OracleBox<double> wide = convert<double>(parent);
   const double ulp = kFloatRoundoff * (half_sum(wide) + center_max(wide));
   return {inside, excess, excess == 0.0 ? 0.0 : excess / ulp};
 }
 
-// What a box that cannot be judged gets.
+// The verdict for a box that cannot be judged.
 ContainmentVerdict outside() {
   const double infinity = std::numeric_limits<double>::infinity();
   return {false, infinity, infinity};
@@ -82,8 +82,8 @@ ContainmentVerdict judge_containment_exactly(const OracleBox<float>& parent, con
 
 namespace {
 
-// Settles clear passes in double and leaves the rest to Quad. narrowing: what rounding the child to double adds to the
-// judge's own rounding.
+// Decides in double if the child is clearly inside, and in Quad otherwise. narrowing: what rounding the child to double
+// adds to the judge's own rounding.
 template <class T>
 ContainmentVerdict screen_containment(const OracleBox<float>& parent, const OracleBox<T>& child, double narrowing) {
   const OracleBox<double> wide = convert<double>(parent), rounded = convert<double>(child);

@@ -1,4 +1,4 @@
-// The judge of frames: leaf boxes posed in long double, and their overlap by a test written apart from the engine's.
+// The judge of frames: leaf boxes posed in long double, and an overlap test that shares no code with the engine's.
 #pragma once
 
 #include "perf/oracle/oracle_box.h"
@@ -70,7 +70,8 @@ inline std::vector<ExactBox> exact_leaf_boxes(const Rig& rig, const Poses& poses
   return out;
 }
 
-// Separating axes of two parallelepipeds, no slack: the normals of their faces and the crosses of their edges.
+// Whether two parallelepipeds overlap, without slack. The separating axes are the normals of their faces and the cross
+// products of their edges. between: the centre of b less the centre of a.
 inline bool exactly_overlap(const ExactBox& a, const ExactBox& b, const Point& between) {
   const auto apart_along = [&](const Point& direction) {
     Real reach = 0;

@@ -13,22 +13,22 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// |u1 x u2|^2 over |u1|^2 |u2|^2 up to which axes count as parallel: the paper's dot of 1 - 1e-5.
+// Axes count as parallel up to this |u1 x u2|^2 / (|u1|^2 |u2|^2), which is the paper's dot product of 1 - 1e-5.
 constexpr double kParallelSquare = 2e-5;
 
-// Sine below which the plane of the children is ill determined in float, and what its axes may be off.
+// Below this sine the plane of the children is badly determined in float. The tolerances of axes above and below it.
 constexpr double kNearParallelSine = 0.05;
 constexpr double kAxisTolerance = 2e-6;
 constexpr double kNearParallelAxisTolerance = 2e-5;
 
-// The ways a decision may go, the prescribed one first, and how far it is from tipping.
+// The ways that a decision may go, the prescribed one first, and its margin.
 template <class T>
 struct Decision {
   std::vector<T> options;
   double margin;
 };
 
-// Relative difference of two values that are not negative; 0 against 0 cannot tip.
+// The relative difference of two values that are not negative. It is infinity for two zeros, whose order cannot change.
 double relative_gap(double a, double b) {
   const double top = larger(a, b);
   return top > 0.0 ? magnitude(a - b) / top : kInfinity;
@@ -50,7 +50,7 @@ Decision<std::size_t> decide_greatest(const double (&values)[3], double threshol
   return out;
 }
 
-// The sign that turns an axis away from the joint, outward being centre - joint; exact 0 keeps the stored sign.
+// The sign that makes an axis point away from the joint. outward: centre - joint. An exact 0 keeps the stored sign.
 Decision<double> decide_sign(const Vec3<double>& axis, const Vec3<double>& outward, double threshold) {
   const double along = dot(axis, outward);
   const double length = norm(axis) * norm(outward);
@@ -60,7 +60,7 @@ Decision<double> decide_sign(const Vec3<double>& axis, const Vec3<double>& outwa
   return out;
 }
 
-// Whether to fall back, given unit axes and longest halves.
+// Whether the merge copies a child's frame, given the children's unit axes.
 Decision<bool> decide_parallel(const Vec3<double>& u1, const Vec3<double>& u2, bool degenerate, double threshold) {
   if (degenerate) return {{true}, kInfinity};
   const Vec3<double> normal = cross(u1, u2);
@@ -78,7 +78,7 @@ std::array<double, 3> sorted_halves(const OracleBox<double>& box) {
   return sorted;
 }
 
-// Whose frame a fallback copies.
+// Whose frame the merge copies if it copies one.
 Decision<MergeBranch> decide_fallback(const OracleBox<double>& child1, const OracleBox<double>& child2,
                                       double threshold) {
   const std::array<double, 3> sorted[2] = {sorted_halves(child1), sorted_halves(child2)};
@@ -94,7 +94,7 @@ Decision<MergeBranch> decide_fallback(const OracleBox<double>& child1, const Ora
   return out;
 }
 
-// The children's longest axes, rotated and scaled: the symbols of the paper.
+// The children's longest axes with their signs and scales, by the paper's symbols.
 struct LongestAxes {
   Vec3<double> u1, u2;  // unit
   Vec3<double> a1, a2;  // times the longest halves, over the larger of the two
@@ -119,7 +119,7 @@ void set_orthonormal(const Vec3<double>& first, const Vec3<double>& second, Orac
   store(cross(axis0, axis1), box.axis[2]);
 }
 
-// The radius of a box along a direction.
+// The projected radius of a box along a direction.
 double radius(const OracleBox<double>& box, const Vec3<double>& direction) {
   double sum = 0.0;
   for (std::size_t k = 0; k < 3; ++k) { sum += box.half[k] * magnitude(dot(direction, axis_of(box, k))); }
@@ -206,7 +206,7 @@ void append_signs(const MergeInputs& in, std::size_t k1, std::size_t k2, const d
   }
 }
 
-// Writes the reason if somebody wants it, and returns false.
+// Writes the reason if why is not null, and returns false.
 bool differs(std::string* why, const char* what, std::size_t index, double off, double limit) {
   if (why != nullptr) {
     std::ostringstream text;

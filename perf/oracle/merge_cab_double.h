@@ -1,4 +1,5 @@
-// The CAB merge of two boxes in double, unpadded (Schmidl, Walker, Lin 2004, section 3.2.1; rulings of numerics.md).
+// The CAB merge of two boxes in double, unpadded (Schmidl, Walker, Lin 2004, section 3.2.1). docs/numerics.md, "The
+// merge", has the rules that the paper leaves open.
 #pragma once
 
 #include <string>
@@ -17,7 +18,7 @@ enum class MergeBranch {
   kFallbackChild2,  // copy of child 2's frame
 };
 
-// How far each decision is from tipping over; infinity where it was not taken or cannot tip.
+// The margin of each decision: how far it is from going the other way. Infinity if it was not taken or cannot.
 struct DecisionMargins {
   double longest1;   // child 1's two longest halves, difference over the larger
   double longest2;   // the same of child 2
@@ -28,7 +29,7 @@ struct DecisionMargins {
   double fallback;   // second extents, difference over the larger; both 0: longest extents
 };
 
-// One parent that the rulings allow.
+// One parent that the rules allow.
 struct OracleMerge {
   OracleBox<double> box;  // unpadded, right-handed, orthonormal to double
   MergeBranch branch;
@@ -36,23 +37,24 @@ struct OracleMerge {
   double sine;  // of the angle between the children's longest axes
 };
 
-// Decisions closer than these may go either way in float (numerics.md, "Tests this asks for").
+// Decisions with smaller margins than these may go either way in float.
 struct MarginThresholds {
   double relative = 1e-5;  // for every decision but the parallel test
   double dot = 1e-6;       // for the parallel test
 };
 
-// How far a float merge may be from the oracle (numerics.md, "Tests this asks for").
+// How far a float merge may be from the oracle.
 struct MergeTolerances {
   double axis;          // radians
   double per_half_sum;  // extents and centre, times S
   double per_center;    // extents and centre, times M
 };
 
-// The parent that the rulings prescribe; joint points to x, y, z in the boxes' frame, null = centre rule.
+// The parent that the rules prescribe. joint: x, y, z in the boxes' frame, or null if the children share no joint.
 OracleMerge merge_cab(const OracleBox<double>& child1, const OracleBox<double>& child2, const double* joint);
 
-// Every parent reachable by tipping decisions whose margin is below its threshold; the prescribed one comes first.
+// Every parent that follows if decisions with a margin below their threshold go either way. The prescribed one comes
+// first.
 std::vector<OracleMerge> merge_cab_candidates(const OracleBox<double>& child1, const OracleBox<double>& child2,
                                               const double* joint, const MarginThresholds& thresholds = {});
 
@@ -62,15 +64,17 @@ double merge_padding(const OracleBox<double>& unpadded);
 // The parent with its padding, rounded to float.
 OracleBox<float> padded_to_float(const OracleBox<double>& unpadded);
 
-// The tolerances for a merge: the axes of nearly parallel children are worse determined.
+// The tolerances for a merge. They are wider for nearly parallel children, whose axes are less well determined.
 MergeTolerances merge_tolerances(const OracleMerge& merge);
 
-// Whether got, a padded merge, is expected, an unpadded one; axes compared in order and sign; why may be null.
-// merge_tolerances are wider than the padding: its absence shows in judge_containment or under tighter tolerances.
+// Whether `got`, a padded merge, equals `expected`, an unpadded one, within tolerances. Axes are compared in order and
+// sign. If not, *why (may be null) receives the reason. merge_tolerances are wider than the padding, so missing padding
+// shows only in judge_containment or under tighter tolerances.
 bool same_box(const OracleBox<double>& expected, const OracleBox<double>& got, const MergeTolerances& tolerances,
               std::string* why);
 
-// Whether got, a padded merge, is any of the candidates; why tells what the first one misses, and may be null.
+// Whether `got`, a padded merge, equals any of the candidates. If not, *why (may be null) receives how it differs from
+// the first one.
 bool matches_any(const std::vector<OracleMerge>& candidates, const OracleBox<double>& got, std::string* why);
 
 }  // namespace cab::oracle

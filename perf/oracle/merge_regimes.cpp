@@ -15,7 +15,7 @@ struct LinkShape {
   double longest;          // half extent
   double aspect;           // longest over shortest half
   Vec3<double> direction;  // unit, from the joint along the link
-  double overhang;         // centre's distance from the joint over the longest half
+  double overhang;         // distance of the centre from the joint over the longest half extent
 };
 
 // A link in float: random stored order and sign of its axes, other halves between longest / aspect and that times 1.5.
@@ -54,7 +54,7 @@ LinkShape random_shape(Random& random) {
   return {random.uniform(0.02, 0.5), random.uniform(1.0, 6.0), random.unit_vector(), random.uniform(0.8, 1.1)};
 }
 
-// A partner for a link: the same size half of the time, as in a chain, and any direction.
+// A partner for a link, in any direction. Half of the time it has the same size, as in a chain.
 LinkShape partner_shape(Random& random, const LinkShape& of) {
   LinkShape shape = random_shape(random);
   if (random.chance(0.5)) shape.longest = of.longest;
@@ -91,7 +91,7 @@ void slim_links(Random& random, LimbPlan& plan) {
   if (random.chance(0.3)) align_links(random, random.chance(0.5), plan);
 }
 
-// Multiplies a case by one factor, or one child's size alone by another.
+// Multiplies a whole case by a factor. At times one child's size is multiplied by another factor.
 void scale_case(Random& random, MergeCase& out) {
   const double all = random.log_uniform(1e-30, 1e18);
   const double one = random.chance(0.2) ? random.log_uniform(1e-30, 1e18) : all;
@@ -104,14 +104,15 @@ void scale_case(Random& random, MergeCase& out) {
   }
 }
 
-// Sets 0 to 3 halves of a box to zero, shortest first or at random.
+// Sets 0 to 3 half extents of a box to zero, starting at a random one.
 void flatten_box(Random& random, OracleBox<float>& box) {
   const unsigned count = random.index(4);
   const unsigned first = random.index(3);
   for (unsigned i = 0; i < count; ++i) box.half[(first + i) % 3] = 0.0f;
 }
 
-// Two limbs side by side, each merged, and so on up: a box one to four levels above its leaves.
+// The box of a random hierarchy with the given number of levels above its leaves. Of the two children of a node, one is
+// at the joint and the other beside it.
 OracleBox<float> make_subtree(Random& random, unsigned levels, const Vec3<double>& joint,
                               const ParentMaker& make_parent) {
   if (levels == 0) return make_link(random, random_shape(random), joint);

@@ -1,4 +1,5 @@
-// The box of the oracles: the V-set {center + sum x_k axis[k] : |x_k| <= half[k]} of its stored numbers.
+// The box of the oracles: the set {center + sum x_k axis[k] : |x_k| <= half[k]}, with its stored numbers taken as
+// exact.
 #pragma once
 
 #include <cstddef>
@@ -44,7 +45,7 @@ constexpr Vec3<T> axis_of(const OracleBox<T>& box, std::size_t k) {
   return to_vec3(box.axis[k]);
 }
 
-// Corner i in 0..7, evaluated in T: bit k of i set takes +half[k], else -half[k].
+// Corner i in 0..7, computed in T: +half[k] if bit k of i is set, else -half[k].
 template <class T>
 constexpr Vec3<T> corner(const OracleBox<T>& box, unsigned i) {
   Vec3<T> point = center_of(box);
@@ -67,8 +68,8 @@ constexpr T center_max(const OracleBox<T>& box) {
   return norm_max(center_of(box));
 }
 
-// max |R^T R - I| over the nine entries, R being the matrix of the axes. Products of floats are exact in double, so
-// that two additions are all that rounds there: good to 2^-51 for float axes near unit length.
+// The largest of the nine entries of |R^T R - I|, where R is the matrix of the axes. Products of floats are exact in
+// double, so only additions round: for float axes near unit length the result is good to 2^-51.
 template <class T>
 double orthonormality_error(const OracleBox<T>& box) {
   using Wide = std::conditional_t<std::is_same_v<T, float>, double, Quad>;

@@ -1,5 +1,5 @@
-// Judge of overlap: the Minkowski sum of two parallelepipeds has its face normals among 15 cross products of edges.
-// A box with zero halves is the limit of thin ones, so the same 15 suffice for plates, segments and points.
+// The judge of overlap. The face normals of the Minkowski sum of two parallelepipeds are among 15 cross products of
+// edges. A box with half extents 0 is the limit of thin boxes, so the same 15 suffice for plates, segments and points.
 #include "perf/oracle/overlap_exact.h"
 
 #include <limits>

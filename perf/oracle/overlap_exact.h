@@ -1,4 +1,4 @@
-// Judge of overlap of two boxes, taken as exact reals, over the 15 separating axes of parallelepipeds.
+// The judge of overlap of two boxes by the 15 separating axes of parallelepipeds. All numbers are taken as exact reals.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ inline constexpr std::size_t kSeparatingAxisCount = 15;
 // Signed distance between the boxes' shadows on each axis, in the boxes' unit; -infinity where an axis vanishes.
 using AxisGaps = std::array<double, kSeparatingAxisCount>;
 
-// Whether two boxes meet, and how nearly they do not.
+// Whether two boxes overlap, and by how much they overlap or are apart.
 struct OverlapVerdict {
   bool overlap;         // touching counts as overlapping, up to the judge's own rounding of 2^-100 of the sizes
   double gap;           // the largest of the axis gaps: negative depth, or a lower bound of the distance
@@ -23,15 +23,16 @@ struct OverlapVerdict {
   std::size_t axis;     // the axis of that gap
 };
 
-// Judges in Quad; offset is B's centre minus A's in the frame of the axes, and the boxes' own centres are not used.
-// Both boxes finite, halves not negative, axes near enough orthonormal that every component is below 2.
+// Judges in Quad. offset: B's centre minus A's in the frame of the axes; the boxes' own centres are not read. Both
+// boxes must be finite, with half extents of 0 or more, and with axes so nearly orthonormal that every component is
+// below 2.
 OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& b, const Vec3<Quad>& offset);
 
 // The same for boxes whose centres share one origin.
 OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& b);
 
-// The answer of judge_overlap alone, with clear cases settled in double: the same for every pair of boxes that
-// judge_overlap takes.
+// The same answer as judge_overlap(...).overlap, for every pair of boxes that judge_overlap takes. Clear cases are
+// decided in double.
 bool judge_overlap_filtered(const OracleBox<float>& a, const OracleBox<float>& b, const Vec3<Quad>& offset);
 
 // The gaps on all axes, in double: good to 2^-48 of the sizes over the length of the axis.

@@ -1,4 +1,4 @@
-// What the judges' generators draw beside what scenes draw.
+// Random draws for the judges, in addition to those that scenes use.
 #pragma once
 
 #include <cmath>

@@ -10,8 +10,8 @@
 
 namespace cab::oracle {
 
-// An articulation that owns what its description points to. parent_offset: a link's joint in its parent's frame, as
-// motion would have it (the engine is never told).
+// An articulation that owns what its description points to. parent_offset: a link's joint in its parent's frame, by
+// which poses are made. The engine does not get it.
 struct Rig {
   std::vector<std::int32_t> parents;
   std::vector<float> joints;
@@ -33,8 +33,8 @@ struct Rig {
 enum class Topology { kChain, kStar, kTree, kHumanoid, kHand };
 inline constexpr unsigned kTopologyCount = 5;
 
-// The parent of a link above 0. A humanoid has spine, neck, head, arms and legs in its first 19 links and five fingers
-// a hand in those after them; a hand has five fingers of as many links.
+// The parent of any link but link 0. The first 19 links of a humanoid are spine, neck, head, arms and legs, the links
+// after them are five fingers per hand. A hand has five fingers with equal numbers of links.
 inline unsigned parent_link(Random& random, Topology topology, unsigned link) {
   static constexpr unsigned kHumanoid[] = {0, 0, 1, 2, 3, 2, 5, 6, 7, 2, 9, 10, 11, 0, 13, 14, 0, 16, 17};
   switch (topology) {
@@ -62,8 +62,9 @@ inline Box random_box(Random& random, const Vec3<double>& center, double least_h
   return box;
 }
 
-// Links about 0.3 long with 1 to most_leaves leaves each (one link in eight has none), half of the rigs with joints
-// away from the frames' origins, parents and children ignored, and now and then another pair.
+// A random rig. Links are about 0.3 long and have 1 to most_leaves leaves each; one link in eight has no leaf. In half
+// of the rigs joints are away from the frames' origins. Pairs of parent and child are ignored, and sometimes another
+// pair.
 inline Rig random_rig(Random& random, Topology topology, unsigned links, unsigned most_leaves) {
   Rig rig;
   const bool own_joints = random.chance(0.5);
@@ -141,7 +142,7 @@ void quaternion_matrix(const T (&q)[4], T (&column)[3][3]) {
     for (int c = 0; c < 3; ++c) column[k][c] = m[k][c];
 }
 
-// Where instances stand: in a cube of this half width, by origins about a point, or by their poses alone.
+// Where instances are: in a cube with the half width `spread`, placed by origins about a point or by their poses alone.
 struct PoseRange {
   double spread = 1;
   bool orientations = false;
@@ -167,7 +168,7 @@ inline void write_pose(PoseFormat format, const double (&q)[4], const Vec3<doubl
   if (!rows) out[15] = 1;
 }
 
-// Random poses of a rig: every link rotated anew, joints kept together.
+// Random poses of a rig: every link has a new rotation, and links stay joined.
 inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instances, PoseFormat format,
                           const PoseRange& range) {
   Poses out;

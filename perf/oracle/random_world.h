@@ -5,7 +5,7 @@
 
 namespace cab::oracle {
 
-// Counts of instances about the edges of a tile.
+// Numbers of instances near multiples of a tile.
 inline constexpr std::uint32_t kInstanceCounts[] = {1, 2, 15, 16, 17, 33};
 
 inline Rig any_rig(Random& random, unsigned most_links) {
@@ -14,7 +14,7 @@ inline Rig any_rig(Random& random, unsigned most_links) {
   return random_rig(random, topology, links, 1 + random.index(3));
 }
 
-// Places for the members of one world: all about one point, near the world's origin or 1e6 to 1e9 out.
+// A range for the members of one world, all about one point: near the world's origin, or far from it.
 inline PoseRange any_pose_range(Random& random, bool far, const Vec3<double>& about, double spread) {
   PoseRange range;
   range.spread = spread;
@@ -34,7 +34,8 @@ inline Member any_member(Random& random, std::uint32_t instances, BatchKind kind
   return member;
 }
 
-// Adds a to b and, where its kind may, every batch to itself, and every batch within.
+// Adds rules for every two batches, for every batch of characters with itself, and for every batch within its
+// instances.
 inline void pair_all(World& world, std::uint32_t first, std::uint32_t count) {
   for (std::uint32_t a = first; a < first + count; ++a) {
     const bool characters = world.members[a - 1].kind == BatchKind::kCharacters;
@@ -46,7 +47,7 @@ inline void pair_all(World& world, std::uint32_t first, std::uint32_t count) {
   }
 }
 
-// Layers and masks of few bits for some members, so that many pairs are let through and many are not.
+// Gives some members layers and masks of few bits, so that many pairs match and many do not.
 inline void add_layers(Random& random, World& world) {
   const auto few_bits = [&] {
     return (1u << random.index(4)) | (random.chance(0.6) ? 1u << (28 + random.index(4)) : 0);
@@ -61,7 +62,7 @@ inline void add_layers(Random& random, World& world) {
   }
 }
 
-// One to three batches of characters, crowded enough that many touch.
+// Adds one to three batches of characters, crowded enough that many touch.
 inline void add_characters(Random& random, World& world, unsigned most_links = 64) {
   const auto first = static_cast<std::uint32_t>(world.members.size() + 1);
   const std::uint32_t count = 1 + random.index(3);
@@ -77,7 +78,7 @@ inline void add_characters(Random& random, World& world, unsigned most_links = 6
   pair_all(world, first, count);
 }
 
-// Two to four sequences of as many frames, or of one frame that meets all.
+// Adds two to four sequences with equal numbers of frames. Some have one frame, which is paired with all frames.
 inline void add_frames(Random& random, World& world, unsigned most_links = 64) {
   const auto first = static_cast<std::uint32_t>(world.members.size() + 1);
   const std::uint32_t count = 2 + random.index(3);

@@ -34,7 +34,7 @@ double surface_along(const Axes& axes, const std::vector<OracleBox<double>>& box
   return surface_of(half);
 }
 
-// Rotated about one of the axes.
+// The axes rotated about one of them.
 Axes rotated(const Axes& axes, std::size_t about, double angle) {
   const std::size_t i = (about + 1) % 3, j = (about + 2) % 3;
   Axes out = axes;
@@ -49,7 +49,7 @@ Axes random_axes(Random& random) {
   return {to_vec3(axis[0]), to_vec3(axis[1]), to_vec3(axis[2])};
 }
 
-// Turns axes while a step about any of them gains, halving the step where none does.
+// Rotates axes about one of them while that shrinks the surface. If no rotation by the step does, the step is halved.
 double refined(Axes axes, double best, const std::vector<OracleBox<double>>& boxes) {
   for (double step = kFirstStep; step > kLastStep;) {
     bool gained = false;

@@ -1,4 +1,4 @@
-// Near-touching pairs: support features are brought together along an axis, then one half extent closes the gap.
+// Nearly touching pairs. Support features are brought together along an axis, then one half extent closes the gap.
 #include "perf/oracle/touching_pairs.h"
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 // Cosine below which a box's axis counts as lying in the contact plane, so that the contact may slide along it.
 constexpr double kTangent = 1e-5;
 
-// Passes of closing the gap; each leaves the rounding of one half extent.
+// How often the gap is closed. Each pass leaves the rounding of one half extent.
 constexpr int kClosingPasses = 3;
 
 // Rounds a double vector into a float one.
@@ -26,7 +26,7 @@ void set_random_frame(Random& random, OracleBox<float>& box) {
   if (random.chance(0.5)) drift_frame(random, box);
 }
 
-// Three halves, log-uniform between least and most, in random order.
+// Sets three half extents, log-uniform between least and most.
 void set_halves(Random& random, double least, double most, OracleBox<float>& box) {
   for (float& half : box.half) half = static_cast<float>(random.log_uniform(least, most));
 }
@@ -48,7 +48,7 @@ void set_rotated_frame(const OracleBox<float>& from, std::size_t k, double angle
   store_rounded(c * side2 - s * side1, box.axis[(k + 2) % 3]);
 }
 
-// Turns a frame by an angle in radians about a random direction (Rodrigues).
+// Rotates a frame by an angle in radians about a random direction (Rodrigues).
 void tilt_frame(Random& random, double angle, OracleBox<float>& box) {
   const Vec3<double> about = random.unit_vector();
   const double c = std::cos(angle);
@@ -141,7 +141,8 @@ Vec3<double> contact_direction(Random& random, const BoxPair& pair) {
   return convert<double>(axis_of(pair.a, 0));
 }
 
-// A point of the box, relative to its centre, farthest along a direction: anywhere on a face or an edge that is.
+// A point of the box, relative to its centre, that is farthest along a direction. If a face or an edge is farthest, the
+// point is anywhere on it.
 Vec3<double> support_point(Random& random, const OracleBox<float>& box, const Vec3<double>& direction) {
   Vec3<double> point{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -171,7 +172,7 @@ Vec3<double> axis_direction(const BoxPair& pair, std::size_t k) {
   return normalized(cross(axis_of(box, (k + 1) % 3), axis_of(box, (k + 2) % 3)));
 }
 
-// Makes the largest gap the wanted one, in metres, by the half extent that matters most on its axis.
+// Makes the largest gap equal to `wanted`, in metres, by changing the half extent that matters most on its axis.
 void close_gap(double wanted, BoxPair& pair) {
   const AxisGaps gaps =
       axis_gaps(convert<double>(pair.a), convert<double>(pair.b), convert<double>(exact_offset(pair)));
@@ -216,13 +217,14 @@ BoxPair exactly_touching_pair(Random& random, bool a_is_point) {
   return pair;
 }
 
-// Halves in metres of the poses, all different so that no mix-up of indices goes unseen.
+// The half extents of the poses in metres. All differ, so that a mix-up of indices shows.
 constexpr float kPoseHalves[2][3] = {{1.0f, 0.875f, 1.125f}, {0.75f, 0.8125f, 0.6875f}};
 
-// What the poses leave between the boxes, over Sa + Sb.
+// The gap between the boxes of the poses, over Sa + Sb.
 constexpr double kPoseGap = 0.03;
 
-// The farthest point of a box along a direction, relative to its centre: the middle of an edge or a face that is.
+// The farthest point of a box along a direction, relative to its centre. If a face or an edge is farthest, the point is
+// its middle.
 Vec3<double> middle_support(const OracleBox<double>& box, const Vec3<double>& direction) {
   Vec3<double> point{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -233,7 +235,7 @@ Vec3<double> middle_support(const OracleBox<double>& box, const Vec3<double>& di
   return point;
 }
 
-// Frame of B whose three faces look equally far from a direction: a corner points at A.
+// Gives B a frame whose three face normals have equal angles with a direction, so that a corner points at A.
 void aim_corner(Random& random, const Vec3<double>& direction, OracleBox<double>& box) {
   double axis[3][3];
   random.rotation_about(direction, 0, axis);
@@ -246,7 +248,7 @@ void aim_corner(Random& random, const Vec3<double>& direction, OracleBox<double>
   }
 }
 
-// Frame of B whose edge j crosses A's edge i at a right angle, both across the returned direction.
+// Gives B a frame whose edge j is at a right angle to A's edge i. Both are at right angles to the returned direction.
 Vec3<double> cross_edges(const OracleBox<double>& a, std::size_t i, std::size_t j, OracleBox<double>& b) {
   const Vec3<double> edge = axis_of(a, i);
   const Vec3<double> direction = normalized(axis_of(a, (i + 1) % 3) + axis_of(a, (i + 2) % 3));

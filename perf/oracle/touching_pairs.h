@@ -1,4 +1,4 @@
-// Pairs of float boxes made to be hard for an overlap test.
+// Pairs of float boxes that are hard for an overlap test.
 #pragma once
 
 #include "perf/oracle/oracle_box.h"
@@ -12,19 +12,19 @@ struct BoxPair {
   double origin_a[3], origin_b[3];
 };
 
-// What makes a near-touching pair hard.
+// What makes a nearly touching pair hard.
 enum class TouchRegime {
   kOrdinary,           // halves within a factor of 10 of each other
   kHighAspect,         // longest over shortest half to 1e6
   kPlates,             // one or both without thickness
   kLines,              // a segment against a solid, a plate, or another segment on its line
   kPoints,             // a point against a solid, a plate, a segment or a point
-  kTinyHuge,           // sizes apart by 1e2 to 1e6
+  kTinyHuge,           // one box 1e2 to 1e6 times as large as the other
   kParallelEdges,      // one axis in common, bit for bit, or all three
   kNearParallelEdges,  // frames rotated by 1e-8 to 1e-2
   kFarCenters,         // centres 10 to 1e4 sizes from their common origin
-  kFarOrigins,         // instances 1e5 to 1e7 m out, centres within metres of their origins
-  kOneAxis,            // a pose about each of the 15 axes, which alone decides
+  kFarOrigins,         // instances 1e5 to 1e7 m from the world's origin, centres within metres of their own origins
+  kOneAxis,            // one of the 15 axes alone decides
   kExtremeScale,       // sizes 1e-30 to 1e18
 };
 inline constexpr unsigned kTouchRegimeCount = 12;

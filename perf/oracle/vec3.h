@@ -6,7 +6,7 @@
 
 namespace cab::oracle {
 
-// A point or a direction; the frame and the unit are those of whoever made it.
+// A point or a direction. The code that makes it says its frame and unit.
 template <class T>
 struct Vec3 {
   T v[3];

@@ -1,4 +1,4 @@
-// A world to run frames on: rigs with poses, rules, and what came out of a frame.
+// A world to run frames on: rigs with poses, the rules, and the outcome of a frame.
 #pragma once
 
 #include "perf/oracle/box_distance.h"
@@ -15,7 +15,7 @@
 
 namespace cab::oracle {
 
-// Throws what a call answered, unless that is kOk.
+// Throws the status of a call in words, unless it is kOk.
 inline void require(Status status) {
   if (status != Status::kOk) throw std::runtime_error(to_string(status));
 }
@@ -132,7 +132,7 @@ inline bool same_bits(const Box* a, const Box* b, std::size_t count) {
   return std::memcmp(a, b, count * sizeof(Box)) == 0;
 }
 
-// Every way to refit: each row of the table of policies with both extents, to be descended.
+// Policies for every way to refit: each value of `refit` with each value of `extents`, with strategy tree.
 inline std::vector<Policies> all_refits() {
   std::vector<Policies> out;
   for (std::uint32_t refit = 0; refit < policy_table()[0].value_count; ++refit)
@@ -146,7 +146,7 @@ inline bool same_hits(const std::vector<Hit>& a, const std::vector<Hit>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Hit)) == 0);
 }
 
-// Link pairs of a that b lacks.
+// The number of link pairs of a that b lacks.
 inline std::size_t missing_from(const std::vector<Hit>& a, const std::vector<Hit>& b) {
   std::vector<Hit> out;
   std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(out), link_less);
@@ -158,7 +158,7 @@ inline bool same_counts(const FrameStats& a, const FrameStats& b) {
          a.false_positives == b.false_positives && a.instances_masked == b.instances_masked;
 }
 
-// Whether some bit of an instance's mask is a layer of another; all bits are set where none are given.
+// Whether some bit of an instance's mask is a layer of another instance. Without layers or masks all bits are set.
 inline bool sees(const Member& a, std::uint32_t instance_a, const Member& b, std::uint32_t instance_b) {
   for (int bit = 0; bit < 32; ++bit)
     if ((a.layer_masks.empty() || a.layer_masks[instance_a] >> bit & 1) &&

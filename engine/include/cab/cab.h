@@ -7,14 +7,15 @@
 //   run_frame                                      every frame
 //   destroy_engine                                 at the end; nothing can be removed before
 //
-// Errors      No call throws. A call that fails says why by its Status and changes nothing (Status has two exceptions).
-//             Each call lists every status that it can answer besides kOk.
+// Errors      No call throws. A call that fails says why by its Status and changes nothing (Status names the
+//             exceptions). The comment of each call lists every status that it can answer besides kOk.
 // Threads     There is no global state, and engines are independent of each other. An engine serves one call at a time,
-//             from whatever thread: a call that works while another runs answers kBusy and does nothing. Calls with a
-//             `const Engine&` only read: they may run on any thread beside each other and beside run_frame and
-//             compute_boxes, but not beside add_articulation and add_batch. No call may run beside destroy_engine.
-// Memory      The caller's allocator, if there is one, serves articulations, batches and workers. The engine itself and
-//             FCL's shapes come from operator new.
+//             from any thread. A call with an `Engine&` that starts while another one runs answers kBusy and does
+//             nothing. Calls with a `const Engine&` only read: they may run at the same time as each other, run_frame
+//             and compute_boxes, but not at the same time as add_articulation and add_batch. No call on the engine may
+//             run at the same time as destroy_engine.
+// Memory      The caller's allocator, if there is one, serves articulations, batches and workers. The engine itself,
+//             FCL's shapes and temporary lists of calls come from operator new.
 #pragma once
 
 #include <cab/types.h>
@@ -22,27 +23,28 @@
 
 namespace cab {
 
-// All that create_engine makes: articulations, batches and the memory of workers. Opaque.
+// Owns articulations, batches and the memory of workers. Its contents are private to the library.
 struct Engine;
 
-// Makes an engine without articulations and batches, and writes it to *out, which must not be null. The caller destroys
-// it with destroy_engine. What desc points to is copied.
+// Makes an engine without articulations and batches, and writes its address to *out, which must not be null. The caller
+// owns the engine and frees it with destroy_engine. The structs that desc points to are copied.
 // Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB.
 // Statuses: kBadOutput (out is null), kIsaNotAvailable, kBadAllocator, kBadScheduler, kOutOfMemory.
 // Thread: any.
 [[nodiscard]] CAB_API Status create_engine(const EngineDesc& desc, Engine** out) noexcept;
 
-// Frees an engine and all that it owns; its ids mean nothing afterwards. Null is allowed and does nothing.
+// Frees an engine and everything that it owns. Its ids are invalid afterwards. Null is allowed and does nothing.
 // Cost: gives every block back to the allocator.
 // Thread: any, while no other call on this engine runs.
 CAB_API void destroy_engine(Engine* engine) noexcept;
 
-// Adds an articulation, and writes its id to *out, which must not be null. All of desc is checked and copied. If it is
-// refused, *bad_element (may be null) receives where: the index of the link for kBadParent and kBadJoint, of the leaf
-// for kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape and kShapeOutsideLeafBox, of the entry of ignored_pairs for
-// kBadIgnoredPair. Other statuses say all by themselves.
-// Cost: for once, not for every frame. Memory by links squared (bits) and by leaves, parts and vertices. While it runs,
-// ignored_hops takes two bytes per ordered pair of links, rest_pose some eight bytes per pair of leaves.
+// Adds an articulation, and writes its id to *out, which must not be null. All of desc is checked and copied. If desc
+// is refused, *bad_element (may be null) receives the index of the bad element: of the link for kBadParent and
+// kBadJoint, of the leaf for kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape and kShapeOutsideLeafBox, and of the
+// entry of ignored_pairs for kBadIgnoredPair. With other statuses *bad_element has no meaning.
+// Cost: too high for every frame. Memory: one bit per ordered pair of links, and memory in proportion to leaves, parts
+// and vertices. While the call runs, ignored_hops takes two bytes per ordered pair of links, and rest_pose about eight
+// bytes per pair of leaves.
 // Statuses: kBusy, kBadOutput (out is null), kNoLinks, kTooManyLinks, kBadParent, kBadJoint, kNoLeaves,
 // kTooManyLeaves, kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox, kBadIgnoredPair,
 // kBadRestPose, kOutOfMemory.
@@ -51,41 +53,44 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
                                               std::uint32_t* bad_element = nullptr) noexcept;
 
 // Fits an oriented box about the vertices of a mesh, for Leaf::box. `vertices` holds x y z of each vertex in the link's
-// frame. The box is written to *out, which must not be null. Every vertex is inside it, in exact arithmetic. The axes
-// come from the covariance of the extreme vertices, then are rotated while that shrinks the surface. They are ordered
-// to match the link's axes, and ties prefer the link's own. Order, repetition and inner vertices change nothing. The
-// last bits of the box may differ between builds: the box is input, so the promise of same bits begins after it.
-// Cost: for once, not for every frame. About 720 dot products per vertex, and temporary memory from operator new.
+// frame. The box is written to *out, which must not be null. In exact arithmetic, every vertex is inside the box. The
+// axes come from the covariance of the extreme vertices, then are rotated while that shrinks the surface. They are
+// ordered to match the link's axes, and ties prefer the link's own axes. The order of vertices, repeated vertices and
+// inner vertices have no effect. The last bits of the box may differ between builds: the box is input, so the promise
+// of same bits begins after it.
+// Cost: too high for every frame. About 370 dot products per vertex, and temporary memory from operator new.
 // Statuses: kBadOutput (out is null), kBadVertices, kOutOfMemory.
 // Thread: any, at any time; no engine is involved.
 [[nodiscard]] CAB_API Status fit_box(Span<const float> vertices, Box* out) noexcept;
 
-// Adds a batch, and writes its id to *out, which must not be null. This makes room for its instances, and makes the
-// memory of every worker anew, large enough for all batches so far. No later call allocates for the batch.
-// Cost: about 295 bytes per character, nothing per instance of a sequence, and 0.4 to 35 MB per worker by the largest
-// articulation (docs/layout.md), all of it zeroed. The workers' old memory is freed after the new one is made.
+// Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances, and replaces
+// the memory of every worker by memory that is large enough for all batches so far. run_frame and compute_boxes
+// allocate nothing for it.
+// Cost: about 295 bytes per character and nothing per instance of a sequence. Each worker takes 0.4 to 35 MB, which
+// depends on the largest articulation (docs/layout.md). All memory is zeroed. The workers' old memory is freed after
+// the new memory is made.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownArticulation, kBadBatchKind, kNoInstances, kTooManyInstances,
 // kOutOfMemory.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept;
 
-// Runs one frame: poses every batch with input, finds the instances that come near each other, tests their boxes, asks
+// Runs one frame: poses every batch with input, finds the instances whose bounds overlap, tests their boxes, applies
 // the exact test if there is one, and writes the hits. FrameJob says what is read and written. No answer depends on
 // earlier frames, so frames may come in any order. Inner boxes are made only for strategies that descend them.
-// Cost: time grows with instances, then with pairs of instances that come near each other; docs/performance.md has
-// figures. It allocates nothing with Exact::kNone and one thread or the caller's scheduler. With TBB its tasks may
-// allocate, with Exact::kFcl FCL does, both by their own means.
+// Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
+// has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
+// their own means.
 // Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadOrigins,
 // kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kBadReport,
 // kBadMargin, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks).
 // Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
-// Writes every box of every instance of one batch: node n of instance i to boxes[i * node_count + n], leaves first, the
-// root last, relative to the instance's origin in the world's axes. These are the bits that run_frame tests
-// without a margin. With a refit of axis-aligned boxes it is the smallest Box about the stored bounds.
-// Masked instances have zero boxes, and input.flags says which they are. Layers, strategy, exact test and in_contact do
-// not matter here, but must be valid.
+// Writes every box of every instance of one batch, relative to the instance's origin in the world's axes. Node n of
+// instance i goes to boxes[i * node_count + n], leaves first, the root last. `boxes` must have room for all of them.
+// They have the bits that run_frame tests without a margin. With a refit of axis-aligned boxes, each Box lies along the
+// world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags says
+// which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
 // Statuses: kBusy, kBadPolicy, kUnknownBatch, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers,
 // kBadInContact, kBadOutput (boxes is too small).
@@ -99,8 +104,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Thread: any, while no call adds to this engine.
 [[nodiscard]] CAB_API Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept;
 
-// Writes the merge order of an articulation's hierarchy, which is the same for all its instances and frames: leaf_count
-// - 1 steps, for which `steps` must have room.
+// Writes the merge order of an articulation's hierarchy, which is the same for all its instances and frames. It has
+// leaf_count - 1 steps, and `steps` must have room for them.
 // Cost: a copy; allocates nothing.
 // Statuses: kUnknownArticulation, kBadOutput (steps is too small).
 // Thread: any, while no call adds to this engine.
@@ -113,24 +118,25 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Thread: any, while no call adds to this engine.
 [[nodiscard]] CAB_API Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> pairs) noexcept;
 
-// How many workers an engine has: the caller's worker_count, or the threads of the built-in scheduler.
+// Returns how many workers an engine has: the caller's worker_count, or the threads of the built-in scheduler.
 // Cost: constant time; allocates nothing. Thread: any.
 CAB_API std::uint32_t engine_thread_count(const Engine& engine) noexcept;
 
-// The instruction set that an engine's kernels use, never Isa::kAuto.
+// Returns the instruction set that an engine's kernels use, never Isa::kAuto.
 // Cost: constant time; allocates nothing. Thread: any.
 CAB_API Isa engine_isa(const Engine& engine) noexcept;
 
-// Whether this CPU, its operating system and this build can run an instruction set. Isa::kAuto and Isa::kScalar always
-// can; a number that is not an Isa cannot.
+// Returns whether this CPU, its operating system and this build can run an instruction set: always true for Isa::kAuto
+// and Isa::kScalar, always false for a number that is not an Isa.
 // Cost: constant time; allocates nothing. Thread: any.
 CAB_API bool isa_available(Isa isa) noexcept;
 
-// The name of an instruction set, such as "avx2"; the string lives as long as the program.
+// Returns the name of an instruction set, such as "avx2". The string lives as long as the program.
 // Cost: constant time; allocates nothing. Thread: any.
 CAB_API const char* to_string(Isa isa) noexcept;
 
-// A status in words, without a capital at the start or a period at the end; the string lives as long as the program.
+// Returns a status in words, without a capital at the start or a period at the end. The string lives as long as the
+// program.
 // Cost: constant time; allocates nothing. Thread: any.
 CAB_API const char* to_string(Status status) noexcept;
 

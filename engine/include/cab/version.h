@@ -1,6 +1,6 @@
 // The version of cab: of the headers that a program was compiled with, and of the library that it runs.
 //
-// The three numbers below are the only place of the version; CMake reads them here. Before 1.0 each change of the API
+// The version is written only in the three numbers below; CMake reads them here. Before 1.0 each change of the API
 // raises the minor version.
 #pragma once
 
@@ -12,7 +12,7 @@
 #define CAB_VERSION_MINOR 1
 #define CAB_VERSION_PATCH 0
 
-// The same as text: "MAJOR.MINOR.PATCH".
+// The version as text: "MAJOR.MINOR.PATCH". The two other macros serve this one.
 #define CAB_VERSION_STRING CAB_VERSION_TEXT(CAB_VERSION_MAJOR, CAB_VERSION_MINOR, CAB_VERSION_PATCH)
 #define CAB_VERSION_TEXT(major, minor, patch) \
   CAB_VERSION_QUOTE(major) "." CAB_VERSION_QUOTE(minor) "." CAB_VERSION_QUOTE(patch)
@@ -22,14 +22,15 @@ namespace cab {
 
 // A version of cab.
 struct Version {
-  std::uint32_t major = 0;     // 0 until the API is stable; after that raised when programs have to change
-  std::uint32_t minor = 0;     // raised by every other change of the API
+  std::uint32_t major = 0;     // 0 until the API is stable; later raised by changes to which programs must adapt
+  std::uint32_t minor = 0;     // raised by every other change of the API, and by every change while major is 0
   std::uint32_t patch = 0;     // raised by a release that leaves the API as it is
   const char* text = nullptr;  // "MAJOR.MINOR.PATCH"; lives as long as the program
 };
 
-// The version of the library that runs. It differs from the macros above where a program was compiled with the headers
-// of one version and loads the shared libcab of another. Allocates nothing. From any thread, at any time.
+// Returns the version of the library that runs. It differs from the macros above if a program was compiled with the
+// headers of one version and loads the shared libcab of another.
+// Cost: constant time; allocates nothing. Thread: any.
 CAB_API Version version() noexcept;
 
 }  // namespace cab

@@ -1,8 +1,10 @@
 // Policies: every choice between speed and accuracy, and the one table of their names and meanings.
 //
 // No policy loses a pair of links that touch. Most policies change how fast the answer comes; some also change how many
-// pairs that are apart are reported with the others. docs/policies.md has the figures. The functions below are pure:
-// they allocate nothing, take well under a microsecond, and may be called from any thread at any time.
+// pairs that are apart are reported with the others. docs/policies.md has the figures.
+//
+// Every function below takes well under a microsecond, allocates nothing, and reads and writes only its arguments and
+// constant tables. Any thread may call it at any time.
 #pragma once
 
 #include <cab/api.h>
@@ -30,8 +32,8 @@ enum class Extents : std::uint8_t {
   kLeaves,    // an inner box is as large as the leaf boxes below it need
 };
 
-// How overlapping leaf pairs are found. kLinks does what kRows does if no character of the frame has several leaves on
-// a link, and if the refit makes axis-aligned boxes.
+// How overlapping leaf pairs are found. For characters, kLinks becomes kRows in two cases: no character of the frame
+// has several leaves on a link, or the refit makes axis-aligned boxes.
 enum class Strategy : std::uint8_t {
   kTree,      // simultaneous descent of two hierarchies
   kRows,      // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute
@@ -53,7 +55,8 @@ enum class Sat : std::uint8_t {
   kFaces6,  // the six face normals: less time per test, but more pairs pass
 };
 
-// How many values each enumeration has. kOrientedRefitCount: the refits before kAabbHull.
+// How many values each enumeration has. kOrientedRefitCount counts the refits that make oriented boxes: those before
+// kAabbHull.
 inline constexpr std::uint32_t kRefitCount = 7;
 inline constexpr std::uint32_t kOrientedRefitCount = static_cast<std::uint32_t>(Refit::kAabbHull);
 inline constexpr std::uint32_t kExtentsCount = 2;
@@ -63,9 +66,9 @@ inline constexpr std::uint32_t kSatCount = 2;
 
 // The policies of a frame. Every combination is valid and conservative; the defaults are the preset `balanced`.
 struct Policies {
-  Refit refit = Refit::kCab;             // how inner boxes are made; also the kind of leaf boxes that are tested
+  Refit refit = Refit::kCab;             // how inner boxes are made, and whether leaf boxes are axis-aligned too
   Strategy strategy = Strategy::kAuto;   // how overlapping leaf pairs are found
-  Exact exact = Exact::kNone;            // what confirms them
+  Exact exact = Exact::kNone;            // what confirms an overlapping leaf pair
   Extents extents = Extents::kChildren;  // what inner boxes contain
   Sat sat = Sat::kAll15;                 // which axes can separate two oriented boxes
 };
@@ -74,7 +77,7 @@ struct Policies {
 struct PolicyValue {
   std::uint8_t value;   // the enumerator as a number, which is also its index in PolicyField::values
   const char* name;     // on the command line and in files, such as "cab_sum"
-  const char* meaning;  // what it does, in one phrase
+  const char* meaning;  // what the value does, in one phrase
 };
 
 // One field of Policies: a row of the table of policies. All of it lives as long as the program.
@@ -92,22 +95,23 @@ CAB_API Span<const PolicyField> policy_table() noexcept;
 // The value of the field whose row in policy_table() is `field`, as a number; 0 if the table has no such row.
 CAB_API std::uint32_t policy_get(const Policies& policies, std::uint32_t field) noexcept;
 
-// Sets that field to the value of this name. Returns false and changes nothing if the table has no such row, or the row
-// has no value of that name (null included).
+// Sets the field whose row in policy_table() is `field` to the value with this name. Returns false and changes nothing
+// if the table has no such row, if the row has no such value, or if the name is null.
 CAB_API bool policy_set(Policies& policies, std::uint32_t field, const char* value_name) noexcept;
 
-// All policies chosen at once, by one name. A preset says how boxes are made and tested. What is asked is the caller's
-// choice, so `exact` is kNone in all presets. The strings live as long as the program.
+// Values for all policies under one name. A preset says how boxes are made and tested. Whether hits are confirmed is
+// the caller's choice, so `exact` is kNone in all presets. The strings live as long as the program.
 struct PolicyPreset {
   const char* name;     // on the command line and for preset_set, such as "fast"
-  const char* meaning;  // what it is for, in one phrase
+  const char* meaning;  // what the preset is for, in one phrase
   Policies policies;    // the value of every field
 };
 
-// The one table of presets.
+// The one table of presets. preset_set, the command line and the documents share it.
 CAB_API Span<const PolicyPreset> preset_table() noexcept;
 
-// Sets every field to that of a preset. Returns false and changes nothing if no preset has that name (null included).
+// Sets every field to its value in the preset with this name. Returns false and changes nothing if there is no such
+// preset, or if the name is null.
 CAB_API bool preset_set(Policies& policies, const char* preset_name) noexcept;
 
 }  // namespace cab

@@ -5,8 +5,8 @@
 
 namespace cab {
 
-// A borrowed array: `size` values of T that follow each other from `data` on. It owns nothing: the array must live as
-// long as the span is used.
+// A borrowed array: `size` values of T, one after the other, from `data` on. A span owns nothing: the array must live
+// as long as the span is used.
 template <class T>
 struct Span {
   // The first value. May be null if size is 0.
@@ -22,7 +22,7 @@ struct Span {
   // Value i, which must be below size. Not checked.
   constexpr T& operator[](std::size_t i) const noexcept { return data[i]; }
 
-  // Whether there is no value.
+  // Whether size is 0.
   constexpr bool empty() const noexcept { return size == 0; }
 };
 

@@ -2,25 +2,28 @@
 //
 // Conventions, for all of the API:
 //
-// Units       All lengths are in one unit, the caller's choice: no constant of the library is a length. Angles do not
-//             occur: rotations are quaternions or matrices. Times are in seconds.
+// Units       All lengths are in one unit, which the caller chooses: no constant of the library is a length. The API
+//             has no angles: rotations are quaternions or matrices. Times are in seconds.
 // Frames      "link" is a link's own frame. "instance" is the frame of one posed articulation: a pose takes points of a
 //             link to it. "world" is common to all instances: a point p of an instance stands there at
-//             origin + orientation * p. "Relative to the instance's origin" means in the world's axes, less the origin.
+//             origin + orientation * p. "Relative to the instance's origin" means in the world's axes, counted from
+//             that origin.
 // Rotations   Quaternions are x y z w. Vectors are columns, so a rotated point is R * p. PoseFormat says which matrices
 //             are stored by rows and which by columns.
-// Handedness  Any will do, as will any axis as "up", if all input agrees. Rotations, and the axes of boxes, have
-//             determinant 1.
+// Handedness  The caller's coordinates may be right-handed or left-handed, and any axis may point up, if all input
+//             agrees. The determinant of rotations, and of the axes of boxes, is 1.
 // Indices     Links, leaves, instances and entries of spans count from 0, ids from 1.
-// Precision   Poses, boxes and shapes are float, relative to an instance. Origins are double. Every box contains, in
-//             floating point, what it stands for: rounding may add a pair that is apart, but loses none that touches.
+// Precision   Poses, boxes and shapes are float, relative to an instance. Origins are double. Every box is padded, so
+//             that it contains what it stands for in spite of rounding. Rounding may add a pair that is apart, but
+//             never loses a pair that touches.
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
-//             overlap what else it writes or reads. add_articulation copies what it keeps.
+//             overlap anything else that it writes or reads. add_articulation copies what it keeps.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
-//             earlier frames or the caller's floating-point mode. With an exact test the hits are those of one build.
-//             docs/embedding.md, "What is promised", has the details.
-// Defaults    Spans are empty by default, ids name no object, and other members show their default. Plain results, such
-//             as Hit and Contact, have no defaults.
+//             earlier frames or the caller's floating-point mode. With an exact test, hits are the same in every run of
+//             one build, but another build of FCL may decide otherwise. docs/embedding.md, "What is promised", has the
+//             details.
+// Defaults    A span is empty by default, an id is that of no object, and other members show their default. Plain
+//             results, such as Hit and Contact, have no defaults.
 #pragma once
 
 #include <cab/policy.h>
@@ -33,9 +36,10 @@ namespace cab {
 
 // ------------------------------------------------------------------------------------------------ statuses, limits
 
-// What a call answers. The comments are the words of to_string(Status). Every answer but kOk leaves all outputs as they
-// were, with two exceptions: kHitsOverflow (see FrameJob), and kOutOfMemory of run_frame, after which `flags` and
-// `in_contact` may be half written.
+// What a call answers. The comments are the words of to_string(Status). A call that does not answer kOk leaves its
+// outputs as they were, with three exceptions. After kHitsOverflow, FrameJob says what holds. After kOutOfMemory of
+// run_frame, `flags`, `in_contact`, `hits`, `contacts` and their counts may be partly written. add_articulation writes
+// *bad_element when it refuses a description.
 enum class Status : std::int32_t {
   kOk = 0,               // ok
   kOutOfMemory,          // an allocation failed
@@ -87,8 +91,9 @@ inline constexpr std::uint32_t kMaxLeaves = 1024;
 inline constexpr std::uint32_t kMaxInstances = 1u << 24;
 inline constexpr std::uint32_t kMaxBatches = 4096;
 
-// The largest magnitude of a coordinate or half extent, relative to the instance's origin. An instance whose pose
-// exceeds it is masked like one whose pose is not finite: products of the overlap test would overflow float.
+// The largest magnitude of a coordinate or half extent, relative to the instance's origin, in the caller's unit. An
+// instance whose pose exceeds it is masked like one whose pose is not finite: products of the overlap test would
+// overflow float.
 inline constexpr float kMaxCoordinate = 1e18f;
 
 // ------------------------------------------------------------------------------------------------------ basic types
@@ -103,7 +108,7 @@ struct BatchId {
   std::uint32_t value = 0;  // counts from 1 in the order of add_batch; 0 (default) is no batch
 };
 
-// The instruction set that kernels use. All give the same bits.
+// The instruction set that kernels use. All give the same bits. kIsaCount counts the values, kAuto included.
 enum class Isa : std::uint8_t {
   kAuto,    // the best that this CPU, its operating system and this build offer
   kScalar,  // no SIMD: the same source compiled for single floats
@@ -114,9 +119,8 @@ enum class Isa : std::uint8_t {
 };
 inline constexpr std::uint32_t kIsaCount = 6;
 
-// An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. The frame is
-// that of what the box belongs to: the link's for Leaf::box and fit_box, relative to the instance's origin for
-// compute_boxes.
+// An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. Leaf::box and
+// fit_box use the link's frame. compute_boxes writes boxes relative to the instance's origin.
 struct Box {
   float center[3];   // x y z of the centre, in the caller's unit
   float axis[3][3];  // axis[k] is x y z of the k-th axis: orthonormal, right-handed
@@ -134,7 +138,7 @@ enum class PoseFormat : std::uint8_t {
 
 // The poses of all links of all instances of a batch. Each goes from link to instance ("model space"), never from link
 // to parent. The pose of link l of instance i begins at byte i * instance_stride + l * link_stride of data, so poses
-// may be members of larger structures of the caller's.
+// may be members of the caller's larger structures.
 struct PoseView {
   // How every pose is stored. Translations are in the caller's unit.
   PoseFormat format = PoseFormat::kQuaternionTranslation;
@@ -142,18 +146,19 @@ struct PoseView {
   // The first float of the first pose. Borrowed. Required, except in ArticulationDesc::rest_pose.
   const float* data = nullptr;
 
-  // Bytes from one link's pose to the next link's: a multiple of 4, at least the size of a pose. 0 (default): packed.
+  // Bytes from one link's pose to the next link's: a multiple of 4, at least the size of a pose, at most 2^32.
+  // 0 (default): the size of a pose, so poses follow each other without gaps.
   std::size_t link_stride = 0;
 
   // Bytes from one instance's first pose to the next instance's: a multiple of 4, at least as long as the poses of all
-  // links. 0 (default): link_stride times the number of links.
+  // links, at most 2^38. 0 (default): link_stride times the number of links.
   std::size_t instance_stride = 0;
 };
 
 // ----------------------------------------------------------------------------------------------------- articulation
 
-// The shape of a convex part, and what its size means. All shapes are centred at the part's origin but hulls, whose
-// vertices say where they are.
+// The shape of a convex part, and what ConvexPart::size means for it. All shapes except hulls are centred at the part's
+// origin. A hull is where its vertices are.
 enum class ShapeKind : std::uint8_t {
   kBox,         // size: half extents along x, y, z
   kEllipsoid,   // size: radii along x, y, z
@@ -164,71 +169,73 @@ enum class ShapeKind : std::uint8_t {
 // One convex part of a leaf's exact shape, in a frame of its own. It must lie within its leaf's box, to 2^-22 of the
 // sum of the box's half extents.
 struct ConvexPart {
-  // Which shape it is.
+  // Which shape the part has.
   ShapeKind kind = ShapeKind::kBox;
 
-  // x y z of the part's origin in the link's frame.
+  // x y z of the part's origin in the link's frame, in the caller's unit.
   float position[3] = {0, 0, 0};
 
   // Quaternion x y z w that rotates from the part's frame to the link's. Its squared length must be 1, to 1e-3.
   float rotation[4] = {0, 0, 0, 1};
 
-  // Lengths along the part's axes; ShapeKind says which. Those that the kind uses must be above 0.
+  // Three lengths in the caller's unit. ShapeKind says what each one means. Those that the kind uses must be above 0.
   float size[3] = {0, 0, 0};
 
-  // kConvexHull alone: x y z of each vertex in the part's frame. At least four, not all in one plane; vertices inside
-  // the hull are allowed.
+  // x y z of each vertex in the part's frame, for kConvexHull only. There must be at least four, not all in one plane.
+  // Vertices inside the hull are allowed.
   Span<const float> vertices;
 };
 
 // A rigid body of an articulation, fixed to one link. A link may carry several leaves, or no leaf.
 struct Leaf {
-  // Index of the link that carries it.
+  // Index of the link that carries the leaf.
   std::uint32_t link = 0;
 
-  // Its box, in the link's frame. Half extents may be 0: a plate, a segment or a point is a box. The axes must be
-  // orthonormal and right-handed, to 1e-5. fit_box makes one about a mesh.
+  // The leaf's box, in the link's frame. Required: the default has no axes. Half extents may be 0: a plate, a segment
+  // or a point is a box. The axes must be orthonormal and right-handed, to 1e-5. fit_box makes such a box about a mesh.
   Box box = {};
 
-  // The exact shape, as a union of convex parts. Used by exact tests and by Refit::kAabbVertices. Empty (default): the
-  // box itself.
+  // The exact shape, as a union of convex parts. Exact tests and Refit::kAabbVertices use it. Empty (default): the
+  // shape is the box itself.
   Span<const ConvexPart> parts;
 };
 
 // Two links of one articulation, in either order.
 struct LinkPair {
   std::uint32_t a = 0;  // index of a link
-  std::uint32_t b = 0;  // index of a link; a pair of equal links says nothing
+  std::uint32_t b = 0;  // index of a link; a pair of equal links has no effect
 };
 
 // An articulation: a tree of links and the leaves on them. It does not change once it is added. The last three members
-// say which links of one instance are never reported against each other. They change nothing between two instances.
+// say which links of one instance are never reported against each other. They have no effect on pairs of different
+// instances.
 struct ArticulationDesc {
-  // The index of each link's parent: -1 for the first link, lower than its own index for every other. 1 to kMaxLinks.
+  // The index of each link's parent: -1 for the first link, and lower than the link's own index for every other. There
+  // are 1 to kMaxLinks links.
   Span<const std::int32_t> link_parents;
 
-  // x y z per link: the joint with its parent, in the link's own frame. Empty (default): all joints are at the origins
-  // of the frames. Joints guide how inner boxes are made.
+  // x y z per link: the joint with the parent, in the link's own frame. Empty (default): all joints are at the origins
+  // of the links' frames. Joints guide how inner boxes are made.
   Span<const float> link_joints;
 
-  // The leaves, in any order. 1 to kMaxLeaves.
+  // The leaves, in any order. There are 1 to kMaxLeaves.
   Span<const Leaf> leaves;
 
   // Pairs of links to ignore. A pair may be listed twice and in either order. Empty by default.
   Span<const LinkPair> ignored_pairs;
 
-  // Two links are ignored if the way between them has at most this many joints: with 1 a link and its parent, with 2
-  // also siblings, and a link and its grandparent. 0 (default): no pair is ignored for this.
+  // Two links are ignored if the path between them in the tree has at most this many joints: with 1 a link and its
+  // parent, with 2 also siblings, and a link and its grandparent. 0 (default): no pair is ignored for this reason.
   std::uint32_t ignored_hops = 0;
 
-  // The pose of one instance. Two links are ignored if their leaf boxes touch in it, as oriented boxes in a frame
-  // without orientation or exact test. Without data (default): no pair is ignored for this.
+  // The pose of one instance. Two links are ignored if their oriented leaf boxes touch in this pose, without an
+  // orientation or an exact test. Without data (default): no pair is ignored for this reason.
   PoseView rest_pose = {};
 };
 
-// Why two links of one instance are no pair. Bits, which IgnoredPair::reasons combines.
+// Why two links of one instance are never reported against each other. IgnoredPair::reasons combines these bits.
 enum IgnoredReason : std::uint8_t {
-  kIgnoredExplicitly = 1,  // ArticulationDesc::ignored_pairs names them
+  kIgnoredExplicitly = 1,  // ArticulationDesc::ignored_pairs names the two links
   kIgnoredByHops = 2,      // they are at most ArticulationDesc::ignored_hops joints apart
   kIgnoredAtRest = 4,      // they touch in ArticulationDesc::rest_pose, by oriented leaf boxes alone
 };
@@ -237,26 +244,26 @@ enum IgnoredReason : std::uint8_t {
 struct IgnoredPair {
   std::uint16_t a;       // index of the lower link
   std::uint16_t b;       // index of the higher link
-  std::uint8_t reasons;  // a set of IgnoredReason, never empty
+  std::uint8_t reasons;  // IgnoredReason bits, at least one
 };
 
-// MergeStep::joint_link of two nodes that share no joint.
+// The value of MergeStep::joint_link if the two children share no joint.
 inline constexpr std::uint16_t kNoJoint = 0xffff;
 
-// One merge of the fixed bottom-up order of a hierarchy. Its nodes are the leaves, 0 to leaf_count - 1, and after them
-// one per step: step s makes node leaf_count + s. Written by merge_steps.
+// One merge of the fixed bottom-up order of a hierarchy. Nodes 0 to leaf_count - 1 of the hierarchy are the leaves.
+// Step s makes node leaf_count + s. Written by merge_steps.
 struct MergeStep {
-  std::uint16_t left;        // index of one child, a leaf or a node of an earlier step
+  std::uint16_t left;        // index of one child: a leaf, or a node that an earlier step made
   std::uint16_t right;       // index of the other child
   std::uint16_t joint_link;  // the link whose joint the two children share, or kNoJoint
 };
 
 // Counts of an articulation. Written by articulation_info.
 struct ArticulationInfo {
-  std::uint32_t link_count = 0;          // links
-  std::uint32_t leaf_count = 0;          // leaves
+  std::uint32_t link_count = 0;          // links, with or without leaves
+  std::uint32_t leaf_count = 0;          // leaves on all links
   std::uint32_t node_count = 0;          // nodes of the hierarchy, 2 * leaf_count - 1: leaves first, the root last
-  std::uint32_t depth = 0;               // merges on the longest way from the root to a leaf
+  std::uint32_t depth = 0;               // merges on the longest path from the root to a leaf
   std::uint32_t ignored_pair_count = 0;  // entries that ignored_pairs writes
 };
 
@@ -264,78 +271,81 @@ struct ArticulationInfo {
 
 // What the instances of a batch are.
 enum class BatchKind : std::uint8_t {
-  kCharacters,  // all live at once: each may touch every other
+  kCharacters,  // all instances live at once: each may touch every other
   kSequence,    // instance f is frame f of one character: it may touch only frame f of other sequences
 };
 
 // A batch: instances of one articulation that are posed together.
 struct BatchDesc {
-  // What every instance is; of the same engine. Required.
+  // The articulation of every instance, added to the same engine. Required.
   ArticulationId articulation;
 
   // How many instances there are, 1 to kMaxInstances. A sequence with one instance is a fixed object, such as a table:
   // it is paired with every frame of other sequences.
   std::uint32_t instance_count = 0;
 
-  // What the instances are to each other.
+  // What the instances are to each other. Default: characters.
   BatchKind kind = BatchKind::kCharacters;
 };
 
-// Why an instance is masked. A masked instance is in no pair of the frame, and compute_boxes writes zero boxes for it;
-// it changes no bit of other instances. The values are bits of BatchInput::flags.
+// Why an instance is masked. A masked instance is in no pair of the frame, and changes no bit of other instances.
+// compute_boxes writes boxes with half extents 0 for it. The values are bits of BatchInput::flags.
 enum InstanceFlag : std::uint8_t {
-  kInstanceOk = 0,         // it takes part
+  kInstanceOk = 0,         // the instance takes part
   kInstanceNotFinite = 1,  // a NaN, an infinity, or a coordinate above kMaxCoordinate
   kInstanceNotRigid = 2,   // a quaternion shorter than 1e-3 or longer than 1e3, or a matrix off a rotation by over 1e-3
 };
 
-// What one batch brings to one call. Every span has entries for all instances, in their order, or is empty.
+// The input and the outputs of one batch for one call. Every span has entries for all instances, in their order, or is
+// empty.
 struct BatchInput {
-  // Which batch this is; of the same engine. Required.
+  // Which batch this is. It must be a batch of the same engine. Required.
   BatchId batch;
 
   // The pose of every link of every instance, from link to instance. Required. Poses of links without leaves are read
   // only where a merge needs their joint.
   PoseView poses;
 
-  // x y z per instance: its origin in the world, in double. Finite. Empty (default): all 0.
+  // x y z per instance: the instance's origin in the world. Must be finite. Empty (default): all origins are 0.
   Span<const double> origins;
 
-  // Quaternion x y z w per instance: rotates the instance about its origin, from its frame to the world's axes. Its
-  // length is divided out. Empty (default): no rotation.
+  // Quaternion x y z w per instance: it rotates the instance about its origin, from its frame to the world's axes. The
+  // length of the quaternion is divided out. Empty (default): no instance is rotated.
   Span<const float> orientations;
 
-  // Output, one byte per instance: the InstanceFlag set that says why it is masked, or 0. Empty (default): not asked.
+  // Output of run_frame and compute_boxes, one byte per instance: InstanceFlag bits that say why the instance is
+  // masked, or 0. Empty (default): nothing is written.
   Span<std::uint8_t> flags;
 
-  // One word per instance: the layers it is on, as bits. Two instances are tested against each other only if
+  // One word per instance: bits of the layers that it is on. Two instances are tested against each other only if
   // (layers of a & mask of b) != 0 and (layers of b & mask of a) != 0. Empty (default): all bits are set.
   Span<const std::uint32_t> layers;
 
-  // One word per instance: the layers it is tested against, as bits. Empty (default): all bits are set.
+  // One word per instance: bits of the layers that it is tested against. Empty (default): all bits are set.
   Span<const std::uint32_t> layer_masks;
 
-  // Output of run_frame, one byte per instance: 1 if it is in a hit, with another instance or within itself, else 0.
-  // Empty (default): not asked.
+  // Output of run_frame, one byte per instance: 1 if the instance is in a hit, with another instance or within itself,
+  // else 0. Empty (default): nothing is written.
   Span<std::uint8_t> in_contact;
 };
 
-// What a rule pairs.
+// What a PairRule pairs.
 enum class Pairing : std::uint8_t {
-  kBetween,  // links of instances of a with links of other instances of b, where the layers of the two match
-  kWithin,   // links of each instance with each other, but for ignored pairs; layers do not matter
+  kBetween,  // links of instances of a with links of other instances of b, if the layers of both instances match
+  kWithin,   // links of each instance with each other, except ignored pairs; layers do not matter
 };
 
-// Which instances a frame tests against each other. What no rule pairs is not tested.
+// Which instances a frame tests against each other. Instances that no rule pairs are not tested.
 struct PairRule {
-  // A batch that has input.
+  // A batch that has input in the frame.
   BatchId a;
 
-  // With kBetween a batch that has input and is of the same kind. For characters it may be `a` itself. Two sequences
-  // must differ, and must have equally many instances unless one has a single instance. With kWithin it must be `a`.
+  // With kBetween: a batch that has input in the frame and is of the same kind as `a`. For characters it may be `a`
+  // itself. Two sequences must differ, and must have equally many instances unless one has a single instance.
+  // With kWithin: `a` itself.
   BatchId b;
 
-  // What is paired.
+  // Whether different instances are paired, or the links of each instance. Default: different instances.
   Pairing pairing = Pairing::kBetween;
 };
 
@@ -343,15 +353,15 @@ struct PairRule {
 
 // What a frame finds out.
 enum class Report : std::uint8_t {
-  kHits,       // every two links that touch, and BatchInput::in_contact where it is asked for
-  kInContact,  // BatchInput::in_contact alone: faster, since a pair of instances ends at its first touching leaves
+  kHits,       // every two links that touch, and BatchInput::in_contact where the caller gives it
+  kInContact,  // only BatchInput::in_contact: faster, since a pair of instances is done at its first touching leaves
 };
 
-// Two links that touch, or are nearer than the frame's margin. (batch_a, instance_a, link_a) is lower than
+// Two links that touch, or are at most the frame's margin apart. (batch_a, instance_a, link_a) is lower than
 // (batch_b, instance_b, link_b). One hit stands for all leaves of the two links.
 struct Hit {
   BatchId batch_a;           // batch of the first link
-  std::uint32_t instance_a;  // index of its instance in batch_a; for a sequence the frame, or 0 if it has only one
+  std::uint32_t instance_a;  // index of its instance in batch_a; for a sequence the frame, or 0 for a fixed object
   BatchId batch_b;           // batch of the second link
   std::uint32_t instance_b;  // index of its instance in batch_b, likewise
   std::uint16_t link_a;      // index of the first link
@@ -360,27 +370,28 @@ struct Hit {
   std::uint16_t leaf_b;      // index of a leaf on link_b
 };
 
-// Where the two leaves of a hit touch, by FCL: the deepest contact of their parts. If they are apart, but nearer than
-// the margin, it is the smallest gap. All numbers are 0 where FCL called the leaves touching but gave no contact.
+// Where the two leaves of a hit touch, by FCL: the deepest contact of their parts. If the leaves are apart, but at most
+// the margin apart, the contact describes their smallest gap. All numbers are 0 if FCL gave no contact.
 struct Contact {
   float normal[3];  // unit vector from a to b, in the world's axes
-  float depth;      // how far b must move along normal to be free, in the caller's unit; a gap counts below 0
-  float point[3];   // x y z relative to the origin of instance_a; of a gap the middle
+  float depth;      // how far b must move along normal to be free, in the caller's unit; below 0: minus the gap
+  float point[3];   // x y z relative to the origin of instance_a, in the world's axes; the middle of a gap
 };
 
-// What a frame did. Counts depend on neither instruction set nor threads, except with Report::kInContact, where they
-// depend on which task comes first. Seconds are sums over threads, but for seconds_total.
+// What a frame did. Counts depend neither on the instruction set nor on threads. With Report::kInContact they do depend
+// on threads, because a task skips what another task has already reported. Seconds are sums over threads, except
+// seconds_total.
 struct FrameStats {
-  std::uint64_t candidates = 0;        // pairs of characters that come near each other, and characters tested within
+  std::uint64_t candidates = 0;        // pairs of characters whose bounds overlap, and characters tested within
   std::uint64_t box_tests = 0;         // overlap tests of two boxes, inner ones and leaves
   std::uint64_t leaf_pairs = 0;        // leaf pairs whose boxes overlap: #coll in the paper
-  std::uint64_t exact_tests = 0;       // leaf pairs that the exact test was asked about, at most leaf_pairs
-  std::uint64_t false_positives = 0;   // exact tests that denied the overlap: #false in the paper
-  std::uint64_t instances_masked = 0;  // instances whose pose took no part (InstanceFlag)
+  std::uint64_t exact_tests = 0;       // leaf pairs that went to the exact test, at most leaf_pairs
+  std::uint64_t false_positives = 0;   // exact tests that found the leaves apart: #false in the paper
+  std::uint64_t instances_masked = 0;  // instances that took no part (InstanceFlag says why)
   double seconds_update = 0;           // posing and refit: t[upd]
-  double seconds_broad = 0;            // which characters come near each other
+  double seconds_broad = 0;            // broad phase: finding characters whose bounds overlap
   double seconds_test = 0;             // box tests: t[test]
-  double seconds_query = 0;            // exact tests, reporting of hits, contacts: t[query]
+  double seconds_query = 0;            // exact tests, reporting hits, and contacts: t[query]
   double seconds_contact = 0;          // the part of seconds_query that contacts took
   double seconds_total = 0;            // wall time of the call
 };
@@ -388,8 +399,9 @@ struct FrameStats {
 // One frame: what is posed, what is paired and how, and where the answer goes. Every batch with input is posed. Batches
 // without input take no part.
 //
-// If `hits` is too small, run_frame answers kHitsOverflow. hits_needed is then the room that a second call needs,
-// hit_count is 0, and the contents of hits and contacts mean nothing. flags, in_contact and stats are complete.
+// If `hits` is too small, run_frame answers kHitsOverflow. Then hits_needed is the size of `hits` that a second call
+// needs, hit_count is 0, and the contents of hits and contacts are unspecified. flags, in_contact and stats are
+// complete.
 struct FrameJob {
   // The batches that take part, each once, in any order. Empty (default): a frame without hits.
   Span<const BatchInput> inputs;
@@ -401,72 +413,74 @@ struct FrameJob {
   // How boxes are made and tested, and whether an exact test confirms them. Default: the preset `balanced`.
   Policies policies;
 
-  // A length, 0 (default) to kMaxCoordinate. Links that are at most this far apart are reported too: by their boxes, or
-  // by their shapes if there is an exact test. Boxes may also be reported whose corners are up to 1.74 margins apart.
+  // A length in the caller's unit, from 0 (default) to kMaxCoordinate. Links that are at most this far apart are
+  // reported too. The distance is that of their leaf boxes, or of their shapes if there is an exact test. Two boxes
+  // that face each other corner to corner may be reported up to 1.74 margins apart.
   float margin = 0;
 
-  // What the frame finds out.
+  // What the frame finds out. Default: hits.
   Report report = Report::kHits;
 
   // Output: room for the hits, one per two links that touch. They are sorted by batch_a, instance_a, batch_b,
-  // instance_b, link_a, link_b. Empty (default): room for no hit. With Report::kInContact it is left alone.
+  // instance_b, link_a, link_b. Empty (default): room for no hit. With Report::kInContact nothing is written.
   Span<Hit> hits;
 
-  // Output: room for the contact of each hit, as many as hits. Needs an exact test. Empty (default): not asked. With
-  // Report::kInContact it is left alone.
+  // Output: contacts[i] receives the contact of hits[i]. As long as hits, and only with an exact test. Empty (default):
+  // no contacts are computed. With Report::kInContact nothing is written.
   Span<Contact> contacts;
 
-  // Output: how many hits (and contacts) were written. 0 with Report::kInContact.
+  // Output: how many hits, and contacts if there is room for them, were written. 0 with Report::kInContact.
   std::size_t hit_count = 0;
 
-  // Output: how many hits the frame has, whether there was room or not. 0 with Report::kInContact.
+  // Output: how many hits the frame has, whether `hits` has room for them or not. 0 with Report::kInContact.
   std::size_t hits_needed = 0;
 
-  // Output: counts and times.
+  // Output: counts and times of this frame.
   FrameStats stats;
 };
 
 // ----------------------------------------------------------------------------------------------------------- engine
 
-// Where an engine takes its memory from. create_engine copies it. Only the calls that add or destroy something use it,
-// on their own thread. Neither function may throw.
+// Where an engine takes its memory from. create_engine copies this struct. Only add_articulation, add_batch and
+// destroy_engine call the functions, on their own thread. Neither function may throw.
 struct Allocator {
-  // Handed to both functions. It is the caller's, and must outlive the engine.
+  // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
 
   // Returns `bytes` of memory at a multiple of `alignment`, a power of two, or null if there is no memory. Required.
   void* (*allocate)(void* user, std::size_t bytes, std::size_t alignment) = nullptr;
 
-  // Takes back what allocate returned, with the same bytes and alignment. Required.
+  // Takes back memory that allocate returned, with the same bytes and alignment. Required.
   void (*release)(void* user, void* memory, std::size_t bytes, std::size_t alignment) = nullptr;
 };
 
-// How an engine runs its tasks. create_engine copies it. Only run_frame uses it, about five times per frame.
+// How an engine runs its tasks. create_engine copies this struct. Only run_frame calls parallel_for, about five times
+// per frame.
 struct Scheduler {
-  // Handed to parallel_for. It is the caller's, and must outlive the engine.
+  // Passed to parallel_for. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
 
-  // How many tasks may run at once, at least 1. Each worker has memory of its own (add_batch).
+  // How many tasks may run at once, at least 1. The engine keeps memory for each worker (add_batch). Required.
   std::uint32_t worker_count = 0;
 
   // Calls task(context, t, worker) once for every t < task_count, and returns when all calls have returned. Calls that
-  // run at the same time must have different `worker`s, each below worker_count. A task may wait for others that have
-  // begun, so a call must not be suspended for another task of the same thread. Must not throw. Required.
+  // run at the same time must have different `worker`s, each below worker_count. A task may wait for tasks that began
+  // before it, so a thread must not suspend one task to run another. Must not throw. Required.
   void (*parallel_for)(void* user, std::uint32_t task_count,
                        void (*task)(void* context, std::uint32_t task, std::uint32_t worker), void* context) = nullptr;
 };
 
-// How an engine is made.
+// What create_engine needs to know.
 struct EngineDesc {
-  // The instruction set of its kernels.
+  // The instruction set of the kernels. Default: the best available one.
   Isa isa = Isa::kAuto;
 
   // Threads of the built-in scheduler. 1 (default): the calling thread. 0: TBB on every core. n: TBB on at most n
   // threads, and on no more than there are cores. Ignored if `scheduler` is given.
   std::uint32_t thread_count = 1;
 
-  // Where memory comes from. Borrowed for the call. Null (default): aligned operator new, which on Linux asks for huge
-  // pages for large blocks.
+  // Where memory comes from. Borrowed for the call. Null (default): aligned operator new. For large blocks on Linux it
+  // asks for huge pages.
   const Allocator* allocator = nullptr;
 
   // How tasks run. Borrowed for the call. Null (default): the built-in scheduler.
