@@ -7,6 +7,7 @@
 #include "engine/timed.h"
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
+#include "layout/frame_stats.h"
 
 #include <algorithm>
 #include <exception>
@@ -28,23 +29,9 @@ void clear_results(Engine& engine, Span<const BatchInput> inputs) {
   for (const BatchInput& input : inputs) std::fill(input.in_contact.begin(), input.in_contact.end(), std::uint8_t{0});
 }
 
-void add(FrameStats& sum, const FrameStats& part) {
-  sum.candidates += part.candidates;
-  sum.box_tests += part.box_tests;
-  sum.leaf_pairs += part.leaf_pairs;
-  sum.exact_tests += part.exact_tests;
-  sum.false_positives += part.false_positives;
-  sum.instances_masked += part.instances_masked;
-  sum.seconds_update += part.seconds_update;
-  sum.seconds_broad += part.seconds_broad;
-  sum.seconds_test += part.seconds_test;
-  sum.seconds_query += part.seconds_query;
-  sum.seconds_contact += part.seconds_contact;
-}
-
 FrameStats total_stats(const WorkerPool& pool, Clock::time_point start) {
   FrameStats total;
-  for (const auto& worker : pool.workers) add(total, worker->stats);
+  for (const auto& worker : pool.workers) add_stats(total, worker->stats);
   total.seconds_total = seconds_since(start);
   return total;
 }

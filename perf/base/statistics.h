@@ -1,7 +1,7 @@
 // Statistics of repeated measurements, and the phases of a frame that are measured.
 #pragma once
 
-#include <cab/types.h>
+#include "layout/frame_stats.h"
 
 #include <vector>
 
@@ -15,9 +15,6 @@ struct Spread {
 // Statistics of at least one value. With an even number of values, the median is the upper of the two in the middle.
 Spread spread_of(std::vector<double> values);
 double median(std::vector<double> values);
-
-// Adds the counts and seconds of `more` to `sum`.
-void add_stats(FrameStats& sum, const FrameStats& more);
 
 // A phase of a frame. Its seconds are summed over threads.
 struct Phase {

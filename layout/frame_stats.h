@@ -1,0 +1,24 @@
+// The sum of what frames, or the workers of one frame, counted.
+#pragma once
+
+#include <cab/types.h>
+
+namespace cab {
+
+// Adds every count and every second of `part` to `sum`.
+inline void add_stats(FrameStats& sum, const FrameStats& part) {
+  sum.candidates += part.candidates;
+  sum.box_tests += part.box_tests;
+  sum.leaf_pairs += part.leaf_pairs;
+  sum.exact_tests += part.exact_tests;
+  sum.false_positives += part.false_positives;
+  sum.instances_masked += part.instances_masked;
+  sum.seconds_update += part.seconds_update;
+  sum.seconds_broad += part.seconds_broad;
+  sum.seconds_test += part.seconds_test;
+  sum.seconds_query += part.seconds_query;
+  sum.seconds_contact += part.seconds_contact;
+  sum.seconds_total += part.seconds_total;
+}
+
+}  // namespace cab
