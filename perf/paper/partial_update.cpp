@@ -232,7 +232,7 @@ FrameStats run_partial_update(const scenes::Scene& scene, Isa isa,
     descend_all();
     const auto refitted = Clock::now();
     const std::uint64_t tests = test.box_tests();
-    descend_all();  // every node that it visits is fresh: what is left is the testing
+    descend_all();  // every node that it visits is fresh, so only tests are timed
     const auto end = Clock::now();
     stats.box_tests += test.box_tests() - tests;
     stats.seconds_update += seconds(start, refitted) - seconds(refitted, end);

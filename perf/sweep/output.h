@@ -14,7 +14,7 @@ std::string short_name(const Policies& policies);
 // The statements that turn default policies into these: "policies.refit = cab::Refit::kCabSum;".
 std::string code_line(const Policies& policies);
 
-// Prints the cells, the fastest first, and what is recommended.
+// Prints the cells, the fastest first, and a recommendation.
 void print_sweep(const SweepRun& run);
 
 void write_sweep_json(const std::string& path, const std::vector<SweepRun>& runs);

@@ -33,7 +33,7 @@ const std::vector<RefitMethod>& methods() {
   return all;
 }
 
-// Two pairs of leaves, each merged, and the two parents merged: all at link 0's joint or at none.
+// Two pairs of leaves, each merged, and the two parents merged: all at the joint of link 0, or all without a joint.
 MergeProgram two_limbs(bool has_joint) {
   static constexpr MergeStep kAtJoint[] = {{0, 1, 0}, {2, 3, 0}, {4, 5, 0}};
   static constexpr MergeStep kFree[] = {{0, 1, kNoJoint}, {2, 3, kNoJoint}, {4, 5, kNoJoint}};
