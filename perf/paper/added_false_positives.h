@@ -17,8 +17,8 @@ namespace cab::perf {
 struct AddedFalsePositives {
   std::uint64_t found = 0;       // by the engine: the tables' #coll where a link has one leaf
   std::uint64_t touching = 0;    // by the judge
-  std::uint64_t by_padding = 0;  // found, and by the judge apart, but not once boxes have the engine's padding
-  std::uint64_t by_slack = 0;    // found, and by the judge apart, also with the engine's padding
+  std::uint64_t by_padding = 0;  // found; the judge calls the boxes apart, but touching with the engine's padding
+  std::uint64_t by_slack = 0;    // found; the judge calls the boxes apart, also with the engine's padding
   std::uint64_t missed = 0;      // touching, and not found
 
   // The added pairs in per cent of the touching pairs; 0 if no pair touches.
