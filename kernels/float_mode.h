@@ -1,5 +1,5 @@
 // The floating-point control word. The library computes with rounding to nearest, denormals kept and exceptions masked,
-// whatever mode the caller runs with. So results have the same bits.
+// whatever mode the caller runs with, so that results have the same bits.
 #pragma once
 
 #include <cstdint>

@@ -106,8 +106,8 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
                        abs(dot(c[1], c[2])) <= tolerance));
 }
 
-// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: the part of the padding
-// that depends on the box. translation: the padding per unit of the link's translation.
+// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: the padding without the
+// part that depends on the link's translation. translation: the padding per unit of that translation.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float translation) {
   BoxLanes<V> box;

@@ -30,7 +30,7 @@ void* new_aligned(void*, std::size_t bytes, std::size_t alignment) {
   void* memory = ::operator new(bytes, to, std::nothrow);
 #ifdef MADV_HUGEPAGE
   if (memory && to == std::align_val_t(kHugePage))
-    madvise(memory, bytes, MADV_HUGEPAGE);  // a hint: failure is no error
+    madvise(memory, bytes, MADV_HUGEPAGE);  // a hint: failure is not an error
 #endif
   return memory;
 }

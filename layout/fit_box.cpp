@@ -194,9 +194,9 @@ Axes covariance_axes(const Points& points) {
   return solver.eigenvectors();
 }
 
-// Rotates the axes about one of them after another while that reduces the area. They stay as they were if the gain is
-// below kAgree. Covariance does not see how a cube is rotated, and is misled where a shape has more corners on one
-// side.
+// Rotates the axes about each of them in turn while that reduces the area. They stay as they were if the gain is below
+// kAgree. This corrects the covariance, which does not show how a cube is rotated, and which is biased if a shape has
+// more corners on one side.
 Axes rotated_about_each(const Points& points, const Axes& axes) {
   Axes best = axes;
   int idle = 0;
@@ -214,9 +214,9 @@ Axes axes_for(const Points& points) {
   return area(points, axes) < area(points, Axes::Identity()) ? axes : Axes::Identity();
 }
 
-// The same axes in the order and with the signs that come nearest to the link's axes. The result is right-handed. Its
-// diagonal sums to more than 1, because the best order reaches at least the mean of all orders, a third of the sum of
-// all magnitudes, which is at least 1. The diagonal of a reflection does not.
+// The same axes in the order and with the signs that come nearest to the link's axes. The result is right-handed,
+// because its diagonal sums to more than 1 and that of a reflection does not. The sum exceeds 1, because the best order
+// reaches at least the mean of all orders: a third of the sum of all magnitudes, which is at least 1.
 Axes in_link_order(const Axes& axes) {
   std::array<int, 3> order = {0, 1, 2}, best = order;
   double nearest = -1;

@@ -1,4 +1,5 @@
-// FNV-1a hash of bits. It shows a difference in poses, boxes or hits, and is the same on every machine.
+// An FNV-1a hash of bits, the same on every machine. Different poses, boxes or hits give different hashes, except by
+// rare coincidence.
 #pragma once
 
 #include <cab/types.h>

@@ -1,4 +1,4 @@
-// Random draws for scenes, the same with every standard library.
+// Random draws for scenes. They are the same with every standard library.
 #pragma once
 
 #include "scenes/vec3d.h"
@@ -13,8 +13,8 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
-  // The stream of one thing among many. It is far from the streams of the others, so draws do not depend on their
-  // number.
+  // The stream of random numbers of one object among many. The streams of different objects are independent, so the
+  // draws of an object do not depend on the number of objects.
   static Random of(std::uint64_t seed, std::uint64_t index) {
     return Random(Random(Random(seed).next_u64() + index).next_u64());
   }
@@ -39,7 +39,7 @@ class Random {
   // An angle, uniform in [0, 2 pi).
   double angle() { return uniform(0, 6.283185307179586); }
 
-  // Mean 0, deviation 1 (Box and Muller 1958, the cosine of the pair).
+  // Normal with mean 0 and deviation 1 (Box and Muller 1958, the cosine of the pair).
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform(0, 1)));
     return radius * std::cos(angle());

@@ -1,4 +1,4 @@
-// How a scene becomes descriptions for the engine, and its hashes.
+// Descriptions of a scene's characters for the engine, and hashes of a scene.
 #include "scenes/scene.h"
 
 #include "scenes/bit_hash.h"

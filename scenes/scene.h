@@ -39,7 +39,7 @@ struct Character {
   PoseFormat pose_format = PoseFormat::kQuaternionTranslation;
   std::vector<float> poses;     // [frame][link][floats of pose_format], link to instance
   std::vector<double> origins;  // [frame][3] in the world; empty: all zero
-  bool is_static = false;       // poses and origins hold one frame, which stands for all (a table)
+  bool is_static = false;       // poses and origins hold one frame, which is that of all frames (a table)
 };
 
 // Two characters by their indices in the scene, a < b.
@@ -76,7 +76,7 @@ class ArticulationStorage {
   ArticulationDesc desc_;
 };
 
-// FNV-1a hash of the bits of every pose and origin. It shows a difference that arose before the engine.
+// FNV-1a hash of the bits of every pose and origin. It tells whether a difference arose before the engine.
 std::uint64_t pose_hash(const Scene& scene);
 
 // FNV-1a hash of the bits of every joint, leaf box and vertex.

@@ -12,7 +12,7 @@
 namespace cab::scenes {
 namespace {
 
-// With these sizes one run of a scene takes milliseconds.
+// The sizes of the scenes of `cab sweep`. With them one run of a scene takes milliseconds.
 constexpr std::uint32_t kPaperFrames = 1000;
 constexpr std::uint32_t kDetailedCount = 100, kRopeCount = 16;
 

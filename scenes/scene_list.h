@@ -38,8 +38,8 @@ struct CrowdScene {
   MakeCrowd make;
   ClipUse clips = ClipUse::kNone;
   bool needs_trajectories = false;
-  // Touching leaf pairs per character in the first frame, 0 where unknown, and the share by which they may differ at
-  // 2000 characters and more.
+  // The touching leaf pairs per character in the first frame, 0 if unknown, and the share by which the measured number
+  // may differ with 2000 characters and more.
   double pairs_per_character = 0;
   double tolerance = 0;
 };
@@ -48,7 +48,7 @@ struct CrowdScene {
 struct SizedCrowdScene {
   MakeCrowd make;
   std::uint32_t character_count;
-  bool takes_count;  // the name states the size of a character, so the caller may choose another character_count
+  bool takes_count;  // the caller may choose another character_count, because the name states the size of a character
   std::uint32_t boxes_per_link;
   RopeOptions ropes;
 };
@@ -65,7 +65,7 @@ struct NamedScene {
 // All rows, in the order in which commands list them.
 Span<const NamedScene> scene_list();
 
-// The row of a scene that a command offers, or null where the command offers no scene of that name.
+// The row of a scene that a command offers, or null if the command offers no scene of that name.
 const NamedScene* find_scene(SceneUse command, const std::string& name);
 
 // The names of all scenes that a command offers, joined by a separator.
@@ -74,11 +74,11 @@ std::string scene_names(SceneUse command, const char* separator);
 // A crowd scene of `cab crowd`. Throws std::invalid_argument, with the names of all crowd scenes, for any other name.
 const CrowdScene& crowd_scene(const std::string& name);
 
-// Makes a crowd scene with `count` characters, at least 1. Throws std::invalid_argument where crowd_scene throws, for
-// no characters, where the sources lack what the scene needs, and where an option is out of range.
+// Makes a crowd scene with `count` characters, at least 1. Throws std::invalid_argument if the name is unknown, if
+// count is 0, if the sources lack what the scene needs, or if an option is out of range.
 Crowd make_crowd(const std::string& name, std::uint32_t count, CrowdSources sources = {});
 
-// Makes a sized crowd. count replaces the row's own number of characters where the scene takes one and count is not 0.
+// Makes a sized crowd. If the scene takes a count and count is not 0, it replaces the row's own number of characters.
 Crowd make_sized_crowd(const SizedCrowdScene& scene, std::uint32_t count);
 
 }  // namespace cab::scenes

@@ -18,14 +18,14 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 }
 inline double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
 
-// a after b.
+// The product a b: the rotation a after the rotation b.
 inline Quat multiply(const Quat& a, const Quat& b) {
   return {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1], a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
           a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3], a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
 }
 inline Quat conjugate(const Quat& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
-// The unit quaternion along q; the identity for a zero q.
+// q divided by its length, or the identity if the length is 0.
 inline Quat normalized(const Quat& q) {
   const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!(n > 0)) return {0, 0, 0, 1};

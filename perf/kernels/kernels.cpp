@@ -1,4 +1,4 @@
-// `cab kernels`: nanoseconds of the merge and of the overlap test on every instruction set, beside FCL's on the same
+// `cab kernels`: nanoseconds of the merge and of the overlap test on every instruction set, and FCL's on the same
 // boxes, measured in turns in one run.
 #include "kernels/find_kernels.h"
 #include "kernels/gather_pairs.h"
@@ -106,7 +106,7 @@ double times_faster(const Contender& a, const Contender& b) {
   return median(ratios);
 }
 
-// The kernels of the chosen instruction sets, or of every available one if none was chosen.
+// The kernels of the chosen instruction sets, or of every available one if `isas` is empty.
 std::vector<const kernel::KernelTable*> chosen_kernels(std::vector<Isa> isas) {
   if (isas.empty()) isas.assign(std::begin(kernel::kAllIsas), std::end(kernel::kAllIsas));
   std::vector<const kernel::KernelTable*> out;
@@ -193,7 +193,7 @@ struct OverlapWork {
     }
   }
 
-  // Random pairs of which the given share overlaps.
+  // Random pairs. The given share of them overlaps.
   std::vector<Pair> pairs(double share) const {
     Random random(3);
     std::vector<Pair> out;

@@ -1,4 +1,4 @@
-// The CAB merge in double: decisions as lists of options, of which the first is the prescribed one.
+// The CAB merge in double. A decision is a list of options, the prescribed one first.
 #include "perf/oracle/merge_cab_double.h"
 
 #include <algorithm>

@@ -12,7 +12,7 @@ namespace cab::oracle {
 // Axes 0..2 are A's face normals A_k+1 x A_k+2, 3..5 are B's, and 6 + 3 i + j is A_i x B_j.
 inline constexpr std::size_t kSeparatingAxisCount = 15;
 
-// Signed distance between the boxes' shadows on each axis, in the boxes' unit; -infinity where an axis vanishes.
+// The signed distance between the boxes' projections on each axis, in the boxes' unit; -infinity if the axis vanishes.
 using AxisGaps = std::array<double, kSeparatingAxisCount>;
 
 // Whether two boxes overlap, and by how much they overlap or are apart.

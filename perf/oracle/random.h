@@ -32,7 +32,7 @@ class Random : public scenes::Random {
   // Three orthonormal right-handed axes, axis[k][component], uniform over the rotations.
   void rotation(double (&axis)[3][3]) { rotation_about(unit_vector(), 0, axis); }
 
-  // Three orthonormal right-handed axes of which axis k is the given unit vector.
+  // Three orthonormal right-handed axes. Axis k is the given unit vector.
   void rotation_about(const Vec3<double>& direction, unsigned k, double (&axis)[3][3]) {
     Vec3<double> side{};
     do { side = cross(direction, unit_vector()); } while (norm(side) < 1e-3);

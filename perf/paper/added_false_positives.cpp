@@ -16,7 +16,7 @@ namespace {
 using oracle::ExactBox;
 using oracle::Point;
 
-// A character as the judge reads it: its leaves, and its poses in the judge's own form.
+// A character as the judge reads it: the rig and the poses in the judge's types.
 struct Judged {
   oracle::Rig rig;
   oracle::Poses poses;
@@ -35,7 +35,7 @@ struct Judged {
   Point origin(std::uint32_t frame) const { return oracle::exact_origin(poses, is_static ? 0 : frame); }
 };
 
-// The leaf boxes of the engine, as they are stored.
+// The engine's stored leaf boxes in the judge's type.
 std::vector<ExactBox> exactly(Span<const Box> boxes, std::size_t leaf_count) {
   std::vector<ExactBox> out(leaf_count);
   for (std::size_t i = 0; i < leaf_count; ++i)
@@ -49,7 +49,7 @@ std::vector<ExactBox> exactly(Span<const Box> boxes, std::size_t leaf_count) {
 
 using LinkPairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
-// Links of a and b of which some leaf boxes touch. shift: origin of b less that of a.
+// The pairs of a link of a and a link of b that have touching leaf boxes. shift: the origin of b less the origin of a.
 LinkPairs touching_links(const Judged& a, const std::vector<ExactBox>& boxes_a, const Judged& b,
                          const std::vector<ExactBox>& boxes_b, const Point& shift) {
   LinkPairs out;

@@ -17,24 +17,24 @@ namespace cab::perf {
 struct AddedFalsePositives {
   std::uint64_t found = 0;       // by the engine: the tables' #coll where a link has one leaf
   std::uint64_t touching = 0;    // by the judge
-  std::uint64_t by_padding = 0;  // of those found: the judge calls them apart, but the engine's padded boxes touching
-  std::uint64_t by_slack = 0;    // of those found: the judge calls the padded boxes apart, too
+  std::uint64_t by_padding = 0;  // found; the judge calls the boxes apart, but touching with the engine's padding
+  std::uint64_t by_slack = 0;    // found; the judge calls the boxes apart, also with the engine's padding
   std::uint64_t missed = 0;      // touching, and not found
 
-  // What was added, in per cent of the touching; 0 where nothing touches.
+  // The added pairs in per cent of the touching pairs; 0 if no pair touches.
   double percent() const;
 };
 
 // Runs the scene's pairs of characters with CAB boxes and judges every pair of their links in every frame.
 AddedFalsePositives count_added_false_positives(const scenes::Scene& scene, Isa isa);
 
-// The most that padding and slack may add on a full run, in per cent.
+// The largest percentage that padding and slack may add on a full run.
 inline constexpr double kAddedPercentLimit = 0.1;
 
-// One line for people.
+// The counts as one line of text.
 std::string describe(const AddedFalsePositives& added);
 
-// Nothing is missed; on a full run, little is added.
+// The gates: no pair is missed and, on a full run, at most kAddedPercentLimit is added.
 std::vector<Gate> false_positive_gates(const AddedFalsePositives& added, bool full_run);
 
 }  // namespace cab::perf

@@ -15,7 +15,7 @@ Gate near_paper(const std::string& what, std::uint64_t ours, std::uint64_t paper
           std::fabs(difference) <= tolerance};
 }
 
-// The run of the paper's method, or nothing.
+// The run of a method of the paper, or null.
 const MethodRun* find_run(const std::vector<MethodRun>& runs, PaperMethod method) {
   const auto found =
       std::find_if(runs.begin(), runs.end(), [&](const MethodRun& r) { return r.method.paper == method; });
@@ -26,14 +26,14 @@ bool is_axis_aligned(const Method& method) {
   return method.policies.refit == Refit::kAabbHull || method.policies.refit == Refit::kAabbVertices;
 }
 
-// Two methods with the same leaf boxes: those alone decide #coll.
+// The gate of two methods with the same leaf boxes, which alone decide #coll.
 Gate equal_coll(const MethodRun& a, const MethodRun& b) {
   return {std::string("#coll of ") + b.method.name + " " + std::to_string(b.stats.leaf_pairs) + " equals that of " +
               a.method.name,
           a.stats.leaf_pairs == b.stats.leaf_pairs && a.box_hits_hash == b.box_hits_hash};
 }
 
-// The same hits by exact queries on meshes as on convex pieces, or which ones differ.
+// The gate that exact queries on meshes give the same hits as on convex pieces. Its text names the hits that differ.
 Gate equal_hits_on_meshes(const MethodRun& pieces, const MethodRun& meshes) {
   std::string text = std::string("true hits of ") + meshes.method.name + " " + std::to_string(meshes.hits) + " (" +
                      std::to_string(meshes.nested_count) + " of them one inside the other) are those on convex pieces";

@@ -1,4 +1,4 @@
-// What must hold between the methods of one table, and between them and the paper.
+// Gates: conditions that the methods of one table must meet, compared with each other and with the paper.
 #pragma once
 
 #include <cab/types.h>
@@ -15,7 +15,7 @@ namespace cab::perf {
 // A row of our tables: a set of policies, and the paper's row that it stands beside.
 struct Method {
   const char* name;
-  std::optional<PaperMethod> paper;  // without it the paper has no such row
+  std::optional<PaperMethod> paper;  // empty: the paper has no such row
   Policies policies;
   bool on_demand = false;  // perf/paper/partial_update instead of the engine; policies are those of the boxes it equals
   bool on_meshes = false;  // exact queries by perf/paper/mesh_query instead of the engine
@@ -33,7 +33,7 @@ struct MethodRun {
   std::vector<std::string> differences;  // hits on meshes and on convex pieces that are not the same ones, in words
   double mean_area = 0;  // surface of the inner boxes, in the scene's units squared; 0 without inner boxes
 
-  // The paper's #false: calls that found nothing between two characters.
+  // The paper's #false: exact queries that found no hit between two characters.
   std::uint64_t false_positives() const { return stats.leaf_pairs - hits; }
   double total_seconds() const { return stats.seconds_query + stats.seconds_update + stats.seconds_test; }
 };

@@ -22,7 +22,7 @@ using Transform = fcl::Transform3d;
 using Vector = fcl::Vector3d;
 using Model = fcl::BVHModel<fcl::OBBRSSd>;
 
-// The rotation goes through a quaternion, which takes out the rounding of the floats.
+// The transform of a pose. Its rotation goes through a quaternion, which removes the rounding of the floats.
 Transform transform_of(const float* pose) {
   fcl::Matrix3d rotation;
   Vector translation;
@@ -36,7 +36,7 @@ Transform transform_of(const float* pose) {
   return transform;
 }
 
-// Differences that are told one by one.
+// How many differences are described one by one.
 constexpr std::size_t kMaxDifferences = 5;
 
 const float* pose_of(const scenes::Scene& scene, std::uint32_t character, std::uint32_t frame, std::uint32_t link) {
@@ -50,8 +50,8 @@ const float* pose_of(const scenes::Scene& scene, std::uint32_t character, std::u
 struct MeshBody::Surface {
   Model model;
 
-  // Whether a point that is not on the surface lies inside: the surface winds about it, by the solid angles of its
-  // triangles (Van Oosterom and Strackee 1983).
+  // Whether a point that is not on the surface lies inside. The solid angles of the triangles sum to 4 pi if the
+  // surface winds about the point, else to 0 (Van Oosterom and Strackee 1983).
   bool holds(const Vector& point) const {
     if (!model.aabb_local.contain(point)) return false;
     double half_angle = 0;

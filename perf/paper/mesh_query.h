@@ -1,5 +1,5 @@
-// Exact queries on triangle meshes by FCL: the alternative to the convex pieces that the engine is given of a link that
-// is not convex. For comparison only, below the public API, on one thread.
+// Exact queries on triangle meshes by FCL. The engine takes a link that is not convex as convex pieces; the mesh is the
+// alternative. For comparison only, below the public API, on one thread.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ enum class MeshAnswer : std::uint8_t {
 // A closed surface in one piece, with FCL's hierarchy of boxes (OBBRSS) over its triangles.
 class MeshBody {
  public:
-  // Throws std::runtime_error where FCL does not take the mesh.
+  // Throws std::runtime_error if FCL does not accept the mesh.
   explicit MeshBody(const scenes::TriangleMesh& mesh);
   ~MeshBody();
   MeshBody(const MeshBody&) = delete;
@@ -37,14 +37,14 @@ class MeshBody {
   std::unique_ptr<Surface> surface_;
 };
 
-// The exact queries of a scene whose links are all dented links, and what they took.
+// The exact queries of a scene whose links are all dented links, and their time.
 class MeshQueries {
  public:
   // The scene must outlive this. Throws std::runtime_error if it has links that are not dented, not exactly one leaf
   // per link, origins, or poses that are not 3x4 matrices.
   explicit MeshQueries(const scenes::Scene& scene);
 
-  // Those of the pairs of links, as EngineSession gives them, that touch; in the same order.
+  // Returns the pairs that touch, in the same order. pairs: pairs of links, as EngineSession gives them.
   std::vector<Touch> touching(const std::vector<Touch>& pairs);
 
   // Sums over all calls.
@@ -58,8 +58,8 @@ class MeshQueries {
   std::uint64_t nested_count_ = 0;
 };
 
-// Hits that are in only one of two lists, both sorted as EngineSession does: which links in which frame, and how deep
-// the pieces overlap. The first few, then how many more.
+// Describes hits that are in only one of two lists: which links in which frame, and how deep the pieces overlap. Both
+// lists are sorted as EngineSession sorts them. After the first few hits comes the number of further ones.
 std::vector<std::string> differing_hits(const scenes::Scene& scene, const std::vector<Touch>& on_pieces,
                                         const std::vector<Touch>& on_meshes);
 

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The paper's measure of what a frame may take.
+// The time that a frame may take, by the paper's measure.
 constexpr double kFrameSeconds = 1.0 / 30;
 
 const char* to_string(LaneContent lanes) { return lanes == LaneContent::kPairs ? "pairs" : "frames"; }
@@ -24,11 +24,11 @@ const MethodRun* find_cab(const TableRun& run) {
   return found == run.runs.end() ? nullptr : &*found;
 }
 
-// a over b, or a dash where that is no number.
+// a over b, or a dash if one of them is 0.
 std::string ratio(double a, double b, int decimals = 2) { return b > 0 && a > 0 ? fixed(a / b, decimals) : "-"; }
 std::string percent(double part, double whole) { return whole > 0 ? fixed(100 * part / whole, 1) : "-"; }
 
-// The paper's columns.
+// Prints the paper's columns.
 void print_columns(const TableRun& run) {
   TextTable text;
   text.add_row({"", "#coll", "#false", "t[query]", "t[upd]", "t[test]", "t[total]", "hits", "box tests"});
@@ -46,7 +46,7 @@ void print_columns(const TableRun& run) {
   text.print(std::cout);
 }
 
-// What follows from them: ratios to CAB, the time of one frame, the shares of the phases.
+// Prints what follows from these columns: ratios to CAB, the time of one frame, the shares of the phases.
 void print_ratios(const TableRun& run) {
   const MethodRun* cab = find_cab(run);
   if (!cab) return;

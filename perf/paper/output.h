@@ -1,4 +1,4 @@
-// What `cab paper` prints and writes: tables with ours beside the paper's, JSON, CSV.
+// The output of `cab paper`: tables with our figures beside the paper's, JSON, CSV.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace cab::perf {
 
-// One table as it was run.
+// The run of one table.
 struct TableRun {
   const PaperTable* table;
   std::uint32_t frame_count;

@@ -47,7 +47,7 @@ const std::array<Method, 14> kMethods = {{
     {"all leaf pairs", std::nullopt, {Refit::kCab, Strategy::kBrute, Exact::kFcl, Extents::kChildren}},
 }};
 
-// Beside them where the scene's links are not convex: exact queries on triangle meshes instead of convex pieces.
+// Additional methods if the scene's links are not convex: exact queries on triangle meshes instead of convex pieces.
 const std::array<Method, 2> kMeshMethods = {{
     {"AABB* on meshes", std::nullopt, tree(Refit::kAabbHull), false, true},
     {"CAB on meshes", std::nullopt, tree(Refit::kCab), false, true},
@@ -60,8 +60,8 @@ std::vector<Method> methods_of(const PaperTable& table) {
   return methods;
 }
 
-// Times are medians of this many runs, the methods in turns. t[query] of a method that takes longer than the limit is
-// of one run: that long, noise averages out.
+// Times are medians of this many runs, with the methods in turns. If t[query] of a method exceeds the limit, it is
+// taken from one run: noise averages out over that time.
 constexpr std::size_t kTimedRuns = 5;
 constexpr double kRepeatedQuerySeconds = 0.3;
 
@@ -118,7 +118,7 @@ FrameStats run_queries(EngineSession& session, const scenes::Scene& scene, const
   return stats;
 }
 
-// To within what rounding to float leaves.
+// Whether a vector has unit length, to float rounding.
 bool is_unit(const float* v) {
   constexpr double kRounding = 1e-6;
   double square = 0;
@@ -126,7 +126,8 @@ bool is_unit(const float* v) {
   return std::fabs(square - 1) < kRounding;
 }
 
-// The hits, #coll and t[query] of a method; a hit counts between two characters only, a call counts wherever it is.
+// Measures the hits, #coll and t[query] of a method. Only hits between two characters count, but all leaf pairs that go
+// to the exact query count.
 void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& run, ProgressBar& bar) {
   scenes::BitHash hash;
   BlockResult warm_up;
@@ -152,7 +153,7 @@ FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const M
   return session.run(without_exact(method.policies), false, [&](const BlockResult& block) { add(block.touches); });
 }
 
-// What was timed of one method, a value a run.
+// The times of one method, one value per run.
 struct Times {
   std::vector<double> update, test, query, contact;
 };
@@ -195,7 +196,8 @@ void measure(EngineSession& session, const scenes::Scene& scene, std::vector<Met
     }
 }
 
-// Which hits on meshes are not those on pieces, by the leaf pairs of CAB, which every method's hits are among.
+// Describes the hits that differ between meshes and pieces. The queries are on the leaf pairs of CAB, which include all
+// hits of every method.
 std::vector<std::string> mesh_differences(EngineSession& session, const scenes::Scene& scene) {
   const auto hits_of = [&](const Method& method) {
     std::vector<Touch> hits;
@@ -217,7 +219,7 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
   const scenes::Scene scene = scenes::make_paper_scene(table.number, result.frame_count);
   SessionOptions session_options = {options.isa, options.thread_count, {0, scene.frame_count}, false, options.lanes};
   EngineSession session(scene, session_options);
-  // Brute calls the exact test on the links of one chain too; the hand it tests against the objects alone.
+  // Brute force also queries the links of one chain against each other, but not those of the hand.
   session_options.within = table.number != 5;
   EngineSession brute_session(scene, session_options);
   result.isa = session.isa();
@@ -260,7 +262,7 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
 
 int paper_command(const PaperOptions& options) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
-  for (const std::uint32_t number : options.tables) find_table(number);  // before the first table takes its time
+  for (const std::uint32_t number : options.tables) find_table(number);  // throws before any table has run
   std::vector<TableRun> tables;
   for (const std::uint32_t number : options.tables) {
     tables.push_back(run_table(find_table(number), options));

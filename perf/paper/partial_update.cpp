@@ -26,7 +26,7 @@ double seconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
-// A merge program of one step: the node to refit, and where the leaves below it lie from there.
+// A merge program of one step: the node to refit, and where the leaves below it are, counted from its first child.
 struct NodeRefit {
   MergeStep step = {};
   std::array<std::uint16_t, 3> leaf_count = {};
@@ -35,7 +35,7 @@ struct NodeRefit {
   MergeProgram program;
 };
 
-// Where the node of a one-step program lies from its first child: after the two.
+// The index of the node of a one-step program, which comes after its two children.
 constexpr std::uint32_t kStepNode = 2;
 
 // One character's tree for one tile. Inner nodes lie before the leaves, the root first, so that one inner node can be
@@ -130,7 +130,7 @@ class LazyTree {
   std::vector<PointTile> joints_;
   std::vector<AabbTile> bounds_;
   std::vector<bool> is_fresh_;
-  std::vector<std::unique_ptr<NodeRefit>> refits_;  // one an inner node
+  std::vector<std::unique_ptr<NodeRefit>> refits_;  // one per inner node
   std::vector<std::uint32_t> upper_;
 };
 
@@ -147,7 +147,7 @@ class PairTest {
     job_.box_tests = 0;
   }
 
-  // The lanes of those given in which the two overlap.
+  // Returns which of the given lanes have overlapping bounds.
   std::uint32_t overlap(const AabbTile& a, const AabbTile& b, std::uint32_t lanes) {
     job_.nodes_a = &a;
     job_.nodes_b = &b;
@@ -232,7 +232,7 @@ FrameStats run_partial_update(const scenes::Scene& scene, Isa isa,
     descend_all();
     const auto refitted = Clock::now();
     const std::uint64_t tests = test.box_tests();
-    descend_all();  // every node that it visits is fresh: what is left is the testing
+    descend_all();  // every node that it visits is fresh, so only tests are timed
     const auto end = Clock::now();
     stats.box_tests += test.box_tests() - tests;
     stats.seconds_update += seconds(start, refitted) - seconds(refitted, end);

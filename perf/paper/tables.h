@@ -1,5 +1,5 @@
-// The figures of the paper's Tables 1 to 5 (Schmidl, Walker, Lin 2004, section 4), as printed there, and how near a
-// full run must come to them.
+// The figures of the paper's Tables 1 to 5 (Schmidl, Walker, Lin 2004, section 4), as printed there, and how much a
+// full run may differ from them.
 #pragma once
 
 #include <array>
@@ -81,8 +81,9 @@ inline constexpr std::array<PaperTable, 5> kPaperTables = {{
        {11031, 10267, 5.65, 3.01, 0.56, 9.22}}}},
 }};
 
-// How far the counts of a full run may be from the paper's, as a part of the paper's count. The scenes were fitted to
-// the paper's counts (docs/paper_map.md), so this guards the engine and the scenes, it proves nothing about the paper.
+// How far the counts of a full run may be from the paper's, as a share of the paper's count. The scenes were fitted to
+// the paper's counts (docs/paper_map.md). So these limits guard the engine and the scenes, and prove nothing about the
+// paper.
 inline constexpr double kAabbHullCollTolerance = 0.20;
 inline constexpr double kCabCollTolerance = 0.05;
 inline constexpr double kHitsTolerance = 0.10;

@@ -1,4 +1,4 @@
-// Bullet: its collision world with its own test of two boxes, and its dynamic tree with a test from outside.
+// Bullet: its collision world with its own test of two boxes, and its dynamic tree with our test.
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <btBulletCollisionCommon.h>
@@ -21,7 +21,7 @@ btTransform transform_of(const WorldBox<btScalar>& box) {
                      btVector3(box.center[0], box.center[1], box.center[2]));
 }
 
-// Objects of one character are kept out of the pair cache.
+// Keeps pairs of objects of one character out of the pair cache.
 struct BetweenCharacters : btOverlapFilterCallback {
   int objects_a_character = 1;
   static int number(const btBroadphaseProxy* proxy) {
@@ -32,7 +32,7 @@ struct BetweenCharacters : btOverlapFilterCallback {
   }
 };
 
-// Notes which boxes have a contact with depth, and keeps no contact.
+// Records which boxes have a contact with depth, and keeps no contact.
 struct PairResult : btManifoldResult {
   std::vector<LeafPair>& pairs;
   std::uint32_t leaves;
@@ -60,7 +60,7 @@ struct PairDispatcher : btCollisionDispatcher {
   explicit PairDispatcher(btCollisionConfiguration* configuration) : btCollisionDispatcher(configuration) {
     setNearCallback(pair_found);
   }
-  // btCollisionDispatcher::defaultNearCallback with another result; algorithms are kept with their pairs, as there.
+  // The same as btCollisionDispatcher::defaultNearCallback, but with our result. Algorithms are kept with their pairs.
   static void pair_found(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
     auto& self = static_cast<PairDispatcher&>(dispatcher);
     const auto object = [](const btBroadphaseProxy* p) { return static_cast<btCollisionObject*>(p->m_clientObject); };
@@ -81,7 +81,7 @@ class World {
   World(const scenes::Character& figure, std::uint32_t count, bool per_link)
       : poser_(figure), dispatcher_(&configuration_), world_(&dispatcher_, &broadphase_, &configuration_) {
     const std::uint32_t leaves = poser_.leaf_count();
-    gContactBreakingThreshold = 0;  // else all bounds are grown by it, for contacts that are kept
+    gContactBreakingThreshold = 0;  // otherwise all bounds grow by it, for contacts that are kept
     // Pairs are found in one pass over the trees at the end, not object by object: all objects move.
     broadphase_.m_deferedcollide = true;
     filter_.objects_a_character = per_link ? static_cast<int>(leaves) : 1;
@@ -187,7 +187,7 @@ class TreeWorld : btDbvt::ICollide {
   }
 
  private:
-  // Metres that bounds are grown by when they change, so that a leaf is put into the tree anew in a few frames only.
+  // How much bounds grow when they change, in metres, so that few frames have to insert a leaf into the tree again.
   static constexpr btScalar kMargin = 0.05f;
 
   void test(std::uint32_t a, std::uint32_t b) {

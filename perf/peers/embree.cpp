@@ -65,8 +65,8 @@ class World {
     if (boxes_overlap(boxes_.box(a), boxes_.box(b))) pairs_->push_back({a, b});
   }
 
-  // A scene against itself gives each pair both ways round. One thread: nothing is locked. Embree's bounds of leaves
-  // of its tree are looser than those of its primitives, so these are compared first.
+  // A scene against itself gives each pair in both orders. Embree runs on one thread, so nothing is locked. The bounds
+  // of the leaves of Embree's tree are looser than those of its primitives, so the latter are compared first.
   static void pair_found(void* user, RTCCollision* collisions, unsigned count) {
     World& self = *static_cast<World*>(user);
     for (const RTCCollision* c = collisions; c != collisions + count; ++c) {

@@ -14,7 +14,7 @@
 namespace cab::perf {
 namespace {
 
-// An object whose bounds the user may set: FCL's own are those of the bounding sphere once an object is rotated.
+// An object whose bounds the caller may set. FCL's own bounds are those of the bounding sphere if an object is rotated.
 class Object : public fcl::CollisionObjectf {
  public:
   using fcl::CollisionObjectf::CollisionObjectf;
@@ -41,7 +41,7 @@ struct Tree {
     objects.back().setUserData(reinterpret_cast<void*>(std::uintptr_t{objects.size() - 1}));
   }
 
-  // The tree is built from the first frame's places; set(object, number) places one.
+  // Places every object by set(object, number). The first call builds the tree, later ones refit it.
   template <class Set>
   void update(Set&& set) {
     for (std::uint32_t n = 0; n < objects.size(); ++n) set(objects[n], n);

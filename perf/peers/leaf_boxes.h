@@ -1,5 +1,5 @@
-// What users of the peers write themselves: leaf boxes in the world from poses, their bounds, and a scalar overlap
-// test.
+// Code that users of the peers write themselves: it makes leaf boxes in the world from poses and computes their bounds.
+// It also has a scalar overlap test.
 #pragma once
 
 #include <cmath>
@@ -84,8 +84,8 @@ inline bool bounds_overlap(const WorldBounds& a, const WorldBounds& b) {
          a.low[2] <= b.high[2] && b.low[2] <= a.high[2];
 }
 
-// The textbook test on 15 axes (Gottschalk, Lin, Manocha 1996), leaving at the first that separates. 1e-6 is its usual
-// slack for parallel edges.
+// The textbook test on 15 axes (Gottschalk, Lin, Manocha 1996), which returns at the first axis that separates. 1e-6 is
+// its usual slack for parallel edges.
 inline bool boxes_overlap(const WorldBox<float>& a, const WorldBox<float>& b) {
   float r[3][3], s[3][3], t[3];
   const float d[3] = {b.center[0] - a.center[0], b.center[1] - a.center[1], b.center[2] - a.center[2]};
@@ -114,8 +114,8 @@ inline bool boxes_overlap(const WorldBox<float>& a, const WorldBox<float>& b) {
   return true;
 }
 
-// All leaf boxes of a crowd with their bounds, and the bounds of each character: what set-ups need whose library knows
-// bounds alone.
+// All leaf boxes of a crowd with their bounds, and the bounds of each character. Set-ups need it if their library tests
+// only bounds.
 class CrowdBoxes {
  public:
   CrowdBoxes(const scenes::Character& figure, std::uint32_t count)

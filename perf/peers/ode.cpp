@@ -1,4 +1,4 @@
-// ODE: its spaces, with its own test of two boxes and with one from outside.
+// ODE: its spaces, with its own test of two boxes and with our test.
 #include <ode/ode.h>
 
 #include <memory>
@@ -51,7 +51,7 @@ class World {
   }
 
  private:
-  // Of two spaces, then of two geoms whose bounds pair_found.
+  // ODE calls this for two spaces, and then for two geoms, whose bounds overlap.
   static void pair_found(void* user, dGeomID a, dGeomID b) {
     World& self = *static_cast<World*>(user);
     if (dGeomIsSpace(a)) {

@@ -1,5 +1,5 @@
-// What a peer library is to `cab peers`: set-ups that take poses to the overlapping leaf boxes of different characters.
-// Each library has its own peer_<name>.cpp, compiled where its package is found.
+// A peer library, as `cab peers` sees it: set-ups that find the overlapping leaf boxes of different characters from
+// poses. Each library has its own file <name>.cpp in this folder, which is compiled if its package is found.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +26,9 @@ inline LeafPair ordered_pair(std::uint32_t a, std::uint32_t b) { return a < b ? 
 // overlapping pairs in any order. It owns its world and is called frame after frame.
 using PeerFrame = std::function<void(const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs)>;
 
-// One way to use a library. alone: the library finds the pairs by its own bounds and tests; otherwise our code does
-// part of that (leaf_boxes.h), as an experienced user would write it around the library's broad phase. make builds the
-// world for `count` characters, outside of the measured time.
+// One way to use a library. alone: the library finds the pairs by its own bounds and tests. Otherwise our code does
+// part of the work (leaf_boxes.h), as an experienced user would write it around the library's broad phase. make builds
+// the world for `count` characters, outside of the measured time.
 struct PeerSetup {
   const char* name;
   bool alone;
@@ -38,7 +38,7 @@ struct PeerSetup {
 
 struct Peer {
   const char* name;
-  const char* package;  // Debian's
+  const char* package;  // Debian's package
   std::string version;  // of the library and its scalar; empty: not in this build
   std::vector<PeerSetup> setups;
 };

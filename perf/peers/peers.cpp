@@ -37,15 +37,16 @@ constexpr double kFramesPerSecond = 30;
 // then these.
 constexpr std::uint32_t kMeasuredFrames = 2;
 
-// As many characters as brute force takes a moment for.
+// The number of characters of the verification, so that brute force takes only a moment.
 constexpr std::uint32_t kVerifiedCharacters = 200;
 
-// Up to this many characters every set-up runs all rounds. Beyond, rounds are fewer. If the scene was run with fewer
-// characters before, only ours and the best set-ups of each library there run: the fastest of all, and of those alone.
+// Up to this many characters every set-up runs all rounds. With more characters there are fewer rounds. If the scene
+// ran with fewer characters before, only ours and the best set-ups of each library in that run take part: the fastest
+// of all, and the fastest that works alone.
 constexpr std::uint32_t kFullRoundCharacters = 10000;
 constexpr std::uint32_t kLeastRounds = 3;
 
-// Unless they are given.
+// The numbers of characters if none are given.
 const std::vector<std::uint32_t>& default_character_counts(const std::string& scene) {
   static const std::vector<std::uint32_t> uniform = {1000, 10000, 100000}, jitter = {1000, 10000};
   return scene == "uniform" ? uniform : jitter;
@@ -57,7 +58,7 @@ const std::vector<std::uint32_t>& default_character_counts(const std::string& sc
 constexpr double kThresholdOfSize = 0x1p-15;
 constexpr double kThresholdOfPlace = 0x1p-21;
 
-// Processor time of the whole process, all threads together: what one core takes, whoever else uses the machine.
+// The processor time of the process, summed over threads. Other users of the machine do not change it.
 double processor_seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -66,7 +67,7 @@ double processor_seconds() {
 
 // ------------------------------------------------------------------------------------------------------ the judge
 
-// What the judge says of a pair of leaves.
+// The judge's answer about a pair of leaves.
 enum class Verdict { kOverlap, kApart, kThreshold };
 
 // All leaf boxes of a posed crowd in double, and the judge of perf/oracle on them.
@@ -122,7 +123,7 @@ class JudgedCrowd {
   std::vector<oracle::OracleBox<double>> boxes_;  // relative to their characters' origins
 };
 
-// What a set-up's pairs are beside others.
+// How a set-up's pairs differ from reference pairs.
 struct Differences {
   std::uint64_t pairs = 0;            // that it found
   std::uint64_t misses = 0;           // overlap and were not found
@@ -130,8 +131,8 @@ struct Differences {
   std::uint64_t threshold = 0;        // found by one of the two alone, at the threshold
 };
 
-// Adds how sorted pairs differ from sorted reference pairs. Each differing pair is judged, so that the reference need
-// not be right: where it is wrong, its own differences are counted (null: brute force).
+// Adds to `found` how sorted pairs differ from sorted reference pairs. Each differing pair is judged, so the reference
+// need not be right. Where the reference is wrong, of_reference counts it (null: the reference is brute force).
 void add_differences(const JudgedCrowd& judge, const Pairs& pairs, const Pairs& reference, Differences& found,
                      Differences* of_reference) {
   found.pairs += pairs.size();
@@ -155,18 +156,18 @@ void add_differences(const JudgedCrowd& judge, const Pairs& pairs, const Pairs& 
 
 // ------------------------------------------------------------------------------------------------- the contestants
 
-// A set-up of a peer or of ours, before it has a world.
+// A set-up of a peer, or cab on one instruction set, without a world.
 struct Contestant {
   std::string name;
   std::string meaning;
-  std::string library;     // empty: ours
-  Isa isa = Isa::kAuto;    // of ours
-  PeerSetup setup = {};    // of a peer's
-  Differences small = {};  // beside brute force, kVerifiedCharacters, all scenes and frames
+  std::string library;     // empty: cab
+  Isa isa = Isa::kAuto;    // if this is cab
+  PeerSetup setup = {};    // if this is a peer
+  Differences small = {};  // from brute force, with kVerifiedCharacters, over all scenes and frames
   bool ours() const { return library.empty(); }
 };
 
-// One that has a world. run is what is measured; collect gives its pairs sorted.
+// A contestant with a world. `run` is measured; sorted_pairs gives the pairs of the last run.
 class Runner {
  public:
   Runner(const Contestant& contestant, const scenes::Crowd& crowd) {
@@ -192,7 +193,7 @@ class Runner {
     return processor_seconds() - start;
   }
 
-  // The pairs of the last frame. A link of these figures has one leaf, so that a hit of ours is a pair of leaves.
+  // The pairs of the last frame, sorted. A link of these figures has one leaf, so a hit of cab is a pair of leaves.
   Pairs sorted_pairs() const {
     Pairs pairs = pairs_;
     if (session_)
@@ -210,7 +211,7 @@ class Runner {
   Pairs pairs_;
 };
 
-// Of a library that is not in this build, no set-ups.
+// A library that is not in this build. It has no set-ups.
 [[maybe_unused]] Peer missing(const char* name, const char* package) { return {name, package, "", {}}; }
 
 std::vector<Peer> all_peers() {
@@ -233,7 +234,7 @@ std::vector<Peer> all_peers() {
   return peers;
 }
 
-// Those that were asked for, or all.
+// The peers that the options name, or all.
 std::vector<Peer> choose_peers(const PeersOptions& options) {
   std::vector<Peer> peers = all_peers(), chosen;
   if (options.peers.empty()) return peers;
@@ -272,7 +273,7 @@ std::vector<Contestant> make_contestants(const PeersOptions& options, const std:
 // ------------------------------------------------------------------------------------------------------- the runs
 
 struct Row {
-  Differences differences;      // beside ours, in the last of the frames
+  Differences differences;      // from the pairs of cab, in the last of the frames
   std::vector<double> seconds;  // per frame, of each round; empty: not run
 };
 
@@ -280,7 +281,7 @@ struct Run {
   std::string scene;
   std::uint32_t character_count = 0;
   std::vector<Row> rows;  // of each contestant
-  // Of a row's time over ours, round by round.
+  // The time of a row over that of cab, round by round.
   Spread ratio(std::size_t row) const {
     std::vector<double> ratios;
     for (std::size_t r = 0; r < rows[row].seconds.size(); ++r)
@@ -306,7 +307,7 @@ std::size_t fastest(const Run& run, const std::vector<Contestant>& contestants, 
   return best;
 }
 
-// Ours, and of each library the fastest of all and of those alone.
+// Marks cab and, of each library, the fastest set-up of all and the fastest that works alone.
 std::vector<bool> best_of_each(const Run& run, const std::vector<Contestant>& contestants) {
   std::vector<bool> best;
   for (std::size_t c = 0; c < contestants.size(); ++c) {
@@ -324,7 +325,7 @@ std::vector<std::vector<scenes::PosedGroup>> pose_frames(const scenes::Crowd& cr
   return frames;
 }
 
-// Every set-up against brute force, in frames that follow each other, so that trees are updated too.
+// Compares every set-up with brute force, in frames that follow each other, so that trees are updated too.
 void verify(const std::string& scene, std::vector<Contestant>& contestants) {
   const scenes::Crowd crowd = scenes::make_crowd(scene, kVerifiedCharacters);
   std::vector<Runner> runners;
@@ -340,7 +341,7 @@ void verify(const std::string& scene, std::vector<Contestant>& contestants) {
   }
 }
 
-// chosen: which contestants are run; the first always is.
+// Runs the chosen contestants in turns. chosen: which contestants run; the first always does.
 Run measure(const PeersOptions& options, const std::string& scene, std::uint32_t count,
             const std::vector<Contestant>& contestants, const std::vector<bool>& chosen) {
   Run run;
@@ -359,8 +360,8 @@ Run measure(const PeersOptions& options, const std::string& scene, std::uint32_t
     if (chosen[c]) runners.emplace_back(c, Runner(contestants[c], crowd));
   ProgressBar bar(scene + " " + std::to_string(count), (std::uint64_t{rounds} + 1) * runners.size());
 
-  // All frames once, which builds what is kept and makes room for the most pairs. Compared in the last of them, after
-  // updates of what is kept.
+  // Every contestant first runs all frames once. This builds its world and makes room for the most pairs. The pairs of
+  // the last of these frames are compared, when each world has been updated.
   {
     const JudgedCrowd judge(crowd.groups.front().figure, frames.back().front());
     Pairs ours;
@@ -418,8 +419,8 @@ void print_verification(const PeersOptions& options, const std::vector<Contestan
   table.print(std::cout);
 }
 
-// The fastest set-up of any peer that takes nothing from outside, or the fastest of all. Those that miss pairs or add
-// some do not count; the number of contestants where none is left.
+// The fastest set-up of any peer, or the fastest that works alone. Set-ups that miss pairs or add pairs do not count.
+// If no set-up is left, returns the number of contestants.
 std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants, bool alone) {
   return fastest(run, contestants, [&](const Contestant& c) {
     const Differences& d = run.rows[static_cast<std::size_t>(&c - contestants.data())].differences;

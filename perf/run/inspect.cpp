@@ -1,4 +1,4 @@
-// `cab inspect`: one frame of one file, with everything that a person needs to check the engine by hand.
+// `cab inspect`: writes one frame of one file, with everything that a person needs to check the engine by hand.
 #include <cab/cab.h>
 
 #include <array>
@@ -53,7 +53,8 @@ Json joints_json(const scenes::Skeleton& skeleton, std::uint32_t frame, const Ve
   return joints;
 }
 
-// An imported link's frame sits at its joint, so a pose's translation is where the joint is.
+// The links with their joints in the world. The frame of an imported link has its origin at the joint, so the
+// translation of a pose is the place of the joint.
 Json links_json(const scenes::Character& character, std::uint32_t frame, const Vec3& origin) {
   if (character.pose_format != PoseFormat::kQuaternionTranslation || !character.link_joints.empty())
     throw std::logic_error(character.name + ": an imported character has quaternions and joints at the links' frames");
@@ -90,7 +91,7 @@ Json leaves_json(const scenes::Character& character, const CharacterBoxes& boxes
   return leaves;
 }
 
-// One entry per merge: the node that it makes, its two children, the joint, and the box.
+// One entry per merge: the node that the merge makes, its two children, the joint, and the box.
 Json merges_json(const scenes::Character& character, const CharacterBoxes& boxes) {
   Json merges = Json::array();
   for (std::size_t s = 0; s < boxes.steps.size(); ++s) {

@@ -16,12 +16,12 @@ namespace cab::perf {
 
 struct RunOptions {
   WorldOptions world;
-  std::optional<FrameRange> frames;  // without it all
+  std::optional<FrameRange> frames;  // empty: all frames
   Policies policies;
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   bool within = false;             // also the links of one character against each other
-  bool contacts = false;           // normal and depth
+  bool contacts = false;           // also the normal and depth of each hit
   std::string json_path;           // empty: no file
   std::string hits_path;           // empty: no file
 };
@@ -41,7 +41,7 @@ struct InspectOptions {
 Command add_inspect(CLI::App& app);
 int inspect_command(const InspectOptions& options);
 
-// FILE..., --offset, --units and --up, which `cab sweep` accepts too.
+// Adds FILE..., --offset, --units and --up, which `cab sweep` accepts too.
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning);
 
 }  // namespace cab::perf

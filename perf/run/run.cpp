@@ -1,4 +1,4 @@
-// `cab run`: motion files in one world; which links touch in which frame.
+// `cab run`: finds which links of motion files in one world touch in which frame.
 #include <cab/cab.h>
 
 #include <algorithm>
@@ -16,12 +16,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What the command line prints and writes of a run.
+// The results of a run that the command prints and writes.
 struct RunTotals {
   FrameStats stats;
   std::uint64_t hits = 0;
   std::uint64_t frames_with_hits = 0;
-  float deepest = 0;  // metres, where contacts were asked for
+  float deepest = 0;  // metres, if contacts were asked for
 };
 
 // Throws UsageError for options that contradict each other.
@@ -47,7 +47,7 @@ void write_hits_header(std::ostream& out, bool contacts) {
   out << '\n';
 }
 
-// Fields of a contact that the exact test could not give stay empty.
+// Writes a hit as a CSV line. Fields of a contact that the exact test could not give stay empty.
 void write_hit(std::ostream& out, const scenes::Scene& scene, const Touch& touch, bool contacts) {
   const scenes::Character& a = scene.characters[touch.character_a];
   const scenes::Character& b = scene.characters[touch.character_b];
@@ -102,7 +102,7 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.print(std::cout);
 }
 
-// Each reason that two links can be masked for, as tables and files name it.
+// The name that tables and files give to a reason why two links are masked.
 struct ReasonName {
   IgnoredReason reason;
   const char* name;
@@ -110,13 +110,13 @@ struct ReasonName {
 constexpr ReasonName kReasonNames[] = {
     {kIgnoredExplicitly, "joint"}, {kIgnoredByHops, "hops"}, {kIgnoredAtRest, "rest"}};
 
-// Every two different links of a character.
+// The number of pairs of different links of a character.
 std::size_t count_pairs(const scenes::Character& character) {
   return character.link_parents.size() * (character.link_parents.size() - 1) / 2;
 }
 
-// The pairs of links that --self leaves out, one row per pair with its reasons: the links share a joint of the file,
-// are few joints apart, or touch in the rest frame.
+// Prints the pairs of links that --self leaves out, one row per pair with its reasons: the links share a joint of the
+// file, are few joints apart, or touch in the rest frame.
 void print_masked(const scenes::Scene& scene, const EngineSession& session) {
   for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
     const scenes::Character& character = scene.characters[c];

@@ -10,7 +10,7 @@
 namespace cab::perf {
 namespace {
 
-// A file without motion gets the same pose in every frame, so that it is tested like a moving one.
+// Gives a character without motion the same pose in every frame, so that it is tested like a moving one.
 void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count) {
   if (!character.is_static) return;
   const std::vector<float> poses = std::move(character.poses);
@@ -57,7 +57,7 @@ scenes::Scene import_world(const WorldOptions& options) {
     character.rest_frame = options.rest_frame;
   }
 
-  // Hits are read by name, so two characters from files of one name must differ.
+  // People read hits by name, so two characters from files with the same name get different names.
   for (std::size_t c = 1; c < scene.characters.size(); ++c) {
     const std::string base = scene.characters[c].name;
     const auto before = scene.characters.begin() + static_cast<std::ptrdiff_t>(c);

@@ -1,4 +1,4 @@
-// The world of motion files that `cab run` and `cab sweep` are given.
+// The world of motion files for `cab run` and `cab sweep`.
 #pragma once
 
 #include <array>
@@ -13,10 +13,10 @@ namespace cab::perf {
 
 struct WorldOptions {
   std::vector<std::string> files;              // one character each
-  std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order, the others stay at zero
+  std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
   std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
-  char up = 0;                                 // 'x', 'y', 'z', or 0 to find it
-  std::uint32_t ignored_hops = 0;              // links of one character this many joints apart or less are masked
+  char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
+  std::uint32_t ignored_hops = 0;              // links of one character at most this many joints apart are masked
   std::optional<std::uint32_t> rest_frame;     // links of one character that touch in this frame are masked
 };
 

@@ -10,7 +10,7 @@ namespace {
 
 using oracle::OracleBox;
 
-// What a figure has of boxes in its poses: [pose][node].
+// The boxes of a figure in its poses: [pose][node].
 struct FigureBoxes {
   ArticulationInfo info;
   std::vector<MergeStep> steps;

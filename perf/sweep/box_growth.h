@@ -1,4 +1,4 @@
-// How large the inner boxes of a policy are beside those of others, on figures in some of their poses.
+// Compares how large inner boxes are by different policies, on figures in some of their poses.
 #pragma once
 
 #include <cab/types.h>
@@ -17,11 +17,11 @@ struct PosedFigure {
   std::vector<float> orientations;  // [pose][4], or empty: no rotation
 };
 
-// Sum of the surfaces of all inner boxes of all figures in all poses; 0 without inner boxes.
+// The sum of the surfaces of all inner boxes of all figures in all poses. 0 if there are no inner boxes.
 double inner_area(const std::vector<PosedFigure>& figures, const Policies& policies);
 
-// The same for the smallest boxes that there could be over the leaf boxes of each inner node, found by trying
-// orientations (perf/oracle/rotation_limit.h).
+// The same for the smallest boxes about the leaf boxes below each inner node, found by trying orientations
+// (perf/oracle/rotation_limit.h).
 double inner_area_limit(const std::vector<PosedFigure>& figures);
 
 }  // namespace cab::perf

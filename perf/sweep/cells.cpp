@@ -15,27 +15,28 @@
 namespace cab::perf {
 namespace {
 
-// Up to this many leaf pairs the judge tests all of them; beyond, those whose boxes overlap by brute force.
+// Up to this many leaf pairs the judge tests all of them. Beyond, it tests those whose boxes overlap, found by brute
+// force.
 constexpr std::uint64_t kMostJudgedPairs = 300000;
 
 // Up to this many leaves the best orientations of all inner boxes are searched.
 constexpr std::size_t kMostSearchedLeaves = 32;
 
-// A run that takes longer than this is measured in at most this many rounds: noise averages out in it.
+// A run that takes longer than kLongSeconds is measured in at most kLongRounds rounds: noise averages out within it.
 constexpr double kLongSeconds = .1;
 constexpr std::size_t kLongRounds = 3;
 
-// One that takes longer than this is not measured again after it was counted.
+// A run that takes longer than this is not measured again after the run that counts.
 constexpr double kLongestSeconds = 1;
 
 // A turn has as many runs as take about this long: at least two, at most kMostRuns.
 constexpr double kTurnSeconds = 3e-3;
 constexpr int kMostRuns = 20;
 
-// A smaller gain does not count.
+// A share of time saved that is smaller than this does not count as a gain.
 constexpr double kLeastGain = .05;
 
-// The same policies, with the defaults for what the strategy does not read.
+// The same policies, but with the default for every field that the strategy does not read.
 Policies without_unread(Policies policies) {
   const Policies defaults;
   if (is_axis_aligned(policies.refit)) policies.sat = defaults.sat;
@@ -69,7 +70,7 @@ std::uint64_t hash_of(const std::vector<SweepHit>& hits) {
   return hash.value();
 }
 
-// Which links touch by FCL, and how many leaf pairs of a cell FCL denies.
+// Finds which links touch by FCL, and how many leaf pairs of a cell are apart by FCL.
 class Judge {
  public:
   explicit Judge(SweepWorld& world) : world_(world) {
@@ -120,7 +121,7 @@ std::tuple<Isa, std::uint32_t, Exact> group_of(const SweepCell& cell) {
   return {cell.isa, cell.thread_count, cell.policies.exact};
 }
 
-// Whether one is the other under another name of the strategy.
+// Whether two cells do the same work, although their strategies have different names.
 bool is_same_work(const SweepCell& a, const SweepCell& b) {
   Policies policies = a.policies;
   policies.strategy = b.policies.strategy;
@@ -272,7 +273,7 @@ std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std:
     std::size_t faster = 0;
     const std::size_t rounds = std::min(cell.rounds.size(), cells[of].rounds.size());
     for (std::size_t r = 0; r < rounds; ++r) faster += cell.rounds[r].seconds_total < cells[of].rounds[r].seconds_total;
-    // In all rounds but one of four.
+    // A gain must show in the median and in at least three of four rounds.
     if (time_ratio(cells[of], cell).median > 1 - kLeastGain || 4 * faster < 3 * rounds) continue;
     if (!best || cell.total_seconds() < cells[*best].total_seconds()) best = c;
   }

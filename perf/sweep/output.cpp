@@ -18,7 +18,7 @@ const char* value_name(const Policies& policies, std::uint32_t row) {
   return policy_table()[row].values[policy_get(policies, row)].name;
 }
 
-// "cab_sum" is CabSum in code.
+// The name of a value in code: "cab_sum" is CabSum.
 std::string in_code(const std::string& name) {
   std::string out;
   bool upper = true;
@@ -62,7 +62,7 @@ std::uint32_t row_of(const char* name) {
 
 std::string percent_less(double ratio) { return fixed(100 * (1 - ratio), 0) + " %"; }
 
-// What a cell gains over another, and the code that asks for it.
+// Prints how much time a cell saves over another, and the code that sets its policies.
 void print_gain(const SweepCell& of, const SweepCell& cell, const std::string& name_of) {
   const Spread ratio = time_ratio(of, cell);
   std::cout << short_name(cell.policies) << " takes " << percent_less(ratio.median) << " less time than " << name_of
@@ -71,7 +71,7 @@ void print_gain(const SweepCell& of, const SweepCell& cell, const std::string& n
             << of.false_positives << ":\n  " << code_line(cell.policies) << '\n';
 }
 
-// What to set instead of the defaults, cells[of].
+// Prints what to set instead of the defaults, which are the policies of cells[of].
 void print_advice(const SweepRun& run, std::size_t of) {
   const SweepCell& defaults = run.cells[of];
   std::cout << to_string(defaults.isa) << ", threads " << defaults.thread_count << ", exact "

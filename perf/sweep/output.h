@@ -1,4 +1,4 @@
-// How the runs of `cab sweep` are printed and written.
+// Prints and writes the runs of `cab sweep`.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace cab::perf {
 
-// The strategy, and the values of other fields (but the exact test) that are not the defaults: "tree cab_sum leaves".
+// The strategy, and all values that are not the defaults, except the exact test: "tree cab_sum leaves".
 std::string short_name(const Policies& policies);
 
-// The statements that make these policies of default ones: "policies.refit = cab::Refit::kCabSum;". All fields.
+// The statements that turn default policies into these: "policies.refit = cab::Refit::kCabSum;".
 std::string code_line(const Policies& policies);
 
-// The cells, the fastest first, and what is recommended.
+// Prints the cells, the fastest first, and a recommendation.
 void print_sweep(const SweepRun& run);
 
 void write_sweep_json(const std::string& path, const std::vector<SweepRun>& runs);

@@ -24,8 +24,8 @@ namespace {
 constexpr std::array<const char*, 10> kColors = {"#0072B2", "#56B4E9", "#D55E00", "#E69F00", "#009E73",
                                                  "#CC79A7", "#000000", "#999999", "#8B4513", "#6A3D9A"};
 constexpr std::array<int, 7> kShapes = {7, 5, 9, 13, 11, 15, 3};  // gnuplot's filled points
-constexpr double kNear = .06;   // of the picture: numbers of points that are nearer are written side by side
-constexpr double kLogFrom = 8;  // an axis whose values are this many times apart is logarithmic
+constexpr double kNear = .06;   // share of the picture: numbers of points nearer than this are written side by side
+constexpr double kLogFrom = 8;  // an axis is logarithmic if its values differ by this factor or more
 
 const char* color(std::size_t i) { return kColors[i % kColors.size()]; }
 int shape(std::size_t i) { return kShapes[i % kShapes.size()]; }
@@ -36,7 +36,7 @@ std::uint32_t row_named(const char* name) {
   return row;
 }
 
-// For gnuplot; a line break stays one.
+// A string for gnuplot. Line breaks stay line breaks.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text)
@@ -46,8 +46,8 @@ std::string quoted(const std::string& text) {
 
 // One curve or cloud: rows of x, y, and where a bar begins and ends.
 struct Series {
-  std::string name;   // in the legend; empty: not there
-  std::string style;  // as gnuplot has it after "with"
+  std::string name;   // in the legend; empty: not in the legend
+  std::string style;  // what gnuplot accepts after "with"
   std::vector<std::array<double, 4>> points;
 };
 
@@ -66,7 +66,7 @@ struct Picture {
   std::vector<Label> labels;
 };
 
-// Runs a program in a folder; its exit code, -1 where it could not be run.
+// Runs a program in a folder. Returns its exit code, or -1 if it could not be run.
 int run_program(const std::vector<std::string>& words, const std::string& folder) {
   std::vector<char*> pointers;
   for (const std::string& word : words) pointers.push_back(const_cast<char*>(word.c_str()));
@@ -93,7 +93,7 @@ struct Range {
   }
 };
 
-// "set ytics (1,2,5,10)": one, two and five times the powers of ten.
+// The command for ticks at one, two and five times the powers of ten: "set ytics (1,2,5,10)".
 std::string decades(Range range) {
   std::string out = "set ytics (";
   for (double power = std::pow(10, std::floor(std::log10(range.least))); power <= range.most; power *= 10)
@@ -257,7 +257,7 @@ class Cloud {
   }
 
  private:
-  // What tells a cell from others in this picture: "cab_sum leaves".
+  // The values by which a cell differs from others in this picture: "cab_sum leaves".
   std::string name_of(const Policies& policies) const {
     std::string name;
     for (std::uint32_t row = 0; row < policy_table().size; ++row) {
@@ -303,7 +303,7 @@ Picture growth_picture(const SweepRun& run) {
   return picture;
 }
 
-// Whether its points differ along x, so that there is something to trade.
+// Whether the points of a picture differ along x. Otherwise the picture shows nothing.
 bool is_spread(const Picture& picture) {
   Range x;
   for (const Series& series : picture.series)
@@ -330,7 +330,7 @@ std::array<double, 4> timed_point(const SweepRun& run, const SweepCell& cell, do
   return {x, totals[count / 2], totals[count / 4], totals[count - 1 - count / 4]};
 }
 
-// The strategies, other fields as by default, by the number of a family.
+// The strategies, with defaults in all other fields, by the number of a family.
 Picture crossover_picture(const std::string& family, const std::map<std::uint32_t, const SweepRun*>& runs,
                           const std::string& what) {
   Picture picture;

@@ -1,4 +1,4 @@
-// Pictures of `cab sweep` as SVG, drawn by gnuplot; its scripts, which hold their data, are kept beside them.
+// Pictures of `cab sweep` as SVG, drawn by gnuplot. The gnuplot scripts contain the data, and stay beside the pictures.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace cab::perf {
 
-// Makes the folder if it is missing. Throws std::runtime_error if it cannot, or if gnuplot does not run: what to
-// install.
+// Makes the folder if it is missing. Throws std::runtime_error if that fails, or if gnuplot does not run. Then the
+// message says what to install.
 void prepare_plots(const std::string& folder);
 
 // Draws into a folder; returns the names of the pictures. Per run: false-positives-SCENE (time against false positives)

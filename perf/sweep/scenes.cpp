@@ -11,11 +11,11 @@
 namespace cab::perf {
 namespace {
 
-// So few that one run of a crowd takes milliseconds.
+// The frames of a crowd: so few that one run takes milliseconds.
 constexpr std::uint32_t kCrowdFrames = 2;  // 1/30 s apart
 constexpr double kCrowdFramesPerSecond = 30;
 
-// Poses of a figure that boxes are compared on.
+// The number of poses of a figure in which boxes are compared.
 constexpr std::uint32_t kSampledPoses = 24;
 
 SweepScene of_frames(std::string name, scenes::Scene scene, FrameRange frames) {

@@ -1,4 +1,4 @@
-// The scenes of `cab sweep`: frames of a few characters, or crowds, behind one face.
+// The scenes of `cab sweep`: frames of a few characters or crowds, with one interface for both.
 #pragma once
 
 #include <cab/cab.h>
@@ -18,7 +18,8 @@
 
 namespace cab::perf {
 
-// The scenes of `cab sweep` whose names are `family`, a minus and a number, by that number.
+// A scene of a family: the name of the scene is that of the family, a minus and a number. sweep_family returns the
+// scenes of `cab sweep` that belong to a family, in the order of the scene list.
 struct SweepMember {
   std::string name;
   std::uint32_t number;
@@ -30,7 +31,7 @@ struct SweepScene {
   std::string name;
   std::uint32_t frame_count = 0;
   FrameRange frames;                           // of `scene`
-  std::shared_ptr<const scenes::Scene> scene;  // or:
+  std::shared_ptr<const scenes::Scene> scene;  // null if `crowd` is set
   std::shared_ptr<const scenes::Crowd> crowd;
   std::vector<std::vector<scenes::PosedGroup>> posed;  // of the crowd, each frame
 
@@ -38,8 +39,8 @@ struct SweepScene {
   std::size_t most_leaves() const;  // of one character
 };
 
-// A scene that `cab sweep` offers by name. character_count: of detailed rigs and ropes; 0: as many as by default.
-// Throws std::runtime_error where a file of the scene is missing.
+// A scene that `cab sweep` offers by name. character_count: of detailed rigs and ropes; 0: the scene's default. Throws
+// std::runtime_error if a file of the scene is missing.
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count);
 
 // The user's own files, as `cab run` takes them.
@@ -48,7 +49,8 @@ SweepScene make_files_scene(const WorldOptions& options);
 // Some of the scene's poses of each of its figures.
 std::vector<PosedFigure> sample_figures(const SweepScene& scene);
 
-// Two links that touch. Instances are those of a crowd's group, 0 elsewhere; groups are characters there.
+// Two links that touch. In a crowd, a group and an instance of it name a character. In other scenes the group is the
+// character, and the instance is 0.
 struct SweepHit {
   std::uint32_t frame;
   std::uint32_t group_a, instance_a, link_a;
@@ -63,11 +65,11 @@ class SweepWorld {
   Isa isa() const;
   std::uint32_t thread_count() const;
 
-  // Runs all frames and sums. hits (optional) receives the touching links, sorted.
+  // Runs all frames and returns the sum of their stats. *hits (may be null) receives the touching links, sorted.
   FrameStats run(const Policies& policies, std::vector<SweepHit>* hits = nullptr);
 
-  // An upper limit for the leaf pairs between characters that come near each other; of frames, between all that are
-  // paired.
+  // An upper limit for the leaf pairs between characters whose bounds overlap. For frames of a few characters, between
+  // all that are paired.
   std::uint64_t most_leaf_pairs();
 
  private:

@@ -1,4 +1,4 @@
-// `cab sweep`: what every policy costs and brings, on many scenes or on one's own.
+// `cab sweep`: the cost and the benefit of every policy, on many scenes or on the user's files.
 #include <algorithm>
 #include <iostream>
 #include <string>
@@ -28,14 +28,14 @@ void check(const SweepOptions& options) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, options.world.files);
 }
 
-// A scene and whether all policies are run on it, or strategies alone.
+// A scene, and whether all policies run on it, or only the strategies.
 struct ChosenScene {
   std::string name;
   bool all_policies;
 };
 
-// The scenes that are asked for, or the default ones. If pictures are drawn, the default ones are followed by all
-// scenes that differ in size alone.
+// The scenes that the options name, or the default ones. If pictures are drawn, all scenes that differ only in size
+// follow the default ones.
 std::vector<ChosenScene> choose_scenes(const SweepOptions& options) {
   std::vector<ChosenScene> chosen;
   for (const std::string& name : options.scenes) chosen.push_back({name, true});
@@ -50,7 +50,7 @@ std::vector<ChosenScene> choose_scenes(const SweepOptions& options) {
   return chosen;
 }
 
-// Of the policies those that differ from the defaults in strategy and exact test alone.
+// The policies that differ from the defaults only in strategy and exact test.
 std::vector<Policies> strategies_alone(const std::vector<Policies>& all) {
   std::vector<Policies> out;
   for (const Policies& policies : all) {

@@ -1,5 +1,6 @@
-// Merges: every refit rule and extents option, through the kernels, on pairs of children of every regime and on the
-// parents of two such pairs. Every parent must hold both children, or all leaves below, judged exactly.
+// Verifies merges: every oriented refit with every value of `extents`, by the kernels, on pairs of children of every
+// regime and on the parents of two such pairs. By an exact judge, every parent must contain both children, or all
+// leaves below.
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -17,10 +18,10 @@ namespace {
 
 using Box3f = oracle::OracleBox<float>;
 
-// Tiles of one regime per round; each gives 16 lanes of three merges to every method.
+// The number of tiles of one regime per round. In each tile every method makes three merges in 16 lanes.
 constexpr std::uint32_t kTiles = 32;
 
-// Of five tiles one merges without a joint.
+// One of five tiles merges without a joint.
 constexpr std::uint32_t kTilesPerFree = 5;
 
 constexpr std::uint32_t kLeafCount = 4, kNodeCount = 7;
@@ -32,7 +33,7 @@ const std::vector<RefitMethod>& methods() {
   return all;
 }
 
-// Two pairs of leaves, each merged, and the two parents merged: all at link 0's joint or at none.
+// Two pairs of leaves, each merged, and the two parents merged: all at the joint of link 0, or all without a joint.
 MergeProgram two_limbs(bool has_joint) {
   static constexpr MergeStep kAtJoint[] = {{0, 1, 0}, {2, 3, 0}, {4, 5, 0}};
   static constexpr MergeStep kFree[] = {{0, 1, kNoJoint}, {2, 3, kNoJoint}, {4, 5, kNoJoint}};
@@ -42,15 +43,15 @@ MergeProgram two_limbs(bool has_joint) {
       {has_joint ? kAtJoint : kFree, 3}, {kCounts, kNodeCount}, {kFirst, kNodeCount}, {kLeafSequence, kLeafCount}, 2};
 }
 
-// What a parent must hold, by extents and by parent.
+// The nodes that a parent must contain, by extents.
 std::vector<std::uint32_t> below(Extents extents, std::uint32_t parent) {
   if (parent < 6) return {2 * (parent - kLeafCount), 2 * (parent - kLeafCount) + 1};
   if (extents == Extents::kChildren) return {4, 5};
   return {0, 1, 2, 3};
 }
 
-// A child of another limb at the same joint: rotated about it and of another size. Its axes stay as they were where
-// rounding them again would leave them off orthonormal by more than a merge accepts.
+// A child of another limb at the same joint: rotated about the joint, and with another size. Its axes are not rotated
+// if their rounding would make them less orthonormal than a merge accepts.
 Box3f rotated_about(const float (&joint)[3], const double (&turn)[3][3], double size, const Box3f& child) {
   const auto rotated = [&](const oracle::Vec3<double>& v) {
     return v[0] * oracle::to_vec3(turn[0]) + v[1] * oracle::to_vec3(turn[1]) + v[2] * oracle::to_vec3(turn[2]);

@@ -12,9 +12,9 @@
 namespace cab::perf {
 
 struct VerifyOptions {
-  double minutes = 1;                   // unless rounds or round are given
-  std::optional<std::uint64_t> rounds;  // this many
-  std::optional<std::uint64_t> round;   // this one alone
+  double minutes = 1;                   // how long, unless rounds or round is given
+  std::optional<std::uint64_t> rounds;  // how many rounds
+  std::optional<std::uint64_t> round;   // the number of the only round
   std::uint64_t seed = 1;
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 0;  // 0: every core

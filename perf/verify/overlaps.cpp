@@ -1,5 +1,5 @@
-// The overlap test on pairs of boxes that nearly touch, of every regime, through the kernels. No pair that touches may
-// be called apart, judged exactly; pairs that are apart and called touching are counted.
+// Verifies the overlap test of the kernels on nearly touching pairs of boxes of every regime. By an exact judge, no
+// pair that touches may be called apart. Pairs that are apart and called touching are counted.
 #include "kernels/gather_pairs.h"
 #include "perf/base/report.h"
 #include "perf/oracle/box_tile.h"
@@ -10,13 +10,13 @@
 namespace cab::perf {
 namespace {
 
-// Tiles of sixteen pairs of one regime per round.
+// The number of tiles, of sixteen pairs each, of one regime per round.
 constexpr std::uint32_t kTiles = 120;
 
-// Gaps asked for, in u (Sa + Sb): most pairs overlap a little, some are apart within the slack.
+// The range of gaps in u (Sa + Sb): most pairs overlap a little, some are apart within the slack.
 constexpr double kDeepest = -20, kWidest = 2;
 
-// What a pair of boxes may be to the test: bits of BoxPairs::leaves, and which axes are tested.
+// One way to call the test: the bits of BoxPairs::leaves, and which axes are tested.
 struct Use {
   std::string name;
   std::uint32_t leaves;

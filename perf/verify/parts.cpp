@@ -9,7 +9,7 @@
 namespace cab::perf {
 namespace {
 
-// Findings that one task keeps; more say nothing new.
+// The most findings that one task keeps. Further ones add nothing.
 constexpr std::size_t kFindingsKept = 2;
 
 // The row of the table of policies that holds a field.

@@ -1,6 +1,6 @@
-// What `cab verify` verifies: parts, each of which judges the library exactly by regimes (hard inputs) and methods
-// (what a policy chooses). A round runs every regime of every part once; its inputs follow from the seed and its number
-// alone.
+// The parts of `cab verify`. Each part judges the library exactly, by regimes (kinds of hard inputs) and methods (sets
+// of policies). A round runs every regime of every part once. Its inputs depend only on the seed and on the round's
+// number.
 #pragma once
 
 #include <cab/cab.h>
@@ -15,37 +15,37 @@
 
 namespace cab::perf {
 
-// What is verified: the library, or in a test something that is broken on purpose.
+// The functions that are verified: those of the library or, in a test, functions with a deliberate fault.
 struct Subject {
   const kernel::KernelTable* kernels = nullptr;  // its isa is that of the engines too
   decltype(&cab::compute_boxes) compute_boxes = cab::compute_boxes;
   decltype(&cab::run_frame) run_frame = cab::run_frame;
 };
 
-// One row's counts. Sums and maxima only, so that they depend on which rounds ran and on nothing else.
+// The counts of one row. They are only sums and maxima, so they depend on nothing but which rounds ran.
 struct Tally {
   std::uint64_t judged = 0;           // what the part counts
-  std::uint64_t violations = 0;       // boxes that do not hold what they must; touching pairs that were not reported
+  std::uint64_t violations = 0;       // boxes that do not contain what they must; touching pairs that were not reported
   std::uint64_t touching = 0;         // pairs that the judge calls touching
   std::uint64_t false_positives = 0;  // pairs reported that the judge calls apart
   std::uint64_t differing = 0;        // pairs that another strategy reports otherwise
   double excess = -1e300;  // largest by which a corner leaves its box, in ulps of size u (S + M); negative: inside
   double axes = 0;         // largest |R^T R - I| of a box that was made, in u
-  // Where rounding took most of the padding: the share, and both in ulps of size.
+  // The merge in which rounding took the largest share of the padding: the share, and both in ulps of size.
   double share = -1e300, rounding = 0, padding = 0;
 
   void add(const Tally& other);
 };
 
-// One regime of one round: what a part is given, and where it writes.
+// One regime of one round: the input of a part, and its results.
 struct Task {
   const Subject* subject = nullptr;
   std::size_t regime = 0;
   oracle::Random random;
-  std::vector<Tally> tallies;         // a method each
-  std::vector<std::string> findings;  // of the first violations, what failed
+  std::vector<Tally> tallies;         // one per method
+  std::vector<std::string> findings;  // what failed, for the first violations
 
-  // Counts a violation. input: what failed, in words and numbers.
+  // Counts a violation. input: the input that failed, in words and numbers.
   void violation(std::size_t method, const std::string& input);
 };
 
@@ -73,7 +73,7 @@ VerifyPart frames_part();
 // All of them, in the order in which they are printed.
 const std::vector<VerifyPart>& verify_parts();
 
-// A method is a name and the policies behind it, both from the table of policies: a new value joins by itself.
+// A method: a name and its policies. Both come from the table of policies, so a new value becomes a method by itself.
 struct RefitMethod {
   std::string name;
   Policies policies;
@@ -85,13 +85,13 @@ std::vector<RefitMethod> refit_methods(std::uint32_t refit_count);
 // Every choice of axes for the overlap test.
 std::vector<RefitMethod> sat_methods();
 
-// Every refit with every strategy; extents only where a strategy descends, and no refit where boxes are not used. Fewer
-// axes are tested with every refit and strategy that they matter to.
+// Every refit with every strategy. Extents vary only if the strategy descends, and refits only if it uses boxes. The
+// values of `sat` vary with every refit and strategy on which they have an effect.
 std::vector<RefitMethod> frame_methods();
 
 std::vector<std::string> names_of(const std::vector<RefitMethod>& methods);
 
-// A box with all digits, to be replayed elsewhere.
+// A box as text with all digits, so that it can be tested again elsewhere.
 std::string to_text(const oracle::OracleBox<float>& box);
 
 }  // namespace cab::perf

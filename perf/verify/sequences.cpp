@@ -1,6 +1,6 @@
-// Whole frames of random worlds by run_frame, half of them with layers and some with a margin. Every strategy and refit
-// must report every pair of links that the exact judge calls touching, or no farther apart than the margin. If two
-// strategies on the same leaf boxes differ in a pair, the judge calls it apart; such pairs are counted.
+// Verifies whole frames of random worlds by run_frame. Half of the worlds have layers and some have a margin. Every
+// strategy and refit must report every pair of links that the exact judge calls touching, or at most the margin apart.
+// If two strategies on the same leaf boxes differ in a pair, the judge calls it apart; such pairs are counted.
 #include <algorithm>
 #include <iterator>
 
@@ -10,7 +10,7 @@
 namespace cab::perf {
 namespace {
 
-// Links of a world's articulations: few, so that the judge can look at every pair, and many in one world of this many.
+// The most links of a world's articulations: few, so that the judge can test every pair, but many in one of 64 worlds.
 constexpr unsigned kFewLinks = 8, kManyLinks = 64;
 constexpr double kManyShare = 1.0 / 64;
 
@@ -19,7 +19,7 @@ const std::vector<RefitMethod>& methods() {
   return all;
 }
 
-// The method that a method is compared with: it tests the same leaf boxes by the same axes in all pairs.
+// The method with which a method is compared: it tests the same leaf boxes by the same axes in all pairs.
 std::size_t reference_of(std::size_t method) {
   std::size_t m = 0;
   while (methods()[m].policies.strategy != Strategy::kBrute ||
@@ -63,7 +63,7 @@ void run(Task& task) {
   for (std::size_t m = 0; m < methods().size(); ++m) {
     const Policies& policies = methods()[m].policies;
     if (policies.strategy == Strategy::kExactAll) continue;
-    // With fewer axes, inner boxes that are told apart spare leaf pairs that would have passed: a difference by design.
+    // With fewer axes, separated inner boxes exclude leaf pairs that would have passed: a difference by design.
     if (policies.sat != Sat::kAll15 && policies.strategy != Strategy::kBrute && policies.strategy != Strategy::kRows)
       continue;
     const std::vector<Hit>& reference = hits[reference_of(m)];

@@ -1,5 +1,5 @@
-// Whole hierarchies of random articulations by compute_boxes: every box, leaves included, must hold every leaf box
-// below it as an exact pose of the caller's data has it.
+// Verifies whole hierarchies of random articulations by compute_boxes: every box, leaves included, must contain every
+// leaf box below it, as the exact pose of the caller's data places that box.
 #include <algorithm>
 #include <cstring>
 
@@ -11,7 +11,7 @@
 namespace cab::perf {
 namespace {
 
-// Instances of an articulation: a full tile and one more; of each hierarchy some are judged.
+// How many instances an articulation has, a full tile and one more, and how many of them are judged.
 constexpr std::uint32_t kInstances = 17, kJudged = 2;
 
 constexpr unsigned kMostLinks = 256, kMostLeaves = 3;

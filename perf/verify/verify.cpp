@@ -1,4 +1,4 @@
-// `cab verify`: rounds of judged work by any number of threads, their sums, and how they are printed, kept and resumed.
+// `cab verify`: runs rounds on any number of threads, sums their counts, and prints, saves and resumes them.
 #include "perf/verify/verify.h"
 
 #include <cab/version.h>
@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
-// Violations whose input is kept and printed.
+// The number of violations whose input is kept and printed.
 constexpr std::size_t kFindingsKept = 10;
 
 // How often the file of --resume is written while rounds run.
@@ -33,7 +33,7 @@ struct PartSums {
   std::vector<double> seconds;
 };
 
-// The counts of all rounds before next_round, or of one that ran alone.
+// The counts of all rounds before next_round, or of one round that ran alone.
 struct Sums {
   std::uint64_t next_round = 0;
   std::vector<PartSums> parts;
@@ -62,7 +62,7 @@ struct Sums {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// A generator for one regime of one round that shares nothing with those of others.
+// The generator of one regime of one round. It is independent of those of other regimes and rounds.
 oracle::Random random_of(std::uint64_t seed, std::uint64_t round, std::uint64_t part, std::uint64_t regime) {
   std::uint64_t state = seed;
   for (const std::uint64_t number : {round, part, regime}) state = oracle::Random(state).next_u64() ^ number;
@@ -121,7 +121,7 @@ Tally row_from(const Json& json) {
   return row;
 }
 
-// The document of both --json and --resume: all that a run is made of, and all that it found.
+// The document of both --json and --resume: what defines a run, and all its counts.
 Json to_json(std::uint64_t seed, Isa isa, const Sums& sums) {
   Json json = {{"version", CAB_VERSION_STRING},   {"seed", seed},
                {"isa", to_string(isa)},           {"rounds", sums.next_round},
@@ -168,7 +168,7 @@ Sums resume(const std::string& path, std::uint64_t seed, Isa isa) {
   return sums;
 }
 
-// Written beside and renamed, so that a run that is killed leaves the last whole file.
+// Writes a new file beside the old one and renames it, so that a killed run leaves a complete file.
 void save(const std::string& path, const Json& json) {
   write_json(path + ".new", json);
   std::filesystem::rename(path + ".new", path);
@@ -252,8 +252,8 @@ void print(std::uint64_t seed, Isa isa, std::uint64_t rounds, const Sums& sums, 
 
 // ------------------------------------------------------------------------------------------ rounds
 
-// Hands out rounds to threads and adds up what comes back in the order of their numbers, so that any number of threads
-// leaves the same sums.
+// Gives rounds to threads, and adds up their counts in the order of their numbers. So the sums do not depend on the
+// number of threads.
 class Rounds {
  public:
   Rounds(const VerifyOptions& options, const Subject& subject, Sums& sums)

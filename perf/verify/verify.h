@@ -1,4 +1,5 @@
-// The run behind `cab verify`, apart from the command so that tests can put something broken in the library's place.
+// The run of `cab verify`. It is separate from the command, so that tests can run it on functions with a deliberate
+// fault.
 #pragma once
 
 #include <ostream>
@@ -8,8 +9,8 @@
 
 namespace cab::perf {
 
-// Runs rounds as the options say, prints the tables and the first violations to out, writes the files. The exit code: 1
-// where there was a violation.
+// Runs rounds as the options say, prints the tables and the first violations to `out`, and writes the files. Returns
+// the exit code: 1 if there was a violation, else 0.
 int verify(const VerifyOptions& options, const Subject& subject, std::ostream& out);
 
 }  // namespace cab::perf

@@ -44,7 +44,7 @@ Extents3 measure_extents(const Clip& clip) {
   return extents;
 }
 
-// The rotation that takes axis x, y or z to z.
+// The rotation that takes axis x, y or z (0, 1 or 2) to z.
 Quat turn_up(std::size_t axis) {
   const double half = std::sqrt(.5);
   if (axis == 0) return {0, -half, 0, half};
@@ -60,7 +60,7 @@ struct Player {
 
   double seconds() const { return clip.frame_count * clip.frame_seconds; }
 
-  // The frame that shows at a time: the nearest earlier one, as in scenes/import/world.cpp.
+  // The frame shown at a time: the nearest earlier one, as in scenes/import/world.cpp.
   std::size_t frame_at(double time) const {
     const double frame = std::floor(std::fmod(time, seconds()) / clip.frame_seconds + 1e-6);
     return static_cast<std::size_t>(frame) % clip.frame_count;
@@ -84,7 +84,7 @@ Player make_player(Clip clip, char up) {
   return player;
 }
 
-// One character, the i-th of its group.
+// Poses one character, the i-th of its group.
 void pose_one(const Player& player, const Standing& standing, double time, std::size_t i, PosedGroup& posed) {
   const std::vector<float>& source = player.clip.character.poses;
   const std::size_t floats = player.clip.character.link_parents.size() * kPoseFloats;

@@ -22,10 +22,10 @@ constexpr double kBattleDensity = 1.5;  // characters per square metre
 constexpr double kLineStep = .5;        // metres
 constexpr double kFarSide = 1e7;        // metres
 constexpr float kGiant = 100;           // times as large
-constexpr double kTileGap = 2;          // metres between copies of a recording, more than anyone reaches
+constexpr double kTileGap = 2;          // metres between copies of a recording, farther than anyone reaches
 
-// A crowd of humanoids. places holds x y per humanoid: its pelvis is above that point at time 0. Each humanoid is drawn
-// again whenever it is posed, because its draws would take as much memory as its poses.
+// A crowd of humanoids. places holds x y per humanoid: the pelvis is above that point at time 0. The random numbers of
+// a humanoid are drawn again whenever it is posed, because they would take as much memory as its poses.
 Crowd humanoid_crowd(std::vector<double> places) {
   CrowdGroup group;
   group.figure = make_humanoid();
@@ -58,7 +58,7 @@ std::vector<double> uniform_places(std::uint32_t count, double characters_a_squa
   return square_places(count, std::sqrt(count / characters_a_square_metre));
 }
 
-// Puts things into random order (Fisher and Yates).
+// Puts things into a random order (Fisher and Yates).
 template <class T>
 void shuffle(std::vector<T>& things) {
   Random random(kOrderSeed);
@@ -66,7 +66,7 @@ void shuffle(std::vector<T>& things) {
     std::swap(things[left - 1], things[random.index(static_cast<std::uint32_t>(left))]);
 }
 
-// x y of `count` characters, each near a point of a 1 m grid of its own, in random order.
+// x y of `count` characters in random order, each near its own point of a 1 m grid.
 std::vector<double> jitter_places(std::uint32_t count) {
   const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count)));
   std::vector<std::uint32_t> cells(count);
@@ -91,7 +91,7 @@ std::vector<double> line_places(std::uint32_t count) {
   return places;
 }
 
-// A crowd that plays clips at places.
+// A crowd that plays clips at fixed places. places holds x y per character.
 Crowd clips_on(std::vector<double> places, CrowdSources sources) {
   const auto count = static_cast<std::uint32_t>(places.size() / 2);
   const auto stand = [places = std::move(places)](std::uint32_t character, double) {

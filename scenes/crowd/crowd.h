@@ -21,12 +21,12 @@ struct PosedGroup {
   std::vector<float> orientations;  // [character][4], or empty: all identity
 };
 
-// Characters of one articulation, in no spatial order.
+// Characters of one articulation. Their order has no relation to their places.
 struct CrowdGroup {
   Character figure;  // links and leaves, without poses
   std::uint32_t count = 0;
-  // Writes the poses of the group at a time in seconds, from 0. The result depends on no other call, and `posed` may
-  // hold an earlier result.
+  // Writes the poses of the group at a time in seconds, 0 or more. The result does not depend on other calls. `posed`
+  // may hold an earlier result.
   std::function<void(double seconds, PosedGroup& posed)> pose;
 };
 
@@ -35,7 +35,7 @@ struct Crowd {
   std::uint32_t count() const;
 };
 
-// What crowd scenes are made from.
+// The input from which crowd scenes are made.
 struct CrowdSources {
   std::vector<Clip> clips;
   Trajectories trajectories;

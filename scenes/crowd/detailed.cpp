@@ -51,7 +51,7 @@ Piece make_piece(const Vec3& cell_center, const Vec3& cell_half, const Vec3& lin
     axis[k] = 1;
     piece.axes[k] = rotate(turn, axis);
   }
-  // Axis c of the piece lies nearly along c, so its half extent shrinks by what sticks out along c.
+  // Axis c of the piece lies nearly along axis c of the box, so its half extent shrinks by the length that sticks out.
   for (std::size_t c = 0; c < 3; ++c) {
     double reach = 0;
     for (std::size_t k = 0; k < 3; ++k) reach += piece.half[k] * std::fabs(piece.axes[k][c]);

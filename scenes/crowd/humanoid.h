@@ -13,8 +13,8 @@ namespace cab::scenes {
 inline constexpr std::uint32_t kHumanoidLinks = 16;
 inline constexpr std::uint32_t kHumanoidPoseFloats = kHumanoidLinks * 7;
 
-// Links and leaf boxes, without poses. The frame of a link sits at its joint. The leaf box lies along the frame's axes
-// and is also the link's exact shape.
+// The links and leaf boxes of the humanoid, without poses. The origin of a link's frame is at its joint. The leaf box
+// lies along the frame's axes and is also the link's exact shape.
 Character make_humanoid();
 
 // The motion of one humanoid. Link l rotates about axes[l] by bases[l] + .3 amplitude sin(phase + .7 l + 2 pi t). The

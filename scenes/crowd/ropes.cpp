@@ -34,7 +34,7 @@ Quat turn_x(double angle) { return {std::sin(angle / 2), 0, 0, std::cos(angle / 
 Quat turn_y(double angle) { return {0, std::sin(angle / 2), 0, std::cos(angle / 2)}; }
 Quat turn_z(double angle) { return {0, 0, std::sin(angle / 2), std::cos(angle / 2)}; }
 
-// The distance of a shape's joints from its line, metres.
+// The largest distance of a rope's joints from its bundle's line, metres.
 double distance_from_line(const RopeOptions& options) {
   switch (options.shape) {
     case RopeShape::kWavy: return kWaveReach;
@@ -45,13 +45,13 @@ double distance_from_line(const RopeOptions& options) {
   return 0;
 }
 
-// A link in the frame of its bundle's line: the place of its joint, and its rotation from x.
+// A link in the frame of its bundle's line: the place of its joint, and the rotation from x to its direction.
 struct LinkPlace {
   Vec3 joint;
   Quat turn;
 };
 
-// Follows a wave link by link, or the line where bend is 0.
+// Follows a wave link by link, or the line if bend is 0.
 class Wave {
  public:
   Wave(double bend, double phase) : bend_(bend), phase_(phase) {

@@ -10,10 +10,10 @@ namespace cab::scenes {
 
 // The shape of a rope about its straight line.
 enum class RopeShape : std::uint8_t {
-  kStraight,  // on it
+  kStraight,  // along the line
   kWavy,      // a wave across the grid, so that ropes above each other cross
-  kCoiled,    // a spring
-  kBraided,   // two ropes in a bundle wind about each other
+  kCoiled,    // a spring about the line
+  kBraided,   // two ropes of a bundle that wind about each other
 };
 inline constexpr std::array<const char*, 4> kRopeShapeNames = {"straight", "wavy", "coiled", "braided"};
 
@@ -29,11 +29,12 @@ struct RopeOptions {
 // Size of a link, metres.
 inline constexpr double kRopeLinkLength = .1, kRopeThickness = .04;
 
-// Links and leaf boxes of one rope, without poses. The frame of a link sits at its joint, and the link lies along x.
-// The leaf box is also the link's exact shape.
+// The links and leaf boxes of one rope, without poses. The origin of a link's frame is at its joint, and the link lies
+// along x. The leaf box is also the link's exact shape.
 Character make_rope(std::uint32_t link_count);
 
-// Which rope it is. A bundle starts at a point of a grid and has one strand, number 0, or the two strands of a braid.
+// Which rope of a crowd it is. A bundle starts at a point of a grid. It has one strand, number 0, or the two strands of
+// a braid.
 struct RopePlace {
   std::uint32_t bundle;  // its number, which decides its random draws
   std::uint32_t column, row;

@@ -18,8 +18,8 @@ constexpr double kTrunkRadiusOverLength = 1.5;
 constexpr double kUnknownRadiusOverLength = .16;
 // An assumption, because the tables have no fingers: 9 mm at 1.75 m.
 constexpr double kFingerRadius = .005;
-// An assumption, because the tables count hips and shoulders as trunk. It is less than the trunk's .100, so that the
-// spine alone makes the trunk's outline.
+// An assumption, because the tables count hips and shoulders as trunk. Both are thinner than the trunk (.100), so that
+// only the spine makes the trunk's outline.
 constexpr double kPelvisRadius = .065;
 constexpr double kGirdleRadius = .04;
 
@@ -29,7 +29,8 @@ double radius_over_stature(double mass_share, double density, double length_shar
   return std::sqrt(1.5 * mass_share * kMassOverStatureCubed / (density * kPi * length_share));
 }
 
-// What a joint's name says. Ambiguous words have values of their own, for which the other end of the segment decides.
+// The place in the body that a joint's name means. Ambiguous words have their own values; for them the other end of the
+// segment decides.
 enum class Landmark {
   kNone,
   kFinger,

@@ -20,7 +20,7 @@ constexpr std::size_t kMaxJoints = 8192;
 // assimp collects the digits before the point in 64 bits, and reads 0 without an error when they do not fit.
 constexpr std::size_t kMaxIntegerDigits = 18;
 constexpr std::size_t kShownCharacters = 40;
-// assimp keeps the reciprocal.
+// assimp keeps the reciprocal of the frame time.
 constexpr double kMinFrameSeconds = 1e-6;
 
 constexpr std::array<const char*, 6> kChannelNames = {"Xposition", "Yposition", "Zposition",
@@ -133,7 +133,7 @@ class Reader {
       if (is_blank(bytes_[i])) bytes_[i] = '_';
     }
     if (bytes_[begin] == '}') fail(line_, "expected the name of a joint, found \"}\"");
-    // assimp cuts longer names.
+    // assimp would cut off longer names.
     if (name.size() > 1000) fail(line_, "the name of a joint is longer than 1000 characters");
     return name;
   }

@@ -1,4 +1,4 @@
-// Skeleton to links: ellipsoids between joints, poses relative to the root joint.
+// Makes links from a skeleton: ellipsoids between joints, and poses relative to the root joint.
 #include "scenes/import/body_parts.h"
 #include "scenes/import/import.h"
 #include "scenes/import/leaf_box.h"
@@ -83,7 +83,7 @@ std::array<double, 3> median_extents(const Motion& motion) {
   return medians;
 }
 
-// "2 joints <what>: a, b"
+// Adds a note such as "2 joints <what>: a, b". Without names it adds no note.
 void note_joints(std::vector<std::string>& notes, const std::vector<std::string>& names, const std::string& what) {
   if (names.empty()) return;
   std::string text = std::to_string(names.size()) + (names.size() == 1 ? " joint " : " joints ") + what + ": ";
@@ -141,7 +141,8 @@ ShapePart ellipsoid(const Vec3& center, const Vec3& direction, double half_lengt
   return part;
 }
 
-// Which joints make links. A point is a set of joints that zero segments connect; they share one place in every frame.
+// Which joints make links. A point is a set of joints that are connected by zero segments. They have the same place in
+// every frame.
 struct LinkPlan {
   std::vector<std::vector<std::size_t>> segments;  // [joint] children at the end of a segment of non-zero length
   std::vector<std::size_t> point;                  // [joint] the first joint of its point
@@ -161,7 +162,7 @@ LinkPlan plan_links(const Skeleton& s, const std::vector<Vec3>& offsets, double 
     plan.point[j] = is_zero ? plan.point[parent] : j;
     if (!is_zero) plan.segments[parent].push_back(j);
   }
-  // A joint has a link above it when any of its ancestors has a segment.
+  // A joint has a link above it if any of its ancestors has a segment.
   std::vector<bool> below_link(joint_count, false);
   std::size_t top_count = 0;
   for (std::size_t j = 0; j < joint_count; ++j) {
@@ -208,7 +209,7 @@ void note_plan(const Skeleton& s, const LinkPlan& plan, std::vector<std::string>
                     " has no segment of its own and several links below it: its link is a ball");
 }
 
-// Parts of every link, and the number of segments without a recognised name.
+// Adds the parts of every link. Returns the number of segments without a recognised name.
 std::size_t add_parts(const Skeleton& s, const LinkPlan& plan, const std::vector<Vec3>& offsets, double stature,
                       std::vector<BodyLeaf>& leaves) {
   std::size_t unknown_count = 0;
@@ -230,7 +231,7 @@ std::size_t add_parts(const Skeleton& s, const LinkPlan& plan, const std::vector
   return unknown_count;
 }
 
-// Every two links that share a point: parent and child, and siblings that begin at one place.
+// Every two links that share a point: parent and child, and siblings that begin at the same place.
 std::vector<LinkPair> adjacent_links(const LinkPlan& plan) {
   std::vector<std::vector<std::uint32_t>> meeting(plan.point.size());
   for (std::uint32_t l = 0; l < plan.link_joints.size(); ++l) {

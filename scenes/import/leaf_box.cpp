@@ -12,9 +12,9 @@ namespace {
 
 using Axes = std::array<Vec3, 3>;
 
-// The most pairs of parts whose planes are tried. More would be cubic work without gain.
+// The planes of pairs are tried among this many parts. With more the work would be cubic without gain.
 constexpr std::size_t kMaxPairedParts = 16;
-// More than outward rounding needs: it also covers readers that do not normalise a part's float rotation.
+// This is more than outward rounding needs. It also covers readers that do not normalise a part's float rotation.
 constexpr double kMargin = 0x1p-22;
 
 Axes rounded_to_float(Axes axes) {

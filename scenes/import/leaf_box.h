@@ -7,9 +7,10 @@
 
 namespace cab::scenes {
 
-// The smallest box about all parts, which are ellipsoids, at least one. The orientations to choose from are those of
-// the parts and those of the planes that pairs of parts span. Computed in double and rounded outwards, so that the box
-// contains the parts with their float sizes, rotations and positions. For one part the box is aligned with it.
+// The smallest box about all parts. There is at least one part, and all are ellipsoids. The orientations to choose from
+// are those of the parts and those of the planes that pairs of parts span. The box is computed in double and rounded
+// outwards, so it contains the parts with their float sizes, rotations and positions. For one part the box is aligned
+// with it.
 Box leaf_box(const std::vector<ShapePart>& parts);
 
 }  // namespace cab::scenes

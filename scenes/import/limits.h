@@ -1,4 +1,4 @@
-// The limits of import. They keep any file from making it allocate or loop without bound.
+// The limits of import. With them no file can make the import allocate or loop without bound.
 #pragma once
 
 #include <cstddef>

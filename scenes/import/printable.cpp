@@ -1,4 +1,4 @@
-// Makes the text of a file fit for a one-line message and for JSON.
+// Makes text from a file safe for a one-line message and for JSON.
 #include "scenes/import/printable.h"
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 namespace cab::scenes {
 namespace {
 
-// The number of bytes of the well-formed UTF-8 sequence at the beginning of text, or 0 without one.
+// The number of bytes of the well-formed UTF-8 sequence at the beginning of text, or 0 if text does not begin with one.
 std::size_t sequence_length(std::string_view text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const std::size_t count = byte(0) < 0x80   ? 1

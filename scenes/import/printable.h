@@ -1,4 +1,4 @@
-// Makes the text of a file fit for a one-line message and for JSON.
+// Makes text from a file safe for a one-line message and for JSON.
 #pragma once
 
 #include <string>

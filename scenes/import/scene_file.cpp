@@ -20,7 +20,7 @@ constexpr double kDefaultTicksPerSecond = 25;  // assimp's own value for files t
 constexpr double kMinFrameSeconds = 1e-3;
 constexpr double kStaticFrameSeconds = 1.0 / 30;
 
-// x -> m x + t
+// The map of x to m x + t. The columns are those of m, the translation is t.
 struct Affine {
   std::array<Vec3, 3> columns = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   Vec3 translation = {0, 0, 0};
@@ -88,7 +88,7 @@ Quat slerp(const Quat& a, Quat b, double s) {
   return normalized({wa * a[0] + wb * b[0], wa * a[1] + wb * b[1], wa * a[2] + wb * b[2], wa * a[3] + wb * b[3]});
 }
 
-// The keys about a time: the earlier one, and the share of the way from it to the next.
+// The keys about a time: the index of the earlier one, and the share of the time from it to the next.
 template <class Key>
 std::pair<unsigned, double> key_at(const Key* keys, unsigned count, double time) {
   const Key* const after =
@@ -156,7 +156,8 @@ struct Nodes {
 
 std::string_view view(const aiString& name) { return {name.C_Str(), name.length}; }
 
-// A name may belong to several nodes (a bone and the mesh it moves): the one without a mesh is meant, then the first.
+// Lists all nodes. A name may belong to several nodes (a bone and the mesh that it moves). Then it means the first node
+// without a mesh, or the first node if all have meshes.
 Nodes flatten(const aiScene& scene, const std::string& path) {
   Nodes flat;
   std::vector<std::pair<const aiNode*, std::int32_t>> open = {{scene.mRootNode, -1}};
@@ -180,7 +181,8 @@ Nodes flatten(const aiScene& scene, const std::string& path) {
   return flat;
 }
 
-// Joints by the rule in scene_file.h: marked nodes and all nodes between them, up to the lowest node above them all.
+// Marks the nodes that are joints, by the rule in scene_file.h: the bones or moved nodes and all nodes between them, up
+// to the lowest node above them all.
 std::vector<bool> choose_joints(const aiScene& scene, const Nodes& flat, const std::string& path) {
   std::vector<bool> joint(flat.nodes.size(), false);
   const auto mark = [&](const aiString& name) {
@@ -208,7 +210,7 @@ std::vector<bool> choose_joints(const aiScene& scene, const Nodes& flat, const s
   return joint;
 }
 
-// When the animation is sampled.
+// The times at which the animation is sampled.
 struct Clock {
   double first_tick = 0;
   double ticks_per_frame = 0;
@@ -286,7 +288,7 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
   skeleton.frame_seconds = clock.frame_seconds;
   skeleton.frame_count = clock.frame_count;
 
-  // joint of each node, -1 for a node that is no joint
+  // The joint of each node, -1 for a node that is not a joint.
   const std::vector<bool> is_joint = choose_joints(scene, flat, path);
   std::vector<std::int32_t> joint_of(flat.nodes.size(), -1);
   for (std::size_t n = 0; n < flat.nodes.size(); ++n) {
@@ -316,7 +318,7 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
     }
   }
 
-  // Offsets of the first frame.
+  // Rest offsets are those of the first frame.
   for (std::size_t j = 0; j < skeleton.joint_names.size(); ++j) {
     const double* const p = skeleton.positions.data();
     Vec3 offset = {p[3 * j], p[3 * j + 1], p[3 * j + 2]};

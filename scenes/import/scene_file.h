@@ -8,7 +8,7 @@ struct aiScene;
 namespace cab::scenes {
 
 // The skeleton and the first animation of a scene that assimp read. Joints are the nodes that are bones of any mesh,
-// or, where no mesh has bones, the nodes that the first animation moves. All nodes between them are joints too, up to
+// or, if no mesh has bones, the nodes that the first animation moves. All nodes between them are joints too, up to
 // the one node above them all, which is the root. Transforms above the root are applied. The animation is sampled at
 // the mean spacing of its densest track, from its first to its last key, linearly and by slerp. Without an animation
 // the rest pose is the only frame, and the skeleton is static. Throws ImportError.

@@ -24,7 +24,7 @@ constexpr std::uint32_t kGreatestFrame = 100000000;
 
 using Samples = std::map<std::uint32_t, std::array<double, 2>>;  // by frame
 
-// Reads the next word, all of which must be one number.
+// Reads the next word, which must be one number.
 template <class T>
 bool take_number(std::string_view& text, T& value) {
   constexpr std::string_view kBlank = " \t\r";

@@ -1,4 +1,4 @@
-// Recorded pedestrians from files: where and when each of them walked on the ground.
+// Recorded pedestrians from files: where and when each person walked on the ground.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace cab::scenes {
 
-// The way of one person. At seconds[s] the person is at (places[2 s], places[2 s + 1]), metres, and walks towards
+// The path of one person. At seconds[s] the person is at (places[2 s], places[2 s + 1]), metres, and walks towards
 // headings[s], rad from +x. There are at least two samples, in the order of time.
 struct Track {
   std::vector<double> seconds;

@@ -8,8 +8,8 @@
 namespace cab::scenes {
 namespace {
 
-// The frame of a clip that shows at a time: the nearest earlier one. With the tolerance a frame also shows a rounding
-// error before its own time.
+// The frame of a clip shown at a time: the nearest earlier one. The tolerance lets a frame begin a rounding error
+// before its own time.
 double frame_at(double seconds, double frame_seconds) { return std::floor(seconds / frame_seconds + 1e-6); }
 
 // The number of frames of the world's clock until a clip ends. Each frame of the clip lasts until the next would begin.

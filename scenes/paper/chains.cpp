@@ -26,7 +26,7 @@ struct Table {
   bool is_dented;
   double d0, d1;  // distance between the bases
   double ac, ar;  // amplitudes of the bending that both chains share, and of the opposite bending
-  double tilt;    // of the whole scene
+  double tilt;    // of the whole scene, rad
   double lag;     // phase from link to link
   double ao;      // amplitude of the sideways opposite bending
   double shift;   // of the bases along the chains and sideways

@@ -23,11 +23,11 @@ constexpr int kAlong = 4, kAround = 3;
 
 enum class Side { kOuter, kInner };
 
-// cos and sin of a fraction of a half turn. They are exactly 0 where double would give 6e-17, since pi is rounded.
+// cos and sin of a fraction of a half turn. They return an exact 0 where the rounded pi would give 6e-17.
 double cosine(int step, int steps) { return 2 * step == steps ? 0 : std::cos(kPi * step / steps); }
 double sine(int step, int steps) { return step == steps ? 0 : std::sin(kPi * step / steps); }
 
-// The point at grid step i of 2 kAlong from pole to pole and j of 2 kAround from rim to rim.
+// The point of the surface at step i of 2 kAlong from pole to pole, and step j of 2 kAround from rim to rim.
 Vec3 surface_point(int i, int j, Side side) {
   const double s = -spow(cosine(i, 2 * kAlong), kExponent);
   const double r = spow(sine(i, 2 * kAlong), kExponent);
@@ -54,7 +54,7 @@ std::uint32_t middle_index(int k, int w) {
   return static_cast<std::uint32_t>(2 + (kAlong - 1) * 2 * (kAround + 1) + k * kAround + w);
 }
 
-// Leaves out a triangle without area: two of its corners are the same pole.
+// Appends a triangle, unless two of its corners are the same pole, so that it has no area.
 void append_triangle(TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   if (a == b || b == c || c == a) return;
   mesh.triangles.insert(mesh.triangles.end(), {a, b, c});
@@ -65,7 +65,7 @@ void append_quad(TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint
   append_triangle(mesh, a, c, d);
 }
 
-// The faces of piece (k, w) that no other piece shares.
+// Appends the faces of piece (k, w) that no other piece shares.
 void append_faces(TriangleMesh& mesh, int k, int w) {
   const auto corners = [k, w](Side side) {
     return std::array<std::uint32_t, 4>{corner_index(k, w, side), corner_index(k, w + 1, side),

@@ -53,7 +53,7 @@ Vec3 phalanx_half(std::size_t finger, int k) { return {kFingers[finger].lengths[
 // The phase of the flick, from 0 to 1. The flick repeats every four seconds.
 double flick_phase(double t) { return std::fmod(t, 4) / 4; }
 
-// A body whose -x face is centred at a point.
+// The pose of a body whose -x face is centred at a point.
 BodyPose starting_at(const Vec3& start, const Axes& axes, const Vec3& half) {
   return {start + half[0] * axes[0], axes};
 }
@@ -100,7 +100,7 @@ std::vector<BodyPose> hand_at(double t) {
   return bodies;
 }
 
-// An object whose axes are the world's.
+// The pose of an object whose axes are the world's.
 BodyPose upright(const Vec3& center) { return {center, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}; }
 
 // The ball lies still for the first four fifths of the flick, then rolls to the rail and back.

@@ -15,7 +15,7 @@ struct PaperScene {
   std::uint32_t table;
   const char* name;
   const char* meaning;        // one line
-  std::uint32_t frame_count;  // that the paper runs
+  std::uint32_t frame_count;  // how many frames the paper runs
   Scene (*make)(std::uint32_t frame_count);
 };
 
@@ -34,7 +34,7 @@ inline constexpr std::array<PaperScene, 5> kPaperScenes = {{
     {5, "hand", "table 5 of the paper: a hand flicks a ball", 4001, make_hand},
 }};
 
-// Makes frames 0 .. frame_count - 1 of a table's scene. A frame_count of 0 stands for as many as the paper runs. A
+// Makes frames 0 .. frame_count - 1 of a table's scene. A frame_count of 0 means as many as the paper runs. A
 // short scene is the beginning of a long one, bit for bit. Throws std::invalid_argument if the paper has no such table.
 Scene make_paper_scene(std::uint32_t table, std::uint32_t frame_count = 0);
 

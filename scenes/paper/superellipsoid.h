@@ -9,8 +9,8 @@ namespace cab::scenes {
 // sign(x) |x|^e
 inline double spow(double x, double e) { return std::copysign(std::pow(std::fabs(x), e), x); }
 
-// x y z of 58 vertices with half extents (a, b, c) along x, y, z: the two poles (-+a, 0, 0), then seven rings of
-// eight. e = 1 gives an ellipsoid; small e approaches a box. Computed in double and rounded once.
+// x y z of the 58 vertices of a polytope with half extents (a, b, c) along x, y, z: the two poles (-+a, 0, 0), then
+// seven rings of eight. e = 1 gives an ellipsoid; a small e approaches a box. Computed in double and rounded once.
 std::vector<float> superellipsoid(double a, double b, double c, double e);
 
 }  // namespace cab::scenes

@@ -303,7 +303,7 @@ struct BatchInput {
   BatchId batch;
 
   // The pose of every link of every instance, from link to instance. Required. Poses of links without leaves are read
-  // only where a merge needs their joint.
+  // only if a merge needs their joint.
   PoseView poses;
 
   // x y z per instance: the instance's origin in the world. Must be finite. Empty (default): all origins are 0.
@@ -353,7 +353,7 @@ struct PairRule {
 
 // What a frame finds out.
 enum class Report : std::uint8_t {
-  kHits,       // every two links that touch, and BatchInput::in_contact where the caller gives it
+  kHits,       // every two links that touch, and BatchInput::in_contact if the caller gives it
   kInContact,  // only BatchInput::in_contact: faster, since a pair of instances is done at its first touching leaves
 };
 
@@ -392,7 +392,7 @@ struct FrameStats {
   double seconds_broad = 0;            // broad phase: finding characters whose bounds overlap
   double seconds_test = 0;             // box tests: t[test]
   double seconds_query = 0;            // exact tests, reporting hits, and contacts: t[query]
-  double seconds_contact = 0;          // the part of seconds_query that contacts took
+  double seconds_contact = 0;          // contacts, which seconds_query includes
   double seconds_total = 0;            // wall time of the call
 };
 
