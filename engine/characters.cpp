@@ -3,6 +3,7 @@
 
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/broad_phase/search.h"
+#include "engine/exact_convex.h"
 #include "engine/in_contact.h"
 #include "engine/link_pairs.h"
 #include "engine/timed.h"
@@ -30,6 +31,7 @@ void for_each_candidate(const Worker& worker, const FixedList<LeafPair>& list, R
 // Steps 5 and 6: reports the candidates whose leaf pairs are in worker.found.
 void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink) {
   const Timed timed(worker.stats.seconds_query);
+  if (frame.policies.exact == Exact::kConvex) keep_touching(frame, worker);
   for_each_candidate(worker, worker.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
     report_candidate(frame, candidate, pairs, worker, sink);
   });
@@ -45,6 +47,7 @@ void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
       find_pairs_of_links(frame, candidate, {links.data, links.size}, worker);
     }
     const Timed timed(worker.stats.seconds_query);
+    if (frame.policies.exact == Exact::kConvex) keep_touching(frame, worker);
     if (!worker.found.empty()) report_candidate(frame, candidate, {worker.found.data, worker.found.size}, worker, sink);
   });
 }

@@ -114,6 +114,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
         status != Status::kOk)
       return status;
     build_link_bounds(slot->articulation, slot->arena, &slot->link_bounds);
+    slot->convex_shapes = make_convex_shapes(slot->articulation, slot->arena);
     engine.articulations.push_back(std::move(slot));
     out->value = static_cast<std::uint32_t>(engine.articulations.size());
     return Status::kOk;
@@ -139,6 +140,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     const StoredArticulation& articulation_slot = *engine.articulations[desc.articulation.value - 1];
     batch.link_bounds = &articulation_slot.link_bounds;
     slot->fcl_shapes = articulation_slot.fcl_shapes.get();
+    slot->convex_shapes = &articulation_slot.convex_shapes;
     batch.kind = desc.kind;
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {

@@ -18,9 +18,10 @@ namespace cab {
 struct StoredArticulation {
   explicit StoredArticulation(const Allocator& allocator) : arena(allocator) {}
 
-  Arena arena;  // owns the memory of `articulation` and `link_bounds`
+  Arena arena;  // owns the memory of `articulation`, `link_bounds` and `convex_shapes`
   Articulation articulation;
   LinkBounds link_bounds;
+  ConvexShapes convex_shapes;
   std::unique_ptr<FclShapes, FclShapesDelete> fcl_shapes;
 };
 

@@ -7,9 +7,11 @@ namespace cab {
 
 const ExactTest* find_exact_test(Exact exact) {
   static constexpr ExactTest kFcl = {fcl_leaves_touch, fcl_leaf_contact};
+  static constexpr ExactTest kConvex = {nullptr, fcl_leaf_contact};
   switch (exact) {
     case Exact::kNone: return nullptr;
     case Exact::kFcl: return &kFcl;
+    case Exact::kConvex: return &kConvex;
   }
   return nullptr;
 }

@@ -19,7 +19,8 @@ struct ExactLeaf {
 // The functions of one exact test.
 struct ExactTest {
   // Whether a part of a and a part of b touch. With a margin above 0: false only if the test shows that every part of a
-  // is farther than the margin from every part of b. What the test cannot decide counts as touching.
+  // is farther than the margin from every part of b. What the test cannot decide counts as touching. Null if pairs that
+  // are reported have been tested already, many at a time (engine/exact_convex.h).
   bool (*touch)(const ExactLeaf& a, const ExactLeaf& b, float margin);
 
   // Returns the deepest contact of a part of a with a part of b. With a margin above 0 and no two parts that touch,

@@ -5,6 +5,7 @@
 #include "engine/exact.h"
 #include "kernels/kernel_table.h"
 #include "layout/arena.h"
+#include "layout/convex_shape.h"
 #include "layout/instance_batch.h"
 
 #include <memory>
@@ -17,7 +18,8 @@ struct StoredBatch {
 
   Arena arena;  // owns the arrays of `batch`
   InstanceBatch batch;
-  const FclShapes* fcl_shapes = nullptr;  // owned by the articulation
+  const FclShapes* fcl_shapes = nullptr;        // owned by the articulation
+  const ConvexShapes* convex_shapes = nullptr;  // likewise
 };
 
 // What every step of a frame reads. What a step writes is passed separately: a worker, the grid, the hit sink. Arrays

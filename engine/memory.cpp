@@ -89,6 +89,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
       std::min(kChunkCandidates * needs.leaf_pairs, std::max<std::size_t>(kChunkLeafPairs, needs.leaf_pairs));
   worker.found = make_list<LeafPair>(worker.arena, found + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, kChunkCandidates);
+  worker.convex_queues = worker.arena.allocate<ConvexQueue>(kConvexQueues);
   if (needs.character_instances) size_posed_set(worker, needs, batch_count);
   worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);

@@ -143,6 +143,11 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
     find_tile_pairs(frame, tiles, lanes, worker);
   }
   const Timed timed(worker.stats.seconds_query);
+  if (frame.policies.exact == Exact::kConvex) {
+    Candidate candidates[kLanes];
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) candidates[lane] = tiles.candidate(lane);
+    keep_touching_lanes(frame, candidates, worker);
+  }
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     worker.found.clear();
     for (const TilePair& pair : worker.tile_found)

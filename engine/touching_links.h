@@ -63,8 +63,8 @@ void for_each_touching(const FrameContext& frame, const Candidate& candidate, Sp
   bool any = false;
   for (const LeafPair& leaves : pairs) {
     const LinkedPair pair = linked(a, b, leaves, within);
-    if ((pair.link_a == link_a && pair.link_b == link_b) || (test && !confirm(frame, *test, candidate, pair, stats)))
-      continue;
+    if (pair.link_a == link_a && pair.link_b == link_b) continue;
+    if (test && test->touch && !confirm(frame, *test, candidate, pair, stats)) continue;
     take(pair);
     link_a = pair.link_a;
     link_b = pair.link_b;
@@ -78,7 +78,7 @@ void for_each_touching(const FrameContext& frame, const Candidate& candidate, Sp
 inline bool any_touching(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs,
                          FrameStats& stats) {
   const ExactTest* const test = find_exact_test(frame.policies.exact);
-  if (!test) return !pairs.empty();
+  if (!test || !test->touch) return !pairs.empty();
   const Articulation& a = *frame.batch(candidate.batch_a).articulation;
   const Articulation& b = *frame.batch(candidate.batch_b).articulation;
   return std::any_of(pairs.begin(), pairs.end(), [&](const LeafPair& pair) {

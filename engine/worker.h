@@ -3,6 +3,7 @@
 
 #include "engine/broad_phase/partner.h"
 #include "engine/candidate.h"
+#include "engine/exact_convex.h"
 #include "engine/link_pairs.h"
 #include "engine/posed_set.h"
 #include "engine/task_runner.h"
@@ -39,6 +40,7 @@ struct alignas(64) Worker {
   FixedList<TilePair> tile_stack;   // sequences: the same
   FixedList<TilePair> tile_found;   // sequences: overlapping leaf pairs of two tiles
   FixedList<LeafPair> found;        // overlapping leaf pairs, before the exact test
+  Span<ConvexQueue> convex_queues;  // Exact::kConvex: by the kinds of a and b
   FixedList<Candidate> candidates;  // gathered, and not tested yet
   PosedSet posed;                   // the instances of `candidates`
   PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap

@@ -54,6 +54,8 @@ template <class V, Sat kSat>
 std::uint32_t overlap_boxes(const BoxPairs<BoxAos>& pairs);
 template <class V>
 std::uint32_t overlap_aabbs(const BoxPairs<AabbAos>& pairs);
+template <class V>
+ConvexAnswer test_convex_pairs(const ConvexBlock& block);
 
 namespace {
 
@@ -81,7 +83,8 @@ constexpr KernelTable table_of(Isa isa) {
           {brute_tiles<V, BoxTile, Sat::kAll15>, brute_tiles<V, BoxTile, Sat::kFaces6>},
           brute_tiles<V, AabbTile, Sat::kAll15>,
           {overlap_boxes<V, Sat::kAll15>, overlap_boxes<V, Sat::kFaces6>},
-          overlap_aabbs<V>};
+          overlap_aabbs<V>,
+          test_convex_pairs<V>};
 }
 
 struct BuiltIsa {

@@ -16,6 +16,8 @@ struct PoseLink;
 struct RefitTile;
 struct VertexTile;
 struct RowFilter;
+struct ConvexBlock;
+struct ConvexAnswer;
 template <class Tile>
 struct TileDescent;
 template <class AosBox>
@@ -46,6 +48,7 @@ struct KernelTable {
   void (*brute_aabbs)(TileDescent<AabbTile>&);
   std::uint32_t (*overlap_boxes[kSatCount])(const BoxPairs<BoxAos>&);  // by Sat
   std::uint32_t (*overlap_aabbs)(const BoxPairs<AabbAos>&);
+  ConvexAnswer (*test_convex_pairs)(const ConvexBlock&);
 };
 
 }  // namespace cab::kernel

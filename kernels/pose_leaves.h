@@ -6,6 +6,8 @@
 #include "layout/articulation.h"
 #include "layout/error_bounds.h"
 
+#include <type_traits>
+
 namespace cab::kernel {
 
 // One tile to pose: any sixteen instances. Unused lanes repeat a used one. Posing writes the leaf boxes, the joints
@@ -86,7 +88,7 @@ CAB_INLINE Vec3<V> rotate(const Vec3<V> (&column)[3], Vec3<V> p) {
 }
 
 // One Newton step to unit length and one Gram-Schmidt step. If the axes are within 1e-3 of orthonormal, they are
-// orthonormal to rounding after two calls; if they are within 1e-6, after one call.
+// orthonormal to rounding after two calls; if they are within 1e-6, after one call. In double four calls suffice.
 template <class V>
 CAB_INLINE void polish(Vec3<V> (&axis)[3]) {
   const V c(1.5f), h(0.5f);
@@ -186,8 +188,7 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std
     checks.finite =
         both(checks.finite, both(in_range(out.column[0]), both(in_range(out.column[1]), in_range(out.column[2]))));
     checks.rigid = both(checks.rigid, is_rigid(out.column));
-    polish(out.column);
-    polish(out.column);
+    for (int i = 0; i < (std::is_same_v<V, double> ? 4 : 2); ++i) polish(out.column);
   }
   checks.finite = both(checks.finite, in_range(out.translation));
   return out;

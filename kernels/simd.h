@@ -1,4 +1,4 @@
-// The vector type V of all kernels: float (the instruction set `scalar`) or an xsimd batch. V has only operations that
+// The vector type V of all kernels: float (the instruction set `scalar`), an xsimd batch, or double. V has only operations that
 // give the same bits everywhere: + - * divide sqrt abs min max select and comparisons.
 #pragma once
 
@@ -22,6 +22,8 @@ template <class V>
 inline constexpr std::uint32_t kWidth = static_cast<std::uint32_t>(V::size);
 template <>
 inline constexpr std::uint32_t kWidth<float> = 1;
+template <>
+inline constexpr std::uint32_t kWidth<double> = 1;
 
 // The type of a comparison of two V.
 template <class V>
@@ -32,10 +34,14 @@ template <>
 struct MaskOf<float> {
   using Type = bool;
 };
+template <>
+struct MaskOf<double> {
+  using Type = bool;
+};
 template <class V>
 using Mask = typename MaskOf<V>::Type;
 
-// ------------------------------------------------------------------------------------------- V = float (scalar)
+// ---------------------------------------------------------------------------------- V = float (scalar), V = double
 
 template <class V>
 struct Lanes;  // loads and stores of V
@@ -53,6 +59,19 @@ CAB_INLINE float sqrt(float v) { return std::sqrt(v); }
 CAB_INLINE float divide(float a, float b) { return a / b; }
 CAB_INLINE float min(float a, float b) { return a < b ? a : b; }
 CAB_INLINE float max(float a, float b) { return b < a ? a : b; }
+
+// V = double, for second passes over single lanes. Loads convert.
+template <>
+struct Lanes<double> {
+  static CAB_INLINE double load(const float* at) { return static_cast<double>(*at); }
+};
+CAB_INLINE double select(bool m, double a, double b) { return m ? a : b; }
+CAB_INLINE double abs(double v) { return std::fabs(v); }
+CAB_INLINE double sqrt(double v) { return std::sqrt(v); }
+CAB_INLINE double divide(double a, double b) { return a / b; }
+CAB_INLINE double min(double a, double b) { return a < b ? a : b; }
+CAB_INLINE double max(double a, double b) { return b < a ? a : b; }
+
 CAB_INLINE std::uint32_t bits(bool m) { return m ? 1u : 0u; }
 CAB_INLINE bool both(bool a, bool b) { return a && b; }
 CAB_INLINE bool either(bool a, bool b) { return a || b; }
@@ -141,6 +160,28 @@ CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::neon64> m) {
   const uint32x4_t weights = {1, 2, 4, 8};
   return vaddvq_u32(vandq_u32(m.data, weights));
 }
+#endif
+
+// The greatest lane. Lanes must not hold a NaN.
+CAB_INLINE float horizontal_max(float v) { return v; }
+CAB_INLINE double horizontal_max(double v) { return v; }
+#if XSIMD_WITH_AVX512F
+CAB_INLINE float horizontal_max(Batch<xsimd::avx512bw> v) { return _mm512_reduce_max_ps(v.data); }
+#endif
+#if XSIMD_WITH_SSE2
+CAB_INLINE float horizontal_max(Batch<xsimd::sse2> v) {
+  const __m128 pairs = _mm_max_ps(v.data, _mm_movehl_ps(v.data, v.data));
+  return _mm_cvtss_f32(_mm_max_ss(pairs, _mm_shuffle_ps(pairs, pairs, 1)));
+}
+#endif
+#if XSIMD_WITH_AVX2
+CAB_INLINE float horizontal_max(Batch<xsimd::avx2> v) {
+  return horizontal_max(
+      Batch<xsimd::sse2>(_mm_max_ps(_mm256_castps256_ps128(v.data), _mm256_extractf128_ps(v.data, 1))));
+}
+#endif
+#if XSIMD_WITH_NEON64
+CAB_INLINE float horizontal_max(Batch<xsimd::neon64> v) { return vmaxvq_f32(v.data); }
 #endif
 
 // ------------------------------------------------------------------------------------------------------ double

@@ -115,6 +115,33 @@ inline constexpr double kFitPad = 0x1p-48;
 
 // ---------------------------------------------------------------------------------------------------- exact tests
 
+// The slack of a pair of convex shapes: kConvexSlack (|t|_1 + Ra + Rb) + kConvexPoseSlack A. t is the centre of b's shape
+// in the frame of a's shape, Ra and Rb are how far the shapes reach from their centres, and A is how far their centres
+// are from the origins of their links and instances (docs/proof.md, part 9). 256 u and 64 u; steps 9.2 and
+// 9.3: 170 u and 49 u.
+inline constexpr float kConvexSlack = 0x1p-16f;
+inline constexpr float kConvexPoseSlack = 0x1p-18f;
+
+// The rounding of a product of three edges of a tetrahedron, as a share of (|t|_1 + Ra + Rb) (Ra + Rb)^2. 128 u; step
+// 9.4.
+inline constexpr float kTetrahedronRounding = 0x1p-17f;
+
+// The same three shares where a pair is tested in double; step 9.6.
+inline constexpr double kConvexSlackDouble = 0x1p-45;
+inline constexpr double kConvexPoseSlackDouble = 0x1p-46;
+inline constexpr double kTetrahedronRoundingDouble = 0x1p-45;
+
+// Two boxes touch if their gap along all axes is below -kBoxDepth (|t|_1 + Ra + Rb). If the squared sine of two
+// edges is at most kParallelEdges, the gaps along the faces suffice; step 9.5.
+inline constexpr float kBoxDepth = 0x1p-14f;
+inline constexpr float kParallelEdges = 0x1p-36f;
+
+// A number larger than any scaled length of a pair that enters the exact kernels.
+inline constexpr float kConvexLimit = 0x1p20f;
+
+// Segments whose directions have a smaller sine, squared, count as parallel.
+inline constexpr float kParallelSegments = 0x1p-20f;
+
 // The gap of two parts shrinks by this share of its two ends, for the rounding of support points and poses; step 8.1.
 inline constexpr double kGapRounding = 0x1p-40;
 

@@ -55,6 +55,8 @@ static_assert(lists_all(kStrategyValues, kStrategyCount));
 constexpr PolicyValue kExactValues[] = {
     row(Exact::kNone, "none", "overlapping leaf boxes are the answer"),
     row(Exact::kFcl, "fcl", "FCL tests the exact shapes of leaves whose boxes overlap"),
+    row(Exact::kConvex, "convex",
+        "kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time"),
 };
 static_assert(lists_all(kExactValues, kExactCount));
 constexpr PolicyValue kSatValues[] = {

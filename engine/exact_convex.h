@@ -1,0 +1,32 @@
+// Step 5 of a frame with Exact::kConvex: the convex shapes of leaf pairs whose boxes overlap, sixteen pairs of shapes per
+// kernel call.
+#pragma once
+
+#include "engine/frame_context.h"
+#include "kernels/convex/convex_block.h"
+#include "layout/pair_list.h"
+
+namespace cab {
+
+struct Candidate;
+struct Worker;
+
+// A block of pairs of shapes that fills up. Its kernel runs when it is full.
+struct ConvexQueue {
+  kernel::ConvexBlock block;
+  std::uint32_t count = 0;          // of lanes in use
+  std::uint32_t leaf_pair[kLanes];  // by lane: which leaf pair asks
+};
+
+// A worker has one queue for each kind of a's shape and each kind of b's shape.
+inline constexpr std::uint32_t kConvexQueues = kConvexKindCount * kConvexKindCount;
+
+// Removes from worker.found the leaf pairs whose shapes do not touch. LeafPair::candidate is an index into
+// worker.candidates. Every other pair touches, or could not be shown to be apart.
+void keep_touching(const FrameContext& frame, Worker& worker);
+
+// Clears in worker.tile_found the lanes in which the shapes of two leaves do not touch. candidate_of(lane) of the
+// caller's tile, as an array.
+void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], Worker& worker);
+
+}  // namespace cab

@@ -1,0 +1,31 @@
+// A block of pairs of convex shapes: what the exact kernels take and answer.
+#pragma once
+
+#include "kernels/pose_leaves.h"
+#include "layout/convex_shape.h"
+
+namespace cab::kernel {
+
+// One side of a block: a shape in each lane, and the poses that place it.
+struct ConvexSide {
+  PoseFormat format;                 // of all lanes
+  const ConvexShape* shape[kLanes];  // all of one kind
+  const float* pose[kLanes];         // of the shape's link, in the caller's layout
+  const float* orientation[kLanes];  // of the instance; all null if instances have none
+};
+
+// Sixteen pairs of shapes. Unused lanes repeat a used one.
+struct ConvexBlock {
+  ConvexSide a, b;
+  ShiftTile shift;                  // the origin of b less the origin of a
+  alignas(64) float scale[kLanes];  // a power of two by which lengths are multiplied, so that a pair has size 1
+  float margin = 0;                 // see ConvexAnswer
+};
+
+// Which lanes of a block are decided. A lane in neither mask is undecided. `apart`: no point of a is within the margin
+// of a point of b. `touching`: some points are.
+struct ConvexAnswer {
+  std::uint32_t apart = 0, touching = 0;
+};
+
+}  // namespace cab::kernel

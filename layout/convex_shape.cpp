@@ -1,0 +1,143 @@
+#include "layout/convex_shape.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace cab {
+namespace {
+
+using Double3 = std::array<double, 3>;
+
+Double3 double3(const float* v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+void store(const Double3& from, float* to) {
+  for (std::size_t c = 0; c < 3; ++c) to[c] = static_cast<float>(from[c]);
+}
+
+// A length rounded up to float.
+float rounded_up(double length) {
+  const auto out = static_cast<float>(length);
+  return static_cast<double>(out) < length ? std::nextafter(out, std::numeric_limits<float>::infinity()) : out;
+}
+
+// The columns of the rotation of a quaternion of any length but zero.
+std::array<Double3, 3> columns_of(const float* q) {
+  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
+               w = static_cast<double>(q[3]);
+  const double s = 2 / (x * x + y * y + z * z + w * w);
+  return {{{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
+           {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
+           {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)}}};
+}
+
+// Moves a hull's vertices to the centre of their bounds, scales and sorts them, and appends them to `shape`.
+void set_hull(const ConvexPart& part, const std::array<Double3, 3>& columns, Arena& arena, ConvexShape& shape) {
+  const std::size_t count = part.vertices.size / 3;
+  Double3 lo, hi, center;
+  lo.fill(std::numeric_limits<double>::infinity());
+  hi.fill(-lo[0]);
+  for (std::size_t v = 0; v < count; ++v)
+    for (std::size_t c = 0; c < 3; ++c) {
+      lo[c] = std::min(lo[c], static_cast<double>(part.vertices[3 * v + c]));
+      hi[c] = std::max(hi[c], static_cast<double>(part.vertices[3 * v + c]));
+    }
+  double largest = 0, reach = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    center[c] = 0.5 * (lo[c] + hi[c]);
+    largest = std::max(largest, hi[c] - center[c]);
+  }
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  shape.unit = std::ldexp(1.0f, exponent);
+  std::vector<std::array<float, 3>> sorted(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    double square = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double from_center = static_cast<double>(part.vertices[3 * v + c]) - center[c];
+      square += from_center * from_center;
+      sorted[v][c] = static_cast<float>(std::ldexp(from_center, -exponent)) + 0.0f;  // no -0, which sorts before 0
+    }
+    reach = std::max(reach, std::sqrt(square));
+  }
+  std::sort(sorted.begin(), sorted.end());
+  constexpr std::size_t kChunk = 16;
+  shape.chunk_count = static_cast<std::uint32_t>((count + kChunk - 1) / kChunk);
+  const Span<float> vertices = arena.allocate<float>(3 * kChunk * shape.chunk_count);
+  for (std::size_t v = 0; v < kChunk * shape.chunk_count; ++v)
+    for (std::size_t c = 0; c < 3; ++c)
+      vertices[v / kChunk * 3 * kChunk + c * kChunk + v % kChunk] = sorted[std::min(v, count - 1)][c];
+  shape.vertices = vertices.data;
+  shape.reach = rounded_up(reach);
+  Double3 position = double3(part.position);
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t c = 0; c < 3; ++c) position[c] += center[k] * columns[k][c];
+  store(position, shape.position);
+}
+
+ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
+  ConvexShape shape = {};
+  shape.part = &part;
+  shape.unit = 1;
+  const std::array<Double3, 3> columns = columns_of(part.rotation);
+  for (std::size_t k = 0; k < 3; ++k) store(columns[k], shape.column[k]);
+  const Double3 size = double3(part.size);
+  switch (part.kind) {
+    case ShapeKind::kBox:
+      shape.kind = ConvexKind::kBox;
+      shape.reach = rounded_up(std::hypot(size[0], size[1], size[2]));
+      break;
+    case ShapeKind::kEllipsoid:
+      shape.kind = ConvexKind::kEllipsoid;
+      shape.reach = *std::max_element(part.size, part.size + 3);
+      break;
+    case ShapeKind::kCapsule:
+      shape.kind = ConvexKind::kRound;
+      shape.reach = rounded_up(size[0] + size[1]);
+      store({size[0], 0, size[1]}, shape.size);
+      store(double3(part.position), shape.position);
+      return shape;
+    case ShapeKind::kConvexHull:
+      shape.kind = ConvexKind::kHull;
+      set_hull(part, columns, arena, shape);
+      return shape;
+  }
+  store(size, shape.size);
+  store(double3(part.position), shape.position);
+  return shape;
+}
+
+ConvexShape shape_of(const Box& box) {
+  ConvexShape shape = {};
+  shape.box = &box;
+  shape.unit = 1;
+  shape.kind = ConvexKind::kBox;
+  for (int k = 0; k < 3; ++k) store(double3(box.axis[k]), shape.column[k]);
+  store(double3(box.half), shape.size);
+  store(double3(box.center), shape.position);
+  const Double3 half = double3(box.half);
+  shape.reach = rounded_up(std::hypot(half[0], half[1], half[2]));
+  return shape;
+}
+
+}  // namespace
+
+ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena) {
+  const Span<const std::uint32_t> part_begin = articulation.leaf_part_begin;
+  std::vector<ConvexShape> shapes;
+  auto begin = arena.allocate<std::uint32_t>(articulation.leaf_count + 1);
+  for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
+    begin[leaf] = static_cast<std::uint32_t>(shapes.size());
+    for (std::uint32_t p = part_begin[leaf]; p < part_begin[leaf + 1]; ++p)
+      shapes.push_back(shape_of(articulation.parts[p], arena));
+    if (part_begin[leaf] == part_begin[leaf + 1]) shapes.push_back(shape_of(articulation.leaf_box[leaf]));
+  }
+  begin[articulation.leaf_count] = static_cast<std::uint32_t>(shapes.size());
+  return {constant(arena.copy(Span<const ConvexShape>{shapes.data(), shapes.size()})), constant(begin)};
+}
+
+}  // namespace cab

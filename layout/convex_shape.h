@@ -1,0 +1,49 @@
+// Convex shapes as the exact kernels read them: the parts of every leaf, made once per articulation.
+#pragma once
+
+#include "layout/arena.h"
+#include "layout/articulation.h"
+
+namespace cab {
+
+// The kinds of shapes that the exact kernels tell apart.
+enum class ConvexKind : std::uint8_t {
+  kRound,      // all points within a radius of a segment along z: size = radius, unused, half length
+  kEllipsoid,  // size: radii along x, y, z
+  kBox,        // size: half extents along x, y, z
+  kHull,       // the convex hull of `vertices`; size unused
+};
+inline constexpr std::uint32_t kConvexKindCount = 4;
+
+// One convex shape. The first 64 bytes are one row of a transpose. All lengths are in the caller's unit.
+// Pointers are into the articulation's arena.
+struct alignas(64) ConvexShape {
+  float position[3];   // of the shape's centre, in the link's frame
+  float column[3][3];  // the shape's axes in the link's frame
+  float size[3];       // see ConvexKind
+  float reach;         // no point of the shape is farther from its centre
+
+  // Vertices of a hull relative to its centre, divided by `unit`, in chunks of sixteen x, sixteen y, sixteen z. They
+  // ascend by x, then y, then z. The last chunk repeats the last vertex.
+  const float* vertices;
+  std::uint32_t chunk_count;
+  float unit;  // a power of two: the largest number in `vertices` is between 1/2 and 1
+  ConvexKind kind;
+
+  // What the shape was made from, for a test in double: a part, or the box of a leaf without parts.
+  const ConvexPart* part;
+  const Box* box;
+};
+static_assert(sizeof(ConvexShape) == 128);
+
+// The shapes of all leaves of an articulation. Shapes of leaf l: shapes[leaf_begin[l]] to shapes[leaf_begin[l + 1] - 1].
+// A leaf without parts has one shape, its box.
+struct ConvexShapes {
+  Span<const ConvexShape> shapes;
+  Span<const std::uint32_t> leaf_begin;  // leaf_count + 1 indices
+};
+
+// Makes the shapes of an articulation in the arena. Throws std::bad_alloc.
+ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena);
+
+}  // namespace cab
