@@ -23,6 +23,10 @@ constexpr T kSupportRounding = 64 * std::numeric_limits<T>::epsilon();
 // Rounds of Newton's method until a pair counts as touching. Pairs 1e-12 of their size apart need 40.
 constexpr int kDecideRounds = 100;
 
+// Rounds per stage of the smoothing, and the gain in parts of the smoothing below which a stage ends.
+constexpr int kDistanceRounds = 40;
+constexpr double kLeastGain = 1e-10;
+
 // Distances end when the bounds are this close, in parts of the size, or when the smoothing is this small.
 constexpr Real kDistanceTolerance = 1e-14L;
 constexpr Real kLeastSmoothing = 1e-16L;
@@ -195,15 +199,16 @@ Decision<T> decide(Difference<T>& difference, Balls balls) {
     return true;
   };
   bool is_first = true;
-  minimise(difference, Vec3<T>{}, T(1), T(0), balls, kDecideRounds, [&](const Vec3<T>& z, const Softened<T>& softened) {
-    out.point[0] = softened.point[0];
-    out.point[1] = softened.point[1];
-    if (is_first ? separates(T(-1) * softened.gradient) : separates(z)) return true;
-    is_first = false;
-    out.depth = proven_depth(softened, length(softened.gradient) + difference.noise);
-    if (out.depth > 0) out.answer = Answer::kOverlap;
-    return out.answer == Answer::kOverlap;
-  });
+  minimise(difference, Vec3<T>{}, T(1), T(0), balls, kDecideRounds, T(0),
+           [&](const Vec3<T>& z, const Softened<T>& softened) {
+             out.point[0] = softened.point[0];
+             out.point[1] = softened.point[1];
+             if (is_first ? separates(T(-1) * softened.gradient) : separates(z)) return true;
+             is_first = false;
+             out.depth = proven_depth(softened, length(softened.gradient) + difference.noise);
+             if (out.depth > 0) out.answer = Answer::kOverlap;
+             return out.answer == Answer::kOverlap;
+           });
   return out;
 }
 
@@ -261,16 +266,14 @@ Vec3<T> approach(Difference<T>& difference, Vec3<T> z, T from, T to, Verdict& be
     const Real upper = best.gap_at_most + pair.exact.radius;
     const T mu = part * difference.size * static_cast<T>(upper);
     if (!(mu > 0)) break;
-    Softened<T> last;
-    z = minimise(difference, z, mu, T(1), Balls::kLeftOut, 40, [&](const Vec3<T>&, const Softened<T>& softened) {
-      last = softened;
-      return false;
-    });
-    last = soften(difference, z, mu, Balls::kLeftOut);
+    const auto never = [](const Vec3<T>&, const Softened<T>&) { return false; };
+    z = minimise(difference, z, mu, T(1), Balls::kLeftOut, kDistanceRounds, T(kLeastGain) * mu, never);
+    Softened<T> last = soften(difference, z, mu, Balls::kLeftOut);
+    if (length(z) > 0) balance(difference, (1 / length(z)) * z, last);
     const Point x = convert<Real>(last.point[0]), y = Real{-1} * convert<Real>(last.point[1]);
     const Real distance = length(y - x);
     if (distance < upper) take_points(pair, x, y, best);
-    const Vec3<T> candidates[2] = {z, T(-1) * last.gradient};
+    const Vec3<T> candidates[2] = {z, T(-1) * (last.point[0] + last.point[1])};
     for (const Vec3<T>& candidate : candidates) {
       const Point d = convert<Real>(candidate);
       const Real norm = length(d);

@@ -129,6 +129,18 @@ struct Softened {
   Symmetric<T> margin;
 };
 
+// The point of a side's vertices with the weights of the last soften.
+template <class T>
+Vec3<T> weighted_mean(const Side<T>& side) {
+  T sum = 0;
+  Vec3<T> mean{};
+  for (std::size_t i = 0; i < side.vertices.size(); ++i) {
+    sum += side.weights[i];
+    mean = mean + side.weights[i] * side.vertices[i];
+  }
+  return (1 / sum) * mean;
+}
+
 template <class T>
 void add_vertices(Side<T>& side, const Vec3<T>& z, const T& mu, Softened<T>& out, Vec3<T>& point) {
   // Less than exp(-kNone) adds nothing to a sum in T.
@@ -203,12 +215,45 @@ T change_over(const Difference<T>& difference, const Vec3<T>& step, const T& mu,
   return sum / mu;
 }
 
+// Moves the weights of the last soften, so that the points of the sides differ along a direction of length 1 only. They
+// stay points of the sides: weights stay positive. Weights that come from exp(v . z / mu) carry the rounding of v . z,
+// magnified by 1 / mu.
+template <class T>
+void balance(Difference<T>& difference, const Vec3<T>& direction, Softened<T>& softened) {
+  for (int round = 0; round < 3; ++round) {
+    Vec3<T> mean[2];
+    Symmetric<T> spread;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Side<T>& side = difference.side[k];
+      mean[k] = weighted_mean(side);
+      T sum = 0;
+      for (const T& weight : side.weights) sum += weight;
+      for (std::size_t i = 0; i < side.vertices.size(); ++i)
+        spread.add_outer(side.weights[i] / sum, side.vertices[i] - mean[k]);
+    }
+    const T trace = spread.trace();
+    if (!(trace > 0)) return;
+    spread.add_outer(trace, direction);
+    spread.add_diagonal(trace * std::sqrt(std::numeric_limits<T>::epsilon()));
+    const Cholesky<T> factor(spread);
+    if (!factor.positive) return;
+    const Vec3<T> between = softened.point[0] + softened.point[1];
+    const Vec3<T> pull = factor.solve(dot(between, direction) * direction - between);
+    for (std::size_t k = 0; k < 2; ++k) {
+      Side<T>& side = difference.side[k];
+      for (std::size_t i = 0; i < side.vertices.size(); ++i)
+        side.weights[i] *= larger(T(0.5), T(1) + dot(side.vertices[i] - mean[k], pull));
+      softened.point[k] = softened.point[k] + (weighted_mean(side) - mean[k]);
+    }
+  }
+}
+
 // Newton's method for the smoothed support plus pull |z|^2 / 2, from z. Ends after some rounds, or when a round promises
-// no gain beyond 1e-10 mu, or when stop(z, softened) says so. Returns the last z. A third derivative of the smoothed
+// no gain beyond least_gain, or when stop(z, softened) says so. Returns the last z. A third derivative of the smoothed
 // support is at most change_over times the second, so a step shortened to log(1 + change) / change never overshoots.
 template <class T, class Stop>
 Vec3<T> minimise(Difference<T>& difference, Vec3<T> z, const T& mu, const T& pull, Balls balls, int rounds,
-                 const Stop& stop) {
+                 const T& least_gain, const Stop& stop) {
   Softened<T> here = soften(difference, z, mu, balls);
   for (int round = 0; round < rounds; ++round) {
     if (stop(z, here)) return z;
@@ -219,7 +264,7 @@ Vec3<T> minimise(Difference<T>& difference, Vec3<T> z, const T& mu, const T& pul
     if (!factor.positive) return z;
     const Vec3<T> gradient = here.gradient + pull * z, step = factor.solve(T(-1) * gradient);
     const T slope = dot(gradient, step);
-    if (!(-slope > T(1e-10) * mu)) return z;
+    if (!(-slope > least_gain)) return z;
     const T change = change_over(difference, step, mu, balls);
     const T safe = change > 0 ? std::log1p(change) / change : T(1);
     const auto value = [&](const Vec3<T>& at, const Softened<T>& soft) { return soft.value + pull * dot(at, at) / 2; };
