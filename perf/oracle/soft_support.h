@@ -88,8 +88,10 @@ template <class T>
 struct Side {
   std::vector<Vec3<T>> vertices;
   Body<T> body;
-  T diameter = 0;          // of the vertices, or more
-  std::vector<T> weights;  // of the vertices, for soften
+  T diameter = 0;  // of the vertices, or more
+  // What the last soften chose: a weight per vertex, not yet divided by their sum, and the body's u.
+  std::vector<T> weights;
+  Vec3<T> u{};
 };
 
 // The sum of one shape and the negative of another. It contains 0 if the shapes overlap.
@@ -170,11 +172,12 @@ void add_vertices(Side<T>& side, const Vec3<T>& z, const T& mu, Softened<T>& out
   if (side.diameter > 0) out.margin.add(1 / side.diameter, spread);
 }
 
+// Returns the u of the body's point.
 template <class T>
-void add_body(const Body<T>& body, const Vec3<T>& z, const T& mu, Softened<T>& out, Vec3<T>& point) {
+Vec3<T> add_body(const Body<T>& body, const Vec3<T>& z, const T& mu, Softened<T>& out, Vec3<T>& point) {
   const Vec3<T> along = body.along(z);
   const T root = std::sqrt(dot(along, along) + mu * mu);
-  const Vec3<T> at = body.point((1 / root) * along);
+  const Vec3<T> u = (1 / root) * along, at = body.point(u);
   const T inside = mu / root * (mu / root);  // 1 - |u|^2, at most twice the 1 - |u| that is free in every direction
   out.value += root;
   point = point + at;
@@ -183,6 +186,7 @@ void add_body(const Body<T>& body, const Vec3<T>& z, const T& mu, Softened<T>& o
   out.hessian.add(1 / root, square);
   out.hessian.add_outer(-1 / root, at);
   out.margin.add(inside / (2 * body.extent), square);
+  return u;
 }
 
 template <class T>
@@ -191,7 +195,7 @@ Softened<T> soften(Difference<T>& difference, const Vec3<T>& z, const T& mu, Bal
   for (std::size_t k = 0; k < 2; ++k) {
     Side<T>& side = difference.side[k];
     add_vertices(side, z, mu, out, out.point[k]);
-    if (side.body.extent > 0) add_body(side.body, z, mu, out, out.point[k]);
+    if (side.body.extent > 0) side.u = add_body(side.body, z, mu, out, out.point[k]);
   }
   out.gradient = out.point[0] + out.point[1];
   if (balls == Balls::kCounted && difference.radius > 0) add_body(difference.ball, z, mu, out, out.gradient);
@@ -215,35 +219,40 @@ T change_over(const Difference<T>& difference, const Vec3<T>& step, const T& mu,
   return sum / mu;
 }
 
-// Moves the weights of the last soften, so that the points of the sides differ along a direction of length 1 only. They
-// stay points of the sides: weights stay positive. Weights that come from exp(v . z / mu) carry the rounding of v . z,
-// magnified by 1 / mu.
+// Moves the weights and the u of the last soften, so that the points of the sides sum to a multiple of a direction of
+// length 1. They stay points of the sides: weights stay positive, and no u becomes longer than 1. What soften chooses
+// carries the rounding of v . z, magnified by 1 / mu.
 template <class T>
 void balance(Difference<T>& difference, const Vec3<T>& direction, Softened<T>& softened) {
   for (int round = 0; round < 3; ++round) {
     Vec3<T> mean[2];
-    Symmetric<T> spread;
+    T inside[2] = {};
+    Symmetric<T> freedom;
     for (std::size_t k = 0; k < 2; ++k) {
       const Side<T>& side = difference.side[k];
       mean[k] = weighted_mean(side);
       T sum = 0;
       for (const T& weight : side.weights) sum += weight;
       for (std::size_t i = 0; i < side.vertices.size(); ++i)
-        spread.add_outer(side.weights[i] / sum, side.vertices[i] - mean[k]);
+        freedom.add_outer(side.weights[i] / sum, side.vertices[i] - mean[k]);
+      inside[k] = larger(T(0), T(1) - dot(side.u, side.u));
+      for (const Vec3<T>& axis : side.body.axis) freedom.add_outer(inside[k], axis);
     }
-    const T trace = spread.trace();
+    const T trace = freedom.trace();
     if (!(trace > 0)) return;
-    spread.add_outer(trace, direction);
-    spread.add_diagonal(trace * std::sqrt(std::numeric_limits<T>::epsilon()));
-    const Cholesky<T> factor(spread);
+    freedom.add_outer(trace, direction);
+    freedom.add_diagonal(trace * std::sqrt(std::numeric_limits<T>::epsilon()));
+    const Cholesky<T> factor(freedom);
     if (!factor.positive) return;
-    const Vec3<T> between = softened.point[0] + softened.point[1];
-    const Vec3<T> pull = factor.solve(dot(between, direction) * direction - between);
+    const Vec3<T> sum = softened.point[0] + softened.point[1];
+    const Vec3<T> move = factor.solve(dot(sum, direction) * direction - sum);
     for (std::size_t k = 0; k < 2; ++k) {
       Side<T>& side = difference.side[k];
       for (std::size_t i = 0; i < side.vertices.size(); ++i)
-        side.weights[i] *= larger(T(0.5), T(1) + dot(side.vertices[i] - mean[k], pull));
-      softened.point[k] = softened.point[k] + (weighted_mean(side) - mean[k]);
+        side.weights[i] *= larger(T(0.5), T(1) + dot(side.vertices[i] - mean[k], move));
+      side.u = side.u + inside[k] * side.body.along(move);
+      side.u = (1 / larger(T(1), length(side.u))) * side.u;
+      softened.point[k] = weighted_mean(side) + side.body.point(side.u);
     }
   }
 }
