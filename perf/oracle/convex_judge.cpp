@@ -37,9 +37,9 @@ constexpr double kDoubleSmoothing = 1e-7;
 constexpr Real kRealSmoothing = 1e-12L;
 
 // Depths with ellipsoids and cylinders: directions that are measured, and how many descents start from the best.
-constexpr int kSpiralDirections = 128;
-constexpr std::size_t kDescents = 8;
-constexpr double kLeastTurn = 0.25;  // radians between two starts
+constexpr int kSpiralDirections = 256;
+constexpr std::size_t kDescents = 16;
+constexpr double kLeastTurn = 0.15;  // radians between two starts
 
 // Results of descents in double within this of the best, in parts of the size, are refined in Real.
 constexpr double kNearBest = 1e-5;
@@ -349,11 +349,11 @@ Point best_of(const Case& pair, const std::vector<Point>& directions) {
   return best;
 }
 
-// Directions from which descents start: those of an even spiral, the normals of faces, and the axes of bodies.
+// Directions from which descents start: those of an even spiral, the axes of bodies, and the directions of least
+// depth of the shapes without bodies.
 std::vector<Vec3<double>> start_directions(const Case& pair, const HullFaces& a, const HullFaces& b) {
   std::vector<Vec3<double>> out;
-  for (const HullFaces* const faces : {&a, &b})
-    for (const Point& normal : faces->normals) out.push_back(convert<double>(normal));
+  for (const Point& normal : face_directions(a, b)) out.push_back(convert<double>(normal));
   for (const Side<double>& side : pair.coarse.side) {
     for (const Vec3<double>& axis : side.body.axis) {
       if (!(length(axis) > 0)) continue;
@@ -376,7 +376,7 @@ std::vector<Vec3<double>> start_directions(const Case& pair, const HullFaces& a,
 
 // The direction of the least depth that descents find from the best start directions, which count too.
 Point refined_direction(Case& pair, const HullFaces& a, const HullFaces& b) {
-  std::vector<Vec3<double>> starts = start_directions(pair, a, b);
+  const std::vector<Vec3<double>> starts = start_directions(pair, a, b);
   std::vector<std::pair<double, Vec3<double>>> ranked;
   for (const Vec3<double>& d : starts) ranked.emplace_back(support(pair.coarse, d), d);
   const auto by_support = [](const auto& left, const auto& right) { return left.first < right.first; };
@@ -443,8 +443,7 @@ Verdict decided(const Case& pair, const Decision<Real>& found) {
 Verdict judge_half_space(const JudgeShape& half, const JudgeShape& other, Real sign) {
   Verdict out{-kInfinity, kInfinity, {}, {}, {}, {}, false};
   if (other.kind == JudgeKind::kHalfSpace) return out;
-  Point up = cross(to_vec3(half.pose.column[0]), to_vec3(half.pose.column[1]));
-  up = (1 / length(up)) * up;
+  const Point up = posed_faces(half, 1).normals.front();
   const Point offset = other.pose.at - half.pose.at;
   const Point lowest = furthest_point(side_of(other, offset, 1), Real{-1} * up) - radius_of(other) * up;
   const Real gap = dot(up, lowest);
