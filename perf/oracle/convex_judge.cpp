@@ -166,7 +166,7 @@ enum class Answer { kUndecided, kApart, kOverlap };
 template <class T>
 struct Decision {
   Answer answer = Answer::kUndecided;
-  Vec3<T> direction{};    // apart: one that separates, of length 1
+  Vec3<T> direction{};    // apart: one that separates, of length 1; else the last one tried
   Vec3<T> point[2] = {};  // of each side; overlapping: their sum and a point of the balls sum to 0
   T depth = 0;            // overlapping: a ball of this radius fits around a common point
 };
@@ -213,10 +213,13 @@ Decision<T> decide(Difference<T>& difference, Balls balls) {
 }
 
 Decision<Real> widened(const Decision<double>& from) {
-  return {from.answer,
-          convert<Real>(from.direction),
-          {convert<Real>(from.point[0]), convert<Real>(from.point[1])},
-          static_cast<Real>(from.depth)};
+  Decision<Real> out;
+  out.answer = from.answer;
+  out.direction = convert<Real>(from.direction);
+  if (const Real norm = length(out.direction); norm > 0) out.direction = (1 / norm) * out.direction;
+  for (std::size_t k = 0; k < 2; ++k) out.point[k] = convert<Real>(from.point[k]);
+  out.depth = static_cast<Real>(from.depth);
+  return out;
 }
 
 // Two shapes under judgement.
@@ -288,13 +291,14 @@ Vec3<T> approach(Difference<T>& difference, Vec3<T> z, T from, T to, Verdict& be
   return z;
 }
 
-// The distance of shapes that `found` parts without their balls.
+// The distance of shapes that `found` parts, or may part, without their balls.
 Verdict measure_distance(Case& pair, const Decision<Real>& found) {
   Verdict out{};
   out.normal = found.direction;
   out.gap_at_least = gap_along(pair, found.direction);
   take_points(pair, found.point[0], Real{-1} * found.point[1], out);
-  const Real start = out.gap_at_least + pair.exact.radius;
+  const Real gap = out.gap_at_least + pair.exact.radius;
+  const Real start = gap > 0 ? gap : length(found.point[0] + found.point[1]);
   const Vec3<double> z =
       approach(pair.coarse, convert<double>(start * found.direction), 0.3, kDoubleSmoothing, out, pair);
   approach(pair.exact, convert<Real>(z), static_cast<Real>(kDoubleSmoothing), kLeastSmoothing, out, pair);
@@ -411,7 +415,7 @@ Point refined_direction(Case& pair, const HullFaces& a, const HullFaces& b) {
   return best;
 }
 
-// The depth of shapes that overlap, or touch, without their balls.
+// The depth of shapes that overlap, or may overlap, without their balls.
 Verdict measure_depth(Case& pair, const Decision<Real>& found) {
   const HullFaces a = posed_faces(pair.a, 1), b = posed_faces(pair.b, -1);
   const bool has_body = pair.exact.side[0].body.extent > 0 || pair.exact.side[1].body.extent > 0;
@@ -424,15 +428,34 @@ Verdict measure_depth(Case& pair, const Decision<Real>& found) {
   return out;
 }
 
+Verdict measure(Case& pair, const Decision<Real>& found) {
+  if (found.answer == Answer::kOverlap) return measure_depth(pair, found);
+  const Verdict distance = measure_distance(pair, found);
+  if (found.answer == Answer::kApart || distance.gap_at_least + pair.exact.radius > pair.exact.noise) return distance;
+  Verdict out = measure_depth(pair, found);
+  if (distance.gap_at_least > out.gap_at_least) {
+    out.gap_at_least = distance.gap_at_least;
+    out.normal = distance.normal;
+  }
+  if (distance.gap_at_most < out.gap_at_most) {
+    out.gap_at_most = distance.gap_at_most;
+    out.on_a = distance.on_a;
+    out.on_b = distance.on_b;
+    out.common = distance.common;
+  }
+  return out;
+}
+
+// What a decision proves, without a search for the least distance or depth.
 Verdict decided(const Case& pair, const Decision<Real>& found) {
   Verdict out{};
-  if (found.answer == Answer::kApart) {
+  const Point between = Real{-1} * (found.point[0] + found.point[1]);
+  const Real norm = length(between);
+  out.normal = {{0, 0, 1}};
+  if (found.answer == Answer::kApart)
     out.normal = found.direction;
-  } else {
-    const Point between = Real{-1} * (found.point[0] + found.point[1]);
-    const Real norm = length(between);
-    out.normal = norm > 0 ? (1 / norm) * between : Point{{0, 0, 1}};
-  }
+  else if (norm > 0)
+    out.normal = (1 / norm) * between;
   out.gap_at_least = gap_along(pair, out.normal);
   take_points(pair, found.point[0], Real{-1} * found.point[1], out);
   if (found.answer == Answer::kOverlap) out.gap_at_most = -found.depth;
@@ -461,9 +484,9 @@ Verdict judge(const JudgeShape& a, const JudgeShape& b, Effort effort) {
   Case pair{a, b, difference_of(a, b), {}};
   pair.coarse = rounded(pair.exact);
   const Decision<Real> found = pair.decide_pair(Balls::kCounted);
-  if (effort == Effort::kDecide) return decided(pair, found);
+  if (effort == Effort::kDecide && found.answer != Answer::kUndecided) return decided(pair, found);
   const Decision<Real> bare = pair.exact.radius > 0 ? pair.decide_pair(Balls::kLeftOut) : found;
-  Verdict out = bare.answer == Answer::kApart ? measure_distance(pair, bare) : measure_depth(pair, bare);
+  Verdict out = measure(pair, bare);
   if (overlap(out)) {
     const Point origin = a.pose.at;
     out.on_a = origin + furthest_point(pair.exact.side[0], out.normal) + radius_of(a) * out.normal;
