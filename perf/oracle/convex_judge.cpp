@@ -20,7 +20,7 @@ constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
 template <class T>
 constexpr T kSupportRounding = 64 * std::numeric_limits<T>::epsilon();
 
-// Rounds of Newton's method until a pair counts as touching. Pairs 1e-12 of their size apart need 40.
+// Rounds of Newton's method after which a pair is too close to decide in this precision.
 constexpr int kDecideRounds = 100;
 
 // Rounds per stage of the smoothing, and the gain in parts of the smoothing below which a stage ends.
@@ -185,6 +185,7 @@ T proven_depth(const Softened<T>& softened, T away) {
   return depth > away ? depth : 0;
 }
 
+// Once an overlap is proven, the rounds go on until the points of the sides name a common point.
 template <class T>
 Decision<T> decide(Difference<T>& difference, Balls balls) {
   const T radius = balls == Balls::kCounted ? difference.radius : T(0);
@@ -201,13 +202,16 @@ Decision<T> decide(Difference<T>& difference, Balls balls) {
   bool is_first = true;
   minimise(difference, Vec3<T>{}, T(1), T(0), balls, kDecideRounds, T(0),
            [&](const Vec3<T>& z, const Softened<T>& softened) {
+             const T away = length(softened.gradient);
              out.point[0] = softened.point[0];
              out.point[1] = softened.point[1];
+             if (out.answer == Answer::kOverlap) return away <= difference.noise;
+             if (length(z) > 0) out.direction = (1 / length(z)) * z;
              if (is_first ? separates(T(-1) * softened.gradient) : separates(z)) return true;
              is_first = false;
-             out.depth = proven_depth(softened, length(softened.gradient) + difference.noise);
+             out.depth = proven_depth(softened, away + difference.noise);
              if (out.depth > 0) out.answer = Answer::kOverlap;
-             return out.answer == Answer::kOverlap;
+             return out.answer == Answer::kOverlap && away <= difference.noise;
            });
   return out;
 }
@@ -305,8 +309,8 @@ Verdict measure_distance(Case& pair, const Decision<Real>& found) {
   return out;
 }
 
-// Whether the arcs of normals of an edge of a and of an edge of the negative of b cross on the sphere, so that the edges
-// span a face of the difference.
+// Whether the arcs of normals of two edges cross on the sphere, so that the edges span a face of the difference. One is
+// an edge of a, the other of the negative of b.
 bool arcs_cross(const Vec3<double> (&p)[2], const Vec3<double> (&q)[2]) {
   const Vec3<double> across_p = cross(p[0], p[1]), across_q = cross(q[0], q[1]);
   const double q_0 = dot(across_p, q[0]), q_1 = dot(across_p, q[1]);

@@ -41,7 +41,7 @@ struct Verdict {
   Real gap_at_most;
   Point normal;      // of length 1, from a to b: the direction of the largest gap found
   Point on_a, on_b;  // apart: the closest points found. Overlapping: each shape's point furthest along the normal
-  Point common;      // overlapping: a point of both shapes
+  Point common;      // overlapping: a point of both shapes, to 1e-13 of their size
   // Whether gap_at_most is a search's result without a proof. The search is complete for polytopes, spheres and
   // capsules: it tries every direction that can have the least depth. Only with an ellipsoid or a cylinder it may miss
   // the least depth.

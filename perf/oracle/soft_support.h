@@ -104,7 +104,7 @@ struct Difference {
   T noise = 0;   // bound of the rounding of a support along a direction of length 1
 };
 
-// Which of a shape's parts count.
+// Whether the balls of both shapes count.
 enum class Balls { kLeftOut, kCounted };
 
 // The support of the difference along a direction, without the balls.
@@ -257,8 +257,8 @@ void balance(Difference<T>& difference, const Vec3<T>& direction, Softened<T>& s
   }
 }
 
-// Newton's method for the smoothed support plus pull |z|^2 / 2, from z. Ends after some rounds, or when a round promises
-// no gain beyond least_gain, or when stop(z, softened) says so. Returns the last z. A third derivative of the smoothed
+// Newton's method for the smoothed support plus pull |z|^2 / 2, from z. Ends after some rounds, or when a round would
+// gain least_gain or less, or when stop(z, softened) says so. Returns the last z. A third derivative of the smoothed
 // support is at most change_over times the second, so a step shortened to log(1 + change) / change never overshoots.
 template <class T, class Stop>
 Vec3<T> minimise(Difference<T>& difference, Vec3<T> z, const T& mu, const T& pull, Balls balls, int rounds,
