@@ -47,7 +47,7 @@ TEST_CASE("who touches anything is who is in a hit, asked for alone or not, whoe
     Random random(seed);
     const World world = sparse_world(random);
     const std::vector<Hit> judged = judge_world(world);
-    for (const Exact exact : {Exact::kNone, Exact::kFcl})
+    for (const Exact exact : {Exact::kNone, Exact::kFcl, Exact::kConvex})
       for (const Strategy strategy : kStrategies) {
         if (strategy == Strategy::kExactAll && exact == Exact::kFcl) continue;  // slow; the property test has it
         const Policies policies = {Refit::kCab, strategy, exact};

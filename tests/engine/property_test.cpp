@@ -219,7 +219,10 @@ TEST_CASE(
     const EnginePtr engine = make_engine_for(world);
     const std::vector<Hit> touching = judge_world(world), wider = judge_widened(world, kInvented);
     const std::vector<Hit> all = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kNone}).hits;
-    const std::vector<Hit> all_fcl = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kFcl}).hits;
+    std::vector<Hit> all_exact[kExactCount];
+    for (const Exact exact : {Exact::kFcl, Exact::kConvex})
+      all_exact[static_cast<std::size_t>(exact)] = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, exact}).hits;
+    CHECK(missing_from(touching, all_exact[static_cast<std::size_t>(Exact::kConvex)]) == 0);
     std::map<Refit, std::vector<Hit>> by_predicate;
     for (const Refit refit : kLeafPredicates) by_predicate[refit] = run_on(*engine, world, by_brute(refit)).hits;
     hits += by_predicate[Refit::kCab].size();
@@ -248,9 +251,9 @@ TEST_CASE(
       CHECK(missing_from(got.hits, all) == 0);
       CHECK(got.stats.leaf_pairs >= got.hits.size());
       CHECK(got.stats.exact_tests <= got.stats.leaf_pairs);
-      if (policies.exact == Exact::kFcl) {
+      if (policies.exact != Exact::kNone) {
         CHECK(got.stats.exact_tests >= got.stats.false_positives + got.hits.size());
-        CHECK(same_hits(got.hits, all_fcl));
+        CHECK(same_hits(got.hits, all_exact[static_cast<std::size_t>(policies.exact)]));
       } else if (policies.strategy == Strategy::kExactAll) {
         CHECK(same_hits(got.hits, all));
         CHECK(got.stats.box_tests == 0);

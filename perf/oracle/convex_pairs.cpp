@@ -1,0 +1,144 @@
+#include "perf/oracle/convex_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab::oracle {
+namespace {
+
+// A random quaternion of length 1 to rounding. angle: 0 for any rotation, else the largest angle in rad.
+void random_quaternion(Random& random, double most_angle, float* out) {
+  double q[4];
+  if (most_angle == 0) {
+    for (double& component : q) component = random.normal();
+  } else {
+    const Vec3<double> axis = random.unit_vector();
+    const double half = 0.5 * random.uniform(0, most_angle);
+    for (std::size_t c = 0; c < 3; ++c) q[c] = std::sin(half) * axis[c];
+    q[3] = std::cos(half);
+  }
+  const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (std::size_t c = 0; c < 4; ++c) out[c] = static_cast<float>(q[c] / length);
+}
+
+PosedPart random_part(Random& random, ShapeKind kind, double size, double aspect) {
+  PosedPart out = {};
+  out.part.kind = kind;
+  double sizes[3];
+  for (double& s : sizes) s = size * random.uniform(0.25, 1.5);
+  // A needle keeps one size, a plate two.
+  for (std::size_t c = random.index(2); c < 2; ++c) sizes[c] /= aspect;
+  for (std::size_t c = 0; c < 3; ++c) out.part.size[c] = static_cast<float>(sizes[c]);
+  if (kind == ShapeKind::kConvexHull) {
+    static constexpr std::uint32_t kCounts[] = {4, 5, 8, 16, 17, 32, 64};
+    const std::uint32_t count = kCounts[random.index(7)];
+    const double offset = random.chance(0.2) ? size : 0;  // the hull's centre need not be the part's origin
+    for (std::uint32_t v = 0; v < count; ++v) {
+      const Vec3<double> at = random.unit_vector();
+      for (std::size_t c = 0; c < 3; ++c) out.vertices.push_back(static_cast<float>(sizes[c] * at[c] + offset));
+    }
+  }
+  for (float& at : out.part.position) at = static_cast<float>(random.uniform(-0.3, 0.3) * size);
+  random_quaternion(random, 0, out.part.rotation);
+  return out;
+}
+
+Real length(const Point& v) { return std::sqrt(dot(v, v)); }
+
+Real reach_of(const PosedPart& posed) {
+  const ConvexPart& part = posed.part;
+  Real most = 0;
+  for (std::size_t v = 0; v < posed.vertices.size(); v += 3)
+    most = std::max(most, length(Point{{posed.vertices[v], posed.vertices[v + 1], posed.vertices[v + 2]}}));
+  if (part.kind == ShapeKind::kCapsule) return Real{part.size[0]} + part.size[1];
+  return part.kind == ShapeKind::kConvexHull ? most : length(Point{{part.size[0], part.size[1], part.size[2]}});
+}
+
+// The shape as the judge takes it, relative to the origin of a's instance.
+JudgeShape judge_shape(const PosedPart& posed, const Point& shift, std::vector<Point>& vertices) {
+  const ConvexPart& part = posed.part;
+  JudgeShape out;
+  out.kind = part.kind == ShapeKind::kBox         ? JudgeKind::kBox
+             : part.kind == ShapeKind::kEllipsoid ? JudgeKind::kEllipsoid
+             : part.kind == ShapeKind::kCapsule   ? JudgeKind::kCapsule
+                                                  : JudgeKind::kHull;
+  for (std::size_t c = 0; c < 3; ++c) out.size[c] = part.size[c];
+  for (std::size_t v = 0; v < posed.vertices.size(); v += 3)
+    vertices.push_back({{posed.vertices[v], posed.vertices[v + 1], posed.vertices[v + 2]}});
+  out.vertices = vertices;
+  const Real link[4] = {posed.pose[0], posed.pose[1], posed.pose[2], posed.pose[3]};
+  const Real own[4] = {part.rotation[0], part.rotation[1], part.rotation[2], part.rotation[3]};
+  Real link_column[3][3], own_column[3][3];
+  quaternion_matrix(link, link_column);
+  quaternion_matrix(own, own_column);
+  for (std::size_t k = 0; k < 3; ++k) store(rotated(link_column, to_vec3(own_column[k])), out.pose.column[k]);
+  const Point position = {{part.position[0], part.position[1], part.position[2]}};
+  out.pose.at = (Point{{posed.pose[4], posed.pose[5], posed.pose[6]}} + rotated(link_column, position)) + shift;
+  return out;
+}
+
+}  // namespace
+
+void bind_vertices(ConvexCase& made) {
+  for (PosedPart* posed : {&made.a, &made.b}) posed->part.vertices = {posed->vertices.data(), posed->vertices.size()};
+}
+
+ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_a, ShapeKind kind_b) {
+  double unit = 0.2, ratio = 1, aspect_a = 1, aspect_b = 1, away = 0.5, angle = 0, world = 0;
+  switch (regime) {
+    case ConvexRegime::kRegular:
+    case ConvexRegime::kNear: break;
+    case ConvexRegime::kThin:
+      aspect_a = random.log_uniform(1, 1e3);
+      aspect_b = random.log_uniform(1, 1e3);
+      break;
+    case ConvexRegime::kUnequal: ratio = random.log_uniform(10, 1e3); break;
+    case ConvexRegime::kConcentric: away = 0; break;
+    case ConvexRegime::kAligned: angle = random.chance(0.3) ? 1e-30 : random.log_uniform(1e-8, 1e-3); break;
+    case ConvexRegime::kFar:
+      away = 20;
+      world = 1e6;
+      break;
+    case ConvexRegime::kUnits: unit = random.log_uniform(1e-24, 1e12); break;
+  }
+  ConvexCase out = {};
+  const bool larger_b = random.chance(0.5);
+  out.a = random_part(random, kind_a, larger_b ? unit : unit * ratio, aspect_a);
+  out.b = random_part(random, kind_b, larger_b ? unit * ratio : unit, aspect_b);
+  if (regime == ConvexRegime::kConcentric && random.chance(0.5) && kind_a == kind_b) out.b = out.a;
+  const double size = unit * ratio;
+  for (PosedPart* posed : {&out.a, &out.b}) {
+    random_quaternion(random, angle, posed->pose);
+    for (std::size_t c = 4; c < 7; ++c) posed->pose[c] = static_cast<float>(random.uniform(-away, away) * size);
+    if (angle > 0) std::copy_n(std::initializer_list<float>{0, 0, 0, 1}.begin(), 4, posed->part.rotation);
+  }
+  if (regime == ConvexRegime::kFar) {
+    // Both links are far from their origins, and near each other in the world.
+    double between[3];
+    for (std::size_t c = 0; c < 3; ++c) {
+      between[c] = static_cast<double>(out.a.pose[4 + c]) - static_cast<double>(out.b.pose[4 + c]);
+      const double origin = random.uniform(-world, world);
+      out.shift[c] = (origin + between[c] + random.uniform(-0.5, 0.5) * size) - origin;
+    }
+  }
+  bind_vertices(out);
+  if (regime == ConvexRegime::kNear || random.chance(0.1)) {
+    // Moved along the judge's normal to a small gap; the pose is rounded, so the gap is not exactly that.
+    const JudgedCase judged = judge_case(out, Effort::kMeasure);
+    const Real gap = static_cast<Real>(random.sign() * random.log_uniform(1e-8, 1e-2)) * judged.size;
+    const Real move =
+        gap - (judged.verdict.gap_at_least > 0 ? judged.verdict.gap_at_least : judged.verdict.gap_at_most);
+    for (std::size_t c = 0; c < 3; ++c)
+      out.b.pose[4 + c] = static_cast<float>(out.b.pose[4 + c] + move * judged.verdict.normal[c]);
+  }
+  return out;
+}
+
+JudgedCase judge_case(const ConvexCase& made, Effort effort) {
+  std::vector<Point> vertices_a, vertices_b;
+  const Point shift = {{made.shift[0], made.shift[1], made.shift[2]}};
+  const JudgeShape a = judge_shape(made.a, Point{}, vertices_a), b = judge_shape(made.b, shift, vertices_b);
+  return {judge(a, b, effort), reach_of(made.a) + reach_of(made.b) + length(b.pose.at - a.pose.at)};
+}
+
+}  // namespace cab::oracle
