@@ -831,7 +831,7 @@ std::vector<CallRow> call_rows() {
       {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},
       {{"margin to 1e18", "taken; instances whose grown boxes leave the range are masked"}, check_margins},
       {{"in_contact of another count than instances", "refused, `kBadInContact`"}, check_bad_in_contact},
-      {{"report that is none", "refused, `kBadReport`"}, check_bad_report},
+      {{"report that is not a value of `Report`", "refused, `kBadReport`"}, check_bad_report},
       {{"in_contact, and no room for hits", "complete: with `kInContact` `kOk`, with `kHits` `kHitsOverflow`"},
        check_in_contact_without_room},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},
