@@ -255,7 +255,8 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
 }  // namespace
 
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine) {
-  const Nodes nodes = frame.policies.strategy == Strategy::kExactAll ? Nodes::kPosed : Nodes::kLeaves;
+  const bool needs_bounds = frame.policies.strategy != Strategy::kExactAll;
+  const Nodes nodes = needs_bounds ? Nodes::kLeaves : Nodes::kPosed;
   for (const BatchInput& input : inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
@@ -266,6 +267,7 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
         prefetch_pose(batch, i);
       batch.live[tile] = static_cast<std::uint16_t>(update_and_flag_tile(
           frame, {&batch, instances_of(batch, tile), nodes, worker.boxes.data, worker.bounds.data}, worker));
+      if (!needs_bounds) return;
       if (!is_axis_aligned(frame.policies.refit))
         frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
       bound_instances(frame.kernels, batch, tile, worker.bounds.data, worker.histogram);
@@ -277,7 +279,7 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
 
 void pair_characters(const FrameContext& frame, Engine& engine, HitSink& sink) {
   constexpr std::uint32_t kFramesInKeyOrder = 16;  // frames to pair in key order after hits did not fit into the store
-  if (frame.policies.strategy == Strategy::kExactAll) {  // tests all pairs, so the grid is not used
+  if (frame.policies.strategy == Strategy::kExactAll) {  // tests all pairs, so the grid is empty
     pair_in_key_order(frame, engine, sink);
     return;
   }

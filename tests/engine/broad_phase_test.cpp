@@ -316,3 +316,14 @@ TEST_CASE("every instance of a crowd in one place is paired with every other") {
   world.rules = {{{2}, {2}, Pairing::kBetween}};
   CHECK(run_world(world).hits.size() == 780);
 }
+
+TEST_CASE("exact_all puts nothing into the grid, whether a refit makes oriented or axis-aligned boxes") {
+  const World world = two_cubes({{1, 2, 3}}, 1.0, BatchKind::kCharacters);
+  const EnginePtr engine = make_engine_for(world);
+  for (const Refit refit : {Refit::kCab, Refit::kAabbHull, Refit::kAabbVertices}) {
+    CHECK(run_on(*engine, world, {refit, Strategy::kTree}).hits.size() == 1);
+    CHECK(engine->broad_phase.grid.count == 2);
+    CHECK(run_on(*engine, world, {refit, Strategy::kExactAll}).hits.size() == 1);
+    CHECK(engine->broad_phase.grid.count == 0);
+  }
+}
