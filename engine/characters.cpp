@@ -256,7 +256,7 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
 
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine) {
   const bool needs_bounds = frame.policies.strategy != Strategy::kExactAll;
-  const Nodes nodes = needs_bounds ? Nodes::kLeaves : Nodes::kPosed;
+  const RefitScope scope = needs_bounds ? RefitScope::kLeaves : RefitScope::kNone;
   for (const BatchInput& input : inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
@@ -266,7 +266,7 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
       for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
         prefetch_pose(batch, i);
       batch.live[tile] = static_cast<std::uint16_t>(update_and_flag_tile(
-          frame, {&batch, instances_of(batch, tile), nodes, worker.boxes.data, worker.bounds.data}, worker));
+          frame, {&batch, instances_of(batch, tile), scope, worker.boxes.data, worker.bounds.data}, worker));
       if (!needs_bounds) return;
       if (!is_axis_aligned(frame.policies.refit))
         frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
