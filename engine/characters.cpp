@@ -271,8 +271,8 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
       if (!is_axis_aligned(frame.policies.refit))
         frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
       bound_instances(frame.kernels, batch, tile, worker.bounds.data, worker.histogram);
-      std::fill_n(batch.stored.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
-                  StoredHits{});
+      std::fill_n(batch.hit_chains.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
+                  HitChain{});
     });
   }
 }

@@ -143,7 +143,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
-      batch.stored = slot->arena.allocate<StoredHits>(desc.instance_count);
+      batch.hit_chains = slot->arena.allocate<HitChain>(desc.instance_count);
       batch.stored_before =
           slot->arena.allocate<std::size_t>((desc.instance_count + kWrittenPerTask - 1) / kWrittenPerTask);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
