@@ -1,4 +1,4 @@
-// The broad phase: distance never hides a touching pair, however far out in the world it stands.
+// The broad phase: it never loses a touching pair, however far the pair is from the world's origin.
 #include "engine/engine.h"
 #include "perf/oracle/random_world.h"
 
@@ -134,7 +134,7 @@ TEST_CASE("a long line of characters meets only its neighbours, each once") {
 
 namespace {
 
-// Balls of cubes: n single boxes of the given half widths at the given places.
+// Characters of one cube each, with the given half widths at the given places.
 World cubes_at(const std::vector<oracle::Vec3<double>>& places, const std::vector<float>& halves) {
   World world;
   std::vector<float> sizes = halves;
@@ -158,7 +158,7 @@ World cubes_at(const std::vector<oracle::Vec3<double>>& places, const std::vecto
   return world;
 }
 
-// Pairs of cubes that overlap, one by one in double.
+// The pairs of cubes that overlap: each pair is compared in double.
 std::size_t overlapping_cubes(const World& world) {
   std::vector<std::pair<oracle::Vec3<double>, double>> all;
   for (const Member& member : world.members)
@@ -255,7 +255,7 @@ TEST_CASE("an instance with more partners than a worker lists at a time meets ea
   std::vector<oracle::Vec3<double>> places(n + 1);
   std::vector<float> halves(n, 0.001f);
   for (std::uint32_t i = 0; i < n; ++i) places[i] = {{0.01 * (i % 80), 0.01 * (i / 80), 0}};
-  halves.push_back(1000);  // one ground under all
+  halves.push_back(1000);  // one ground below all others
   World world = cubes_at(places, halves);
   std::swap(world.members[0], world.members[1]);
   world.rules = {{{1}, {2}, Pairing::kBetween}};

@@ -1,4 +1,4 @@
-// Which instances touch anything: the same answer from a frame of hits and from one that asks for nothing else.
+// Which instances touch anything: a frame with hits and a frame with Report::kInContact give the same answer.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// Layers: which instances may meet, against a judge that asks bit by bit.
+// Layers: which instances may be paired, against a judge that compares bit by bit.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -11,7 +11,7 @@ using namespace cab::oracle;
 constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute,
                                     Strategy::kExactAll};
 
-// The hits of a frame without layers, those dropped whose instances do not see each other.
+// The hits of a frame without layers, except those of instances whose layers and masks do not match.
 std::vector<Hit> seen_by_both(const World& world, std::vector<Hit> hits) {
   const auto blind = [&](const Hit& hit) {
     const Member &a = world.members[hit.batch_a.value - 1], &b = world.members[hit.batch_b.value - 1];
