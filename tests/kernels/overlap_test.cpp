@@ -1,4 +1,4 @@
-// The overlap test against an exact judge: no overlapping pair is lost, each axis does its work.
+// The overlap test against an exact judge: no overlapping pair is lost, and each axis separates its boxes.
 #include "kernels/descend_tiles.h"
 #include "kernels/gather_pairs.h"
 #include "layout/error_bounds.h"
@@ -79,7 +79,7 @@ bool zero_shift(const Pairs& pairs) {
   return true;
 }
 
-// A pose that one axis alone separates, in all lanes.
+// A pose that only one axis separates, in all lanes.
 Pairs separated_along(std::size_t axis) {
   Pairs pairs;
   for (auto& pair : pairs.pair) pair = oracle::separating_axis_pose(axis);
