@@ -6,7 +6,7 @@
 
 namespace cab::tests {
 
-// Bends by these degrees a frame, so that figures with different phases touch in some frames and not in others.
+// Bends by these degrees per frame, so that figures with different phases touch in some frames and not in others.
 struct MadeMotion {
   int frames = 40;
   int phase = 0;           // shifts all bends
