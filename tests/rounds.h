@@ -10,8 +10,8 @@
 
 namespace cab::tests {
 
-// The number above 0 in an environment variable, after `prefix`. `otherwise` if it is not set
-// or empty. Throws for any other text.
+// The number above 0 in an environment variable, after `prefix`. `otherwise` if it is not set or
+// empty. Throws for any other text.
 inline std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise,
                                              const std::string& prefix = "") {
   const char* const text = std::getenv(name);

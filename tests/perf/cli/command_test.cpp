@@ -408,8 +408,8 @@ TEST_CASE("--self says which pairs of links are masked and why, and loses the hi
         for_rest_alone += at_rest_alone.size();
         CHECK(self["masked_count"] == masked[name].size());
         CHECK(counts["joint"] == 10);
-        // Ten joints. Two joints apart are: three pairs of children of the hips, three of the chest, the three children of
-        // the chest with the hips, and each of the four lower limbs with the parent of the upper limb.
+        // Ten joints. Two joints apart are: three pairs of children of the hips, three of the chest, the three children
+        // of the chest with the hips, and each of the four lower limbs with the parent of the upper limb.
         CHECK(counts["hops"] == (hops == 1 ? 10 : 10 + 3 + 3 + 3 + 4));
         for (const std::string& row : plain)
           if (const Words fields = split(row); fields[0] == std::to_string(rest) && fields[1] == name)
