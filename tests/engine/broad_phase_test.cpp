@@ -88,8 +88,7 @@ TEST_CASE("cubes face on face touch even where the step from one double to the n
   }
 }
 
-TEST_CASE(
-    "the broad phase rejects no pair that the leaf test accepts: characters as frames, about the edge of touching") {
+TEST_CASE("the broad phase rejects no pair that the leaf test accepts: characters as frames, at the edge of touching") {
   for (const double out : {0.0, 1e7, 1e9}) {
     std::size_t hits = 0;
     for (int i = 0; i < 400; ++i) {
@@ -110,7 +109,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a long line of characters meets only its neighbours, each once") {
+TEST_CASE("in a long line each character is paired only with its neighbours, once each") {
   World world = two_cubes({}, 0, BatchKind::kCharacters);
   world.members.pop_back();
   Poses& poses = world.members[0].poses;
@@ -231,7 +230,7 @@ TEST_CASE(
   CHECK(hits > 10'000);
 }
 
-TEST_CASE("one giant among small ones meets exactly those under it, whether it is given first or last") {
+TEST_CASE("a giant among small ones is paired with exactly those under it, whether it is given first or last") {
   for (const bool giant_first : {false, true}) {
     std::vector<oracle::Vec3<double>> places;
     std::vector<float> halves;
@@ -250,7 +249,7 @@ TEST_CASE("one giant among small ones meets exactly those under it, whether it i
   }
 }
 
-TEST_CASE("an instance with more partners than a worker lists at a time meets each once") {
+TEST_CASE("an instance with more partners than a worker lists at a time is paired with each once") {
   const std::uint32_t n = 3 * kPartnerCapacity / 2;
   std::vector<oracle::Vec3<double>> places(n + 1);
   std::vector<float> halves(n, 0.001f);

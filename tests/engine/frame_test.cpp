@@ -75,7 +75,7 @@ TEST_CASE("sequences: tree and brute report the same, lose no touching pair and 
   CHECK(hits > 10000);
 }
 
-TEST_CASE("characters and sequences share a frame without meeting each other") {
+TEST_CASE("characters and sequences share a frame and are not paired with each other") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -108,7 +108,7 @@ TEST_CASE("a sequence of one frame has the hits and counts of the same instance 
   }
 }
 
-TEST_CASE("a batch of one frame meets every frame as if it were given for each") {
+TEST_CASE("a sequence of one frame is paired with every frame, as if it were given for each") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -213,7 +213,7 @@ TEST_CASE("an engine keeps nothing of a frame: the same frame after another one 
   CHECK(same_counts(before.stats, after.stats));
 }
 
-TEST_CASE("a masked instance that meets every frame of a sequence takes no part in any, whoever computes it") {
+TEST_CASE("a masked sequence of one frame takes no part in any frame, by every strategy") {
   Random random(4);
   World world;
   for (const std::uint32_t instances : {1u, 33u, 33u})  // a sequence of one frame is posed once for all frames
@@ -238,7 +238,7 @@ TEST_CASE("a masked instance that meets every frame of a sequence takes no part 
 
 // 150 candidates of 19 and 23 leaves have 65 550 leaf pairs, 14 more than a worker lists at a time. Rows write up to
 // sixteen pairs past the last one.
-TEST_CASE("candidates whose leaf pairs fill a worker's list all but a few places lose none and invent none") {
+TEST_CASE("candidates whose leaf pairs nearly fill a worker's list lose no pair and invent no pair") {
   World world;
   for (const auto& [leaves, instances] : {std::pair{19u, 10u}, std::pair{23u, 15u}}) {
     Rig rig;

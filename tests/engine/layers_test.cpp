@@ -24,7 +24,7 @@ std::vector<Hit> seen_by_both(const World& world, std::vector<Hit> hits) {
 
 }  // namespace
 
-TEST_CASE("layers drop the hits of instances that do not see each other, and no other, whoever computes them") {
+TEST_CASE("layers drop the hits of instances whose layers do not match, and no other, for every way to compute them") {
   std::size_t kept = 0, dropped = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     CAPTURE(seed);

@@ -106,7 +106,7 @@ TEST_CASE("links whose leaves are apart list nothing") {
 
 // The predicate rounds differently with its operands exchanged, so that within its slack the two orders may disagree.
 TEST_CASE(
-    "within an instance links hand the predicate its operands in brute's order, so both turn at the same distance") {
+    "within an instance links give the predicate its operands in brute's order, so both turn at the same distance") {
   std::size_t turns = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);

@@ -83,7 +83,7 @@ TEST_CASE("the judge of distances knows faces, edges and corners") {
   CHECK(box_distance(cube, cube, {{0.9L, 0, 0}}) == 0);
 }
 
-TEST_CASE("no pair is lost that is no farther apart than the margin, whoever computes it, and few are invented") {
+TEST_CASE("no pair within the margin is lost, for every way to compute it, and few are invented") {
   std::size_t near = 0, touching = 0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     CAPTURE(seed);
@@ -124,7 +124,7 @@ TEST_CASE("cubes a quarter apart are near by a margin of a quarter, near and far
           }
 }
 
-TEST_CASE("by shapes no pair is lost that is no farther apart, and none is reported that is clearly farther") {
+TEST_CASE("by shapes no pair within the margin is lost, and no pair is reported that is clearly farther apart") {
   // The axes of a leaf box are floats, and FCL gets them orthonormal. An error of 4 u each turns a box by less.
   constexpr double kAxes = 0x1p-21;
   constexpr double kBeyond = 1e-6;  // of sizes and margin; worst measured 3.4e-8

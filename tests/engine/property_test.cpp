@@ -463,7 +463,7 @@ TEST_CASE("every rule has the hits and counts that it has alone") {
   if (whole) CHECK(hits > 10000);
 }
 
-TEST_CASE("the links of one instance meet as those of two copies in one place do, ignored pairs apart") {
+TEST_CASE("the links of one instance touch as those of two copies in one place do, except for ignored pairs") {
   std::size_t hits = 0, ignored = 0;
   const bool whole = for_seeds(150, [&](Random& random) {
     Member member;

@@ -219,7 +219,7 @@ TEST_CASE("a frame with no hit needs no buffer") {
   CHECK(prepared.job.hit_count == 0);
 }
 
-TEST_CASE("one hit a link pair, with the lowest leaves that touch") {
+TEST_CASE("one hit per link pair, with the lowest leaves that touch") {
   World world;
   // Link 0 carries leaves 1, 3, 4, link 1 leaves 0, 2, 5. Boxes are 1.2 wide.
   Rig rig =

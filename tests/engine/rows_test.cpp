@@ -110,7 +110,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("hits stand in their order without a sort, whoever ran the tasks and however little a worker keeps") {
+TEST_CASE("hits are in order for any number of workers, also where a worker keeps fewer hits than a task has") {
   Random random(5);
   World world = random_crowd(random, 12, 0.4, false);  // crowded: more hits per task than a worker keeps
   for (Member& member : world.members)

@@ -231,7 +231,7 @@ TEST_CASE("when all are masked there are no hits, and when a table is masked it 
   }
 }
 
-TEST_CASE("masked frames of a sequence meet nobody, and the other frames of the tile are as before") {
+TEST_CASE("masked frames of a sequence are in no hit, and the other frames of the tile are as before") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     Random random(seed);

@@ -141,7 +141,7 @@ TEST_CASE("each of the fifteen axes alone separates the pose made for it") {
 }
 
 // In the order of oracle::separating_axis_pose the six faces come first.
-TEST_CASE("the six faces alone separate what they separate, and none of the poses that only edges do") {
+TEST_CASE("the six faces alone separate their own poses, and no pose that only edges separate") {
   for (std::size_t axis = 0; axis < oracle::kSeparatingAxisCount; ++axis) {
     const Pairs pairs = separated_along(axis);
     for (const kernel::KernelTable* kernels : available_kernels()) {

@@ -509,7 +509,7 @@ TEST_CASE("the given offset counts, not the centres, down to what only Quad can 
   CHECK_FALSE(judge_overlap(cube, cube, apart).overlap);
 }
 
-TEST_CASE("segments, plates and points meet where they should") {
+TEST_CASE("segments, plates and points overlap where they should") {
   const auto plate = aligned_box<float>({{0.0f, 0.0f, 0.0f}}, {{1.0f, 1.0f, 0.0f}});
   const auto across = aligned_box<float>({{0.5f, 0.5f, 1.0f}}, {{0.0f, 0.0f, 1.0f}});
   const auto above = aligned_box<float>({{0.5f, 0.5f, 1.125f}}, {{0.0f, 0.0f, 1.0f}});

@@ -218,7 +218,7 @@ TEST_CASE("cab sweep FILE... ends with policies to paste, whose names and meanin
     }
 }
 
-TEST_CASE("the front has who is fast with few false positives, and nobody who misses a hit") {
+TEST_CASE("the front has the cells that are fast with few false positives, and no cell that misses a hit") {
   CHECK(fronts({made_cell(2, 5, 0), made_cell(1, 9, 0), made_cell(3, 5, 0), made_cell(4, 0, 0)}) ==
         std::vector<bool>{true, true, false, true});
   CHECK(fronts({made_cell(2, 5, 0), made_cell(1, 0, 1)}) == std::vector<bool>{true, false});
