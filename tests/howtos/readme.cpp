@@ -21,7 +21,7 @@ static void check(cab::Status status) {
 
 static cab::Status run(cab::Engine* engine, cab::BatchId crowd, const float* poses, const double* origins,
                        cab::Hit* hits, std::size_t hit_capacity) {
-#include "readme_snippet.inl"
+#include "tests/howtos/readme_snippet.inl"
   return status;
 }
 
