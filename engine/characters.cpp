@@ -1,4 +1,4 @@
-// Steps 1 to 6 of a frame for characters: bounds, gathering of candidates, and the order in which tasks pair instances.
+// Steps 1 to 6 of a frame for characters: bounds, collecting candidates, and the order in which tasks pair instances.
 #include "engine/characters.h"
 
 #include "engine/broad_phase/broad_phase.h"
@@ -66,7 +66,7 @@ std::uint32_t candidates_at_once(const FrameContext& frame, const Worker& worker
   return end;
 }
 
-// Steps 3 to 6 for the candidates that a worker has gathered. Empties the list and the sets afterwards.
+// Steps 3 to 6 for the candidates that a worker has collected. Empties the list and the sets afterwards.
 void test_candidates(const FrameContext& frame, Worker& worker, HitSink& sink) {
   if (worker.candidates.empty()) return;
   worker.stats.candidates += worker.candidates.size;
@@ -103,7 +103,7 @@ struct PlacedInstance {
 };
 
 // The candidates of one task. They are tested whenever the worker's list or its set of posed instances is full.
-struct Gathering {
+struct CandidateCollector {
   const FrameContext& frame;
   Worker& worker;
   HitSink& sink;
@@ -122,14 +122,14 @@ struct Gathering {
   }
 };
 
-// Gathers all candidates with `one` as instance a: with itself, then with its partners of higher keys in the order of
+// Collects all candidates with `one` as instance a: with itself, then with its partners of higher keys in the order of
 // keys.
-void gather_in_key_order(Gathering& gathering, const PlacedInstance& one) {
-  const FrameContext& frame = gathering.frame;
+void collect_in_key_order(CandidateCollector& collector, const PlacedInstance& one) {
+  const FrameContext& frame = collector.frame;
   const InstanceBatch& batch = frame.batch(one.batch);
-  if (batch.pairs_within) gathering.add(one, one);
+  if (batch.pairs_within) collector.add(one, one);
   if (!batch.pairs_between) return;
-  FixedList<Partner>& partners = gathering.worker.partners;
+  FixedList<Partner>& partners = collector.worker.partners;
   std::uint64_t after = instance_key(one.batch, one.instance);
   const bool all = frame.policies.strategy == Strategy::kExactAll;
   for (bool complete = false; !complete;) {
@@ -141,30 +141,30 @@ void gather_in_key_order(Gathering& gathering, const PlacedInstance& one) {
       if (!layers_match(batch, one.instance, other, instance)) continue;
       const Placement placement =
           partner.entry == kNoEntry ? placement_of(other, instance) : frame.broad_phase.grid.placements[partner.entry];
-      gathering.add(one, {index, instance, placement});
+      collector.add(one, {index, instance, placement});
     }
     if (!complete) after = partners.data[partners.size - 1].key;
   }
 }
 
-// Gathers the candidates that a grid entry reports: its instance with itself, and with the instances that
+// Collects the candidates that a grid entry reports: its instance with itself, and with the instances that
 // for_each_later finds.
-void gather_in_spatial_order(Gathering& gathering, std::uint32_t entry) {
-  const FrameContext& frame = gathering.frame;
+void collect_in_spatial_order(CandidateCollector& collector, std::uint32_t entry) {
+  const FrameContext& frame = collector.frame;
   const Grid& grid = frame.broad_phase.grid;
   const auto placed = [&grid](std::uint32_t at) {
     return PlacedInstance{grid.entries[at].batch, grid.entries[at].instance, grid.placements[at]};
   };
   const PlacedInstance one = placed(entry);
   const InstanceBatch& batch = frame.batch(one.batch);
-  if (batch.pairs_within) gathering.add(one, one);
+  if (batch.pairs_within) collector.add(one, one);
   for_each_later(frame, entry, [&](std::uint32_t other_entry) {
     const PlacedInstance other = placed(other_entry);
     if (!layers_match(batch, one.instance, frame.batch(other.batch), other.instance)) return;
     if (instance_key(one.batch, one.instance) < instance_key(other.batch, other.instance))
-      gathering.add(one, other);
+      collector.add(one, other);
     else
-      gathering.add(other, one);
+      collector.add(other, one);
   });
 }
 
@@ -173,30 +173,30 @@ constexpr std::uint32_t kInstancesPerTask = 128;
 
 std::uint32_t task_count(std::uint32_t instances) { return (instances + kInstancesPerTask - 1) / kInstancesPerTask; }
 
-// Gathers all candidates of the live instances of one task, in key order: kInstancesPerTask consecutive instances of
+// Collects all candidates of the live instances of one task, in key order: kInstancesPerTask consecutive instances of
 // the batch `index`, from run * kInstancesPerTask on.
-void gather_run(Gathering& gathering, std::uint32_t index, std::uint32_t run) {
-  const InstanceBatch& batch = gathering.frame.batch(index);
+void collect_run(CandidateCollector& collector, std::uint32_t index, std::uint32_t run) {
+  const InstanceBatch& batch = collector.frame.batch(index);
   const std::uint32_t first = run * kInstancesPerTask;
   for (std::uint32_t i = first; i < std::min(batch.instance_count, first + kInstancesPerTask); ++i) {
     if (!(batch.live[i / kLanes] >> (i % kLanes) & 1)) continue;
     const Placement placement = placement_of(batch, i);
-    gather_in_key_order(gathering, {index, i, placement});
+    collect_in_key_order(collector, {index, i, placement});
   }
 }
 
-// Runs one task: gather(gathering) adds its candidates, and the last ones are tested at its end. Time outside of steps
+// Runs one task: collect(collector) adds its candidates, and the last ones are tested at its end. Time outside of steps
 // 3 to 6 counts as broad phase.
-template <class Gather>
-void run_task(const FrameContext& frame, std::uint32_t task, Worker& worker, HitSink& sink, Gather&& gather) {
+template <class Collect>
+void run_task(const FrameContext& frame, std::uint32_t task, Worker& worker, HitSink& sink, Collect&& collect) {
   worker.task = task;
   const Clock::time_point start = Clock::now();
   const auto others = [&worker] {
     return worker.stats.seconds_update + worker.stats.seconds_test + worker.stats.seconds_query;
   };
   const double before = others();
-  Gathering gathering = {frame, worker, sink};
-  gather(gathering);
+  CandidateCollector collector = {frame, worker, sink};
+  collect(collector);
   test_candidates(frame, worker, sink);
   worker.stats.seconds_broad += seconds_since(start) - (others() - before);
 }
@@ -216,7 +216,7 @@ void pair_in_key_order(const FrameContext& frame, Engine& engine, HitSink& sink)
     const std::uint32_t index = static_cast<std::uint32_t>(above - engine.batches.begin()) - 1;
     const std::uint32_t run = task - frame.batch(index).first_task;
     Worker& worker = engine.pool[w];
-    run_task(frame, task, worker, sink, [&](Gathering& gathering) { gather_run(gathering, index, run); });
+    run_task(frame, task, worker, sink, [&](CandidateCollector& collector) { collect_run(collector, index, run); });
     finish_task(worker, sink);
   });
 }
@@ -230,10 +230,10 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
   const std::uint32_t entries = frame.broad_phase.grid.count;
   pool.tasks->for_each(task_count(entries), [&](std::uint32_t task, std::uint32_t w) {
     if (sink.store_full) return;
-    run_task(frame, task, pool[w], sink, [&](Gathering& gathering) {
+    run_task(frame, task, pool[w], sink, [&](CandidateCollector& collector) {
       const std::uint32_t end = std::min(entries, (task + 1) * kInstancesPerTask);
       for (std::uint32_t entry = task * kInstancesPerTask; entry < end; ++entry)
-        gather_in_spatial_order(gathering, entry);
+        collect_in_spatial_order(collector, entry);
     });
     store_groups(frame, pool[w], sink);
   });
@@ -242,7 +242,7 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
     if (!batch.pairs_within || batch.pairs_between) continue;  // its instances are in the grid, or in no rule
     pool.tasks->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
       if (sink.store_full) return;
-      run_task(frame, task, pool[w], sink, [&](Gathering& gathering) { gather_run(gathering, index, task); });
+      run_task(frame, task, pool[w], sink, [&](CandidateCollector& collector) { collect_run(collector, index, task); });
       store_groups(frame, pool[w], sink);
     });
   }
@@ -258,7 +258,8 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
 }  // namespace
 
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine) {
-  const Nodes nodes = frame.policies.strategy == Strategy::kExactAll ? Nodes::kPosed : Nodes::kLeaves;
+  const bool needs_bounds = frame.policies.strategy != Strategy::kExactAll;
+  const RefitScope scope = needs_bounds ? RefitScope::kLeaves : RefitScope::kNone;
   for (const BatchInput& input : inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
@@ -268,19 +269,20 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
       for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
         prefetch_pose(batch, i);
       batch.live[tile] = static_cast<std::uint16_t>(update_and_flag_tile(
-          frame, {&batch, instances_of(batch, tile), nodes, worker.boxes.data, worker.bounds.data}, worker));
+          frame, {&batch, instances_of(batch, tile), scope, worker.boxes.data, worker.bounds.data}, worker));
+      if (!needs_bounds) return;
       if (!is_axis_aligned(frame.policies.refit))
         frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
       bound_instances(frame.kernels, batch, tile, worker.bounds.data, worker.histogram);
-      std::fill_n(batch.stored.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
-                  StoredHits{});
+      std::fill_n(batch.hit_chains.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
+                  HitChain{});
     });
   }
 }
 
 void pair_characters(const FrameContext& frame, Engine& engine, HitSink& sink) {
   constexpr std::uint32_t kFramesInKeyOrder = 16;  // frames to pair in key order after hits did not fit into the store
-  if (frame.policies.strategy == Strategy::kExactAll) {  // tests all pairs, so the grid is not used
+  if (frame.policies.strategy == Strategy::kExactAll) {  // tests all pairs, so the grid is empty
     pair_in_key_order(frame, engine, sink);
     return;
   }

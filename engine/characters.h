@@ -6,8 +6,9 @@
 
 namespace cab {
 
-// Step 1: poses the leaf boxes of every instance of the inputs' character batches. Stores the world bounds of each
-// instance and whether it is live (not masked), writes the caller's flags, and fills the histograms for the grid.
+// Step 1: poses the leaf boxes of every instance of the inputs' character batches. Stores whether each instance is live
+// (not masked), and writes the caller's flags. Stores the world bounds of each instance and fills the histograms for
+// the grid. Strategy::kExactAll needs neither bounds nor grid, so it makes no bounds and the grid stays empty.
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine);
 
 // Steps 2 to 6, given the built grid: finds candidates, poses them again, tests their boxes, runs the exact test and

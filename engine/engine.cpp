@@ -145,7 +145,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
-      batch.stored = slot->arena.allocate<StoredHits>(desc.instance_count);
+      batch.hit_chains = slot->arena.allocate<HitChain>(desc.instance_count);
       batch.stored_before =
           slot->arena.allocate<std::size_t>((desc.instance_count + kWrittenPerTask - 1) / kWrittenPerTask);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
@@ -176,7 +176,8 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   const bool axis_aligned = is_axis_aligned(policies.refit);
   for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
     const std::uint32_t live = update_and_flag_tile(
-        frame, {&batch, instances_of(batch, tile), Nodes::kAll, worker.boxes.data, worker.bounds.data}, worker);
+        frame, {&batch, instances_of(batch, tile), RefitScope::kAllNodes, worker.boxes.data, worker.bounds.data},
+        worker);
     for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
       Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {

@@ -33,13 +33,13 @@ std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t 
   const auto key = [store](std::uint32_t group) {
     return instance_key(store[group + kBatchB], store[group + kInstanceB]);
   };
-  while (x != StoredHits::kNone && y != StoredHits::kNone) {
+  while (x != HitChain::kEnd && y != HitChain::kEnd) {
     std::uint32_t& lower = key(x) < key(y) ? x : y;
     *link = lower;
     link = &store[lower + kNext];
     lower = *link;
   }
-  *link = x != StoredHits::kNone ? x : y;
+  *link = x != HitChain::kEnd ? x : y;
   return first;
 }
 
@@ -48,19 +48,19 @@ std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t 
 std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
   constexpr std::uint32_t kChains = 32;
   std::uint32_t chain[kChains], chains = 0;
-  while (head != StoredHits::kNone) {
+  while (head != HitChain::kEnd) {
     std::uint32_t carried = head;
     head = store[carried + kNext];
-    store[carried + kNext] = StoredHits::kNone;
+    store[carried + kNext] = HitChain::kEnd;
     std::uint32_t k = 0;
-    for (; k < chains && chain[k] != StoredHits::kNone; ++k) {
+    for (; k < chains && chain[k] != HitChain::kEnd; ++k) {
       carried = merge_chains(store, chain[k], carried);
-      chain[k] = StoredHits::kNone;
+      chain[k] = HitChain::kEnd;
     }
     if (k == chains) ++chains;
     chain[k] = carried;
   }
-  std::uint32_t sorted = StoredHits::kNone;
+  std::uint32_t sorted = HitChain::kEnd;
   for (std::uint32_t k = 0; k < chains; ++k) sorted = merge_chains(store, chain[k], sorted);
   return sorted;
 }
@@ -70,7 +70,7 @@ void write_hits(const FrameContext& frame, std::uint32_t index, std::uint32_t in
                 Span<Hit> room) {
   const InstanceBatch& a = frame.batch(index);
   std::size_t at = 0;
-  for (std::uint32_t group = sort_chain(store.data, a.stored[instance].head); at < room.size;
+  for (std::uint32_t group = sort_chain(store.data, a.hit_chains[instance].head); at < room.size;
        group = store[group + kNext]) {
     const std::uint32_t* from = store.data + group;
     const std::uint32_t batch_b = from[kBatchB], instance_b = from[kInstanceB], count = from[kHits];
@@ -96,7 +96,7 @@ void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafP
                     [&end](const LinkedPair& pair) { *end++ = std::uint32_t{pair.leaf_a} << 16 | pair.leaf_b; });
   const auto hits = static_cast<std::uint32_t>(end - head) - kGroupHead;
   if (hits == 0) return;
-  head[kNext] = StoredHits::kNone;
+  head[kNext] = HitChain::kEnd;
   head[kBatchA] = candidate.batch_a;
   head[kInstanceA] = candidate.instance_a;
   head[kBatchB] = candidate.batch_b;
@@ -117,9 +117,9 @@ void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
   std::uint32_t* const to = sink.store->words.data + at;
   std::copy(words.begin(), words.end(), to);
   for (std::uint32_t group = 0; group < words.size; group += kGroupHead + to[group + kHits]) {
-    StoredHits& stored = frame.batch(to[group + kBatchA]).stored[to[group + kInstanceA]];
-    to[group + kNext] = __atomic_exchange_n(&stored.head, static_cast<std::uint32_t>(at + group), __ATOMIC_RELAXED);
-    __atomic_fetch_add(&stored.count, to[group + kHits], __ATOMIC_RELAXED);
+    HitChain& chain = frame.batch(to[group + kBatchA]).hit_chains[to[group + kInstanceA]];
+    to[group + kNext] = __atomic_exchange_n(&chain.head, static_cast<std::uint32_t>(at + group), __ATOMIC_RELAXED);
+    __atomic_fetch_add(&chain.count, to[group + kHits], __ATOMIC_RELAXED);
   }
   words.clear();
 }
@@ -139,7 +139,7 @@ void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sin
     };
     pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t) {
       std::uint32_t count = 0;
-      run(task, [&](std::uint32_t i) { count += batch.stored[i].count; });
+      run(task, [&](std::uint32_t i) { count += batch.hit_chains[i].count; });
       batch.stored_before[task] = count;
     });
     for (std::uint32_t task = 0; task < tasks; ++task) {
@@ -152,8 +152,8 @@ void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sin
       std::size_t at = batch.stored_before[task];
       run(task, [&](std::uint32_t i) {
         const std::uint32_t ahead = std::min(i + kPrefetched, batch.instance_count - 1);
-        if (const StoredHits& next = batch.stored[ahead]; next.count) __builtin_prefetch(store.data + next.head);
-        const std::size_t count = batch.stored[i].count;
+        if (const HitChain& next = batch.hit_chains[ahead]; next.count) __builtin_prefetch(store.data + next.head);
+        const std::size_t count = batch.hit_chains[i].count;
         if (at < job.hits.size)
           write_hits(frame, index, i, store, {job.hits.data + at, std::min(count, job.hits.size - at)});
         at += count;

@@ -13,7 +13,7 @@ struct Worker;
 struct WorkerPool;
 
 // The hits of a frame in groups, one group per candidate. Groups with the same first instance form a chain, which
-// starts in its StoredHits.
+// starts in the HitChain of that instance.
 struct HitStore {
   Span<std::uint32_t> words;              // the groups one after the other (engine/hit_store.cpp)
   std::uint32_t frames_in_key_order = 0;  // how many of the next frames are paired in key order

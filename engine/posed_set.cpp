@@ -91,7 +91,7 @@ void pose_set(const FrameContext& frame, Worker& worker) {
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = frame.batch(tile.batch);
     const std::uint32_t leaves = batch.active->leaf_count;
-    update_tile(frame, {&batch, tile.instances, nodes_tested(policies.strategy), worker.boxes.data, worker.bounds.data},
+    update_tile(frame, {&batch, tile.instances, refit_scope(policies.strategy), worker.boxes.data, worker.bounds.data},
                 worker);
     if (is_axis_aligned(policies.refit))
       kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.instances.count, reinterpret_cast<AabbAos*>(tile.boxes),

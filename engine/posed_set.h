@@ -40,7 +40,7 @@ void begin_generation(std::uint32_t& generation, Span<Entry> entries) {
   generation = 1;
 }
 
-// The instances of the candidates that a worker has gathered, each once, and their boxes.
+// The instances of the candidates that a worker has collected, each once, and their boxes.
 struct PosedSet {
   FixedList<PosedTile> tiles;
   Span<std::uint32_t> open;      // by batch index: 1 + the index of its tile that has free lanes, 0 if none has

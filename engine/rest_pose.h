@@ -3,6 +3,7 @@
 
 #include "kernels/kernel_table.h"
 #include "layout/arena.h"
+#include "layout/articulation.h"
 
 namespace cab {
 

@@ -63,12 +63,12 @@ void mask_by_leaves(const FrameContext& frame, const InstanceBatch& batch, const
   std::copy(flags, flags + kLanes, pose.flags);
 }
 
-// Makes the nodes that tile.nodes names from the posed leaf boxes, by the refit policy.
+// Makes the nodes that tile.scope names from the posed leaf boxes, by the refit policy.
 void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::PoseTile& pose, Worker& worker) {
   const kernel::KernelTable& kernels = frame.kernels;
   const Articulation& articulation = *tile.batch->active;
   const std::size_t extents = static_cast<std::size_t>(frame.policies.extents);
-  const bool all = tile.nodes == Nodes::kAll;
+  const bool all = tile.scope == RefitScope::kAllNodes;
   if (frame.policies.refit == Refit::kAabbVertices) {
     const PosePad pad = kernel::pad_of(kernel::is_rotated(pose), pose.margin, 1);
     kernels.fit_vertices({&articulation, all ? articulation.node_count : articulation.leaf_count, worker.motions.data,
@@ -82,10 +82,19 @@ void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::Pose
   }
 }
 
-// Returns the bits of the lanes below `count` whose instances are not masked.
-std::uint32_t taking_part(const std::uint8_t (&flags)[kLanes], std::uint32_t count) {
+// Which boxes decide the flags: those that were posed, leaves or link boxes, or always the leaves.
+enum class FlagsOf : std::uint8_t { kPosedBoxes, kLeaves };
+
+// Poses the leaf boxes of a tile and makes the nodes that tile.scope names. Writes the flags of each lane, and returns
+// the bits of the lanes whose instances are not masked.
+std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, Worker& worker,
+                             std::uint8_t (&flags)[kLanes], FlagsOf flags_of) {
+  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags);
+  frame.kernels.pose_leaves(pose);
+  if (flags_of == FlagsOf::kLeaves) mask_by_leaves(frame, *tile.batch, pose);
+  if (tile.scope != RefitScope::kNone) refit(frame, tile, pose, worker);
   std::uint32_t out = 0;
-  for (std::uint32_t lane = 0; lane < count; ++lane)
+  for (std::uint32_t lane = 0; lane < tile.instances.count; ++lane)
     if (flags[lane] == kInstanceOk) out |= 1u << lane;
   return out;
 }
@@ -108,21 +117,13 @@ void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
 
 std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
   std::uint8_t flags[kLanes];
-  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags);
-  frame.kernels.pose_leaves(pose);
-  if (tile.nodes != Nodes::kPosed) refit(frame, tile, pose, worker);
-  return taking_part(flags, tile.instances.count);
+  return pose_and_refit(frame, tile, worker, flags, FlagsOf::kPosedBoxes);
 }
 
 std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
   std::uint8_t flags[kLanes];
-  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags);
-  frame.kernels.pose_leaves(pose);
-  mask_by_leaves(frame, *tile.batch, pose);
-  if (tile.nodes != Nodes::kPosed) refit(frame, tile, pose, worker);
-
+  const std::uint32_t out = pose_and_refit(frame, tile, worker, flags, FlagsOf::kLeaves);
   const TileInstances& instances = tile.instances;
-  const std::uint32_t out = taking_part(flags, instances.count);
   const Span<std::uint8_t> reported = tile.batch->input->flags;
   if (!reported.empty())
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) reported[instances.instance[lane]] = flags[lane];

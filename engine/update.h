@@ -8,13 +8,15 @@ namespace cab {
 
 struct Worker;
 
-// How much of a hierarchy an update makes. kPosed: the posed leaf boxes. kLeaves: the leaves as the refit policy keeps
-// them, as boxes or as axis-aligned bounds. kAll: all nodes.
-enum class Nodes : std::uint8_t { kPosed, kLeaves, kAll };
+// How much of a hierarchy the refit policy makes from the posed leaf boxes. kNone: nothing. kLeaves: the leaves as the
+// policy keeps them, as boxes or as axis-aligned bounds. kAllNodes: all nodes.
+enum class RefitScope : std::uint8_t { kNone, kLeaves, kAllNodes };
 
-// The nodes that a strategy tests. kExactAll tests none; its leaves are posed to find the masked instances.
-inline Nodes nodes_tested(Strategy strategy) {
-  return strategy == Strategy::kExactAll ? Nodes::kPosed : strategy == Strategy::kTree ? Nodes::kAll : Nodes::kLeaves;
+// What a strategy tests. kExactAll tests no box; its leaves are posed to find the masked instances.
+inline RefitScope refit_scope(Strategy strategy) {
+  return strategy == Strategy::kExactAll ? RefitScope::kNone
+         : strategy == Strategy::kTree   ? RefitScope::kAllNodes
+                                         : RefitScope::kLeaves;
 }
 
 // One tile to update, and where its nodes go. An axis-aligned refit writes the nodes to `bounds`, and `boxes` receives
@@ -22,7 +24,7 @@ inline Nodes nodes_tested(Strategy strategy) {
 struct TileUpdate {
   const InstanceBatch* batch;  // bound to an input
   TileInstances instances;
-  Nodes nodes;
+  RefitScope scope;
   BoxTile* boxes;    // by node of the active articulation
   AabbTile* bounds;  // likewise
 };
@@ -33,8 +35,8 @@ TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile);
 // Prefetches the pose of an instance that is posed soon.
 void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance);
 
-// Poses the leaf boxes of a tile, padded for rounding and for the frame's margin, and makes the nodes that tile.nodes
-// names. Returns the bits of the lanes whose pose is valid.
+// Poses the leaf boxes of a tile, padded for rounding and for the frame's margin, and refits what tile.scope names.
+// Returns the bits of the lanes whose pose is valid.
 std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker);
 
 // The same for instances that were not posed in this call before: decides which of them are masked, writes the caller's

@@ -15,7 +15,7 @@
 
 namespace cab {
 
-// Most candidates that a worker gathers before it tests them, and most leaf pairs of the candidates that it tests
+// Most candidates that a worker collects before it tests them, and most leaf pairs of the candidates that it tests
 // together. A single candidate may have more leaf pairs.
 inline constexpr std::uint32_t kChunkCandidates = 256;
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
@@ -41,7 +41,7 @@ struct alignas(64) Worker {
   FixedList<TilePair> tile_found;   // sequences: overlapping leaf pairs of two tiles
   FixedList<LeafPair> found;        // overlapping leaf pairs, before the exact test
   Span<ConvexQueue> convex_queues;  // Exact::kConvex: by the kinds of a and b
-  FixedList<Candidate> candidates;  // gathered, and not tested yet
+  FixedList<Candidate> candidates;  // collected, and not tested yet
   PosedSet posed;                   // the instances of `candidates`
   PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap
   FixedList<LeafPair> link_pairs;   // strategy `links`: pairs of links whose boxes overlap

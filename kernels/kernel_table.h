@@ -1,10 +1,9 @@
 // The table of kernels of one instruction set. The files of kernels/rooms define the kernels; find_kernels.h chooses.
 #pragma once
 
-#include "layout/articulation.h"
 #include "layout/box_aos.h"
 #include "layout/grid_entry.h"
-#include "layout/pair_list.h"
+#include "layout/merge_program.h"
 #include "layout/tile.h"
 
 #include <cab/types.h>

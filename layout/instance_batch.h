@@ -26,10 +26,10 @@ struct Placement {
 
 // An instance's hits in the engine's store, until they are written in order. They are a chain of groups, one group for
 // each candidate whose first instance it is.
-struct StoredHits {
-  static constexpr std::uint32_t kNone = 0xffffffff;
-  std::uint32_t head = kNone;  // where the last added group begins
-  std::uint32_t count = 0;     // of hits
+struct HitChain {
+  static constexpr std::uint32_t kEnd = 0xffffffff;
+  std::uint32_t head = kEnd;  // where the last added group begins
+  std::uint32_t count = 0;    // of hits
 };
 
 struct InstanceBatch {
@@ -41,7 +41,7 @@ struct InstanceBatch {
   // Characters: all that is stored per instance. Boxes are made where they are tested.
   Span<InstanceBounds> bounds;
   Span<std::uint16_t> live;  // one word per tile, one bit per instance: set if it is not masked
-  Span<StoredHits> stored;
+  Span<HitChain> hit_chains;
   Span<std::size_t> stored_before;  // per task that writes hits: how many hits come before its own
 
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.

@@ -1,5 +1,7 @@
 #include "layout/link_bounds.h"
 
+#include "layout/arena.h"
+#include "layout/error_bounds.h"
 #include "layout/fit_box.h"
 
 #include <algorithm>

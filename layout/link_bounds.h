@@ -1,9 +1,7 @@
 // Link bounds, for articulations whose links carry several leaves: one box about all leaves of a link.
 #pragma once
 
-#include "layout/arena.h"
 #include "layout/articulation.h"
-#include "layout/error_bounds.h"
 #include "layout/tile.h"
 
 namespace cab {

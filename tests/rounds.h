@@ -1,5 +1,5 @@
-// How many rounds random tests run. CAB_TEST_ROUNDS=K runs K times as many as they run otherwise, CAB_TEST_ROUNDS=1/K
-// one in K, where each round is slow: sanitizers and emulators.
+// How many rounds random tests run. CAB_TEST_ROUNDS=K runs K times as many as usual. CAB_TEST_ROUNDS=1/K runs one in K,
+// for sanitizers and emulators, where each round is slow.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace cab::tests {
 
-// The number above 0 that a variable of the environment holds, behind `prefix`; `otherwise` where it holds nothing.
+// The number above 0 in an environment variable, after `prefix`. `otherwise` if it is not set or
+// empty. Throws for any other text.
 inline std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise,
                                              const std::string& prefix = "") {
   const char* const text = std::getenv(name);
@@ -22,7 +23,7 @@ inline std::uint64_t number_from_environment(const char* name, std::uint64_t oth
   return number;
 }
 
-// Rounds to run where `usual` are run without CAB_TEST_ROUNDS; at least one.
+// The number of rounds to run, at least one, for a test that runs `usual` rounds without CAB_TEST_ROUNDS.
 inline std::uint64_t rounds(std::uint64_t usual) {
   const char* const text = std::getenv("CAB_TEST_ROUNDS");
   if (text && std::string(text).rfind("1/", 0) == 0)

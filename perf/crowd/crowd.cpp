@@ -151,14 +151,16 @@ Spread phase_spread(const CrowdOptions& options, const CrowdRun& run, double Fra
   return spread_of(std::move(values));
 }
 
-double a_character(const CrowdRun& run, double whole) { return whole / run.character_count; }
+double per_character(const CrowdRun& run, double whole) { return whole / run.character_count; }
 
 // A sum over all frames, divided by the number of frames.
-double a_frame(const CrowdOptions& options, std::uint64_t sum) {
+double per_frame(const CrowdOptions& options, std::uint64_t sum) {
   return static_cast<double>(sum) / options.frame_count;
 }
 
-double pairs_in_first_frame(const CrowdRun& run) { return a_character(run, static_cast<double>(run.first.leaf_pairs)); }
+double pairs_in_first_frame(const CrowdRun& run) {
+  return per_character(run, static_cast<double>(run.first.leaf_pairs));
+}
 
 bool is_expected(const CrowdRun& run) {
   const double expected = run.scene->pairs_per_character;
@@ -190,7 +192,7 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
   add_time("frame", s);
   for (const Phase& phase : kPhases)
     add_time(std::string("  ") + phase.name, phase_spread(options, run, phase.seconds));
-  const auto ns = [&](double seconds) { return fixed(1e9 * a_character(run, seconds), 1); };
+  const auto ns = [&](double seconds) { return fixed(1e9 * per_character(run, seconds), 1); };
   const auto rate = [&](double seconds) { return fixed(run.character_count / seconds, 0); };
   times.add_row({"per character", ns(s.median), ns(s.least), ns(s.most), "ns"});
   times.add_row({"characters per second", rate(s.median), rate(s.most), rate(s.least)});
@@ -200,13 +202,13 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
   TextTable counts;
   counts.add_row({"", "per frame", "per character"});
   for (const Counted& counted : kCounts) {
-    const double count = a_frame(options, run.stats.*counted.count);
-    counts.add_row({counted.name, fixed(count, 1), fixed(a_character(run, count), 3)});
+    const double count = per_frame(options, run.stats.*counted.count);
+    counts.add_row({counted.name, fixed(count, 1), fixed(per_character(run, count), 3)});
   }
-  const double found = a_frame(options, options.in_contact ? run.in_contact : run.hits);
-  counts.add_row({options.in_contact ? "in_contact" : "hits", fixed(found, 1), fixed(a_character(run, found), 3)});
+  const double found = per_frame(options, options.in_contact ? run.in_contact : run.hits);
+  counts.add_row({options.in_contact ? "in_contact" : "hits", fixed(found, 1), fixed(per_character(run, found), 3)});
   counts.add_row({"engine's bytes", std::to_string(run.engine_bytes),
-                  fixed(a_character(run, static_cast<double>(run.engine_bytes)), 1)});
+                  fixed(per_character(run, static_cast<double>(run.engine_bytes)), 1)});
   counts.print(std::cout);
   if (options.in_contact) {
     std::cout << "\nhash of who is in contact in all frames: " << hex(run.hits_hash) << '\n';
@@ -242,20 +244,20 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   add_seconds("total_wall", frame_seconds);
   for (const Phase& phase : kPhases)
     add_seconds(std::string(phase.key) + "_thread", phase_spread(options, run, phase.seconds));
-  json["nanoseconds_a_character"] = 1e9 * a_character(run, frame_seconds.median);
-  json["characters_a_second"] = run.character_count / frame_seconds.median;
+  json["nanoseconds_per_character"] = 1e9 * per_character(run, frame_seconds.median);
+  json["characters_per_second"] = run.character_count / frame_seconds.median;
   json["engine_bytes"] = run.engine_bytes;
-  json["bytes_a_character"] = a_character(run, static_cast<double>(run.engine_bytes));
+  json["bytes_per_character"] = per_character(run, static_cast<double>(run.engine_bytes));
   for (const Counted& counted : kCounts) json[counted.key] = run.stats.*counted.count;
   json["report"] = options.in_contact ? "in_contact" : "hits";
   json["in_contact"] = options.in_contact ? Json(run.in_contact) : Json();
   json["hits"] = run.hits;
-  json["hits_a_character"] = a_character(run, a_frame(options, run.hits));
-  json["pairs_a_character"] = pairs_in_first_frame(run);
-  json["expected_pairs_a_character"] = Json();
+  json["hits_per_character"] = per_character(run, per_frame(options, run.hits));
+  json["pairs_per_character"] = pairs_in_first_frame(run);
+  json["expected_pairs_per_character"] = Json();
   json["pairs_as_expected"] = Json();
   if (run.scene->pairs_per_character > 0 && !options.in_contact) {
-    json["expected_pairs_a_character"] = run.scene->pairs_per_character;
+    json["expected_pairs_per_character"] = run.scene->pairs_per_character;
     json["pairs_as_expected"] = is_expected(run);
   }
   json["hits_hash"] = hex(run.hits_hash);

@@ -66,14 +66,14 @@ void put(BoxTile& tile, std::uint32_t lane, const fcl::OBBf& box) {
   }
 }
 
-BoxAos row_of(const fcl::OBBf& box) {
-  BoxAos row{};
+BoxAos to_aos(const fcl::OBBf& box) {
+  BoxAos out{};
   for (int c = 0; c < 3; ++c) {
-    row.center[c] = box.To[c];
-    row.half[c] = box.extent[c];
-    for (int k = 0; k < 3; ++k) row.axis[3 * k + c] = box.axis(c, k);
+    out.center[c] = box.To[c];
+    out.half[c] = box.extent[c];
+    for (int k = 0; k < 3; ++k) out.axis[3 * k + c] = box.axis(c, k);
   }
-  return row;
+  return out;
 }
 
 // Code to time: one round of `work` operations. answer is the result of the round. It keeps the compiler from leaving
@@ -189,7 +189,7 @@ struct OverlapWork {
     Random random(2);
     for (std::uint32_t i = 0; i < kBoxes; ++i) {
       fcl_boxes.push_back(random_box(random, 0.45f));
-      rows.push_back(row_of(fcl_boxes.back()));
+      boxes.push_back(to_aos(fcl_boxes.back()));
     }
   }
 
@@ -212,22 +212,22 @@ struct OverlapWork {
   }
 
   std::vector<fcl::OBBf> fcl_boxes;
-  std::vector<BoxAos> rows;
+  std::vector<BoxAos> boxes;
 };
 
-std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector<BoxAos>& rows,
+std::uint64_t count_overlaps(const kernel::KernelTable& table, const std::vector<BoxAos>& boxes,
                              const std::vector<Pair>& pairs) {
   std::uint64_t count = 0;
-  kernel::BoxPairs<BoxAos> hand;
-  hand.shift = nullptr;
-  hand.leaves = 0;
+  kernel::BoxPairs<BoxAos> block;
+  block.shift = nullptr;
+  block.leaves = 0;
   for (std::size_t i = 0; i < pairs.size(); i += kLanes) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      hand.a[lane] = &rows[pairs[i + lane].a];
-      hand.b[lane] = &rows[pairs[i + lane].b];
+      block.a[lane] = &boxes[pairs[i + lane].a];
+      block.b[lane] = &boxes[pairs[i + lane].b];
     }
     count += static_cast<std::uint64_t>(
-        __builtin_popcount(table.overlap_boxes[static_cast<std::size_t>(Sat::kAll15)](hand)));
+        __builtin_popcount(table.overlap_boxes[static_cast<std::size_t>(Sat::kAll15)](block)));
   }
   return count;
 }
@@ -251,7 +251,7 @@ void measure_overlap(const std::vector<const kernel::KernelTable*>& tables, std:
     for (const kernel::KernelTable* table : tables)
       contenders.push_back({std::string("cab ") + to_string(table->isa),
                             kPairs,
-                            [&work, &pairs, table] { return count_overlaps(*table, work.rows, pairs); },
+                            [&work, &pairs, table] { return count_overlaps(*table, work.boxes, pairs); },
                             {},
                             0});
     contenders.push_back({"FCL OBB<float>::overlap",

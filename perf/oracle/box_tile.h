@@ -27,14 +27,14 @@ inline OracleBox<float> get(const BoxTile& tile, std::uint32_t lane) {
 }
 
 // The box as a record.
-inline BoxAos row_of(const OracleBox<float>& box) {
-  BoxAos row{};
+inline BoxAos to_aos(const OracleBox<float>& box) {
+  BoxAos out{};
   for (std::size_t c = 0; c < 3; ++c) {
-    row.center[c] = box.center[c];
-    row.half[c] = box.half[c];
-    for (std::size_t k = 0; k < 3; ++k) row.axis[3 * k + c] = box.axis[k][c];
+    out.center[c] = box.center[c];
+    out.half[c] = box.half[c];
+    for (std::size_t k = 0; k < 3; ++k) out.axis[3 * k + c] = box.axis[k][c];
   }
-  return row;
+  return out;
 }
 
 }  // namespace cab::oracle

@@ -23,12 +23,12 @@ btTransform transform_of(const WorldBox<btScalar>& box) {
 
 // Keeps pairs of objects of one character out of the pair cache.
 struct BetweenCharacters : btOverlapFilterCallback {
-  int objects_a_character = 1;
+  int objects_per_character = 1;
   static int number(const btBroadphaseProxy* proxy) {
     return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getUserIndex();
   }
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
-    return number(a) / objects_a_character != number(b) / objects_a_character;
+    return number(a) / objects_per_character != number(b) / objects_per_character;
   }
 };
 
@@ -84,7 +84,7 @@ class World {
     gContactBreakingThreshold = 0;  // otherwise all bounds grow by it, for contacts that are kept
     // Pairs are found in one pass over the trees at the end, not object by object: all objects move.
     broadphase_.m_deferedcollide = true;
-    filter_.objects_a_character = per_link ? static_cast<int>(leaves) : 1;
+    filter_.objects_per_character = per_link ? static_cast<int>(leaves) : 1;
     world_.getPairCache()->setOverlapFilterCallback(&filter_);
     dispatcher_.leaves = leaves;
     for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {

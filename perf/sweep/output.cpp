@@ -54,7 +54,7 @@ std::vector<const SweepCell*> fastest_first(const SweepRun& run) {
   return cells;
 }
 
-std::uint32_t row_of(const char* name) {
+std::uint32_t policy_row(const char* name) {
   std::uint32_t row = 0;
   while (row + 1 < policy_table().size && std::string(policy_table()[row].name) != name) ++row;
   return row;
@@ -75,7 +75,7 @@ void print_gain(const SweepCell& of, const SweepCell& cell, const std::string& n
 void print_advice(const SweepRun& run, std::size_t of) {
   const SweepCell& defaults = run.cells[of];
   std::cout << to_string(defaults.isa) << ", threads " << defaults.thread_count << ", exact "
-            << value_name(defaults.policies, row_of("exact")) << ": ";
+            << value_name(defaults.policies, policy_row("exact")) << ": ";
   const std::optional<std::size_t> better = better_cell(run.cells, of, defaults.false_positives);
   if (better) {
     print_gain(defaults, run.cells[*better], "the defaults");
@@ -121,7 +121,7 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   json["hits_hash"] = hex(cell.hits_hash);
   Policies named;
   named.strategy = cell.same_work_as.value_or(named.strategy);
-  json["same_work_as"] = cell.same_work_as ? Json(value_name(named, row_of("strategy"))) : Json();
+  json["same_work_as"] = cell.same_work_as ? Json(value_name(named, policy_row("strategy"))) : Json();
   json["on_front"] = cell.on_front;
   return json;
 }
@@ -129,10 +129,10 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
 }  // namespace
 
 std::string short_name(const Policies& policies) {
-  const std::uint32_t strategy = row_of("strategy");
+  const std::uint32_t strategy = policy_row("strategy");
   std::string name = value_name(policies, strategy);
   for (std::uint32_t row = 0; row < policy_table().size; ++row)
-    if (row != strategy && row != row_of("exact") && policy_get(policies, row) != policy_get(Policies(), row))
+    if (row != strategy && row != policy_row("exact") && policy_get(policies, row) != policy_get(Policies(), row))
       name += std::string(" ") + value_name(policies, row);
   return name;
 }

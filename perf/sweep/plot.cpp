@@ -364,7 +364,7 @@ Picture scaling_picture(const std::map<std::uint32_t, const SweepRun*>& runs) {
   Picture picture;
   picture.name = "scaling-uniform";
   picture.title =
-      "humanoids of 16 boxes, 1 a square metre, default policies: time by size of the crowd; lower is better\n(bars: "
+      "humanoids of 16 boxes, 1 per square metre, default policies: time by size of the crowd; lower is better\n(bars: "
       "the middle half of the rounds)";
   picture.x_title = "characters";
   picture.y_title = "time, microseconds per character and frame";
@@ -403,7 +403,7 @@ std::vector<std::string> plot_sweep(const std::string& folder, const std::vector
   constexpr std::size_t kLeastNumbers = 3;
   const auto detailed = runs_of("detailed", runs), ropes = runs_of("ropes", runs), uniform = runs_of("uniform", runs);
   if (detailed.size() >= kLeastNumbers)
-    pictures.push_back(crossover_picture("detailed", detailed, "humanoids of 16 links, 1 a square metre"));
+    pictures.push_back(crossover_picture("detailed", detailed, "humanoids of 16 links, 1 per square metre"));
   if (ropes.size() >= kLeastNumbers)
     pictures.push_back(crossover_picture("ropes", ropes, "straight ropes that hardly touch"));
   if (uniform.size() >= kLeastNumbers) pictures.push_back(scaling_picture(uniform));

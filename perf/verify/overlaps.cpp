@@ -50,23 +50,23 @@ void run(Task& task) {
     oracle::BoxPair pairs[kLanes];
     BoxAos a[kLanes], b[kLanes];
     ShiftTile shift;
-    kernel::BoxPairs<BoxAos> hand;
-    hand.shift = &shift;
+    kernel::BoxPairs<BoxAos> block;
+    block.shift = &shift;
     std::uint32_t touching = 0;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       oracle::BoxPair& pair = pairs[lane];
       pair = oracle::near_touching_pair(task.random, static_cast<oracle::TouchRegime>(task.regime),
                                         task.random.uniform(kDeepest, kWidest));
       if (oracle::judge_overlap_filtered(pair.a, pair.b, oracle::exact_offset(pair))) touching |= 1u << lane;
-      a[lane] = oracle::row_of(pair.a);
-      b[lane] = oracle::row_of(pair.b);
-      hand.a[lane] = &a[lane];
-      hand.b[lane] = &b[lane];
+      a[lane] = oracle::to_aos(pair.a);
+      b[lane] = oracle::to_aos(pair.b);
+      block.a[lane] = &a[lane];
+      block.b[lane] = &b[lane];
       for (std::size_t c = 0; c < 3; ++c) shift.by[c][lane] = pair.origin_b[c] - pair.origin_a[c];
     }
     for (std::size_t use = 0; use < uses().size(); ++use) {
-      hand.leaves = uses()[use].leaves;
-      const std::uint32_t reported = task.subject->kernels->overlap_boxes[uses()[use].sat](hand);
+      block.leaves = uses()[use].leaves;
+      const std::uint32_t reported = task.subject->kernels->overlap_boxes[uses()[use].sat](block);
       Tally& tally = task.tallies[use];
       tally.judged += kLanes;
       tally.touching += static_cast<std::uint64_t>(__builtin_popcount(touching));

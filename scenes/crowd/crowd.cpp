@@ -54,8 +54,8 @@ std::vector<double> square_places(std::uint32_t count, double side) {
   return places;
 }
 
-std::vector<double> uniform_places(std::uint32_t count, double characters_a_square_metre) {
-  return square_places(count, std::sqrt(count / characters_a_square_metre));
+std::vector<double> uniform_places(std::uint32_t count, double characters_per_square_metre) {
+  return square_places(count, std::sqrt(count / characters_per_square_metre));
 }
 
 // Puts things into a random order (Fisher and Yates).

@@ -1,4 +1,4 @@
-// Memory: none in a frame, all of it returned, and every failure to get it is a status that changes nothing.
+// Memory: a frame allocates nothing, an engine returns all that it took, and a failed allocation is a status.
 #include "engine/engine.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
@@ -16,7 +16,7 @@ namespace {
 
 // Calls of operator new and of malloc since the program began, by all threads; and a countdown to a failing new.
 std::atomic<std::uint64_t> new_calls{0}, malloc_calls{0};
-thread_local std::int64_t news_until_failure = -1;  // -1 = never
+thread_local std::int64_t news_until_failure = -1;  // -1: never
 std::atomic<bool> all_news_fail{false};             // on every thread
 
 void* counted_new(std::size_t bytes, std::size_t alignment) noexcept {
@@ -103,7 +103,7 @@ using namespace cab;
 using namespace cab::oracle;
 using namespace cab::tests;
 
-// The caller's allocator: counts, checks what comes back, and fails on demand.
+// A caller's allocator that counts, checks what is released, and fails on demand.
 class Ledger {
  public:
   Allocator allocator() { return {this, allocate, release}; }
@@ -118,7 +118,8 @@ class Ledger {
     ++ledger.calls_;
     if (ledger.until_failure_ == 0) return nullptr;
     if (ledger.until_failure_ > 0) --ledger.until_failure_;
-    const std::int64_t countdown = std::exchange(news_until_failure, -1);  // the ledger's own notes never fail
+    const std::int64_t countdown =
+        std::exchange(news_until_failure, -1);  // allocations of the ledger itself never fail
     void* const memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
     std::memset(memory, 0xa5, bytes);
     ledger.out_[memory] = {bytes, alignment};
@@ -182,7 +183,7 @@ void check_no_allocation(Engine& engine, const World& world, const Ledger* ledge
   }
 }
 
-// A rig with hops and a rest pose that ignore no pair that the rig does not: its links are 100 apart at rest.
+// A rig with hops and a rest pose. They add no ignored pair to those of the rig: its links are 100 apart at rest.
 ArticulationDesc with_rest_pose(const Rig& rig, std::vector<float>& rest) {
   rest.clear();
   for (std::uint32_t link = 0; link < rig.link_count(); ++link)
@@ -197,7 +198,7 @@ ArticulationDesc with_rest_pose(const Rig& rig, std::vector<float>& rest) {
 
 TEST_CASE("the counters count") {
   const std::uint64_t news = new_calls, mallocs = malloc_calls;
-  int* volatile kept = new int(1);  // volatile, or the pair may be optimised away
+  int* volatile kept = new int(1);  // volatile: otherwise the compiler may remove the pair
   delete kept;
   CHECK(new_calls > news);
 #if CAB_TEST_COUNTS_MALLOC
@@ -256,7 +257,7 @@ TEST_CASE(
     "with no memory left after its first frame an engine goes on, whatever is asked of it and however much touches") {
   Random random(10);
   World world = mixed_world(10);
-  // More hits than the store holds, more of one character than a worker keeps, more partners than are listed at a time.
+  // More hits than the store holds, more hits of one character than a worker keeps, and more partners than one list.
   const auto giant = static_cast<std::uint32_t>(world.members.size() + 1), crowd = giant + 1, many = giant + 2;
   world.members.push_back(any_member(random, 1, BatchKind::kCharacters, {1, false, true, {}}, 2));
   for (Leaf& leaf : world.members.back().rig.leaves) std::fill_n(leaf.box.half, 3, 100.0f);

@@ -12,7 +12,7 @@ namespace {
 
 using namespace cab::oracle;
 
-// Links in a chain, or all on link 0, and as many leaves, dealt out to the links in turn.
+// Links in a chain, or all on link 0. The leaves are given to the links in turn.
 Rig rig_of(bool chain, std::uint32_t links, std::uint32_t leaves) {
   Rig rig;
   Random random(1);
@@ -44,7 +44,7 @@ Strategy for_characters(const std::vector<Rig>& rigs, const Policies& policies =
   return resolve_characters(*asked.engine, asked.job).strategy;
 }
 
-// One sequence tested within its instances, or two of such rigs against each other.
+// One sequence whose instances are tested within themselves, or two such sequences against each other.
 Strategy for_sequences(std::uint32_t leaves, Pairing pairing, const Policies& policies = {}) {
   const Rig rig = rig_of(true, leaves, leaves);
   const bool within = pairing == Pairing::kWithin;

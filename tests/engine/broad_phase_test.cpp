@@ -1,4 +1,4 @@
-// The broad phase: distance never hides a touching pair, however far out in the world it stands.
+// The broad phase: it never loses a touching pair, however far the pair is from the world's origin.
 #include "engine/engine.h"
 #include "perf/oracle/random_world.h"
 
@@ -88,8 +88,7 @@ TEST_CASE("cubes face on face touch even where the step from one double to the n
   }
 }
 
-TEST_CASE(
-    "the broad phase rejects no pair that the leaf test accepts: characters as frames, about the edge of touching") {
+TEST_CASE("the broad phase rejects no pair that the leaf test accepts: characters as frames, at the edge of touching") {
   for (const double out : {0.0, 1e7, 1e9}) {
     std::size_t hits = 0;
     for (int i = 0; i < 400; ++i) {
@@ -110,7 +109,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a long line of characters meets only its neighbours, each once") {
+TEST_CASE("in a long line each character is paired only with its neighbours, once each") {
   World world = two_cubes({}, 0, BatchKind::kCharacters);
   world.members.pop_back();
   Poses& poses = world.members[0].poses;
@@ -134,7 +133,7 @@ TEST_CASE("a long line of characters meets only its neighbours, each once") {
 
 namespace {
 
-// Balls of cubes: n single boxes of the given half widths at the given places.
+// Characters of one cube each, with the given half widths at the given places.
 World cubes_at(const std::vector<oracle::Vec3<double>>& places, const std::vector<float>& halves) {
   World world;
   std::vector<float> sizes = halves;
@@ -158,7 +157,7 @@ World cubes_at(const std::vector<oracle::Vec3<double>>& places, const std::vecto
   return world;
 }
 
-// Pairs of cubes that overlap, one by one in double.
+// The pairs of cubes that overlap: each pair is compared in double.
 std::size_t overlapping_cubes(const World& world) {
   std::vector<std::pair<oracle::Vec3<double>, double>> all;
   for (const Member& member : world.members)
@@ -231,7 +230,7 @@ TEST_CASE(
   CHECK(hits > 10'000);
 }
 
-TEST_CASE("one giant among small ones meets exactly those under it, whether it is given first or last") {
+TEST_CASE("a giant among small ones is paired with exactly those under it, whether it is given first or last") {
   for (const bool giant_first : {false, true}) {
     std::vector<oracle::Vec3<double>> places;
     std::vector<float> halves;
@@ -250,12 +249,12 @@ TEST_CASE("one giant among small ones meets exactly those under it, whether it i
   }
 }
 
-TEST_CASE("an instance with more partners than a worker lists at a time meets each once") {
+TEST_CASE("an instance with more partners than a worker lists at a time is paired with each once") {
   const std::uint32_t n = 3 * kPartnerCapacity / 2;
   std::vector<oracle::Vec3<double>> places(n + 1);
   std::vector<float> halves(n, 0.001f);
   for (std::uint32_t i = 0; i < n; ++i) places[i] = {{0.01 * (i % 80), 0.01 * (i / 80), 0}};
-  halves.push_back(1000);  // one ground under all
+  halves.push_back(1000);  // one ground below all others
   World world = cubes_at(places, halves);
   std::swap(world.members[0], world.members[1]);
   world.rules = {{{1}, {2}, Pairing::kBetween}};
@@ -315,4 +314,15 @@ TEST_CASE("every instance of a crowd in one place is paired with every other") {
   CHECK(run_world(world).hits.size() == 1600);
   world.rules = {{{2}, {2}, Pairing::kBetween}};
   CHECK(run_world(world).hits.size() == 780);
+}
+
+TEST_CASE("exact_all puts nothing into the grid, whether a refit makes oriented or axis-aligned boxes") {
+  const World world = two_cubes({{1, 2, 3}}, 1.0, BatchKind::kCharacters);
+  const EnginePtr engine = make_engine_for(world);
+  for (const Refit refit : {Refit::kCab, Refit::kAabbHull, Refit::kAabbVertices}) {
+    CHECK(run_on(*engine, world, {refit, Strategy::kTree}).hits.size() == 1);
+    CHECK(engine->broad_phase.grid.count == 2);
+    CHECK(run_on(*engine, world, {refit, Strategy::kExactAll}).hits.size() == 1);
+    CHECK(engine->broad_phase.grid.count == 0);
+  }
 }

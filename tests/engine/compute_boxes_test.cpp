@@ -1,4 +1,4 @@
-// compute_boxes: leaf boxes hold the exactly posed ones, inner boxes hold all below them, and bits do not vary.
+// compute_boxes: a leaf box contains the exactly posed one, an inner box all boxes below it. Bits do not vary.
 #include "perf/oracle/containment.h"
 #include "perf/oracle/float_frame.h"
 #include "perf/oracle/random_world.h"
@@ -32,7 +32,7 @@ oracle::OracleBox<float> oracle_box(const Box& box) {
   return out;
 }
 
-// Leaves below every node, from the public merge steps.
+// The leaves below each node, by the public merge steps.
 std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, ArticulationId id,
                                                      std::uint32_t leaf_count) {
   std::vector<MergeStep> steps(leaf_count - 1);
@@ -49,14 +49,15 @@ std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, Artic
 }  // namespace
 
 TEST_CASE("every box contains every exactly posed leaf box below it, and the engine's own leaf boxes") {
-  double worst = -1e30;  // nearest that a posed corner comes to leaving a box, in ulps of size; measured -2.7
+  double worst = -1e30;  // how far a corner sticks out at most, in ulps of size; measured -2.7
   std::size_t judged = 0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     CAPTURE(seed);
     Random random(seed);
     const BatchKind kind = seed % 2 ? BatchKind::kCharacters : BatchKind::kSequence;
     World world;
-    const double size = random.log_uniform(0.1, 1e4);  // far from its own origin boxes are wider, never wrong
+    const double size =
+        random.log_uniform(0.1, 1e4);  // far from the origin of the instance boxes are wider, but contain
     const PoseRange range = any_pose_range(random, false, {}, size);
     const std::uint32_t instances = kInstanceCounts[random.index(6)];
     world.members.push_back(any_member(random, instances, kind, range, 64));
@@ -75,7 +76,7 @@ TEST_CASE("every box contains every exactly posed leaf box below it, and the eng
         for (std::uint32_t node = 0; node < nodes; ++node) {
           const auto parent = oracle_box(of[node]);
           for (const std::uint32_t leaf : below[node]) {
-            if (node < leaves || random.chance(0.1)) {  // quad is slow; the float judge below sees every pair
+            if (node < leaves || random.chance(0.1)) {  // Quad is slow; the float judge below checks every pair
               const auto verdict = oracle::judge_containment_exactly(parent, oracle::convert<Quad>(exact[leaf]));
               CHECK(verdict.inside);
               worst = std::max(worst, verdict.excess_ulps);

@@ -1,5 +1,4 @@
-// What must not change a result: neighbours in a tile, signs of zeros, payloads of NaN, the order in which things are
-// given.
+// What must not change a result: neighbours in a tile, signs of zeros, payloads of NaN, the order of inputs and rules.
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_sanitizer.h"
 
@@ -23,7 +22,7 @@ float float_of(std::uint32_t bits) {
   return out;
 }
 
-// Boxes of every batch on an engine that holds the world.
+// The boxes of every batch, by an engine that holds the world.
 std::vector<std::vector<Box>> boxes_of(Engine& engine, const World& world, const Policies& policies) {
   std::vector<std::vector<Box>> out;
   for (std::uint32_t m = 0; m < world.members.size(); ++m) {
@@ -45,7 +44,7 @@ std::array<float, 15> floats_of(const Box& box) {
 
 enum class Garbage { kRandomBits, kNan, kDenormal, kHuge, kZero, kOneBadFloat, kKindCount };
 
-// Replaces what one instance is given.
+// Replaces the input of one instance.
 void spoil(Random& random, Garbage kind, Poses& poses, std::uint32_t i) {
   const auto floats = static_cast<unsigned>(poses.floats_per_pose() * poses.link_count);
   float* const data = poses.pose(i, 0);
@@ -58,7 +57,7 @@ void spoil(Random& random, Garbage kind, Poses& poses, std::uint32_t i) {
     if (kind == Garbage::kZero) data[f] = 0;
   }
   if (kind == Garbage::kOneBadFloat) data[random.index(floats)] = random.chance(0.5) ? nan() : any_bits();
-  if (kind == Garbage::kDenormal || kind == Garbage::kHuge) {  // rotations that hold, so that the instance takes part
+  if (kind == Garbage::kDenormal || kind == Garbage::kHuge) {  // valid rotations, so that the instance is not masked
     for (std::uint32_t l = 0; l < poses.link_count; ++l) {
       double q[4];
       random_turn(random, q);
@@ -141,7 +140,7 @@ TEST_CASE(
 
 namespace {
 
-// A number, or a zero of either sign where it is one.
+// The number itself; if it is zero, a zero of either sign.
 template <class T>
 T zero_as(Random& random, bool signed_zeros, T value) {
   const bool negative = random.chance(0.5);
@@ -178,7 +177,7 @@ World grid_world(std::uint64_t seed, bool signed_zeros) {
     for (std::uint32_t i = 0; i < 17; ++i) {
       for (unsigned l = 0; l < links; ++l) {
         double q[4] = {0, 0, 0, 0};
-        q[random.index(4)] = random.sign();  // half turns and none; a second one makes it a quarter turn
+        q[random.index(4)] = random.sign();  // half turns or the identity; a second rotation makes it a quarter turn
         if (random.chance(0.5)) q[random.index(4)] += 1;
         if (q[0] == 0 && q[1] == 0 && q[2] == 0 && q[3] == 0) q[3] = 1;
         Vec3<double> t{};
@@ -237,7 +236,7 @@ TEST_CASE("the sign of a zero in an input changes no hit and no box") {
 
 namespace {
 
-// Instance i of the result is instance order[i] of the given.
+// Instance i of the result is instance order[i] of the argument.
 Poses picked(const Poses& poses, const std::vector<std::uint32_t>& order) {
   Poses out = poses;
   out.instance_count = static_cast<std::uint32_t>(order.size());
@@ -273,7 +272,7 @@ std::set<Touching> touching(const std::vector<Hit>& hits, const std::vector<std:
   return out;
 }
 
-// The leaf predicate in long double on the engine's own boxes, with so many times its slack.
+// The leaf predicate in long double on the engine's own boxes. The slack is multiplied by a factor.
 bool separated_with(const Box& a, const Box& b, const Point& between, Real times) {
   constexpr Real kWorld = 0x1p-21L, kFace = 0x1p-18L, kEdge = 0x1p-17L;  // numerics.md
   OracleBox<float> raw_a, raw_b;
@@ -302,8 +301,8 @@ bool separated_with(const Box& a, const Box& b, const Point& between, Real times
 constexpr Policies kTree = {Refit::kCab, Strategy::kTree}, kRows = {Refit::kCab, Strategy::kRows},
                    kLinks = {Refit::kCab, Strategy::kLinks};
 
-// Compares a batch with itself in another order; every pair that only one of the two reports must be apart, and not by
-// more than twice the slack. Returns how many there are.
+// Compares a batch with the same batch in another order. A pair that only one of the two reports must be apart, by no
+// more than twice the slack. Returns the number of such pairs.
 std::size_t check_permuted(const World& world, const std::vector<std::uint32_t>& order, const Policies& policies,
                            const EngineDesc& desc = {}) {
   const Member& member = world.members[0];
@@ -341,8 +340,8 @@ std::size_t check_permuted(const World& world, const std::vector<std::uint32_t>&
   return differing.size();
 }
 
-// Pairs of instances, 2 p and 2 p + 1, as far apart as the engine last calls touching: found by halving what lies
-// between a distance that touches and one that does not.
+// Pairs of instances 2 p and 2 p + 1, at the largest distance at which the engine reports them. Bisection finds it,
+// between a distance that is reported and one that is not.
 World pairs_at_the_edge(std::uint64_t seed, std::uint32_t pairs) {
   Random random(seed);
   World world;
@@ -417,7 +416,7 @@ TEST_CASE("instances in another order touch the same, except for pairs within tw
                                                                       << " hits, " << at_edge << " of " << edge_pairs
                                                                       << " that were put at the edge of the slack");
   CHECK(hits > 1000);
-  CHECK(at_edge > 0);  // the judge has judged
+  CHECK(at_edge > 0);  // so the judge was asked at all
   CHECK(at_edge < edge_pairs);
 }
 
@@ -432,7 +431,7 @@ TEST_CASE("an order-preserving change of who else is there, and of how inputs an
     for (const Policies& policies : {kTree, kRows, kLinks}) {
       const Outcome of_all = run_world(all, policies);
 
-      // Some instances are left out; the others keep their order and move to other lanes and tiles.
+      // Some instances are left out. The others keep their order and move to other lanes and tiles.
       World some = all;
       std::vector<std::uint32_t> kept[2], number[2];
       for (std::size_t m = 0; m < 2; ++m) {

@@ -178,7 +178,7 @@ TEST_CASE("a call inside another call on the same engine is refused as busy, and
   const EnginePtr engine = make_engine_for(world, desc);
   reentry.engine = engine.get();
   reentry.world = &world;
-  // By rows so small a frame would not be handed to the scheduler.
+  // With strategy rows the scheduler would not get so small a frame.
   const Outcome outcome = run_on(*engine, world, {Refit::kCab, Strategy::kTree});
   CHECK(reentry.refused > 0);
   CHECK(reentry.other == 0);

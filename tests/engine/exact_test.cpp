@@ -14,8 +14,8 @@ constexpr Policies kExactTree = {Refit::kCab, Strategy::kTree, Exact::kFcl};
 constexpr Policies kExactBrute = {Refit::kCab, Strategy::kBrute, Exact::kFcl};
 constexpr double kPi = 3.14159265358979323846;
 
-// How far the normal and depth of FCL's contacts may be from the answers by hand; the worst measured stands behind
-// each.
+// Tolerances of the normal and depth of FCL's contacts against answers worked out by hand. The comment behind each is
+// the worst measured difference.
 constexpr double kBoxTolerance = 1e-7;        // 6.0e-9
 constexpr double kEllipsoidTolerance = 1e-6;  // 2.4e-8
 
@@ -50,7 +50,7 @@ Rig body(Span<const ConvexPart> parts) {
   return rig;
 }
 
-// Where the second body stands: rotated about z by an angle, then moved; in one of the ways that a caller has.
+// Where the second body is: rotated about z by an angle, then moved. A caller can say this in several ways.
 struct Place {
   double x, y, z, angle = 0;
 };
@@ -71,7 +71,7 @@ Poses poses_at(const Place& at, PoseFormat format, bool by_origin, bool by_orien
   return poses;
 }
 
-// Whether two bodies touch; asked in every way of saying where they stand, as characters and as frames.
+// Whether two bodies touch. The answer must be the same for every way to place them, as characters and as sequences.
 bool touch(Span<const ConvexPart> a, Span<const ConvexPart> b, const Place& at) {
   int yes = 0, asked = 0;
   for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
@@ -135,7 +135,7 @@ TEST_CASE("capsules are as long as said along z, and round") {
   CHECK_FALSE(touch(capsule, ball, {0, 0, 2.01}));
   CHECK(touch(capsule, ball, {0.99, 0, 0.9}));
   CHECK_FALSE(touch(capsule, ball, {1.01, 0, 0.9}));
-  CHECK_FALSE(touch(capsule, ball, {0.75, 0, 1.75}));  // past the cap: 1.06 from its centre
+  CHECK_FALSE(touch(capsule, ball, {0.75, 0, 1.75}));  // beyond the cap: 1.06 from its centre
   CHECK(touch(capsule, ball, {0.65, 0, 1.65}));        // 0.92
 }
 
@@ -213,7 +213,7 @@ TEST_CASE("a hull whose vertices have no volume is refused with its leaf") {
 
 namespace {
 
-// The one contact of two bodies.
+// The contact of two bodies that have exactly one.
 Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, BatchKind kind) {
   World world;
   world.members.push_back({body({&a, 1}), poses_at({0, 0, 0}, PoseFormat::kMatrix3x4, true, false), kind});
@@ -234,7 +234,7 @@ Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, Ba
   return contact;
 }
 
-// Worst difference of a contact's normal and depth from what they should be; the normal must be of unit length.
+// The largest difference of a contact's normal and depth from the expected ones. The normal must have unit length.
 struct ContactError {
   double normal = 0, depth = 0;
 };
@@ -284,7 +284,7 @@ TEST_CASE("the contact of two spheres: along their centres, as deep as they over
       const ContactError error = error_of(contact, n, 0.2);
       worst.normal = std::max(worst.normal, error.normal);
       worst.depth = std::max(worst.depth, error.depth);
-      for (std::size_t c = 0; c < 3; ++c)  // between the surfaces, 0.1 either way of the middle
+      for (std::size_t c = 0; c < 3; ++c)  // between the surfaces, at most 0.1 from the middle
         CHECK(std::fabs(static_cast<double>(contact.point[c]) - 0.9 * n[c]) <= 0.1 + kEllipsoidTolerance);
     }
   }
@@ -308,7 +308,7 @@ TEST_CASE("exact hits are a part of box hits, counted, and the same for any stra
       for (const Leaf& leaf : member.rig.leaves) {
         ConvexPart part = shape(ShapeKind::kEllipsoid, leaf.box.half[0], leaf.box.half[1], leaf.box.half[2]);
         std::copy_n(leaf.box.center, 3, part.position);
-        double m[3][3];  // the box's axes as a quaternion, by the trace where it is safe
+        double m[3][3];  // the box's axes as a quaternion, from the trace if it is large enough
         for (int k = 0; k < 3; ++k)
           for (int c = 0; c < 3; ++c) m[k][c] = static_cast<double>(leaf.box.axis[k][c]);
         const double w = std::sqrt(std::max(0.0, 1 + m[0][0] + m[1][1] + m[2][2])) / 2;
@@ -317,7 +317,7 @@ TEST_CASE("exact hits are a part of box hits, counted, and the same for any stra
           part.rotation[1] = static_cast<float>((m[2][0] - m[0][2]) / (4 * w));
           part.rotation[2] = static_cast<float>((m[0][1] - m[1][0]) / (4 * w));
           part.rotation[3] = static_cast<float>(w);
-        } else {  // a ball fits whatever the axes
+        } else {  // a ball fits for any axes
           for (float& size : part.size) size = std::min({leaf.box.half[0], leaf.box.half[1], leaf.box.half[2]});
         }
         for (float& size : part.size) size *= 0.999f;

@@ -1,4 +1,4 @@
-// The public fit_box: what it makes is a leaf, whatever the caller's floating-point mode.
+// The public fit_box: its result is accepted as a leaf, in any floating-point mode of the caller.
 #include <cab/cab.h>
 
 #include <doctest/doctest.h>

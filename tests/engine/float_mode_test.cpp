@@ -1,4 +1,4 @@
-// The caller's floating-point control word: changes no bit of a result, and is as it was after every call.
+// The caller's floating-point control word changes no bit of a result, and every call restores it.
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
 
@@ -30,11 +30,11 @@ constexpr unsigned kWords[] = {
     kDefault | kRoundUp,
     kDefault | kRoundToZero,
     kDefault | kRoundUp | kFlushToZero | kDenormalsAreZero,
-    kDefault & ~(kMaskInvalid | kMaskDivide),  // traps where our own mode did not hold
-    kDefault | 0x0021,                         // sticky flags of the caller's own
+    kDefault & ~(kMaskInvalid | kMaskDivide),  // traps unless the library sets its own mode
+    kDefault | 0x0021,                         // sticky flags that the caller set
 };
 
-// Sets a control word for a scope, and tells whether it still stands.
+// Sets a control word for a scope, and tells whether it is still set.
 class ControlWord {
  public:
   explicit ControlWord(unsigned word) : saved_(_mm_getcsr()), word_(word) { _mm_setcsr(word); }
@@ -51,14 +51,14 @@ class ControlWord {
   unsigned word_;
 };
 
-// A frame's hits and the boxes of every batch, with the control word set around the calls alone.
+// The hits of a frame and the boxes of every batch. The control word is set only during the calls.
 struct Bits {
   std::vector<Hit> hits;
   FrameStats stats;
   std::vector<std::vector<Box>> boxes;
 };
 
-// word 0 = leave it.
+// 0: leave it.
 Bits bits_of(Engine& engine, const World& world, Refit refit, unsigned word) {
   Bits out;
   const Policies policies = {refit, Strategy::kTree, Exact::kNone};
@@ -102,7 +102,8 @@ bool same(const Bits& a, const Bits& b) {
   return same;
 }
 
-// Characters and frames, one instance in each batch not finite, one rig so small that its boxes are denormal.
+// Characters and sequences. Each batch has one instance that is not finite. One rig is so small that its boxes are
+// denormal.
 World touchy_world(std::uint64_t seed) {
   Random random(seed);
   World world;
@@ -227,7 +228,7 @@ TEST_CASE("origins that would trap in the caller's mode are checked in the libra
 }
 
 TEST_CASE("an articulation added in another mode is the same to the bit") {
-  // Axes that drifted are mended in add_articulation; denormal halves pass through it.
+  // add_articulation makes axes that drifted orthonormal, and keeps denormal half extents.
   Random random(9);
   World world;
   world.members.push_back(any_member(random, 4, BatchKind::kCharacters, {1, false, false, {}}, 8));

@@ -1,4 +1,4 @@
-// Frames against a judge: no pair is lost, none is invented, whatever the strategy, the kind of batch and the range.
+// Frames against a judge: no pair is lost or invented, for any strategy, kind of batch and range of numbers.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -17,7 +17,7 @@ constexpr Policies kCabBrute = {Refit::kCab, Strategy::kBrute, Exact::kNone};
 constexpr Policies kHullTree = {Refit::kAabbHull, Strategy::kTree, Exact::kNone};
 constexpr Policies kHullBrute = {Refit::kAabbHull, Strategy::kBrute, Exact::kNone};
 
-// What every frame of every world must fulfil; returns how many hits it had.
+// Checks what holds for every frame of every world. Returns the number of its hits.
 std::size_t check_world(const World& world) {
   const EnginePtr engine = make_engine_for(world);
   const Outcome tree = run_on(*engine, world, kCabTree);
@@ -75,7 +75,7 @@ TEST_CASE("sequences: tree and brute report the same, lose no touching pair and 
   CHECK(hits > 10000);
 }
 
-TEST_CASE("characters and sequences share a frame without meeting each other") {
+TEST_CASE("characters and sequences share a frame and are not paired with each other") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -102,14 +102,13 @@ TEST_CASE("a sequence of one frame has the hits and counts of the same instance 
       CHECK(same_hits(by_lane.hits, by_row.hits));
       CHECK(by_lane.stats.leaf_pairs == by_row.stats.leaf_pairs);
     }
-    frames.rules =
-        characters.rules = {{{2}, {2}, Pairing::kWithin}};  // no broad phase stands between: all counts agree
+    frames.rules = characters.rules = {{{2}, {2}, Pairing::kWithin}};  // neither has a broad phase, so all counts agree
     for (const Policies& policies : {kCabTree, kCabBrute, kHullTree, kHullBrute})
       CHECK(same_counts(run_world(frames, policies).stats, run_world(characters, policies).stats));
   }
 }
 
-TEST_CASE("a batch of one frame meets every frame as if it were given for each") {
+TEST_CASE("a sequence of one frame is paired with every frame, as if it were given for each") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -214,10 +213,10 @@ TEST_CASE("an engine keeps nothing of a frame: the same frame after another one 
   CHECK(same_counts(before.stats, after.stats));
 }
 
-TEST_CASE("a masked instance that meets every frame of a sequence takes no part in any, whoever computes it") {
+TEST_CASE("a masked sequence of one frame takes no part in any frame, by every strategy") {
   Random random(4);
   World world;
-  for (const std::uint32_t instances : {1u, 33u, 33u})  // the first is posed once for all frames
+  for (const std::uint32_t instances : {1u, 33u, 33u})  // a sequence of one frame is posed once for all frames
     world.members.push_back(any_member(random, instances, BatchKind::kSequence, {0.1, false, false, {}}, 8));
   pair_all(world, 1, 3);
   const auto hits_with_first = [&](const Policies& policies) {
@@ -239,7 +238,7 @@ TEST_CASE("a masked instance that meets every frame of a sequence takes no part 
 
 // 150 candidates of 19 and 23 leaves have 65 550 leaf pairs, 14 more than a worker lists at a time. Rows write up to
 // sixteen pairs past the last one.
-TEST_CASE("candidates whose leaf pairs fill a worker's list all but a few places lose none and invent none") {
+TEST_CASE("candidates whose leaf pairs nearly fill a worker's list lose no pair and invent no pair") {
   World world;
   for (const auto& [leaves, instances] : {std::pair{19u, 10u}, std::pair{23u, 15u}}) {
     Rig rig;

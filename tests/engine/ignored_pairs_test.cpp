@@ -1,4 +1,4 @@
-// What is never tested within an instance: which links it is by an independent judge, and that nothing else is lost.
+// Pairs that are never tested within an instance. An independent judge says which they are; no other pair is lost.
 #include "perf/oracle/random_world.h"
 #include "tests/engine/touching_links.h"
 #include "tests/layout/joints_from.h"
@@ -16,7 +16,7 @@ using namespace cab::oracle;
 // How much wider than exact the boxes of links masked at rest may have to be made to touch, as in frame_test.
 constexpr double kInvented = 1e-4;
 
-// A rig with many leaves a link apart, so that some links touch at rest and others do not, without explicit pairs.
+// A random rig without explicit pairs. At rest some of its links touch and others do not.
 Rig bare_rig(Random& random, unsigned most_links) {
   Rig rig = random_rig(random, static_cast<Topology>(random.index(kTopologyCount)), 2 + random.index(most_links - 1),
                        1 + random.index(3));
@@ -30,7 +30,7 @@ Poses any_pose(Random& random, const Rig& rig) {
 
 PoseView view_of(const Poses& poses) { return {poses.format, poses.data.data(), 0, 0}; }
 
-// The reasons of every ignored pair of an articulation; checks that they are in order and name different links.
+// The reasons of every ignored pair of an articulation. Checks that pairs are sorted and name two different links.
 std::map<Links, unsigned> reasons_of(const Engine& engine, ArticulationId id) {
   ArticulationInfo info;
   require(articulation_info(engine, id, &info));

@@ -1,4 +1,4 @@
-// Which instances touch anything: the same answer from a frame of hits and from one that asks for nothing else.
+// Which instances touch anything: a frame with hits and a frame with Report::kInContact give the same answer.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -40,7 +40,7 @@ World sparse_world(Random& random) {
 
 }  // namespace
 
-TEST_CASE("who touches anything is who is in a hit, asked for alone or not, whoever computes it") {
+TEST_CASE("in_contact names the instances that are in a hit, with either report and for every way to compute it") {
   std::size_t yes = 0, no = 0;
   for (std::uint64_t seed = 1; seed <= 16; ++seed) {
     CAPTURE(seed);
@@ -79,7 +79,7 @@ TEST_CASE("who touches anything is who is in a hit, asked for alone or not, whoe
   CHECK(no > 300);
 }
 
-TEST_CASE("a crowd in one spot needs far fewer box tests than it has pairs, and nobody's question needs none") {
+TEST_CASE("a crowd in one spot needs far fewer box tests than it has pairs, and no tests if no batch asks") {
   Random random(7);
   World world;
   world.members.push_back(any_member(random, 300, BatchKind::kCharacters, {0.1, false, true, {}}, 8));

@@ -1,5 +1,5 @@
-// The table of bad and extreme inputs in docs/embedding.md, row by row: each has the one answer that stands there, and
-// nobody else in the tile or the engine notices.
+// The table of bad and extreme inputs in docs/embedding.md. Each input has the answer that its row gives, and no other
+// instance of the tile or the engine changes.
 #include "perf/oracle/containment.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_sanitizer.h"
@@ -24,7 +24,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kDenormal = 1e-40f;
 
-// What the table says of a row.
+// The text of a row in the table.
 struct Row {
   std::string input;
   std::string answer;
@@ -32,17 +32,17 @@ struct Row {
 
 // ------------------------------------------------------------------------------------------------------- poses
 
-// A row about one instance's pose: variants of what is wrong with it, and what the engine answers.
+// A row about one instance's pose: variants of the pose, and the engine's answer.
 struct PoseRow {
   Row row;
-  InstanceFlag flag;  // kInstanceOk: the pose is taken, and boxes hold what it means
+  InstanceFlag flag;  // kInstanceOk: the pose is taken, and boxes contain what it places
   std::vector<PoseFormat> formats;
   std::vector<std::function<void(Random&, Poses&, std::uint32_t)>> variants;
 };
 
 constexpr std::uint32_t kNeeded = 1, kUnneeded = 4;  // links without leaves: a merge needs the joint of one
 
-// Links 0 to 4 with leaves on 0 (two), 2 and 3; 0 - 1 - {2, 3}, 4 at the end of 3.
+// Links 0 to 4. Link 1 is on 0, links 2 and 3 are on 1, link 4 is on 3. Link 0 has two leaves, links 2 and 3 have one.
 Rig contract_rig(Random& random) {
   Rig rig;
   rig.parents = {-1, 0, 1, 1, 3};
@@ -61,7 +61,7 @@ float& entry(float* pose, PoseFormat format, std::size_t row, std::size_t column
 
 using Matrix = std::array<std::array<double, 3>, 3>;  // columns
 
-// Applies a function to the rotation of a random leafy link of an instance.
+// Applies a function to the rotation of a random link of an instance that has leaves.
 std::function<void(Random&, Poses&, std::uint32_t)> on_matrix(std::function<void(Random&, Matrix&)> change) {
   return [change](Random& random, Poses& poses, std::uint32_t i) {
     float* const pose = poses.pose(i, random.chance(0.5) ? 0 : 2 + random.index(2));
@@ -85,7 +85,7 @@ double off_by(const Matrix& m) {
   return out;
 }
 
-// Random drift of all nine entries until the largest entry of R^T R - I is as said.
+// Moves all nine entries at random until the largest entry of |R^T R - I| has the given value.
 auto drifted(double by) {
   return on_matrix([by](Random& random, Matrix& m) {
     Matrix drift;
@@ -124,7 +124,7 @@ auto quaternion_scaled(float by) {
   };
 }
 
-// Any of the numbers that are read of a link's pose.
+// Sets one of the numbers of a link's pose that are read.
 auto number(std::uint32_t link, float value) {
   return [=](Random& random, Poses& poses, std::uint32_t i) {
     float* const pose = poses.pose(i, link);
@@ -134,7 +134,7 @@ auto number(std::uint32_t link, float value) {
   };
 }
 
-// Every link where another is, kept rigid.
+// Moves every link to the same place, each with a random rotation.
 auto moved(std::array<double, 3> to) {
   return [=](Random& random, Poses& poses, std::uint32_t i) {
     for (std::uint32_t l = 0; l < poses.link_count; ++l) {
@@ -252,7 +252,7 @@ std::vector<Box> boxes_of(Engine& engine, const World& world, std::uint32_t batc
 constexpr Policies kCabTree = {Refit::kCab, Strategy::kTree}, kHullTree = {Refit::kAabbHull, Strategy::kTree},
                    kObbLeaves = {Refit::kCovarianceLeaves, Strategy::kTree, Exact::kNone, Extents::kLeaves};
 
-// The engine's leaf boxes of one instance hold the exact ones.
+// Checks that the engine's leaf boxes of one instance contain the exact ones.
 bool leaves_hold(const World& world, std::uint32_t i, const std::vector<Box>& boxes) {
   const Member& member = world.members[0];
   const std::vector<ExactBox> exact = exact_leaf_boxes(member.rig, member.poses, i);
@@ -264,7 +264,7 @@ bool leaves_hold(const World& world, std::uint32_t i, const std::vector<Box>& bo
   return hold;
 }
 
-// One spoilt instance of eighteen: its flag, its boxes, and everybody else's bits.
+// Spoils one of eighteen instances. Checks its flag, its boxes, and that the bits of all others stay.
 void check_pose(const World& sound, const World& given, std::uint32_t who, InstanceFlag flag) {
   const std::size_t nodes = sound.members[0].rig.node_count();
   const std::uint32_t n = sound.members[0].poses.instance_count;
@@ -343,7 +343,7 @@ TEST_CASE("of the links without leaves in the tests of the table, a merge needs 
 
 namespace {
 
-// A row about an articulation: variants of a rig, and what add_articulation answers.
+// A row about an articulation: variants of a rig, and the answer of add_articulation.
 struct RigRow {
   Row row;
   Status status;
@@ -355,7 +355,7 @@ auto half_of_0(float half) {
   return [=](Random& random, Rig& rig) { rig.leaves[0].box.half[random.index(3)] = half; };
 }
 
-// Every leaf box of a size, about the origin of its link.
+// Gives every leaf box the same size, about the origin of its link.
 auto sized(float half) {
   return [=](Random& random, Rig& rig) {
     for (Leaf& leaf : rig.leaves)
@@ -444,7 +444,8 @@ std::vector<RigRow> rig_rows() {
   };
 }
 
-// A rig that is taken: its boxes are finite, hold the exact leaf boxes and are the same on every instruction set.
+// Checks a rig that is accepted: its boxes are finite, contain the exact leaf boxes and have the same bits on every
+// instruction set.
 void check_taken(Random& random, const Rig& rig, InstanceFlag flag) {
   if (cab::tests::kThreadSanitizer && rig.leaf_count() > 16) {
     MESSAGE("under ThreadSanitizer frames of " << rig.leaf_count() << " leaves are left out: minutes on one thread");
@@ -453,10 +454,10 @@ void check_taken(Random& random, const Rig& rig, InstanceFlag flag) {
   World world;
   Member member;
   member.rig = rig;
-  member.poses = random_poses(random, rig, 3, PoseFormat::kMatrix3x4, {0.1, false, false, {}});
+  const std::uint32_t instances = rig.leaf_count() > 16 ? 1 : 3;  // a frame of large rigs has a million hits
+  member.poses = random_poses(random, rig, instances, PoseFormat::kMatrix3x4, {0.1, false, false, {}});
   world.members.push_back(member);
   world.rules = {{{1}, {1}, Pairing::kWithin}, {{1}, {1}, Pairing::kBetween}};
-  const std::uint32_t sampled = rig.leaf_count() > 16 ? 1 : 3;  // the judge is slow
   for (const Policies& policies : {kCabTree, kHullTree, kObbLeaves}) {
     std::vector<Box> first_boxes;
     std::vector<Hit> first_hits;
@@ -485,7 +486,7 @@ void check_taken(Random& random, const Rig& rig, InstanceFlag flag) {
       CHECK(first_hits.empty());
       continue;
     }
-    for (std::uint32_t i = 0; i < sampled; ++i) CHECK(leaves_hold(world, i, first_boxes));
+    for (std::uint32_t i = 0; i < instances; ++i) CHECK(leaves_hold(world, i, first_boxes));
     if (rig.leaf_count() <= 16) CHECK(missing_from(judge_world(world), first_hits) == 0);
     if (rig.link_count() == 1)
       for (const Hit& hit : first_hits) CHECK(hit.instance_a != hit.instance_b);
@@ -654,7 +655,7 @@ void check_vertices() {
   }
 }
 
-// Adds the rig of the table with a rest pose, or what a test made of it, and checks the answer.
+// Adds the rig of the table with a rest pose that `change` has changed, and checks the answer.
 void check_rest(Status status, const std::function<void(Random&, Poses&, PoseView&)>& change) {
   for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
     Random random(11);
@@ -831,7 +832,7 @@ std::vector<CallRow> call_rows() {
       {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},
       {{"margin to 1e18", "taken; instances whose grown boxes leave the range are masked"}, check_margins},
       {{"in_contact of another count than instances", "refused, `kBadInContact`"}, check_bad_in_contact},
-      {{"report that is none", "refused, `kBadReport`"}, check_bad_report},
+      {{"report that is not a value of `Report`", "refused, `kBadReport`"}, check_bad_report},
       {{"in_contact, and no room for hits", "complete: with `kInContact` `kOk`, with `kHits` `kHitsOverflow`"},
        check_in_contact_without_room},
       {{"frame without inputs or without rules", "`kOk`, no hits"}, check_empty_frames},

@@ -1,4 +1,4 @@
-// Layers: which instances may meet, against a judge that asks bit by bit.
+// Layers: which instances may be paired, against a judge that compares bit by bit.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -11,7 +11,7 @@ using namespace cab::oracle;
 constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute,
                                     Strategy::kExactAll};
 
-// The hits of a frame without layers, those dropped whose instances do not see each other.
+// The hits of a frame without layers, except those of instances whose layers and masks do not match.
 std::vector<Hit> seen_by_both(const World& world, std::vector<Hit> hits) {
   const auto blind = [&](const Hit& hit) {
     const Member &a = world.members[hit.batch_a.value - 1], &b = world.members[hit.batch_b.value - 1];
@@ -24,7 +24,7 @@ std::vector<Hit> seen_by_both(const World& world, std::vector<Hit> hits) {
 
 }  // namespace
 
-TEST_CASE("layers drop the hits of instances that do not see each other, and no other, whoever computes them") {
+TEST_CASE("layers drop the hits of instances whose layers do not match, and no other, for every way to compute them") {
   std::size_t kept = 0, dropped = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     CAPTURE(seed);

@@ -16,7 +16,7 @@ using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
 constexpr Box kUnit = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.5f, 0.5f, 0.5f}};
 
-// Two links of four cubes each, cube k of one at cube k of the other: the odd leaves are link 0's, the even link 1's.
+// Two links of four cubes each. Cube k of one link is at cube k of the other. Odd leaves are on link 0, even on link 1.
 Rig two_rows() {
   Rig rig;
   rig.parents = {-1, 0};
@@ -30,7 +30,7 @@ Rig two_rows() {
   return rig;
 }
 
-// Two instances of a rig at the origin, bound and posed for links, and what a candidate's links list.
+// Two instances of a rig at the origin, bound and posed for strategy links, and the leaf pairs that a candidate lists.
 struct Listed {
   World world;
   EnginePtr engine;
@@ -106,7 +106,7 @@ TEST_CASE("links whose leaves are apart list nothing") {
 
 // The predicate rounds differently with its operands exchanged, so that within its slack the two orders may disagree.
 TEST_CASE(
-    "within an instance links hand the predicate its operands in brute's order, so both turn at the same distance") {
+    "within an instance links give the predicate its operands in brute's order, so both turn at the same distance") {
   std::size_t turns = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
@@ -114,7 +114,8 @@ TEST_CASE(
     Rig rig;
     rig.parents = {-1, 0};
     rig.parent_offset.resize(2);
-    for (std::uint32_t leaf = 0; leaf < 4; ++leaf) {  // leaves 0 and 1 are link 1's, 2 and 3 link 0's and far away
+    for (std::uint32_t leaf = 0; leaf < 4;
+         ++leaf) {  // leaves 0 and 1 are on link 1, leaves 2 and 3 on link 0 and far away
       rig.leaves.push_back({leaf < 2 ? 1u : 0u, random_box(random, {}, 0.1, 1), {}});
       if (leaf % 2 == 1) rig.leaves.back().box.center[1] = leaf == 1 ? 40.0f : -40.0f;
     }

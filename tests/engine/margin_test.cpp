@@ -1,4 +1,4 @@
-// Margins: no pair is lost that is no farther apart, by boxes and by shapes, and what is reported beyond is bounded.
+// Margins: no pair within the margin is lost, by boxes or by shapes. How far beyond it pairs are reported is bounded.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -83,7 +83,7 @@ TEST_CASE("the judge of distances knows faces, edges and corners") {
   CHECK(box_distance(cube, cube, {{0.9L, 0, 0}}) == 0);
 }
 
-TEST_CASE("no pair is lost that is no farther apart than the margin, whoever computes it, and few are invented") {
+TEST_CASE("no pair within the margin is lost, for every way to compute it, and few are invented") {
   std::size_t near = 0, touching = 0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     CAPTURE(seed);
@@ -124,8 +124,8 @@ TEST_CASE("cubes a quarter apart are near by a margin of a quarter, near and far
           }
 }
 
-TEST_CASE("by shapes no pair is lost that is no farther apart, and none is reported that is clearly farther") {
-  // A described box's axes are floats, FCL sees them made orthonormal: 4 u of error each turns a box by less than this.
+TEST_CASE("by shapes no pair within the margin is lost, and no pair is reported that is clearly farther apart") {
+  // The axes of a leaf box are floats, and FCL gets them orthonormal. An error of 4 u each turns a box by less.
   constexpr double kAxes = 0x1p-21;
   constexpr double kBeyond = 1e-6;  // of sizes and margin; worst measured 3.4e-8
   constexpr Real kDepth = 1e-6L;    // of sizes; worst measured 1.2e-7
@@ -201,8 +201,8 @@ TEST_CASE("balls, capsules and hulls half a unit apart are near by a margin of a
     }
 }
 
-// FCL's search for the distance of these two stops early, at 0.633774. The ends of the least gap between them,
-// minimised over points of both bodies in double, are 0.633761 apart.
+// FCL's search for the distance of these two stops early, at 0.633774. Minimised in double over points of both bodies,
+// it is 0.633761.
 TEST_CASE("a pair within the margin is reported where FCL's own distance is larger than the margin") {
   ConvexPart capsule, egg;
   capsule.kind = ShapeKind::kCapsule;
@@ -231,7 +231,7 @@ TEST_CASE("the contact of a pair that is apart: normal from a to b, depth the di
   CHECK(std::fabs(contact.normal[0]) < 1e-4f);
   CHECK(std::fabs(contact.normal[1] + 1) < 1e-5f);
   CHECK(std::fabs(contact.point[1] + 0.75f) < 1e-4f);
-  world.members[1].poses.origins = {0.75, 0, 0};  // one that touches has the contact that it has without a margin
+  world.members[1].poses.origins = {0.75, 0, 0};  // a pair that touches has the same contact as without a margin
   contact = contact_of(world);
   CHECK(std::fabs(contact.depth - 0.25f) < 1e-4f);
   CHECK(std::fabs(contact.normal[0] - 1) < 1e-4f);

@@ -1,4 +1,4 @@
-// Statuses and instruction sets have words of their own; the version has one place.
+// Each status and each instruction set has its own words. Header, library and CMake have one version.
 #include <cab/cab.h>
 
 #include <doctest/doctest.h>

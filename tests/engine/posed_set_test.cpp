@@ -15,7 +15,7 @@ using namespace cab::oracle;
 
 constexpr Policies kRows = {Refit::kCab, Strategy::kRows};
 
-// Batches of a chain of `links` each, bound for a call, and the first worker's set of posed characters.
+// Batches of chains of `links` links, bound for a call, and the first worker's set of posed characters.
 struct Slots {
   World world;
   EnginePtr engine;
@@ -77,7 +77,7 @@ TEST_CASE("a batch opens a tile for every sixteen of its instances") {
 
 TEST_CASE("a full set has room for whom it holds and for no other, and for all once it is cleared") {
   const struct {
-    std::uint32_t links, tiles;  // of 31 links boxes fill the set before tiles do
+    std::uint32_t links, tiles;  // with 31 links the set is full of boxes before it is full of tiles
   } cases[] = {{2, kPosedTiles}, {16, kPosedTiles}, {31, kPosedTiles / 2}};
   for (const auto& one : cases) {
     CAPTURE(one.links);

@@ -1,6 +1,6 @@
 // Properties of whole frames over random articulations, poses, batches and policies. Every world is made from one
-// seed, printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone, CAB_TEST_ROUNDS more
-// or fewer (tests/rounds.h).
+// seed, which is printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone. CAB_TEST_ROUNDS says
+// how many worlds run (tests/rounds.h).
 #include "kernels/descend_tiles.h"
 #include "perf/oracle/random_world.h"
 #include "tests/rounds.h"
@@ -21,12 +21,12 @@ using namespace cab::tests;
 // How much wider than exact the boxes of a reported pair may have to be made to touch, as in frame_test.
 constexpr double kInvented = 1e-4;
 
-// How much narrower than exact boxes that touch in one placement may have to be made to be apart in another that is the
-// same but for the rounding of its poses: a rotation of two float quaternions is off by less than 8 u.
+// Two placements of a world differ only by the rounding of poses: a product of two float quaternions is off by less
+// than 8 u. Boxes that touch in one placement are apart in the other once they are made narrower by this.
 constexpr double kReplaced = 1e-6;
 
-// Tries a property on the worlds of seeds 1 to count, or as the environment says. True when at least these were tried,
-// so that what they must have had in all can be checked.
+// Tries a property on the worlds of seeds 1 to count, or on those that the environment chooses. Returns whether all of
+// seeds 1 to count were tried, so that the caller can check totals.
 template <class Property>
 bool for_seeds(std::uint64_t count, Property&& property) {
   const std::uint64_t alone = number_from_environment("CAB_TEST_SEED", 0);
@@ -63,17 +63,17 @@ std::string name_of(const Policies& policies) {
 
 bool is_oriented(Refit refit) { return refit != Refit::kAabbHull && refit != Refit::kAabbVertices; }
 
-// The leaf predicates there are: of oriented boxes and of two kinds of bounds.
+// One refit per leaf predicate: oriented boxes, and two kinds of bounds.
 constexpr Refit kLeafPredicates[] = {Refit::kCab, Refit::kAabbHull, Refit::kAabbVertices};
 
 Policies by_brute(Refit refit) { return {refit, Strategy::kBrute, Exact::kNone}; }
 
-// Whether a strategy may test inner boxes, by whose rejections fewer leaf pairs are tested.
+// Whether a strategy may test inner boxes. Then it may test fewer leaf pairs.
 bool may_descend(Strategy strategy) {
   return strategy == Strategy::kTree || strategy == Strategy::kLinks || strategy == Strategy::kAuto;
 }
 
-// Two batches of characters and two to three sequences, small enough to run by every combination of policies.
+// Two batches of characters and two to three sequences, small enough for every combination of policies.
 World small_world(Random& random, unsigned most_links = 6) {
   constexpr std::uint32_t kCounts[] = {1, 2, 3, 5, 17};
   World world;
@@ -92,8 +92,7 @@ World small_world(Random& random, unsigned most_links = 6) {
   return world;
 }
 
-// Two sequences of one box each that pass the leaf predicate in every frame and are moved apart, as far as the
-// predicate says, give or take two roundings.
+// Two sequences of one box each. In every frame they are as far apart as the leaf predicate allows, to two roundings.
 World world_at_edge(Random& random) {
   constexpr std::uint32_t kFrameCount = 40;
   World world;
@@ -145,15 +144,15 @@ bool is_sorted_once(const std::vector<Hit>& hits) {
   return true;
 }
 
-// Link pairs that one of two lists has and the other lacks.
+// The link pairs that are in one of two lists and not in the other.
 std::vector<Hit> differing(const std::vector<Hit>& a, const std::vector<Hit>& b) {
   std::vector<Hit> out;
   std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(out), link_less);
   return out;
 }
 
-// Hits with every instance renamed, sides in order, sorted. rename(batch, instance) changes both in place. Leaves are
-// set to 0: which leaf pair is the lowest depends on the order of the sides.
+// The hits with every instance renamed, their sides ordered, sorted. rename(batch, instance) changes both in place.
+// Leaves are set to 0: which leaf pair is the lowest depends on the order of the sides.
 template <class Rename>
 std::vector<Hit> renamed(std::vector<Hit> hits, Rename&& rename) {
   for (Hit& hit : hits) {
@@ -227,7 +226,7 @@ TEST_CASE(
     for (const Refit refit : kLeafPredicates) by_predicate[refit] = run_on(*engine, world, by_brute(refit)).hits;
     hits += by_predicate[Refit::kCab].size();
 
-    // Fewer axes let more leaf pairs pass, of which a descent reports those that its inner boxes do not tell apart.
+    // With fewer axes more leaf pairs pass. Of these a descent reports those that its inner boxes do not separate.
     const std::vector<Hit> fewer_axes =
         run_on(*engine, world, {Refit::kCab, Strategy::kBrute, Exact::kNone, Extents::kChildren, Sat::kFaces6}).hits;
     more_by_fewer_axes += fewer_axes.size() - by_predicate[Refit::kCab].size();
@@ -339,9 +338,9 @@ TEST_CASE("turning the whole world changes only pairs within the padding and the
     const std::vector<Hit> difference = differing(before.hits, after.hits);
     hits += before.hits.size();
     changed += difference.size();
-    CHECK(missing_from(judge_world(world, -kReplaced), after.hits) == 0);  // and so do not differ
+    CHECK(missing_from(judge_world(world, -kReplaced), after.hits) == 0);  // so these do not differ
     CHECK(missing_from(difference, judge_world(world, kInvented)) == 0);
-    // Bounds along the world's axes are others after a turn; they too lose nothing that touches.
+    // Bounds along the world's axes change when the world turns. They must not lose a touching pair either.
     CHECK(missing_from(judge_world(world, -kReplaced), run_world(rotated, {Refit::kAabbHull}).hits) == 0);
   });
   if (!whole) return;
@@ -354,7 +353,7 @@ TEST_CASE("an instance, a batch and a rule that are far from all others change n
   const bool whole = for_seeds(60, [&](Random& random) {
     World world = small_world(random, 12);
     World more = world;
-    Member& joined = more.members[random.index(2)];  // among the characters: the last of its batch
+    Member& joined = more.members[random.index(2)];  // a character: the last of its batch
     const std::uint32_t last = joined.poses.instance_count;
     if (joined.poses.origins.empty()) joined.poses.origins.resize(3 * std::size_t{last});
     std::vector<std::uint32_t> instances(last);
@@ -401,7 +400,7 @@ TEST_CASE("batches and instances in another order have the same hits, but for pa
     for (std::uint32_t m = 0; m < count; ++m) {
       Member member = world.members[batch_from[m]];
       instance_from.push_back(shuffled(random, member.poses.instance_count));
-      // Instance f of a sequence is frame f: all or none of them could be permuted alike, so none is.
+      // Instance f of a sequence is frame f, so sequences would have to be permuted alike. They are left as they are.
       if (member.kind == BatchKind::kSequence)
         for (std::uint32_t i = 0; i < member.poses.instance_count; ++i) instance_from.back()[i] = i;
       member.poses = chosen(member.poses, instance_from.back());
@@ -467,7 +466,7 @@ TEST_CASE("every rule has the hits and counts that it has alone") {
   if (whole) CHECK(hits > 10000);
 }
 
-TEST_CASE("the links of one instance meet as those of two copies in one place do, ignored pairs apart") {
+TEST_CASE("the links of one instance touch as those of two copies in one place do, except for ignored pairs") {
   std::size_t hits = 0, ignored = 0;
   const bool whole = for_seeds(150, [&](Random& random) {
     Member member;
@@ -479,7 +478,7 @@ TEST_CASE("the links of one instance meet as those of two copies in one place do
                                 any_pose_range(random, far, {{far ? 3e8 : 0, 0, far ? -2e6 : 0}}, 0.5));
     World world;
     world.members = {member, member};
-    std::vector<std::uint32_t> leaf_of(member.rig.link_count());  // one leaf a link, in an order of their own
+    std::vector<std::uint32_t> leaf_of(member.rig.link_count());  // one leaf per link, in random order
     for (std::uint32_t leaf = 0; leaf < member.rig.leaf_count(); ++leaf) leaf_of[member.rig.leaves[leaf].link] = leaf;
     for (const Refit refit : kLeafPredicates) {
       const Policies policies = {refit, Strategy::kTree, Exact::kNone};
@@ -517,7 +516,7 @@ TEST_CASE("frames run together have the hits and counts that they have one at a 
     for (Member& member : one.members) member.poses.instance_count = 1;
     const EnginePtr together = make_engine_for(world), alone = make_engine_for(one);
     for (const Refit refit : kLeafPredicates) {
-      // Rules over all frames only: a rule between two tables of one frame would be met in every frame.
+      // Only rules with a sequence of all frames: a rule between two sequences of one frame would hold in every frame.
       const Policies policies = {refit, Strategy::kTree, Exact::kNone};
       INFO(name_of(policies));
       const auto count_of = [&](BatchId batch) { return world.members[batch.value - 1].poses.instance_count; };

@@ -1,4 +1,4 @@
-// The strategy rows, and what auto stands for: the hits of brute in every world, for every refit.
+// The strategies rows and auto: they find the hits of brute in every world, with every refit.
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
 
@@ -49,7 +49,7 @@ TEST_CASE("rows report what brute reports, with fewer box tests, on every instru
 TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from the world's origin") {
   Rig rig;
   rig.parents = {-1};
-  for (int i = 0; i < 17; ++i)  // one leaf more than a row holds
+  for (int i = 0; i < 17; ++i)  // one leaf more than there are lanes
     rig.leaves.push_back(
         {0, {{0.25f * static_cast<float>(i), 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.125f, 0.125f, 0.125f}}, {}});
   for (const double out : {0.0, 1e4, 1e7, 3e9}) {
@@ -110,9 +110,9 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("hits stand in their order without a sort, whoever ran the tasks and however little a worker keeps") {
+TEST_CASE("hits are in order for any number of workers, also where a worker keeps fewer hits than a task has") {
   Random random(5);
-  World world = random_crowd(random, 12, 0.4, false);  // crowded: more hits a task than a worker keeps
+  World world = random_crowd(random, 12, 0.4, false);  // crowded: more hits per task than a worker keeps
   for (Member& member : world.members)
     member = any_member(random, 300, BatchKind::kCharacters, {0.6, false, true, {}}, 12);
   const Outcome serial = run_world(world, {Refit::kCab, Strategy::kRows});

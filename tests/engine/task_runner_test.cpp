@@ -1,4 +1,5 @@
-// Schedules: every task once, workers apart; and frames that are the same on every instruction set and thread count.
+// Task runners: every task runs once, and no two running tasks share a worker. Frames are the same on every instruction
+// set and thread count.
 #include "engine/task_runner.h"
 
 #include "perf/oracle/random_world.h"
@@ -19,7 +20,7 @@ using namespace cab;
 using namespace cab::oracle;
 using namespace cab::tests;
 
-// Runs tasks that count themselves and watch who else is on their worker.
+// Runs tasks that count their runs and check that no other task has their worker.
 void check_task_runner(TaskRunner& runner, std::uint32_t task_count) {
   CAPTURE(task_count);
   const std::uint32_t workers = runner.worker_count();

@@ -1,5 +1,5 @@
-// Less work under ThreadSanitizer for tests of one thread, of which it can say nothing and which it makes ten to fifty
-// times slower. Each use prints what it leaves out.
+// Less work under ThreadSanitizer for tests of one thread. It finds nothing in them and makes them ten to fifty times
+// slower. Each use prints what it leaves out.
 #pragma once
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// One leaf predicate: pairs at the very edge of the overlap test's slack get one answer, whoever asks.
+// One leaf predicate: pairs at the very edge of the overlap test's slack get the same answer from every strategy.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -8,20 +8,20 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 
-// What the overlap test adds to half extents for the sizes of both boxes and to an edge for the second box's size, and
-// what posing adds to a half extent for its box's size and for how far it was moved (layout/error_bounds.h).
+// What the overlap test adds: to half extents by the sizes of both boxes, and to an edge by the second box's size.
+// Posing adds to a half extent by the size of the box and by its distance from the origin (layout/error_bounds.h).
 constexpr double kSlackGrow = 0x1.8p-20, kSlackEdge = 0x1p-20;
 constexpr double kPosePadSize = 0x1p-19, kPosePadPlace = 0x1p-22;
 
-// How far a box reaches along a unit direction when each half extent is wider by `pad`.
+// The projected radius of a box along a unit direction, when each half extent is larger by `pad`.
 Real projected_radius(const ExactBox& box, const Point& direction, Real pad) {
   Real out = 0;
   for (std::size_t k = 0; k < 3; ++k) out += (box.half[k] + pad) * std::fabs(dot(axis_of(box, k), direction));
   return out;
 }
 
-// Turns link 1 at random and puts it where one axis, a face of link 0's box or a cross of edges, separates the two by
-// about the slack and no other does.
+// Turns link 1 at random. Puts it where one axis alone, a face normal of link 0's box or a cross of edges, separates
+// the two, by about the slack.
 void place_at_edge(Random& random, const Rig& rig, Poses& poses, std::uint32_t i) {
   for (;;) {
     double q[4];
@@ -50,8 +50,7 @@ void place_at_edge(Random& random, const Rig& rig, Poses& poses, std::uint32_t i
   }
 }
 
-// n instances of two links of a box each. The leaf of link 1 comes first, so that the order of leaves is not the order
-// of links.
+// n instances of two links with one box each. The leaf of link 1 comes first, so leaves are not in the order of links.
 Member edge_member(Random& random, std::uint32_t n, BatchKind kind) {
   Member out;
   out.kind = kind;
@@ -90,7 +89,7 @@ TEST_CASE("pairs at the edge of the slack: tree and brute, characters and frames
       }
     }
   }
-  CHECK(hits > asked / 10);  // the edge is met from both sides
+  CHECK(hits > asked / 10);  // the edge is tested from both sides
   CHECK(hits < asked * 9 / 10);
 }
 
@@ -106,7 +105,7 @@ TEST_CASE("a tree opens fewer pairs than brute where bodies are apart, and both 
   world.rules = {{{1}, {2}, Pairing::kBetween}};
   std::rotate(world.members[1].poses.data.begin(),
               world.members[1].poses.data.begin() + static_cast<std::ptrdiff_t>(world.members[1].poses.data.size() / 2),
-              world.members[1].poses.data.end());  // each frame against the other's pose
+              world.members[1].poses.data.end());  // each frame against the pose of the other sequence
   const Outcome tree = run_world(world, {Refit::kCab, Strategy::kTree}),
                 brute = run_world(world, {Refit::kCab, Strategy::kBrute, Exact::kNone});
   CHECK(brute.stats.box_tests == 2 * std::uint64_t{leaves} * leaves);

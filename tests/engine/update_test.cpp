@@ -1,4 +1,4 @@
-// Masked instances: which poses are refused, with which flag, and that nobody else notices.
+// Masked instances: which poses are refused, with which flag, and that other instances keep their bits.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -19,7 +19,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 struct Spoiling {
   std::string name;
   InstanceFlag flag;
-  bool matrices;  // applies to matrices, else to quaternions
+  bool matrices;  // true: for matrices; false: for quaternions
   std::function<void(float*, PoseFormat)> spoil;
 };
 
@@ -71,7 +71,7 @@ std::vector<Spoiling> spoilings() {
   return out;
 }
 
-// A world of one batch that meets itself, crowded.
+// A crowded world of one batch, which is paired with itself.
 World one_batch(Random& random, std::uint32_t n, PoseFormat format, BatchKind kind = BatchKind::kCharacters) {
   World world;
   Member member;
@@ -92,7 +92,7 @@ std::vector<Box> boxes_of(const World& world, Refit refit, const EngineDesc& des
   return boxes;
 }
 
-// Checks that instance `who`, and nobody else, is masked in the spoilt world.
+// Checks that only instance `who` is masked in the spoilt world.
 void check_masked(const World& sound, const World& spoilt, std::uint32_t who, InstanceFlag flag,
                   const EngineDesc& desc) {
   const std::uint32_t n = sound.members[0].poses.instance_count;
@@ -131,7 +131,7 @@ TEST_CASE("a spoilt pose masks its own instance with the right flag, and changes
       const World sound = one_batch(random, 18, format);
       World spoilt = sound;
       const std::uint32_t who = random.index(18);
-      // Link 0 carries leaves in every rig; others may be unposed, and then their poses are not read.
+      // Link 0 has leaves in every rig. The poses of other links may not be read.
       spoiling.spoil(spoilt.members[0].poses.pose(who, 0), format);
       EngineDesc desc;
       desc.isa = isas[seed % isas.size()];
@@ -162,7 +162,7 @@ TEST_CASE("a pose within range whose boxes leave it is masked") {
   Random random(4);
   const World sound = one_batch(random, 16, PoseFormat::kQuaternionTranslation);
   World spoilt = sound;
-  spoilt.members[0].rig.leaves[0].box.center[0] = 9e17f;  // too far along with the translation below
+  spoilt.members[0].rig.leaves[0].box.center[0] = 9e17f;  // too far once the translation below is added
   for (Leaf& leaf : spoilt.members[0].rig.leaves) leaf.box.half[0] = 0.1f;
   for (std::uint32_t l = 0; l < 5; ++l) {
     float* const pose = spoilt.members[0].poses.pose(3, l);
@@ -231,7 +231,7 @@ TEST_CASE("when all are masked there are no hits, and when a table is masked it 
   }
 }
 
-TEST_CASE("masked frames of a sequence meet nobody, and the other frames of the tile are as before") {
+TEST_CASE("masked frames of a sequence are in no hit, and the other frames of the tile are as before") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     Random random(seed);

@@ -56,7 +56,7 @@ std::vector<unsigned char> bytes_of(const std::vector<T>& values) {
   return std::vector<unsigned char>(from, from + values.size() * sizeof(T));
 }
 
-// Spoils the job in one way; the frame must answer with the status and touch nothing.
+// Spoils the job in one way. The frame must answer with the status and write nothing.
 void refuse(Status status, const std::function<void(Bench&)>& spoil) {
   Bench bench;
   spoil(bench);
@@ -112,7 +112,7 @@ TEST_CASE("poses must be there, of a known format, and strided by whole floats t
   refuse(Status::kBadPoses, [](Bench& b) { b.inputs[0].poses.instance_stride = ~std::size_t{3}; });
 }
 
-TEST_CASE("origins must be none or three finite doubles an instance") {
+TEST_CASE("origins must be empty or three finite doubles per instance") {
   static double origins[12] = {};
   refuse(Status::kBadOrigins, [](Bench& b) { b.inputs[0].origins = {origins, 8}; });
   refuse(Status::kBadOrigins, [](Bench& b) { b.inputs[0].origins = {origins, 12}; });
@@ -124,7 +124,7 @@ TEST_CASE("origins must be none or three finite doubles an instance") {
   }
 }
 
-TEST_CASE("orientations and flags must be none or as many as instances") {
+TEST_CASE("orientations and flags must be empty or one per instance") {
   static float orientations[16] = {};
   refuse(Status::kBadOrientations, [](Bench& b) { b.inputs[0].orientations = {orientations, 3}; });
   refuse(Status::kBadOrientations, [](Bench& b) { b.inputs[0].orientations = {orientations, 16}; });
@@ -134,7 +134,7 @@ TEST_CASE("orientations and flags must be none or as many as instances") {
   refuse(Status::kBadFlags, [](Bench& b) { b.inputs[0].flags = {nullptr, 3}; });
 }
 
-TEST_CASE("layers and their masks must be none or one an instance") {
+TEST_CASE("layers and their masks must be empty or one per instance") {
   static std::uint32_t words[4] = {};
   for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks}) {
     refuse(Status::kBadLayers, [=](Bench& b) { b.inputs[0].*layers = {words, 2}; });
@@ -153,11 +153,11 @@ TEST_CASE("a rule must name batches that have input, and a pairing that they can
   refuse_rule({0}, {1}, Pairing::kBetween);
   refuse_rule({1}, {6}, Pairing::kBetween);
   refuse_rule({1}, {3}, Pairing::kBetween);  // characters and frames
-  refuse_rule({3}, {3}, Pairing::kBetween);  // a frame meets no other frame of its batch
+  refuse_rule({3}, {3}, Pairing::kBetween);  // a frame is not paired with other frames of its sequence
   refuse_rule({1}, {2}, Pairing::kWithin);
   refuse_rule({1}, {2}, static_cast<Pairing>(2));
   refuse(Status::kBadPairRule, [](Bench& b) { b.job.rules.data = nullptr; });
-  refuse(Status::kBadPairRule, [](Bench& b) { b.job.inputs.size = 4; });  // batch 5 is ruled and not given
+  refuse(Status::kBadPairRule, [](Bench& b) { b.job.inputs.size = 4; });  // batch 5 is in a rule but has no input
   refuse(Status::kPairRuleGivenTwice, [](Bench& b) {
     b.rules.push_back({{2}, {1}, Pairing::kBetween});
     b.point();
@@ -197,13 +197,13 @@ TEST_CASE("policies must hold values of their enumerations") {
   refuse(Status::kBadPolicy, [](Bench& b) { b.job.policies.extents = static_cast<Extents>(2); });
 }
 
-TEST_CASE("in_contact must be none or one an instance, and the report one that there is") {
+TEST_CASE("in_contact must be empty or one per instance, and the report a value of Report") {
   static std::uint8_t bytes[4] = {};
   refuse(Status::kBadInContact, [](Bench& b) { b.inputs[0].in_contact = {bytes, 2}; });
   refuse(Status::kBadInContact, [](Bench& b) { b.inputs[0].in_contact = {bytes, 4}; });
   refuse(Status::kBadInContact, [](Bench& b) { b.inputs[2].in_contact = {nullptr, 4}; });
   refuse(Status::kBadReport, [](Bench& b) { b.job.report = static_cast<Report>(2); });
-  refuse(Status::kBadMargin, [](Bench& b) {  // what is refused leaves the bytes as they were
+  refuse(Status::kBadMargin, [](Bench& b) {  // a refused call leaves the bytes as they were
     std::fill_n(bytes, 4, std::uint8_t{0xcc});
     b.inputs[2].in_contact = {bytes, 4};
     b.job.margin = -1;

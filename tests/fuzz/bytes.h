@@ -1,4 +1,4 @@
-// A fuzzer's bytes as numbers, turns and boxes: mostly tame, so that inputs get past the checks, now and then anything.
+// A fuzzer's bytes as numbers, rotations and boxes. Most are valid, so that inputs pass the checks; some are anything.
 #pragma once
 
 #include "perf/oracle/random_rig.h"
@@ -12,7 +12,7 @@
 #include <limits>
 #include <string>
 
-// What must hold for every input; stops the program, which a fuzzer and a test both call a failure.
+// Stops the program if the condition does not hold. A fuzzer and a test both count that as a failure.
 #define FUZZ_CHECK(condition)                                                                             \
   do {                                                                                                    \
     if (condition) break;                                                                                 \

@@ -1,5 +1,5 @@
-// Bytes to calls of the public API, right and wrong: a call answers by its status, one that fails changes nothing, and
-// memory that ends early is a status too.
+// Turns bytes into calls of the public API, right and wrong. A call answers by its status, a call that fails changes
+// nothing, and lack of memory is a status too.
 #include "perf/oracle/world.h"
 #include "tests/fuzz/bytes.h"
 
@@ -9,7 +9,7 @@ namespace {
 
 using namespace cab;
 
-// Hands out this many bytes at a time and no more.
+// An allocator that has at most this many bytes allocated at a time.
 struct Budget {
   std::size_t left;
   std::size_t used = 0;
@@ -29,13 +29,13 @@ struct Budget {
   }
 };
 
-// The last task first, by the last worker.
+// A scheduler that runs the last task first, by the last worker.
 void run_backwards(void* user, std::uint32_t count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) {
   const std::uint32_t workers = *static_cast<const std::uint32_t*>(user);
   while (count-- > 0) task(context, count, workers - 1);
 }
 
-// A span as it is, without its last entry, or with a size and no data.
+// Returns the span itself, without its last entry, or with a size and no data.
 template <class T>
 Span<T> spoiled(fuzz::Bytes& bytes, Span<T> span) {
   if (!bytes.rarely()) return span;
@@ -43,7 +43,7 @@ Span<T> spoiled(fuzz::Bytes& bytes, Span<T> span) {
   return {span.data, span.size - (span.size > 0 ? 1 : 0)};
 }
 
-// One batch as the engine has it.
+// What the test knows of a batch of the engine.
 struct Known {
   std::uint32_t links, nodes, instances;
 };
@@ -126,7 +126,7 @@ struct Session {
     FUZZ_CHECK(id.value == batches.size());
   }
 
-  // What an input points to, exactly as large as the strides ask for.
+  // The memory that an input points to. It is exactly as large as the strides require.
   struct Arrays {
     std::vector<float> poses, orientations;
     std::vector<double> origins;
@@ -150,7 +150,7 @@ struct Session {
     const std::size_t instance_stride =
         input.poses.instance_stride ? input.poses.instance_stride : known.links * link_stride;
     const bool far_apart = link_stride > 1024 || instance_stride > 8192;
-    // Beyond that the strides stay without their memory and the data is left out.
+    // Larger strides stay as they are, and the input gets no data.
     if (!far_apart) arrays.poses.resize(((known.instances - 1) * instance_stride + span + 3) / 4);
     float pattern[16];
     for (float& value : pattern) value = bytes.number();
@@ -199,7 +199,7 @@ struct Session {
     FrameJob job;
     job.inputs = spoiled(bytes, Span<const BatchInput>{inputs.data(), inputs.size()});
     job.rules = spoiled(bytes, Span<const PairRule>{rules.data(), rules.size()});
-    // Every value of every field, and one beyond.
+    // Every value of every field, and one value too many.
     const auto any = [&](std::uint32_t field) { return bytes.below(policy_table()[field].value_count + 1); };
     job.policies = {static_cast<Refit>(any(0)), static_cast<Strategy>(any(1)),
                     static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0), static_cast<Extents>(any(3)),

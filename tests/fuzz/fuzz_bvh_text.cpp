@@ -1,4 +1,4 @@
-// Bytes to our check of a BVH file's text, to links and to one world: all without assimp.
+// Turns bytes into a BVH text, which goes through import's own check, to links and to a world: all without assimp.
 #include "scenes/import/bvh_text.h"
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
@@ -27,7 +27,7 @@ void check_text(const BvhText& text) {
   FUZZ_CHECK(channels == text.channel_count);
 }
 
-// The figure with every rotation left out: offsets and position channels alone.
+// The figure without rotations: offsets and position channels alone.
 Skeleton unrotated(const BvhText& text) {
   Skeleton out;
   out.frame_seconds = text.frame_seconds;

@@ -1,5 +1,5 @@
-// Bytes to worlds that may be run: no strategy loses a touching pair or knows one that brute does not, rows and links
-// know all that brute does, every instruction set writes the same bits, and a masked instance is in no hit.
+// Turns bytes into worlds and runs them. No strategy loses a touching pair or reports a pair that brute does not. rows
+// and links report all pairs of brute. Every instruction set writes the same bits. A masked instance is in no hit.
 #include "perf/oracle/random_world.h"
 #include "tests/fuzz/bytes.h"
 
@@ -17,7 +17,7 @@ World world_of(fuzz::Bytes& bytes) {
     Member member;
     member.kind = m < characters ? BatchKind::kCharacters : BatchKind::kSequence;
     member.rig = bytes.rig(4);
-    // One frame meets all frames of another batch.
+    // A sequence of one frame is paired with all frames of another.
     const std::uint32_t count = m < characters ? counts[bytes.below(m == 0 ? 4 : 3)] : bytes.rarely() ? 1 : frame_count;
     member.poses = bytes.poses(member.rig.link_count(), count);
     world.members.push_back(std::move(member));
@@ -38,7 +38,7 @@ std::vector<Box> boxes_of(Engine& engine, const World& world, const Policies& po
   return out;
 }
 
-// Hits between characters alone.
+// The hits between characters.
 std::vector<Hit> of_characters(const World& world, std::vector<Hit> hits) {
   hits.erase(std::remove_if(
                  hits.begin(), hits.end(),
@@ -73,7 +73,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Outcome rows = run_on(*scalar, world, {policies.refit, Strategy::kRows, Exact::kNone, extents});
   const Outcome links = run_on(*scalar, world, {policies.refit, Strategy::kLinks, Exact::kNone, extents});
   FUZZ_CHECK(same_hits(rows.hits, brute.hits) && missing_from(links.hits, brute.hits) == 0);
-  FUZZ_CHECK(same_hits(of_characters(world, links.hits), of_characters(world, brute.hits)));  // frames are by tree
+  FUZZ_CHECK(same_hits(of_characters(world, links.hits), of_characters(world, brute.hits)));  // sequences use tree
   FUZZ_CHECK(brute.flags == tree.flags && all.flags == tree.flags && links.flags == tree.flags);
 
   const std::vector<Box> boxes = boxes_of(*scalar, world, policies);

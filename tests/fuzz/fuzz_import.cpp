@@ -1,4 +1,5 @@
-// Bytes to a BVH file that goes all the way: our check, Debian's assimp, links, a world, an engine.
+// Turns bytes into a BVH file, which goes through import's own check, Debian's assimp, links, a world
+// and an engine.
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
 #include "tests/fuzz/bytes.h"

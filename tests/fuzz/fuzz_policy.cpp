@@ -1,4 +1,5 @@
-// Bytes to the text of an option of the command line: a value or one printable line, and policies by their names alone.
+// Turns bytes into the text of a command line option. The answer is a value or one printable line. Policies are
+// accepted by their names alone.
 #include "perf/base/option_values.h"
 #include "perf/base/usage.h"
 #include "scenes/import/printable.h"

@@ -1,4 +1,5 @@
-// Bytes to a scene as assimp might hand it over for any format, good or not, to our skeleton, links, world and engine.
+// Turns bytes into a scene, valid or not, such as assimp may make of any format. It goes to skeleton, links, world and
+// engine.
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"

@@ -1,4 +1,4 @@
-// A main for the fuzzers' entry point: runs it once on every file that is named, and on every file of a named folder.
+// A main() that runs a fuzzer's entry point once on every named file, and on every file of a named folder.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -19,7 +19,7 @@ bool replay(const std::filesystem::path& path) {
     return false;
   }
   std::printf("%s, %zu bytes\n", path.c_str(), bytes.size());
-  std::fflush(stdout);  // the last line names the input, should it stop the program
+  std::fflush(stdout);  // if an input stops the program, the last line names it
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   return true;
 }

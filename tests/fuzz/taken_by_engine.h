@@ -1,4 +1,4 @@
-// What import made, handed to an engine.
+// Checks that an engine accepts an imported scene.
 #pragma once
 
 #include "perf/oracle/world.h"
@@ -7,8 +7,8 @@
 
 namespace cab::fuzz {
 
-// Every character of an imported scene is an articulation that the engine takes, with a pose a link in every frame; its
-// first frame is posed without a masked instance.
+// The engine must accept every character of an imported scene as an articulation, with one pose per link in every
+// frame. The first frame is posed without a masked instance.
 inline void taken_by_engine(const scenes::Scene& scene) {
   const oracle::EnginePtr engine = oracle::make_engine();
   FUZZ_CHECK(scene.frame_count >= 1 && scene.frame_seconds > 0);

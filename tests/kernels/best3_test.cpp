@@ -1,5 +1,5 @@
-// best3 against its words: the axes of CAB or of a child, whichever box has the least surface, computed apart in
-// double.
+// best3 against its description, computed independently in double: the axes of CAB or of a child, whichever box has the
+// least surface.
 #include "kernels/refit_tree.h"
 #include "perf/oracle/merge_regimes.h"
 #include "perf/oracle/rotation_limit.h"
@@ -17,11 +17,11 @@ using Wide = oracle::OracleBox<double>;
 
 constexpr std::uint64_t kSeed = 33;
 
-// How much more surface than the least of three a chosen box may have: what float rounds of half extents (20 u S and
-// 2 u M of each) times the box's circumference, in units of 16 u S (S + M). Worst measured: 0.61.
+// A chosen box may have this much more surface than the least of the three, in units of 16 u S (S + M). It comes from
+// the rounding of half extents (20 u S and 2 u M of each) times the circumference of the box. Worst measured: 0.61.
 constexpr double kTolerance = 1;
 
-// Two pairs of leaves, each merged, and the two parents merged: parents of parents.
+// Two pairs of leaves, each merged, and then the two parents merged, so that merges of merged boxes are tested.
 constexpr std::uint32_t kNodes = 7;
 constexpr MergeStep kAtJoint[] = {{0, 1, 0}, {2, 3, 0}, {4, 5, 0}};
 constexpr MergeStep kFree[] = {{0, 1, kNoJoint}, {2, 3, kNoJoint}, {4, 5, kNoJoint}};
@@ -96,7 +96,7 @@ TEST_CASE("best3 takes the axes of CAB or of a child, those whose box has the le
       refit(Refit::kBest3, extents, program, tile);
       for (std::size_t s = 0; s < 3; ++s) {
         const MergeStep& step = program.steps.data[s];
-        // The CAB merge of the same two children, alone.
+        // The CAB merge of the same two children.
         const MergeStep alone = {0, 1, step.joint_link};
         const MergeProgram one_merge = {{&alone, 1}, {kCounts, 3}, {kFirst, 3}, {kLeafSequence, 2}, 1};
         Tile cab{};

@@ -1,4 +1,5 @@
-// The covariance merge against an eigen-solver written apart, and the footnote's variant of CAB against its words.
+// The covariance merge against an independent eigen-solver, and the variant of CAB in the paper's footnote against its
+// description.
 #include "kernels/refit_tree.h"
 #include "perf/oracle/containment.h"
 #include "perf/oracle/float_frame.h"
@@ -44,7 +45,7 @@ void refit(const kernel::KernelTable& kernels, std::size_t rule, std::size_t ext
   kernels.refit_boxes[rule][extents]({&program, &tile.joint, tile.nodes, tile.moments});
 }
 
-// Covariance of the sixteen corners, by listing them.
+// The covariance of the sixteen corners, summed corner by corner.
 Eigen::Matrix3d corner_covariance(const oracle::MergeCase& one) {
   std::vector<Eigen::Vector3d> corners;
   for (const auto* box : {&one.child1, &one.child2})
@@ -70,7 +71,7 @@ double off_diagonal(const Eigen::Matrix3d& covariance, const oracle::OracleBox<f
   return std::max({std::fabs(rotated(0, 1)), std::fabs(rotated(0, 2)), std::fabs(rotated(1, 2))}) / largest;
 }
 
-// Whether each child is longer than the other is thin; elsewhere merges copy a frame.
+// Whether each child is longer than the other is thin. Otherwise merges copy a frame.
 bool both_matter(const oracle::MergeCase& one) {
   const auto longest = [](const oracle::OracleBox<float>& box) { return *std::max_element(box.half, box.half + 3); };
   const auto least = [](const oracle::OracleBox<float>& box) { return *std::min_element(box.half, box.half + 3); };
@@ -148,7 +149,7 @@ TEST_CASE(
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       const auto expected = get(cab.nodes[2], lane), got = get(sum.nodes[2], lane);
       Eigen::Vector3d a[2];
-      bool clear = true;  // no decision of the merge is near its tipping point
+      bool clear = true;  // no decision of the merge is close
       for (std::size_t i = 0; i < 2; ++i) {
         const auto& box = i == 0 ? cases[lane].child1 : cases[lane].child2;
         const std::size_t longest = static_cast<std::size_t>(std::max_element(box.half, box.half + 3) - box.half);

@@ -54,7 +54,7 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds overlap, in order
     filter.candidate = 7;
     filter.self = self;
 
-    // How far two leaves' bounds are from meeting: at most zero where they do.
+    // The gap between the bounds of two leaves: at most zero if they overlap.
     const auto gap = [&](std::uint32_t i, std::uint32_t j) {
       double out = -std::numeric_limits<double>::infinity();
       for (std::uint32_t c = 0; c < 3; ++c) {

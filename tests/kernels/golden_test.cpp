@@ -1,5 +1,5 @@
-// The golden hashes of the paper's scenes from kernels alone: what a build without the engine, such as the one that
-// runs under an emulator, can show of them.
+// The golden hashes of the paper's scenes from kernels alone, for builds without the engine, such as the one that runs
+// under an emulator.
 #include "kernels/descend_tiles.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"
@@ -27,7 +27,7 @@ struct Body {
     moments = arena.allocate<MomentTile>(articulation.node_count).data;
   }
 
-  // Boxes of frames first .. first + live - 1; a static character's one frame in every lane.
+  // The boxes of frames first to first + live - 1. A static character has its one frame in every lane.
   void update(const kernel::KernelTable& kernels, const Policies& policies, std::uint32_t first, std::uint32_t live) {
     std::uint8_t flags[kLanes];
     kernel::PoseTile pose = {};

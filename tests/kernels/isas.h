@@ -30,7 +30,7 @@ bool same_bits(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-// One merge of leaf 0 and leaf 1, at link 0's joint or at none.
+// One merge of leaf 0 and leaf 1, with link 0's joint or without a joint.
 inline MergeProgram pair_program(bool has_joint) {
   static constexpr MergeStep kAtJoint[] = {{0, 1, 0}};
   static constexpr MergeStep kFree[] = {{0, 1, kNoJoint}};

@@ -1,4 +1,4 @@
-// The CAB merge against its promises and against a merge written apart in double.
+// The CAB merge against its promises and against an independent merge in double.
 #include "kernels/refit_tree.h"
 #include "layout/error_bounds.h"
 #include "perf/oracle/containment.h"
@@ -51,7 +51,7 @@ oracle::OracleBox<float> kernel_parent(const oracle::OracleBox<float>& child1, c
   return get(tile.nodes[2], 0);
 }
 
-// Collects random cases of a regime into full tiles, those with and those without a joint apart.
+// Collects random cases of a regime into full tiles. Cases with a joint and cases without one are in different tiles.
 std::vector<MergeTile> make_tiles(oracle::Random& random, oracle::MergeRegime regime, std::size_t count) {
   std::vector<MergeTile> out;
   MergeTile pending[2];
@@ -137,7 +137,7 @@ TEST_CASE("where E and a1 are of one length the main axis is E, on every instruc
     merge(*kernels, tile);
     const oracle::OracleBox<float> parent = get(tile.nodes[2], 0);
     CHECK(parent.axis[0][0] == 1);
-    CHECK(parent.axis[0][1] == -kShort);  // of a1 it would be 0
+    CHECK(parent.axis[0][1] == -kShort);  // with a1 it would be 0
     CHECK(parent.axis[0][2] == 0);
   }
 }

@@ -1,4 +1,4 @@
-// The overlap test against an exact judge: no overlapping pair is lost, each axis does its work.
+// The overlap test against an exact judge: no overlapping pair is lost, and each axis separates its boxes.
 #include "kernels/descend_tiles.h"
 #include "kernels/gather_pairs.h"
 #include "layout/error_bounds.h"
@@ -21,7 +21,7 @@ constexpr std::size_t kAll15 = static_cast<std::size_t>(Sat::kAll15), kFaces6 = 
 // Sixteen pairs in both layouts that kernels read.
 struct Pairs {
   oracle::BoxPair pair[kLanes];
-  BoxAos row_a[kLanes], row_b[kLanes];
+  BoxAos aos_a[kLanes], aos_b[kLanes];
   BoxTile tile_a, tile_b;
   ShiftTile shift;
 };
@@ -29,8 +29,8 @@ struct Pairs {
 void fill(Pairs& pairs) {
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     const oracle::BoxPair& pair = pairs.pair[lane];
-    pairs.row_a[lane] = row_of(pair.a);
-    pairs.row_b[lane] = row_of(pair.b);
+    pairs.aos_a[lane] = to_aos(pair.a);
+    pairs.aos_b[lane] = to_aos(pair.b);
     put(pairs.tile_a, lane, pair.a);
     put(pairs.tile_b, lane, pair.b);
     for (std::size_t c = 0; c < 3; ++c) pairs.shift.by[c][lane] = pair.origin_b[c] - pair.origin_a[c];
@@ -39,14 +39,14 @@ void fill(Pairs& pairs) {
 
 std::uint32_t overlap_block(const kernel::KernelTable& kernels, const Pairs& pairs, std::uint32_t leaves,
                             std::size_t sat = kAll15) {
-  kernel::BoxPairs<BoxAos> rows;
-  rows.shift = &pairs.shift;
-  rows.leaves = leaves;
+  kernel::BoxPairs<BoxAos> boxes;
+  boxes.shift = &pairs.shift;
+  boxes.leaves = leaves;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    rows.a[lane] = &pairs.row_a[lane];
-    rows.b[lane] = &pairs.row_b[lane];
+    boxes.a[lane] = &pairs.aos_a[lane];
+    boxes.b[lane] = &pairs.aos_b[lane];
   }
-  return kernels.overlap_boxes[sat](rows);
+  return kernels.overlap_boxes[sat](boxes);
 }
 
 // An articulation of one link and one leaf, for the tile kernels.
@@ -79,7 +79,7 @@ bool zero_shift(const Pairs& pairs) {
   return true;
 }
 
-// A pose that one axis alone separates, in all lanes.
+// A pose that only one axis separates, in all lanes.
 Pairs separated_along(std::size_t axis) {
   Pairs pairs;
   for (auto& pair : pairs.pair) pair = oracle::separating_axis_pose(axis);
@@ -141,7 +141,7 @@ TEST_CASE("each of the fifteen axes alone separates the pose made for it") {
 }
 
 // In the order of oracle::separating_axis_pose the six faces come first.
-TEST_CASE("the six faces alone separate what they separate, and none of the poses that only edges do") {
+TEST_CASE("the six faces alone separate their own poses, and no pose that only edges separate") {
   for (std::size_t axis = 0; axis < oracle::kSeparatingAxisCount; ++axis) {
     const Pairs pairs = separated_along(axis);
     for (const kernel::KernelTable* kernels : available_kernels()) {
@@ -207,15 +207,15 @@ TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says
       const kernel::KernelTable& scalar = *kernel::find_kernels(Isa::kScalar);
       scalar.bound_boxes(&pairs.tile_a, 1, &a);
       scalar.bound_boxes(&pairs.tile_b, 1, &b);
-      AabbAos row_a[kLanes], row_b[kLanes];
-      scalar.aabbs_to_aos(&a, 1, kLanes, row_a, 1);
-      scalar.aabbs_to_aos(&b, 1, kLanes, row_b, 1);
-      kernel::BoxPairs<AabbAos> rows;
-      rows.shift = &pairs.shift;
-      rows.leaves = 0xffff;
+      AabbAos aos_a[kLanes], aos_b[kLanes];
+      scalar.aabbs_to_aos(&a, 1, kLanes, aos_a, 1);
+      scalar.aabbs_to_aos(&b, 1, kLanes, aos_b, 1);
+      kernel::BoxPairs<AabbAos> boxes;
+      boxes.shift = &pairs.shift;
+      boxes.leaves = 0xffff;
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-        rows.a[lane] = &row_a[lane];
-        rows.b[lane] = &row_b[lane];
+        boxes.a[lane] = &aos_a[lane];
+        boxes.b[lane] = &aos_b[lane];
         const auto box = oracle::convert<oracle::Quad>(pairs.pair[lane].a);
         for (unsigned i = 0; i < 8; ++i) {
           const auto corner = oracle::corner(box, i);
@@ -224,13 +224,13 @@ TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says
                        corner[c] > static_cast<oracle::Quad>(a.hi[c][lane]);
         }
       }
-      const std::uint32_t expected = scalar.overlap_aabbs(rows);
+      const std::uint32_t expected = scalar.overlap_aabbs(boxes);
       lost += (overlap_block(scalar, pairs, 0xffff) & ~expected) != 0;
       for (const kernel::KernelTable* kernels : available_kernels()) {
         AabbTile again;
         kernels->bound_boxes(&pairs.tile_a, 1, &again);
         differing += !same_bits(again, a);
-        differing += kernels->overlap_aabbs(rows) != expected;
+        differing += kernels->overlap_aabbs(boxes) != expected;
       }
     }
     CAPTURE(regime);
@@ -240,7 +240,7 @@ TEST_CASE("bounds contain their box and overlap wherever the leaf predicate says
   }
 }
 
-TEST_CASE("rows hold exactly the tile's boxes, for every number of live lanes") {
+TEST_CASE("boxes as records are exactly the tile's boxes, for every number of live lanes") {
   oracle::Random random(kSeed + 300);
   for (std::uint32_t live = 1; live <= kLanes; ++live) {
     BoxTile nodes[3];
@@ -248,14 +248,14 @@ TEST_CASE("rows hold exactly the tile's boxes, for every number of live lanes") 
       for (std::uint32_t lane = 0; lane < kLanes; ++lane)
         put(node, lane, oracle::near_touching_pair(random, oracle::TouchRegime::kOrdinary, 0).a);
     for (const kernel::KernelTable* kernels : available_kernels()) {
-      std::vector<BoxAos> rows(kLanes * 4);
-      std::memset(static_cast<void*>(rows.data()), 0x5a, rows.size() * sizeof(BoxAos));
-      const std::vector<BoxAos> untouched = rows;
-      kernels->boxes_to_aos(nodes, 3, live, rows.data(), 4);
+      std::vector<BoxAos> boxes(kLanes * 4);
+      std::memset(static_cast<void*>(boxes.data()), 0x5a, boxes.size() * sizeof(BoxAos));
+      const std::vector<BoxAos> untouched = boxes;
+      kernels->boxes_to_aos(nodes, 3, live, boxes.data(), 4);
       for (std::uint32_t lane = 0; lane < kLanes; ++lane)
         for (std::uint32_t n = 0; n < 4; ++n) {
-          const BoxAos expected = lane < live && n < 3 ? row_of(get(nodes[n], lane)) : untouched[lane * 4 + n];
-          REQUIRE(same_bits(rows[lane * 4 + n], expected));
+          const BoxAos expected = lane < live && n < 3 ? to_aos(get(nodes[n], lane)) : untouched[lane * 4 + n];
+          REQUIRE(same_bits(boxes[lane * 4 + n], expected));
         }
     }
   }

@@ -1,4 +1,4 @@
-// Links posed on demand: the bits of pose_leaves; and posed boxes of links contain the posed boxes of their leaves.
+// Links posed on demand have the bits of pose_leaves. Posed boxes of links contain the posed boxes of their leaves.
 #include "kernels/pose_link.h"
 
 #include "tests/kernels/isas.h"
@@ -15,7 +15,7 @@ namespace {
 
 constexpr PoseFormat kFormats[] = {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4};
 
-// Poses of one tile's instances in one format, and turns of the instances.
+// The poses of a tile's instances in one format, and the orientations of the instances.
 struct TilePoses {
   PoseFormat format;
   std::uint32_t links;
@@ -27,7 +27,7 @@ struct TilePoses {
   }
 };
 
-// place: how far translations go, each its own way, all of one size.
+// place: the length of all translations, whose directions are random.
 TilePoses random_tile(oracle::Random& random, PoseFormat format, std::uint32_t links, double place) {
   TilePoses out = {format, links, {}, {}};
   for (std::uint32_t i = 0; i < kLanes; ++i) {
@@ -61,7 +61,7 @@ struct PosedTileOf {
   std::uint8_t flags[kLanes];
 };
 
-// A tile of an articulation, or of link boxes with the padding that it asks for.
+// A tile of an articulation, or of link boxes with the padding that these need.
 PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articulation, const TilePoses& poses,
                  bool rotated, float margin, bool link_boxes) {
   PosedTileOf out;
@@ -83,7 +83,7 @@ PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articul
   return out;
 }
 
-// One tile's lanes of a leaf row, aligned as kernels write them.
+// Sixteen floats of a leaf bounds SoA, aligned as kernels require.
 struct alignas(64) Line {
   float at[kLanes];
 };
@@ -156,7 +156,8 @@ TEST_CASE("a link posed on demand has the boxes and bounds of a whole tile, bit 
             }
             ++compared;
           }
-          for (std::uint32_t n = leaves.leaf_count; n < width; ++n)  // no leaf, and nothing that bounds could meet
+          for (std::uint32_t n = leaves.leaf_count; n < width;
+               ++n)  // padding lanes: no leaf, and bounds that overlap nothing
             for (std::uint32_t c = 0; c < 3; ++c) {
               REQUIRE(got.side(c, n) == kNoLeafLo);
               REQUIRE(got.side(3 + c, n) == -kNoLeafLo);
@@ -214,7 +215,7 @@ TEST_CASE("where the leaves of a link stay in range, so does its posed box by th
   double largest = 0;
   for (int round = 0; round < 3000; ++round) {
     CAPTURE(round);
-    // One or two cubes, as far out and as large as a margin leaves room for, in line or anyhow.
+    // One or two cubes, as far out and as large as a margin permits, in line or at random.
     const auto margin = static_cast<float>(random.chance(0.5) ? 0.5 : random.uniform(0.0, 0.5)) * most;
     const std::int32_t parent = -1;
     std::vector<Leaf> leaves;

@@ -1,4 +1,4 @@
-// Posing: the posed box contains the exactly posed one, in every pose format, and a bad lane spoils no other.
+// Posing: the posed box contains the exactly posed one, in every pose format. A bad lane does not change other lanes.
 #include "kernels/pose_leaves.h"
 
 #include "layout/arena.h"
@@ -75,7 +75,7 @@ struct Rig {
   Articulation articulation;
 };
 
-// Sixteen instances' poses as quaternions and translations, and the same as matrices.
+// The poses of sixteen instances as quaternions and translations, and the same poses as matrices.
 struct Poses {
   std::vector<float> quaternions, rows, columns, rotations;
 };
@@ -140,8 +140,8 @@ const std::vector<float>& poses_of(const Poses& poses, PoseFormat format) {
                                                       : poses.columns;
 }
 
-// The exact pose of a link of an instance, by the rule of its format, with the instance's turn. A float matrix is made
-// a rotation by Gram-Schmidt, first column kept, in Quad.
+// The exact pose of a link of an instance, by the rule of its format, with the instance's orientation. A float matrix
+// becomes a rotation by Gram-Schmidt in Quad; its first column is kept.
 Motion exact_motion(const Poses& poses, PoseFormat format, std::size_t index, const float* rotations) {
   Motion out;
   if (format == PoseFormat::kQuaternionTranslation) {
@@ -152,7 +152,7 @@ Motion exact_motion(const Poses& poses, PoseFormat format, std::size_t index, co
     const float* f = poses.rows.data() + 12 * index;
     for (std::size_t k = 0; k < 3; ++k) out.column[k] = oracle::convert<Quad>(Vec3<float>{{f[k], f[4 + k], f[8 + k]}});
     out.translation = oracle::convert<Quad>(Vec3<float>{{f[3], f[7], f[11]}});
-    // One Newton step from a length within 1e-6 of 1 is exact to 1e-12, two to Quad's needs here.
+    // From a length within 1e-6 of 1, one Newton step is exact to 1e-12. Two are exact enough for Quad.
     const auto unit = [](Vec3<Quad> v) {
       for (int i = 0; i < 4; ++i) v = (Quad(3) - dot(v, v)) / 2 * v;
       return v;

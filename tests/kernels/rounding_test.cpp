@@ -1,4 +1,5 @@
-// Each bound of docs/proof.md against the worst error that random search and hill climbing find, in units of the bound.
+// Each bound of docs/proof.md against the worst error that random search and hill climbing find. Errors are in units of
+// the bound.
 #include "kernels/merge_cab.h"
 #include "kernels/merge_covariance.h"
 #include "kernels/overlap_sat.h"
@@ -22,14 +23,14 @@ namespace {
 using kernel::BoxLanes;
 using oracle::OracleBox;
 using oracle::Random;
-using Real = double;  // 29 bits more than what is judged
+using Real = double;  // 29 bits more than float
 using Point = oracle::Vec3<Real>;
 using Lanes3 = kernel::Vec3<float>;
 
 constexpr std::uint64_t kSeed = 24;
 constexpr Real kU = 0x1p-24;
 
-// The derived needs of docs/proof.md, in u; what the kernels add is in layout/error_bounds.h.
+// The bounds that docs/proof.md derives, in u. What the kernels add is in layout/error_bounds.h.
 constexpr Real kDotSize = 1.5, kDotValue = 1.5;                            // 1.1
 constexpr Real kCrossAcross = 2.16, kCrossAlong = 2.23;                    // 1.2
 constexpr Real kTurnError = 17.8;                                          // 2.2
@@ -47,8 +48,8 @@ constexpr Real kLinkSize = 1.20e-3;                                        // 6.
 constexpr Real kLinkTranslation = 58;                                      // 6.5
 constexpr Real kLinkPadding = 2.61, kLinkLimit = 3.99;                     // 6.4, 6.7
 
-// What the kernels add covers what is derived, with a part's tolerance (4 u S) and the sum half + pad (1 u S) on top
-// where a leaf is padded.
+// What the kernels add is at least what is derived. Where a leaf is padded, it also covers a part's tolerance (4 u S)
+// and the rounding of the sum half + pad (1 u S).
 static_assert(kPosePad.body >= (kPosedAxes + 5) * kU && kPosePad.body >= kPosedCenter * kU);
 static_assert(kPosePad.translation >= (kPosedTranslation + 1) * kU);
 static_assert(kPosePadRotated.body >= (kPosedAxesRotated + 5) * kU);
@@ -63,14 +64,14 @@ static_assert(kSlackEdge >= kEdgeAlways * kU);
 static_assert(Real{kLinkGrowSize} >= kLinkSize && Real{kLinkGrowTranslation} >= kLinkTranslation * kU);
 static_assert(Real{kLinkTiny} >= Real{kOverlapTiny});
 static_assert(Real{kLinkPads} >= kLinkPadding && Real{kLinkRange} >= kLinkLimit);
-// The slack that a link's box was derived for: of another, step 6.1 has to be done again.
+// The slack for which a link's box was derived. With another slack, step 6.1 has to be derived again.
 static_assert(kSlackGrow == 24 * kU && kSlackEdge == 16 * kU);
 
-// Numbers that a claim is tried on. What they mean is up to the claim.
+// Numbers on which a claim is tried. The claim says what they mean.
 using Numbers = std::vector<float>;
 
-// The worst ratio of error to bound over random numbers, each start climbed by nudges from an ulp to everything.
-// ratio returns a negative value for numbers that the claim does not speak of.
+// The worst ratio of error to bound over random numbers. From each start it climbs by changes from an ulp upwards.
+// ratio returns a negative value for numbers to which the claim does not apply.
 template <class Make, class Ratio>
 Real worst_ratio(Make make, Ratio ratio, int starts, int steps) {
   Random random(kSeed);
@@ -152,7 +153,7 @@ BoxLanes<float> lanes_of(const OracleBox<float>& box) {
   return out;
 }
 
-// A box of 10 numbers: a quaternion, three halves by their logarithms, a centre.
+// A box from 10 numbers: a quaternion, the logarithms of three half extents, a centre.
 BoxLanes<float> box_at(const Numbers& from, std::size_t at) {
   BoxLanes<float> box;
   const Rotation rotation = rotation_of(from, at);
@@ -168,7 +169,7 @@ bool is_box(const Numbers& from, std::size_t at) {
                      from.begin() + static_cast<std::ptrdiff_t>(at) + 10, [](float v) { return std::fabs(v) < 5; });
 }
 
-// y of A y = p, A the columns' matrix.
+// Solves A y = p for y, where A has the given columns.
 Point solve(const Point (&column)[3], const Point& p) {
   const Real det = dot(column[0], cross(column[1], column[2]));
   return {{dot(p, cross(column[1], column[2])) / det, dot(p, cross(column[2], column[0])) / det,
@@ -179,7 +180,7 @@ void report(const std::string& step, Real worst) {
   MESSAGE("step " << step << ": worst error found is " << worst << " of its bound");
   CAPTURE(step);
   CAPTURE(kSeed);
-  CHECK(worst > 0.1);  // the search found something, so the bound is tried
+  CHECK(worst > 0.1);  // the search found an error, so the bound was tested
   CHECK(worst <= 1);
 }
 
@@ -235,7 +236,7 @@ TEST_CASE("products and frames err no more than derived (proof.md, part 1)") {
                     200, 2000));
 }
 
-// 21 numbers: a pose's quaternion and translation, a leaf's frame, an instance's turn.
+// 21 numbers: a pose's quaternion and translation, a leaf's frame, an instance's orientation.
 namespace {
 
 enum class Source { kQuaternion, kMatrix };
@@ -352,7 +353,7 @@ TEST_CASE("posing errs no more than derived (proof.md, part 2)") {
 }
 
 TEST_CASE("merging and bounding err no more than derived (proof.md, parts 3 and 4)") {
-  // What an unpadded parent lacks, by all corners of both children.
+  // How far the corners of both children stick out of an unpadded parent.
   const auto lacks = [](const Numbers& n, Real& size, Real& place) {
     const BoxLanes<float> first = box_at(n, 0), second = box_at(n, 10);
     Lanes3 axes[3];
@@ -417,7 +418,7 @@ struct SlackNeeds {
   Real face = -1, edge = -1;  // in units of the bounds
 };
 
-// What the float tests of a pair that touches lack to call it so without slack, by the formulas of overlap_sat.h.
+// The slack that the float tests need to pass a pair that touches, by the formulas of overlap_sat.h.
 SlackNeeds slack_needs(const oracle::BoxPair& pair) {
   const BoxLanes<float> a = lanes_of(pair.a), b = lanes_of(pair.b);
   Lanes3 between;
@@ -470,7 +471,7 @@ TEST_CASE("the overlap test errs no more than derived (proof.md, part 5)") {
                       if (!is_box(n, 0) || !is_box(n, 10)) return -1.0;
                       const BoxLanes<float> a = box_at(n, 0);
                       BoxLanes<float> b = box_at(n, 10);
-                      // Shadows on x that just touch: B moves there, and inwards by an ulp while they do not.
+                      // Projections on x that just touch: B moves there, and then inwards by an ulp until they touch.
                       const auto shadow = [](const BoxLanes<float>& box) {
                         Real out = 0;
                         for (int k = 0; k < 3; ++k) out += std::fabs(Real{(&box.half.x)[k]} * Real{box.axis[k].x});

@@ -1,4 +1,4 @@
-// The vector type: each operation, lane by lane, has the bits of the plain one on every instruction set.
+// The vector type: in each lane, each operation has the bits of the scalar operation, on every instruction set.
 #include "kernels/simd.h"
 
 #include "kernels/isa_list.h"
@@ -79,7 +79,7 @@ TEST_CASE("there is a vector type for every table of kernels, as wide as its reg
 TEST_CASE("every operation on zeros, denormals, infinities and NaN has the plain operation's bits in each lane") {
   for (const IsaProbe& probe : available_probes()) {
     CAPTURE(static_cast<int>(probe.isa));
-    for (std::uint32_t turn = 0; turn < kLanes; ++turn) {  // each odd number against each other, in every lane
+    for (std::uint32_t turn = 0; turn < kLanes; ++turn) {  // each special number with each other one, in every lane
       VectorOperands in;
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         in.a[lane] = kOdd[lane];

@@ -8,7 +8,7 @@
 namespace cab::tests {
 namespace {
 
-// A number for float k of row r, no two alike.
+// A number for float k of row r. All are different.
 float at(std::uint32_t r, std::uint32_t k) { return static_cast<float>(100 * r + k + 1); }
 
 }  // namespace
@@ -20,7 +20,7 @@ TEST_CASE("rows of sixteen floats become sixteen vectors, and vectors rows, on e
     const float* from[kLanes];
     float* to[kLanes];
     for (std::uint32_t r = 0; r < probe->width; ++r) {
-      const std::uint32_t place = probe->width - 1 - r;  // rows may stand anywhere
+      const std::uint32_t place = probe->width - 1 - r;  // rows may begin at any float
       from[r] = rows[place];
       to[r] = back[place];
       for (std::uint32_t k = 0; k < 16; ++k) rows[place][k] = at(r, k);

@@ -1,4 +1,4 @@
-// What the tests of the vector type and of the transposes ask each instruction set to compute.
+// What the tests of the vector type and of the transposes compute with each instruction set.
 #pragma once
 
 #include "kernels/find_kernels.h"
@@ -19,7 +19,7 @@ struct alignas(64) VectorResults {
   float sum[kLanes], product[kLanes], quotient[kLanes], root[kLanes], magnitude[kLanes];
   float least[kLanes], most[kLanes];  // min(a, b), max(a, b)
   float chosen[kLanes];               // select(a < b, a, b)
-  float unaligned[kLanes];            // a, stored and loaded again one float off
+  float unaligned[kLanes];            // a, stored and loaded again at an unaligned address
   float difference[kLanes];           // of a and b by `by`
   std::uint32_t less, both, either;   // bits of a < b, and of that with a <= by rounded to float
 };
@@ -41,7 +41,7 @@ struct IsaProbe {
   const VectorProbe* operator->() const { return probe; }
 };
 
-// Of every instruction set of this build that this CPU runs; scalar comes first.
+// The probes of every instruction set of this build that this CPU runs. Scalar comes first.
 std::vector<IsaProbe> available_probes();
 
 }  // namespace cab::tests

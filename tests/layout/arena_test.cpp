@@ -1,4 +1,4 @@
-// The arena: what it hands out, and that all of it goes back.
+// The arena: the memory that it gives, and that all of it is released.
 #include "layout/arena.h"
 
 #include <doctest/doctest.h>
@@ -13,10 +13,10 @@ namespace {
 
 using namespace cab;
 
-// An allocator that remembers what is out, fills it with a pattern, and can be told to fail.
+// An allocator that records its open allocations, fills them with a pattern, and fails on demand.
 struct Ledger {
   std::map<void*, std::pair<std::size_t, std::size_t>> out;  // bytes and alignment
-  int calls_left = -1;                                       // -1 = no limit
+  int calls_left = -1;                                       // -1: no limit
   int wrong_releases = 0;
 
   Allocator allocator() { return {this, allocate, release}; }

@@ -23,7 +23,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr Box kUnitBox = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}};
 
-// A chain of three links with a unit box each: a description that is accepted, to be spoilt by a test.
+// A chain of three links with a unit box each. The description is accepted; tests change it.
 struct Draft {
   std::vector<std::int32_t> parents = {-1, 0, 1};
   std::vector<float> joints;
@@ -40,7 +40,7 @@ struct Draft {
 
 constexpr std::uint32_t kUntouched = 77777;
 
-// Builds a description that must be refused, and checks that nothing was written.
+// Builds a description that must be refused, and checks that nothing is written.
 void check_refused(const ArticulationDesc& desc, Status status, std::uint32_t element) {
   Arena arena(default_allocator());
   Articulation out, before;
@@ -110,7 +110,7 @@ TEST_CASE("links must be a non-empty list of parents before children, the first 
   }
 }
 
-TEST_CASE("joints must be none, or one finite point a link") {
+TEST_CASE("joints must be empty, or one finite point per link") {
   for (const std::size_t count : {1u, 8u, 10u}) {
     Draft draft;
     draft.joints.assign(count, 0.0f);
@@ -234,13 +234,13 @@ TEST_CASE("axes that drifted by 4 u to 1e-5 are made orthonormal, and the box gr
     CHECK(oracle::orthonormality_error(got) <= 2 * oracle::kFloatRoundoff);
     const auto verdict = oracle::judge_containment_exactly(got, oracle::convert<Quad>(oracle_box(box)));
     CHECK(verdict.inside);
-    for (int k = 0; k < 3; ++k)  // and it grows by little
+    for (int k = 0; k < 3; ++k)  // and the box grows by little
       worst = std::max(
           worst, (static_cast<double>(got.half[k]) * (1 - oracle::kFloatRoundoff) - static_cast<double>(box.half[k])) /
                      (error * oracle::half_sum(oracle::convert<double>(got))));
   }
   CHECK(mended > 500);
-  CHECK(worst < 4.1);  // 4 times the drift, apart from the rounding of the half extent itself
+  CHECK(worst < 4.1);  // 4 times the drift, and the rounding of the half extent itself
 }
 
 TEST_CASE("ignored pairs must name links that exist, and hold whatever their order") {

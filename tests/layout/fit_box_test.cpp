@@ -1,5 +1,5 @@
-// Boxes about vertices: they contain them exactly, are tight, go by the link's frame on ties, and nothing that should
-// not matter matters.
+// Boxes around vertices: they contain the vertices exactly, are tight, and follow the link's frame on ties. Order and
+// repetition of vertices do not matter.
 #include "layout/fit_box.h"
 
 #include "layout/arena.h"
@@ -27,10 +27,10 @@ using Points = std::vector<Point>;
 
 constexpr double kPi = 3.141592653589793;
 
-// In u, of the axes; measured 1.7.
+// Largest error of the axes, in u; measured 1.7.
 constexpr double kAxesTolerance = 4;
 
-// How far from every vertex a face of a box may stay, in u (S + M); measured 2.5.
+// Largest distance of a face from the nearest vertex, in u (S + M); measured 2.5.
 constexpr double kFaceTolerance = 4;
 
 struct Rotation {
@@ -97,7 +97,7 @@ bool has_link_axes(const Box& box) {
   return true;
 }
 
-// What add_articulation says of a box; kOk only if it also keeps every bit of it.
+// The answer of add_articulation to a box. kOk only if it also keeps every bit of the box.
 Status taken_as_leaf(const Box& box) {
   const std::int32_t parent = -1;
   const Leaf leaf = {0, box, {}};
@@ -111,10 +111,10 @@ Status taken_as_leaf(const Box& box) {
 
 struct Worst {
   double axes = 0;  // u
-  double gap = 0;   // u (S + M): of the face that is furthest from every vertex
+  double gap = 0;   // u (S + M): the largest distance of a face from its nearest vertex
 };
 
-// Every vertex is inside, every face is touched, the axes are a leaf's.
+// Checks that every vertex is inside, that every face is touched, and that the axes are valid for a leaf.
 void check_box(const std::vector<float>& vertices, const Box& box, Worst& worst) {
   const OracleBox<float> exact = oracle_box(box);
   CHECK(taken_as_leaf(box) == Status::kOk);
@@ -134,7 +134,7 @@ void check_box(const std::vector<float>& vertices, const Box& box, Worst& worst)
   for (std::size_t k = 0; k < 3; ++k) worst.gap = std::max(worst.gap, (wide.half[k] - reach[k]) / unit);
 }
 
-// Points of a unit shape that a fit may find hard.
+// Points of a unit shape that is difficult to fit.
 Points unit_shape(Random& random, unsigned kind) {
   const Point thin = {{1, random.log_uniform(1e-7, 1), random.log_uniform(1e-7, 1)}};
   Points out;
@@ -149,7 +149,7 @@ Points unit_shape(Random& random, unsigned kind) {
       case 3: p[2] = 0; break;                                                 // a plate
       case 4: p = random.unit_vector(); break;                                 // a sphere
       case 5: p = {{random.sign(), random.sign(), random.sign()}}; break;      // corners of a cube
-      default: p = {{thin[0] * p[0], thin[1] * p[1], thin[2] * p[2]}}; break;  // anything thin
+      default: p = {{thin[0] * p[0], thin[1] * p[1], thin[2] * p[2]}}; break;  // a random thin shape
     }
     out.push_back(p);
   }
@@ -157,7 +157,7 @@ Points unit_shape(Random& random, unsigned kind) {
 }
 constexpr unsigned kShapeKinds = 8;
 
-// A grid on a sphere bulged towards its bounding box: a ball for power 2, nearly a brick for large ones.
+// A grid on a superellipsoid: a ball for power 2, nearly a brick for large powers.
 Points bulged(double power, const Point& half) {
   Points out;
   constexpr int kRings = 24, kSectors = 32;
@@ -205,7 +205,7 @@ double area_about(const Points& points, const Rotation& axes) {
   return 2 * (a * b + b * c + c * a);
 }
 
-// Least area over all rotations: random ones, then ever smaller turns of the best.
+// The least area over all rotations: random rotations, then ever smaller rotations of the best.
 double least_area(const Points& points, Random& random) {
   Rotation best;
   double least = area_about(points, best);
@@ -361,8 +361,8 @@ TEST_CASE("what has no axes of its own, or those of the link, gets the link's ax
   slight.axis[1][0] = -slight.axis[0][1];
   CHECK(has_link_axes(fitted(rotated(brick({{1, 1.001, 0.999}}), slight))));
   CHECK_FALSE(has_link_axes(fitted(rotated(brick({{1, 1.1, 0.9}}), slight))));
-  // About a segment the link's axes decide: one axis is square to the segment and to a link's axis. The vertices are
-  // off the line by rounding, which has no say.
+  // Around a segment the link's axes decide: one axis is square to the segment and to a link's axis. The vertices are
+  // off the line by rounding, which must not decide.
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Random random(seed);
     CAPTURE(seed);
@@ -375,7 +375,7 @@ TEST_CASE("what has no axes of its own, or those of the link, gets the link's ax
     CHECK(zeros == 1);
     CHECK(sorted_halves(box)[1] < 1e-6);
   }
-  // Off its place the same.
+  // The same away from the origin.
   Points ball = bulged(2, {{1, 1, 1}});
   for (Point& p : ball) p = p + Point{{10, 20, -30}};
   CHECK(has_link_axes(fitted(ball)));
@@ -387,7 +387,7 @@ TEST_CASE("neither order, nor repeated vertices, nor those inside change a bit, 
     CAPTURE(seed);
     Points points;
     for (int i = 0; i < 40; ++i) points.push_back({{2 * random.normal(), random.normal(), 0.5 * random.normal()}});
-    // Many that are equally far along (12, 1, 3), one of the directions of the search.
+    // Many vertices that are equally far along (12, 1, 3), one of the directions of the search.
     if (seed % 2 == 0)
       for (int i = 0; i < 40; ++i) points.push_back({{3.0 + i % 8 - i / 8, 12.0 * (i / 8), 1.0 - 4 * (i % 8)}});
     const Box box = fitted(points);
@@ -395,7 +395,7 @@ TEST_CASE("neither order, nor repeated vertices, nor those inside change a bit, 
     for (std::size_t i = shuffled.size(); i > 1; --i)
       std::swap(shuffled[i - 1], shuffled[random.index(static_cast<unsigned>(i))]);
     shuffled.insert(shuffled.end(), points.begin(), points.begin() + 2);
-    // Well inside the hull, as means of its points.
+    // Means of vertices, which are well inside the hull.
     for (int i = 0; i < 20; ++i) {
       Point mean = {{0, 0, 0}};
       for (const Point& p : points) mean = mean + p;
@@ -440,7 +440,7 @@ TEST_CASE("a quarter turn of the link's frame turns the box, a shift shifts it")
   }
 }
 
-TEST_CASE("what are no vertices is refused and leaves the output alone") {
+TEST_CASE("vertices that are not valid are refused, and the output stays as it was") {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   const std::vector<float> good = floats(brick({{3, 2, 1}}));
   Box untouched;

@@ -1,4 +1,4 @@
-// The judge of how many joints apart links are.
+// The judge of the number of joints between links.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace cab::oracle {
 
-// Joints on the way from one link to every link, by breadth-first search over the joints without their direction.
+// The number of joints from one link to every link, by breadth-first search over joints in both directions.
 inline std::vector<std::uint32_t> joints_from(const std::vector<std::int32_t>& parents, std::uint32_t from) {
   std::vector<std::vector<std::uint32_t>> beside(parents.size());
   for (std::uint32_t link = 1; link < parents.size(); ++link) {

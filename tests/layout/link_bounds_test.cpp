@@ -1,4 +1,4 @@
-// Link bounds: one box about all leaves of a link, with what posing and slack need to spare.
+// Link bounds: one box around all leaves of a link, with the room that posing and slack need.
 #include "layout/link_bounds.h"
 
 #include "perf/oracle/box_tile.h"
@@ -60,7 +60,7 @@ TEST_CASE("link bounds list each leaf once, under its own link, and tiles hold t
         const auto in_tile = oracle::get(rig.link_bounds.tiles[leaves.first_tile + lane / kLanes], lane % kLanes);
         const auto expected = oracle_box(all.leaf_box[leaf]);
         CHECK(std::memcmp(&in_tile, &expected, sizeof(expected)) == 0);
-        // In the order of leaves, so that the first that touches is the lowest.
+        // Leaves are in order, so that the first that touches is the lowest.
         if (lane == n && n > 0) CHECK(all.leaf_order[leaves.first_leaf + n - 1] < leaf);
       }
     }
@@ -68,7 +68,7 @@ TEST_CASE("link bounds list each leaf once, under its own link, and tiles hold t
     CHECK(rig.link_bounds.has_several_leaves == has_several_leaves);
     several += has_several_leaves;
     empty += links.link_count - links.leaf_count;
-    // Links are posed as those of the articulation are: the same ones, and joints where merges would ask for them.
+    // The same links are posed as those of the articulation, with joints where merges need them.
     REQUIRE(links.posed_links.size == all.posed_links.size);
     for (std::size_t p = 0; p < links.posed_links.size; ++p) {
       CHECK(links.posed_links[p].link == all.posed_links[p].link);

@@ -1,4 +1,4 @@
-// The merge program: children first, every node once, halved at real joints.
+// The merge program: children come first, every node is used once, and each cut is at a joint.
 #include "layout/merge_program.h"
 
 #include "layout/arena.h"
@@ -15,7 +15,7 @@ namespace {
 using namespace cab;
 using oracle::Random;
 
-// Parents and leaf links, as an articulation hands them to the builder.
+// Parents and leaf links, as an articulation gives them to the builder.
 struct Topology {
   std::vector<std::int32_t> parents;
   std::vector<std::uint16_t> leaf_links;
@@ -40,7 +40,7 @@ Topology star(std::uint32_t links) {
   return out;
 }
 
-// A random tree; 0 to 4 leaves a link, in random order over the links, at least one in all.
+// A random tree with 0 to 4 leaves per link, in random order, and at least one leaf in all.
 Topology random_tree(Random& random) {
   Topology out;
   const unsigned links = 1 + random.index(64);
@@ -54,7 +54,7 @@ Topology random_tree(Random& random) {
   return out;
 }
 
-// Everything that a program promises, seen from outside: leaves below each node, by replaying the steps.
+// Checks everything that a program promises. Replaying the steps gives the leaves below each node.
 void check_program(const Topology& topology, const MergeProgram& program) {
   const std::size_t leaf_count = topology.leaf_links.size();
   REQUIRE(program.steps.size == leaf_count - 1);
@@ -85,7 +85,7 @@ void check_program(const Topology& topology, const MergeProgram& program) {
     if (step.joint_link == kNoJoint) {  // leaves of one link
       CHECK(left.size() == 1);
       CHECK(left == right);
-    } else {  // the joint parts the two sides: one is all below the joint's link, of the other nothing is
+    } else {  // the joint separates the two sides: one is all below the joint's link, no leaf of the other is
       const std::int32_t joint = step.joint_link;
       REQUIRE(joint > 0);
       REQUIRE(static_cast<std::size_t>(joint) < topology.parents.size());
@@ -194,7 +194,7 @@ TEST_CASE("1024 leaves of one link make a balanced program") {
 TEST_CASE("links without leaves cost no merge") {
   Arena arena(default_allocator());
   Topology topology = chain(9);
-  topology.leaf_links = {8, 0};  // seven bare links between
+  topology.leaf_links = {8, 0};  // seven links without leaves between
   const MergeProgram program = topology.program(arena);
   check_program(topology, program);
   REQUIRE(program.steps.size == 1);

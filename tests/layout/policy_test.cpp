@@ -1,4 +1,4 @@
-// The table of policies: the one place where knobs have names.
+// The table of policies: the only place that names them.
 #include <cab/policy.h>
 
 #include <doctest/doctest.h>
@@ -86,7 +86,7 @@ TEST_CASE("a name that is no value of the field is refused and changes nothing")
   }
   Policies policies;
   CHECK_FALSE(policy_set(policies, kRefitRow, nullptr));
-  CHECK_FALSE(policy_set(policies, kRefitRow, "tree"));  // a value of another row
+  CHECK_FALSE(policy_set(policies, kRefitRow, "tree"));  // a value of another field
   CHECK_FALSE(policy_set(policies, static_cast<std::uint32_t>(-1), "tree"));
   CHECK(policy_get(policies, 5) == 0);
   CHECK(policy_get(policies, static_cast<std::uint32_t>(-1)) == 0);

@@ -1,4 +1,4 @@
-// Articulations whose links carry any number of leaves, and the judge of what is inside a box.
+// Articulations whose links carry any number of leaves, and the judge of whether a point is inside a box.
 #pragma once
 
 #include "layout/arena.h"
@@ -25,9 +25,9 @@ struct LinkRig {
   LinkBounds link_bounds;
 };
 
-// One to six links of up to most_leaves leaves each, some with none, leaves in any order. Boxes are about `size` large,
-// thick to needle-thin, many of them plates, lines or points, about a place in the link's frame that is up to `away`
-// sizes off.
+// One to six links with 0 to most_leaves leaves each, in any order. Boxes are about `size` large and thick to
+// needle-thin; many are plates, lines or points. They are near a point in the link's frame that is up to `away` sizes
+// from its origin.
 inline LinkRig random_links(oracle::Random& random, unsigned most_leaves, double size, double away) {
   std::vector<std::int32_t> parents;
   std::vector<Leaf> leaves;
@@ -58,8 +58,8 @@ inline LinkRig random_links(oracle::Random& random, unsigned most_leaves, double
   return LinkRig(desc);
 }
 
-// How far the ball of a radius about a corner of `inner` sticks out of `outer` at worst, as a part of outer's half
-// extents; not positive where all of it is inside. Both are taken as the sets of points that their numbers say.
+// How far a ball around a corner of `inner` sticks out of `outer` at most, as a part of outer's half extents. Not
+// positive if all balls are inside. Both boxes are taken as the exact sets of points that their numbers describe.
 inline long double sticking_out(const oracle::OracleBox<float>& outer, const oracle::OracleBox<float>& inner,
                                 long double radius) {
   using Real = long double;
@@ -87,9 +87,8 @@ inline oracle::OracleBox<float> oracle_box(const Box& box) {
   return out;
 }
 
-// What the boxes of links promise beyond containing their leaves' boxes: each point that is this part of a leaf's size
-// away, about which two leaf boxes may be apart where the leaf predicate's slack calls them touching (docs/proof.md,
-// 6.3).
+// A link's box also contains each point that is this part of a leaf's size away from the leaf's box. It is about the
+// distance at which the slack of the leaf predicate may still call two leaf boxes touching (docs/proof.md, 6.3).
 inline constexpr long double kLeafSlack = 1.18e-3L;
 
 }  // namespace cab::tests

@@ -1,4 +1,5 @@
-// Convex parts of a leaf, as an articulation accepts them: sizes, rotations, and that they stay in the leaf's box.
+// The convex parts of a leaf that an articulation accepts: their sizes and rotations, and that they lie in the leaf's
+// box.
 #include "layout/arena.h"
 #include "layout/articulation.h"
 
@@ -20,7 +21,7 @@ struct Answer {
   std::uint32_t bad_element;
 };
 
-// Two leaves of half extents 3 2 1 about (5, 0, 0), the second with the given parts.
+// Two leaves with half extents 3 2 1 and centre (5, 0, 0). The second has the given parts.
 Answer add_parts(Span<const ConvexPart> parts) {
   const Box box = {{5, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {3, 2, 1}};
   const std::int32_t parents[] = {-1, 0};

@@ -1,5 +1,6 @@
 // The `cab` command from outside: what it accepts, refuses, prints and writes. CAB_COMMAND is the path of the built
-// program; CAB_DATA_DIR in the environment names a folder of real motion, without which those cases are skipped.
+// program. CAB_DATA_DIR in the environment names a folder of real motion; without it the cases that need it are
+// skipped.
 #include <cab/cab.h>
 #include <doctest/doctest.h>
 
@@ -62,7 +63,7 @@ struct TwoFigures {
     write_text(files[0], bvh_text({frames, 0, 0, 0}));
     write_text(files[1], bvh_text({frames, 17, -2, 4.0 / frames}));
   }
-  // Runs with a hit file and returns its text.
+  // Runs `cab run` with a hit file and returns the text of the file.
   std::string hits(const Words& options) const {
     const std::string path = folder / "hits.csv";
     const Outcome outcome = run_cab(Words{"run"} + files + Words{"--hits", path} + options);
@@ -150,7 +151,7 @@ TEST_CASE("docs/policies.md has the tables of policies and presets, word for wor
     wanted += std::string(" | ") + preset.meaning + " |\n";
   }
   std::istringstream page(read_text(CAB_DOCS "/policies.md"));
-  bool inside = false;  // of one of the two tables
+  bool inside = false;  // one of the two tables
   for (std::string line; std::getline(page, line);) {
     if (line.rfind("| field |", 0) == 0 || line.rfind("| preset | refit", 0) == 0)
       inside = std::getline(page, line) && line == "|---|---|---|";
@@ -256,7 +257,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
     CHECK(outcome.out.empty());
     const Words lines = lines_of(outcome.error);
     REQUIRE(lines.size() >= 2);
-    // Notes of the import may come before; the last two lines are the mistake and the usage.
+    // Notes of the import may come first. The last two lines are the mistake and the usage.
     CHECK(lines[lines.size() - 2].find(misuse.told) != std::string::npos);
     CHECK(lines.back().find("usage: cab") == 0);
   }
@@ -407,13 +408,14 @@ TEST_CASE("--self says which pairs of links are masked and why, and loses the hi
         for_rest_alone += at_rest_alone.size();
         CHECK(self["masked_count"] == masked[name].size());
         CHECK(counts["joint"] == 10);
-        // Ten joints. Two apart: three pairs of children of the hips, three of the chest, the three children of the
-        // chest with the hips, and each of the four lower limbs with what the upper one hangs on.
+        // Ten joints. Two joints apart are: three pairs of children of the hips, three of the chest, the three children
+        // of the chest with the hips, and each of the four lower limbs with the parent of the upper limb.
         CHECK(counts["hops"] == (hops == 1 ? 10 : 10 + 3 + 3 + 3 + 4));
         for (const std::string& row : plain)
           if (const Words fields = split(row); fields[0] == std::to_string(rest) && fields[1] == name)
             if (fields[1] == fields[3]) in_that_frame.insert(key(fields[2], fields[4]));
-        std::set<std::string> at_rest;  // of what a run without masks reports in that frame, no other reason takes
+        std::set<std::string>
+            at_rest;  // of the pairs that a run without masks reports in that frame, no other reason masks
         for (const std::string& links : in_that_frame)
           if (std::none_of(self["masked"].begin(), self["masked"].end(), [&](const Json& pair) {
                 return key(pair["link_a"], pair["link_b"]) == links && pair["reasons"].size() > 1;
@@ -492,7 +494,7 @@ TEST_CASE("more hits than a block makes room for are all there") {
   const TwoFigures figures;
   const Words rows =
       lines_of(figures.hits({"--self", "--offset", "0,0,0", "--offset", "0,0.1,0", "--frames", "20:21"}));
-  CHECK(rows.size() > 9);  // a block starts with room for 8 hits a frame
+  CHECK(rows.size() > 9);  // a block starts with room for 8 hits per frame
   Words whole = lines_of(figures.hits({"--self", "--offset", "0,0,0", "--offset", "0,0.1,0"}));
   whole.erase(
       std::remove_if(whole.begin() + 1, whole.end(), [](const std::string& row) { return row.find("20,") != 0; }),
@@ -553,7 +555,7 @@ TEST_CASE("the JSON file agrees with the table and with the hit list") {
   }
   CHECK(outcome.out.find(json["pose_hash"].get<std::string>()) != std::string::npos);
   CHECK(outcome.out.find(std::to_string(json["box_tests"].get<long>())) != std::string::npos);
-  CHECK(outcome.error.find('\r') == std::string::npos);  // no progress bar into a file
+  CHECK(outcome.error.find('\r') == std::string::npos);  // a file gets no progress bar
 }
 
 TEST_CASE("two characters from one file have names of their own") {
@@ -736,7 +738,7 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
   }
   CHECK((run({"--lanes", "pairs"}) == expected));
 
-  // Of CAB, AABB*, hits: what scenes/ counts on every machine.
+  // Counts of CAB, of AABB* and of hits, which are the same on every machine.
   const int golden[5][3] = {{51, 1094, 0}, {80, 1195, 0}, {16, 1049, 0}, {187, 1236, 48}, {468, 1020, 0}};
   for (std::size_t t = 0; t < 5; ++t) {
     CAPTURE(t);

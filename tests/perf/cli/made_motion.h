@@ -6,12 +6,12 @@
 
 namespace cab::tests {
 
-// Bends by these degrees a frame, so that figures with different phases touch in some frames and not in others.
+// Bends by these degrees per frame, so that figures with different phases touch in some frames and not in others.
 struct MadeMotion {
   int frames = 40;
-  int phase = 0;         // shifts all bends
-  double x = 0;          // metres where the hips start
-  double x_a_frame = 0;  // metres that they move each frame
+  int phase = 0;           // shifts all bends
+  double x = 0;            // metres where the hips start
+  double x_per_frame = 0;  // metres that they move each frame
 };
 
 inline double bend(int step, int period, double degrees) {
@@ -41,7 +41,7 @@ inline std::string bvh_text(const MadeMotion& motion) {
   text << "}\nMOTION\nFrames: " << motion.frames << "\nFrame Time: 0.04\n";
   for (int f = 0; f < motion.frames; ++f) {
     const int step = f + motion.phase;
-    text << motion.x + motion.x_a_frame * f << " 0.95 0 0 0 " << bend(step, 30, 60);
+    text << motion.x + motion.x_per_frame * f << " 0.95 0 0 0 " << bend(step, 30, 60);
     for (int channel = 0; channel < 10 * 3; ++channel) text << ' ' << bend(step + 3 * channel, 12 + channel % 7, 50);
     text << '\n';
   }

@@ -17,7 +17,7 @@
 
 namespace cab::tests {
 
-// A folder of its own, removed with all that is in it.
+// A new folder, which is removed with its content.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -52,7 +52,7 @@ inline void write_text(const std::string& path, const std::string& text) {
 }
 
 struct Outcome {
-  int exit_code = -1;  // 128 + signal where the program was killed
+  int exit_code = -1;  // 128 + signal if the program was killed
   std::string out;
   std::string error;
 };

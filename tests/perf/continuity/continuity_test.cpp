@@ -1,5 +1,5 @@
-// The measure of `cab continuity`: it knows how far boxes are apart, finds the jumps that are there, finds none where
-// the derivation allows none, and says the same on every instruction set.
+// The measure of `cab continuity`: the distance of two boxes is right, known jumps are found, and no jump is found
+// where the derivation excludes jumps. Numbers are the same on every instruction set.
 #include "perf/continuity/sweep.h"
 
 #include <doctest/doctest.h>
@@ -57,8 +57,8 @@ TEST_CASE("the distance of boxes is that of the sets, in either order") {
 }
 
 // lo and hi of an axis-aligned box are minima and maxima of corner coordinates, each of which moves by no more than its
-// corner; three of them at once move a corner of the box by at most sqrt(3) times that. Rounding adds some ulps a step,
-// below a hundredth of the motion in steps as large as these. Measured: at most 1.13.
+// corner; three of them at once move a corner of the box by at most sqrt(3) times that. Rounding adds some ulps per
+// step, below a hundredth of the motion in steps as large as these. Measured: at most 1.13.
 TEST_CASE("axis-aligned boxes move no more than sqrt(3) times as far as the farthest leaf corner") {
   for (const SweepCase& one : sweep_cases()) {
     CAPTURE(one.name);

@@ -19,7 +19,7 @@ using Words = std::vector<std::string>;
 
 Outcome crowd(const Words& options) { return run_command("crowd", options); }
 
-// Runs a small crowd and returns its figures.
+// Runs a small crowd and returns its JSON.
 Json figures(const Words& options) {
   const TemporaryFolder folder;
   Words words = options;
@@ -72,15 +72,15 @@ TEST_CASE("cab crowd prints and writes times, memory, counts and the hash of the
     CHECK(least <= median);
     CHECK(median <= most);
   }
-  const double ns = json["nanoseconds_a_character"], rate = json["characters_a_second"];
+  const double ns = json["nanoseconds_per_character"], rate = json["characters_per_second"];
   CHECK(ns * rate == doctest::Approx(1e9));
   CHECK(ns == doctest::Approx(1e9 * json["total_wall_seconds_median"].get<double>() / 2000));
-  CHECK(json["bytes_a_character"].get<double>() * 2000 == doctest::Approx(json["engine_bytes"].get<double>()));
-  CHECK(json["bytes_a_character"] > 64.0 * 16);  // a row of a leaf box is 64 bytes
+  CHECK(json["bytes_per_character"].get<double>() * 2000 == doctest::Approx(json["engine_bytes"].get<double>()));
+  CHECK(json["bytes_per_character"] > 64.0 * 16);  // a leaf box is 64 bytes
   CHECK(json["hits"] == json["leaf_pairs"]);
   CHECK(json["box_tests"] > json["leaf_pairs"]);
-  CHECK(json["hits_a_character"] == json["pairs_a_character"]);
-  CHECK(json["expected_pairs_a_character"] == 5.8);
+  CHECK(json["hits_per_character"] == json["pairs_per_character"]);
+  CHECK(json["expected_pairs_per_character"] == 5.8);
   CHECK(json["pairs_as_expected"] == true);
   CHECK(json["instances_masked"] == 0);
   const std::string hash = json["hits_hash"];
@@ -106,7 +106,7 @@ TEST_CASE("cab crowd finds the same hits by every strategy, refit, instruction s
   for (const PolicyField& field : policy_table())
     for (std::uint32_t v = 0; v < field.value_count; ++v) {
       const std::string name = field.name, value = field.values[v].name;
-      // An exact test, refits that make leaf boxes larger, and fewer axes may give other hits.
+      // Other hits may come from an exact test, from refits that make leaf boxes larger, and from fewer axes.
       if (name == "exact" || value == "exact_all" || value.rfind("aabb", 0) == 0 || name == "sat") continue;
       CAPTURE(name);
       CAPTURE(value);
@@ -153,7 +153,7 @@ TEST_CASE("cab crowd plays clips, at random places or along recorded ways") {
     CHECK(json["characters"] == 200);
     CHECK(json["hits"] > 0);
     CHECK(json["instances_masked"] == 0);
-    CHECK(json["expected_pairs_a_character"].is_null());
+    CHECK(json["expected_pairs_per_character"].is_null());
     words.insert(words.end(), {"--strategy", "brute"});
     CHECK(figures(words)["hits_hash"] == json["hits_hash"]);
     // Half as tall, the figures have fewer hits.

@@ -1,4 +1,4 @@
-// Tests of the oracles themselves, against cases worked by hand and against slower, more obvious ways.
+// Tests of the oracles themselves, against cases worked out by hand and against slower, simpler computations.
 #include <doctest/doctest.h>
 
 #include <cfloat>
@@ -32,7 +32,7 @@ using cab::oracle::to_vec3;
 using cab::oracle::TouchRegime;
 using cab::oracle::Vec3;
 
-// What the double merge may be off by; the worst measured is 1e-15.
+// The tolerance of the merge in double; the worst measured error is 1e-15.
 constexpr double kDoubleTolerance = 1e-14;
 
 // A box with axes along the coordinate axes.
@@ -43,14 +43,14 @@ OracleBox<T> aligned_box(const Vec3<T>& center, const Vec3<T>& half) {
           {half[0], half[1], half[2]}};
 }
 
-// Turns a box's frame about z by an angle in radians.
+// Rotates a box's frame about z by an angle in radians.
 OracleBox<double> rotated_about_z(OracleBox<double> box, double angle) {
   store(Vec3<double>{{std::cos(angle), std::sin(angle), 0.0}}, box.axis[0]);
   store(Vec3<double>{{-std::sin(angle), std::cos(angle), 0.0}}, box.axis[1]);
   return box;
 }
 
-// Whether two vectors agree to rounding in double.
+// Whether two vectors are equal up to rounding in double.
 bool near(const Vec3<double>& a, const Vec3<double>& b) { return norm_max(a - b) <= kDoubleTolerance; }
 
 // A float box in a random frame with halves in [0.1, 1) and a centre within a few units of the origin.
@@ -74,7 +74,7 @@ Vec3<double> nearest_point(const OracleBox<double>& box, const Vec3<double>& poi
   return nearest;
 }
 
-// The distance that projecting to and fro between two boxes ends with; 0 in the limit where they meet.
+// The distance of two boxes by projecting a point to and fro between them. In the limit it is 0 if they overlap.
 double distance_by_projections(const OracleBox<double>& a, const OracleBox<double>& b) {
   Vec3<double> on_a = center_of(a);
   Vec3<double> on_b = center_of(b);
@@ -509,7 +509,7 @@ TEST_CASE("the given offset counts, not the centres, down to what only Quad can 
   CHECK_FALSE(judge_overlap(cube, cube, apart).overlap);
 }
 
-TEST_CASE("segments, plates and points meet where they should") {
+TEST_CASE("segments, plates and points overlap where they should") {
   const auto plate = aligned_box<float>({{0.0f, 0.0f, 0.0f}}, {{1.0f, 1.0f, 0.0f}});
   const auto across = aligned_box<float>({{0.5f, 0.5f, 1.0f}}, {{0.0f, 0.0f, 1.0f}});
   const auto above = aligned_box<float>({{0.5f, 0.5f, 1.125f}}, {{0.0f, 0.0f, 1.0f}});
@@ -584,7 +584,7 @@ TEST_CASE("the filtered overlap judge says what the one in Quad says, touching e
     CAPTURE(regime);
     Random random(250 + regime);
     for (int i = 0; i < 1500; ++i) {
-      // Most gaps below what floats resolve, and some below what double does.
+      // Most gaps are too small for floats, and some too small for doubles.
       BoxPair pair = near_touching_pair(random, static_cast<TouchRegime>(regime), random.uniform(-1.0, 1.0));
       Vec3<Quad> offset = exact_offset(pair);
       if (i % 3 == 0) {  // B moved along the direction of its gap until they touch to about 2^-50
@@ -619,7 +619,7 @@ TEST_CASE("a child in long double is judged as the same child in Quad is") {
     const auto one = cab::oracle::make_merge_case(random, cab::oracle::MergeRegime::kLimbs);
     auto child = convert<long double>(one.child1);
     auto parent = one.child1;
-    // Held or not by about what float, double or long double resolve, or exactly.
+    // Contained or not by about the resolution of float, double or long double, or exactly.
     const double by = random.sign() * random.log_uniform(1e-19, 1e-6);
     if (i % 4 != 0) child.half[i % 3] *= 1.0L + static_cast<long double>(by);
     const auto expected = judge_containment_exactly(parent, convert<Quad>(child));

@@ -1,4 +1,4 @@
-// What padding and slack add is counted, told apart, and gated.
+// The false positives that padding and slack add are counted, kept apart, and limited by gates.
 #include "perf/paper/added_false_positives.h"
 #include "scenes/vec3d.h"
 

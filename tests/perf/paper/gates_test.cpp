@@ -45,7 +45,7 @@ std::vector<MethodRun> papers_runs() {
   return runs;
 }
 
-// Texts of the gates that a full run of table 1 fails.
+// The texts of the gates that a full run of Table 1 fails.
 std::vector<std::string> failures(const std::vector<MethodRun>& runs, bool full_run = true) {
   std::vector<std::string> texts;
   for (const Gate& gate : check_gates(kTable, runs, full_run))
@@ -69,7 +69,7 @@ TEST_CASE("every row of the paper's tables has as many true hits and sums to its
       CAPTURE(table.number);
       CHECK(row.hits() == table.rows[0].hits());
       const double sum = row.query_seconds + row.update_seconds + row.test_seconds;
-      // The paper's own slip: its phases sum to 15.49.
+      // An error in the paper: the phases sum to 15.49.
       const double total = row.total_seconds == 15.94 ? 15.49 : row.total_seconds;
       CHECK(std::fabs(sum - total) < kRounding);
     }
@@ -122,7 +122,7 @@ TEST_CASE("hits on meshes are compared with those on pieces, and the ones that d
   runs.push_back(runs[kCabRow]);
   MethodRun& meshes = runs.back();
   meshes.method = {"on meshes", std::nullopt, runs[kCabRow].method.policies, false, true};
-  meshes.contact_count = 0;  // meshes give none
+  meshes.contact_count = 0;  // meshes give no hit
   CHECK(failures(runs).empty());
   meshes.hits_hash += 1;
   meshes.differences = {"frame 7 on meshes alone"};

@@ -1,4 +1,5 @@
-// Exact queries on triangle meshes: what touches, what lies inside, and that Table 3 has the same hits as on pieces.
+// Exact queries on triangle meshes: bodies that touch, a body inside another, and Table 3, which has the hits of convex
+// pieces.
 #include "perf/paper/mesh_query.h"
 
 #include <doctest/doctest.h>
@@ -18,7 +19,7 @@ using Pose = std::array<float, 12>;
 
 Pose moved(float x, float y, float z) { return {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z}; }
 
-// The dented link, all of it smaller or larger.
+// The dented link, scaled.
 scenes::TriangleMesh scaled_link(float scale) {
   scenes::TriangleMesh mesh = scenes::dented_link_mesh();
   for (float& x : mesh.vertices) x *= scale;
@@ -34,7 +35,7 @@ scenes::TriangleMesh cube(float half) {
   return mesh;
 }
 
-// Asked both ways round, with the same answer.
+// Whether two meshes touch. The answer must be the same for both orders.
 MeshAnswer query(const MeshBody& a, const Pose& pose_a, const MeshBody& b, const Pose& pose_b) {
   const MeshAnswer answer = a.query(pose_a.data(), b, pose_b.data());
   CHECK(b.query(pose_b.data(), a, pose_a.data()) == answer);
@@ -54,7 +55,7 @@ struct Hits {
   std::uint64_t nested_count;
 };
 
-// Of Table 3 by the leaf pairs of CAB.
+// The hits of Table 3 among the leaf pairs of CAB.
 Hits hits_of(const scenes::Scene& scene) {
   SessionOptions options;
   options.frames = {0, scene.frame_count};

@@ -55,7 +55,7 @@ TEST_CASE("cab peers finds the same pairs by every set-up of this build, up to p
           (row["alone"] == true || best["alone"] == false) && row["setup"].get<std::string>().rfind("cab ", 0) != 0)
         CHECK(row["seconds_median"] >= seconds_of(json["runs"], best));
   }
-  CHECK(json["best"].size() == 2 * 4);  // alone and of all, in each run
+  CHECK(json["best"].size() == 2 * 4);  // alone, and all together, in each run
   for (const Json& row : json["runs"]) {
     CAPTURE(row.dump());
     CHECK(row["rounds"] == 2);
@@ -101,7 +101,7 @@ TEST_CASE("beyond 10 000 characters cab peers runs the set-ups of each library t
     (row["characters"] == 100 ? fewer : many).push_back(row["setup"]);
   }
   CHECK(std::count(fewer.begin(), fewer.end(), "fcl collide") == 1);
-  CHECK(std::count(many.begin(), many.end(), "fcl collide") == 1);  // FCL's only one alone
+  CHECK(std::count(many.begin(), many.end(), "fcl collide") == 1);  // FCL alone has only one
   CHECK(many.size() < fewer.size());
   for (const Json& best : json["best"])
     if (best["characters"] == 100) CHECK(std::count(many.begin(), many.end(), best["setup"]) == 1);

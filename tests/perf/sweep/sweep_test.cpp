@@ -1,4 +1,5 @@
-// `cab sweep`: its table from outside, who is on the front, what is recommended, and how box growth is measured.
+// `cab sweep`: its table from outside, which cells are on the front, which are recommended, and how box growth is
+// measured.
 #include <cab/cab.h>
 #include <doctest/doctest.h>
 
@@ -47,7 +48,7 @@ SweepCell made_cell(double seconds, std::uint64_t false_positives, std::uint64_t
   SweepCell cell;
   cell.false_positives = false_positives;
   cell.misses = misses;
-  cell.counts.box_tests = static_cast<std::uint64_t>(1000 * seconds);  // another time, other work
+  cell.counts.box_tests = static_cast<std::uint64_t>(1000 * seconds);  // another time and other counts
   for (const double noise : {.99, 1.0, 1.01}) {
     cell.rounds.emplace_back();
     cell.rounds.back().seconds_total = noise * seconds;
@@ -100,7 +101,7 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
       if (!cell["area_over_limit"].is_null()) CHECK(cell["area_over_limit"] > .999);
       if (cell["refit"] == "covariance" && cell["extents"] == "children" && cell["strategy"] == "tree")
         CHECK(cell["area_over_covariance"] == 1);
-      // One leaf a link: whatever is found and does not touch is a false positive.
+      // One leaf per link: each pair that is found and does not touch is a false positive.
       if (scene["leaves"] == 8)
         CHECK(cell["false_positives"].get<int>() == cell["leaf_pairs"].get<int>() - cell["true_hits"].get<int>());
     }
@@ -111,7 +112,7 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
         const bool left_out = value == "exact_all" || (name == "exact" && v > 0);
         CHECK(seen[name].count(value) == (left_out ? 0 : 1));
       }
-    // On the front: none that is faster has as few false positives.
+    // On the front: no faster cell has as few false positives.
     for (const Json& cell : scene["cells"]) {
       const bool beaten = std::any_of(scene["cells"].begin(), scene["cells"].end(), [&](const Json& other) {
         return other["total_seconds_median"] < cell["total_seconds_median"] &&
@@ -179,7 +180,7 @@ TEST_CASE("cab sweep FILE... ends with policies to paste, whose names and meanin
   CHECK(outcome.out.find("\nfiles: 2 characters") != std::string::npos);
   const std::size_t begin = outcome.out.rfind("  policies.");
   REQUIRE(begin != std::string::npos);
-  CHECK(outcome.out.find('\n', begin) + 2 == outcome.out.size());  // but for an empty line
+  CHECK(outcome.out.find('\n', begin) + 2 == outcome.out.size());  // except for an empty line
   std::istringstream line(outcome.out.substr(begin, outcome.out.find('\n', begin) - begin));
   std::string field, equals, value;
   std::uint32_t count = 0;
@@ -217,7 +218,7 @@ TEST_CASE("cab sweep FILE... ends with policies to paste, whose names and meanin
     }
 }
 
-TEST_CASE("the front has who is fast with few false positives, and nobody who misses a hit") {
+TEST_CASE("the front has the cells that are fast with few false positives, and no cell that misses a hit") {
   CHECK(fronts({made_cell(2, 5, 0), made_cell(1, 9, 0), made_cell(3, 5, 0), made_cell(4, 0, 0)}) ==
         std::vector<bool>{true, true, false, true});
   CHECK(fronts({made_cell(2, 5, 0), made_cell(1, 0, 1)}) == std::vector<bool>{true, false});
@@ -237,7 +238,7 @@ TEST_CASE("what is recommended is clearly faster, misses nothing, and has no mor
   std::vector<SweepCell> two = {cells[0], cells[5]};
   two[1].policies.strategy = Strategy::kTree;
   CHECK(perf::better_cell(two, 0, 5) == std::size_t{1});
-  two[1].counts = two[0].counts;  // the same work by chance faster
+  two[1].counts = two[0].counts;  // the same work, faster by chance
   CHECK(perf::better_cell(two, 0, 5) == std::nullopt);
   CHECK(perf::time_ratio(cells[0], cells[1]).median == doctest::Approx(.5));
   const perf::SweepHit hit = {0, 0, 0, 1, 1, 0, 1}, other = {0, 0, 0, 1, 1, 0, 2};
@@ -246,14 +247,14 @@ TEST_CASE("what is recommended is clearly faster, misses nothing, and has no mor
 }
 
 TEST_CASE("the rotation limit is a rotated box's own surface, and no orientation that is tried is below it") {
-  constexpr double kTolerance = 1e-3;  // worst measured below 1e-6 of the known ones
+  constexpr double kTolerance = 1e-3;  // the worst measured difference from known limits is below 1e-6
   oracle::Random random(3);
   for (int k = 0; k < 20; ++k) {
     CAPTURE(k);
     const double x = random.uniform(.1, 1), y = random.uniform(.1, 1), z = random.uniform(.01, 1);
     const OracleBox<double> box = rotated_box(random, x, y, z);
     CHECK(oracle::rotation_limit({box}) == doctest::Approx(oracle::surface_of(box.half)).epsilon(1e-6));
-    // Its eight octants, each turned into another order of axes, which the search starts from too.
+    // Its eight octants, each with another order of axes. The search starts from these too.
     std::vector<OracleBox<double>> octants;
     for (unsigned c = 0; c < 8; ++c) {
       OracleBox<double> octant = box;
@@ -378,7 +379,7 @@ TEST_CASE("cab sweep --plot draws pictures that name their axes, units and polic
     }
     CHECK(outcome.out.find(std::string(" ") + shown.picture + ".svg") != std::string::npos);
   }
-  CHECK(outcome.out.find("scaling") == std::string::npos);  // of one crowd there is nothing to draw
+  CHECK(outcome.out.find("scaling") == std::string::npos);  // for a single crowd there is nothing to draw
 }
 
 TEST_CASE("cab sweep says what was wrong and how to do it right") {

@@ -1,4 +1,4 @@
-// `cab verify`: what it counts follows from seed and rounds alone, and whatever is broken it finds.
+// `cab verify`: its counts depend on seed and rounds alone, and it finds every fault that is planted.
 #include "perf/verify/verify.h"
 
 #include <doctest/doctest.h>
@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
-// The document that the command writes, without what depends on the clock.
+// The JSON that the command writes, without the times.
 Json counts_in(const std::string& path) {
   Json json = Json::parse(read_text(path));
   for (Json& part : json["parts"]) part.erase("seconds");
@@ -50,7 +50,7 @@ const Json& part_of(const Json& counts, const std::string& name) {
   throw std::runtime_error("no part " + name);
 }
 
-// What a run of two rounds says of a library that is broken somewhere.
+// The outcome of a run of two rounds with broken kernels or a broken engine.
 struct Verdict {
   int exit_code;
   std::string text;
@@ -87,7 +87,7 @@ std::uint64_t violations_outside(const Json& counts, const std::string& name, co
 
 const kernel::KernelTable& genuine() { return *kernel::find_kernels(Isa::kScalar); }
 
-// The CAB merge with its padding taken off again, and as much once more.
+// The CAB merge, made smaller by twice its padding.
 void refit_without_padding(const kernel::RefitTile& tile) {
   genuine().refit_boxes[0][0](tile);
   const std::uint32_t leaves = static_cast<std::uint32_t>(tile.program->steps.size) + 1;
@@ -119,7 +119,7 @@ Status boxes_with_small_roots(Engine& engine, const BatchInput& input, const Pol
   return status;
 }
 
-// Of several hits the last is lost.
+// Overwrites the last of several hits with the one before it.
 Status frame_without_its_last_hit(Engine& engine, FrameJob& job) noexcept {
   const Status status = run_frame(engine, job);
   if (status == Status::kOk && job.policies.strategy == Strategy::kTree && job.hit_count > 1)
