@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace cab::oracle {
@@ -344,6 +345,7 @@ std::vector<Point> face_directions(const HullFaces& a, const HullFaces& b) {
 // The direction with the largest gap of those given, each of length 1.
 Point best_of(const Case& pair, const std::vector<Point>& directions) {
   std::vector<double> reach;
+  reach.reserve(directions.size());
   for (const Point& d : directions) reach.push_back(support(pair.coarse, convert<double>(d)));
   const double limit = *std::min_element(reach.begin(), reach.end()) + kNearLeast * pair.coarse.size;
   Point best = directions.front();
@@ -387,6 +389,7 @@ std::vector<Vec3<double>> start_directions(const Case& pair, const HullFaces& a,
 Point refined_direction(Case& pair, const HullFaces& a, const HullFaces& b) {
   const std::vector<Vec3<double>> starts = start_directions(pair, a, b);
   std::vector<std::pair<double, Vec3<double>>> ranked;
+  ranked.reserve(starts.size());
   for (const Vec3<double>& d : starts) ranked.emplace_back(support(pair.coarse, d), d);
   const auto by_support = [](const auto& left, const auto& right) { return left.first < right.first; };
   std::stable_sort(ranked.begin(), ranked.end(), by_support);
