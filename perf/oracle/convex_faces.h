@@ -1,7 +1,7 @@
 // The faces and edges of the convex hull of a few points, by trying every plane through three of them.
 #pragma once
 
-#include "perf/oracle/exact_pose.h"
+#include "perf/oracle/real.h"
 
 #include <span>
 #include <vector>

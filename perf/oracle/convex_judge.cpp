@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace cab::oracle {
@@ -266,20 +267,19 @@ Point furthest_point(const Side<Real>& side, const Point& d) {
 }
 
 // Shrinks the bounds of the distance of shapes that are apart without their balls: Newton's method for the distance of
-// the smoothed shapes, from z, while the smoothing falls from `from` to `to`.
+// the smoothed shapes, from z, while the smoothing falls from `from` to `to`. distance: roughly theirs, or more.
 template <class T>
-Vec3<T> approach(Difference<T>& difference, Vec3<T> z, T from, T to, Verdict& best, Case& pair) {
+Vec3<T> approach(Difference<T>& difference, Vec3<T> z, T from, T to, Real distance, Verdict& best, Case& pair) {
   for (T part = from; part > to; part *= T(0.2)) {
-    const Real upper = best.gap_at_most + pair.exact.radius;
-    const T mu = part * difference.size * static_cast<T>(upper);
+    const T mu = part * difference.size * static_cast<T>(distance);
     if (!(mu > 0)) break;
     const auto never = [](const Vec3<T>&, const Softened<T>&) { return false; };
     z = minimise(difference, z, mu, T(1), Balls::kLeftOut, kDistanceRounds, T(kLeastGain) * mu, never);
     Softened<T> last = soften(difference, z, mu, Balls::kLeftOut);
     if (length(z) > 0) balance(difference, (1 / length(z)) * z, last);
     const Point x = convert<Real>(last.point[0]), y = Real{-1} * convert<Real>(last.point[1]);
-    const Real distance = length(y - x);
-    if (distance < upper) take_points(pair, x, y, best);
+    distance = std::fmin(distance, length(y - x));
+    if (length(y - x) - pair.exact.radius < best.gap_at_most) take_points(pair, x, y, best);
     const Vec3<T> candidates[2] = {z, T(-1) * (last.point[0] + last.point[1])};
     for (const Vec3<T>& candidate : candidates) {
       const Point d = convert<Real>(candidate);
@@ -301,11 +301,13 @@ Verdict measure_distance(Case& pair, const Decision<Real>& found) {
   out.normal = found.direction;
   out.gap_at_least = gap_along(pair, found.direction);
   take_points(pair, found.point[0], Real{-1} * found.point[1], out);
-  const Real gap = out.gap_at_least + pair.exact.radius;
-  const Real start = gap > 0 ? gap : length(found.point[0] + found.point[1]);
-  const Vec3<double> z =
-      approach(pair.coarse, convert<double>(start * found.direction), 0.3, kDoubleSmoothing, out, pair);
-  approach(pair.exact, convert<Real>(z), static_cast<Real>(kDoubleSmoothing), kLeastSmoothing, out, pair);
+  const Real gap = out.gap_at_least + pair.exact.radius, distance = length(found.point[0] + found.point[1]);
+  const Vec3<double> start = convert<double>((gap > 0 ? gap : distance) * found.direction);
+  const Vec3<double> z = approach(pair.coarse, start, 0.3, kDoubleSmoothing, distance, out, pair);
+  // Points in double lie on shapes that are rounded.
+  const Real least = out.gap_at_most + pair.exact.radius;
+  out.gap_at_most += static_cast<Real>(pair.coarse.noise);
+  approach(pair.exact, convert<Real>(z), static_cast<Real>(kDoubleSmoothing), kLeastSmoothing, least, out, pair);
   return out;
 }
 
@@ -343,6 +345,7 @@ std::vector<Point> face_directions(const HullFaces& a, const HullFaces& b) {
 // The direction with the largest gap of those given, each of length 1.
 Point best_of(const Case& pair, const std::vector<Point>& directions) {
   std::vector<double> reach;
+  reach.reserve(directions.size());
   for (const Point& d : directions) reach.push_back(support(pair.coarse, convert<double>(d)));
   const double limit = *std::min_element(reach.begin(), reach.end()) + kNearLeast * pair.coarse.size;
   Point best = directions.front();
@@ -386,6 +389,7 @@ std::vector<Vec3<double>> start_directions(const Case& pair, const HullFaces& a,
 Point refined_direction(Case& pair, const HullFaces& a, const HullFaces& b) {
   const std::vector<Vec3<double>> starts = start_directions(pair, a, b);
   std::vector<std::pair<double, Vec3<double>>> ranked;
+  ranked.reserve(starts.size());
   for (const Vec3<double>& d : starts) ranked.emplace_back(support(pair.coarse, d), d);
   const auto by_support = [](const auto& left, const auto& right) { return left.first < right.first; };
   std::stable_sort(ranked.begin(), ranked.end(), by_support);
@@ -462,7 +466,9 @@ Verdict decided(const Case& pair, const Decision<Real>& found) {
     out.normal = (1 / norm) * between;
   out.gap_at_least = gap_along(pair, out.normal);
   take_points(pair, found.point[0], Real{-1} * found.point[1], out);
-  if (found.answer == Answer::kOverlap) out.gap_at_most = -found.depth;
+  // Points in double lie on shapes that are rounded.
+  out.gap_at_most =
+      found.answer == Answer::kOverlap ? -found.depth : out.gap_at_most + static_cast<Real>(pair.coarse.noise);
   return out;
 }
 

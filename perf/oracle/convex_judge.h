@@ -25,9 +25,8 @@ enum class JudgeKind : std::uint8_t {
 struct JudgeShape {
   JudgeKind kind = JudgeKind::kBox;
   Real size[3] = {};
-  std::span<const Point> vertices;  // of a hull, at least one; owned by the caller
-  const HullFaces* faces =
-      nullptr;  // of a hull: find_faces of its vertices, owned by the caller; found at need if null
+  std::span<const Point> vertices;   // of a hull, at least one; owned by the caller
+  const HullFaces* faces = nullptr;  // find_faces of the vertices, owned by the caller; if null, found at need
   ExactPose pose{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}};
 };
 
@@ -36,15 +35,15 @@ struct JudgeShape {
 struct Verdict {
   // The shapes are apart by this much along the normal. Proof: the supports of both along the normal.
   Real gap_at_least;
-  // If above 0, the distance of on_a and on_b. If below 0, a ball as deep as this fits around a common point, or it is
-  // the least depth found, where is_refined says so.
+  // If above 0, the distance of on_a and on_b, plus a bound of their rounding where they come from double. If below 0,
+  // less the depth: by kDecide that of a ball that fits into the overlap's proof, by kMeasure the least depth found.
   Real gap_at_most;
   Point normal;      // of length 1, from a to b: the direction of the largest gap found
   Point on_a, on_b;  // apart: the closest points found. Overlapping: each shape's point furthest along the normal
   Point common;      // overlapping: a point of both shapes, to 1e-13 of their size
-  // Whether gap_at_most is a search's result without a proof. The search is complete for polytopes, spheres and
-  // capsules: it tries every direction that can have the least depth. Only with an ellipsoid or a cylinder it may miss
-  // the least depth.
+  // Whether the least depth is a search's result without a proof. The search is complete for polytopes, spheres and
+  // capsules, since it tries every direction that can have the least depth. With an ellipsoid or a cylinder it may end
+  // in a depth that is least only among directions near the normal. gap_at_least is a proof even so.
   bool is_refined;
 };
 

@@ -3,25 +3,14 @@
 
 #include "perf/oracle/oracle_box.h"
 #include "perf/oracle/random_rig.h"
+#include "perf/oracle/real.h"
 
 #include <cmath>
 #include <vector>
 
 namespace cab::oracle {
 
-using Real = long double;
-using Point = Vec3<Real>;
 using ExactBox = OracleBox<Real>;
-
-// A rotation's columns and a translation.
-struct ExactPose {
-  Real column[3][3];
-  Point at;
-};
-
-inline Point rotated(const Real (&column)[3][3], const Point& p) {
-  return p[0] * to_vec3(column[0]) + p[1] * to_vec3(column[1]) + p[2] * to_vec3(column[2]);
-}
 
 // What a stored pose means: a quaternion of any length, or a matrix made orthonormal with its first column kept.
 inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uint32_t link) {

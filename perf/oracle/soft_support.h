@@ -8,6 +8,7 @@
 
 #include "perf/oracle/vec3.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -97,7 +98,7 @@ struct Side {
 // The sum of one shape and the negative of another. It contains 0 if the shapes overlap.
 template <class T>
 struct Difference {
-  Side<T> side[2];
+  std::array<Side<T>, 2> side;
   Body<T> ball;  // of both shapes: axes as long as the sum of their radii
   T radius = 0;  // that sum
   T size = 0;    // no extent of the difference is larger
