@@ -122,7 +122,8 @@ ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_
     }
   }
   bind_vertices(out);
-  if (regime == ConvexRegime::kNear || random.chance(0.1)) {
+  const bool has_near = regime != ConvexRegime::kRegular && regime != ConvexRegime::kUnits;
+  if (regime == ConvexRegime::kNear || (has_near && random.chance(0.1))) {
     // Moved along the judge's normal to a small gap; the pose is rounded, so the gap is not exactly that.
     const JudgedCase judged = judge_case(out, Effort::kMeasure);
     const Real gap = static_cast<Real>(random.sign() * random.log_uniform(1e-8, 1e-2)) * judged.size;

@@ -10,7 +10,7 @@
 
 namespace cab::oracle {
 
-// The regimes. Sizes are about 0.2 unless a regime says otherwise.
+// The regimes. Sizes are about 0.2 unless a regime says otherwise. Of all but kRegular and kUnits a tenth are near.
 enum class ConvexRegime {
   kRegular,     // sizes that differ by up to six times, any pose
   kThin,        // needles and plates with aspects of up to 1e3

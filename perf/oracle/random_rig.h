@@ -2,6 +2,7 @@
 #pragma once
 
 #include "perf/oracle/random.h"
+#include "perf/oracle/real.h"
 
 #include <cab/cab.h>
 
@@ -128,18 +129,6 @@ inline void quaternion_about(const Vec3<double>& axis, double angle, double (&q)
 inline void random_turn(Random& random, double (&q)[4]) {
   const Vec3<double> axis = random.unit_vector();
   quaternion_about(axis, random.uniform(-3, 3), q);
-}
-
-// Columns of the rotation of a quaternion of any length.
-template <class T>
-void quaternion_matrix(const T (&q)[4], T (&column)[3][3]) {
-  const T s = 2 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  const T x = q[0], y = q[1], z = q[2], w = q[3];
-  const T m[3][3] = {{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
-                     {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
-                     {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)}};
-  for (int k = 0; k < 3; ++k)
-    for (int c = 0; c < 3; ++c) column[k][c] = m[k][c];
 }
 
 // Where instances are: in a cube with the half width `spread`, placed by origins about a point or by their poses alone.

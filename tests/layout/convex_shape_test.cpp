@@ -1,0 +1,114 @@
+// Convex shapes as the exact kernels read them.
+#include "layout/convex_shape.h"
+
+#include "perf/oracle/convex_pairs.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace {
+
+using namespace cab;
+
+// An articulation of one link, and the shapes of its leaves.
+struct Shapes {
+  Arena arena{default_allocator()};
+  Articulation articulation;
+  ConvexShapes all;
+
+  explicit Shapes(const std::vector<Leaf>& leaves) {
+    static constexpr std::int32_t kRoot = -1;
+    ArticulationDesc desc;
+    desc.link_parents = {&kRoot, 1};
+    desc.leaves = {leaves.data(), leaves.size()};
+    REQUIRE(build_articulation(desc, arena, &articulation, nullptr) == Status::kOk);
+    all = make_convex_shapes(articulation, arena);
+  }
+  Shapes(const Shapes&) = delete;
+  Shapes& operator=(const Shapes&) = delete;
+};
+
+Leaf leaf_with(Span<const ConvexPart> parts) {
+  return {0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1e6f, 1e6f, 1e6f}}, parts};
+}
+
+// The vertices of a hull's shape, in the caller's unit about its centre.
+std::vector<std::array<float, 3>> vertices_of(const ConvexShape& shape) {
+  std::vector<std::array<float, 3>> out;
+  for (std::uint32_t v = 0; v < 16 * shape.chunk_count; ++v) {
+    const float* const at = shape.vertices + v / 16 * 48 + v % 16;
+    out.push_back({at[0] * shape.unit, at[16] * shape.unit, at[32] * shape.unit});
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a leaf without parts is its box, and every part is a shape of its leaf, in order") {
+  const ConvexPart parts[] = {{ShapeKind::kEllipsoid, {1, 2, 3}, {0, 0, 0, 1}, {3, 1, 2}, {}},
+                              {ShapeKind::kCapsule, {0, 0, 0}, {0, 0, 0, 1}, {2, 5, 0}, {}}};
+  Leaf plain = leaf_with({});
+  plain.box.half[1] = 2;
+  const Shapes shapes({plain, leaf_with({parts, 2})});
+  REQUIRE(shapes.all.shapes.size == 3);
+  CHECK(shapes.all.leaf_begin[0] == 0);
+  CHECK(shapes.all.leaf_begin[1] == 1);
+  CHECK(shapes.all.leaf_begin[2] == 3);
+  CHECK(shapes.all.shapes[0].kind == ConvexKind::kBox);
+  CHECK(shapes.all.shapes[0].size[1] == 2);
+  CHECK(shapes.all.shapes[0].box == &shapes.articulation.leaf_box[0]);
+  CHECK(shapes.all.shapes[1].kind == ConvexKind::kEllipsoid);
+  CHECK(shapes.all.shapes[1].position[2] == 3);
+  CHECK(shapes.all.shapes[1].reach == 3);
+  CHECK(shapes.all.shapes[1].part == &shapes.articulation.parts[0]);
+  CHECK(shapes.all.shapes[2].kind == ConvexKind::kRound);
+  CHECK(shapes.all.shapes[2].size[0] == 2);
+  CHECK(shapes.all.shapes[2].size[2] == 5);
+  CHECK(shapes.all.shapes[2].reach == 7);
+}
+
+TEST_CASE("a hull's vertices are sorted about its centre, padded by the last, and within its reach, in any unit") {
+  for (const double unit : {1e-20, 1.0, 1e5}) {
+    CAPTURE(unit);
+    cab::oracle::Random random(static_cast<std::uint64_t>(7));
+    for (const std::uint32_t count : {4u, 16u, 17u, 50u}) {
+      CAPTURE(count);
+      std::vector<float> vertices;
+      for (std::uint32_t v = 0; v < 3 * count; ++v)
+        vertices.push_back(static_cast<float>(unit * (random.uniform(-1, 1) + 3)));
+      const ConvexPart part = {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {}, {vertices.data(), vertices.size()}};
+      const Shapes shapes({leaf_with({&part, 1})});
+      const ConvexShape& hull = shapes.all.shapes[0];
+      REQUIRE(hull.chunk_count == (count + 15) / 16);
+      const auto sorted = vertices_of(hull);
+      float largest = 0;
+      for (std::size_t v = 0; v < sorted.size(); ++v) {
+        if (v > 0) CHECK(!(sorted[v] < sorted[v - 1]));
+        if (v >= count) CHECK(sorted[v] == sorted[count - 1]);
+        double square = 0;
+        for (const float c : sorted[v]) {
+          largest = std::max(largest, std::fabs(c) / hull.unit);
+          square += static_cast<double>(c) * static_cast<double>(c);
+        }
+        CHECK(std::sqrt(square) <= static_cast<double>(hull.reach) * (1 + 1e-6));
+      }
+      CHECK(largest <= 1);
+      CHECK(largest >= 0.5f);
+      // Each vertex is one of the caller's, to rounding.
+      for (std::uint32_t v = 0; v < count; ++v) {
+        double nearest = 1e30;
+        for (std::uint32_t w = 0; w < count; ++w) {
+          double distance = 0;
+          for (std::size_t c = 0; c < 3; ++c)
+            distance += std::fabs(static_cast<double>(sorted[v][c]) + static_cast<double>(hull.position[c]) -
+                                  static_cast<double>(vertices[3 * w + c]));
+          nearest = std::min(nearest, distance);
+        }
+        CHECK(nearest < 1e-6 * unit);
+      }
+    }
+  }
+}
