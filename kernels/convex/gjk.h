@@ -33,22 +33,22 @@ struct Difference {
   }
 };
 
-// The closest point of a triangle or of what is left of one, and its three corners. Equal corners are allowed.
+// A triangle or what is left of one: three corners, of which some may be equal.
 template <class V>
 struct Simplex {
   Vec3<V> corner[3];
-  Vec3<V> closest;
-  V length_sq;  // of closest
+  Vec3<V> normal;  // from the origin to the closest point of the feature, made so that its direction is exact
+  V length_sq;     // of the way from the origin to a point of the simplex, made so that the point is in it
 };
 
 // Takes a feature as the new simplex in the lanes where it is nearer to the origin.
 template <class V>
-CAB_INLINE void take_nearer(const Vec3<V>& closest, Mask<V> valid, const Vec3<V>& p, const Vec3<V>& q, const Vec3<V>& r,
-                            Simplex<V>& best) {
+CAB_INLINE void take_nearer(const Vec3<V>& closest, const Vec3<V>& normal, Mask<V> valid, const Vec3<V>& p,
+                            const Vec3<V>& q, const Vec3<V>& r, Simplex<V>& best) {
   const V length_sq = dot(closest, closest);
   const Mask<V> nearer = both(valid, length_sq < best.length_sq);
   best.length_sq = select(nearer, length_sq, best.length_sq);
-  best.closest = choose<V>(nearer, closest, best.closest);
+  best.normal = choose<V>(nearer, normal, best.normal);
   best.corner[0] = choose<V>(nearer, p, best.corner[0]);
   best.corner[1] = choose<V>(nearer, q, best.corner[1]);
   best.corner[2] = choose<V>(nearer, r, best.corner[2]);
@@ -83,7 +83,8 @@ CAB_INLINE Mask<V> add_point(const Vec3<V>& p, V inside, V rounding, Simplex<V>&
   for (int i = 0; i < 3; ++i) {
     const V length_sq = dot(edge[i], edge[i]);
     const V along = divide(dot(to_origin, edge[i]), length_sq);
-    take_nearer<V>(p + along * edge[i], both(along > zero, along < one), p, simplex.corner[i], simplex.corner[i], best);
+    const Vec3<V> closest = p + along * edge[i];
+    take_nearer<V>(closest, closest, both(along > zero, along < one), p, simplex.corner[i], simplex.corner[i], best);
   }
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -91,8 +92,9 @@ CAB_INLINE Mask<V> add_point(const Vec3<V>& p, V inside, V rounding, Simplex<V>&
     const V weight_i = dot(cross(to_origin, edge[j]), normal[i]), weight_j = dot(cross(edge[i], to_origin), normal[i]);
     const Mask<V> above = both(both(weight_i > zero, weight_j > zero), weight_i + weight_j < normal_sq[i]);
     const V by = divide(V(1.0f), normal_sq[i]);
-    take_nearer<V>(p + ((by * weight_i) * edge[i] + (by * weight_j) * edge[j]), above, p, simplex.corner[i],
-                   simplex.corner[j], best);
+    const Vec3<V> closest = p + ((by * weight_i) * edge[i] + (by * weight_j) * edge[j]);
+    take_nearer<V>(closest, ((zero - height[i]) * by) * normal[i], above, p, simplex.corner[i], simplex.corner[j],
+                   best);
   }
   simplex = best;
   return contains;
@@ -129,9 +131,9 @@ CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std
       active &= ~bits(v_sq - gap <= progress * v_sq);
       if (active) contains = add_point(p, pair.slack, pair.rounding, simplex);
     }
-    v = simplex.closest;
-    v_sq = simplex.length_sq;
-    const Mask<V> near = both(touch_to > zero, v_sq < touch_to * touch_to);
+    v = simplex.normal;
+    v_sq = dot(v, v);
+    const Mask<V> near = both(touch_to > zero, simplex.length_sq < touch_to * touch_to);
     const std::uint32_t touching = bits(either(contains, near)) & active;
     answer.touching |= touching;
     active &= ~touching;
