@@ -110,9 +110,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
         return status;
       ignore_at_rest(touching, slot->arena, slot->articulation);
     }
-    if (const Status status = make_fcl_shapes(slot->articulation, &slot->fcl_shapes, bad_element);
-        status != Status::kOk)
-      return status;
+    slot->fcl_shapes = make_fcl_shapes(slot->articulation);
     build_link_bounds(slot->articulation, slot->arena, &slot->link_bounds);
     engine.articulations.push_back(std::move(slot));
     out->value = static_cast<std::uint32_t>(engine.articulations.size());

@@ -115,7 +115,11 @@ inline constexpr double kFitPad = 0x1p-48;
 
 // ---------------------------------------------------------------------------------------------------- exact tests
 
-// The gap of two parts shrinks by this share of its two ends, for the rounding of support points and poses; step 8.1.
+// A hull whose vertices are within this share of its extent from one plane has no volume. 2^-46; step 8.1: 2^-47.
+inline constexpr double kFlatHull = 0x1p-46;
+
+// The gap of two parts shrinks by this share of the lengths that its two ends are sums of, for the rounding of poses
+// and support points. 2^-40; step 8.2: 2^-46, and what qhull leaves out of a hull.
 inline constexpr double kGapRounding = 0x1p-40;
 
 }  // namespace cab
