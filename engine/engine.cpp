@@ -66,7 +66,8 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     const kernel::KernelTable* kernels = kernel::find_kernels(desc.isa);
     if (!kernels) return Status::kIsaNotAvailable;
     if (desc.allocator && (!desc.allocator->allocate || !desc.allocator->release)) return Status::kBadAllocator;
-    if (desc.scheduler && (desc.scheduler->worker_count == 0 || !desc.scheduler->parallel_for))
+    if (desc.scheduler && (desc.scheduler->worker_count == 0 || desc.scheduler->worker_count > kMaxWorkers ||
+                           !desc.scheduler->parallel_for))
       return Status::kBadScheduler;
     auto engine = std::make_unique<Engine>();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();

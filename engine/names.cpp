@@ -18,7 +18,7 @@ const char* to_string(Status status) noexcept {
     case Status::kOutOfMemory: return "an allocation failed";
     case Status::kBusy: return "another call on the same engine is running";
     case Status::kIsaNotAvailable: return "isa is an instruction set that this CPU or this build lacks";
-    case Status::kBadScheduler: return "scheduler lacks parallel_for, or its worker_count is 0";
+    case Status::kBadScheduler: return "scheduler lacks parallel_for, or its worker_count is 0 or above 1024";
     case Status::kBadAllocator: return "allocator lacks allocate or release";
     case Status::kNoLinks: return "link_parents is empty, but an articulation needs at least one link";
     case Status::kTooManyLinks: return "link_parents holds more than 1024 links";
