@@ -69,4 +69,6 @@ std::vector<float> hull_vertices(Span<const float> vertices) {
   return out;
 }
 
+bool has_qhull() { return true; }
+
 }  // namespace cab

@@ -1,4 +1,5 @@
-// The vertices of convex hulls for exact tests: those inside a hull are left out, by qhull.
+// The vertices of convex hulls for exact tests: those inside a hull are left out, by qhull. A library without qhull is
+// built with convex_hull_absent.cpp in the place of convex_hull.cpp.
 #pragma once
 
 #include <cab/span.h>
@@ -8,7 +9,10 @@
 namespace cab {
 
 // Returns the vertices (x y z each) without those that are inside their hull, in their order. Returns all of them if
-// qhull fails. Opens no file.
+// qhull fails or is absent. Opens no file.
 std::vector<float> hull_vertices(Span<const float> vertices);
+
+// Whether qhull is built in.
+bool has_qhull();
 
 }  // namespace cab

@@ -2,6 +2,7 @@
 #include "engine/engine.h"
 
 #include "engine/call.h"
+#include "engine/convex_hull.h"
 #include "engine/memory.h"
 #include "engine/rest_pose.h"
 #include "engine/update.h"
@@ -72,9 +73,9 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     auto engine = std::make_unique<Engine>();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     engine->kernels = kernels;
-    engine->pool.tasks = desc.scheduler           ? make_caller_task_runner(*desc.scheduler)
-                         : desc.thread_count == 1 ? make_serial_task_runner()
-                                                  : make_tbb_task_runner(desc.thread_count);
+    engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
+                         : desc.thread_count == 1 || !has_tbb() ? make_serial_task_runner()
+                                                                : make_tbb_task_runner(desc.thread_count);
     for (std::uint32_t w = 0; w < engine->pool.tasks->worker_count(); ++w)
       engine->pool.workers.push_back(std::make_unique<Worker>(engine->allocator));
     *out = engine.release();
@@ -213,6 +214,8 @@ Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> 
 std::uint32_t engine_thread_count(const Engine& engine) noexcept { return engine.pool.tasks->worker_count(); }
 
 Isa engine_isa(const Engine& engine) noexcept { return engine.kernels->isa; }
+
+BuildInfo build_info() noexcept { return {fcl_test() != nullptr, has_qhull(), has_tbb()}; }
 
 bool isa_available(Isa isa) noexcept { return kernel::find_kernels(isa) != nullptr; }
 

@@ -6,10 +6,9 @@
 namespace cab {
 
 const ExactTest* find_exact_test(Exact exact) {
-  static constexpr ExactTest kFcl = {fcl_leaves_touch, fcl_leaf_contact};
   switch (exact) {
     case Exact::kNone: return nullptr;
-    case Exact::kFcl: return &kFcl;
+    case Exact::kFcl: return fcl_test();
   }
   return nullptr;
 }

@@ -1,5 +1,5 @@
-// Step 5 of a frame with Exact::kFcl: FCL with its libccd solver, in double. FCL and libccd have absolute thresholds, so
-// each query is about the centre of part a, and scaled by a power of two to a size of about 1.
+// Step 5 of a frame with Exact::kFcl: FCL with its libccd solver, in double. FCL and libccd have absolute thresholds.
+// So each query is about the centre of part a, and scaled by a power of two to a size of about 1.
 #include "engine/exact_fcl.h"
 
 #include "engine/convex_hull.h"
@@ -321,8 +321,6 @@ bool find_gap(Query query, Gap* out) {
   return true;
 }
 
-}  // namespace
-
 bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   return visit_parts(a, b, [limit = static_cast<double>(margin)](const Query& query) {
     if (limit > 0) {
@@ -359,6 +357,13 @@ Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   });
   if (deepest.depth == kNone) deepest.depth = 0;
   return deepest;
+}
+
+}  // namespace
+
+const ExactTest* fcl_test() {
+  static constexpr ExactTest kTest = {fcl_leaves_touch, fcl_leaf_contact};
+  return &kTest;
 }
 
 }  // namespace cab

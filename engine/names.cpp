@@ -54,6 +54,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadPairRule: return "rules names a batch without input, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "rules pairs the same two batches twice in the same way";
     case Status::kBadPolicy: return "policies holds a value that its enumeration lacks";
+    case Status::kExactNotBuilt: return "policies asks for an exact test that this build of the library lacks";
     case Status::kBadReport: return "report is not a value of Report";
     case Status::kBadMargin: return "margin must be finite, not negative and at most 1e18";
     case Status::kBadHitBuffer: return "hits has a size and no data, or contacts is neither empty nor as long as hits";

@@ -76,6 +76,7 @@ enum class Status : std::int32_t {
   kBadPairRule,          // rules names a batch without input, or a pairing that its batches cannot have
   kPairRuleGivenTwice,   // rules pairs the same two batches twice in the same way
   kBadPolicy,            // policies holds a value that its enumeration lacks
+  kExactNotBuilt,        // policies asks for an exact test that this build of the library lacks
   kBadReport,            // report is not a value of Report
   kBadMargin,            // margin must be finite, not negative and at most 1e18
   kBadHitBuffer,         // hits has a size and no data, or contacts is neither empty nor as long as hits
@@ -477,7 +478,8 @@ struct EngineDesc {
   Isa isa = Isa::kAuto;
 
   // Threads of the built-in scheduler. 1 (default): the calling thread. 0: TBB on every core. n: TBB on at most n
-  // threads, and on no more than there are cores. Ignored if `scheduler` is given.
+  // threads, and on no more than there are cores. A library built without TBB has one thread whatever is asked for;
+  // engine_thread_count tells. Ignored if `scheduler` is given.
   std::uint32_t thread_count = 1;
 
   // Where memory comes from. Borrowed for the call. Null (default): aligned operator new. For large blocks on Linux it
