@@ -1,8 +1,10 @@
-// Convex hulls by qhull, whose memory and error output do not leave this file.
+// The vertices of convex hulls by qhull, whose memory and error output do not leave this file.
 #include "engine/convex_hull.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <memory>
+#include <cstdlib>
 
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
@@ -10,10 +12,6 @@ extern "C" {
 
 namespace cab {
 namespace {
-
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 
 // A qhull state that frees its memory.
 struct Qhull {
@@ -28,35 +26,49 @@ struct Qhull {
   Qhull& operator=(const Qhull&) = delete;
 };
 
+// A stream into memory, which needs no file descriptor.
+struct MemoryStream {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* stream = open_memstream(&text, &size);
+  MemoryStream() = default;
+  ~MemoryStream() {
+    if (stream) std::fclose(stream);
+    std::free(text);
+  }
+  MemoryStream(const MemoryStream&) = delete;
+  MemoryStream& operator=(const MemoryStream&) = delete;
+};
+
 }  // namespace
 
-ConvexHull convex_hull(Span<const float> vertices) {
-  ConvexHull out;
-  std::vector<double> points(vertices.begin(), vertices.end());
-  const int count = static_cast<int>(points.size() / 3);
-  // qhull prints errors to a file. The caller learns of them from face_count.
-  const std::unique_ptr<std::FILE, CloseFile> nowhere(std::fopen("/dev/null", "w"));
+std::vector<float> hull_vertices(Span<const float> vertices) {
+  std::vector<float> all(vertices.begin(), vertices.end());
+  // Scaled to about 1 by a power of two, so that the unit of length has no effect on the answer.
+  double largest = 0;
+  for (const float v : all) largest = std::max(largest, std::fabs(static_cast<double>(v)));
+  if (!(largest > 0)) return all;
+  std::vector<double> points;
+  points.reserve(all.size());
+  for (const float v : all) points.push_back(std::ldexp(static_cast<double>(v), -std::ilogb(largest)));
+
+  const MemoryStream errors;  // qhull prints what went wrong, and must have a stream for it
   Qhull qhull;
   qhT* qh = &qhull.state;
-  char command[] = "qhull Qt";
-  if (!nowhere || qh_new_qhull(qh, 3, count, points.data(), false, command, nullptr, nowhere.get()) != 0) return out;
+  char command[] = "qhull";
+  const int count = static_cast<int>(points.size() / 3);
+  if (!errors.stream || qh_new_qhull(qh, 3, count, points.data(), false, command, nullptr, errors.stream) != 0)
+    return all;
 
-  std::vector<int> index(points.size() / 3, -1);
-  facetT* facet;
-  vertexT *vertex, **vertexp;
-  FORALLfacets {
-    out.faces.push_back(3);
-    FOREACHvertex_(facet->vertices) {
-      int& at = index[static_cast<std::size_t>(qh_pointid(qh, vertex->point))];
-      if (at < 0) {
-        at = static_cast<int>(out.vertices.size() / 3);
-        out.vertices.insert(out.vertices.end(), vertex->point, vertex->point + 3);
-      }
-      out.faces.push_back(at);
-    }
-    ++out.face_count;
-  }
+  std::vector<bool> on_hull(points.size() / 3, false);
+  vertexT* vertex;
+  FORALLvertices { on_hull[static_cast<std::size_t>(qh_pointid(qh, vertex->point))] = true; }
+  std::vector<float> out;
+  for (std::size_t v = 0; v < on_hull.size(); ++v)
+    if (on_hull[v]) out.insert(out.end(), all.data() + 3 * v, all.data() + 3 * v + 3);
   return out;
 }
+
+bool has_qhull() { return true; }
 
 }  // namespace cab

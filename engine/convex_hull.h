@@ -1,4 +1,5 @@
-// Convex hulls of the caller's vertices for the shapes of the exact test, computed by qhull.
+// The vertices of convex hulls for exact tests: those inside a hull are left out, by qhull. A library without qhull is
+// built with convex_hull_absent.cpp in the place of convex_hull.cpp.
 #pragma once
 
 #include <cab/span.h>
@@ -7,14 +8,11 @@
 
 namespace cab {
 
-// A convex hull as a mesh of triangles.
-struct ConvexHull {
-  std::vector<double> vertices;  // x y z per vertex of the hull
-  std::vector<int> faces;        // per triangle, as fcl::Convex reads it: 3, then the indices of three vertices
-  int face_count = 0;
-};
+// Returns the vertices (x y z each) without those that are inside their hull, in their order. Returns all of them if
+// qhull fails or is absent. Opens no file.
+std::vector<float> hull_vertices(Span<const float> vertices);
 
-// Returns the hull of `vertices` (x y z each). face_count is 0 if qhull fails, as it does for vertices without volume.
-ConvexHull convex_hull(Span<const float> vertices);
+// Whether qhull is built in.
+bool has_qhull();
 
 }  // namespace cab

@@ -2,6 +2,7 @@
 #include "engine/engine.h"
 
 #include "engine/call.h"
+#include "engine/convex_hull.h"
 #include "engine/memory.h"
 #include "engine/rest_pose.h"
 #include "engine/update.h"
@@ -66,14 +67,15 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     const kernel::KernelTable* kernels = kernel::find_kernels(desc.isa);
     if (!kernels) return Status::kIsaNotAvailable;
     if (desc.allocator && (!desc.allocator->allocate || !desc.allocator->release)) return Status::kBadAllocator;
-    if (desc.scheduler && (desc.scheduler->worker_count == 0 || !desc.scheduler->parallel_for))
+    if (desc.scheduler && (desc.scheduler->worker_count == 0 || desc.scheduler->worker_count > kMaxWorkers ||
+                           !desc.scheduler->parallel_for))
       return Status::kBadScheduler;
     auto engine = std::make_unique<Engine>();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     engine->kernels = kernels;
-    engine->pool.tasks = desc.scheduler           ? make_caller_task_runner(*desc.scheduler)
-                         : desc.thread_count == 1 ? make_serial_task_runner()
-                                                  : make_tbb_task_runner(desc.thread_count);
+    engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
+                         : desc.thread_count == 1 || !has_tbb() ? make_serial_task_runner()
+                                                                : make_tbb_task_runner(desc.thread_count);
     for (std::uint32_t w = 0; w < engine->pool.tasks->worker_count(); ++w)
       engine->pool.workers.push_back(std::make_unique<Worker>(engine->allocator));
     *out = engine.release();
@@ -110,9 +112,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
         return status;
       ignore_at_rest(touching, slot->arena, slot->articulation);
     }
-    if (const Status status = make_fcl_shapes(slot->articulation, &slot->fcl_shapes, bad_element);
-        status != Status::kOk)
-      return status;
+    slot->fcl_shapes = make_fcl_shapes(slot->articulation);
     build_link_bounds(slot->articulation, slot->arena, &slot->link_bounds);
     slot->convex_shapes = make_convex_shapes(slot->articulation, slot->arena);
     engine.articulations.push_back(std::move(slot));
@@ -217,6 +217,8 @@ Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> 
 std::uint32_t engine_thread_count(const Engine& engine) noexcept { return engine.pool.tasks->worker_count(); }
 
 Isa engine_isa(const Engine& engine) noexcept { return engine.kernels->isa; }
+
+BuildInfo build_info() noexcept { return {fcl_test() != nullptr, has_qhull(), has_tbb()}; }
 
 bool isa_available(Isa isa) noexcept { return kernel::find_kernels(isa) != nullptr; }
 

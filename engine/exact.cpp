@@ -6,11 +6,10 @@
 namespace cab {
 
 const ExactTest* find_exact_test(Exact exact) {
-  static constexpr ExactTest kFcl = {fcl_leaves_touch, fcl_leaf_contact};
-  static constexpr ExactTest kConvex = {nullptr, fcl_leaf_contact};
+  static const ExactTest kConvex = {nullptr, fcl_test() ? fcl_test()->contact : nullptr};
   switch (exact) {
     case Exact::kNone: return nullptr;
-    case Exact::kFcl: return &kFcl;
+    case Exact::kFcl: return fcl_test();
     case Exact::kConvex: return &kConvex;
   }
   return nullptr;

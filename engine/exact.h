@@ -29,7 +29,7 @@ struct ExactTest {
 };
 
 // Returns the test that a policy value names. Null for Exact::kNone, with which all leaves with overlapping boxes
-// touch.
+// touch, and for a test that the library was built without.
 const ExactTest* find_exact_test(Exact exact);
 
 }  // namespace cab

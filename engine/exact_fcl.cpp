@@ -1,17 +1,15 @@
-// Step 5 of a frame with Exact::kFcl: FCL with its libccd solver, in double, relative to the origin of instance a.
+// Step 5 of a frame with Exact::kFcl: FCL with its libccd solver, in double. FCL and libccd have absolute thresholds.
+// So each query is about the centre of part a, and scaled by a power of two to a size of about 1.
 #include "engine/exact_fcl.h"
 
 #include "engine/convex_hull.h"
 #include "layout/error_bounds.h"
 
 #include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/narrowphase/collision.h>
-#include <fcl/narrowphase/detail/convexity_based_algorithm/minkowski_diff.h>
-#include <fcl/narrowphase/distance.h>
+#include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -25,10 +23,14 @@ using Transform = fcl::Transform3d;
 using Matrix = fcl::Matrix3d;
 using Vector = fcl::Vector3d;
 
-// One convex part of a leaf: the shape, and its transform to the frame of the link.
+// One convex part of a leaf, about its centre. The centre of a hull is the mean of its vertices.
 struct FclPart {
-  std::shared_ptr<fcl::CollisionGeometryd> geometry;
-  Transform in_link;
+  ShapeKind kind;
+  Vector size;                   // as ConvexPart::size
+  std::vector<Vector> vertices;  // of a hull, relative to its centre
+  Transform in_link;             // from the part's axes and centre to the frame of the link
+  double radius;                 // of the ball about the centre that contains the part
+  double reach;                  // at least |position of the part| + |its centre| + radius
 };
 
 Vector vector_of(const float* v) {
@@ -60,29 +62,46 @@ Transform make_transform(const Matrix& rotation, const Vector& translation) {
   return out;
 }
 
-// The FCL shape of a convex part. Null for a hull without volume.
-std::shared_ptr<fcl::CollisionGeometryd> geometry_of(const ConvexPart& part) {
-  const Vector size = vector_of(part.size);
+// The radius of the ball about the centre of a part.
+double radius_of(const FclPart& part) {
   switch (part.kind) {
-    case ShapeKind::kBox: return std::make_shared<fcl::Boxd>(2 * size);
-    case ShapeKind::kEllipsoid: return std::make_shared<fcl::Ellipsoidd>(size);
-    case ShapeKind::kCapsule: return std::make_shared<fcl::Capsuled>(size[0], 2 * size[1]);
-    default: break;
+    case ShapeKind::kBox: return part.size.norm();
+    case ShapeKind::kEllipsoid: return part.size.maxCoeff();
+    case ShapeKind::kCapsule: return part.size[0] + part.size[1];
+    case ShapeKind::kConvexHull: break;
   }
-  const ConvexHull hull = convex_hull(part.vertices);
-  if (hull.face_count == 0) return nullptr;
-  auto vertices = std::make_shared<std::vector<Vector>>();
-  for (std::size_t v = 0; v < hull.vertices.size(); v += 3)
-    vertices->emplace_back(hull.vertices[v], hull.vertices[v + 1], hull.vertices[v + 2]);
-  return std::make_shared<fcl::Convexd>(vertices, hull.face_count, std::make_shared<std::vector<int>>(hull.faces));
+  double radius = 0;
+  for (const Vector& vertex : part.vertices) radius = std::max(radius, vertex.norm());
+  return radius;
+}
+
+FclPart make_part(const ConvexPart& part) {
+  FclPart out = {part.kind, vector_of(part.size), {}, {}, 0, 0};
+  Vector center = Vector::Zero();
+  if (part.kind == ShapeKind::kConvexHull) {
+    const std::vector<float> vertices = hull_vertices(part.vertices);
+    for (std::size_t v = 0; v < vertices.size(); v += 3) {
+      out.vertices.push_back(vector_of(vertices.data() + v));
+      center += out.vertices.back();
+    }
+    center /= static_cast<double>(out.vertices.size());
+    for (Vector& vertex : out.vertices) vertex -= center;
+  }
+  const Matrix rotation = rotation_of(part.rotation);
+  const Vector position = vector_of(part.position);
+  out.in_link = make_transform(rotation, position + rotation * center);
+  out.radius = radius_of(out);
+  out.reach = position.norm() + center.norm() + out.radius;
+  return out;
 }
 
 // A leaf box as a part.
 FclPart box_part(const Box& box) {
   Matrix axes;
   for (int k = 0; k < 3; ++k) axes.col(k) = vector_of(box.axis[k]);
-  return {std::make_shared<fcl::Boxd>(2 * vector_of(box.half)),
-          make_transform(orthonormal(axes), vector_of(box.center))};
+  const Vector half = vector_of(box.half), center = vector_of(box.center);
+  return {
+      ShapeKind::kBox, half, {}, make_transform(orthonormal(axes), center), half.norm(), center.norm() + half.norm()};
 }
 
 // The pose of a link in world axes, relative to the origin of its instance, in double.
@@ -123,55 +142,154 @@ class FclShapes {
 
 void FclShapesDelete::operator()(FclShapes* shapes) const { delete shapes; }
 
-Status make_fcl_shapes(const Articulation& articulation, std::unique_ptr<FclShapes, FclShapesDelete>* out,
-                       std::uint32_t* bad_leaf) {
+std::unique_ptr<FclShapes, FclShapesDelete> make_fcl_shapes(const Articulation& articulation) {
   std::unique_ptr<FclShapes, FclShapesDelete> shapes(new FclShapes);
   for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
     std::vector<FclPart> parts;
-    for (std::uint32_t p = articulation.leaf_part_begin[leaf]; p < articulation.leaf_part_begin[leaf + 1]; ++p) {
-      const ConvexPart& part = articulation.parts[p];
-      auto geometry = geometry_of(part);
-      if (!geometry) {
-        if (bad_leaf) *bad_leaf = leaf;
-        return Status::kBadShape;
-      }
-      parts.push_back({std::move(geometry), make_transform(rotation_of(part.rotation), vector_of(part.position))});
-    }
+    for (std::uint32_t p = articulation.leaf_part_begin[leaf]; p < articulation.leaf_part_begin[leaf + 1]; ++p)
+      parts.push_back(make_part(articulation.parts[p]));
     if (parts.empty()) parts.push_back(box_part(articulation.leaf_box[leaf]));
-    for (const FclPart& part : parts) part.geometry->computeLocalAABB();  // sets aabb_radius, which find_gap reads
     shapes->leaves.push_back(std::move(parts));
     shapes->leaf_link.push_back(articulation.leaf_link[leaf]);
   }
-  *out = std::move(shapes);
-  return Status::kOk;
+  return shapes;
 }
 
 namespace {
+
+// ----------------------------------------------------------------------------------------------------- one query
+
+// A part as a query sees it: in the query's unit and about its origin.
+struct QueryPart {
+  const FclPart* part;
+  double scale;  // from the caller's unit to that of the query
+  Matrix rotation;
+  Vector center;
+};
+
+// The point of a part, about its centre and in its axes, that is farthest along a unit vector.
+Vector farthest(const FclPart& part, const Vector& along) {
+  const auto towards = [&along](int c) { return along[c] < 0 ? -1.0 : 1.0; };
+  switch (part.kind) {
+    case ShapeKind::kBox: return {towards(0) * part.size[0], towards(1) * part.size[1], towards(2) * part.size[2]};
+    case ShapeKind::kEllipsoid: {
+      const Vector scaled = part.size.cwiseProduct(along);
+      return part.size.cwiseProduct(scaled) / scaled.norm();
+    }
+    case ShapeKind::kCapsule: return part.size[0] * along + Vector(0, 0, towards(2) * part.size[1]);
+    case ShapeKind::kConvexHull: break;
+  }
+  const Vector* best = &part.vertices.front();
+  for (const Vector& vertex : part.vertices)
+    if (vertex.dot(along) > best->dot(along)) best = &vertex;
+  return *best;
+}
+
+// The point of a part that is farthest along a unit vector of the query.
+Vector farthest(const QueryPart& part, const Vector& along) {
+  return part.rotation * (part.scale * farthest(*part.part, part.rotation.transpose() * along)) + part.center;
+}
+
+// libccd's view of a QueryPart: its farthest point along a vector of any length, and its centre.
+void ccd_support(const void* part, const ccd_vec3_t* along, ccd_vec3_t* out) {
+  const Vector direction(along->v[0], along->v[1], along->v[2]);
+  const double length = direction.norm();
+  const Vector point =
+      farthest(*static_cast<const QueryPart*>(part), length > 0 ? Vector(direction / length) : Vector(Vector::UnitX()));
+  ccdVec3Set(out, point[0], point[1], point[2]);
+}
+
+void ccd_center(const void* part, ccd_vec3_t* out) {
+  const Vector& center = static_cast<const QueryPart*>(part)->center;
+  ccdVec3Set(out, center[0], center[1], center[2]);
+}
 
 // A part of a leaf in a frame. The pose is relative to the origin of instance a.
 struct PosedPart {
   const FclPart* part;
   Transform pose;
-
-  const fcl::CollisionGeometryd* geometry() const { return part->geometry.get(); }
+  double reach;  // at least the sum of the lengths that a coordinate of one of its points is the sum of
 };
 
-// Calls visit(part of a, part of b) for every part of leaf a and every part of leaf b, until visit returns true.
+// Two parts about the centre of a. The unit is a power of two, and the sum of both radii and the distance of the
+// centres is 1 to 2 units. So every multiplication by the unit is exact.
+struct Query {
+  QueryPart a, b;
+  double unit;      // in the caller's unit
+  Vector origin;    // relative to the origin of instance a, in the caller's unit
+  double rounding;  // of a gap, in this unit
+
+  double length(double l) const { return l * unit; }
+  Vector point(const Vector& p) const { return p * unit + origin; }
+};
+
+Query make_query(const PosedPart& a, const PosedPart& b) {
+  const Vector between = b.pose.translation() - a.pose.translation();
+  const double size = a.part->radius + b.part->radius + between.norm();
+  const double unit = size > 0 ? std::ldexp(1.0, std::ilogb(size)) : 1, scale = 1 / unit;
+  return {{a.part, scale, a.pose.linear(), Vector::Zero()},
+          {b.part, scale, b.pose.linear(), between * scale},
+          unit,
+          a.pose.translation(),
+          kGapRounding * (a.reach + b.reach) * scale};
+}
+
+// Calls visit(query) for every part of leaf a with every part of leaf b, until visit returns true.
 template <class Visit>
 bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
   const Transform pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.leaf]);
   Transform pose_b = link_pose(*b.batch, b.instance, b.fcl_shapes->leaf_link[b.leaf]);
+  Vector shift;
   for (std::uint32_t c = 0; c < 3; ++c)
-    pose_b.translation()[c] += origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
+    shift[c] = origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
+  const double reach_a = pose_a.translation().norm(), reach_b = pose_b.translation().norm() + shift.norm();
+  pose_b.translation() += shift;
   for (const FclPart& part_a : a.fcl_shapes->leaves[a.leaf])
     for (const FclPart& part_b : b.fcl_shapes->leaves[b.leaf])
-      if (visit(PosedPart{&part_a, pose_a * part_a.in_link}, PosedPart{&part_b, pose_b * part_b.in_link})) return true;
+      if (visit(make_query({&part_a, pose_a * part_a.in_link, reach_a + part_a.reach},
+                           {&part_b, pose_b * part_b.in_link, reach_b + part_b.reach})))
+        return true;
   return false;
 }
 
-// FCL's distance query stops when an iteration gains less than this fraction of the sum of both parts' radii and the
-// margin.
+// FCL's own defaults: libccd's tolerance and steps of a query for contacts, and the steps of a query for distances.
+constexpr double kContactTolerance = 1e-6;
+constexpr unsigned kContactSteps = 500;
+constexpr unsigned kDistanceSteps = 1000;
+
+// FCL's distance query stops when an iteration gains less than this.
 constexpr double kDistanceStep = 1e-10;
+
+// A contact of two parts, as FCL gives it.
+struct FclContact {
+  double depth;
+  Vector normal;
+  Vector point;
+};
+
+// Returns whether two parts touch, and writes their contact unless it is null. FCL has a test of its own for two boxes.
+bool find_contact(Query query, FclContact* contact) {
+  if (query.a.part->kind == ShapeKind::kBox && query.b.part->kind == ShapeKind::kBox) {
+    const auto box_of = [](const QueryPart& part) { return fcl::Boxd(2 * part.scale * part.part->size); };
+    fcl::CollisionRequestd request;
+    request.num_max_contacts = 1;
+    request.enable_contact = contact != nullptr;
+    request.gjk_solver_type = fcl::GST_LIBCCD;
+    fcl::CollisionResultd result;
+    const fcl::Boxd a = box_of(query.a), b = box_of(query.b);
+    fcl::collide(&a, make_transform(query.a.rotation, query.a.center), &b,
+                 make_transform(query.b.rotation, query.b.center), request, result);
+    if (!result.isCollision()) return false;
+    if (contact) {
+      const fcl::Contactd& found = result.getContact(0);
+      *contact = {found.penetration_depth, found.normal, found.pos};
+    }
+    return true;
+  }
+  return fcl::detail::GJKCollide<double>(&query.a, ccd_support, ccd_center, &query.b, ccd_support, ccd_center,
+                                         kContactSteps, kContactTolerance, contact ? &contact->point : nullptr,
+                                         contact ? &contact->depth : nullptr, contact ? &contact->normal : nullptr);
+}
 
 // The gap between two parts that do not touch. Their true distance is that of their nearest points.
 struct Gap {
@@ -181,61 +299,41 @@ struct Gap {
   double at_least;  // a lower bound of the true distance
 };
 
-// The largest coordinate of a part along a direction: its support.
-double support(const PosedPart& part, const Vector& along) {
-  const Vector local = part.pose.linear().transpose() * along;
-  const auto* const shape = static_cast<const fcl::ShapeBased*>(part.geometry());
-  return along.dot(part.pose * fcl::detail::getSupport(shape, local));
-}
-
 // Returns whether FCL finds two parts apart, and writes their gap. FCL returns the distance between one point of each
 // part. It is never below the true distance, but may exceed it by any amount. The distance between the supports of both
 // parts along the same direction is never above the true distance, so it gives at_least.
-bool find_gap(const PosedPart& a, const PosedPart& b, double margin, Gap* out) {
-  fcl::DistanceRequestd request;
-  request.enable_nearest_points = true;
-  request.gjk_solver_type = fcl::GST_LIBCCD;
-  request.distance_tolerance = kDistanceStep * (a.geometry()->aabb_radius + b.geometry()->aabb_radius + margin);
+bool find_gap(Query query, Gap* out) {
+  double distance = 0;
+  Vector on_a, on_b;
   try {
-    fcl::DistanceResultd result;
-    fcl::distance(a.geometry(), a.pose, b.geometry(), b.pose, request, result);
-    const Vector &on_a = result.nearest_points[0], &on_b = result.nearest_points[1];
-    const double length = (on_b - on_a).norm();
-    if (!(result.min_distance > 0 && length > 0)) return false;
-    out->distance = result.min_distance;
-    out->normal = (on_b - on_a) / length;
-    out->middle = 0.5 * (on_a + on_b);
-    const double end_a = support(a, out->normal), end_b = -support(b, -out->normal);
-    out->at_least = end_b - end_a - kGapRounding * (std::fabs(end_a) + std::fabs(end_b));
-    return true;
+    if (!fcl::detail::GJKDistance<double>(&query.a, ccd_support, &query.b, ccd_support, kDistanceSteps, kDistanceStep,
+                                          &distance, &on_a, &on_b))
+      return false;
   } catch (const std::exception&) { return false; }
+  const double length = (on_b - on_a).norm();
+  if (!(distance > 0 && length > 0)) return false;
+  out->normal = (on_b - on_a) / length;
+  out->distance = query.length(distance);
+  out->middle = query.point(0.5 * (on_a + on_b));
+  const double end_a = out->normal.dot(farthest(query.a, out->normal)),
+               end_b = out->normal.dot(farthest(query.b, -out->normal));
+  out->at_least = query.length(end_b - end_a - query.rounding);
+  return true;
 }
 
-}  // namespace
-
 bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
-  fcl::CollisionRequestd request;
-  request.num_max_contacts = 1;
-  request.enable_contact = false;
-  request.gjk_solver_type = fcl::GST_LIBCCD;
-  return visit_parts(a, b, [&](const PosedPart& part_a, const PosedPart& part_b) {
-    if (margin > 0) {
+  return visit_parts(a, b, [limit = static_cast<double>(margin)](const Query& query) {
+    if (limit > 0) {
       Gap gap;
-      const double limit = static_cast<double>(margin);
-      return !find_gap(part_a, part_b, limit, &gap) || !(gap.at_least > limit);
+      return !find_gap(query, &gap) || !(gap.at_least > limit);
     }
     try {
-      fcl::CollisionResultd result;
-      return fcl::collide(part_a.geometry(), part_a.pose, part_b.geometry(), part_b.pose, request, result) > 0;
+      return find_contact(query, nullptr);
     } catch (const std::exception&) { return true; }
   });
 }
 
 Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
-  fcl::CollisionRequestd request;
-  request.num_max_contacts = 1;
-  request.enable_contact = true;
-  request.gjk_solver_type = fcl::GST_LIBCCD;
   constexpr float kNone = -std::numeric_limits<float>::infinity();
   Contact deepest = {{0, 0, 0}, kNone, {0, 0, 0}};
   const auto keep = [&deepest](double depth, const Vector& normal, const Vector& point) {
@@ -246,22 +344,26 @@ Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
       deepest.point[c] = static_cast<float>(point[c]);
     }
   };
-  visit_parts(a, b, [&](const PosedPart& part_a, const PosedPart& part_b) {
+  visit_parts(a, b, [&](const Query& query) {
     try {
-      fcl::CollisionResultd result;
-      fcl::collide(part_a.geometry(), part_a.pose, part_b.geometry(), part_b.pose, request, result);
+      FclContact contact;
       Gap gap;
-      if (result.isCollision()) {
-        const fcl::Contactd& contact = result.getContact(0);
-        keep(contact.penetration_depth, contact.normal, contact.pos);
-      } else if (margin > 0 && find_gap(part_a, part_b, static_cast<double>(margin), &gap)) {
+      if (find_contact(query, &contact))
+        keep(query.length(contact.depth), contact.normal, query.point(contact.point));
+      else if (margin > 0 && find_gap(query, &gap))
         keep(-gap.distance, gap.normal, gap.middle);
-      }
     } catch (const std::exception&) {}
     return false;
   });
   if (deepest.depth == kNone) deepest.depth = 0;
   return deepest;
+}
+
+}  // namespace
+
+const ExactTest* fcl_test() {
+  static constexpr ExactTest kTest = {fcl_leaves_touch, fcl_leaf_contact};
+  return &kTest;
 }
 
 }  // namespace cab

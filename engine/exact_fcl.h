@@ -1,4 +1,5 @@
-// Step 5 of a frame with Exact::kFcl: FCL on the convex parts of two leaves.
+// Step 5 of a frame with Exact::kFcl: FCL on the convex parts of two leaves. A library without FCL is built with
+// exact_fcl_absent.cpp in the place of exact_fcl.cpp.
 #pragma once
 
 #include "engine/exact.h"
@@ -13,14 +14,12 @@ struct FclShapesDelete {
   void operator()(FclShapes*) const;
 };
 
-// Builds the FCL shapes of every leaf of an articulation; all instances share them. The shape of a leaf without parts
-// is its box. Any frame may use the exact test, so shapes are built for every articulation. Returns kBadShape, and the
-// index of the leaf in *bad_leaf (optional), if a hull has no volume.
-Status make_fcl_shapes(const Articulation& articulation, std::unique_ptr<FclShapes, FclShapesDelete>* out,
-                       std::uint32_t* bad_leaf);
+// Builds the shapes of every leaf of an articulation; all instances share them. The shape of a leaf without parts is
+// its box. Any frame may use the exact test, so shapes are built for every articulation. Null without FCL.
+std::unique_ptr<FclShapes, FclShapesDelete> make_fcl_shapes(const Articulation& articulation);
 
-// ExactTest::touch and ExactTest::contact. Two parts on which FCL gives up count as touching and have no contact.
-bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin);
-Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin);
+// Returns the exact test by FCL. Two parts on which FCL gives up count as touching and have no contact. Null without
+// FCL.
+const ExactTest* fcl_test();
 
 }  // namespace cab

@@ -18,7 +18,7 @@ const char* to_string(Status status) noexcept {
     case Status::kOutOfMemory: return "an allocation failed";
     case Status::kBusy: return "another call on the same engine is running";
     case Status::kIsaNotAvailable: return "isa is an instruction set that this CPU or this build lacks";
-    case Status::kBadScheduler: return "scheduler lacks parallel_for, or its worker_count is 0";
+    case Status::kBadScheduler: return "scheduler lacks parallel_for, or its worker_count is 0 or above 1024";
     case Status::kBadAllocator: return "allocator lacks allocate or release";
     case Status::kNoLinks: return "link_parents is empty, but an articulation needs at least one link";
     case Status::kTooManyLinks: return "link_parents holds more than 1024 links";
@@ -54,6 +54,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadPairRule: return "rules names a batch without input, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "rules pairs the same two batches twice in the same way";
     case Status::kBadPolicy: return "policies holds a value that its enumeration lacks";
+    case Status::kExactNotBuilt: return "policies asks for an exact test that this build of the library lacks";
     case Status::kBadReport: return "report is not a value of Report";
     case Status::kBadMargin: return "margin must be finite, not negative and at most 1e18";
     case Status::kBadHitBuffer: return "hits has a size and no data, or contacts is neither empty nor as long as hits";

@@ -41,4 +41,6 @@ std::unique_ptr<TaskRunner> make_tbb_task_runner(std::uint32_t thread_count) {
   return std::make_unique<TbbTaskRunner>(thread_count);
 }
 
+bool has_tbb() { return true; }
+
 }  // namespace cab

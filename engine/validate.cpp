@@ -1,6 +1,7 @@
 // The checks of inputs, policies, rules and output arrays of a call.
 #include "engine/validate.h"
 
+#include "engine/exact.h"
 #include "kernels/pose_leaves.h"
 
 #include <algorithm>
@@ -81,6 +82,7 @@ Status validate_policies(const Policies& policies) {
   const Span<const PolicyField> table = policy_table();
   for (std::uint32_t row = 0; row < table.size; ++row)
     if (policy_get(policies, row) >= table[row].value_count) return Status::kBadPolicy;
+  if (policies.exact != Exact::kNone && !find_exact_test(policies.exact)) return Status::kExactNotBuilt;
   return Status::kOk;
 }
 

@@ -69,6 +69,35 @@ bool rotation_columns(const float* q, double columns[3][3]) {
   return true;
 }
 
+// Whether vertices (x y z each, at least one) are not all in one plane, to kFlatHull of their extent. The plane goes
+// through the first vertex, the one farthest from it, and the one farthest from the line through both.
+bool have_volume(Span<const float> vertices) {
+  double origin[3], axes[2][3];
+  const auto from_origin = [&](std::size_t v, int axis_count, double* out) {
+    for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<double>(vertices[v + c]) - origin[c];
+    for (int k = 0; k < axis_count; ++k) {
+      const double along = dot(out, axes[k]);
+      for (int c = 0; c < 3; ++c) out[c] -= along * axes[k][c];
+    }
+    return std::sqrt(dot(out, out));
+  };
+  for (std::size_t c = 0; c < 3; ++c) origin[c] = static_cast<double>(vertices[c]);
+  double extent = 0;
+  for (int axis_count = 0;; ++axis_count) {
+    double farthest[3] = {}, offset[3], largest = 0;
+    for (std::size_t v = 0; v < vertices.size; v += 3) {
+      const double distance = from_origin(v, axis_count, offset);
+      if (distance <= largest) continue;
+      largest = distance;
+      std::copy(offset, offset + 3, farthest);
+    }
+    if (axis_count == 0) extent = largest;
+    if (!(largest > kFlatHull * extent)) return false;
+    if (axis_count == 2) return true;
+    for (int c = 0; c < 3; ++c) axes[axis_count][c] = farthest[c] / largest;
+  }
+}
+
 bool valid_sizes(const ConvexPart& part) {
   if (!finite(part.position, 3, kMaxCoordinate) || !finite(part.rotation, 4, 2)) return false;
   const int sizes = part.kind == ShapeKind::kConvexHull ? 0 : part.kind == ShapeKind::kCapsule ? 2 : 3;
@@ -77,7 +106,7 @@ bool valid_sizes(const ConvexPart& part) {
   if (part.kind > ShapeKind::kConvexHull) return false;
   if (part.kind != ShapeKind::kConvexHull) return true;
   return part.vertices.data && part.vertices.size >= 12 && part.vertices.size % 3 == 0 &&
-         finite(part.vertices.data, part.vertices.size, kMaxCoordinate);
+         finite(part.vertices.data, part.vertices.size, kMaxCoordinate) && have_volume(part.vertices);
 }
 
 // The interval that a part covers along a direction, measured from the link's origin. n: the direction in the link's

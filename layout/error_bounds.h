@@ -142,7 +142,11 @@ inline constexpr float kConvexLimit = 0x1p20f;
 // Segments whose directions have a smaller sine, squared, count as parallel.
 inline constexpr float kParallelSegments = 0x1p-20f;
 
-// The gap of two parts shrinks by this share of its two ends, for the rounding of support points and poses; step 8.1.
+// A hull whose vertices are within this share of its extent from one plane has no volume. 2^-46; step 8.1: 2^-47.
+inline constexpr double kFlatHull = 0x1p-46;
+
+// The gap of two parts shrinks by this share of the lengths that its two ends are sums of, for the rounding of poses
+// and support points. 2^-40; step 8.2: 2^-46, and what qhull leaves out of a hull.
 inline constexpr double kGapRounding = 0x1p-40;
 
 }  // namespace cab

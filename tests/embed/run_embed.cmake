@@ -1,6 +1,7 @@
 cmake_minimum_required(VERSION 3.25)
 # Installs cab, and configures, builds and runs tests/embed against what was installed.
 # VARIANT built: the build at BUILD. VARIANT other: a build of the library alone, shared where that at BUILD is static.
+# CAB_WITH_FCL, CAB_WITH_QHULL, CAB_WITH_TBB: the options of the build at BUILD.
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
@@ -19,7 +20,8 @@ if(VARIANT STREQUAL other)
   endif()
   set(BUILD ${WORK}/library)
   run(${CMAKE_COMMAND} -S ${SOURCE} -B ${BUILD} ${common} -D BUILD_SHARED_LIBS=${SHARED} -D CAB_SANITIZE=${SANITIZE}
-    -D CAB_BUILD_TESTS=OFF -D CAB_BUILD_COMMAND=OFF)
+    -D CAB_BUILD_TESTS=OFF -D CAB_BUILD_COMMAND=OFF
+    -D CAB_WITH_FCL=${CAB_WITH_FCL} -D CAB_WITH_QHULL=${CAB_WITH_QHULL} -D CAB_WITH_TBB=${CAB_WITH_TBB})
   run(${CMAKE_COMMAND} --build ${BUILD} --target cab)
 endif()
 
@@ -36,6 +38,19 @@ run(${WORK}/project/embed)
 set(expected "link 1 of arm 0 touches link 0 of arm 1\n")
 if(NOT output STREQUAL expected)
   message(FATAL_ERROR "the example printed\n${output}instead of\n${expected}")
+endif()
+
+# Without the optional packages the program needs the C and C++ runtimes, libcab if it is shared, and nothing else.
+if(NOT (CAB_WITH_FCL OR CAB_WITH_QHULL OR CAB_WITH_TBB OR SANITIZE))
+  run(ldd ${WORK}/project/embed)
+  string(REPLACE "\n" ";" lines "${output}")
+  list(FILTER lines INCLUDE REGEX "[^ \t]")
+  list(LENGTH lines needed_count)
+  list(FILTER lines EXCLUDE REGEX "(linux-vdso|libstdc\\+\\+|libgcc_s|libm|libc|ld-linux[a-z0-9_-]*|libcab)\\.so")
+  if(lines OR needed_count LESS 2)
+    message(FATAL_ERROR "the program needs more than the C and C++ runtimes, or ldd failed:\n${output}")
+  endif()
+  message("ldd:\n${output}")
 endif()
 
 # The installed command runs from where it was put.

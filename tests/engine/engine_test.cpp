@@ -54,7 +54,7 @@ TEST_CASE("an engine is created on every available instruction set and says whic
   CHECK(create_status(desc) == Status::kIsaNotAvailable);
 }
 
-TEST_CASE("half an allocator and half a scheduler are refused") {
+TEST_CASE("half an allocator, half a scheduler and a scheduler of too many workers are refused") {
   for (const Allocator& half :
        {Allocator{nullptr, no_memory, nullptr}, Allocator{nullptr, nullptr, no_release}, Allocator{}}) {
     EngineDesc desc;
@@ -65,6 +65,13 @@ TEST_CASE("half an allocator and half a scheduler are refused") {
     EngineDesc desc;
     desc.scheduler = &half;
     CHECK(create_status(desc) == Status::kBadScheduler);
+  }
+  for (const std::uint32_t workers : {kMaxWorkers, kMaxWorkers + 1, 0xffffffffu}) {
+    const Scheduler scheduler = {nullptr, workers, run_in_turn};
+    EngineDesc desc;
+    desc.scheduler = &scheduler;
+    CAPTURE(workers);
+    CHECK(create_status(desc) == (workers == kMaxWorkers ? Status::kOk : Status::kBadScheduler));
   }
 }
 

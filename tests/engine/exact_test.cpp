@@ -3,7 +3,11 @@
 
 #include <doctest/doctest.h>
 
+#include <sys/resource.h>
+
+#include <array>
 #include <cmath>
+#include <cstring>
 
 namespace {
 
@@ -344,4 +348,285 @@ TEST_CASE("exact hits are a part of box hits, counted, and the same for any stra
     desc.thread_count = 2;
     CHECK(same_hits(run_world(world, kExactTree, desc).hits, tree.hits));
   }
+}
+
+namespace {
+
+constexpr std::uint32_t kPlaces = 300;  // random poses of each pair of bodies
+
+// Two bodies, and where the second stands in each of kPlaces frames, in the unit 1.
+struct Bodies {
+  std::vector<ConvexPart> parts[2];
+  std::vector<float> vertices;           // of every hull
+  std::vector<double> place_a, place_b;  // per frame: quaternion x y z w, translation
+};
+
+const std::vector<float> kCube = {1, 1, 1, 1, 1, -1, 1, -1, 1, 1, -1, -1, -1, 1, 1, -1, 1, -1, -1, -1, 1, -1, -1, -1};
+
+// What a run says of two bodies: hits and contacts.
+struct Answers {
+  std::vector<Hit> hits;
+  std::vector<Contact> contacts;
+};
+
+Answers answers_of(const Bodies& bodies, double unit, double margin = 0) {
+  const auto in_unit = [unit](double length) { return static_cast<float>(length * unit); };
+  World world;
+  std::vector<ConvexPart> parts[2];
+  std::vector<std::vector<float>> vertices;
+  vertices.reserve(8);
+  for (int m = 0; m < 2; ++m) {
+    parts[m] = bodies.parts[m];
+    for (ConvexPart& part : parts[m]) {
+      for (float& size : part.size) size = in_unit(static_cast<double>(size));
+      for (float& coordinate : part.position) coordinate = in_unit(static_cast<double>(coordinate));
+      if (part.vertices.size == 0) continue;
+      vertices.emplace_back();
+      for (const float v : part.vertices) vertices.back().push_back(in_unit(static_cast<double>(v)));
+      part.vertices = {vertices.back().data(), vertices.back().size()};
+    }
+    Rig rig = body({parts[m].data(), parts[m].size()});
+    for (float& half : rig.leaves[0].box.half) half = in_unit(static_cast<double>(half));
+    const std::vector<double>& places = m == 0 ? bodies.place_a : bodies.place_b;
+    Poses poses;
+    poses.link_count = 1;
+    poses.instance_count = static_cast<std::uint32_t>(places.size() / 7);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      poses.data.push_back(i % 7 < 4 ? static_cast<float>(places[i]) : in_unit(places[i]));
+    world.members.push_back({rig, poses, BatchKind::kSequence});
+  }
+  const EnginePtr engine = make_engine_for(world);
+  const BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
+  const PairRule rule = {{1}, {2}, Pairing::kBetween};
+  Answers out;
+  out.hits.resize(bodies.place_a.size() / 7);
+  out.contacts.resize(out.hits.size());
+  FrameJob job;
+  job.inputs = {inputs, 2};
+  job.rules = {&rule, 1};
+  job.policies = kExactTree;
+  job.margin = in_unit(margin);
+  job.hits = {out.hits.data(), out.hits.size()};
+  job.contacts = {out.contacts.data(), out.contacts.size()};
+  REQUIRE(run_frame(*engine, job) == Status::kOk);
+  out.hits.resize(job.hit_count);
+  out.contacts.resize(job.hit_count);
+  return out;
+}
+
+std::size_t hits_of(const Bodies& bodies, double unit) { return answers_of(bodies, unit).hits.size(); }
+
+void append_place(std::vector<double>& places, const std::array<double, 4>& q, double x, double y, double z) {
+  places.insert(places.end(), q.begin(), q.end());
+  places.insert(places.end(), {x, y, z});
+}
+
+std::array<double, 4> random_rotation(Random& random) {
+  std::array<double, 4> q;
+  for (double& v : q) v = random.uniform(-1, 1);
+  q[3] += q[3] < 0 ? -0.1 : 0.1;
+  return q;
+}
+
+// Two bodies of at most radius 1.5 and of any kinds, whose centres are up to 3 apart and up to 10 from the origin.
+Bodies random_bodies(Random& random, int kind_a, int kind_b) {
+  Bodies out;
+  for (int i = 0; i < 60; ++i) out.vertices.push_back(static_cast<float>(random.uniform(-0.8, 0.8)));
+  for (int m = 0; m < 2; ++m) {
+    const int kind = m == 0 ? kind_a : kind_b;
+    const auto size = [&] { return static_cast<float>(random.uniform(0.2, 0.8)); };
+    ConvexPart part = shape(static_cast<ShapeKind>(kind % 4), size(), size(), size());
+    if (part.kind == ShapeKind::kConvexHull) part = hull_of(m == 0 ? out.vertices : kCube);
+    out.parts[m].push_back(part);
+    if (kind == 4) out.parts[m].push_back(moved(shape(ShapeKind::kEllipsoid, 0.25f, 0.5f, 0.25f), 0.5f, 0.5f, 0.7f));
+  }
+  for (std::uint32_t i = 0; i < kPlaces; ++i) {
+    double a[3];
+    for (double& c : a) c = random.uniform(-10, 10);
+    append_place(out.place_a, random_rotation(random), a[0], a[1], a[2]);
+    for (double& c : a) c += random.uniform(-1.7, 1.7);
+    append_place(out.place_b, random_rotation(random), a[0], a[1], a[2]);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("two shapes apart by a tenth of their size are apart in every unit of length") {
+  Bodies bodies;
+  bodies.parts[0] = {shape(ShapeKind::kEllipsoid, 1, 1, 1)};
+  bodies.parts[1] = {hull_of(kCube)};
+  append_place(bodies.place_a, {0, 0, 0, 1}, 0, 0, 0);
+  append_place(bodies.place_b, {0.5, 0.5, 0.1, 1}, 2.3, 1.2, 0);
+  for (const double unit : {1e-12, 1e-6, 1e-5, 1e-4, 1e-3, 1.0, 1e3, 1e12}) {
+    CAPTURE(unit);
+    CHECK(hits_of(bodies, unit) == 0);
+  }
+}
+
+TEST_CASE("crossed capsules touch in every unit of length, however little they overlap") {
+  for (const double depth : {1e-5, 1e-4, 3e-4}) {
+    for (const double unit : {1e-6, 1e-3, 1e-2, 1.0, 1e3}) {
+      CAPTURE(depth);
+      CAPTURE(unit);
+      Random random(7);
+      for (int round = 0; round < 10; ++round) {
+        Bodies bodies;
+        const auto radius_a = static_cast<float>(random.uniform(0.2, 0.6)),
+                   radius_b = static_cast<float>(random.uniform(0.2, 0.6));
+        bodies.parts[0] = {shape(ShapeKind::kCapsule, radius_a, 1, 0)};
+        bodies.parts[1] = {shape(ShapeKind::kCapsule, radius_b, 1, 0)};
+        const double gap = static_cast<double>(radius_a) + static_cast<double>(radius_b) - depth;
+        for (int i = 0; i < 30; ++i) {
+          append_place(bodies.place_a, {0, 0, 0, 1}, 0, 0, 0);
+          append_place(bodies.place_b, {0, std::sqrt(0.5), 0, std::sqrt(0.5)}, random.uniform(-0.9, 0.9), gap,
+                       random.uniform(-0.9, 0.9));
+        }
+        CHECK(hits_of(bodies, unit) == 30);
+      }
+    }
+  }
+}
+
+TEST_CASE("bodies in deep overlap touch, tiny and huge ones too") {
+  for (const double unit : {1e-30, 1e-20, 1e-16, 1e-6, 1.0, 1e6, 1e16}) {
+    for (int kind = 0; kind < 4; ++kind) {
+      CAPTURE(unit);
+      CAPTURE(kind);
+      Bodies bodies;
+      const ConvexPart part = kind == 3 ? hull_of(kCube) : shape(static_cast<ShapeKind>(kind), 1, 1, 1);
+      bodies.parts[0] = bodies.parts[1] = {part};
+      append_place(bodies.place_a, {0, 0, 0, 1}, 0, 0, 0);
+      append_place(bodies.place_b, {0.1, 0.2, 0.3, 1}, 0.3, 0.2, -0.1);
+      CHECK(hits_of(bodies, unit) == 1);
+    }
+  }
+}
+
+TEST_CASE("in a unit of length that is a power of two, hits and contacts have the same bits") {
+  Random random(3);
+  for (int kind_a = 0; kind_a < 5; ++kind_a) {
+    for (int kind_b = 0; kind_b < 5; ++kind_b) {
+      const Bodies bodies = random_bodies(random, kind_a, kind_b);
+      for (const double margin : {0.0, 0.25}) {
+        const Answers one = answers_of(bodies, 1, margin);
+        CHECK(one.hits.size() > 10);
+        CHECK(one.hits.size() < kPlaces - 10);
+        for (const int exponent : {-40, -13, -1, 1, 40}) {
+          CAPTURE(kind_a);
+          CAPTURE(kind_b);
+          CAPTURE(margin);
+          CAPTURE(exponent);
+          const float unit = std::ldexp(1.0f, exponent);
+          const Answers other = answers_of(bodies, static_cast<double>(unit), margin);
+          REQUIRE(same_hits(other.hits, one.hits));
+          std::size_t different = 0;
+          for (std::size_t i = 0; i < one.hits.size(); ++i) {
+            Contact expected = one.contacts[i];
+            expected.depth *= unit;
+            for (float& coordinate : expected.point) coordinate *= unit;
+            different += std::memcmp(&expected, &other.contacts[i], sizeof(Contact)) != 0;
+          }
+          CHECK(different == 0);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("in any other unit of length, hits are the same, and contacts to FCL's own accuracy") {
+  Random random(4);
+  std::size_t contacts = 0, different = 0;
+  for (int kind_a = 0; kind_a < 5; ++kind_a) {
+    for (int kind_b = 0; kind_b < 5; ++kind_b) {
+      const Bodies bodies = random_bodies(random, kind_a, kind_b);
+      const Answers one = answers_of(bodies, 1);
+      for (const double unit : {1e-12, 1e-4, 1e5, 1e12}) {
+        CAPTURE(kind_a);
+        CAPTURE(kind_b);
+        CAPTURE(unit);
+        const Answers other = answers_of(bodies, unit);
+        REQUIRE(same_hits(other.hits, one.hits));
+        if (kind_a == 3 || kind_b == 3) continue;  // another face of a hull may be chosen by a last bit
+        for (std::size_t i = 0; i < one.hits.size(); ++i) {
+          const double depth = static_cast<double>(other.contacts[i].depth) / unit;
+          different += std::fabs(depth - static_cast<double>(one.contacts[i].depth)) > 0.01;
+          ++contacts;
+        }
+      }
+    }
+  }
+  CHECK(contacts > 1000);
+  CHECK(different * 1000 <= contacts);
+}
+
+TEST_CASE("a hull is accepted when no file can be opened") {
+  const ConvexPart hull = hull_of(kCube);
+  const Rig rig = body({&hull, 1});
+  const EnginePtr engine = make_engine();
+  ArticulationId id = {};
+  rlimit before = {};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+  rlimit few = before;
+  few.rlim_cur = 3;
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &few) == 0);
+  const Status status = add_articulation(*engine, rig.desc(), &id);
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+  CHECK(status == Status::kOk);
+}
+
+namespace {
+
+// A sphere of radius 1 whose link stands up to 1e9 away, while the sphere itself is near the origin. Returns its
+// centre.
+oracle::Vec3<long double> add_far_sphere(Random& random, ConvexPart& sphere, World& world) {
+  Poses poses;
+  poses.link_count = poses.instance_count = 1;
+  long double q[4], length_sq = 0;
+  for (const double v : random_rotation(random)) poses.data.push_back(static_cast<float>(v));
+  for (int i = 0; i < 4; ++i) q[i] = static_cast<long double>(poses.data[static_cast<std::size_t>(i)]);
+  for (const long double v : q) length_sq += v * v;
+  const long double x = q[0], y = q[1], z = q[2], w = q[3], s = 2 / length_sq;
+  const long double m[3][3] = {{1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)},
+                               {s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)},
+                               {s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)}};
+  for (int c = 0; c < 3; ++c) poses.data.push_back(static_cast<float>(random.uniform(-1e9, 1e9)));
+  sphere = shape(ShapeKind::kEllipsoid, 1, 1, 1);
+  oracle::Vec3<long double> center;
+  for (std::size_t c = 0; c < 3; ++c) {
+    long double back = 0;
+    for (std::size_t r = 0; r < 3; ++r) back -= m[r][c] * static_cast<long double>(poses.data[4 + r]);
+    sphere.position[c] = static_cast<float>(back);
+  }
+  for (std::size_t r = 0; r < 3; ++r) {
+    center[r] = static_cast<long double>(poses.data[4 + r]);
+    for (std::size_t c = 0; c < 3; ++c) center[r] += m[r][c] * static_cast<long double>(sphere.position[c]);
+  }
+  Rig rig = body({&sphere, 1});
+  std::copy_n(sphere.position, 3, rig.leaves[0].box.center);
+  world.members.push_back({rig, poses, BatchKind::kCharacters});
+  return center;
+}
+
+}  // namespace
+
+TEST_CASE("a pair within the margin is reported though its links stand far from their shapes and the origin") {
+  Random random(11);
+  int asked = 0, lost = 0;
+  for (int round = 0; round < 400; ++round) {
+    World world;
+    ConvexPart spheres[2];
+    const auto a = add_far_sphere(random, spheres[0], world), b = add_far_sphere(random, spheres[1], world);
+    long double distance_sq = 0;
+    for (std::size_t c = 0; c < 3; ++c) distance_sq += (b[c] - a[c]) * (b[c] - a[c]);
+    const long double gap = std::sqrt(distance_sq) - 2;
+    if (!(gap > 0)) continue;
+    world.margin = static_cast<float>(gap);
+    if (static_cast<long double>(world.margin) < gap) world.margin = std::nextafter(world.margin, 1e18f);
+    world.rules = {{{1}, {2}, Pairing::kBetween}};
+    ++asked;
+    lost += run_world(world, kExactTree).hits.empty();
+  }
+  CHECK(asked > 200);
+  CHECK(lost == 0);
 }

@@ -205,3 +205,33 @@ TEST_CASE("a hull needs at least four finite vertices of three coordinates") {
   vertices[7] = kNan;
   CHECK(malformed(hull));
 }
+
+TEST_CASE("a hull needs a volume, in any unit of length and anywhere in its link") {
+  const std::vector<float> tetrahedron = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25f, 0.25f, 1};
+  const auto hull_takes = [&](float unit, float height, float shift) {
+    std::vector<float> vertices = tetrahedron;
+    vertices[11] = height;
+    for (float& v : vertices) v = unit * (v + shift);
+    const Box box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {unit * 16, unit * 16, unit * 16}};
+    ConvexPart hull;
+    hull.kind = ShapeKind::kConvexHull;
+    hull.vertices = {vertices.data(), vertices.size()};
+    const std::int32_t parent = -1;
+    const Leaf leaf = {0, box, {&hull, 1}};
+    Arena arena(default_allocator());
+    Articulation out;
+    const Status status = build_articulation({{&parent, 1}, {}, {&leaf, 1}, {}}, arena, &out, nullptr);
+    CHECK((status == Status::kOk || status == Status::kBadShape));
+    return status == Status::kOk;
+  };
+  for (const float unit : {1e-30f, 1e-12f, 1e-3f, 1.0f, 1e16f}) {
+    CAPTURE(unit);
+    CHECK(hull_takes(unit, 1, 0));
+    CHECK(hull_takes(unit, 1, 8));
+    CHECK(hull_takes(unit, 1e-6f, 0));
+    CHECK_FALSE(hull_takes(unit, 0, 0));
+    CHECK_FALSE(hull_takes(unit, 0, 8));
+    CHECK_FALSE(hull_takes(unit, 0x1p-47f, 0));
+    CHECK(hull_takes(unit, 0x1p-45f, 0));
+  }
+}

@@ -28,7 +28,8 @@ struct Engine;
 
 // Makes an engine without articulations and batches, and writes its address to *out, which must not be null. The caller
 // owns the engine and frees it with destroy_engine. The structs that desc points to are copied.
-// Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB.
+// Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB, if that is
+// built in.
 // Statuses: kBadOutput (out is null), kIsaNotAvailable, kBadAllocator, kBadScheduler, kOutOfMemory.
 // Thread: any.
 [[nodiscard]] CAB_API Status create_engine(const EngineDesc& desc, Engine** out) noexcept;
@@ -81,8 +82,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
 // Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadOrigins,
-// kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kBadReport,
-// kBadMargin, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks).
+// kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice, kBadPolicy,
+// kExactNotBuilt, kBadReport, kBadMargin, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no
+// memory for its tasks).
 // Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
@@ -92,8 +94,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags says
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
-// Statuses: kBusy, kBadPolicy, kUnknownBatch, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers,
-// kBadInContact, kBadOutput (boxes is too small).
+// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags,
+// kBadLayers, kBadInContact, kBadOutput (boxes is too small).
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;

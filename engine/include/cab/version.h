@@ -1,4 +1,5 @@
-// The version of cab: of the headers that a program was compiled with, and of the library that it runs.
+// The version of cab: of the headers that a program was compiled with, and of the library that it runs. Also, what that
+// library was built with.
 //
 // The version is written only in the three numbers below; CMake reads them here. Before 1.0 each change of the API
 // raises the minor version.
@@ -9,7 +10,7 @@
 #include <cstdint>
 
 #define CAB_VERSION_MAJOR 0
-#define CAB_VERSION_MINOR 1
+#define CAB_VERSION_MINOR 2
 #define CAB_VERSION_PATCH 0
 
 // The version as text: "MAJOR.MINOR.PATCH". The two other macros serve this one.
@@ -32,5 +33,16 @@ struct Version {
 // headers of one version and loads the shared libcab of another.
 // Cost: constant time; allocates nothing. Thread: any.
 CAB_API Version version() noexcept;
+
+// Which optional packages a library was built with.
+struct BuildInfo {
+  bool fcl = false;    // Exact::kFcl can be asked for; without it, the answer is kExactNotBuilt
+  bool qhull = false;  // vertices inside a hull are left out of it; without it they stay, and cost time per exact test
+  bool tbb = false;    // thread_count has an effect; without it, engines without a caller's scheduler have one thread
+};
+
+// Returns which optional packages the library that runs was built with.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API BuildInfo build_info() noexcept;
 
 }  // namespace cab

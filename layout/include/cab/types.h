@@ -45,7 +45,7 @@ enum class Status : std::int32_t {
   kOutOfMemory,          // an allocation failed
   kBusy,                 // another call on the same engine is running
   kIsaNotAvailable,      // isa is an instruction set that this CPU or this build lacks
-  kBadScheduler,         // scheduler lacks parallel_for, or its worker_count is 0
+  kBadScheduler,         // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
   kBadAllocator,         // allocator lacks allocate or release
   kNoLinks,              // link_parents is empty, but an articulation needs at least one link
   kTooManyLinks,         // link_parents holds more than 1024 links
@@ -76,6 +76,7 @@ enum class Status : std::int32_t {
   kBadPairRule,          // rules names a batch without input, or a pairing that its batches cannot have
   kPairRuleGivenTwice,   // rules pairs the same two batches twice in the same way
   kBadPolicy,            // policies holds a value that its enumeration lacks
+  kExactNotBuilt,        // policies asks for an exact test that this build of the library lacks
   kBadReport,            // report is not a value of Report
   kBadMargin,            // margin must be finite, not negative and at most 1e18
   kBadHitBuffer,         // hits has a size and no data, or contacts is neither empty nor as long as hits
@@ -84,12 +85,13 @@ enum class Status : std::int32_t {
   kHitsOverflow,         // hits is too small for all hits
 };
 
-// Limits. Links and leaves are counted per articulation, instances per batch, batches per engine. An engine also holds
-// at most 2^31 characters, over all its batches.
+// Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
+// scheduler per engine. An engine also holds at most 2^31 characters, over all its batches.
 inline constexpr std::uint32_t kMaxLinks = 1024;
 inline constexpr std::uint32_t kMaxLeaves = 1024;
 inline constexpr std::uint32_t kMaxInstances = 1u << 24;
 inline constexpr std::uint32_t kMaxBatches = 4096;
+inline constexpr std::uint32_t kMaxWorkers = 1024;
 
 // The largest magnitude of a coordinate or half extent, relative to the instance's origin, in the caller's unit. An
 // instance whose pose exceeds it is masked like one whose pose is not finite: products of the overlap test would
@@ -460,7 +462,7 @@ struct Scheduler {
   // Passed to parallel_for. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
 
-  // How many tasks may run at once, at least 1. The engine keeps memory for each worker (add_batch). Required.
+  // How many tasks may run at once, 1 to kMaxWorkers. The engine keeps memory for each worker (add_batch). Required.
   std::uint32_t worker_count = 0;
 
   // Calls task(context, t, worker) once for every t < task_count, and returns when all calls have returned. Calls that
@@ -476,7 +478,8 @@ struct EngineDesc {
   Isa isa = Isa::kAuto;
 
   // Threads of the built-in scheduler. 1 (default): the calling thread. 0: TBB on every core. n: TBB on at most n
-  // threads, and on no more than there are cores. Ignored if `scheduler` is given.
+  // threads, and on no more than there are cores. A library built without TBB has one thread whatever is asked for;
+  // engine_thread_count tells. Ignored if `scheduler` is given.
   std::uint32_t thread_count = 1;
 
   // Where memory comes from. Borrowed for the call. Null (default): aligned operator new. For large blocks on Linux it

@@ -1,0 +1,33 @@
+cmake_minimum_required(VERSION 3.25)
+# Configures a project that has cab as a part, and checks that its default targets are the library's alone.
+file(REMOVE_RECURSE ${WORK})
+file(WRITE ${WORK}/source/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(outer LANGUAGES CXX)
+add_subdirectory(${SOURCE} cab)
+add_executable(embed ${SOURCE}/tests/embed/main.cpp)
+target_link_libraries(embed PRIVATE cab::cab)
+")
+
+function(run)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    string(REPLACE ";" " " command "${ARGV}")
+    message(FATAL_ERROR "${command}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+run(${CMAKE_COMMAND} -S ${WORK}/source -B ${WORK}/build -G Ninja -D CMAKE_CXX_COMPILER=${COMPILER}
+  -D CMAKE_BUILD_TYPE=${BUILD_TYPE}
+  -D CAB_WITH_FCL=${CAB_WITH_FCL} -D CAB_WITH_QHULL=${CAB_WITH_QHULL} -D CAB_WITH_TBB=${CAB_WITH_TBB})
+run(${CMAKE_COMMAND} --build ${WORK}/build -- -t commands)
+string(REGEX MATCHALL " -o [^ ]+" objects "${output}")
+list(LENGTH objects count)
+if(count EQUAL 0)
+  message(FATAL_ERROR "nothing would be built:\n${output}")
+endif()
+foreach(object IN LISTS objects)
+  if(NOT object MATCHES " -o (cab/(layout|kernels|engine)/|CMakeFiles/embed|embed$)")
+    message(FATAL_ERROR "as a part of another project cab would build${object}")
+  endif()
+endforeach()
