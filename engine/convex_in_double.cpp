@@ -1,128 +1,227 @@
 #include "engine/convex_in_double.h"
 
+#include "engine/convex_pair.h"
 #include "kernels/convex/gjk.h"
-#include "kernels/convex/pair_lanes.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <tuple>
 
 namespace cab {
 namespace {
 
-using kernel::Vec3;
-using Double3 = Vec3<double>;
+using DifferencePoint = ConvexPair::DifferencePoint;
+using kernel::cross;
+using kernel::dot;
+using kernel::Simplex;
 
-Double3 double3(const float* v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+kernel::GjkPair<double> gjk_pair(const ConvexPair& pair, double radius) {
+  return {pair.t(), radius, pair.slack(), pair.rounding()};
 }
 
-// A shape in double, in the caller's unit: its axes and centre relative to the origin of its instance, in world axes.
-// away: how far the centre is from the origins of its link and its instance.
-struct Shape {
-  ConvexKind kind;
-  Double3 column[3], center, size;
-  Span<const float> vertices;  // of a hull, relative to `center`
-  double away;
+double length(const Double3& v) { return std::sqrt(dot(v, v)); }
+Double3 minus(const Double3& v) { return {-v.x, -v.y, -v.z}; }
+
+// ------------------------------------------------------------------------------------------------------- contacts
+
+// The closest point of the difference to the origin, or a tetrahedron of the difference that contains the origin.
+struct Closest {
+  bool inside = false;
+  Double3 normal = {};                         // from the origin to the closest point; not inside
+  double distance = 0;                         // a lower bound of its length, equal to rounding
+  std::array<DifferencePoint, 4> corner = {};  // of the feature (the last is unused) or of the tetrahedron
 };
 
-// The shape in the link's frame.
-Shape local_shape(const ConvexShape& from) {
-  Shape out = {};
-  out.kind = from.kind;
-  if (from.box) {
-    for (int k = 0; k < 3; ++k) out.column[k] = double3(from.box->axis[k]);
-    for (int i = 0; i < 4; ++i) kernel::polish(out.column);
-    out.center = double3(from.box->center);
-    out.size = double3(from.box->half);
-    return out;
+// GJK until it cannot come closer.
+Closest find_closest(const ConvexPair& pair) {
+  Closest out;
+  Simplex<double> simplex = {};
+  std::array<DifferencePoint, kernel::kGjkInDouble.steps> visited = {};
+  const auto visited_at = [&visited](const Double3& at, std::uint32_t count) {
+    const auto same = [&at](const DifferencePoint& p) { return p.at.x == at.x && p.at.y == at.y && p.at.z == at.z; };
+    return *std::find_if(visited.begin(), visited.begin() + count, same);
+  };
+  Double3 v = minus(pair.t());
+  for (std::uint32_t step = 0; step < visited.size(); ++step) {
+    const DifferencePoint point = visited[step] = pair.farthest(minus(v));
+    const Double3& p = point.at;
+    const double v_sq = dot(v, v), gap = dot(v, p);
+    out.normal = v;
+    if (v_sq > 0) out.distance = std::max(out.distance, gap / std::sqrt(v_sq));
+    if (step == 0) {
+      simplex = {{p, p, p}, p, dot(p, p)};
+    } else {
+      if (v_sq - gap <= kernel::kGjkInDouble.progress * v_sq) break;
+      const Simplex<double> before = simplex;
+      out.inside = kernel::add_point(p, pair.slack(), pair.rounding(), simplex);
+      if (out.inside) {
+        for (std::size_t i = 0; i < 3; ++i) out.corner[i] = visited_at(before.corner[i], step + 1);
+        out.corner[3] = point;
+        return out;
+      }
+    }
+    v = simplex.normal;
+    if (simplex.length_sq <= pair.slack() * pair.slack()) break;
   }
-  const float* const q = from.part->rotation;
-  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
-               w = static_cast<double>(q[3]);
-  kernel::quaternion_columns(x, y, z, w, (x * x + y * y) + (z * z + w * w), out.column);
-  out.center = double3(from.part->position);
-  out.size = from.kind == ConvexKind::kHull ? Double3{} : double3(from.size);
-  out.vertices = from.part->vertices;
+  for (std::size_t i = 0; i < 3; ++i)
+    out.corner[i] = visited_at(simplex.corner[i], static_cast<std::uint32_t>(visited.size()));
   return out;
 }
 
-// The same in an instance, posed.
-Shape posed_shape(const kernel::ConvexSide& side, std::uint32_t lane) {
-  kernel::RawPoses poses, orientations;
-  for (std::uint32_t f = 0; f < kernel::pose_float_count(side.format); ++f) poses.raw[f][0] = side.pose[lane][f];
-  const float* const orientation = side.orientation[lane];
-  for (std::uint32_t f = 0; f < 4 && orientation; ++f) orientations.raw[f][0] = orientation[f];
-  kernel::LaneChecks<double> checks = {true, true, true};  // not read: the instance was checked when it was bounded
-  const auto pose = kernel::rotated_pose<double>(poses, orientation ? &orientations : nullptr, side.format, 0, checks);
-  Shape out = local_shape(*side.shape[lane]);
-  out.away = kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(out.center));
-  out.center = pose.translation + kernel::rotate(pose.column, out.center);
-  for (Double3& column : out.column) column = kernel::rotate(pose.column, column);
+// The weights of three corners at the point of their triangle, or of what is left of it, that is nearest to `at`.
+std::array<double, 3> weights_at(const std::array<DifferencePoint, 4>& corner, const Double3& at) {
+  const Double3 e = corner[1].at - corner[0].at, f = corner[2].at - corner[0].at, to = at - corner[0].at;
+  const double ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), te = dot(to, e), tf = dot(to, f);
+  const double area = ee * ff - ef * ef;
+  double we = 0, wf = 0;
+  if (area > 1e-20 * ee * ff) {
+    we = (te * ff - tf * ef) / area;
+    wf = (tf * ee - te * ef) / area;
+  } else if (ee >= ff && ee > 0) {
+    we = te / ee;
+  } else if (ff > 0) {
+    wf = tf / ff;
+  }
+  we = std::clamp(we, 0.0, 1.0);
+  wf = std::clamp(wf, 0.0, 1.0 - we);
+  return {1 - we - wf, we, wf};
+}
+
+// A direction along which b can leave a, how far it must go, and the difference's face at its end.
+struct Exit {
+  Double3 normal = {};
+  double depth = 0;
+  std::array<DifferencePoint, 4> corner = {};
+};
+
+// Follows a ray from the origin, which a tetrahedron contains, to the face of the difference through which it leaves.
+// The triangle that the ray meets moves outwards until no point is beyond it.
+Exit face_along(const ConvexPair& pair, const std::array<DifferencePoint, 4>& tetrahedron, const Double3& ray) {
+  constexpr int kMostSteps = 64;
+  const auto meets = [&ray](const DifferencePoint& p, const DifferencePoint& q, const DifferencePoint& r) {
+    const double pq = dot(ray, cross(p.at, q.at)), qr = dot(ray, cross(q.at, r.at)), rp = dot(ray, cross(r.at, p.at));
+    return (pq >= 0 && qr >= 0 && rp >= 0) || (pq <= 0 && qr <= 0 && rp <= 0);
+  };
+  Exit out;
+  for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+    for (std::size_t i = 0, at = 0; i < 4; ++i)
+      if (i != left_out) out.corner[at++] = tetrahedron[i];
+    const Double3 middle = (out.corner[0].at + out.corner[1].at) + out.corner[2].at;
+    if (dot(ray, middle) > 0 && meets(out.corner[0], out.corner[1], out.corner[2])) break;
+  }
+  for (int step = 0; step < kMostSteps; ++step) {
+    Double3 normal = cross(out.corner[1].at - out.corner[0].at, out.corner[2].at - out.corner[0].at);
+    const double area = length(normal);
+    if (!(area > 0)) break;
+    normal = (dot(normal, ray) < 0 ? -1 / area : 1 / area) * normal;
+    const DifferencePoint beyond = pair.farthest(normal);
+    out.normal = normal;
+    out.depth = dot(normal, beyond.at);
+    if (out.depth - dot(normal, out.corner[0].at) <= pair.slack()) break;
+    const std::array<DifferencePoint, 4> old = out.corner;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const DifferencePoint &p = old[i], &q = old[(i + 1) % 3];
+      out.corner[0] = p;
+      out.corner[1] = q;
+      out.corner[2] = beyond;
+      if (meets(p, q, beyond)) break;
+    }
+  }
   return out;
 }
 
-// The vertex of a hull farthest along d. Of several the one that comes first by x, then y, then z.
-Double3 farthest_vertex(Span<const float> vertices, const Double3& d) {
-  Double3 best = double3(vertices.data);
-  double height = kernel::dot(best, d);
-  for (std::size_t v = 3; v < vertices.size; v += 3) {
-    const Double3 at = double3(vertices.data + v);
-    const double h = kernel::dot(at, d);
-    if (h < height || (h == height && std::tie(best.x, best.y, best.z) <= std::tie(at.x, at.y, at.z))) continue;
-    best = at;
-    height = h;
+// Directions to look along first: between the centres, and the axes of both shapes and their products, both ways.
+std::array<Double3, 31> first_directions(const ConvexPair& pair) {
+  const Double3 own[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  std::array<Double3, 31> out;
+  std::size_t count = 0;
+  const auto add = [&](const Double3& v) {
+    const double norm = length(v);
+    out[count++] = norm > 0 ? (1 / norm) * v : own[0];
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (const double sign : {1.0, -1.0}) {
+      add(sign * own[i]);
+      add(sign * pair.axis_of_b(i));
+      for (std::size_t j = 0; j < 3; ++j) add(sign * cross(own[i], pair.axis_of_b(j)));
+    }
+  }
+  add(pair.t());
+  return out;
+}
+
+// The least of several exits. An exit is improved by following the ray along its normal: the face that this ray leaves
+// through is no deeper, since the ray leaves no later than at the exit's depth.
+// Without a tetrahedron about the origin, the difference is flat or the shapes barely touch: its first directions do.
+Exit least_exit(const ConvexPair& pair, const Closest& closest) {
+  constexpr std::size_t kStarts = 3;
+  constexpr int kMostRays = 16;
+  std::array<Double3, 31> directions = first_directions(pair);
+  std::array<std::pair<double, std::size_t>, 31> order;
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    order[i] = {dot(directions[i], pair.farthest(directions[i]).at), i};
+  std::partial_sort(order.begin(), order.begin() + kStarts, order.end());
+  Exit best;
+  best.depth = order[0].first;
+  best.normal = directions[order[0].second];
+  best.corner.fill(pair.farthest(best.normal));
+  for (std::size_t start = 0; start < kStarts && closest.inside; ++start) {
+    Double3 ray = directions[order[start].second];
+    double depth = order[start].first;
+    for (int i = 0; i < kMostRays; ++i) {
+      const Exit exit = face_along(pair, closest.corner, ray);
+      if (exit.depth <= best.depth && dot(exit.normal, exit.normal) > 0) best = exit;
+      if (!(exit.depth < depth - pair.slack())) break;
+      depth = exit.depth;
+      ray = exit.normal;
+    }
   }
   return best;
 }
 
-// The point of a shape farthest along d, both in its own frame. Round shapes are their segments alone.
-Double3 farthest(const Shape& shape, const Double3& d) {
-  if (shape.kind == ConvexKind::kHull) return farthest_vertex(shape.vertices, d);
-  return kernel::support_by_size(shape.kind, shape.size, d);
-}
-
-// The distance from a shape's centre within which all of it is.
-double reach_of(const Shape& shape, const ConvexShape& from) {
-  if (shape.kind != ConvexKind::kHull) return static_cast<double>(from.reach);
-  double most = 0;
-  for (std::size_t v = 0; v < shape.vertices.size; v += 3) {
-    const Double3 at = double3(shape.vertices.data + v);
-    most = std::max(most, kernel::dot(at, at));
-  }
-  return std::sqrt(most);
-}
-
-double radius_of(const Shape& shape) { return shape.kind == ConvexKind::kRound ? shape.size.x : 0; }
-
 }  // namespace
 
 bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
-  Shape a = posed_shape(block.a, lane), b = posed_shape(block.b, lane);
-  const double reach = reach_of(a, *block.a.shape[lane]) + reach_of(b, *block.b.shape[lane]);
-  const Double3 between =
-      (b.center - a.center) + Double3{block.shift.by[0][lane], block.shift.by[1][lane], block.shift.by[2][lane]};
-  const Double3 t = {kernel::dot(a.column[0], between), kernel::dot(a.column[1], between),
-                     kernel::dot(a.column[2], between)};
-  Double3 column[3];
-  for (int k = 0; k < 3; ++k)
-    column[k] = {kernel::dot(a.column[0], b.column[k]), kernel::dot(a.column[1], b.column[k]),
-                 kernel::dot(a.column[2], b.column[k])};
-  // Scaled by a power of two, so that products of six lengths stay in range.
-  int exponent = 0;
-  std::frexp(reach + kernel::sum(kernel::abs(t)), &exponent);
-  const double scale = std::ldexp(1.0, -exponent);
-  const double size = scale * reach, away = scale * (a.away + b.away), from = scale * kernel::sum(kernel::abs(t));
-  const kernel::GjkPair<double> pair = {scale * t,
-                                        scale * ((radius_of(a) + radius_of(b)) + static_cast<double>(block.margin)),
-                                        kConvexSlackDouble * (from + size) + kConvexPoseSlackDouble * away,
-                                        kTetrahedronRoundingDouble * ((from + size) * (size * size))};
-  const auto support = [&](const Double3& d, std::uint32_t) {
-    const Double3 minus = {-d.x, -d.y, -d.z};
-    const Double3 on_b =
-        farthest(b, {kernel::dot(column[0], minus), kernel::dot(column[1], minus), kernel::dot(column[2], minus)});
-    return scale * (farthest(a, d) - (t + kernel::rotate(column, on_b)));
+  const auto placed = [lane](const kernel::ConvexSide& side) {
+    return PlacedShape{side.shape[lane], side.format, side.pose[lane], side.orientation[lane]};
   };
-  return kernel::gjk(pair, kernel::kGjkInDouble, 1, support).apart == 0;
+  const auto& by = block.shift.by;
+  const ConvexPair pair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]});
+  const double radius = (pair.radius_of_a() + pair.radius_of_b()) + pair.scale() * static_cast<double>(block.margin);
+  const auto support = [&pair](const Double3& d, std::uint32_t) { return pair.farthest(d).at; };
+  return kernel::gjk(gjk_pair(pair, radius), kernel::kGjkInDouble, 1, support).apart == 0;
+}
+
+Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]) {
+  const ConvexPair pair(a, b, shift);
+  const Closest closest = find_closest(pair);
+  Double3 normal, on_difference;
+  std::array<DifferencePoint, 4> corner = closest.corner;
+  double depth = pair.radius_of_a() + pair.radius_of_b();
+  const double to_closest = length(closest.normal);
+  if (!closest.inside && closest.distance > 0 && to_closest > 0) {
+    normal = (-1 / to_closest) * closest.normal;
+    on_difference = closest.normal;
+    depth -= closest.distance;
+  } else {
+    const Exit exit = least_exit(pair, closest);
+    normal = exit.normal;
+    on_difference = exit.depth * normal;
+    corner = exit.corner;
+    depth += exit.depth;
+  }
+  const std::array<double, 3> weight = weights_at(corner, on_difference);
+  Double3 on_a = {}, apart = {};
+  for (std::size_t i = 0; i < 3; ++i) {
+    on_a = on_a + weight[i] * corner[i].on_a;
+    apart = apart + weight[i] * corner[i].at;
+  }
+  const Double3 end_a = on_a + pair.radius_of_a() * normal, end_b = (on_a - apart) - pair.radius_of_b() * normal;
+  const Double3 point = pair.point_in_world(0.5 * (end_a + end_b)), along = pair.direction_in_world(normal);
+  const auto narrow = [](double v) { return static_cast<float>(v); };
+  return {{narrow(along.x), narrow(along.y), narrow(along.z)},
+          narrow(depth / pair.scale()),
+          {narrow(point.x), narrow(point.y), narrow(point.z)}};
 }
 
 }  // namespace cab

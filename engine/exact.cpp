@@ -1,12 +1,13 @@
 // Step 5 of a frame: the exact test of each value of Exact.
 #include "engine/exact.h"
 
+#include "engine/exact_convex.h"
 #include "engine/exact_fcl.h"
 
 namespace cab {
 
 const ExactTest* find_exact_test(Exact exact) {
-  static const ExactTest kConvex = {nullptr, fcl_test() ? fcl_test()->contact : nullptr};
+  static constexpr ExactTest kConvex = {nullptr, convex_leaf_contact};
   switch (exact) {
     case Exact::kNone: return nullptr;
     case Exact::kFcl: return fcl_test();

@@ -7,10 +7,12 @@
 namespace cab {
 
 class FclShapes;
+struct ConvexShapes;
 
 // One leaf of one instance whose batch is bound to an input.
 struct ExactLeaf {
-  const FclShapes* fcl_shapes;  // of the batch's articulation
+  const FclShapes* fcl_shapes;        // of the batch's articulation
+  const ConvexShapes* convex_shapes;  // likewise
   const InstanceBatch* batch;
   std::uint32_t instance;  // index in the batch
   std::uint32_t leaf;      // index in the articulation

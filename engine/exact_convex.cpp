@@ -9,10 +9,7 @@
 namespace cab {
 namespace {
 
-// Shapes that together reach less far are tested in double: products of their scaled lengths would lose digits.
-constexpr float kLeastReach = 0x1p-100f;
-
-// The power of two that scales a length, which must be at least kLeastReach, to between 1/2 and 1.
+// The power of two that scales a length, which must be at least kLeastConvexReach, to between 1/2 and 1.
 float scale_of(float length) {
   std::uint32_t bits;
   std::memcpy(&bits, &length, sizeof(bits));
@@ -30,16 +27,22 @@ struct LeafShapes {
   const float* orientation;  // null if instances have none
 };
 
-LeafShapes shapes_of(const FrameContext& frame, std::uint32_t batch_index, std::uint32_t instance, std::uint32_t leaf) {
-  const StoredBatch& stored = *frame.batches[batch_index];
-  const InstanceBatch& batch = stored.batch;
-  const ConvexShapes& all = *stored.convex_shapes;
-  const std::uint32_t begin = all.leaf_begin[leaf], end = all.leaf_begin[leaf + 1];
+LeafShapes shapes_of(const ExactLeaf& leaf) {
+  const InstanceBatch& batch = *leaf.batch;
+  const std::uint32_t begin = leaf.convex_shapes->leaf_begin[leaf.leaf],
+                      end = leaf.convex_shapes->leaf_begin[leaf.leaf + 1];
   const Span<const float> orientations = batch.input->orientations;
-  return {{all.shapes.data + begin, end - begin},
-          batch.input->poses.format,
-          pose_of(batch, instance) + batch.articulation->leaf_link[leaf] * (batch.link_stride / sizeof(float)),
-          orientations.empty() ? nullptr : orientations.data + 4 * std::size_t{instance}};
+  return {
+      {leaf.convex_shapes->shapes.data + begin, end - begin},
+      batch.input->poses.format,
+      pose_of(batch, leaf.instance) + batch.articulation->leaf_link[leaf.leaf] * (batch.link_stride / sizeof(float)),
+      orientations.empty() ? nullptr : orientations.data + 4 * std::size_t{leaf.instance}};
+}
+
+// Writes the origin of b's instance less that of a's instance.
+void origin_difference(const ExactLeaf& a, const ExactLeaf& b, double (&shift)[3]) {
+  for (std::uint32_t c = 0; c < 3; ++c)
+    shift[c] = origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
 }
 
 // Whether the poses of a leaf are stored like those of a side that is in use.
@@ -65,12 +68,11 @@ class ConvexTester {
   // Queues all pairs of shapes of two leaves of a candidate.
   void add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
     if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
-    const LeafShapes a = shapes_of(frame_, candidate.batch_a, candidate.instance_a, leaf_a),
-                     b = shapes_of(frame_, candidate.batch_b, candidate.instance_b, leaf_b);
-    const InstanceBatch &batch_a = frame_.batch(candidate.batch_a), &batch_b = frame_.batch(candidate.batch_b);
+    const ExactLeaf at_a = frame_.exact_leaf(candidate.batch_a, candidate.instance_a, leaf_a),
+                    at_b = frame_.exact_leaf(candidate.batch_b, candidate.instance_b, leaf_b);
+    const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
     double shift[3];
-    for (std::uint32_t c = 0; c < 3; ++c)
-      shift[c] = origin_of(batch_b, candidate.instance_b, c) - origin_of(batch_a, candidate.instance_a, c);
+    origin_difference(at_a, at_b, shift);
     for (const ConvexShape& shape_a : a.shapes)
       for (const ConvexShape& shape_b : b.shapes) {
         if (touching_.is_touching(id)) return;
@@ -94,7 +96,7 @@ class ConvexTester {
     set_side(a, shape_a, lane, block.a);
     set_side(b, shape_b, lane, block.b);
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
-    block.scale[lane] = scale_of(std::max(shape_a.reach + shape_b.reach, kLeastReach));
+    block.scale[lane] = scale_of(std::max(shape_a.reach + shape_b.reach, kLeastConvexReach));
     queue.leaf_pair[lane] = id;
     if (queue.count == kLanes) test(queue);
   }
@@ -115,7 +117,7 @@ class ConvexTester {
     const kernel::ConvexAnswer answer = frame_.kernels.test_convex_pairs(block);
     for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
       const std::uint32_t id = queue.leaf_pair[lane];
-      const bool tiny = block.a.shape[lane]->reach + block.b.shape[lane]->reach < kLeastReach;
+      const bool tiny = block.a.shape[lane]->reach + block.b.shape[lane]->reach < kLeastConvexReach;
       const bool apart = !tiny && (answer.apart >> lane & 1), touching = !tiny && (answer.touching >> lane & 1);
       if (!apart && !touching_.is_touching(id) && (touching || touch_in_double(block, lane)))
         touching_.set_touching(id);
@@ -181,6 +183,25 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
     pair.lanes >>= kLanes;
     worker.stats.false_positives += static_cast<std::uint32_t>(__builtin_popcount(tested & ~pair.lanes));
   }
+}
+
+Contact convex_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
+  const LeafShapes of_a = shapes_of(a), of_b = shapes_of(b);
+  double shift[3];
+  origin_difference(a, b, shift);
+  Contact deepest = {};
+  bool found = false;
+  for (const ConvexShape& shape_a : of_a.shapes)
+    for (const ConvexShape& shape_b : of_b.shapes) {
+      const Contact contact = contact_in_double({&shape_a, of_a.format, of_a.pose, of_a.orientation},
+                                                {&shape_b, of_b.format, of_b.pose, of_b.orientation}, shift);
+      if (found && !(contact.depth > deepest.depth)) continue;
+      deepest = contact;
+      found = true;
+    }
+  // Shapes that could not be shown to be apart touch.
+  if (margin == 0) deepest.depth = std::max(deepest.depth, 0.0f);
+  return deepest;
 }
 
 }  // namespace cab

@@ -1,5 +1,5 @@
-// Step 5 of a frame with Exact::kConvex: the convex shapes of leaf pairs whose boxes overlap, sixteen pairs of shapes per
-// kernel call.
+// Step 5 of a frame with Exact::kConvex: the convex shapes of leaf pairs whose boxes overlap, sixteen pairs of shapes
+// per kernel call.
 #pragma once
 
 #include "engine/frame_context.h"
@@ -28,5 +28,8 @@ void keep_touching(const FrameContext& frame, Worker& worker);
 // Clears in worker.tile_found the lanes in which the shapes of two leaves do not touch. candidate_of(lane) of the
 // caller's tile, as an array.
 void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], Worker& worker);
+
+// ExactTest::contact: the deepest contact of a shape of a with a shape of b.
+Contact convex_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin);
 
 }  // namespace cab

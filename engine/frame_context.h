@@ -5,7 +5,7 @@
 #include "engine/exact.h"
 #include "kernels/kernel_table.h"
 #include "layout/arena.h"
-#include "layout/convex_shape.h"
+#include "layout/convex_shapes.h"
 #include "layout/instance_batch.h"
 
 #include <memory>
@@ -40,7 +40,8 @@ struct FrameContext {
 
   // The arguments of an exact test for one leaf of one instance.
   ExactLeaf exact_leaf(std::uint32_t batch_index, std::uint32_t instance, std::uint32_t leaf) const {
-    return {batches[batch_index]->fcl_shapes, &batch(batch_index), instance, leaf};
+    const StoredBatch& stored = *batches[batch_index];
+    return {stored.fcl_shapes, stored.convex_shapes, &stored.batch, instance, leaf};
   }
 };
 

@@ -1,5 +1,5 @@
-// The vector type V of all kernels: float (the instruction set `scalar`), an xsimd batch, or double. V has only operations that
-// give the same bits everywhere: + - * divide sqrt abs min max select and comparisons.
+// The vector type V of all kernels: float (the instruction set `scalar`), an xsimd batch, or double. V has only
+// operations that give the same bits everywhere: + - * divide sqrt abs min max select and comparisons.
 #pragma once
 
 #include "layout/tile.h"

@@ -1,8 +1,7 @@
-// Convex shapes as the exact kernels read them: the parts of every leaf, made once per articulation.
+// A convex shape as the exact kernels read it.
 #pragma once
 
-#include "layout/arena.h"
-#include "layout/articulation.h"
+#include <cab/types.h>
 
 namespace cab {
 
@@ -35,15 +34,5 @@ struct alignas(64) ConvexShape {
   const Box* box;
 };
 static_assert(sizeof(ConvexShape) == 128);
-
-// The shapes of all leaves of an articulation. Shapes of leaf l: shapes[leaf_begin[l]] to shapes[leaf_begin[l + 1] - 1].
-// A leaf without parts has one shape, its box.
-struct ConvexShapes {
-  Span<const ConvexShape> shapes;
-  Span<const std::uint32_t> leaf_begin;  // leaf_count + 1 indices
-};
-
-// Makes the shapes of an articulation in the arena. Throws std::bad_alloc.
-ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena);
 
 }  // namespace cab

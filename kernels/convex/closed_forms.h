@@ -89,7 +89,7 @@ CAB_INLINE ConvexAnswer ellipsoid_pairs(const PairLanes<V>& pair, std::uint32_t 
     const V a_v = w_a * sqrt(a_xx * v.x * v.x + (a_yy * v.y * v.y + a_zz * v.z * v.z));
     const V b_v = w * sqrt(b_sq.x * of_b.x * of_b.x + (b_sq.y * of_b.y * of_b.y + b_sq.z * of_b.z * of_b.z));
     const V miss = sqrt(dot(off, off)) + pair.slack;
-    const V inside = one - V(0x1p-20f);
+    const V inside = one - V(kEllipsoidInside);
     const Mask<V> touch = either(both(miss < (inside - a_v) * least_a, b_v < inside),
                                  both(miss < (inside - b_v) * least_b, a_v < inside));
     const std::uint32_t touching = bits(touch) & active;

@@ -14,7 +14,7 @@ struct GjkLimits {
   std::uint32_t steps;
   double progress;
 };
-inline constexpr GjkLimits kGjkInFloat = {24, 0x1p-20}, kGjkInDouble = {200, 0x1p-44};
+inline constexpr GjkLimits kGjkInFloat = {24, kGjkProgress}, kGjkInDouble = {200, kGjkProgressDouble};
 
 // The difference of the two shapes of each lane, in the frame of a.
 template <class V>

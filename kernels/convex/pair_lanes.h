@@ -1,5 +1,5 @@
-// From a block of pairs to lanes: the pose of b's shape in the frame of a's shape, scaled to size 1, with the slack that
-// covers all rounding up to there.
+// From a block of pairs to lanes: the pose of b's shape in the frame of a's shape, scaled to size 1, with the slack
+// that covers all rounding up to there.
 #pragma once
 
 #include "kernels/convex/convex_block.h"

@@ -14,8 +14,12 @@ using namespace cab::tests;
 using oracle::JudgedCase;
 using oracle::Real;
 
-// What docs/embedding.md promises: shapes that touch by the test in double are at most this far apart, in parts of their
-// size and the distance of their centres from their origins.
+PlacedShape placed(const kernel::ConvexSide& side, std::uint32_t lane) {
+  return {side.shape[lane], side.format, side.pose[lane], side.orientation[lane]};
+}
+
+// What docs/embedding.md promises: shapes that touch by the test in double are at most this far apart, in parts of
+// their size and the distance of their centres from their origins.
 constexpr Real kTouching = 0x1p-40L;
 
 }  // namespace
@@ -53,5 +57,51 @@ TEST_CASE("in double no pair of shapes that touches is apart, and what touches i
     CHECK(widest <= kTouching);
     CHECK(touching > 0);
     CHECK(apart > 0);
+  }
+}
+
+TEST_CASE("a contact in double is as deep as parting the shapes takes, and no gap is reported too wide") {
+  const kernel::FloatMode mode;
+  std::uint64_t seed = 5000;
+  // What float leaves of depths and of the numbers that they are differences of, in parts of the size.
+  constexpr Real kRounded = 4e-7L;
+  for (unsigned r = 0; r < oracle::kConvexRegimeCount; ++r) {
+    CAPTURE(r);
+    std::uint64_t deep = 0, above_1 = 0, above_10 = 0, gaps = 0;
+    for (const ShapeKind kind_a : oracle::kCaseKinds)
+      for (const ShapeKind kind_b : oracle::kCaseKinds) {
+        CAPTURE(static_cast<int>(kind_a));
+        CAPTURE(static_cast<int>(kind_b));
+        const bool exact = kind_a == kind_b && (kind_a == ShapeKind::kBox || kind_a == ShapeKind::kCapsule);
+        for (std::uint64_t round = 0; round < rounds(1); ++round) {
+          Random random(++seed);
+          CAPTURE(seed);
+          const RandomBlock made(random, static_cast<ConvexRegime>(r), kind_a, kind_b);
+          for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+            CAPTURE(lane);
+            const auto& by = made.block.shift.by;
+            const Contact contact = contact_in_double(placed(made.block.a, lane), placed(made.block.b, lane),
+                                                      {by[0][lane], by[1][lane], by[2][lane]});
+            const JudgedCase judged = judge_case(made.cases[lane], oracle::Effort::kMeasure);
+            const Real rounded = kRounded * judged.size, depth = contact.depth;
+            if (judged.verdict.gap_at_least > 0) {
+              ++gaps;
+              CHECK(-depth <= judged.verdict.gap_at_most + rounded);
+              CHECK(-depth >= judged.verdict.gap_at_least - rounded);
+            } else if (judged.verdict.gap_at_most < 0) {
+              const Real least = -judged.verdict.gap_at_most;
+              CHECK(depth >= least - rounded);
+              if (exact) CHECK(depth <= least + rounded);
+              if (least < Real{1e-3} * judged.size) continue;
+              ++deep;
+              above_1 += depth > Real{1.01} * least;
+              above_10 += depth > Real{1.1} * least;
+            }
+          }
+        }
+      }
+    MESSAGE("regime " << r << ": " << gaps << " gaps, " << deep << " depths, of which " << above_1
+                      << " are over 1 % and " << above_10 << " over 10 % above the least");
+    CHECK(above_10 * 10 <= deep);
   }
 }

@@ -220,7 +220,8 @@ TEST_CASE(
     const std::vector<Hit> all = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kNone}).hits;
     std::vector<Hit> all_exact[kExactCount];
     for (const Exact exact : {Exact::kFcl, Exact::kConvex})
-      all_exact[static_cast<std::size_t>(exact)] = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, exact}).hits;
+      all_exact[static_cast<std::size_t>(exact)] =
+          run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, exact}).hits;
     CHECK(missing_from(touching, all_exact[static_cast<std::size_t>(Exact::kConvex)]) == 0);
     std::map<Refit, std::vector<Hit>> by_predicate;
     for (const Refit refit : kLeafPredicates) by_predicate[refit] = run_on(*engine, world, by_brute(refit)).hits;

@@ -3,7 +3,7 @@
 
 #include "kernels/convex/convex_block.h"
 #include "layout/articulation.h"
-#include "layout/convex_shape.h"
+#include "layout/convex_shapes.h"
 #include "perf/oracle/convex_pairs.h"
 
 #include <cmath>

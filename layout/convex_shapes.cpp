@@ -1,4 +1,4 @@
-#include "layout/convex_shape.h"
+#include "layout/convex_shapes.h"
 
 #include <algorithm>
 #include <array>

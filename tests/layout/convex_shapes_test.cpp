@@ -1,5 +1,5 @@
 // Convex shapes as the exact kernels read them.
-#include "layout/convex_shape.h"
+#include "layout/convex_shapes.h"
 
 #include "perf/oracle/convex_pairs.h"
 

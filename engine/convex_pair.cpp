@@ -1,0 +1,125 @@
+#include "engine/convex_pair.h"
+
+#include "kernels/convex/support.h"
+#include "kernels/pose_leaves.h"
+#include "layout/error_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace cab {
+namespace {
+
+Double3 double3(const float* v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+// The vertex of a hull farthest along d.
+Double3 farthest_vertex(Span<const float> vertices, const Double3& d) {
+  Double3 best = double3(vertices.data);
+  double height = kernel::dot(best, d);
+  for (std::size_t v = 3; v < vertices.size; v += 3) {
+    const Double3 at = double3(vertices.data + v);
+    const double h = kernel::dot(at, d);
+    if (h < height || (h == height && std::tie(best.x, best.y, best.z) <= std::tie(at.x, at.y, at.z))) continue;
+    best = at;
+    height = h;
+  }
+  return best;
+}
+
+// How far the vertices of a hull are from its part's origin.
+double reach_of(Span<const float> vertices) {
+  double most = 0;
+  for (std::size_t v = 0; v < vertices.size; v += 3) {
+    const Double3 at = double3(vertices.data + v);
+    most = std::max(most, kernel::dot(at, at));
+  }
+  return std::sqrt(most);
+}
+
+}  // namespace
+
+// The shape in the link's frame.
+ConvexPair::Shape ConvexPair::local_shape(const ConvexShape& from) {
+  Shape out = {};
+  out.kind = from.kind;
+  out.reach = static_cast<double>(from.reach);
+  if (from.box) {
+    for (int k = 0; k < 3; ++k) out.column[k] = double3(from.box->axis[k]);
+    for (int i = 0; i < 4; ++i) kernel::polish(out.column);
+    out.center = double3(from.box->center);
+    out.size = double3(from.box->half);
+    return out;
+  }
+  const float* const q = from.part->rotation;
+  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
+               w = static_cast<double>(q[3]);
+  kernel::quaternion_columns(x, y, z, w, (x * x + y * y) + (z * z + w * w), out.column);
+  out.center = double3(from.part->position);
+  if (from.kind == ConvexKind::kHull) {
+    out.vertices = from.part->vertices;
+    out.reach = reach_of(out.vertices);
+    return out;
+  }
+  out.size = double3(from.size);
+  if (from.kind == ConvexKind::kRound) out.radius = out.size.x;
+  return out;
+}
+
+ConvexPair::Shape ConvexPair::posed_shape(const PlacedShape& from) {
+  kernel::RawPoses poses, orientations;
+  for (std::uint32_t f = 0; f < kernel::pose_float_count(from.format); ++f) poses.raw[f][0] = from.pose[f];
+  for (std::uint32_t f = 0; f < 4 && from.orientation; ++f) orientations.raw[f][0] = from.orientation[f];
+  kernel::LaneChecks<double> checks = {true, true, true};  // not read: the instance was checked when it was bounded
+  const auto pose =
+      kernel::rotated_pose<double>(poses, from.orientation ? &orientations : nullptr, from.format, 0, checks);
+  Shape out = local_shape(*from.shape);
+  out.away = kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(out.center));
+  out.center = pose.translation + kernel::rotate(pose.column, out.center);
+  for (Double3& column : out.column) column = kernel::rotate(pose.column, column);
+  return out;
+}
+
+ConvexPair::ConvexPair(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3])
+    : a_(posed_shape(a)), b_(posed_shape(b)) {
+  const Double3 between = (b_.center - a_.center) + Double3{shift[0], shift[1], shift[2]};
+  const auto in_a = [this](const Double3& v) {
+    return Double3{kernel::dot(a_.column[0], v), kernel::dot(a_.column[1], v), kernel::dot(a_.column[2], v)};
+  };
+  t_ = in_a(between);
+  for (std::size_t k = 0; k < 3; ++k) axis_[k] = in_a(b_.column[k]);
+  int exponent = 0;
+  std::frexp((a_.reach + b_.reach) + kernel::sum(kernel::abs(t_)), &exponent);
+  scale_ = std::ldexp(1.0, -exponent);
+  t_ = scale_ * t_;
+  for (Shape* shape : {&a_, &b_}) {
+    if (shape->kind != ConvexKind::kHull) shape->size = scale_ * shape->size;
+    shape->radius *= scale_;
+  }
+  reach_ = scale_ * (a_.reach + b_.reach);
+  const double size = kernel::sum(kernel::abs(t_)) + reach_;
+  slack_ = kConvexSlackDouble * size + kConvexPoseSlackDouble * (scale_ * (a_.away + b_.away));
+  rounding_ = kTetrahedronRoundingDouble * (size * (reach_ * reach_));
+}
+
+ConvexPair::DifferencePoint ConvexPair::farthest(const Double3& direction) const {
+  const auto of = [this](const Shape& shape, const Double3& d) {
+    return shape.kind == ConvexKind::kHull ? scale_ * farthest_vertex(shape.vertices, d)
+                                           : kernel::support_by_size(shape.kind, shape.size, d);
+  };
+  const Double3 minus = {-direction.x, -direction.y, -direction.z};
+  const Double3 on_a = of(a_, direction);
+  const Double3 on_b =
+      of(b_, {kernel::dot(axis_[0], minus), kernel::dot(axis_[1], minus), kernel::dot(axis_[2], minus)});
+  return {on_a - (t_ + kernel::rotate(axis_, on_b)), on_a};
+}
+
+Double3 ConvexPair::direction_in_world(const Double3& direction) const { return kernel::rotate(a_.column, direction); }
+
+Double3 ConvexPair::point_in_world(const Double3& point) const {
+  return a_.center + kernel::rotate(a_.column, (1 / scale_) * point);
+}
+
+}  // namespace cab

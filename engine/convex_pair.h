@@ -1,0 +1,64 @@
+// Two convex shapes in double, from the caller's poses and shapes as they were given: in the frame of a's shape, and
+// scaled by a power of two so that their size is about 1.
+#pragma once
+
+#include "kernels/convex/convex_block.h"
+#include "kernels/vec3.h"
+
+namespace cab {
+
+using Double3 = kernel::Vec3<double>;
+
+// A shape, and the poses that place it.
+struct PlacedShape {
+  const ConvexShape* shape;
+  PoseFormat format;
+  const float* pose;         // of the shape's link, in the caller's layout
+  const float* orientation;  // of the instance, or null
+};
+
+class ConvexPair {
+ public:
+  // shift: the origin of b's instance less that of a's instance.
+  ConvexPair(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]);
+
+  // A point of the difference a - b, without the balls about round shapes, and the point of a that it comes from.
+  struct DifferencePoint {
+    Double3 at, on_a;
+  };
+
+  // The point of the difference farthest along a direction. Of several vertices of a hull the one that comes first by
+  // x, then y, then z.
+  DifferencePoint farthest(const Double3& direction) const;
+
+  double scale() const { return scale_; }
+  const Double3& t() const { return t_; }                             // the centre of b's shape
+  const Double3& axis_of_b(std::size_t k) const { return axis_[k]; }  // of unit length
+  double radius_of_a() const { return a_.radius; }
+  double radius_of_b() const { return b_.radius; }
+  double reach() const { return reach_; }        // of both shapes together
+  double slack() const { return slack_; }        // more than how far rounding may move a point of b against a
+  double rounding() const { return rounding_; }  // of a product of three edges of the difference
+
+  // A direction or a point, relative to the origin of a's instance, in world axes. Points are in the caller's unit.
+  Double3 direction_in_world(const Double3& direction) const;
+  Double3 point_in_world(const Double3& point) const;
+
+ private:
+  struct Shape {
+    ConvexKind kind;
+    Double3 column[3], center;  // relative to the origin of its instance, in world axes
+    Double3 size;
+    Span<const float> vertices;  // of a hull, relative to `center`
+    double radius;               // of the ball about a round shape's segment
+    double reach, away;          // away: how far the centre is from the origins of its link and its instance
+  };
+  static Shape local_shape(const ConvexShape& from);
+  static Shape posed_shape(const PlacedShape& from);
+
+  Shape a_, b_;
+  Double3 axis_[3], t_;
+  double scale_, reach_, slack_, rounding_;
+};
+
+}  // namespace cab
