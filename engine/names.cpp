@@ -58,7 +58,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadReport: return "report is not a value of Report";
     case Status::kBadMargin: return "margin must be finite, not negative and at most 1e18";
     case Status::kBadHitBuffer: return "hits has a size and no data, or contacts is neither empty nor as long as hits";
-    case Status::kContactsNeedExact: return "contacts need an exact test";
+    case Status::kContactsNeedExact: return "contacts need an exact test, such as convex";
     case Status::kBadOutput: return "an output is null or too small";
     case Status::kHitsOverflow: return "hits is too small for all hits";
   }

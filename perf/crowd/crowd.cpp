@@ -287,7 +287,7 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
                      std::to_string(options.clips.size()) +
                      " clips; give one for all clips or one per clip, in their order");
   if (options.policies.strategy == Strategy::kExactAll && options.policies.exact == Exact::kNone)
-    throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact fcl");
+    throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact convex");
   std::vector<std::string> inputs = options.clips;
   inputs.push_back(options.trajectories_path);
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);

@@ -51,7 +51,7 @@ Command add_run(CLI::App& app) {
   command.add_option("--rest-frame", o.world.rest_frame, "mask links whose boxes touch in frame F, counted from 0")
       ->type_name("F")
       ->needs(self);
-  command.add_flag("--contacts", o.contacts, "also the normal and depth of each hit; needs --exact fcl");
+  command.add_flag("--contacts", o.contacts, "also the normal and depth of each hit; needs --exact convex or fcl");
   add_json(command, o.json_path, "write the table as JSON");
   command.add_option("--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
   return {&command, [options] { return run_command(*options); }};

@@ -28,7 +28,7 @@ struct RunTotals {
 void check(const RunOptions& options) {
   check_files(options.world);
   if (options.contacts && options.policies.exact == Exact::kNone)
-    throw UsageError("--contacts: boxes alone have no normal and depth; add --exact fcl");
+    throw UsageError("--contacts: boxes alone have no normal and depth; add --exact convex");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, options.world.files);
 }
 

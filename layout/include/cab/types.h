@@ -19,8 +19,8 @@
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
 //             overlap anything else that it writes or reads. add_articulation copies what it keeps.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
-//             earlier frames or the caller's floating-point mode. With an exact test, hits are the same in every run of
-//             one build, but another build of FCL may decide otherwise. docs/embedding.md, "What is promised", has the
+//             earlier frames or the caller's floating-point mode. With Exact::kFcl, hits are the same in every run of one
+//             build, but another build of FCL may decide otherwise. docs/embedding.md, "What is promised", has the
 //             details.
 // Defaults    A span is empty by default, an id is that of no object, and other members show their default. Plain
 //             results, such as Hit and Contact, have no defaults.
@@ -80,7 +80,7 @@ enum class Status : std::int32_t {
   kBadReport,            // report is not a value of Report
   kBadMargin,            // margin must be finite, not negative and at most 1e18
   kBadHitBuffer,         // hits has a size and no data, or contacts is neither empty nor as long as hits
-  kContactsNeedExact,    // contacts need an exact test
+  kContactsNeedExact,    // contacts need an exact test, such as convex
   kBadOutput,            // an output is null or too small
   kHitsOverflow,         // hits is too small for all hits
 };
@@ -372,8 +372,9 @@ struct Hit {
   std::uint16_t leaf_b;      // index of a leaf on link_b
 };
 
-// Where the two leaves of a hit touch, by FCL: the deepest contact of their parts. If the leaves are apart, but at most
-// the margin apart, the contact describes their smallest gap. All numbers are 0 if FCL gave no contact.
+// Where the two leaves of a hit touch: the deepest contact of their parts, by the frame's exact test. If the leaves are
+// apart, but at most the margin apart, the contact describes their smallest gap. All numbers are 0 if FCL was asked and
+// gave no contact.
 struct Contact {
   float normal[3];  // unit vector from a to b, in the world's axes
   float depth;      // how far b must move along normal to be free, in the caller's unit; below 0: minus the gap
