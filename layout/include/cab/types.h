@@ -19,8 +19,8 @@
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
 //             overlap anything else that it writes or reads. add_articulation copies what it keeps.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
-//             earlier frames or the caller's floating-point mode. With Exact::kFcl, hits are the same in every run of one
-//             build, but another build of FCL may decide otherwise. docs/embedding.md, "What is promised", has the
+//             earlier frames or the caller's floating-point mode. With Exact::kFcl, hits are the same in every run of
+//             one build, but another build of FCL may decide otherwise. docs/embedding.md, "What is promised", has the
 //             details.
 // Defaults    A span is empty by default, an id is that of no object, and other members show their default. Plain
 //             results, such as Hit and Contact, have no defaults.
