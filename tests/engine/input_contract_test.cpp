@@ -309,7 +309,8 @@ TEST_CASE("every row of the input table about poses has its answer, and the neig
     for (const PoseFormat format : row.formats) {
       for (std::size_t variant = 0; variant < row.variants.size(); ++variant) {
         CAPTURE(variant);
-        CAPTURE(++seed);
+        ++seed;
+        CAPTURE(seed);
         Random random(seed);
         World sound;
         Member member;
@@ -501,7 +502,8 @@ TEST_CASE("every row of the input table about articulations has its answer, and 
     CAPTURE(row.row.input);
     for (std::size_t variant = 0; variant < row.variants.size(); ++variant) {
       CAPTURE(variant);
-      CAPTURE(++seed);
+      ++seed;
+      CAPTURE(seed);
       Random random(seed);
       Rig rig = contract_rig(random);
       row.variants[variant](random, rig);

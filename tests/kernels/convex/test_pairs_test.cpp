@@ -24,7 +24,8 @@ TEST_CASE("no pair of shapes that touches is called apart, none that is apart is
     for (const ShapeKind kind_a : oracle::kCaseKinds)
       for (const ShapeKind kind_b : oracle::kCaseKinds)
         for (std::uint64_t round = 0; round < rounds(16); ++round) {
-          CAPTURE(++seed);
+          ++seed;
+          CAPTURE(seed);
           Random random(seed);
           const RandomBlock made(random, regime, kind_a, kind_b);
           const kernel::ConvexAnswer answer = available_kernels()[0]->test_convex_pairs(made.block);
