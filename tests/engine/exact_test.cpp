@@ -1,4 +1,4 @@
-// The exact test by FCL: yes and no against answers worked out by hand, contacts, and its counts.
+// Exact tests: yes and no against answers worked out by hand, contacts by FCL, and its counts.
 #include "perf/oracle/random_world.h"
 
 #include <doctest/doctest.h>
@@ -15,7 +15,6 @@ using namespace cab;
 using namespace cab::oracle;
 
 constexpr Policies kExactTree = {Refit::kCab, Strategy::kTree, Exact::kFcl};
-constexpr Policies kExactBrute = {Refit::kCab, Strategy::kBrute, Exact::kFcl};
 constexpr double kPi = 3.14159265358979323846;
 
 // Tolerances of the normal and depth of FCL's contacts against answers worked out by hand. The comment behind each is
@@ -75,7 +74,8 @@ Poses poses_at(const Place& at, PoseFormat format, bool by_origin, bool by_orien
   return poses;
 }
 
-// Whether two bodies touch. The answer must be the same for every way to place them, as characters and as sequences.
+// Whether two bodies touch. The answer must be the same for every way to place them, as characters and as sequences, by
+// either test.
 bool touch(Span<const ConvexPart> a, Span<const ConvexPart> b, const Place& at) {
   int yes = 0, asked = 0;
   for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
@@ -85,11 +85,14 @@ bool touch(Span<const ConvexPart> a, Span<const ConvexPart> b, const Place& at) 
         world.members.push_back({body(a), poses_at({0, 0, 0}, format, by_origin, false), kind});
         world.members.push_back({body(b), poses_at(at, format, by_origin, by_origin), kind});
         world.rules = {{{1}, {2}, Pairing::kBetween}};
-        const Outcome outcome = run_world(world, asked % 2 ? kExactTree : kExactBrute);
-        CHECK(outcome.stats.exact_tests == outcome.stats.leaf_pairs);
-        CHECK(outcome.hits.size() == outcome.stats.exact_tests - outcome.stats.false_positives);
-        yes += outcome.hits.size() == 1;
-        ++asked;
+        for (const Exact exact : {Exact::kFcl, Exact::kConvex}) {
+          const Strategy strategy = asked / 2 % 2 ? Strategy::kTree : Strategy::kBrute;
+          const Outcome outcome = run_world(world, {Refit::kCab, strategy, exact});
+          CHECK(outcome.stats.exact_tests == outcome.stats.leaf_pairs);
+          CHECK(outcome.hits.size() == outcome.stats.exact_tests - outcome.stats.false_positives);
+          yes += outcome.hits.size() == 1;
+          ++asked;
+        }
       }
     }
   }

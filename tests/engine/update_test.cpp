@@ -126,7 +126,8 @@ TEST_CASE("a spoilt pose masks its own instance with the right flag, and changes
     for (const Spoiling& spoiling : spoilings()) {
       if (spoiling.matrices != (format != PoseFormat::kQuaternionTranslation)) continue;
       CAPTURE(spoiling.name);
-      CAPTURE(++seed);
+      ++seed;
+      CAPTURE(seed);
       Random random(seed);
       const World sound = one_batch(random, 18, format);
       World spoilt = sound;

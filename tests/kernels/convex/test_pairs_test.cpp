@@ -53,7 +53,27 @@ TEST_CASE("no pair of shapes that touches is called apart, none that is apart is
     CHECK(wrong_apart == 0);
     CHECK(wrong_touching == 0);
     tested += pairs;
-    if (regime == ConvexRegime::kRegular || regime == ConvexRegime::kUnits) CHECK(undecided * 100 <= pairs);
+    if (regime == ConvexRegime::kRegular || regime == ConvexRegime::kUnits) CHECK(undecided * 200 <= pairs);
   }
   CHECK(tested > 0);
+}
+
+TEST_CASE("few pairs of everyday shapes are left undecided, by kinds") {
+  std::uint64_t seed = 0;
+  for (const ShapeKind kind_a : oracle::kCaseKinds)
+    for (const ShapeKind kind_b : oracle::kCaseKinds) {
+      CAPTURE(static_cast<int>(kind_a));
+      CAPTURE(static_cast<int>(kind_b));
+      std::uint64_t undecided = 0, blocks = rounds(64);
+      std::uint32_t decided_lanes = 0;
+      for (std::uint64_t round = 0; round < blocks; ++round) {
+        Random random(++seed);
+        const RandomBlock made(random, ConvexRegime::kRegular, kind_a, kind_b);
+        const kernel::ConvexAnswer answer = available_kernels().back()->test_convex_pairs(made.block);
+        decided_lanes |= answer.apart;
+        undecided += kLanes - static_cast<unsigned>(__builtin_popcount(answer.apart | answer.touching));
+      }
+      CHECK(undecided * 200 <= blocks * kLanes);
+      if (blocks >= 64) CHECK(decided_lanes == 0xffff);
+    }
 }

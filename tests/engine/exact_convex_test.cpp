@@ -1,0 +1,272 @@
+// Frames with the exact kernels: bodies of random shapes against the judge of convex shapes, and what must not change
+// an answer.
+#include "perf/oracle/convex_pairs.h"
+#include "perf/oracle/random_world.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <list>
+
+namespace {
+
+using namespace cab;
+using namespace cab::oracle;
+using cab::tests::rounds;
+
+constexpr Policies kConvex = {Refit::kCab, Strategy::kBrute, Exact::kConvex};
+
+// The parts of rigs, and the vertices of their hulls, which outlive the rigs.
+struct Parts {
+  std::list<std::vector<float>> vertices;
+  std::list<std::vector<ConvexPart>> lists;
+};
+
+ConvexPart random_part(Random& random, ShapeKind kind, Parts& parts) {
+  ConvexPart part;
+  part.kind = kind;
+  for (float& size : part.size) size = static_cast<float>(random.uniform(0.05, 0.3));
+  for (float& at : part.position) at = static_cast<float>(random.uniform(-0.3, 0.3));
+  double q[4];
+  random_turn(random, q);
+  for (std::size_t c = 0; c < 4; ++c) part.rotation[c] = static_cast<float>(q[c]);
+  if (kind != ShapeKind::kConvexHull) return part;
+  std::vector<float> vertices;
+  for (std::uint32_t v = 0; v < 6 + random.index(20); ++v) {
+    const Vec3<double> at = random.unit_vector();
+    for (std::size_t c = 0; c < 3; ++c)
+      vertices.push_back(static_cast<float>(at[c] * static_cast<double>(part.size[c])));
+  }
+  parts.vertices.push_back(std::move(vertices));
+  part.vertices = {parts.vertices.back().data(), parts.vertices.back().size()};
+  return part;
+}
+
+// A link with one leaf of the given parts, in a box that holds them all.
+Rig body(Span<const ConvexPart> of) {
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves = {{0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}}, of}};
+  return rig;
+}
+
+// Two bodies of `count` parts each, of the given kinds in turn, `instances` times.
+World bodies(Random& random, const std::vector<ShapeKind>& kinds, std::size_t count, std::uint32_t instances,
+             Parts& parts) {
+  World world;
+  for (std::size_t member = 0; member < 2; ++member) {
+    std::vector<ConvexPart> list;
+    for (std::size_t p = 0; p < count; ++p)
+      list.push_back(random_part(random, kinds[(p + member) % kinds.size()], parts));
+    parts.lists.push_back(std::move(list));
+    const Rig rig = body({parts.lists.back().data(), count});
+    world.members.push_back(
+        {rig, random_poses(random, rig, instances, PoseFormat::kQuaternionTranslation, {0.5, false, false, {}})});
+  }
+  world.rules = {{{1}, {2}, Pairing::kBetween}};
+  return world;
+}
+
+// The gap of two instances by the judge: the least over all pairs of parts. Above 0 it is a lower bound, else an upper.
+Real gap_of(const World& world, std::uint32_t instance_a, std::uint32_t instance_b) {
+  Real least = 1e30L;
+  const Member &a = world.members[0], &b = world.members[1];
+  for (const ConvexPart& part_a : a.rig.leaves[0].parts)
+    for (const ConvexPart& part_b : b.rig.leaves[0].parts) {
+      ConvexCase one = {};
+      one.a.part = part_a;
+      one.b.part = part_b;
+      one.a.vertices.assign(part_a.vertices.begin(), part_a.vertices.end());
+      one.b.vertices.assign(part_b.vertices.begin(), part_b.vertices.end());
+      std::copy_n(a.poses.pose(instance_a, 0), 7, one.a.pose);
+      std::copy_n(b.poses.pose(instance_b, 0), 7, one.b.pose);
+      bind_vertices(one);
+      const Verdict verdict = judge_case(one, Effort::kMeasure).verdict;
+      least = std::min(least, verdict.gap_at_least > 0 ? verdict.gap_at_least : verdict.gap_at_most);
+    }
+  return least;
+}
+
+bool has_hit(const std::vector<Hit>& hits, std::uint32_t instance_a, std::uint32_t instance_b) {
+  return std::any_of(hits.begin(), hits.end(),
+                     [&](const Hit& hit) { return hit.instance_a == instance_a && hit.instance_b == instance_b; });
+}
+
+// Whether every two instances are reported that are no farther apart than the margin, and no others, but for pairs
+// within a millionth of it.
+void check_by_judge(const World& world, const std::vector<Hit>& hits) {
+  constexpr Real kNear = 1e-6L;
+  std::size_t yes = 0, no = 0;
+  for (std::uint32_t i = 0; i < world.members[0].poses.instance_count; ++i)
+    for (std::uint32_t j = 0; j < world.members[1].poses.instance_count; ++j) {
+      const Real beyond = gap_of(world, i, j) - static_cast<Real>(world.margin);
+      if (std::fabs(beyond) < kNear) continue;
+      CHECK(has_hit(hits, i, j) == (beyond < 0));
+      ++(beyond < 0 ? yes : no);
+    }
+  CHECK(yes > 0);
+  CHECK(no > 0);
+}
+
+}  // namespace
+
+TEST_CASE("leaves of many parts touch where any two parts do") {
+  for (std::uint64_t seed = 1; seed <= rounds(4); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    Parts parts;
+    for (const std::size_t count : {1u, 2u, 5u}) {
+      CAPTURE(count);
+      const World world = bodies(random, {std::begin(kCaseKinds), std::end(kCaseKinds)}, count, 7, parts);
+      const Outcome outcome = run_world(world, kConvex);
+      check_by_judge(world, outcome.hits);
+      CHECK(outcome.stats.exact_tests == outcome.stats.leaf_pairs);
+      CHECK(outcome.stats.false_positives == outcome.stats.exact_tests - outcome.hits.size());
+    }
+  }
+}
+
+TEST_CASE("with a margin exact kernels report every pair within it, for every pair of kinds") {
+  std::uint64_t seed = 100;
+  for (const ShapeKind kind_a : kCaseKinds)
+    for (const ShapeKind kind_b : kCaseKinds) {
+      CAPTURE(static_cast<int>(kind_a));
+      CAPTURE(static_cast<int>(kind_b));
+      Random random(++seed);
+      Parts parts;
+      World world = bodies(random, {kind_a, kind_b}, 1, 12, parts);
+      world.margin = 0.1f;
+      check_by_judge(world, run_world(world, kConvex).hits);
+    }
+}
+
+TEST_CASE("leaves that touch in one point are reported, by every kind") {
+  // Each has the extent 1 along x on both sides, so two of them whose centres are 2 apart touch in a point or a face.
+  const std::vector<float> octahedron = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1};
+  std::vector<ConvexPart> shapes(4);
+  shapes[0].kind = ShapeKind::kBox;
+  shapes[1].kind = ShapeKind::kEllipsoid;
+  shapes[2].kind = ShapeKind::kCapsule;
+  shapes[3].kind = ShapeKind::kConvexHull;
+  for (ConvexPart& shape : shapes) std::fill_n(shape.size, 3, 1.0f);
+  shapes[3].vertices = {octahedron.data(), octahedron.size()};
+  for (const ConvexPart& a : shapes)
+    for (const ConvexPart& b : shapes)
+      for (const float unit : {1.0f, 0x1p-40f, 0x1p30f})
+        for (const bool is_beyond : {false, true}) {
+          CAPTURE(static_cast<int>(a.kind));
+          CAPTURE(static_cast<int>(b.kind));
+          CAPTURE(unit);
+          CAPTURE(is_beyond);
+          World world;
+          std::array<std::vector<float>, 2> vertices;
+          std::array<ConvexPart, 2> parts = {a, b};
+          for (std::size_t m = 0; m < 2; ++m) {
+            for (float& size : parts[m].size) size *= unit;
+            for (const float v : octahedron) vertices[m].push_back(v * unit);
+            if (parts[m].kind == ShapeKind::kConvexHull) parts[m].vertices = {vertices[m].data(), vertices[m].size()};
+            Rig rig = body({&parts[m], 1});
+            for (float& half : rig.leaves[0].box.half) half = 4 * unit;
+            Poses poses;
+            poses.link_count = poses.instance_count = 1;
+            const float at = is_beyond ? 2 * (1 + 0x1p-20f) : 2;
+            poses.data = {0, 0, 0, 1, m == 0 ? 0 : at * unit, 0, 0};
+            world.members.push_back({rig, poses});
+          }
+          world.rules = {{{1}, {2}, Pairing::kBetween}};
+          CHECK(run_world(world, kConvex).hits.size() == (is_beyond ? 0 : 1));
+        }
+}
+
+TEST_CASE("characters whose poses are stored in different ways share no block") {
+  // Quarter turns, whose quaternions and matrices say the same; the first member turns by orientations instead.
+  for (std::uint64_t seed = 1; seed <= rounds(8); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    Parts parts;
+    std::vector<Hit> expected;
+    const World world = bodies(random, {ShapeKind::kEllipsoid, ShapeKind::kBox}, 2, 9, parts);
+    std::vector<unsigned> turns;
+    for (int i = 0; i < 18; ++i) turns.push_back(random.index(4));
+    for (const PoseFormat format_a : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4})
+      for (const PoseFormat format_b :
+           {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4})
+        for (const bool by_orientation : {false, true}) {
+          World stored;
+          stored.rules = {{{1}, {2}, Pairing::kBetween}, {{1}, {1}, Pairing::kBetween}, {{2}, {2}, Pairing::kBetween}};
+          for (std::size_t m = 0; m < 2; ++m) {
+            const Poses& from = world.members[m].poses;
+            Poses poses;
+            poses.format = m == 0 ? format_a : format_b;
+            poses.link_count = 1;
+            poses.instance_count = from.instance_count;
+            poses.data.resize(poses.floats_per_pose() * from.instance_count);
+            for (std::uint32_t i = 0; i < from.instance_count; ++i) {
+              static constexpr double kTurns[4][4] = {{0, 0, 0, 1}, {0, 0, 1, 1}, {0, 0, 1, 0}, {0, 0, -1, 1}};
+              double q[4], none[4] = {0, 0, 0, 1};
+              std::copy_n(kTurns[turns[9 * m + i]], 4, q);
+              const float* const f = from.pose(i, 0);
+              const Vec3<double> at = {
+                  {static_cast<double>(f[4]), static_cast<double>(f[5]), static_cast<double>(f[6])}};
+              const bool orients = by_orientation && m == 0;
+              poses.origins.insert(poses.origins.end(), {at[0], at[1], at[2]});
+              write_pose(poses.format, orients ? none : q, {}, poses.pose(i, 0));
+              if (orients)
+                for (const double v : q) poses.orientations.push_back(static_cast<float>(v));
+            }
+            stored.members.push_back({world.members[m].rig, poses});
+          }
+          const std::vector<Hit> hits = run_world(stored, kConvex).hits;
+          if (expected.empty()) expected = hits;
+          CHECK(same_hits(hits, expected));
+        }
+    CHECK(expected.size() > 20);
+  }
+}
+
+TEST_CASE("exact kernels report the same on every instruction set, thread and strategy, and in every unit") {
+  for (std::uint64_t seed = 1; seed <= rounds(6); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    Parts parts;
+    const World world = bodies(random, {std::begin(kCaseKinds), std::end(kCaseKinds)}, 3, 40, parts);
+    const std::vector<Hit> expected = run_world(world, kConvex).hits;
+    CHECK(expected.size() > 100);
+    for (const Isa isa : available_isas())
+      for (const std::uint32_t threads : {1u, 2u})
+        for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kExactAll}) {
+          EngineDesc desc;
+          desc.isa = isa;
+          desc.thread_count = threads;
+          CHECK(same_hits(run_world(world, {Refit::kCab, strategy, Exact::kConvex}, desc).hits, expected));
+        }
+    for (const int exponent : {-38, 38}) {
+      CAPTURE(exponent);
+      const auto scaled = [exponent](float v) { return std::ldexp(v, exponent); };
+      World other = world;
+      Parts copies;
+      for (Member& member : other.members) {
+        for (std::size_t i = 0; i < member.poses.data.size(); ++i)
+          if (i % 7 >= 4) member.poses.data[i] = scaled(member.poses.data[i]);
+        Leaf& leaf = member.rig.leaves[0];
+        for (float& half : leaf.box.half) half = scaled(half);
+        std::vector<ConvexPart> list(leaf.parts.begin(), leaf.parts.end());
+        for (ConvexPart& part : list) {
+          for (std::size_t c = 0; c < 3; ++c) {
+            part.size[c] = scaled(part.size[c]);
+            part.position[c] = scaled(part.position[c]);
+          }
+          std::vector<float> vertices;
+          for (const float v : part.vertices) vertices.push_back(scaled(v));
+          copies.vertices.push_back(std::move(vertices));
+          part.vertices = {copies.vertices.back().data(), copies.vertices.back().size()};
+        }
+        copies.lists.push_back(std::move(list));
+        leaf.parts = {copies.lists.back().data(), copies.lists.back().size()};
+      }
+      CHECK(same_hits(run_world(other, kConvex).hits, expected));
+    }
+  }
+}
