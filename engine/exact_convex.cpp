@@ -57,6 +57,14 @@ void set_side(const LeafShapes& leaf, const ConvexShape& shape, std::uint32_t la
   side.orientation[lane] = leaf.orientation;
 }
 
+// Counts tested leaf pairs, and those of them that were removed. A frame counts leaf pairs before the exact test, but
+// what is reported counts only those that are left.
+void count_tests(std::uint32_t tested, std::uint32_t removed, FrameStats& stats) {
+  stats.exact_tests += tested;
+  stats.false_positives += removed;
+  stats.leaf_pairs += removed;
+}
+
 // Tests leaf pairs. Each is named by an id of the caller, who keeps which of them touch: is_touching(id) and
 // set_touching(id).
 template <class Touching>
@@ -161,8 +169,7 @@ void keep_touching(const FrameContext& frame, Worker& worker) {
   for (const LeafPair& pair : found)
     if (pair.candidate & FoundPairs::kTouching)
       found.data[kept++] = {pair.candidate & ~FoundPairs::kTouching, pair.a, pair.b};
-  worker.stats.exact_tests += found.size;
-  worker.stats.false_positives += found.size - kept;
+  count_tests(found.size, found.size - kept, worker.stats);
   found.size = kept;
 }
 
@@ -172,16 +179,14 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
   for (std::uint32_t i = 0; i < found.size; ++i) {
     const TilePair& pair = found.data[i];
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
-      if (pair.lanes >> lane & 1) {
-        ++worker.stats.exact_tests;
-        tester.add(candidates[lane], pair.a, pair.b, kLanes * i + lane);
-      }
+      if (pair.lanes >> lane & 1) tester.add(candidates[lane], pair.a, pair.b, kLanes * i + lane);
   }
   tester.finish();
   for (TilePair& pair : found) {
     const std::uint32_t tested = pair.lanes & 0xffff;
     pair.lanes >>= kLanes;
-    worker.stats.false_positives += static_cast<std::uint32_t>(__builtin_popcount(tested & ~pair.lanes));
+    const auto count = [](std::uint32_t lanes) { return static_cast<std::uint32_t>(__builtin_popcount(lanes)); };
+    count_tests(count(tested), count(tested & ~pair.lanes), worker.stats);
   }
 }
 

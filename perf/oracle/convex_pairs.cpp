@@ -84,7 +84,7 @@ void bind_vertices(ConvexCase& made) {
 }
 
 ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_a, ShapeKind kind_b) {
-  double unit = 0.2, ratio = 1, aspect_a = 1, aspect_b = 1, away = 0.5, angle = 0, world = 0;
+  double unit = 0.2, ratio = 1, aspect_a = 1, aspect_b = 1, away = 1.2, angle = 0, world = 0;
   switch (regime) {
     case ConvexRegime::kRegular:
     case ConvexRegime::kNear: break;
