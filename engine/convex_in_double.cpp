@@ -2,6 +2,7 @@
 
 #include "engine/convex_pair.h"
 #include "kernels/convex/gjk.h"
+#include "layout/error_bounds.h"
 
 #include <algorithm>
 #include <array>
@@ -51,7 +52,7 @@ Closest find_closest(const ConvexPair& pair) {
     if (step == 0) {
       simplex = {{p, p, p}, p, dot(p, p)};
     } else {
-      if (v_sq - gap <= kernel::kGjkInDouble.progress * v_sq) break;
+      if (v_sq - gap <= kContactProgress * v_sq) break;
       const Simplex<double> before = simplex;
       out.inside = kernel::add_point(p, pair.slack(), pair.rounding(), simplex);
       if (out.inside) {
@@ -95,8 +96,9 @@ struct Exit {
 };
 
 // Follows a ray from the origin, which a tetrahedron contains, to the face of the difference through which it leaves.
-// The triangle that the ray meets moves outwards until no point is beyond it.
-Exit face_along(const ConvexPair& pair, const std::array<DifferencePoint, 4>& tetrahedron, const Double3& ray) {
+// The triangle that the ray meets moves outwards until no point is farther beyond it than `within`.
+Exit face_along(const ConvexPair& pair, const std::array<DifferencePoint, 4>& tetrahedron, const Double3& ray,
+                double within) {
   constexpr int kMostSteps = 64;
   const auto meets = [&ray](const DifferencePoint& p, const DifferencePoint& q, const DifferencePoint& r) {
     const double pq = dot(ray, cross(p.at, q.at)), qr = dot(ray, cross(q.at, r.at)), rp = dot(ray, cross(r.at, p.at));
@@ -117,7 +119,7 @@ Exit face_along(const ConvexPair& pair, const std::array<DifferencePoint, 4>& te
     const DifferencePoint beyond = pair.farthest(normal);
     out.normal = normal;
     out.depth = dot(normal, beyond.at);
-    if (out.depth - dot(normal, out.corner[0].at) <= pair.slack()) break;
+    if (out.depth - dot(normal, out.corner[0].at) <= within) break;
     const std::array<DifferencePoint, 4> old = out.corner;
     for (std::size_t i = 0; i < 3; ++i) {
       const DifferencePoint &p = old[i], &q = old[(i + 1) % 3];
@@ -150,31 +152,42 @@ std::array<Double3, 31> first_directions(const ConvexPair& pair) {
   return out;
 }
 
-// The least of several exits. An exit is improved by following the ray along its normal: the face that this ray leaves
-// through is no deeper, since the ray leaves no later than at the exit's depth.
-// Without a tetrahedron about the origin, the difference is flat or the shapes barely touch: its first directions do.
+// Improves an exit by following the ray along its normal: the face that this ray leaves through is no deeper, since the
+// ray leaves no later than at the exit's depth. Ends when that gains no more than `within`.
+void descend(const ConvexPair& pair, const std::array<DifferencePoint, 4>& tetrahedron, double within, Exit& exit) {
+  constexpr int kMostRays = 16;
+  for (int ray = 0; ray < kMostRays; ++ray) {
+    const Exit next = face_along(pair, tetrahedron, exit.normal, within);
+    if (!(next.depth <= exit.depth && dot(next.normal, next.normal) > 0)) return;
+    const double gained = exit.depth - next.depth;
+    exit = next;
+    if (gained <= within) return;
+  }
+}
+
+// The least of three exits, from the first directions of the least depths. They are found roughly first; the best of
+// them is then improved. Without a tetrahedron about the origin, the difference is flat or the shapes barely touch: the
+// first directions do.
 Exit least_exit(const ConvexPair& pair, const Closest& closest) {
   constexpr std::size_t kStarts = 3;
-  constexpr int kMostRays = 16;
-  std::array<Double3, 31> directions = first_directions(pair);
+  constexpr double kRough = 1.0 / 256, kFiner = 1.0 / 16;  // in parts of the reach; any would do
+  const std::array<Double3, 31> directions = first_directions(pair);
   std::array<std::pair<double, std::size_t>, 31> order;
   for (std::size_t i = 0; i < directions.size(); ++i)
     order[i] = {dot(directions[i], pair.farthest(directions[i]).at), i};
   std::partial_sort(order.begin(), order.begin() + kStarts, order.end());
   Exit best;
-  best.depth = order[0].first;
-  best.normal = directions[order[0].second];
-  best.corner.fill(pair.farthest(best.normal));
-  for (std::size_t start = 0; start < kStarts && closest.inside; ++start) {
-    Double3 ray = directions[order[start].second];
-    double depth = order[start].first;
-    for (int i = 0; i < kMostRays; ++i) {
-      const Exit exit = face_along(pair, closest.corner, ray);
-      if (exit.depth <= best.depth && dot(exit.normal, exit.normal) > 0) best = exit;
-      if (!(exit.depth < depth - pair.slack())) break;
-      depth = exit.depth;
-      ray = exit.normal;
-    }
+  for (std::size_t start = 0; start < kStarts; ++start) {
+    Exit exit;
+    exit.depth = order[start].first;
+    exit.normal = directions[order[start].second];
+    exit.corner.fill(pair.farthest(exit.normal));
+    if (closest.inside) descend(pair, closest.corner, kRough * pair.reach(), exit);
+    if (start == 0 || exit.depth < best.depth) best = exit;
+  }
+  for (double within = kRough; closest.inside && within > kContactProgress;) {
+    within = std::max(within * kFiner, kContactProgress);
+    descend(pair, closest.corner, within * pair.reach(), best);
   }
   return best;
 }

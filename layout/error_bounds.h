@@ -150,6 +150,9 @@ inline constexpr float kParallelSegments = 0x1p-20f;
 inline constexpr double kGjkProgress = 0x1p-20;
 inline constexpr double kGjkProgressDouble = 0x1p-44;
 
+// Contacts are searched to this share of both shapes' reach: they are rounded to float; step 9.7.
+inline constexpr double kContactProgress = 0x1p-24;
+
 // A hull whose vertices are within this share of its extent from one plane has no volume. 2^-46; step 8.1: 2^-47.
 inline constexpr double kFlatHull = 0x1p-46;
 
