@@ -223,7 +223,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--threads", "many"}, "--threads"},
       {{"run", file, "--threads", "-1"}, "--threads"},
       {{"run", file, "--threads", "100000"}, "--threads"},
-      {{"run", file, "--contacts"}, "add --exact fcl"},
+      {{"run", file, "--contacts"}, "add --exact convex"},
       {{"run", file, "--hops", "1"}, "--hops requires --self"},
       {{"run", file, "--rest-frame", "1"}, "--rest-frame requires --self"},
       {{"run", file, "--self", "--hops", "0"}, "--hops"},

@@ -207,7 +207,7 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
       {{"--scene", "uniform", "--frames", "0"}, "--frames"},
       {{"--scene", "uniform", "--rounds", "0"}, "--rounds"},
       {{"--scene", "uniform", "--strategy", "fast"}, "choose tree"},
-      {{"--scene", "uniform", "--strategy", "exact_all"}, "add --exact fcl"},
+      {{"--scene", "uniform", "--strategy", "exact_all"}, "add --exact convex"},
       {{"--scene", "uniform", "--isa", "mmx"}, "scalar"},
       {{"--scene", "uniform", "--threads", "-1"}, "--threads"},
       {{"--scene", "uniform", "--clip", sources.anna}, "--clip, --units and --up are not for --scene uniform"},
