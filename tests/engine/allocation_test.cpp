@@ -153,21 +153,26 @@ World mixed_world(std::uint64_t seed) {
   return world;
 }
 
-// Runs frames of a world by every policy without the exact test and checks that nothing was allocated.
+// Runs frames of a world with boxes alone and with the exact kernels, with contacts, and checks that nothing was
+// allocated.
 void check_no_allocation(Engine& engine, const World& world, const Ledger* ledger) {
   std::vector<BatchInput> inputs;
   for (std::uint32_t m = 0; m < world.members.size(); ++m) inputs.push_back(world.members[m].poses.input({m + 1}));
   std::vector<Hit> hits(200000);
+  std::vector<Contact> contacts(hits.size());
   std::vector<Box> boxes(std::size_t{world.members[0].poses.instance_count} * world.members[0].rig.node_count());
   FrameJob job;
   job.inputs = {inputs.data(), inputs.size()};
   job.rules = {world.rules.data(), world.rules.size()};
   job.hits = {hits.data(), hits.size()};
   for (const Refit refit : {Refit::kCab, Refit::kAabbHull}) {
-    for (const Strategy strategy : {Strategy::kTree, Strategy::kBrute}) {
+    for (const auto& [strategy, exact] :
+         {std::pair(Strategy::kTree, Exact::kNone), std::pair(Strategy::kBrute, Exact::kNone),
+          std::pair(Strategy::kTree, Exact::kConvex), std::pair(Strategy::kBrute, Exact::kConvex)}) {
       for (const std::size_t capacity : {hits.size(), std::size_t{0}}) {
-        job.policies = {refit, strategy, Exact::kNone};
+        job.policies = {refit, strategy, exact};
         job.hits.size = capacity;
+        job.contacts = {contacts.data(), exact == Exact::kConvex ? capacity : 0};
         const std::uint64_t ledger_calls = ledger ? ledger->calls() : 0;
         const std::uint64_t news = new_calls, mallocs = malloc_calls;
         const Status status = run_frame(engine, job);
