@@ -1,5 +1,5 @@
-// `cab kernels`: nanoseconds of the merge and of the overlap test on every instruction set, and FCL's on the same
-// boxes, measured in turns in one run.
+// `cab kernels`: nanoseconds of the merge, of the overlap test and of the exact test on every instruction set, and
+// FCL's on the same boxes and shapes, measured in turns in one run.
 #include "kernels/find_kernels.h"
 #include "kernels/gather_pairs.h"
 #include "kernels/isa_list.h"
@@ -9,13 +9,13 @@
 #include "layout/tile.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
+#include "perf/kernels/exact.h"
 #include "perf/kernels/options.h"
+#include "perf/kernels/race.h"
 
 #include <cab/cab.h>
 #include <fcl/math/bv/OBB.h>
 
-#include <chrono>
-#include <functional>
 #include <iostream>
 
 namespace cab::perf {
@@ -29,24 +29,6 @@ constexpr std::uint32_t kMergeRepeats = 16;
 // Overlap tests in one round: random index pairs over boxes that stay in the second-level cache.
 constexpr std::uint32_t kBoxes = 4096;
 constexpr std::uint32_t kPairs = 1u << 15;
-
-// splitmix64, so that every machine measures the same boxes.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-  float uniform(float lo, float hi) {
-    return lo + (hi - lo) * static_cast<float>(static_cast<double>(next() >> 11) * 0x1p-53);
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 fcl::OBBf random_box(Random& random, float place) {
   Eigen::Quaternionf q(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
@@ -74,36 +56,6 @@ BoxAos to_aos(const fcl::OBBf& box) {
     for (int k = 0; k < 3; ++k) out.axis[3 * k + c] = box.axis(c, k);
   }
   return out;
-}
-
-// Code to time: one round of `work` operations. answer is the result of the round. It keeps the compiler from leaving
-// work out, and lets contenders be compared.
-struct Contender {
-  std::string name;
-  std::uint64_t work;
-  std::function<std::uint64_t()> round;
-  std::vector<double> nanoseconds;  // per operation, of each round
-  std::uint64_t answer = 0;
-};
-
-// Runs every contender once per round, in turns.
-void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar& bar) {
-  for (std::uint32_t r = 0; r <= rounds; ++r) {
-    for (Contender& contender : contenders) {
-      const auto start = std::chrono::steady_clock::now();
-      contender.answer = contender.round();
-      const std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - start;
-      if (r > 0) contender.nanoseconds.push_back(took.count() / static_cast<double>(contender.work));
-    }
-    bar.advance(1);
-  }
-}
-
-// The median over rounds of b's time over a's.
-double times_faster(const Contender& a, const Contender& b) {
-  std::vector<double> ratios;
-  for (std::size_t r = 0; r < a.nanoseconds.size(); ++r) ratios.push_back(b.nanoseconds[r] / a.nanoseconds[r]);
-  return median(ratios);
 }
 
 // The kernels of the chosen instruction sets, or of every available one if `isas` is empty.
@@ -293,9 +245,10 @@ void measure_overlap(const std::vector<const kernel::KernelTable*>& tables, std:
 
 int kernels_command(const KernelsOptions& options) {
   const std::vector<const kernel::KernelTable*> tables = chosen_kernels(options.isas);
-  ProgressBar bar("rounds", 4 * (std::uint64_t{options.rounds} + 1));
+  ProgressBar bar("rounds", (4 + kExactRows) * (std::uint64_t{options.rounds} + 1));
   measure_merge(tables, options.rounds, bar);
   measure_overlap(tables, options.rounds, bar);
+  measure_exact(tables, options.rounds, bar);
   return 0;
 }
 

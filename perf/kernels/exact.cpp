@@ -1,0 +1,247 @@
+#include "perf/kernels/exact.h"
+
+#include "kernels/convex/convex_block.h"
+#include "layout/convex_shapes.h"
+#include "perf/base/statistics.h"
+
+#include <cab/cab.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/narrowphase/collision.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+
+namespace cab::perf {
+namespace {
+
+constexpr std::uint32_t kShapes = 256;  // of each side
+constexpr std::uint32_t kExactPairs = 4096;
+
+// One side of a row: a kind of part, and how many vertices its hulls have.
+struct Kind {
+  const char* name;
+  ShapeKind kind;
+  std::uint32_t vertices = 0;
+};
+constexpr Kind kBox = {"box", ShapeKind::kBox}, kEllipsoid = {"ellipsoid", ShapeKind::kEllipsoid},
+               kCapsule = {"capsule", ShapeKind::kCapsule};
+constexpr Kind hull_of(const char* name, std::uint32_t vertices) { return {name, ShapeKind::kConvexHull, vertices}; }
+
+constexpr std::array<Kind, 2> kRows[kExactRows] = {
+    {kEllipsoid, kEllipsoid},
+    {kCapsule, kCapsule},
+    {kBox, kBox},
+    {hull_of("hull of 8", 8), hull_of("hull of 8", 8)},
+    {hull_of("hull of 16", 16), hull_of("hull of 16", 16)},
+    {hull_of("hull of 32", 32), hull_of("hull of 32", 32)},
+    {hull_of("hull of 64", 64), hull_of("hull of 64", 64)},
+    {kBox, kEllipsoid},
+    {kCapsule, kBox},
+    {kCapsule, kEllipsoid},
+    {kEllipsoid, hull_of("hull of 32", 32)},
+    {kCapsule, hull_of("hull of 32", 32)},
+    {kBox, hull_of("hull of 32", 32)},
+};
+
+// The triangles of a hull whose vertices are all corners, as FCL takes them: for each a 3 and three indices.
+std::shared_ptr<std::vector<int>> faces_of(const std::vector<fcl::Vector3d>& vertices) {
+  auto out = std::make_shared<std::vector<int>>();
+  const int count = static_cast<int>(vertices.size());
+  const auto at = [&vertices](int i) -> const fcl::Vector3d& { return vertices[static_cast<std::size_t>(i)]; };
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j)
+      for (int k = j + 1; k < count; ++k) {
+        const fcl::Vector3d normal = (at(j) - at(i)).cross(at(k) - at(i));
+        int above = 0, below = 0;
+        for (int v = 0; v < count; ++v) {
+          if (v == i || v == j || v == k) continue;
+          ++(normal.dot(at(v) - at(i)) > 0 ? above : below);
+        }
+        if (above == 0) out->insert(out->end(), {3, i, j, k});
+        if (below == 0 && above > 0) out->insert(out->end(), {3, i, k, j});
+      }
+  return out;
+}
+
+// The shapes of one side, for cab and for FCL.
+struct Side {
+  Arena arena{default_allocator()};
+  std::vector<std::vector<float>> vertices;
+  std::vector<ConvexPart> parts;
+  std::vector<std::shared_ptr<fcl::CollisionGeometryd>> fcl_shapes;
+  Articulation articulation;
+  ConvexShapes shapes;
+
+  Side(Random& random, const Kind& kind) : vertices(kShapes) {
+    for (std::uint32_t i = 0; i < kShapes; ++i) add(random, kind, vertices[i]);
+    static constexpr std::int32_t kRoot = -1;
+    std::vector<Leaf> leaves;
+    for (const ConvexPart& part : parts)
+      leaves.push_back({0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}}, {&part, 1}});
+    ArticulationDesc desc;
+    desc.link_parents = {&kRoot, 1};
+    desc.leaves = {leaves.data(), leaves.size()};
+    if (build_articulation(desc, arena, &articulation, nullptr) != Status::kOk)
+      throw std::runtime_error("a random shape is refused");
+    shapes = make_convex_shapes(articulation, arena);
+  }
+
+  void add(Random& random, const Kind& kind, std::vector<float>& hull) {
+    ConvexPart part;
+    part.kind = kind.kind;
+    for (float& size : part.size) size = random.uniform(0.05f, 0.3f);
+    const Eigen::Vector3d size(part.size[0], part.size[1], part.size[2]);
+    auto points = std::make_shared<std::vector<fcl::Vector3d>>();
+    while (points->size() < kind.vertices) {
+      const fcl::Vector3f at(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      if (at.norm() < 0.1f || at.norm() > 1) continue;
+      for (int c = 0; c < 3; ++c) hull.push_back(at.normalized()[c] * part.size[c]);
+      points->emplace_back(hull[hull.size() - 3], hull[hull.size() - 2], hull[hull.size() - 1]);
+    }
+    part.vertices = {hull.data(), hull.size()};
+    parts.push_back(part);
+    switch (kind.kind) {
+      case ShapeKind::kBox: fcl_shapes.push_back(std::make_shared<fcl::Boxd>(2 * size)); break;
+      case ShapeKind::kEllipsoid: fcl_shapes.push_back(std::make_shared<fcl::Ellipsoidd>(size)); break;
+      case ShapeKind::kCapsule: fcl_shapes.push_back(std::make_shared<fcl::Capsuled>(size[0], 2 * size[1])); break;
+      case ShapeKind::kConvexHull: {
+        const auto faces = faces_of(*points);
+        fcl_shapes.push_back(std::make_shared<fcl::Convexd>(points, static_cast<int>(faces->size() / 4), faces));
+        break;
+      }
+    }
+    fcl_shapes.back()->computeLocalAABB();
+  }
+};
+
+// A pair of one row, with its poses for cab and for FCL.
+struct ExactPair {
+  std::uint32_t a, b;
+  float pose_a[7], pose_b[7];
+  fcl::Transform3d fcl_a, fcl_b;
+};
+
+void random_pose(Random& random, float place, float (&pose)[7], fcl::Transform3d& fcl_pose) {
+  Eigen::Quaternionf q(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+  if (q.norm() < 0.1f) q = Eigen::Quaternionf::Identity();
+  q.normalize();
+  const float rotation[4] = {q.x(), q.y(), q.z(), q.w()};
+  std::copy_n(rotation, 4, pose);
+  for (int c = 4; c < 7; ++c) pose[c] = random.uniform(-place, place);
+  fcl_pose = fcl::Transform3d::Identity();
+  fcl_pose.linear() = q.cast<double>().normalized().toRotationMatrix();
+  fcl_pose.translation() = fcl::Vector3d(pose[4], pose[5], pose[6]);
+}
+
+struct ExactWork {
+  ExactWork(Random& random, const std::array<Kind, 2>& kinds) : side_a(random, kinds[0]), side_b(random, kinds[1]) {
+    for (std::uint32_t i = 0; i < kExactPairs; ++i) {
+      ExactPair pair;
+      pair.a = static_cast<std::uint32_t>(random.next() % kShapes);
+      pair.b = static_cast<std::uint32_t>(random.next() % kShapes);
+      random_pose(random, 0.2f, pair.pose_a, pair.fcl_a);
+      random_pose(random, 0.2f, pair.pose_b, pair.fcl_b);
+      pairs.push_back(pair);
+    }
+    blocks.resize(kExactPairs / kLanes);
+    for (std::uint32_t i = 0; i < kExactPairs; ++i) {
+      kernel::ConvexBlock& block = blocks[i / kLanes];
+      const std::uint32_t lane = i % kLanes;
+      block.a.format = block.b.format = PoseFormat::kQuaternionTranslation;
+      block.a.shape[lane] = &side_a.shapes.shapes[pairs[i].a];
+      block.b.shape[lane] = &side_b.shapes.shapes[pairs[i].b];
+      block.a.pose[lane] = pairs[i].pose_a;
+      block.b.pose[lane] = pairs[i].pose_b;
+      block.a.orientation[lane] = block.b.orientation[lane] = nullptr;
+      for (auto& by : block.shift.by) by[lane] = 0;
+      int exponent = 0;
+      std::frexp(block.a.shape[lane]->reach + block.b.shape[lane]->reach, &exponent);
+      block.scale[lane] = std::ldexp(1.0f, -exponent);
+    }
+  }
+
+  Side side_a, side_b;
+  std::vector<ExactPair> pairs;
+  std::vector<kernel::ConvexBlock> blocks;
+};
+
+std::uint64_t fcl_touching(const ExactWork& work, fcl::GJKSolverType solver, std::vector<char>* touching) {
+  fcl::CollisionRequestd request;
+  request.num_max_contacts = 1;
+  request.enable_contact = false;
+  request.gjk_solver_type = solver;
+  std::uint64_t count = 0;
+  for (std::uint32_t i = 0; i < kExactPairs; ++i) {
+    const ExactPair& pair = work.pairs[i];
+    fcl::CollisionResultd result;
+    const bool touch = fcl::collide(work.side_a.fcl_shapes[pair.a].get(), pair.fcl_a,
+                                    work.side_b.fcl_shapes[pair.b].get(), pair.fcl_b, request, result) > 0;
+    count += touch;
+    if (touching) (*touching)[i] = touch;
+  }
+  return count;
+}
+
+std::uint64_t cab_touching(const ExactWork& work, const kernel::KernelTable& table) {
+  std::uint64_t count = 0;
+  for (const kernel::ConvexBlock& block : work.blocks)
+    count += static_cast<std::uint64_t>(__builtin_popcount(table.test_convex_pairs(block).touching));
+  return count;
+}
+
+// How the answers of the last table differ from FCL's.
+std::string differences(const ExactWork& work, const kernel::KernelTable& table) {
+  std::vector<char> touching(kExactPairs);
+  fcl_touching(work, fcl::GST_LIBCCD, &touching);
+  std::uint32_t apart = 0, touch = 0, undecided = 0;
+  for (std::uint32_t i = 0; i < kExactPairs; ++i) {
+    const kernel::ConvexAnswer answer = table.test_convex_pairs(work.blocks[i / kLanes]);
+    const bool is_apart = answer.apart >> (i % kLanes) & 1, touches = answer.touching >> (i % kLanes) & 1;
+    apart += is_apart && touching[i];
+    touch += touches && !touching[i];
+    undecided += !is_apart && !touches;
+  }
+  return std::to_string(undecided) + " undecided in float, " + std::to_string(apart) + " apart that touch by FCL, " +
+         std::to_string(touch) + " touching that are apart by FCL";
+}
+
+}  // namespace
+
+void measure_exact(const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar) {
+  Random random(4);
+  for (const std::array<Kind, 2>& kinds : kRows) {
+    const ExactWork work(random, kinds);
+    std::vector<Contender> contenders;
+    for (const kernel::KernelTable* table : tables)
+      contenders.push_back({std::string("cab ") + to_string(table->isa),
+                            kExactPairs,
+                            [&work, table] { return cab_touching(work, *table); },
+                            {},
+                            0});
+    for (const auto& [name, solver] :
+         {std::pair("FCL collide, indep", fcl::GST_INDEP), std::pair("FCL collide, libccd", fcl::GST_LIBCCD)})
+      contenders.push_back(
+          {name, kExactPairs, [&work, solver = solver] { return fcl_touching(work, solver, nullptr); }, {}, 0});
+    race(contenders, rounds, bar);
+    TextTable out;
+    out.add_row({std::string("exact test, ") + kinds[0].name + " and " + kinds[1].name + ", " +
+                     std::to_string(kExactPairs) + " pairs",
+                 "ns", "indep / this", "libccd / this", "touching"});
+    for (const Contender& contender : contenders)
+      out.add_row({contender.name, fixed(median(contender.nanoseconds), 1),
+                   fixed(times_faster(contender, contenders[contenders.size() - 2]), 1),
+                   fixed(times_faster(contender, contenders.back()), 1), std::to_string(contender.answer)});
+    std::cout << '\n';
+    out.print(std::cout);
+    std::cout << differences(work, *tables.back()) << '\n';
+  }
+}
+
+}  // namespace cab::perf
