@@ -8,5 +8,6 @@ job.inputs = {&input, 1};
 job.rules = {&rule, 1};
 job.hits = {hits, hit_capacity};
 const cab::Status status = cab::run_frame(*engine, job);
-for (std::size_t i = 0; i < job.hit_count; ++i)
-  use(hits[i].instance_a, hits[i].link_a, hits[i].instance_b, hits[i].link_b);
+for (const cab::Hit* hit = hits; hit != hits + job.hit_count; ++hit) {
+  use(hit->instance_a, hit->link_a, hit->instance_b, hit->link_b);
+}
