@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace cab {
 namespace {
@@ -40,15 +41,18 @@ Closest find_closest(const ConvexPair& pair) {
   std::array<DifferencePoint, kernel::kGjkInDouble.steps> visited = {};
   const auto visited_at = [&visited](const Double3& at, std::uint32_t count) {
     const auto same = [&at](const DifferencePoint& p) { return p.at.x == at.x && p.at.y == at.y && p.at.z == at.z; };
-    return *std::find_if(visited.begin(), visited.begin() + count, same);
+    const auto found = std::find_if(visited.begin(), visited.begin() + count, same);
+    return found == visited.begin() + count ? visited[0] : *found;  // none only if the shapes hold a NaN
   };
-  Double3 v = minus(pair.t());
-  for (std::uint32_t step = 0; step < visited.size(); ++step) {
+  Double3 v = dot(pair.t(), pair.t()) > 0 ? minus(pair.t()) : Double3{1, 0, 0};
+  for (std::uint32_t step = 0; step < visited.size() && dot(v, v) > 0; ++step) {
     const DifferencePoint point = visited[step] = pair.farthest(minus(v));
     const Double3& p = point.at;
     const double v_sq = dot(v, v), gap = dot(v, p);
-    out.normal = v;
-    if (v_sq > 0) out.distance = std::max(out.distance, gap / std::sqrt(v_sq));
+    if (gap > out.distance * std::sqrt(v_sq)) {
+      out.distance = gap / std::sqrt(v_sq);
+      out.normal = v;
+    }
     if (step == 0) {
       simplex = {{p, p, p}, p, dot(p, p)};
     } else {
@@ -232,8 +236,13 @@ Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const doub
   const Double3 end_a = on_a + pair.radius_of_a() * normal, end_b = (on_a - apart) - pair.radius_of_b() * normal;
   const Double3 point = pair.point_in_world(0.5 * (end_a + end_b)), along = pair.direction_in_world(normal);
   const auto narrow = [](double v) { return static_cast<float>(v); };
+  // Rounded up: the depth suffices, and a distance, which is minus the depth, is not too large.
+  const double unscaled = depth / pair.scale();
+  const bool is_below = static_cast<double>(narrow(unscaled)) < unscaled;
+  const float at_least =
+      is_below ? std::nextafter(narrow(unscaled), std::numeric_limits<float>::infinity()) : narrow(unscaled);
   return {{narrow(along.x), narrow(along.y), narrow(along.z)},
-          narrow(depth / pair.scale()),
+          at_least,
           {narrow(point.x), narrow(point.y), narrow(point.z)}};
 }
 

@@ -19,6 +19,8 @@ void store(const Double3& from, float* to) {
   for (std::size_t c = 0; c < 3; ++c) to[c] = static_cast<float>(from[c]);
 }
 
+double length(const Double3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
 // A length rounded up to float.
 float rounded_up(double length) {
   const auto out = static_cast<float>(length);
@@ -89,7 +91,7 @@ ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
   switch (part.kind) {
     case ShapeKind::kBox:
       shape.kind = ConvexKind::kBox;
-      shape.reach = rounded_up(std::hypot(size[0], size[1], size[2]));
+      shape.reach = rounded_up(length(size));
       break;
     case ShapeKind::kEllipsoid:
       shape.kind = ConvexKind::kEllipsoid;
@@ -120,7 +122,7 @@ ConvexShape shape_of(const Box& box) {
   store(double3(box.half), shape.size);
   store(double3(box.center), shape.position);
   const Double3 half = double3(box.half);
-  shape.reach = rounded_up(std::hypot(half[0], half[1], half[2]));
+  shape.reach = rounded_up(length(half));
   return shape;
 }
 

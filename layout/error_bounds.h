@@ -117,31 +117,28 @@ inline constexpr double kFitPad = 0x1p-48;
 
 // The slack of a pair of convex shapes is kConvexSlack N + kConvexPoseSlack w, N = |t|_1 + Ra + Rb. t is the centre of
 // b's shape in the frame of a's shape, Ra and Rb are how far the shapes reach from their centres, and w is how far
-// their centres are from the origins of their links and instances. 256 u and 64 u; steps 9.2 and 9.3: 184 u and 49 u.
+// their centres are from the origins of their links and instances. 256 u and 64 u; steps 9.2 and 9.3: 195 u and 49 u.
 inline constexpr float kConvexSlack = 0x1p-16f;
 inline constexpr float kConvexPoseSlack = 0x1p-18f;
 
-// The rounding of a product of three edges of a tetrahedron, as a share of N (Ra + Rb)^2. 128 u; step 9.4.
-inline constexpr float kTetrahedronRounding = 0x1p-17f;
+// The rounding of a product of three edges of a tetrahedron, as a share of N (Ra + Rb)^2. 256 u; step 9.4: 224 u.
+inline constexpr float kTetrahedronRounding = 0x1p-16f;
 
 // A point counts as in an ellipsoid up to this share of its radii. 16 u; step 9.4: 12 u.
 inline constexpr float kEllipsoidInside = 0x1p-20f;
 
-// The same three shares where a pair is tested in double; step 9.6.
+// kConvexSlack, kConvexPoseSlack and kTetrahedronRounding where a pair is tested in double; step 9.6.
 inline constexpr double kConvexSlackDouble = 0x1p-45;
 inline constexpr double kConvexPoseSlackDouble = 0x1p-46;
 inline constexpr double kTetrahedronRoundingDouble = 0x1p-45;
 
-// Two boxes touch if their gap along all axes is below -kBoxDepth N. If the squared sine of two edges is at most
+// Two boxes touch if their gap along all axes is below minus kBoxDepth N and the slack. If the squared sine of two edges is at most
 // kParallelEdges, the gaps along the faces suffice; step 9.5.
 inline constexpr float kBoxDepth = 0x1p-14f;
 inline constexpr float kParallelEdges = 0x1p-36f;
 
 // The shapes of a pair that together reach less far are tested in double alone; step 9.7.
 inline constexpr float kLeastConvexReach = 0x1p-100f;
-
-// A number larger than any scaled length of a pair that a kernel decides; step 9.7.
-inline constexpr float kConvexLimit = 0x1p20f;
 
 // Segments whose directions have a smaller sine, squared, count as parallel; step 9.7.
 inline constexpr float kParallelSegments = 0x1p-20f;

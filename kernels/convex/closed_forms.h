@@ -32,7 +32,8 @@ CAB_INLINE ConvexAnswer round_pairs(const PairLanes<V>& pair, V margin) {
   const V length = sqrt(dot(n, n));
   const V radius = (pair.size_a.x + pair.size_b.x) + margin;
   const V gap = dot(n, pair.t) - (abs(n.z) * half_a + abs(dot(n, axis)) * half_b);
-  return {bits(gap > (radius + pair.slack) * length), bits(length < radius - pair.slack)};
+  // A length within the slack says nothing: its square may have underflowed.
+  return {bits(both(length > pair.slack, gap > (radius + pair.slack) * length)), bits(length < radius - pair.slack)};
 }
 
 // ----------------------------------------------------------------------------------------------------- ellipsoids
@@ -116,7 +117,7 @@ CAB_INLINE ConvexAnswer box_pairs(const PairLanes<V>& pair) {
     r[2][j] = pair.column[j].z;
     for (int i = 0; i < 3; ++i) r_abs[i][j] = abs(r[i][j]);
   }
-  const V none(-2.0f * kConvexLimit);
+  const V none(-8.0f);                                // below any gap, for reaches add up to less than 1
   V faces = none, edges = none, least_sine_sq(1.0f);  // the widest gaps, and how parallel two edges are
   for (int i = 0; i < 3; ++i)
     faces = max(
@@ -134,7 +135,7 @@ CAB_INLINE ConvexAnswer box_pairs(const PairLanes<V>& pair) {
       least_sine_sq = min(least_sine_sq, r[i1][j] * r[i1][j] + r[i2][j] * r[i2][j]);
     }
   }
-  const V deep = V(0.0f) - V(kBoxDepth) * (sum(abs(pair.t)) + pair.reach);
+  const V deep = V(0.0f) - (V(kBoxDepth) * (sum(abs(pair.t)) + pair.reach) + pair.slack);
   // If two edges are parallel, the faces are all axes.
   const Mask<V> overlap = both(faces < deep, either(edges < deep, least_sine_sq <= V(kParallelEdges)));
   return {bits(max(faces, edges) > pair.slack), bits(overlap)};

@@ -115,10 +115,14 @@ CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std
   const V zero(0.0f), progress(static_cast<decltype(horizontal_max(zero))>(limits.progress));
   const V apart_from = pair.radius + pair.slack, touch_to = pair.radius - pair.slack;
   ConvexAnswer answer;
+  // From b's centre towards a's; along x where they coincide.
   Vec3<V> v = {zero - pair.t.x, zero - pair.t.y, zero - pair.t.z};
+  v = choose<V>(dot(v, v) > zero, v, {V(1.0f), zero, zero});
   V v_sq = dot(v, v);
   Simplex<V> simplex = {};
-  for (std::uint32_t step = 0; step < limits.steps && active; ++step) {
+  for (std::uint32_t step = 0; step < limits.steps; ++step) {
+    active &= bits(v_sq > zero);  // the origin is a point of the difference, or a lane holds a NaN
+    if (!active) break;
     const Vec3<V> p = support(Vec3<V>{zero - v.x, zero - v.y, zero - v.z}, active);
     const V gap = dot(v, p);
     const std::uint32_t apart = bits(both(gap > zero, gap * gap > apart_from * apart_from * v_sq)) & active;

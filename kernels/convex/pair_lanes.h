@@ -44,8 +44,7 @@ CAB_INLINE void read_side(const ConvexSide& side, RawSide& raw) {
   if (side.orientation[0]) read_raw<V>(side.orientation, 0, 4, raw.orientations);
 }
 
-// A shape relative to the origin of its instance, in world axes. away: the sum of the distances that its centre was
-// rotated over.
+// A shape relative to the origin of its instance, in world axes. away: |translation|_1 of its link + |position|_1.
 template <class V>
 struct PosedShape {
   Vec3<V> column[3], center, size;

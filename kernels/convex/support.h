@@ -4,8 +4,6 @@
 #include "kernels/vec3.h"
 #include "layout/convex_shape.h"
 
-#include <cstring>
-
 namespace cab::kernel {
 
 // The shapes of one side of a pair of vectors, in their own frames. Round shapes are their segments alone.

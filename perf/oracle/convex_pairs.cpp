@@ -96,7 +96,7 @@ ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_
     case ConvexRegime::kConcentric: away = 0; break;
     case ConvexRegime::kAligned: angle = random.chance(0.3) ? 1e-30 : random.log_uniform(1e-8, 1e-3); break;
     case ConvexRegime::kFar:
-      away = 20;
+      away = random.log_uniform(20, 1e5);
       world = 1e6;
       break;
     case ConvexRegime::kUnits: unit = random.log_uniform(1e-24, 1e12); break;
@@ -106,11 +106,16 @@ ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_
   out.a = random_part(random, kind_a, larger_b ? unit : unit * ratio, aspect_a);
   out.b = random_part(random, kind_b, larger_b ? unit * ratio : unit, aspect_b);
   if (regime == ConvexRegime::kConcentric && random.chance(0.5) && kind_a == kind_b) out.b = out.a;
+  const bool coincide = regime == ConvexRegime::kConcentric && random.chance(0.2);
   const double size = unit * ratio;
   for (PosedPart* posed : {&out.a, &out.b}) {
     random_quaternion(random, angle, posed->pose);
     for (std::size_t c = 4; c < 7; ++c) posed->pose[c] = static_cast<float>(random.uniform(-away, away) * size);
     if (angle > 0) std::copy_n(std::initializer_list<float>{0, 0, 0, 1}.begin(), 4, posed->part.rotation);
+  }
+  if (coincide) {
+    std::copy_n(out.a.pose, 7, out.b.pose);
+    std::copy_n(out.a.part.position, 3, out.b.part.position);
   }
   if (regime == ConvexRegime::kFar) {
     // Both links are far from their origins, and near each other in the world.

@@ -18,7 +18,7 @@ enum class ConvexRegime {
   kNear,        // gaps of 1e-2 to 1e-8 of the size, either sign
   kConcentric,  // centres that coincide, or nearly so; the same shape twice
   kAligned,     // axes that are parallel, to 0 to 1e-3 rad
-  kFar,         // links 100 sizes from the origin of their instance, instances 1e6 from the origin of the world
+  kFar,         // links 20 to 1e5 sizes from the origin of their instance, instances 1e6 from the origin of the world
   kUnits,       // lengths of 1e-24 to 1e12
 };
 inline constexpr unsigned kConvexRegimeCount = 8;

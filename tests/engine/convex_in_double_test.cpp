@@ -91,6 +91,11 @@ TEST_CASE("a contact in double is as deep as parting the shapes takes, and no ga
             } else if (judged.verdict.gap_at_most < 0) {
               const Real least = -judged.verdict.gap_at_most;
               CHECK(depth >= least - rounded);
+              ConvexCase parted = made.cases[lane];
+              bind_vertices(parted);
+              for (std::size_t c = 0; c < 3; ++c)
+                parted.shift[c] += static_cast<double>(contact.normal[c] * (depth + rounded));
+              CHECK(judge_case(parted, oracle::Effort::kMeasure).verdict.gap_at_most >= -2 * rounded);
               if (exact) CHECK(depth <= least + rounded);
               if (least < Real{1e-3} * judged.size) continue;
               ++deep;
