@@ -25,7 +25,8 @@ inline constexpr std::uint32_t kConvexQueues = kConvexKindCount * kConvexKindCou
 // worker.candidates. Every other pair touches, or could not be shown to be apart.
 void keep_touching(const FrameContext& frame, Worker& worker);
 
-// Clears in worker.tile_found the lanes in which the shapes of two leaves do not touch. candidates: of the tile, by lane.
+// Clears in worker.tile_found the lanes in which the shapes of two leaves do not touch. candidates: of the tile, by
+// lane.
 void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], Worker& worker);
 
 // ExactTest::contact: the deepest contact of a shape of a with a shape of b.

@@ -132,8 +132,8 @@ inline constexpr double kConvexSlackDouble = 0x1p-45;
 inline constexpr double kConvexPoseSlackDouble = 0x1p-46;
 inline constexpr double kTetrahedronRoundingDouble = 0x1p-45;
 
-// Two boxes touch if their gap along all axes is below minus kBoxDepth N and the slack. If the squared sine of two edges is at most
-// kParallelEdges, the gaps along the faces suffice; step 9.5.
+// Two boxes touch if their gap along all axes is below minus kBoxDepth N and the slack. If the squared sine of two
+// edges is at most kParallelEdges, the gaps along the faces suffice; step 9.5.
 inline constexpr float kBoxDepth = 0x1p-14f;
 inline constexpr float kParallelEdges = 0x1p-36f;
 
