@@ -17,10 +17,6 @@ using kernel::cross;
 using kernel::dot;
 using kernel::Simplex;
 
-kernel::GjkPair<double> gjk_pair(const ConvexPair& pair, double radius) {
-  return {pair.t(), radius, pair.slack(), pair.rounding()};
-}
-
 double length(const Double3& v) { return std::sqrt(dot(v, v)); }
 Double3 minus(const Double3& v) { return {-v.x, -v.y, -v.z}; }
 
@@ -206,7 +202,8 @@ bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
   const ConvexPair pair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]});
   const double radius = (pair.radius_of_a() + pair.radius_of_b()) + pair.scale() * static_cast<double>(block.margin);
   const auto support = [&pair](const Double3& d, std::uint32_t) { return pair.farthest(d).at; };
-  return kernel::gjk(gjk_pair(pair, radius), kernel::kGjkInDouble, 1, support).apart == 0;
+  const kernel::GjkPair<double> lengths = {pair.t(), radius, pair.slack(), pair.rounding()};
+  return kernel::gjk(lengths, kernel::kGjkInDouble, 1, support).apart == 0;
 }
 
 Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]) {

@@ -18,6 +18,12 @@ struct ExactLeaf {
   std::uint32_t leaf;      // index in the articulation
 };
 
+// Writes the origin of b's instance less that of a's instance.
+inline void origin_difference(const ExactLeaf& a, const ExactLeaf& b, double (&shift)[3]) {
+  for (std::uint32_t c = 0; c < 3; ++c)
+    shift[c] = origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
+}
+
 // The functions of one exact test.
 struct ExactTest {
   // Whether a part of a and a part of b touch. With a margin above 0: false only if the test shows that every part of a

@@ -39,12 +39,6 @@ LeafShapes shapes_of(const ExactLeaf& leaf) {
       orientations.empty() ? nullptr : orientations.data + 4 * std::size_t{leaf.instance}};
 }
 
-// Writes the origin of b's instance less that of a's instance.
-void origin_difference(const ExactLeaf& a, const ExactLeaf& b, double (&shift)[3]) {
-  for (std::uint32_t c = 0; c < 3; ++c)
-    shift[c] = origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
-}
-
 // Whether the poses of a leaf are stored like those of a side that is in use.
 bool poses_alike(const LeafShapes& leaf, const kernel::ConvexSide& side) {
   return leaf.format == side.format && !leaf.orientation == !side.orientation[0];

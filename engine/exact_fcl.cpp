@@ -239,9 +239,9 @@ template <class Visit>
 bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
   const Transform pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.leaf]);
   Transform pose_b = link_pose(*b.batch, b.instance, b.fcl_shapes->leaf_link[b.leaf]);
-  Vector shift;
-  for (std::uint32_t c = 0; c < 3; ++c)
-    shift[c] = origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
+  double by[3];
+  origin_difference(a, b, by);
+  const Vector shift(by[0], by[1], by[2]);
   const double reach_a = pose_a.translation().norm(), reach_b = pose_b.translation().norm() + shift.norm();
   pose_b.translation() += shift;
   for (const FclPart& part_a : a.fcl_shapes->leaves[a.leaf])
