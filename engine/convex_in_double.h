@@ -1,5 +1,4 @@
-// Exact::kConvex in double: the second pass of step 5, for pairs that the kernels leave undecided, and the contacts of
-// step 6.
+// Exact::kConvex in double: the second pass of step 5, for pairs that the kernels leave undecided.
 #pragma once
 
 #include "engine/convex_pair.h"
@@ -8,10 +7,5 @@ namespace cab {
 
 // Whether the two shapes of one lane touch. A pair that stays undecided touches.
 bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane);
-
-// The contact of two shapes: the least way to part them where they overlap, else minus their distance. shift: the
-// origin of b's instance less that of a's instance. The depth always suffices to part the shapes. It is the least one
-// for round shapes and boxes; for others it is that of the best of three local searches. A distance is never too large.
-Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]);
 
 }  // namespace cab

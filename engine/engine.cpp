@@ -2,6 +2,7 @@
 #include "engine/engine.h"
 
 #include "engine/call.h"
+#include "engine/contacts.h"
 #include "engine/convex_hull.h"
 #include "engine/memory.h"
 #include "engine/rest_pose.h"
@@ -187,6 +188,23 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
     }
   }
   return Status::kOk;
+}
+
+Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, const Policies& policies, Span<const Hit> pairs,
+                        Span<Contact> contacts) noexcept {
+  return guarded([&] {
+    Call call(engine);
+    if (!call.admitted()) return Status::kBusy;
+    const kernel::FloatMode mode;
+    if (const Status status = validate_policies(policies); status != Status::kOk) return status;
+    if (policies.exact == Exact::kNone) return Status::kContactsNeedExact;
+    if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
+    if (const Status status = validate_pairs(engine, pairs); status != Status::kOk) return status;
+    if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;
+    engine.pool.tasks->alone = pairs.size <= kContactsPerTask;
+    measure_pairs(context_of(engine, policies, kMaxCoordinate, Report::kHits), engine.pool, pairs, contacts.data);
+    return Status::kOk;
+  });
 }
 
 Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept {

@@ -7,7 +7,7 @@
 namespace cab {
 
 const ExactTest* find_exact_test(Exact exact) {
-  static constexpr ExactTest kConvex = {nullptr, convex_leaf_contact};
+  static constexpr ExactTest kConvex = {nullptr, convex_contacts};
   switch (exact) {
     case Exact::kNone: return nullptr;
     case Exact::kFcl: return fcl_test();

@@ -9,6 +9,9 @@ namespace cab {
 class FclShapes;
 struct ConvexShapes;
 
+// The largest number of contacts that one call of an exact test writes.
+inline constexpr std::uint32_t kContactsPerTask = 256;
+
 // One leaf of one instance whose batch is bound to an input.
 struct ExactLeaf {
   const FclShapes* fcl_shapes;        // of the batch's articulation
@@ -24,6 +27,9 @@ inline void origin_difference(const ExactLeaf& a, const ExactLeaf& b, double (&s
     shift[c] = origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
 }
 
+struct FrameContext;
+struct Worker;
+
 // The functions of one exact test.
 struct ExactTest {
   // Whether a part of a and a part of b touch. With a margin above 0: false only if the test shows that every part of a
@@ -31,9 +37,11 @@ struct ExactTest {
   // are reported have been tested already, many at a time (engine/exact_convex.h).
   bool (*touch)(const ExactLeaf& a, const ExactLeaf& b, float margin);
 
-  // Returns the deepest contact of a part of a with a part of b. With a margin above 0 and no two parts that touch,
-  // returns the smallest gap as a negative depth. All fields are 0 if the test finds neither.
-  Contact (*contact)(const ExactLeaf& a, const ExactLeaf& b, float margin);
+  // Writes contacts[i] for hits[i], up to kContactsPerTask of them: the deepest contact of all parts on the first link
+  // with all parts on the second. If no two parts touch, it is the smallest gap, as a negative depth; FCL looks for it
+  // only with a margin. Of equally deep contacts the one of the lowest leaves, then of the first parts. All fields but
+  // the leaves are 0 if the test finds nothing. Reads of hits only their instances and links.
+  void (*contacts)(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker& worker);
 };
 
 // Returns the test that a policy value names. Null for Exact::kNone, with which all leaves with overlapping boxes

@@ -1,10 +1,13 @@
 #include "engine/exact_convex.h"
 
+#include "engine/contacts.h"
 #include "engine/convex_in_double.h"
 #include "engine/worker.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace cab {
 namespace {
@@ -17,6 +20,12 @@ float scale_of(float length) {
   float out;
   std::memcpy(&out, &bits, sizeof(out));
   return out;
+}
+
+// A depth rounded up to float: it suffices to part shapes, and a distance, which is minus the depth, is not too large.
+float rounded_up(double depth) {
+  const auto out = static_cast<float>(depth);
+  return static_cast<double>(out) < depth ? std::nextafter(out, std::numeric_limits<float>::infinity()) : out;
 }
 
 // One side of a leaf pair: the shapes of the leaf, and the poses that place them.
@@ -59,52 +68,41 @@ void count_tests(std::uint32_t tested, std::uint32_t removed, FrameStats& stats)
   stats.leaf_pairs += removed;
 }
 
-// Tests leaf pairs. Each is named by an id of the caller, who keeps which of them touch: is_touching(id) and
-// set_touching(id).
-template <class Touching>
-class ConvexTester {
+// The queues of a worker. Run is a function that empties a block: run(queue).
+template <class Run>
+class ConvexQueues {
  public:
-  ConvexTester(const FrameContext& frame, Worker& worker, Touching touching)
-      : frame_(frame), worker_(worker), touching_(touching) {}
+  ConvexQueues(Worker& worker, Run run) : worker_(worker), run_(run) {}
 
-  // Queues all pairs of shapes of two leaves of a candidate.
-  void add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
-    if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
-    const ExactLeaf at_a = frame_.exact_leaf(candidate.batch_a, candidate.instance_a, leaf_a),
-                    at_b = frame_.exact_leaf(candidate.batch_b, candidate.instance_b, leaf_b);
-    const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
-    double shift[3];
-    origin_difference(at_a, at_b, shift);
-    for (const ConvexShape& shape_a : a.shapes)
-      for (const ConvexShape& shape_b : b.shapes) {
-        if (touching_.is_touching(id)) return;
-        add_pair(a, shape_a, b, shape_b, shift, id);
-      }
-  }
-
-  // Tests what is left in the queues.
-  void finish() {
-    for (ConvexQueue& queue : worker_.convex_queues) test(queue);
-  }
-
- private:
-  void add_pair(const LeafShapes& a, const ConvexShape& shape_a, const LeafShapes& b, const ConvexShape& shape_b,
-                const double (&shift)[3], std::uint32_t id) {
+  // Queues a pair of shapes, and runs its block once that is full. shift: the origin of b less that of a.
+  void add(const LeafShapes& a, const ConvexShape& shape_a, const LeafShapes& b, const ConvexShape& shape_b,
+           const double (&shift)[3]) {
     ConvexQueue& queue = worker_.convex_queues[static_cast<std::uint32_t>(shape_a.kind) * kConvexKindCount +
                                                static_cast<std::uint32_t>(shape_b.kind)];
     kernel::ConvexBlock& block = queue.block;
-    if (queue.count > 0 && !(poses_alike(a, block.a) && poses_alike(b, block.b))) test(queue);
+    if (queue.count > 0 && !(poses_alike(a, block.a) && poses_alike(b, block.b))) run(queue);
     const std::uint32_t lane = queue.count++;
     set_side(a, shape_a, lane, block.a);
     set_side(b, shape_b, lane, block.b);
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
     block.scale[lane] = scale_of(std::max(shape_a.reach + shape_b.reach, kLeastConvexReach));
-    queue.leaf_pair[lane] = id;
-    if (queue.count == kLanes) test(queue);
+    queue.asks[lane] = asks;
+    queue.rank[lane] = rank;
+    if (queue.count == kLanes) run(queue);
   }
 
-  void test(ConvexQueue& queue) {
-    if (queue.count == 0) return;
+  // Runs what is left in the queues.
+  void finish() {
+    for (ConvexQueue& queue : worker_.convex_queues)
+      if (queue.count > 0) run(queue);
+  }
+
+  // Of the pairs that are added next.
+  std::uint32_t asks = 0;
+  std::uint64_t rank = 0;
+
+ private:
+  void run(ConvexQueue& queue) {
     kernel::ConvexBlock& block = queue.block;
     for (std::uint32_t lane = queue.count; lane < kLanes; ++lane) {
       for (kernel::ConvexSide* side : {&block.a, &block.b}) {
@@ -115,21 +113,63 @@ class ConvexTester {
       for (auto& by : block.shift.by) by[lane] = by[0];
       block.scale[lane] = block.scale[0];
     }
-    block.margin = frame_.margin;
-    const kernel::ConvexAnswer answer = frame_.kernels.test_convex_pairs(block);
-    for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
-      const std::uint32_t id = queue.leaf_pair[lane];
-      const bool tiny = block.a.shape[lane]->reach + block.b.shape[lane]->reach < kLeastConvexReach;
-      const bool apart = !tiny && (answer.apart >> lane & 1), touching = !tiny && (answer.touching >> lane & 1);
-      if (!apart && !touching_.is_touching(id) && (touching || touch_in_double(block, lane)))
-        touching_.set_touching(id);
-    }
+    run_(queue);
     queue.count = 0;
   }
 
-  const FrameContext& frame_;
   Worker& worker_;
+  Run run_;
+};
+
+// Tests leaf pairs. Each is named by an id of the caller, who keeps which of them touch: is_touching(id) and
+// set_touching(id).
+template <class Touching>
+class ConvexTester {
+ public:
+  ConvexTester(const FrameContext& frame, Worker& worker, Touching touching)
+      : frame_(frame), touching_(touching), queues_(worker, Test{frame, touching}) {}
+
+  // Queues all pairs of shapes of two leaves of a candidate.
+  void add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
+    if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
+    const ExactLeaf at_a = frame_.exact_leaf(candidate.batch_a, candidate.instance_a, leaf_a),
+                    at_b = frame_.exact_leaf(candidate.batch_b, candidate.instance_b, leaf_b);
+    const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
+    double shift[3];
+    origin_difference(at_a, at_b, shift);
+    queues_.asks = id;
+    for (const ConvexShape& shape_a : a.shapes)
+      for (const ConvexShape& shape_b : b.shapes) {
+        if (touching_.is_touching(id)) return;
+        queues_.add(a, shape_a, b, shape_b, shift);
+      }
+  }
+
+  // Tests what is left in the queues.
+  void finish() { queues_.finish(); }
+
+ private:
+  struct Test {
+    const FrameContext& frame;
+    Touching touching_pairs;
+
+    void operator()(ConvexQueue& queue) const {
+      kernel::ConvexBlock& block = queue.block;
+      block.margin = frame.margin;
+      const kernel::ConvexAnswer answer = frame.kernels.test_convex_pairs(block);
+      for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
+        const std::uint32_t id = queue.asks[lane];
+        const bool tiny = block.a.shape[lane]->reach + block.b.shape[lane]->reach < kLeastConvexReach;
+        const bool apart = !tiny && (answer.apart >> lane & 1), touching = !tiny && (answer.touching >> lane & 1);
+        if (!apart && !touching_pairs.is_touching(id) && (touching || touch_in_double(block, lane)))
+          touching_pairs.set_touching(id);
+      }
+    }
+  };
+
+  const FrameContext& frame_;
   Touching touching_;
+  ConvexQueues<Test> queues_;
 };
 
 // The leaf pairs of worker.found, named by index. The highest bit of LeafPair::candidate says which of them touch.
@@ -184,23 +224,50 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
   }
 }
 
-Contact convex_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
-  const LeafShapes of_a = shapes_of(a), of_b = shapes_of(b);
-  double shift[3];
-  origin_difference(a, b, shift);
-  Contact deepest = {};
-  bool found = false;
-  for (const ConvexShape& shape_a : of_a.shapes)
-    for (const ConvexShape& shape_b : of_b.shapes) {
-      const Contact contact = contact_in_double({&shape_a, of_a.format, of_a.pose, of_a.orientation},
-                                                {&shape_b, of_b.format, of_b.pose, of_b.orientation}, shift);
-      if (found && !(contact.depth > deepest.depth)) continue;
-      deepest = contact;
-      found = true;
+void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker& worker) {
+  std::uint64_t ranks[kContactsPerTask];
+  for (std::size_t i = 0; i < hits.size; ++i) {
+    contacts[i].depth = -std::numeric_limits<float>::infinity();
+    ranks[i] = ~std::uint64_t{0};
+  }
+  const std::uint32_t starts = frame.policies.depth == Depth::kOneStart ? 1 : kernel::kMostStarts;
+  ConvexQueues queues(worker, [&](ConvexQueue& queue) {
+    kernel::ConvexContacts found;
+    frame.kernels.contact_pairs(queue.block, starts, found);
+    for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
+      const std::uint32_t hit = queue.asks[lane];
+      const float depth = rounded_up(found.depth[lane]);
+      Contact& deepest = contacts[hit];
+      if (!(depth > deepest.depth || (depth == deepest.depth && queue.rank[lane] < ranks[hit]))) continue;
+      ranks[hit] = queue.rank[lane];
+      deepest.depth = depth;
+      for (std::size_t c = 0; c < 3; ++c) {
+        deepest.normal[c] = static_cast<float>(found.normal[c][lane]);
+        deepest.point_a[c] = static_cast<float>(found.point_a[c][lane]);
+        deepest.point_b[c] = static_cast<float>(found.point_b[c][lane]);
+      }
+      deepest.leaf_a = static_cast<std::uint16_t>(queue.rank[lane] >> 48);
+      deepest.leaf_b = static_cast<std::uint16_t>(queue.rank[lane] >> 32);
     }
+  });
+  for (std::uint32_t i = 0; i < hits.size; ++i) {
+    queues.asks = i;
+    for_each_leaf_pair(frame, hits[i], [&](const ExactLeaf& at_a, const ExactLeaf& at_b) {
+      const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
+      double shift[3];
+      origin_difference(at_a, at_b, shift);
+      queues.rank = std::uint64_t{at_a.leaf} << 48 | std::uint64_t{at_b.leaf} << 32;
+      for (const ConvexShape& shape_a : a.shapes)
+        for (const ConvexShape& shape_b : b.shapes) {
+          queues.add(a, shape_a, b, shape_b, shift);
+          ++queues.rank;
+        }
+    });
+  }
+  queues.finish();
   // Shapes that could not be shown to be apart touch.
-  if (margin == 0) deepest.depth = std::max(deepest.depth, 0.0f);
-  return deepest;
+  if (frame.margin == 0)
+    for (std::size_t i = 0; i < hits.size; ++i) contacts[i].depth = std::max(contacts[i].depth, 0.0f);
 }
 
 }  // namespace cab

@@ -14,8 +14,9 @@ struct Worker;
 // A block of pairs of shapes that fills up. Its kernel runs when it is full.
 struct ConvexQueue {
   kernel::ConvexBlock block;
-  std::uint32_t count = 0;          // of lanes in use
-  std::uint32_t leaf_pair[kLanes];  // by lane: which leaf pair asks
+  std::uint32_t count = 0;     // of lanes in use
+  std::uint32_t asks[kLanes];  // by lane: which leaf pair or hit asks
+  std::uint64_t rank[kLanes];  // by lane: of equally deep contacts of a hit the one of the lowest rank counts
 };
 
 // A worker has one queue for each kind of a's shape and each kind of b's shape.
@@ -29,7 +30,7 @@ void keep_touching(const FrameContext& frame, Worker& worker);
 // lane.
 void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], Worker& worker);
 
-// ExactTest::contact: the deepest contact of a shape of a with a shape of b.
-Contact convex_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin);
+// ExactTest::contacts.
+void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker& worker);
 
 }  // namespace cab

@@ -2,6 +2,7 @@
 // So each query is about the centre of part a, and scaled by a power of two to a size of about 1.
 #include "engine/exact_fcl.h"
 
+#include "engine/contacts.h"
 #include "engine/convex_hull.h"
 #include "layout/error_bounds.h"
 
@@ -333,36 +334,56 @@ bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   });
 }
 
-Contact fcl_leaf_contact(const ExactLeaf& a, const ExactLeaf& b, float margin) {
-  constexpr float kNone = -std::numeric_limits<float>::infinity();
-  Contact deepest = {{0, 0, 0}, kNone, {0, 0, 0}};
-  const auto keep = [&deepest](double depth, const Vector& normal, const Vector& point) {
-    if (!(static_cast<float>(depth) > deepest.depth)) return;
-    deepest.depth = static_cast<float>(depth);
+// The deepest contact of two links, so far.
+class DeepestContact {
+ public:
+  void keep(const ExactLeaf& a, const ExactLeaf& b, double depth, const Vector& normal, const Vector& middle) {
+    if (found_ && !(static_cast<float>(depth) > contact_.depth)) return;
+    found_ = true;
+    contact_.depth = static_cast<float>(depth);
     for (int c = 0; c < 3; ++c) {
-      deepest.normal[c] = static_cast<float>(normal[c]);
-      deepest.point[c] = static_cast<float>(point[c]);
+      contact_.normal[c] = static_cast<float>(normal[c]);
+      contact_.point_a[c] = static_cast<float>(middle[c] + 0.5 * depth * normal[c]);
+      contact_.point_b[c] = static_cast<float>(middle[c] - 0.5 * depth * normal[c]);
     }
-  };
+    contact_.leaf_a = static_cast<std::uint16_t>(a.leaf);
+    contact_.leaf_b = static_cast<std::uint16_t>(b.leaf);
+  }
+  const Contact& contact() const { return contact_; }
+
+ private:
+  bool found_ = false;
+  Contact contact_ = {};
+};
+
+// Offers every contact of a part of a with a part of b, or with a margin their gap.
+void keep_contacts(const ExactLeaf& a, const ExactLeaf& b, float margin, DeepestContact& deepest) {
   visit_parts(a, b, [&](const Query& query) {
     try {
       FclContact contact;
       Gap gap;
       if (find_contact(query, &contact))
-        keep(query.length(contact.depth), contact.normal, query.point(contact.point));
+        deepest.keep(a, b, query.length(contact.depth), contact.normal, query.point(contact.point));
       else if (margin > 0 && find_gap(query, &gap))
-        keep(-gap.distance, gap.normal, gap.middle);
+        deepest.keep(a, b, -gap.distance, gap.normal, gap.middle);
     } catch (const std::exception&) {}
     return false;
   });
-  if (deepest.depth == kNone) deepest.depth = 0;
-  return deepest;
+}
+
+void fcl_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker&) {
+  for (std::size_t i = 0; i < hits.size; ++i) {
+    DeepestContact deepest;
+    for_each_leaf_pair(frame, hits[i],
+                       [&](const ExactLeaf& a, const ExactLeaf& b) { keep_contacts(a, b, frame.margin, deepest); });
+    contacts[i] = deepest.contact();
+  }
 }
 
 }  // namespace
 
 const ExactTest* fcl_test() {
-  static constexpr ExactTest kTest = {fcl_leaves_touch, fcl_leaf_contact};
+  static constexpr ExactTest kTest = {fcl_leaves_touch, fcl_contacts};
   return &kTest;
 }
 

@@ -57,8 +57,12 @@ const char* to_string(Status status) noexcept {
     case Status::kExactNotBuilt: return "policies asks for an exact test that this build of the library lacks";
     case Status::kBadReport: return "report is not a value of Report";
     case Status::kBadMargin: return "margin must be finite, not negative and at most 1e18";
-    case Status::kBadHitBuffer: return "hits has a size and no data, or contacts is neither empty nor as long as hits";
-    case Status::kContactsNeedExact: return "contacts need an exact test, such as convex";
+    case Status::kBadMinDepth: return "min_depth must be finite, not negative, and 0 if only in_contact is reported";
+    case Status::kBadHitBuffer:
+      return "hits has a size and no data, or contacts is not as long as hits where it must be";
+    case Status::kContactsNeedExact: return "contacts, distances and min_depth need an exact test, such as convex";
+    case Status::kBadPairs:
+      return "pairs names a batch without input, a missing instance, a link without leaves, or a link twice";
     case Status::kBadOutput: return "an output is null or too small";
     case Status::kHitsOverflow: return "hits is too small for all hits";
   }

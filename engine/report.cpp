@@ -1,6 +1,7 @@
 // Steps 5 and 6 of a frame: reports candidates, appends hits in task order, and sorts them.
 #include "engine/report.h"
 
+#include "engine/contacts.h"
 #include "engine/timed.h"
 #include "engine/touching_links.h"
 #include "engine/worker.h"
@@ -80,15 +81,7 @@ Status finish_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
   if (!sink.sorted)
     std::sort(job.hits.data, job.hits.data + job.hit_count,
               [](const Hit& x, const Hit& y) { return key_order(x) < key_order(y); });
-  if (job.contacts.empty()) return Status::kOk;
-  const ExactTest* const test = find_exact_test(frame.policies.exact);
-  pool.tasks->for_each(static_cast<std::uint32_t>(job.hit_count), [&](std::uint32_t i, std::uint32_t w) {
-    FrameStats& stats = pool[w].stats;
-    const Timed query(stats.seconds_query), contact(stats.seconds_contact);
-    const Hit& hit = job.hits[i];
-    job.contacts[i] = test->contact(frame.exact_leaf(hit.batch_a.value - 1, hit.instance_a, hit.leaf_a),
-                                    frame.exact_leaf(hit.batch_b.value - 1, hit.instance_b, hit.leaf_b), frame.margin);
-  });
+  if (needs_contacts(job)) add_contacts(frame, pool, job);
   return Status::kOk;
 }
 

@@ -1,6 +1,7 @@
 // The checks of inputs, policies, rules and output arrays of a call.
 #include "engine/validate.h"
 
+#include "engine/contacts.h"
 #include "engine/exact.h"
 #include "kernels/pose_leaves.h"
 
@@ -94,12 +95,31 @@ Status validate_job(Engine& engine, const FrameJob& job) {
     if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;
   }
   if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;
-  if (job.report > Report::kInContact) return Status::kBadReport;
+  if (job.report > Report::kDistances) return Status::kBadReport;
   if (!(job.margin >= 0 && job.margin <= kMaxCoordinate)) return Status::kBadMargin;
+  if (!(job.min_depth >= 0 && std::isfinite(job.min_depth)) || (job.min_depth > 0 && job.report == Report::kInContact))
+    return Status::kBadMinDepth;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
-  if (!job.contacts.empty()) {
-    if (!job.contacts.data || job.contacts.size != job.hits.size) return Status::kBadHitBuffer;
-    if (job.policies.exact == Exact::kNone) return Status::kContactsNeedExact;
+  const bool distances = job.report == Report::kDistances;
+  if ((distances || !job.contacts.empty()) && (!job.contacts.data || job.contacts.size != job.hits.size))
+    return Status::kBadHitBuffer;
+  if ((distances || needs_contacts(job)) && job.policies.exact == Exact::kNone) return Status::kContactsNeedExact;
+  return Status::kOk;
+}
+
+Status validate_pairs(const Engine& engine, Span<const Hit> pairs) {
+  if (pairs.size && !pairs.data) return Status::kBadPairs;
+  const auto is_link = [&engine](BatchId id, std::uint32_t instance, std::uint32_t link) {
+    if (!has_input(engine, id)) return false;
+    const InstanceBatch& batch = engine.batch(id);
+    return instance < batch.instance_count && !leaves_of(*batch.articulation, link).empty();
+  };
+  for (const Hit& pair : pairs) {
+    const bool twice =
+        pair.batch_a.value == pair.batch_b.value && pair.instance_a == pair.instance_b && pair.link_a == pair.link_b;
+    if (twice || !is_link(pair.batch_a, pair.instance_a, pair.link_a) ||
+        !is_link(pair.batch_b, pair.instance_b, pair.link_b))
+      return Status::kBadPairs;
   }
   return Status::kOk;
 }

@@ -17,6 +17,9 @@ Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs);
 // Checks that every policy has a value of its enumeration.
 Status validate_policies(const Policies& policies);
 
+// Checks that the pairs of compute_contacts name links of batches that are bound to an input.
+Status validate_pairs(const Engine& engine, Span<const Hit> pairs);
+
 // Checks the rules, policies and output arrays of a job whose inputs are bound. Writes only engine.rule_bits.
 Status validate_job(Engine& engine, const FrameJob& job);
 

@@ -56,6 +56,8 @@ template <class V>
 std::uint32_t overlap_aabbs(const BoxPairs<AabbAos>& pairs);
 template <class V>
 ConvexAnswer test_convex_pairs(const ConvexBlock& block);
+template <class V>
+void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContacts& out);
 
 namespace {
 
@@ -84,7 +86,8 @@ constexpr KernelTable table_of(Isa isa) {
           brute_tiles<V, AabbTile, Sat::kAll15>,
           {overlap_boxes<V, Sat::kAll15>, overlap_boxes<V, Sat::kFaces6>},
           overlap_aabbs<V>,
-          test_convex_pairs<V>};
+          test_convex_pairs<V>,
+          contact_pairs<V>};
 }
 
 struct BuiltIsa {

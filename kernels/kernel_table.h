@@ -17,6 +17,7 @@ struct VertexTile;
 struct RowFilter;
 struct ConvexBlock;
 struct ConvexAnswer;
+struct ConvexContacts;
 template <class Tile>
 struct TileDescent;
 template <class AosBox>
@@ -48,6 +49,7 @@ struct KernelTable {
   std::uint32_t (*overlap_boxes[kSatCount])(const BoxPairs<BoxAos>&);  // by Sat
   std::uint32_t (*overlap_aabbs)(const BoxPairs<AabbAos>&);
   ConvexAnswer (*test_convex_pairs)(const ConvexBlock&);
+  void (*contact_pairs)(const ConvexBlock&, std::uint32_t starts, ConvexContacts&);
 };
 
 }  // namespace cab::kernel

@@ -1,5 +1,6 @@
-// The vector type V of all kernels: float (the instruction set `scalar`), an xsimd batch, or double. V has only
-// operations that give the same bits everywhere: + - * divide sqrt abs min max select and comparisons.
+// The vector type V of all kernels: float (the instruction set `scalar`) or an xsimd batch of floats. DoubleOf<V> holds
+// doubles in a vector of the same width in bytes. Both have only operations that give the same bits everywhere:
+// + - * divide sqrt abs min max select and comparisons.
 #pragma once
 
 #include "layout/tile.h"
@@ -16,6 +17,21 @@ namespace cab::kernel {
 
 template <class A>
 using Batch = xsimd::batch<float, A>;
+template <class A>
+using DoubleBatch = xsimd::batch<double, A>;
+
+template <class V>
+struct DoubleOfVector;
+template <>
+struct DoubleOfVector<float> {
+  using Type = double;
+};
+template <class A>
+struct DoubleOfVector<Batch<A>> {
+  using Type = DoubleBatch<A>;
+};
+template <class V>
+using DoubleOf = typename DoubleOfVector<V>::Type;
 
 // How many lanes V has. A kernel walks a tile in kLanes / kWidth<V> steps.
 template <class V>
@@ -60,10 +76,12 @@ CAB_INLINE float divide(float a, float b) { return a / b; }
 CAB_INLINE float min(float a, float b) { return a < b ? a : b; }
 CAB_INLINE float max(float a, float b) { return b < a ? a : b; }
 
-// V = double, for second passes over single lanes. Loads convert.
+// V = double. Loads of floats convert.
 template <>
 struct Lanes<double> {
   static CAB_INLINE double load(const float* at) { return static_cast<double>(*at); }
+  static CAB_INLINE double load(const double* at) { return *at; }
+  static CAB_INLINE void store(double* at, double v) { *at = v; }
 };
 CAB_INLINE double select(bool m, double a, double b) { return m ? a : b; }
 CAB_INLINE double abs(double v) { return std::fabs(v); }
@@ -75,6 +93,7 @@ CAB_INLINE double max(double a, double b) { return b < a ? a : b; }
 CAB_INLINE std::uint32_t bits(bool m) { return m ? 1u : 0u; }
 CAB_INLINE bool both(bool a, bool b) { return a && b; }
 CAB_INLINE bool either(bool a, bool b) { return a || b; }
+CAB_INLINE bool without(bool a, bool b) { return a && !b; }  // a, and not b
 
 // ------------------------------------------------------------------------------------------------ V = Batch<A>
 
@@ -85,63 +104,104 @@ struct Lanes<Batch<A>> {
   static CAB_INLINE void store(float* at, Batch<A> v) { v.store_aligned(at); }
 };
 
-template <class A>
-CAB_INLINE Batch<A> select(xsimd::batch_bool<float, A> m, Batch<A> a, Batch<A> b) {
-  return xsimd::select(m, a, b);
+// The floats at `at`, as doubles.
+#if XSIMD_WITH_AVX512F
+CAB_INLINE DoubleBatch<xsimd::avx512bw> widened(const float* at, xsimd::avx512bw) {
+  return _mm512_cvtps_pd(_mm256_load_ps(at));
 }
-template <class A>
-CAB_INLINE Batch<A> abs(Batch<A> v) {
-  return xsimd::abs(v);
-}
-// xsimd 8.1 approximates sqrt and division on NEON (an estimate and Newton steps). Both use NEON's exact instructions
-// here.
-template <class A>
-CAB_INLINE Batch<A> sqrt(Batch<A> v) {
-#if defined(__aarch64__)
-  return vsqrtq_f32(v.data);
-#else
-  return xsimd::sqrt(v);
 #endif
-}
-template <class A>
-CAB_INLINE Batch<A> divide(Batch<A> a, Batch<A> b) {
-#if defined(__aarch64__)
-  return vdivq_f32(a.data, b.data);
-#else
-  return a / b;
+#if XSIMD_WITH_AVX2
+CAB_INLINE DoubleBatch<xsimd::avx2> widened(const float* at, xsimd::avx2) { return _mm256_cvtps_pd(_mm_load_ps(at)); }
 #endif
+#if XSIMD_WITH_SSE2
+CAB_INLINE DoubleBatch<xsimd::sse2> widened(const float* at, xsimd::sse2) {
+  return _mm_cvtps_pd(_mm_castpd_ps(_mm_load_sd(reinterpret_cast<const double*>(at))));
 }
-template <class A>
-CAB_INLINE xsimd::batch_bool<float, A> both(xsimd::batch_bool<float, A> a, xsimd::batch_bool<float, A> b) {
-  return a & b;
-}
-template <class A>
-CAB_INLINE xsimd::batch_bool<float, A> either(xsimd::batch_bool<float, A> a, xsimd::batch_bool<float, A> b) {
-  return a | b;
-}
+#endif
+#if XSIMD_WITH_NEON64
+CAB_INLINE DoubleBatch<xsimd::neon64> widened(const float* at, xsimd::neon64) { return vcvt_f64_f32(vld1_f32(at)); }
+#endif
 
+// Loads of floats convert.
+template <class A>
+struct Lanes<DoubleBatch<A>> {
+  static CAB_INLINE DoubleBatch<A> load(const float* at) { return widened(at, A{}); }
+  static CAB_INLINE DoubleBatch<A> load(const double* at) { return DoubleBatch<A>::load_aligned(at); }
+  static CAB_INLINE void store(double* at, DoubleBatch<A> v) { v.store_aligned(at); }
+};
+
+// The operations of batches of floats and of doubles. xsimd has functions of the same names for any type, so a template
+// over both types would be ambiguous.
 // min(a, b) is a < b ? a : b and max(a, b) is b < a ? a : b, as x86's instructions do. NEON's own differ on signed
-// zeros and NaN, so NEON selects.
-template <class A>
-CAB_INLINE Batch<A> min(Batch<A> a, Batch<A> b) {
+// zeros and NaN, so NEON selects. xsimd 8.1 approximates sqrt and division on NEON (an estimate and Newton steps), so
+// both use NEON's exact instructions.
 #if defined(__aarch64__)
-  return xsimd::select(a < b, a, b);
+CAB_INLINE float32x4_t neon_sqrt(float32x4_t v) { return vsqrtq_f32(v); }
+CAB_INLINE float64x2_t neon_sqrt(float64x2_t v) { return vsqrtq_f64(v); }
+CAB_INLINE float32x4_t neon_divide(float32x4_t a, float32x4_t b) { return vdivq_f32(a, b); }
+CAB_INLINE float64x2_t neon_divide(float64x2_t a, float64x2_t b) { return vdivq_f64(a, b); }
+#define CAB_SQRT(v) neon_sqrt((v).data)
+#define CAB_DIVIDE(a, b) neon_divide((a).data, (b).data)
+#define CAB_MIN(a, b) xsimd::select((a) < (b), a, b)
+#define CAB_MAX(a, b) xsimd::select((b) < (a), a, b)
 #else
-  return xsimd::min(a, b);
+#define CAB_SQRT(v) xsimd::sqrt(v)
+#define CAB_DIVIDE(a, b) (a) / (b)
+#define CAB_MIN(a, b) xsimd::min(a, b)
+#define CAB_MAX(a, b) xsimd::max(a, b)
 #endif
-}
-template <class A>
-CAB_INLINE Batch<A> max(Batch<A> a, Batch<A> b) {
-#if defined(__aarch64__)
-  return xsimd::select(b < a, a, b);
-#else
-  return xsimd::max(a, b);
-#endif
-}
+
+#define CAB_BATCH_OPERATIONS(T)                                                                                 \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch<T, A> select(xsimd::batch_bool<T, A> m, xsimd::batch<T, A> a, xsimd::batch<T, A> b) { \
+    return xsimd::select(m, a, b);                                                                              \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch<T, A> abs(xsimd::batch<T, A> v) {                                                     \
+    return xsimd::abs(v);                                                                                       \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch<T, A> sqrt(xsimd::batch<T, A> v) {                                                    \
+    return CAB_SQRT(v);                                                                                         \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch<T, A> divide(xsimd::batch<T, A> a, xsimd::batch<T, A> b) {                            \
+    return CAB_DIVIDE(a, b);                                                                                    \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch<T, A> min(xsimd::batch<T, A> a, xsimd::batch<T, A> b) {                               \
+    return CAB_MIN(a, b);                                                                                       \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch<T, A> max(xsimd::batch<T, A> a, xsimd::batch<T, A> b) {                               \
+    return CAB_MAX(a, b);                                                                                       \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch_bool<T, A> both(xsimd::batch_bool<T, A> a, xsimd::batch_bool<T, A> b) {               \
+    return a & b;                                                                                               \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch_bool<T, A> either(xsimd::batch_bool<T, A> a, xsimd::batch_bool<T, A> b) {             \
+    return a | b;                                                                                               \
+  }                                                                                                             \
+  template <class A>                                                                                            \
+  CAB_INLINE xsimd::batch_bool<T, A> without(xsimd::batch_bool<T, A> a, xsimd::batch_bool<T, A> b) {            \
+    return a & ~b;                                                                                              \
+  }
+CAB_BATCH_OPERATIONS(float)
+CAB_BATCH_OPERATIONS(double)
+#undef CAB_BATCH_OPERATIONS
+#undef CAB_SQRT
+#undef CAB_DIVIDE
+#undef CAB_MIN
+#undef CAB_MAX
 
 // One bit per lane, lane 0 lowest.
 #if XSIMD_WITH_AVX512F
 CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::avx512bw> m) {
+  return static_cast<std::uint32_t>(m.data);
+}
+CAB_INLINE std::uint32_t bits(xsimd::batch_bool<double, xsimd::avx512bw> m) {
   return static_cast<std::uint32_t>(m.data);
 }
 #endif
@@ -149,16 +209,26 @@ CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::avx512bw> m) {
 CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::avx2> m) {
   return static_cast<std::uint32_t>(_mm256_movemask_ps(m.data));
 }
+CAB_INLINE std::uint32_t bits(xsimd::batch_bool<double, xsimd::avx2> m) {
+  return static_cast<std::uint32_t>(_mm256_movemask_pd(m.data));
+}
 #endif
 #if XSIMD_WITH_SSE2
 CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::sse2> m) {
   return static_cast<std::uint32_t>(_mm_movemask_ps(m.data));
+}
+CAB_INLINE std::uint32_t bits(xsimd::batch_bool<double, xsimd::sse2> m) {
+  return static_cast<std::uint32_t>(_mm_movemask_pd(m.data));
 }
 #endif
 #if XSIMD_WITH_NEON64
 CAB_INLINE std::uint32_t bits(xsimd::batch_bool<float, xsimd::neon64> m) {
   const uint32x4_t weights = {1, 2, 4, 8};
   return vaddvq_u32(vandq_u32(m.data, weights));
+}
+CAB_INLINE std::uint32_t bits(xsimd::batch_bool<double, xsimd::neon64> m) {
+  const uint64x2_t weights = {1, 2};
+  return static_cast<std::uint32_t>(vaddvq_u64(vandq_u64(m.data, weights)));
 }
 #endif
 

@@ -34,6 +34,17 @@ template <class V>
 CAB_INLINE Vec3<V> choose(Mask<V> m, Vec3<V> a, Vec3<V> b) {
   return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
+// Overwrites `to` in the lanes of m. In place, since compilers copy large structs of vectors by slow string moves.
+template <class V>
+CAB_INLINE void take(Mask<V> m, const V& from, V& to) {
+  to = select(m, from, to);
+}
+template <class V>
+CAB_INLINE void take(Mask<V> m, const Vec3<V>& from, Vec3<V>& to) {
+  to.x = select(m, from.x, to.x);
+  to.y = select(m, from.y, to.y);
+  to.z = select(m, from.z, to.z);
+}
 template <class V>
 CAB_INLINE Vec3<V> abs(Vec3<V> a) {
   return {abs(a.x), abs(a.y), abs(a.z)};
@@ -56,8 +67,8 @@ template <class V>
 CAB_INLINE Vec3<V> load3(const float (&p)[3][kLanes], std::uint32_t lane) {
   return {Lanes<V>::load(p[0] + lane), Lanes<V>::load(p[1] + lane), Lanes<V>::load(p[2] + lane)};
 }
-template <class V>
-CAB_INLINE void store3(float (&p)[3][kLanes], std::uint32_t lane, Vec3<V> v) {
+template <class V, class T>
+CAB_INLINE void store3(T (&p)[3][kLanes], std::uint32_t lane, Vec3<V> v) {
   Lanes<V>::store(p[0] + lane, v.x);
   Lanes<V>::store(p[1] + lane, v.y);
   Lanes<V>::store(p[2] + lane, v.z);

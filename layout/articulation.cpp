@@ -400,6 +400,15 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
 
 }  // namespace
 
+Span<const std::uint16_t> leaves_of(const Articulation& articulation, std::uint32_t link) {
+  const Span<const PosedLink> posed = articulation.posed_links;
+  const PosedLink* const found = std::lower_bound(
+      posed.begin(), posed.end(), link, [](const PosedLink& one, std::uint32_t value) { return one.link < value; });
+  if (found == posed.end() || found->link != link) return {};
+  return {articulation.leaf_order.data + found->leaf_begin,
+          static_cast<std::size_t>(found->leaf_end - found->leaf_begin)};
+}
+
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element) {
   Articulation articulation;
   const Fault fault = build(desc, arena, articulation);

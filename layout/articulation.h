@@ -48,6 +48,9 @@ inline bool is_ignored(const Articulation& articulation, std::uint32_t a, std::u
   return (articulation.ignored_bits[bit >> 6] >> (bit & 63)) & 1;
 }
 
+// The leaves of a link, ascending.
+Span<const std::uint16_t> leaves_of(const Articulation& articulation, std::uint32_t link);
+
 // Checks desc and copies it into the arena, without its rest pose. On an error *out is unchanged, and *bad_element (if
 // not null) receives the index of the link, leaf or ignored pair at fault. Throws std::bad_alloc.
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element);

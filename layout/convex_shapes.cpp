@@ -81,12 +81,33 @@ void set_hull(const ConvexPart& part, const std::array<Double3, 3>& columns, Are
   store(position, shape.position);
 }
 
+void set_axes(const std::array<Double3, 3>& columns, ConvexShape& shape) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    store(columns[k], shape.column[k]);
+    std::copy(columns[k].begin(), columns[k].end(), shape.axis[k]);
+  }
+}
+
+// The axes of a box, orthonormal to rounding in double: Gram-Schmidt, where the first axis keeps its direction.
+std::array<Double3, 3> axes_of(const Box& box) {
+  Double3 x = double3(box.axis[0]), y = double3(box.axis[1]);
+  const auto unit = [](Double3& v) {
+    const double norm = length(v);
+    for (double& c : v) c /= norm;
+  };
+  unit(x);
+  const double along = x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+  for (std::size_t c = 0; c < 3; ++c) y[c] -= along * x[c];
+  unit(y);
+  return {{x, y, {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]}}};
+}
+
 ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
   ConvexShape shape = {};
   shape.part = &part;
   shape.unit = 1;
   const std::array<Double3, 3> columns = columns_of(part.rotation);
-  for (std::size_t k = 0; k < 3; ++k) store(columns[k], shape.column[k]);
+  set_axes(columns, shape);
   const Double3 size = double3(part.size);
   switch (part.kind) {
     case ShapeKind::kBox:
@@ -118,7 +139,7 @@ ConvexShape shape_of(const Box& box) {
   shape.box = &box;
   shape.unit = 1;
   shape.kind = ConvexKind::kBox;
-  for (int k = 0; k < 3; ++k) store(double3(box.axis[k]), shape.column[k]);
+  set_axes(axes_of(box), shape);
   store(double3(box.half), shape.size);
   store(double3(box.center), shape.position);
   const Double3 half = double3(box.half);

@@ -147,8 +147,18 @@ inline constexpr float kParallelSegments = 0x1p-20f;
 inline constexpr double kGjkProgress = 0x1p-20;
 inline constexpr double kGjkProgressDouble = 0x1p-44;
 
-// Contacts are searched to this share of both shapes' reach: they are rounded to float; step 9.7.
-inline constexpr double kContactProgress = 0x1p-24;
+// Contacts are searched in double to these shares: GJK's of the square of the distance, the search for a depth's of both
+// shapes' reach; they are rounded to float. None of these constants decides whether shapes touch, and each answer is a
+// supporting plane; step 9.9.
+inline constexpr double kContactProgress = 0x1p-20;
+inline constexpr double kDepthProgress = 0x1p-18;
+inline constexpr double kSettledCosine = 1 - 0x1p-20;  // of two rays in turn, at the end of the search
+inline constexpr double kLeastNormal = 0x1p-1000;      // a shorter vector has no direction
+inline constexpr double kFlatTriangle = 0x1p-60;       // a triangle with a smaller sine, squared, is a segment
+inline constexpr double kParallelInDouble = 0x1p-50;   // segments with a smaller sine, squared, are parallel
+inline constexpr double kMeetingSegments = 0x1p-66;    // the square of a distance of segments that meet
+inline constexpr double kLeastCurvature = 0x1p-7;      // Newton's lower eigenvalue over the greater one
+inline constexpr double kLeastDamping = 0x1p-12;       // Newton stops below this share of a step
 
 // A hull whose vertices are within this share of its extent from one plane has no volume. 2^-46; step 8.1: 2^-47.
 inline constexpr double kFlatHull = 0x1p-46;

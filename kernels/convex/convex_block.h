@@ -22,6 +22,18 @@ struct ConvexBlock {
   float margin = 0;                 // see ConvexAnswer
 };
 
+// The most directions from which the search for a depth starts.
+inline constexpr std::uint32_t kMostStarts = 3;
+
+// The contacts of the pairs of a block. Points are relative to the origin of a's instance, in world axes; lengths in the
+// caller's unit.
+struct alignas(64) ConvexContacts {
+  double normal[3][kLanes];   // of length 1, from a to b
+  double depth[kLanes];       // how far b must move along the normal to be free; below 0: minus a gap
+  double point_a[3][kLanes];  // a point of a's shape
+  double point_b[3][kLanes];  // a point of b's shape
+};
+
 // Which lanes of a block are decided. A lane in neither mask is undecided. `apart`: no point of a is within the margin
 // of a point of b. `touching`: some points are.
 struct ConvexAnswer {

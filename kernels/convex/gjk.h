@@ -33,37 +33,58 @@ struct Difference {
   }
 };
 
-// A triangle or what is left of one: three corners, of which some may be equal.
+// Where a corner of a simplex is. Corners are points of the difference, or carry such a point and more.
 template <class V>
-struct Simplex {
-  Vec3<V> corner[3];
-  Vec3<V> normal;  // from the origin to the closest point of the feature, made so that its direction is exact
-  V length_sq;     // of the way from the origin to a point of the simplex, made so that the point is in it
-};
-
-// Takes a feature as the new simplex in the lanes where it is nearer to the origin.
-template <class V>
-CAB_INLINE void take_nearer(const Vec3<V>& closest, const Vec3<V>& normal, Mask<V> valid, const Vec3<V>& p,
-                            const Vec3<V>& q, const Vec3<V>& r, Simplex<V>& best) {
-  const V length_sq = dot(closest, closest);
-  const Mask<V> nearer = both(valid, length_sq < best.length_sq);
-  best.length_sq = select(nearer, length_sq, best.length_sq);
-  best.normal = choose<V>(nearer, normal, best.normal);
-  best.corner[0] = choose<V>(nearer, p, best.corner[0]);
-  best.corner[1] = choose<V>(nearer, q, best.corner[1]);
-  best.corner[2] = choose<V>(nearer, r, best.corner[2]);
+CAB_INLINE const Vec3<V>& place_of(const Vec3<V>& corner) {
+  return corner;
 }
 
-// Adds a point to a simplex: of all features of the tetrahedron that contain the new point, the one nearest to the
-// origin becomes the simplex. Returns the lanes in which the tetrahedron contains all points within `inside` of the
-// origin. rounding: of a product of three edges.
-template <class V>
-CAB_INLINE Mask<V> add_point(const Vec3<V>& p, V inside, V rounding, Simplex<V>& simplex) {
+// A triangle or what is left of one: three corners, of which some may be equal.
+template <class V, class Corner = Vec3<V>>
+struct Simplex {
+  Corner corner[3];
+  Vec3<V> normal;  // from the origin to the closest point of the feature, made so that its direction is exact
+  V length_sq;     // of the way from the origin to a point of the simplex, made so that the point is in it
+
+  CAB_INLINE void set(const Corner& all) {
+    for (Corner& one : corner) one = all;
+    normal = place_of(all);
+    length_sq = dot(normal, normal);
+  }
+};
+
+// The corners of a feature.
+template <class Corner>
+struct Feature {
+  const Corner &p, &q, &r;
+};
+
+// Takes a feature as the new simplex in the lanes where it is nearer to the origin. closest: the point of the feature
+// that is nearest to the origin.
+template <class V, class Corner>
+CAB_INLINE void take_nearer(const Vec3<V>& closest, const Vec3<V>& normal, Mask<V> valid,
+                            const Feature<Corner>& feature, Simplex<V, Corner>& best) {
+  const V length_sq = dot(closest, closest);
+  const Mask<V> nearer = both(valid, length_sq < best.length_sq);
+  take<V>(nearer, length_sq, best.length_sq);
+  take<V>(nearer, normal, best.normal);
+  take<V>(nearer, feature.p, best.corner[0]);
+  take<V>(nearer, feature.q, best.corner[1]);
+  take<V>(nearer, feature.r, best.corner[2]);
+}
+
+// Adds a corner to a simplex: `best` receives the feature nearest to the origin, of all features of the tetrahedron that
+// contain the new corner. Returns the lanes in which the tetrahedron contains all points within `inside` of the origin.
+// rounding: of a product of three edges.
+template <class V, class Corner>
+CAB_INLINE Mask<V> add_point(const Corner& added, V inside, V rounding, const Simplex<V, Corner>& simplex,
+                             Simplex<V, Corner>& best) {
   const V zero(0.0f), one(1.0f);
+  const Vec3<V>& p = place_of(added);
   const Vec3<V> to_origin = {zero - p.x, zero - p.y, zero - p.z};
   Vec3<V> edge[3], normal[3];
   V height[3], normal_sq[3];  // of the faces through p: height is the product of three edges
-  for (int i = 0; i < 3; ++i) edge[i] = simplex.corner[i] - p;
+  for (int i = 0; i < 3; ++i) edge[i] = place_of(simplex.corner[i]) - p;
   for (int i = 0; i < 3; ++i) {
     normal[i] = cross(edge[i], edge[(i + 1) % 3]);
     height[i] = dot(to_origin, normal[i]);
@@ -79,12 +100,13 @@ CAB_INLINE Mask<V> add_point(const Vec3<V>& p, V inside, V rounding, Simplex<V>&
   Mask<V> contains = is_inside(volume - ((height[0] + height[1]) + height[2]), dot(opposite, opposite));
   for (int i = 0; i < 3; ++i) contains = both(contains, is_inside(height[i], normal_sq[i]));
 
-  Simplex<V> best = {{p, p, p}, p, dot(p, p)};
+  best.set(added);
   for (int i = 0; i < 3; ++i) {
     const V length_sq = dot(edge[i], edge[i]);
     const V along = divide(dot(to_origin, edge[i]), length_sq);
     const Vec3<V> closest = p + along * edge[i];
-    take_nearer<V>(closest, closest, both(along > zero, along < one), p, simplex.corner[i], simplex.corner[i], best);
+    const Feature<Corner> feature = {added, simplex.corner[i], simplex.corner[i]};
+    take_nearer<V, Corner>(closest, closest, both(along > zero, along < one), feature, best);
   }
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -93,10 +115,9 @@ CAB_INLINE Mask<V> add_point(const Vec3<V>& p, V inside, V rounding, Simplex<V>&
     const Mask<V> above = both(both(weight_i > zero, weight_j > zero), weight_i + weight_j < normal_sq[i]);
     const V by = divide(V(1.0f), normal_sq[i]);
     const Vec3<V> closest = p + ((by * weight_i) * edge[i] + (by * weight_j) * edge[j]);
-    take_nearer<V>(closest, ((zero - height[i]) * by) * normal[i], above, p, simplex.corner[i], simplex.corner[j],
-                   best);
+    const Feature<Corner> feature = {added, simplex.corner[i], simplex.corner[j]};
+    take_nearer<V, Corner>(closest, ((zero - height[i]) * by) * normal[i], above, feature, best);
   }
-  simplex = best;
   return contains;
 }
 
@@ -119,7 +140,7 @@ CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std
   Vec3<V> v = {zero - pair.t.x, zero - pair.t.y, zero - pair.t.z};
   v = choose<V>(dot(v, v) > zero, v, {V(1.0f), zero, zero});
   V v_sq = dot(v, v);
-  Simplex<V> simplex = {};
+  Simplex<V> simplices[2];  // the last step's and this step's
   for (std::uint32_t step = 0; step < limits.steps; ++step) {
     active &= bits(v_sq > zero);  // the origin is a point of the difference, or a lane holds a NaN
     if (!active) break;
@@ -129,11 +150,13 @@ CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std
     answer.apart |= apart;
     active &= ~apart;
     Mask<V> contains = zero < zero;
+    Simplex<V>& simplex = simplices[step % 2];
     if (step == 0) {
-      simplex = {{p, p, p}, p, dot(p, p)};
+      simplex.set(p);
     } else {
       active &= ~bits(v_sq - gap <= progress * v_sq);
-      if (active) contains = add_point(p, pair.slack, pair.rounding, simplex);
+      if (!active) break;
+      contains = add_point(p, pair.slack, pair.rounding, simplices[1 - step % 2], simplex);
     }
     v = simplex.normal;
     v_sq = dot(v, v);

@@ -58,10 +58,13 @@ struct World {
   std::vector<Member> members;
   std::vector<PairRule> rules;
   float margin = 0;
+  float min_depth = 0;
+  bool contacts = false;  // whether to ask for contacts
 };
 
 struct Outcome {
   std::vector<Hit> hits;
+  std::vector<Contact> contacts;
   FrameStats stats;
   std::vector<std::vector<std::uint8_t>> flags;       // of each member's instances
   std::vector<std::vector<std::uint8_t>> in_contact;  // likewise
@@ -89,15 +92,20 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   job.rules = {world.rules.data(), world.rules.size()};
   job.policies = policies;
   job.margin = world.margin;
+  job.min_depth = world.min_depth;
   job.report = report;
   Status status = frame(engine, job);
   if (status == Status::kHitsOverflow) {
     out.hits.resize(job.hits_needed);
+    out.contacts.resize(world.contacts ? job.hits_needed : 0);
     job.hits = {out.hits.data(), out.hits.size()};
+    job.contacts = {out.contacts.data(), out.contacts.size()};
     status = frame(engine, job);
   }
   require(status);
-  if (job.hit_count != out.hits.size()) throw std::runtime_error("a retry wrote another number of hits");
+  if (job.hits_needed != out.hits.size()) throw std::runtime_error("a retry found another number of hits");
+  out.hits.resize(job.hit_count);
+  if (world.contacts) out.contacts.resize(job.hit_count);
   out.stats = job.stats;
   return out;
 }

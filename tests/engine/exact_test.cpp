@@ -272,8 +272,10 @@ TEST_CASE("the contact of two boxes: normal from a to b, depth, and a point betw
   for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence}) {
     Contact contact = contact_of(cube, cube, {1.9, 0.25, -0.5}, kind);
     check_box_contact(contact, {{1, 0, 0}}, 0.1);
-    CHECK(contact.point[0] >= 0.9f - 1e-5f);
-    CHECK(contact.point[0] <= 1.0f + 1e-5f);
+    for (const float* const point : {contact.point_a, contact.point_b}) {
+      CHECK(point[0] >= 0.9f - 1e-5f);
+      CHECK(point[0] <= 1.0f + 1e-5f);
+    }
     check_box_contact(contact_of(cube, cube, {-0.25, -1.8, 0.5}, kind), {{0, -1, 0}}, 0.2);
     check_box_contact(contact_of(cube, cube, {0, 0, 1.75, kPi / 4}, kind), {{0, 0, 1}}, 0.25);
     check_box_contact(contact_of(cube, cube, {1 + std::sqrt(2.0) - 0.1, 0, 0, kPi / 4}, kind), {{1, 0, 0}}, 0.1);
@@ -292,7 +294,8 @@ TEST_CASE("the contact of two spheres: along their centres, as deep as they over
       worst.normal = std::max(worst.normal, error.normal);
       worst.depth = std::max(worst.depth, error.depth);
       for (std::size_t c = 0; c < 3; ++c)  // between the surfaces, at most 0.1 from the middle
-        CHECK(std::fabs(static_cast<double>(contact.point[c]) - 0.9 * n[c]) <= 0.1 + kEllipsoidTolerance);
+        for (const float* const point : {contact.point_a, contact.point_b})
+          CHECK(std::fabs(static_cast<double>(point[c]) - 0.9 * n[c]) <= 0.1 + kEllipsoidTolerance);
     }
   }
   CAPTURE(worst.normal);
@@ -528,7 +531,8 @@ TEST_CASE("in a unit of length that is a power of two, hits and contacts have th
           for (std::size_t i = 0; i < one.hits.size(); ++i) {
             Contact expected = one.contacts[i];
             expected.depth *= unit;
-            for (float& coordinate : expected.point) coordinate *= unit;
+            for (float& coordinate : expected.point_a) coordinate *= unit;
+            for (float& coordinate : expected.point_b) coordinate *= unit;
             different += std::memcmp(&expected, &other.contacts[i], sizeof(Contact)) != 0;
           }
           CHECK(different == 0);

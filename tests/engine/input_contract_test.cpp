@@ -801,8 +801,62 @@ void check_bad_in_contact() {
 
 void check_bad_report() {
   Call call;
-  call.job.report = static_cast<Report>(2);
+  call.job.report = static_cast<Report>(3);
   CHECK(run_frame(*call.engine, call.job) == Status::kBadReport);
+}
+
+void check_bad_min_depth() {
+  for (const float bad : {-1e-45f, -1.0f, kInfinity, kNan}) {
+    Call call;
+    call.job.policies.exact = Exact::kConvex;
+    call.job.min_depth = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadMinDepth);
+  }
+  Call call;
+  call.job.policies.exact = Exact::kConvex;
+  call.job.report = Report::kInContact;
+  call.job.min_depth = 1;
+  CHECK(run_frame(*call.engine, call.job) == Status::kBadMinDepth);
+}
+
+void check_depth_without_exact() {
+  Call depth;
+  depth.job.min_depth = 1;
+  CHECK(run_frame(*depth.engine, depth.job) == Status::kContactsNeedExact);
+  Call distances;
+  std::vector<Contact> contacts(distances.hits.size());
+  distances.job.contacts = {contacts.data(), contacts.size()};
+  distances.job.report = Report::kDistances;
+  CHECK(run_frame(*distances.engine, distances.job) == Status::kContactsNeedExact);
+  distances.job.policies.exact = Exact::kConvex;
+  CHECK(run_frame(*distances.engine, distances.job) == Status::kOk);
+}
+
+void check_bad_pairs() {
+  const Policies policies = {Refit::kCab, Strategy::kAuto, Exact::kConvex};
+  Call call;
+  Contact contact;
+  for (const Hit& pair : {Hit{{1}, 0, {1}, 0, 0, 0, 0, 0}, Hit{{1}, 0, {1}, 0, 0, 1024, 0, 0},
+                          Hit{{9}, 0, {1}, 0, 0, 0, 0, 0}, Hit{{1}, 0, {1}, kMaxInstances, 0, 0, 0, 0}})
+    CHECK(compute_contacts(*call.engine, call.job.inputs, policies, {&pair, 1}, {&contact, 1}) == Status::kBadPairs);
+}
+
+void check_masked_pair() {
+  Random random(11);
+  Member member;
+  member.rig = contract_rig(random);
+  member.poses = random_poses(random, member.rig, 2, PoseFormat::kQuaternionTranslation, {});
+  World world;
+  world.members = {member};
+  const EnginePtr engine = make_engine_for(world);
+  world.members[0].poses.pose(1, 2)[4] = kNan;
+  const BatchInput input = world.members[0].poses.input({1});
+  const Hit pairs[] = {{{1}, 0, {1}, 1, 0, 2, 0, 0}, {{1}, 0, {1}, 1, 0, 3, 0, 0}};
+  Contact contacts[2];
+  REQUIRE(compute_contacts(*engine, {&input, 1}, {Refit::kCab, Strategy::kAuto, Exact::kConvex}, {pairs, 2},
+                           {contacts, 2}) == Status::kOk);
+  CHECK(contacts[0].depth == -kInfinity);
+  CHECK(std::isfinite(contacts[1].depth));
 }
 
 void check_in_contact_without_room() {
@@ -832,6 +886,13 @@ std::vector<CallRow> call_rows() {
       {{"layers or layer masks of another count than instances", "refused, `kBadLayers`"}, check_bad_layers},
       {{"layer 0, or layer mask 0", "in no pair with others; its own links are paired"}, check_no_layers},
       {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},
+      {{"min_depth negative, infinite or NaN, or above 0 with `kInContact`", "refused, `kBadMinDepth`"},
+       check_bad_min_depth},
+      {{"min_depth above 0, or `kDistances`, without an exact test", "refused, `kContactsNeedExact`"},
+       check_depth_without_exact},
+      {{"pair of `compute_contacts` that is no two links with leaves", "refused, `kBadPairs`"}, check_bad_pairs},
+      {{"pair of `compute_contacts` with a pose that a frame would mask", "taken, depth minus infinity"},
+       check_masked_pair},
       {{"margin to 1e18", "taken; instances whose grown boxes leave the range are masked"}, check_margins},
       {{"in_contact of another count than instances", "refused, `kBadInContact`"}, check_bad_in_contact},
       {{"report that is not a value of `Report`", "refused, `kBadReport`"}, check_bad_report},

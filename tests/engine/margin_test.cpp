@@ -45,7 +45,7 @@ Contact contact_of(const World& world) {
   const EnginePtr engine = make_engine_for(world);
   const BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
   Hit hit;
-  Contact contact = {{9, 9, 9}, 9, {9, 9, 9}};
+  Contact contact = {{9, 9, 9}, 9, {9, 9, 9}, {9, 9, 9}, 9, 9};
   FrameJob job;
   job.inputs = {inputs, 2};
   job.rules = {world.rules.data(), world.rules.size()};
@@ -230,7 +230,8 @@ TEST_CASE("the contact of a pair that is apart: normal from a to b, depth the di
   CHECK(std::fabs(contact.depth + 0.5f) < 1e-5f);
   CHECK(std::fabs(contact.normal[0]) < 1e-4f);
   CHECK(std::fabs(contact.normal[1] + 1) < 1e-5f);
-  CHECK(std::fabs(contact.point[1] + 0.75f) < 1e-4f);
+  CHECK(std::fabs(contact.point_a[1] + 0.5f) < 1e-4f);
+  CHECK(std::fabs(contact.point_b[1] + 1) < 1e-4f);
   world.members[1].poses.origins = {0.75, 0, 0};  // a pair that touches has the same contact as without a margin
   contact = contact_of(world);
   CHECK(std::fabs(contact.depth - 0.25f) < 1e-4f);

@@ -202,7 +202,7 @@ TEST_CASE("in_contact must be empty or one per instance, and the report a value 
   refuse(Status::kBadInContact, [](Bench& b) { b.inputs[0].in_contact = {bytes, 2}; });
   refuse(Status::kBadInContact, [](Bench& b) { b.inputs[0].in_contact = {bytes, 4}; });
   refuse(Status::kBadInContact, [](Bench& b) { b.inputs[2].in_contact = {nullptr, 4}; });
-  refuse(Status::kBadReport, [](Bench& b) { b.job.report = static_cast<Report>(2); });
+  refuse(Status::kBadReport, [](Bench& b) { b.job.report = static_cast<Report>(3); });
   refuse(Status::kBadMargin, [](Bench& b) {  // a refused call leaves the bytes as they were
     std::fill_n(bytes, 4, std::uint8_t{0xcc});
     b.inputs[2].in_contact = {bytes, 4};
@@ -228,6 +228,15 @@ TEST_CASE("buffers must be there, and contacts be asked for with an exact test")
     b.job.contacts.data = nullptr;
   });
   refuse(Status::kContactsNeedExact, [&](Bench& b) { with_contacts(b, Exact::kNone, 4000); });
+  refuse(Status::kContactsNeedExact, [](Bench& b) { b.job.min_depth = 1; });
+  refuse(Status::kBadHitBuffer, [](Bench& b) {
+    b.job.policies.exact = Exact::kConvex;
+    b.job.report = Report::kDistances;
+  });
+  refuse(Status::kBadMinDepth, [](Bench& b) {
+    b.job.policies.exact = Exact::kConvex;
+    b.job.min_depth = -1;
+  });
 }
 
 TEST_CASE("compute_boxes refuses what run_frame refuses, and a buffer that is too small") {

@@ -201,9 +201,12 @@ struct Session {
     job.rules = spoiled(bytes, Span<const PairRule>{rules.data(), rules.size()});
     // Every value of every field, and one value too many.
     const auto any = [&](std::uint32_t field) { return bytes.below(policy_table()[field].value_count + 1); };
-    job.policies = {static_cast<Refit>(any(0)), static_cast<Strategy>(any(1)),
-                    static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0), static_cast<Extents>(any(3)),
-                    static_cast<Sat>(bytes.rarely() ? 1 + bytes.below(2) : 0)};
+    job.policies = {static_cast<Refit>(any(0)),
+                    static_cast<Strategy>(any(1)),
+                    static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0),
+                    static_cast<Extents>(any(3)),
+                    static_cast<Sat>(bytes.rarely() ? 1 + bytes.below(2) : 0),
+                    static_cast<Depth>(bytes.rarely() ? 1 + bytes.below(2) : 0)};
     if (!inputs.empty()) {
       const std::uint32_t batch = inputs[0].batch.value;
       std::vector<Box> boxes(
@@ -212,7 +215,8 @@ struct Session {
       for (Arrays& each : arrays) each.flags.assign(each.flags.size(), 0xee);
     }
     if (bytes.rarely()) job.margin = bytes.number();
-    if (bytes.rarely()) job.report = static_cast<Report>(bytes.below(3));
+    if (bytes.rarely()) job.min_depth = bytes.number();
+    if (bytes.rarely()) job.report = static_cast<Report>(bytes.below(4));
     job.hit_count = 77;
     const auto in_order = [](const Hit& a, const Hit& b) { return !oracle::link_less(a, b); };
     std::vector<Hit> hits(bytes.below(64));
@@ -227,7 +231,7 @@ struct Session {
       job.hits = {hits.data(), hits.size()};
       job.contacts = {contacts.data(), contacts.size()};
       status = run_frame(engine, job);
-      FUZZ_CHECK(status == Status::kOk && job.hit_count == hits.size());
+      FUZZ_CHECK(status == Status::kOk && job.hits_needed == hits.size() && job.hit_count <= hits.size());
     }
     if (status != Status::kOk) {
       FUZZ_CHECK(job.hit_count == 77);

@@ -47,17 +47,17 @@ int main() {
   cab::FrameJob job;
   job.inputs = {inputs, 2};
   job.rules = {&rule, 1};
-  job.policies.exact = cab::Exact::kFcl;
+  job.policies.exact = cab::Exact::kConvex;
   job.hits = {&hit, 1};
   job.contacts = {&contact, 1};  // as long as hits; entry i belongs to hit i
   const auto near = [](float value, double expected) { return std::fabs(double{value} - expected) < 1e-5; };
 
-  // The centers are .2 apart, the radii add up to .25. The normal points from the fist to the head. The point is
-  // relative to the fist's origin; it lies within the overlap.
+  // The centers are .2 apart, the radii add up to .25. The normal points from the fist to the head. Each point lies on
+  // its own ball, inside of the other; both are relative to the fist's origin.
   head_at[0] = 100.2;
   check(cab::run_frame(*engine, job));
   bool right = job.hit_count == 1 && near(contact.normal[0], 1) && near(contact.depth, .05) &&
-               contact.point[0] >= .05f && contact.point[0] <= .1f;
+               near(contact.point_a[0], .1) && near(contact.point_b[0], .05);
   std::printf("depth %.3f", double{contact.depth});
 
   // The boxes overlap, the balls do not: a false positive of the boxes, which the exact test rejects.
@@ -65,12 +65,13 @@ int main() {
   check(cab::run_frame(*engine, job));
   right = right && job.hit_count == 0 && job.stats.exact_tests == 1 && job.stats.false_positives == 1;
 
-  // The gap is .05. With a margin of .1 that is a hit: its depth is negative, its point is the middle of the gap.
+  // The gap is .05. With a margin of .1 that is a hit: its depth is negative, its points are the two nearest ones.
   head_at[0] = 100.3;
   head_at[2] = 7;
   job.margin = .1f;
   check(cab::run_frame(*engine, job));
-  right = right && job.hit_count == 1 && near(contact.depth, -.05) && near(contact.point[0], .125);
+  right = right && job.hit_count == 1 && near(contact.depth, -.05) && near(contact.point_a[0], .1) &&
+          near(contact.point_b[0], .15);
   std::printf(", gap %.3f\n", -double{contact.depth});
 
   cab::destroy_engine(engine);

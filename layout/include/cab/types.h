@@ -79,10 +79,12 @@ enum class Status : std::int32_t {
   kExactNotBuilt,        // policies asks for an exact test that this build of the library lacks
   kBadReport,            // report is not a value of Report
   kBadMargin,            // margin must be finite, not negative and at most 1e18
-  kBadHitBuffer,         // hits has a size and no data, or contacts is neither empty nor as long as hits
-  kContactsNeedExact,    // contacts need an exact test, such as convex
-  kBadOutput,            // an output is null or too small
-  kHitsOverflow,         // hits is too small for all hits
+  kBadMinDepth,          // min_depth must be finite, not negative, and 0 if only in_contact is reported
+  kBadHitBuffer,         // hits has a size and no data, or contacts is not as long as hits where it must be
+  kContactsNeedExact,    // contacts, distances and min_depth need an exact test, such as convex
+  kBadPairs,      // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
+  kBadOutput,     // an output is null or too small
+  kHitsOverflow,  // hits is too small for all hits
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -357,6 +359,7 @@ struct PairRule {
 enum class Report : std::uint8_t {
   kHits,       // every two links that touch, and BatchInput::in_contact if the caller gives it
   kInContact,  // only BatchInput::in_contact: faster, since a pair of instances is done at its first touching leaves
+  kDistances,  // of every two instances at most the margin apart the two links that are nearest, or deepest in contact
 };
 
 // Two links that touch, or are at most the frame's margin apart. (batch_a, instance_a, link_a) is lower than
@@ -372,13 +375,21 @@ struct Hit {
   std::uint16_t leaf_b;      // index of a leaf on link_b
 };
 
-// Where the two leaves of a hit touch: the deepest contact of their parts, by the frame's exact test. If the leaves are
-// apart, but at most the margin apart, the contact describes their smallest gap. All numbers are 0 if FCL was asked and
-// gave no contact.
+// How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
+// test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 if FCL was
+// asked and gave no contact.
+// With Exact::kConvex, moving b by depth along normal always parts the two leaves. For two boxes, spheres or capsules
+// no shorter way does; for other shapes Policies::depth says how well the shortest way is searched for. A gap is never
+// larger than the distance, to rounding, and at most 1e-5 of size and distance smaller. Each point is in or on its
+// body; point_a - point_b is depth along normal.
 struct Contact {
-  float normal[3];  // unit vector from a to b, in the world's axes
-  float depth;      // how far b must move along normal to be free, in the caller's unit; below 0: minus the gap
-  float point[3];   // x y z relative to the origin of instance_a, in the world's axes; the middle of a gap
+  float normal[3];   // unit vector from a to b, in the world's axes
+  float depth;       // how far b must move along normal to be free, in the caller's unit; below 0: minus the gap
+  float point_a[3];  // x y z of a's point deepest in b, or nearest to b; relative to the origin of instance_a, in the
+                     // world's axes
+  float point_b[3];  // the same of b, also relative to the origin of instance_a
+  std::uint16_t leaf_a;  // index of the leaf of the first link that the contact is of
+  std::uint16_t leaf_b;  // index of the leaf of the second link
 };
 
 // What a frame did. Counts depend neither on the instruction set nor on threads. With Report::kInContact they do depend
@@ -421,21 +432,28 @@ struct FrameJob {
   // that face each other corner to corner may be reported up to 1.74 margins apart.
   float margin = 0;
 
+  // A length in the caller's unit, from 0 (default) on. Above 0, hits whose contact is less deep are dropped, so an
+  // exact test is needed; 0 drops none. With Exact::kConvex no hit is dropped whose links must move at least this far to
+  // part. `hits` needs room for the hits of any depth. Must be 0 with Report::kInContact.
+  float min_depth = 0;
+
   // What the frame finds out. Default: hits.
   Report report = Report::kHits;
 
   // Output: room for the hits, one per two links that touch. They are sorted by batch_a, instance_a, batch_b,
-  // instance_b, link_a, link_b. Empty (default): room for no hit. With Report::kInContact nothing is written.
+  // instance_b, link_a, link_b. Empty (default): room for no hit. With Report::kInContact nothing is written. With
+  // Report::kDistances one hit per two instances is left, but there must be room for all links that it is chosen from.
   Span<Hit> hits;
 
   // Output: contacts[i] receives the contact of hits[i]. As long as hits, and only with an exact test. Empty (default):
-  // no contacts are computed. With Report::kInContact nothing is written.
+  // no contacts are computed, and Report::kDistances is refused. With Report::kInContact nothing is written.
   Span<Contact> contacts;
 
   // Output: how many hits, and contacts if there is room for them, were written. 0 with Report::kInContact.
   std::size_t hit_count = 0;
 
-  // Output: how many hits the frame has, whether `hits` has room for them or not. 0 with Report::kInContact.
+  // Output: how many hits the frame has before min_depth and Report::kDistances drop any, whether `hits` has room for
+  // them or not. 0 with Report::kInContact.
   std::size_t hits_needed = 0;
 
   // Output: counts and times of this frame.

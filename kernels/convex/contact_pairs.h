@@ -1,0 +1,123 @@
+// The contacts of a block of pairs of shapes.
+#pragma once
+
+#include "kernels/convex/closed_forms.h"
+#include "kernels/convex/depth_search.h"
+#include "kernels/convex/ellipsoid_depth.h"
+
+#include <limits>
+
+namespace cab::kernel {
+
+// Closest points of two segments (Ericson 2005, 5.1.9). Where both are inside of their segments, the normal of both
+// segments is exact; where the segments meet, any normal of both is.
+template <class V>
+CAB_INLINE Touching<DoubleOf<V>> round_contact(const ContactLanes<V>& pair) {
+  using D = DoubleOf<V>;
+  const D zero(0.0);
+  const D half_a = pair.size_a.z, half_b = pair.size_b.z;
+  const Vec3<D>& axis = pair.column[2];
+  const Vec3<D> across = {zero - axis.y, axis.x, zero};  // of z and the axis of b
+  const D sine_sq = dot(across, across), t_axis = dot(pair.t, axis);
+  const Mask<D> crossing = sine_sq > D(kParallelInDouble);
+  D s = divide(pair.t.z - axis.z * t_axis, sine_sq);
+  s = clamped(select(crossing, s, zero), half_a);
+  D r = clamped(s * axis.z - t_axis, half_b);
+  s = clamped(pair.t.z + r * axis.z, half_a);
+  r = clamped(s * axis.z - t_axis, half_b);
+  const Vec3<D> on_a = {zero, zero, s}, on_b = pair.t + r * axis, between = on_b - on_a;
+  const Mask<D> inside = both(crossing, both(abs(s) < half_a, abs(r) < half_b));
+  const Mask<D> meet = dot(between, between) <= D(kMeetingSegments) * (pair.reach * pair.reach);
+  Vec3<D> common = direction_of(across);
+  common = choose<D>(dot(common, between) < zero, minus(common), common);
+  return {choose<D>(either(inside, meet), common, direction_of(between)), on_a, on_b};
+}
+
+// GJK, and where the shapes overlap without their balls, a search for the least depth.
+template <class V>
+CAB_INLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, std::uint32_t starts) {
+  using D = DoubleOf<V>;
+  Closest<V> closest = find_closest(pair);
+  Vec3<D> normal = minus(closest.normal), on_difference = closest.normal;
+  DifferencePoint<D>(&corner)[4] = closest.corner;
+  const Mask<D> overlap = without(D(0.0) <= D(0.0), closest.is_apart);
+  if (bits(overlap)) {
+    Exit<V> exit;
+    least_exit(pair, closest, starts, exit);
+    take<D>(overlap, exit.normal, normal);
+    take<D>(overlap, exit.depth * exit.normal, on_difference);
+    for (int i = 0; i < 3; ++i) take<D>(overlap, exit.corner[i], corner[i]);
+  }
+  D to_e, to_f;
+  weights_at(corner, on_difference, to_e, to_f);
+  const auto mean = [&](Vec3<D> DifferencePoint<D>::*at) {
+    return corner[0].*at + (to_e * (corner[1].*at - corner[0].*at) + to_f * (corner[2].*at - corner[0].*at));
+  };
+  const Vec3<D> on_a = mean(&DifferencePoint<D>::on_a);
+  return {direction_of(normal), on_a, on_a - mean(&DifferencePoint<D>::at)};
+}
+
+// How far a hull reaches along d from its shape's centre. d: in the shape's axes, in the caller's unit per scaled unit.
+inline double hull_height(const ConvexShape& hull, const Vec3<double>& d) {
+  const auto at = [](const float* v, int c) { return static_cast<double>(v[c]); };
+  double offset = 0;  // of the part's origin from the centre
+  const double along[3] = {d.x, d.y, d.z};
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c)
+      offset += along[k] * hull.axis[k][c] * (at(hull.part->position, c) - at(hull.position, c));
+  const Span<const float> vertices = hull.part->vertices;
+  double highest = -std::numeric_limits<double>::infinity();
+  for (std::size_t v = 0; v < vertices.size; v += 3) {
+    const float* const p = vertices.data + v;
+    highest = max(highest, (at(p, 0) * d.x + at(p, 1) * d.y) + at(p, 2) * d.z);
+  }
+  return highest + offset;
+}
+
+// How far each shape reaches along d, a direction in its own axes, without its ball; for hulls by their vertices as
+// given.
+template <class D>
+CAB_INLINE D height_of(ConvexKind kind, const Vec3<D>& size, D scale, const ConvexShape* const* shapes,
+                       const Vec3<D>& d) {
+  if (kind != ConvexKind::kHull) return dot(d, support_by_size(kind, size, d));
+  alignas(64) double along[3][kWidth<D>], height[kWidth<D>];
+  const D components[3] = {d.x, d.y, d.z};
+  for (int c = 0; c < 3; ++c) Lanes<D>::store(along[c], components[c]);
+  for (std::uint32_t i = 0; i < kWidth<D>; ++i)
+    height[i] = hull_height(*shapes[i], {along[0][i], along[1][i], along[2][i]});
+  return scale * Lanes<D>::load(height);
+}
+
+// The contacts of the sixteen pairs of a block, from `starts` directions each where a search finds the depth.
+template <class V>
+void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContacts& out) {
+  using D = DoubleOf<V>;
+  ContactSide read_a, read_b;
+  read_contact_side<V>(block.a, read_a);
+  read_contact_side<V>(block.b, read_b);
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<D>) {
+    const ContactLanes<V> pair = contact_lanes<V>(block, read_a, read_b, lane);
+    Touching<D> touching;
+    if (pair.kind_a == ConvexKind::kRound && pair.kind_b == ConvexKind::kRound)
+      touching = round_contact(pair);
+    else if (pair.kind_a == ConvexKind::kEllipsoid && pair.kind_b == ConvexKind::kEllipsoid)
+      touching = ellipsoid_contact(pair);
+    else
+      touching = searched_contact(pair, starts);
+
+    const Vec3<D>& normal = touching.normal;
+    const Vec3<D> away = minus(normal);
+    const Vec3<D> local_b = {dot(pair.column[0], away), dot(pair.column[1], away), dot(pair.column[2], away)};
+    const D core = (height_of(pair.kind_a, pair.size_a, pair.scale, pair.shapes_a, normal) +
+                    height_of(pair.kind_b, pair.size_b, pair.scale, pair.shapes_b, local_b)) -
+                   dot(normal, pair.t);
+    const D unit = divide(D(1.0), pair.scale);
+    Lanes<D>::store(out.depth + lane, unit * (core + (pair.radius_a + pair.radius_b)));
+    store3(out.normal, lane, rotate(pair.column_a, normal));
+    const auto in_world = [&](const Vec3<D>& at) { return pair.center_a + rotate(pair.column_a, unit * at); };
+    store3(out.point_a, lane, in_world(touching.on_a + pair.radius_a * normal));
+    store3(out.point_b, lane, in_world(touching.on_b - pair.radius_b * normal));
+  }
+}
+
+}  // namespace cab::kernel

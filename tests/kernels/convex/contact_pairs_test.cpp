@@ -1,0 +1,127 @@
+// The contacts of pairs of shapes by every kernel against the judge: depths that part the shapes, gaps that are not too
+// wide, points on both bodies, and the same bits on all instruction sets.
+#include "kernels/float_mode.h"
+#include "tests/kernels/convex/random_block.h"
+#include "tests/kernels/isas.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+namespace {
+
+using namespace cab;
+using namespace cab::tests;
+using oracle::JudgedCase;
+using oracle::Real;
+
+// What is left by rounding, in parts of the size that a case is compared with. Regimes with links far from their origins
+// round more: positions there have as many digits, but are larger.
+constexpr Real kRounded = 0x1p-36L;
+
+// How far a gap may be below the distance.
+constexpr Real kGapBelow = 1e-5L;
+
+// How far point_a - point_b may be off depth along the normal: curved faces are approached by triangles.
+constexpr Real kPointsApart = 0.05L;
+
+using Vector = oracle::Vec3<Real>;
+
+Vector at(const double (&from)[3][kLanes], std::uint32_t lane) {
+  return {{from[0][lane], from[1][lane], from[2][lane]}};
+}
+
+// The largest lengths that a case's positions are sums of.
+Real away_of(const ConvexCase& one, const JudgedCase& judged) {
+  Real away = judged.size;
+  for (const oracle::PosedPart* posed : {&one.a, &one.b})
+    for (std::size_t c = 0; c < 3; ++c) away += std::fabs(posed->pose[4 + c]) + std::fabs(posed->part.position[c]);
+  return away;
+}
+
+// What is counted over the overlapping pairs of a regime.
+struct Depths {
+  std::uint64_t deep = 0, above_1 = 0, above_10 = 0;
+
+  void count(Real depth, Real least) {
+    ++deep;
+    above_1 += depth > Real{1.01} * least;
+    above_10 += depth > Real{1.1} * least;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide, by any kernel with the same bits") {
+  const kernel::FloatMode mode;
+  std::uint64_t seed = 5000;
+  for (unsigned r = 0; r < oracle::kConvexRegimeCount; ++r) {
+    CAPTURE(r);
+    Depths by_starts[2];  // with one start and with three
+    std::uint64_t gaps = 0;
+    Real widest = 0;
+    for (const ShapeKind kind_a : oracle::kCaseKinds)
+      for (const ShapeKind kind_b : oracle::kCaseKinds) {
+        CAPTURE(static_cast<int>(kind_a));
+        CAPTURE(static_cast<int>(kind_b));
+        const bool exact = kind_a == kind_b && (kind_a == ShapeKind::kBox || kind_a == ShapeKind::kCapsule);
+        for (std::uint64_t round = 0; round < rounds(1); ++round) {
+          Random random(++seed);
+          CAPTURE(seed);
+          const RandomBlock made(random, static_cast<ConvexRegime>(r), kind_a, kind_b);
+          kernel::ConvexContacts contacts[2];
+          for (const std::uint32_t starts : {1u, kernel::kMostStarts}) {
+            kernel::ConvexContacts& first = contacts[starts > 1];
+            for (const kernel::KernelTable* kernels : available_kernels()) {
+              CAPTURE(std::string(name_of(*kernels)));
+              kernel::ConvexContacts other;
+              kernels->contact_pairs(made.block, starts, other);
+              if (kernels == available_kernels()[0]) first = other;
+              CHECK(same_bits(first, other));
+            }
+          }
+          for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+            CAPTURE(lane);
+            const JudgedCase judged = judge_case(made.cases[lane], oracle::Effort::kMeasure);
+            const Real away = away_of(made.cases[lane], judged), rounded = kRounded * away;
+            for (const bool three : {false, true}) {
+              const kernel::ConvexContacts& found = contacts[three];
+              const Real depth = found.depth[lane];
+              const Vector normal = at(found.normal, lane);
+              CHECK(std::fabs(dot(normal, normal) - 1) < 1e-12L);
+              const Vector off = (at(found.point_a, lane) - at(found.point_b, lane)) - depth * normal;
+              widest = std::max(widest, std::sqrt(dot(off, off)) / judged.size);
+              if (judged.verdict.gap_at_least > 0) {
+                gaps += three;
+                CHECK(-depth <= judged.verdict.gap_at_most + rounded);
+                CHECK(-depth >= judged.verdict.gap_at_least - kGapBelow * judged.size - rounded);
+              } else if (judged.verdict.gap_at_most < 0) {
+                const Real least = -judged.verdict.gap_at_most;
+                CHECK(depth >= least - rounded);
+                if (exact) CHECK(depth <= least + 1e-9L * away);
+                if (least >= Real{1e-3} * judged.size) by_starts[three].count(depth, least);
+              }
+            }
+            if (!(judged.verdict.gap_at_most < 0)) continue;
+            ConvexCase parted = made.cases[lane];
+            bind_vertices(parted);
+            for (std::size_t c = 0; c < 3; ++c)
+              parted.shift[c] += contacts[1].normal[c][lane] * (contacts[1].depth[lane] + static_cast<double>(rounded));
+            CHECK(judge_case(parted, oracle::Effort::kMeasure).verdict.gap_at_most >= -2 * rounded);
+          }
+        }
+      }
+    for (const bool three : {false, true})
+      MESSAGE("regime " << r << ", " << std::string(three ? "three starts" : "one start") << ": " << by_starts[three].deep
+                        << " depths, of which " << by_starts[three].above_1 << " are over 1 % and "
+                        << by_starts[three].above_10 << " over 10 % above the least");
+    MESSAGE("regime " << r << ": " << gaps << " gaps; points are off the depth by at most "
+                      << static_cast<double>(widest) << " of the size");
+    CHECK(widest <= kPointsApart);
+    CHECK(gaps > 0);
+    CHECK(by_starts[0].above_10 * 4 <= by_starts[0].deep);
+    CHECK(by_starts[1].above_10 * 20 <= by_starts[1].deep);
+    CHECK(by_starts[1].above_1 <= by_starts[0].above_1);
+  }
+}
