@@ -192,6 +192,31 @@ Exit least_exit(const ConvexPair& pair, const Closest& closest) {
   return best;
 }
 
+// A contact as it is reported. depth, and the ends on both shapes, are scaled; all are in a's frame.
+Contact reported(const ConvexPair& pair, const Double3& normal, double depth, const Double3& end_a,
+                 const Double3& end_b) {
+  const Double3 point = pair.point_in_world(0.5 * (end_a + end_b)), along = pair.direction_in_world(normal);
+  const auto narrow = [](double v) { return static_cast<float>(v); };
+  // Rounded up: the depth suffices, and a distance, which is minus the depth, is not too large.
+  const double unscaled = depth / pair.scale();
+  const bool is_below = static_cast<double>(narrow(unscaled)) < unscaled;
+  const float at_least =
+      is_below ? std::nextafter(narrow(unscaled), std::numeric_limits<float>::infinity()) : narrow(unscaled);
+  return {{narrow(along.x), narrow(along.y), narrow(along.z)},
+          at_least,
+          {narrow(point.x), narrow(point.y), narrow(point.z)}};
+}
+
+// The contact of a half space with another shape, whose lowest point is the end of its side.
+Contact contact_with_plane(const ConvexPair& pair) {
+  const ConvexPair::Lowest lowest = pair.lowest_point();
+  const double radius = pair.radius_of_a() + pair.radius_of_b();  // of the other shape
+  const double height = lowest.height - radius;
+  const Double3 end = lowest.at - radius * lowest.normal, on_plane = end - height * lowest.normal;
+  return pair.is_half_space_a() ? reported(pair, lowest.normal, -height, on_plane, end)
+                                : reported(pair, minus(lowest.normal), -height, end, on_plane);
+}
+
 }  // namespace
 
 bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
@@ -201,6 +226,7 @@ bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
   const auto& by = block.shift.by;
   const ConvexPair pair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]});
   const double radius = (pair.radius_of_a() + pair.radius_of_b()) + pair.scale() * static_cast<double>(block.margin);
+  if (pair.half_spaces() > 0) return pair.half_spaces() == 2 || !(pair.lowest_point().height > radius + pair.slack());
   const auto support = [&pair](const Double3& d, std::uint32_t) { return pair.farthest(d).at; };
   const kernel::GjkPair<double> lengths = {pair.t(), radius, pair.slack(), pair.rounding()};
   return kernel::gjk(lengths, kernel::kGjkInDouble, 1, support).apart == 0;
@@ -208,6 +234,8 @@ bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
 
 Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]) {
   const ConvexPair pair(a, b, shift);
+  if (pair.half_spaces() == 2) return {};
+  if (pair.half_spaces() == 1) return contact_with_plane(pair);
   const Closest closest = find_closest(pair);
   Double3 normal, on_difference;
   std::array<DifferencePoint, 4> corner = closest.corner;
@@ -230,17 +258,8 @@ Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const doub
     on_a = on_a + weight[i] * corner[i].on_a;
     apart = apart + weight[i] * corner[i].at;
   }
-  const Double3 end_a = on_a + pair.radius_of_a() * normal, end_b = (on_a - apart) - pair.radius_of_b() * normal;
-  const Double3 point = pair.point_in_world(0.5 * (end_a + end_b)), along = pair.direction_in_world(normal);
-  const auto narrow = [](double v) { return static_cast<float>(v); };
-  // Rounded up: the depth suffices, and a distance, which is minus the depth, is not too large.
-  const double unscaled = depth / pair.scale();
-  const bool is_below = static_cast<double>(narrow(unscaled)) < unscaled;
-  const float at_least =
-      is_below ? std::nextafter(narrow(unscaled), std::numeric_limits<float>::infinity()) : narrow(unscaled);
-  return {{narrow(along.x), narrow(along.y), narrow(along.z)},
-          at_least,
-          {narrow(point.x), narrow(point.y), narrow(point.z)}};
+  return reported(pair, normal, depth, on_a + pair.radius_of_a() * normal,
+                  (on_a - apart) - pair.radius_of_b() * normal);
 }
 
 }  // namespace cab

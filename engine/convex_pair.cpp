@@ -104,16 +104,33 @@ ConvexPair::ConvexPair(const PlacedShape& a, const PlacedShape& b, const double 
   rounding_ = kTetrahedronRoundingDouble * (size * (reach_ * reach_));
 }
 
+Double3 ConvexPair::farthest_of(const Shape& shape, const Double3& d) const {
+  return shape.kind == ConvexKind::kHull ? scale_ * farthest_vertex(shape.vertices, d)
+                                         : kernel::support_by_size(shape.kind, shape.size, d);
+}
+
+Double3 ConvexPair::farthest_of_b(const Double3& d) const {
+  return t_ + kernel::rotate(axis_, farthest_of(b_, {kernel::dot(axis_[0], d), kernel::dot(axis_[1], d),
+                                                     kernel::dot(axis_[2], d)}));
+}
+
 ConvexPair::DifferencePoint ConvexPair::farthest(const Double3& direction) const {
-  const auto of = [this](const Shape& shape, const Double3& d) {
-    return shape.kind == ConvexKind::kHull ? scale_ * farthest_vertex(shape.vertices, d)
-                                           : kernel::support_by_size(shape.kind, shape.size, d);
-  };
-  const Double3 minus = {-direction.x, -direction.y, -direction.z};
-  const Double3 on_a = of(a_, direction);
-  const Double3 on_b =
-      of(b_, {kernel::dot(axis_[0], minus), kernel::dot(axis_[1], minus), kernel::dot(axis_[2], minus)});
-  return {on_a - (t_ + kernel::rotate(axis_, on_b)), on_a};
+  const Double3 on_a = farthest_of(a_, direction);
+  return {on_a - farthest_of_b({-direction.x, -direction.y, -direction.z}), on_a};
+}
+
+int ConvexPair::half_spaces() const {
+  return int{a_.kind == ConvexKind::kHalfSpace} + int{b_.kind == ConvexKind::kHalfSpace};
+}
+
+ConvexPair::Lowest ConvexPair::lowest_point() const {
+  if (a_.kind == ConvexKind::kHalfSpace) {
+    const Double3 at = farthest_of_b({0, 0, -1});
+    return {{0, 0, 1}, at, at.z};
+  }
+  const Double3& up = axis_[2];
+  const Double3 at = farthest_of(a_, {-up.x, -up.y, -up.z});
+  return {up, at, kernel::dot(up, at - t_)};
 }
 
 Double3 ConvexPair::direction_in_world(const Double3& direction) const { return kernel::rotate(a_.column, direction); }

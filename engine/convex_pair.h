@@ -31,6 +31,20 @@ class ConvexPair {
   // x, then y, then z.
   DifferencePoint farthest(const Double3& direction) const;
 
+  // How many of the two shapes are half spaces. If there is one, farthest must not be called.
+  int half_spaces() const;
+
+  // The point of the other shape, without its ball, that is lowest above the plane of the half space.
+  struct Lowest {
+    Double3 normal;  // of the plane, out of the half space
+    Double3 at;
+    double height;
+  };
+
+  // Both need one half space.
+  Lowest lowest_point() const;
+  bool is_half_space_a() const { return a_.kind == ConvexKind::kHalfSpace; }
+
   double scale() const { return scale_; }
   const Double3& t() const { return t_; }                             // the centre of b's shape
   const Double3& axis_of_b(std::size_t k) const { return axis_[k]; }  // of unit length
@@ -55,6 +69,8 @@ class ConvexPair {
   };
   static Shape local_shape(const ConvexShape& from);
   static Shape posed_shape(const PlacedShape& from);
+  Double3 farthest_of(const Shape& shape, const Double3& d) const;  // in the shape's frame
+  Double3 farthest_of_b(const Double3& d) const;                    // in a's frame
 
   Shape a_, b_;
   Double3 axis_[3], t_;
