@@ -301,7 +301,8 @@ TEST_CASE("a hull whose vertices have no area is refused with its leaf") {
 namespace {
 
 // The contact of two bodies that have exactly one.
-Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, BatchKind kind) {
+Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, BatchKind kind,
+                   Exact exact = Exact::kFcl) {
   World world;
   world.members.push_back({body({&a, 1}), poses_at({0, 0, 0}, PoseFormat::kMatrix3x4, true, false), kind});
   world.members.push_back({body({&b, 1}), poses_at(at, PoseFormat::kMatrix3x4, true, true), kind});
@@ -313,7 +314,7 @@ Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, Ba
   FrameJob job;
   job.inputs = {inputs, 2};
   job.rules = {&rule, 1};
-  job.policies = kExactTree;
+  job.policies = {Refit::kCab, Strategy::kTree, exact};
   job.hits = {&hit, 1};
   job.contacts = {&contact, 1};
   REQUIRE(run_frame(*engine, job) == Status::kOk);
@@ -432,6 +433,36 @@ TEST_CASE("exact hits are a part of box hits, counted, and the same for any stra
     desc.thread_count = 2;
     CHECK(same_hits(run_world(world, kExactTree, desc).hits, tree.hits));
   }
+}
+
+TEST_CASE("a contact with a half space is halfway between its plane and the lowest point, by either test") {
+  const ConvexPart floor = shape(ShapeKind::kHalfSpace, 0, 0, 0);
+  const struct {
+    ConvexPart part;
+    double below;  // how far it reaches below its centre
+  } others[] = {{shape(ShapeKind::kSphere, 0.5f, 0, 0), 0.5},
+                {shape(ShapeKind::kEllipsoid, 2, 1, 0.75f), 0.75},
+                {shape(ShapeKind::kCapsule, 0.5f, 1, 0), 1.5}};
+  for (const auto& other : others)
+    for (const double depth : {0.125, 1.0, 2.0})
+      for (const Exact exact : {Exact::kFcl, Exact::kConvex}) {
+        CAPTURE(other.below);
+        CAPTURE(depth);
+        const double z = other.below - depth;
+        const Contact above = contact_of(floor, other.part, {1, 0.5, z}, BatchKind::kCharacters, exact);
+        CHECK(error_of(above, {{0, 0, 1}}, depth).normal <= kEllipsoidTolerance);
+        CHECK(error_of(above, {{0, 0, 1}}, depth).depth <= kEllipsoidTolerance);
+        const double point[] = {1, 0.5, -depth / 2};
+        for (std::size_t c = 0; c < 3; ++c)
+          CHECK(std::fabs(static_cast<double>(above.point[c]) - point[c]) <= kEllipsoidTolerance);
+        const Contact below = contact_of(other.part, floor, {1, 0.5, -z}, BatchKind::kCharacters, exact);
+        CHECK(error_of(below, {{0, 0, -1}}, depth).normal <= kEllipsoidTolerance);
+        CHECK(error_of(below, {{0, 0, -1}}, depth).depth <= kEllipsoidTolerance);
+        CHECK(std::fabs(static_cast<double>(below.point[2]) - (-z - depth / 2)) <= kEllipsoidTolerance);
+      }
+  const Contact none = contact_of(floor, floor, {1, 0.5, 1}, BatchKind::kCharacters, Exact::kConvex);
+  CHECK(none.depth == 0);
+  CHECK(none.normal[2] == 0);
 }
 
 namespace {
