@@ -222,11 +222,11 @@ TEST_CASE("sizes must be positive, finite and within range, and only those that 
       static constexpr std::pair<ShapeKind, int> kSizes[] = {{ShapeKind::kBox, 3},      {ShapeKind::kEllipsoid, 3},
                                                              {ShapeKind::kCapsule, 2},  {ShapeKind::kSphere, 1},
                                                              {ShapeKind::kCylinder, 2}, {ShapeKind::kHalfSpace, 0}};
-      for (const auto& [kind, sizes] : kSizes) {
-        ConvexPart part = part_at(kind, 5, 0, 0, 0.5f, 0.5f, 0.5f);
+      for (const auto& row : kSizes) {
+        ConvexPart part = part_at(row.first, 5, 0, 0, 0.5f, 0.5f, 0.5f);
         part.size[i] = bad;
-        CAPTURE(static_cast<int>(kind));
-        if (i < sizes)
+        CAPTURE(static_cast<int>(row.first));
+        if (i < row.second)
           CHECK(malformed(part));
         else
           CHECK(accepted(part));
