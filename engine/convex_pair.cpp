@@ -98,28 +98,34 @@ ConvexPair::ConvexPair(const PlacedShape& a, const PlacedShape& b, const double 
     if (shape->kind != ConvexKind::kHull) shape->size = scale_ * shape->size;
     shape->radius *= scale_;
   }
-  reach_ = scale_ * (a_.reach + b_.reach);
-  const double size = kernel::sum(kernel::abs(t_)) + reach_;
+  const double reach = scale_ * (a_.reach + b_.reach);
+  const double size = kernel::sum(kernel::abs(t_)) + reach;
   slack_ = kConvexSlackDouble * size + kConvexPoseSlackDouble * (scale_ * (a_.away + b_.away));
-  rounding_ = kTetrahedronRoundingDouble * (size * (reach_ * reach_));
+  rounding_ = kTetrahedronRoundingDouble * (size * (reach * reach));
 }
 
-ConvexPair::DifferencePoint ConvexPair::farthest(const Double3& direction) const {
-  const auto of = [this](const Shape& shape, const Double3& d) {
-    return shape.kind == ConvexKind::kHull ? scale_ * farthest_vertex(shape.vertices, d)
-                                           : kernel::support_by_size(shape.kind, shape.size, d);
-  };
-  const Double3 minus = {-direction.x, -direction.y, -direction.z};
-  const Double3 on_a = of(a_, direction);
-  const Double3 on_b =
-      of(b_, {kernel::dot(axis_[0], minus), kernel::dot(axis_[1], minus), kernel::dot(axis_[2], minus)});
-  return {on_a - (t_ + kernel::rotate(axis_, on_b)), on_a};
+Double3 ConvexPair::farthest_of(const Shape& shape, const Double3& d) const {
+  return shape.kind == ConvexKind::kHull ? scale_ * farthest_vertex(shape.vertices, d)
+                                         : kernel::support_by_size(shape.kind, shape.size, d);
 }
 
-Double3 ConvexPair::direction_in_world(const Double3& direction) const { return kernel::rotate(a_.column, direction); }
+Double3 ConvexPair::farthest_of_b(const Double3& d) const {
+  return t_ + kernel::rotate(axis_, farthest_of(b_, {kernel::dot(axis_[0], d), kernel::dot(axis_[1], d),
+                                                     kernel::dot(axis_[2], d)}));
+}
 
-Double3 ConvexPair::point_in_world(const Double3& point) const {
-  return a_.center + kernel::rotate(a_.column, (1 / scale_) * point);
+Double3 ConvexPair::farthest(const Double3& direction) const {
+  return farthest_of(a_, direction) - farthest_of_b({-direction.x, -direction.y, -direction.z});
+}
+
+int ConvexPair::half_spaces() const {
+  return int{a_.kind == ConvexKind::kHalfSpace} + int{b_.kind == ConvexKind::kHalfSpace};
+}
+
+double ConvexPair::height_above_plane() const {
+  if (a_.kind == ConvexKind::kHalfSpace) return farthest_of_b({0, 0, -1}).z;
+  const Double3& up = axis_[2];
+  return kernel::dot(up, farthest_of(a_, {-up.x, -up.y, -up.z}) - t_);
 }
 
 }  // namespace cab

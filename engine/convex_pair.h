@@ -22,27 +22,21 @@ class ConvexPair {
   // shift: the origin of b's instance less that of a's instance.
   ConvexPair(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]);
 
-  // A point of the difference a - b, without the balls about round shapes, and the point of a that it comes from.
-  struct DifferencePoint {
-    Double3 at, on_a;
-  };
+  // The point of the difference a - b farthest along a direction, without the balls about round shapes. Of several
+  // vertices of a hull the one that comes first by x, then y, then z.
+  Double3 farthest(const Double3& direction) const;
 
-  // The point of the difference farthest along a direction. Of several vertices of a hull the one that comes first by
-  // x, then y, then z.
-  DifferencePoint farthest(const Double3& direction) const;
+  // How many of the two shapes are half spaces. If there is one, farthest must not be called.
+  int half_spaces() const;
+
+  // How high the other shape, without its ball, begins above the plane of the one half space.
+  double height_above_plane() const;
 
   double scale() const { return scale_; }
-  const Double3& t() const { return t_; }                             // the centre of b's shape
-  const Double3& axis_of_b(std::size_t k) const { return axis_[k]; }  // of unit length
-  double radius_of_a() const { return a_.radius; }
-  double radius_of_b() const { return b_.radius; }
-  double reach() const { return reach_; }        // of both shapes together
-  double slack() const { return slack_; }        // more than how far rounding may move a point of b against a
-  double rounding() const { return rounding_; }  // of a product of three edges of the difference
-
-  // A direction or a point, relative to the origin of a's instance, in world axes. Points are in the caller's unit.
-  Double3 direction_in_world(const Double3& direction) const;
-  Double3 point_in_world(const Double3& point) const;
+  const Double3& t() const { return t_; }                  // the centre of b's shape
+  double radius() const { return a_.radius + b_.radius; }  // of both balls
+  double slack() const { return slack_; }                  // more than how far rounding may move a point of b against a
+  double rounding() const { return rounding_; }            // of a product of three edges of the difference
 
  private:
   struct Shape {
@@ -55,10 +49,12 @@ class ConvexPair {
   };
   static Shape local_shape(const ConvexShape& from);
   static Shape posed_shape(const PlacedShape& from);
+  Double3 farthest_of(const Shape& shape, const Double3& d) const;  // in the shape's frame
+  Double3 farthest_of_b(const Double3& d) const;                    // in a's frame
 
   Shape a_, b_;
-  Double3 axis_[3], t_;
-  double scale_, reach_, slack_, rounding_;
+  Double3 axis_[3], t_;  // of b
+  double scale_, slack_, rounding_;
 };
 
 }  // namespace cab

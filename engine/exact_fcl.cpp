@@ -1,5 +1,6 @@
 // Step 5 of a frame with Exact::kFcl: FCL with its libccd solver, in double. FCL and libccd have absolute thresholds.
-// So each query is about the centre of part a, and scaled by a power of two to a size of about 1.
+// So each query is about the centre of part a, and scaled by a power of two to a size of about 1. FCL has contacts of
+// half spaces for some shapes and gaps for none, so a half space is tested here: by the other part's lowest point.
 #include "engine/exact_fcl.h"
 
 #include "engine/contacts.h"
@@ -32,6 +33,7 @@ struct FclPart {
   Transform in_link;             // from the part's axes and centre to the frame of the link
   double radius;                 // of the ball about the centre that contains the part
   double reach;                  // at least |position of the part| + |its centre| + radius
+  bool is_flat;                  // a hull whose vertices are in one plane, to kFlatShare of the radius
 };
 
 Vector vector_of(const float* v) {
@@ -69,6 +71,9 @@ double radius_of(const FclPart& part) {
     case ShapeKind::kBox: return part.size.norm();
     case ShapeKind::kEllipsoid: return part.size.maxCoeff();
     case ShapeKind::kCapsule: return part.size[0] + part.size[1];
+    case ShapeKind::kSphere: return part.size[0];
+    case ShapeKind::kCylinder: return std::hypot(part.size[0], part.size[1]);
+    case ShapeKind::kHalfSpace: return 0;
     case ShapeKind::kConvexHull: break;
   }
   double radius = 0;
@@ -76,8 +81,22 @@ double radius_of(const FclPart& part) {
   return radius;
 }
 
+// Whether vertices about their mean are in the plane through it, the vertex farthest from it, and the one farthest from
+// the line through both.
+bool are_flat(const std::vector<Vector>& vertices, double radius) {
+  Vector along = Vector::Zero(), normal = Vector::Zero();
+  for (const Vector& vertex : vertices)
+    if (vertex.norm() > along.norm()) along = vertex;
+  for (const Vector& vertex : vertices)
+    if (along.cross(vertex).norm() > normal.norm()) normal = along.cross(vertex);
+  normal.normalize();
+  return std::all_of(vertices.begin(), vertices.end(), [&normal, radius](const Vector& vertex) {
+    return std::fabs(normal.dot(vertex)) <= kFlatShare * radius;
+  });
+}
+
 FclPart make_part(const ConvexPart& part) {
-  FclPart out = {part.kind, vector_of(part.size), {}, {}, 0, 0};
+  FclPart out = {part.kind, vector_of(part.size), {}, {}, 0, 0, false};
   Vector center = Vector::Zero();
   if (part.kind == ShapeKind::kConvexHull) {
     const std::vector<float> vertices = hull_vertices(part.vertices);
@@ -93,6 +112,7 @@ FclPart make_part(const ConvexPart& part) {
   out.in_link = make_transform(rotation, position + rotation * center);
   out.radius = radius_of(out);
   out.reach = position.norm() + center.norm() + out.radius;
+  out.is_flat = part.kind == ShapeKind::kConvexHull && are_flat(out.vertices, out.radius);
   return out;
 }
 
@@ -101,8 +121,8 @@ FclPart box_part(const Box& box) {
   Matrix axes;
   for (int k = 0; k < 3; ++k) axes.col(k) = vector_of(box.axis[k]);
   const Vector half = vector_of(box.half), center = vector_of(box.center);
-  return {
-      ShapeKind::kBox, half, {}, make_transform(orthonormal(axes), center), half.norm(), center.norm() + half.norm()};
+  const Transform in_link = make_transform(orthonormal(axes), center);
+  return {ShapeKind::kBox, half, {}, in_link, half.norm(), center.norm() + half.norm(), false};
 }
 
 // The pose of a link in world axes, relative to the origin of its instance, in double.
@@ -168,7 +188,7 @@ struct QueryPart {
   Vector center;
 };
 
-// The point of a part, about its centre and in its axes, that is farthest along a unit vector.
+// The point of a part, about its centre and in its axes, that is farthest along a unit vector. Half spaces have none.
 Vector farthest(const FclPart& part, const Vector& along) {
   const auto towards = [&along](int c) { return along[c] < 0 ? -1.0 : 1.0; };
   switch (part.kind) {
@@ -178,7 +198,13 @@ Vector farthest(const FclPart& part, const Vector& along) {
       return part.size.cwiseProduct(scaled) / scaled.norm();
     }
     case ShapeKind::kCapsule: return part.size[0] * along + Vector(0, 0, towards(2) * part.size[1]);
-    case ShapeKind::kConvexHull: break;
+    case ShapeKind::kSphere: return part.size[0] * along;
+    case ShapeKind::kCylinder: {
+      const double across = std::hypot(along[0], along[1]), by = across > 0 ? part.size[0] / across : 0;
+      return {by * along[0], by * along[1], towards(2) * part.size[1]};
+    }
+    case ShapeKind::kConvexHull:
+    case ShapeKind::kHalfSpace: break;
   }
   const Vector* best = &part.vertices.front();
   for (const Vector& vertex : part.vertices)
@@ -292,6 +318,26 @@ bool find_contact(Query query, FclContact* contact) {
                                          contact ? &contact->depth : nullptr, contact ? &contact->normal : nullptr);
 }
 
+bool is_half_space(const QueryPart& part) { return part.part->kind == ShapeKind::kHalfSpace; }
+bool has_half_space(const Query& query) { return is_half_space(query.a) || is_half_space(query.b); }
+
+// Where a half space and the other part are nearest to each other, or overlap most deeply.
+struct PlaneContact {
+  double depth;   // below 0: minus the gap
+  Vector normal;  // from a to b
+  Vector point;   // halfway between the plane and the other part's lowest point
+};
+
+// One of the two parts is a half space. Two half spaces touch, without a contact.
+PlaneContact plane_contact(const Query& query) {
+  const bool is_a = is_half_space(query.a);
+  if (is_a && is_half_space(query.b)) return {0, Vector::Zero(), Vector::Zero()};
+  const QueryPart &plane = is_a ? query.a : query.b, &other = is_a ? query.b : query.a;
+  const Vector up = plane.rotation.col(2), lowest = farthest(other, -up);
+  const double height = up.dot(lowest - plane.center);
+  return {query.length(-height), is_a ? up : Vector(-up), query.point(lowest - 0.5 * height * up)};
+}
+
 // The gap between two parts that do not touch. Their true distance is that of their nearest points.
 struct Gap {
   double distance;  // found by FCL; never below the true distance
@@ -324,7 +370,9 @@ bool find_gap(Query query, Gap* out) {
 
 bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   return visit_parts(a, b, [limit = static_cast<double>(margin)](const Query& query) {
-    if (limit > 0) {
+    if (has_half_space(query)) return !(-plane_contact(query).depth - query.length(query.rounding) > limit);
+    // libccd calls two parts in one plane apart, since their difference has no volume. Their gap is known.
+    if (limit > 0 || (query.a.part->is_flat && query.b.part->is_flat)) {
       Gap gap;
       return !find_gap(query, &gap) || !(gap.at_least > limit);
     }
@@ -359,6 +407,14 @@ class DeepestContact {
 // Offers every contact of a part of a with a part of b, or with a margin their gap.
 void keep_contacts(const ExactLeaf& a, const ExactLeaf& b, float margin, DeepestContact& deepest) {
   visit_parts(a, b, [&](const Query& query) {
+    if (has_half_space(query)) {
+      const PlaneContact contact = plane_contact(query);
+      if (margin > 0)
+        deepest.keep(a, b, contact.depth, contact.normal, contact.point);
+      else if (contact.depth >= -query.length(query.rounding))
+        deepest.keep(a, b, std::max(contact.depth, 0.0), contact.normal, contact.point);
+      return false;
+    }
     try {
       FclContact contact;
       Gap gap;

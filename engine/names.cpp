@@ -30,8 +30,9 @@ const char* to_string(Status status) noexcept {
     case Status::kBadLeafBox: return "box of a leaf is not finite, has a negative half extent or exceeds 1e18";
     case Status::kBadLeafAxes: return "box of a leaf has axes that are not orthonormal and right-handed to 1e-5";
     case Status::kBadShape:
-      return "parts of a leaf need finite positions, unit quaternions, positive sizes and a volume";
-    case Status::kShapeOutsideLeafBox: return "parts of a leaf must lie within its box";
+      return "parts of a leaf need finite positions, unit quaternions, positive sizes and an area";
+    case Status::kShapeOutsideLeafBox:
+      return "parts of a leaf, and the positions of half spaces, must lie within its box";
     case Status::kBadVertices:
       return "vertices must hold x y z of at least one point, each number finite and at most 1e18";
     case Status::kBadIgnoredPair: return "ignored_pairs names a link that does not exist";

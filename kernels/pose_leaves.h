@@ -188,7 +188,7 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std
     checks.finite =
         both(checks.finite, both(in_range(out.column[0]), both(in_range(out.column[1]), in_range(out.column[2]))));
     checks.rigid = both(checks.rigid, is_rigid(out.column));
-    for (int i = 0; i < (sizeof(V) == kWidth<V> * sizeof(double) ? 4 : 2); ++i) polish(out.column);
+    for (int i = 0; i < (kIsDouble<V> ? 4 : 2); ++i) polish(out.column);
   }
   checks.finite = both(checks.finite, in_range(out.translation));
   return out;

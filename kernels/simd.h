@@ -41,6 +41,10 @@ inline constexpr std::uint32_t kWidth<float> = 1;
 template <>
 inline constexpr std::uint32_t kWidth<double> = 1;
 
+// Whether V holds doubles.
+template <class V>
+inline constexpr bool kIsDouble = sizeof(V) == kWidth<V> * sizeof(double);
+
 // The type of a comparison of two V.
 template <class V>
 struct MaskOf {

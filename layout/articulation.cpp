@@ -54,63 +54,58 @@ void make_orthonormal(Box& box, double error) {
   for (float& half : box.half) half = static_cast<float>(static_cast<double>(half) + 4 * error * sum);
 }
 
-// Writes the rotation of a unit quaternion x y z w: columns[k] is the image of axis k. Returns false if the quaternion
-// is not of unit length.
-bool rotation_columns(const float* q, double columns[3][3]) {
-  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
-               w = static_cast<double>(q[3]);
-  const double n = x * x + y * y + z * z + w * w;
-  if (!(std::fabs(n - 1) <= kUnitTolerance)) return false;
-  const double s = 2 / n;
-  const double m[3][3] = {{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
-                          {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
-                          {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)}};
-  for (int k = 0; k < 3; ++k) std::copy(m[k], m[k] + 3, columns[k]);
-  return true;
-}
-
-// Whether vertices (x y z each, at least one) are not all in one plane, to kFlatHull of their extent. The plane goes
-// through the first vertex, the one farthest from it, and the one farthest from the line through both.
-bool have_volume(Span<const float> vertices) {
-  double origin[3], axes[2][3];
-  const auto from_origin = [&](std::size_t v, int axis_count, double* out) {
-    for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<double>(vertices[v + c]) - origin[c];
-    for (int k = 0; k < axis_count; ++k) {
-      const double along = dot(out, axes[k]);
-      for (int c = 0; c < 3; ++c) out[c] -= along * axes[k][c];
-    }
+// Whether vertices (x y z each, at least one) are not all on one line, to kThinHull of their extent. The line goes
+// through the first vertex and the one farthest from it.
+bool have_area(Span<const float> vertices) {
+  const auto from_first = [&vertices](std::size_t v, double* out) {
+    for (std::size_t c = 0; c < 3; ++c)
+      out[c] = static_cast<double>(vertices[v + c]) - static_cast<double>(vertices[c]);
     return std::sqrt(dot(out, out));
   };
-  for (std::size_t c = 0; c < 3; ++c) origin[c] = static_cast<double>(vertices[c]);
-  double extent = 0;
-  for (int axis_count = 0;; ++axis_count) {
-    double farthest[3] = {}, offset[3], largest = 0;
-    for (std::size_t v = 0; v < vertices.size; v += 3) {
-      const double distance = from_origin(v, axis_count, offset);
-      if (distance <= largest) continue;
-      largest = distance;
-      std::copy(offset, offset + 3, farthest);
-    }
-    if (axis_count == 0) extent = largest;
-    if (!(largest > kFlatHull * extent)) return false;
-    if (axis_count == 2) return true;
-    for (int c = 0; c < 3; ++c) axes[axis_count][c] = farthest[c] / largest;
+  double offset[3], axis[3] = {}, extent = 0, widest = 0;
+  for (std::size_t v = 3; v < vertices.size; v += 3) {
+    const double distance = from_first(v, offset);
+    if (distance <= extent) continue;
+    extent = distance;
+    std::copy(offset, offset + 3, axis);
   }
+  if (!(extent > 0)) return false;
+  for (double& c : axis) c /= extent;
+  for (std::size_t v = 3; v < vertices.size; v += 3) {
+    from_first(v, offset);
+    const double along = dot(offset, axis);
+    for (int c = 0; c < 3; ++c) offset[c] -= along * axis[c];
+    widest = std::max(widest, std::sqrt(dot(offset, offset)));
+  }
+  return widest > kThinHull * extent;
+}
+
+// How many of ConvexPart::size a kind uses, or -1 if there is no such kind.
+int size_count(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::kBox:
+    case ShapeKind::kEllipsoid: return 3;
+    case ShapeKind::kCapsule:
+    case ShapeKind::kCylinder: return 2;
+    case ShapeKind::kSphere: return 1;
+    case ShapeKind::kConvexHull:
+    case ShapeKind::kHalfSpace: return 0;
+  }
+  return -1;
 }
 
 bool valid_sizes(const ConvexPart& part) {
   if (!finite(part.position, 3, kMaxCoordinate) || !finite(part.rotation, 4, 2)) return false;
-  const int sizes = part.kind == ShapeKind::kConvexHull ? 0 : part.kind == ShapeKind::kCapsule ? 2 : 3;
+  const int sizes = size_count(part.kind);
   for (int i = 0; i < sizes; ++i)
     if (!(part.size[i] > 0 && part.size[i] <= kMaxCoordinate)) return false;
-  if (part.kind > ShapeKind::kConvexHull) return false;
-  if (part.kind != ShapeKind::kConvexHull) return true;
-  return part.vertices.data && part.vertices.size >= 12 && part.vertices.size % 3 == 0 &&
-         finite(part.vertices.data, part.vertices.size, kMaxCoordinate) && have_volume(part.vertices);
+  if (part.kind != ShapeKind::kConvexHull) return sizes >= 0;
+  return part.vertices.data && part.vertices.size >= 9 && part.vertices.size % 3 == 0 &&
+         finite(part.vertices.data, part.vertices.size, kMaxCoordinate) && have_area(part.vertices);
 }
 
-// The interval that a part covers along a direction, measured from the link's origin. n: the direction in the link's
-// frame.
+// The interval that a part, or the position of a half space, covers along a direction, measured from the link's origin.
+// n: the direction in the link's frame.
 void part_interval(const ConvexPart& part, const double columns[3][3], const double* n, double* lo, double* hi) {
   double local[3];
   for (int k = 0; k < 3; ++k) local[k] = dot(columns[k], n);
@@ -131,13 +126,21 @@ void part_interval(const ConvexPart& part, const double columns[3][3], const dou
     return;
   }
   double reach = 0;
-  if (part.kind == ShapeKind::kBox) {
-    for (int k = 0; k < 3; ++k) reach += size[k] * std::fabs(local[k]);
-  } else if (part.kind == ShapeKind::kEllipsoid) {
-    reach = std::sqrt(size[0] * size[0] * local[0] * local[0] + size[1] * size[1] * local[1] * local[1] +
-                      size[2] * size[2] * local[2] * local[2]);
-  } else {
-    reach = size[0] + size[1] * std::fabs(local[2]);
+  switch (part.kind) {
+    case ShapeKind::kBox:
+      for (int k = 0; k < 3; ++k) reach += size[k] * std::fabs(local[k]);
+      break;
+    case ShapeKind::kEllipsoid:
+      reach = std::sqrt(size[0] * size[0] * local[0] * local[0] + size[1] * size[1] * local[1] * local[1] +
+                        size[2] * size[2] * local[2] * local[2]);
+      break;
+    case ShapeKind::kCapsule: reach = size[0] + size[1] * std::fabs(local[2]); break;
+    case ShapeKind::kCylinder:
+      reach = size[0] * std::sqrt(local[0] * local[0] + local[1] * local[1]) + size[1] * std::fabs(local[2]);
+      break;
+    case ShapeKind::kSphere: reach = size[0]; break;
+    case ShapeKind::kConvexHull:
+    case ShapeKind::kHalfSpace: break;
   }
   *lo = middle - reach;
   *hi = middle + reach;
@@ -313,7 +316,22 @@ void append_corner(const double* center, const double axes[3][3], const double* 
   }
 }
 
-void append_part(const ConvexPart& part, std::vector<float>& vertices) {
+void append_box(const Box& box, std::vector<float>& vertices) {
+  double center[3], axes[3][3], half[3];
+  for (int k = 0; k < 3; ++k) {
+    center[k] = static_cast<double>(box.center[k]);
+    half[k] = static_cast<double>(box.half[k]);
+    for (int c = 0; c < 3; ++c) axes[k][c] = static_cast<double>(box.axis[k][c]);
+  }
+  for (unsigned i = 0; i < 8; ++i) append_corner(center, axes, half, i, vertices);
+}
+
+// box: of the part's leaf.
+void append_part(const ConvexPart& part, const Box& box, std::vector<float>& vertices) {
+  if (part.kind == ShapeKind::kHalfSpace) {
+    append_box(box, vertices);
+    return;
+  }
   double columns[3][3];
   rotation_columns(part.rotation, columns);
   double at[3], size[3];
@@ -326,21 +344,11 @@ void append_part(const ConvexPart& part, std::vector<float>& vertices) {
     return;
   }
   for (int c = 0; c < 3; ++c) size[c] = static_cast<double>(part.size[c]);
-  if (part.kind == ShapeKind::kCapsule) {
-    size[2] = size[0] + size[1];
-    size[1] = size[0];
-  }
+  if (part.kind == ShapeKind::kCapsule) size[2] = size[0] + size[1];
+  if (part.kind == ShapeKind::kCylinder) size[2] = size[1];
+  if (part.kind == ShapeKind::kSphere) size[2] = size[0];
+  if (size_count(part.kind) < 3) size[1] = size[0];
   for (unsigned i = 0; i < 8; ++i) append_corner(at, columns, size, i, vertices);
-}
-
-void append_box(const Box& box, std::vector<float>& vertices) {
-  double center[3], axes[3][3], half[3];
-  for (int k = 0; k < 3; ++k) {
-    center[k] = static_cast<double>(box.center[k]);
-    half[k] = static_cast<double>(box.half[k]);
-    for (int c = 0; c < 3; ++c) axes[k][c] = static_cast<double>(box.axis[k][c]);
-  }
-  for (unsigned i = 0; i < 8; ++i) append_corner(center, axes, half, i, vertices);
 }
 
 // Lists the vertices of every leaf's exact shape.
@@ -350,7 +358,8 @@ void list_vertices(Articulation& articulation, Arena& arena) {
   auto reach = arena.allocate<float>(articulation.leaf_count);
   for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
     const std::uint32_t first_part = articulation.leaf_part_begin[leaf], end = articulation.leaf_part_begin[leaf + 1];
-    for (std::uint32_t part = first_part; part < end; ++part) append_part(articulation.parts[part], vertices);
+    for (std::uint32_t part = first_part; part < end; ++part)
+      append_part(articulation.parts[part], articulation.leaf_box[leaf], vertices);
     if (first_part == end) append_box(articulation.leaf_box[leaf], vertices);
     begin[leaf + 1] = static_cast<std::uint32_t>(vertices.size() / 3);
     for (std::size_t v = 3 * begin[leaf]; v < vertices.size(); v += 3)
@@ -417,6 +426,19 @@ Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulati
   else if (bad_element)
     *bad_element = static_cast<std::uint32_t>(fault.element);
   return fault.status;
+}
+
+bool rotation_columns(const float* q, double columns[3][3]) {
+  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
+               w = static_cast<double>(q[3]);
+  const double n = x * x + y * y + z * z + w * w;
+  if (!(std::fabs(n - 1) <= kUnitTolerance)) return false;
+  const double s = 2 / n;
+  const double m[3][3] = {{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
+                          {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
+                          {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)}};
+  for (int k = 0; k < 3; ++k) std::copy(m[k], m[k] + 3, columns[k]);
+  return true;
 }
 
 void ignore_at_rest(Span<const LinkPair> touching, Arena& arena, Articulation& articulation) {

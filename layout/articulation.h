@@ -31,7 +31,7 @@ struct Articulation {
   Span<const IgnoredPair> ignored_pairs;   // sorted by a, then b; each once
   Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: is_ignored(a, b)
   // The vertices of each leaf's exact shape, x y z in the link's frame: the vertices of its hulls, and the eight
-  // corners of the box about every other part. A leaf without parts has the eight corners of its own box.
+  // corners of the box about every other part. For a leaf without parts and for a half space that is the leaf's box.
   // leaf_vertex_reach: the largest |x| + |y| + |z| of a leaf's vertices.
   Span<const float> vertices;
   Span<const std::uint32_t> leaf_vertex_begin;  // leaf_count + 1 indices of vertices
@@ -54,6 +54,10 @@ Span<const std::uint16_t> leaves_of(const Articulation& articulation, std::uint3
 // Checks desc and copies it into the arena, without its rest pose. On an error *out is unchanged, and *bad_element (if
 // not null) receives the index of the link, leaf or ignored pair at fault. Throws std::bad_alloc.
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element);
+
+// Writes the rotation of a unit quaternion x y z w: columns[k] is the image of axis k. Returns false if the quaternion
+// is not of unit length, to the tolerance of ConvexPart::rotation.
+bool rotation_columns(const float* q, double columns[3][3]);
 
 // Adds the pairs of links that touch in the rest pose to the ignored pairs of an articulation, whose memory `arena`
 // owns. `touching` may hold a pair more than once and in either order. Throws std::bad_alloc.

@@ -27,18 +27,8 @@ float rounded_up(double length) {
   return static_cast<double>(out) < length ? std::nextafter(out, std::numeric_limits<float>::infinity()) : out;
 }
 
-// The columns of the rotation of a quaternion of any length but zero.
-std::array<Double3, 3> columns_of(const float* q) {
-  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
-               w = static_cast<double>(q[3]);
-  const double s = 2 / (x * x + y * y + z * z + w * w);
-  return {{{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)},
-           {s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)},
-           {s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)}}};
-}
-
 // Moves a hull's vertices to the centre of their bounds, scales and sorts them, and appends them to `shape`.
-void set_hull(const ConvexPart& part, const std::array<Double3, 3>& columns, Arena& arena, ConvexShape& shape) {
+void set_hull(const ConvexPart& part, const double (&columns)[3][3], Arena& arena, ConvexShape& shape) {
   const std::size_t count = part.vertices.size / 3;
   Double3 lo, hi, center;
   lo.fill(std::numeric_limits<double>::infinity());
@@ -81,15 +71,16 @@ void set_hull(const ConvexPart& part, const std::array<Double3, 3>& columns, Are
   store(position, shape.position);
 }
 
-void set_axes(const std::array<Double3, 3>& columns, ConvexShape& shape) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    store(columns[k], shape.column[k]);
-    std::copy(columns[k].begin(), columns[k].end(), shape.axis[k]);
-  }
+void set_axes(const double (&columns)[3][3], ConvexShape& shape) {
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t c = 0; c < 3; ++c) {
+      shape.axis[k][c] = columns[k][c];
+      shape.column[k][c] = static_cast<float>(columns[k][c]);
+    }
 }
 
 // The axes of a box, orthonormal to rounding in double: Gram-Schmidt, where the first axis keeps its direction.
-std::array<Double3, 3> axes_of(const Box& box) {
+void set_axes(const Box& box, ConvexShape& shape) {
   Double3 x = double3(box.axis[0]), y = double3(box.axis[1]);
   const auto unit = [](Double3& v) {
     const double norm = length(v);
@@ -99,16 +90,21 @@ std::array<Double3, 3> axes_of(const Box& box) {
   const double along = x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
   for (std::size_t c = 0; c < 3; ++c) y[c] -= along * x[c];
   unit(y);
-  return {{x, y, {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]}}};
+  set_axes({{x[0], x[1], x[2]},
+            {y[0], y[1], y[2]},
+            {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]}},
+           shape);
 }
 
 ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
   ConvexShape shape = {};
   shape.part = &part;
   shape.unit = 1;
-  const std::array<Double3, 3> columns = columns_of(part.rotation);
+  double columns[3][3];
+  rotation_columns(part.rotation, columns);
   set_axes(columns, shape);
-  const Double3 size = double3(part.size);
+  store(double3(part.position), shape.position);
+  Double3 size = double3(part.size);
   switch (part.kind) {
     case ShapeKind::kBox:
       shape.kind = ConvexKind::kBox;
@@ -121,16 +117,29 @@ ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
     case ShapeKind::kCapsule:
       shape.kind = ConvexKind::kRound;
       shape.reach = rounded_up(size[0] + size[1]);
-      store({size[0], 0, size[1]}, shape.size);
-      store(double3(part.position), shape.position);
-      return shape;
+      size = {size[0], 0, size[1]};
+      break;
     case ShapeKind::kConvexHull:
       shape.kind = ConvexKind::kHull;
+      size = {};
       set_hull(part, columns, arena, shape);
-      return shape;
+      break;
+    case ShapeKind::kSphere:
+      shape.kind = ConvexKind::kRound;
+      shape.reach = part.size[0];
+      size = {size[0], 0, 0};
+      break;
+    case ShapeKind::kCylinder:
+      shape.kind = ConvexKind::kCylinder;
+      size = {size[0], 0, size[1]};
+      shape.reach = rounded_up(length(size));
+      break;
+    case ShapeKind::kHalfSpace:
+      shape.kind = ConvexKind::kHalfSpace;
+      size = {};
+      break;
   }
   store(size, shape.size);
-  store(double3(part.position), shape.position);
   return shape;
 }
 
@@ -139,7 +148,7 @@ ConvexShape shape_of(const Box& box) {
   shape.box = &box;
   shape.unit = 1;
   shape.kind = ConvexKind::kBox;
-  set_axes(axes_of(box), shape);
+  set_axes(box, shape);
   store(double3(box.half), shape.size);
   store(double3(box.center), shape.position);
   const Double3 half = double3(box.half);

@@ -124,6 +124,11 @@ inline constexpr float kConvexPoseSlack = 0x1p-18f;
 // The rounding of a product of three edges of a tetrahedron, as a share of N (Ra + Rb)^2. 256 u; step 9.4: 224 u.
 inline constexpr float kTetrahedronRounding = 0x1p-16f;
 
+// Added to the square of a direction's length across a cylinder's axis, so that the root of it is above 0. It makes the
+// support point lie deeper by 2^-51 and 2^-451 of the radius at most; step 9.2.
+inline constexpr float kAcrossTiny = 0x1p-100f;
+inline constexpr double kAcrossTinyDouble = 0x1p-900;
+
 // A point counts as in an ellipsoid up to this share of its radii. 16 u; step 9.4: 12 u.
 inline constexpr float kEllipsoidInside = 0x1p-20f;
 
@@ -160,8 +165,12 @@ inline constexpr double kMeetingSegments = 0x1p-66;    // the square of a distan
 inline constexpr double kLeastCurvature = 0x1p-7;      // Newton's lower eigenvalue over the greater one
 inline constexpr double kLeastDamping = 0x1p-12;       // Newton stops below this share of a step
 
-// A hull whose vertices are within this share of its extent from one plane has no volume. 2^-46; step 8.1: 2^-47.
-inline constexpr double kFlatHull = 0x1p-46;
+// A hull whose vertices are within this share of its extent from one line has no area. 2^-46; step 8.1: 2^-49.
+inline constexpr double kThinHull = 0x1p-46;
+
+// Two hulls that are flat to this share of their radius are tested by their gap, since libccd may call them apart.
+// 16 u, so that float vertices in a tilted plane are flat; any value would do: step 8.3.
+inline constexpr double kFlatShare = 0x1p-20;
 
 // The gap of two parts shrinks by this share of the lengths that its two ends are sums of, for the rounding of poses
 // and support points. 2^-40; step 8.2: 2^-46, and what qhull leaves out of a hull.

@@ -1,5 +1,5 @@
-// Pairs of convex shapes with an answer in closed form: round shapes (spheres and capsules), ellipsoids, boxes. As in
-// gjk.h only a plane says apart, and both answers hold by more than the slack.
+// Pairs of convex shapes with an answer in closed form: round shapes (spheres and capsules), ellipsoids, boxes, and any
+// shape with a half space. As in gjk.h only a plane says apart, and both answers hold by more than the slack.
 #pragma once
 
 #include "kernels/convex/pair_lanes.h"
@@ -139,6 +139,26 @@ CAB_INLINE ConvexAnswer box_pairs(const PairLanes<V>& pair) {
   // If two edges are parallel, the faces are all axes.
   const Mask<V> overlap = both(faces < deep, either(edges < deep, least_sine_sq <= V(kParallelEdges)));
   return {bits(max(faces, edges) > pair.slack), bits(overlap)};
+}
+
+// ---------------------------------------------------------------------------------------------------- half spaces
+
+// The lowest point of a shape above the plane of a half space. Two half spaces touch. radius: of both balls, and the
+// margin.
+template <class V>
+CAB_INLINE ConvexAnswer half_space_pairs(const Difference<V>& shapes, V slack, V radius) {
+  constexpr std::uint32_t kAll = (1u << kWidth<V>)-1;
+  const V zero(0.0f);
+  V height;
+  if (shapes.a.kind != ConvexKind::kHalfSpace) {
+    const Vec3<V>& up = shapes.column[2];
+    height = dot(up, support(shapes.a, {zero - up.x, zero - up.y, zero - up.z}, kAll) - shapes.t);
+  } else if (shapes.b.kind != ConvexKind::kHalfSpace) {
+    height = shapes.farthest_of_b({zero, zero, V(-1.0f)}, kAll).z;
+  } else {
+    return {0, kAll};
+  }
+  return {bits(height > radius + slack), bits(height < radius - slack)};
 }
 
 }  // namespace cab::kernel

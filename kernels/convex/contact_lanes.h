@@ -94,16 +94,21 @@ struct ContactLanes {
     return {Lanes<D>::load(point[0]), Lanes<D>::load(point[1]), Lanes<D>::load(point[2])};
   }
 
-  // The point of the difference farthest along d, for hulls to rounding in float. Lanes outside of `active` may hold
+  // The point of each shape farthest along d, for hulls to rounding in float. Lanes outside of `active` may hold
   // anything.
+  CAB_INLINE Vec3<D> farthest_of_a(const Vec3<D>& d, std::uint32_t active) const {
+    return kind_a == ConvexKind::kHull ? scale * hull_points(shapes_a, d, active) : support_by_size(kind_a, size_a, d);
+  }
+  CAB_INLINE Vec3<D> farthest_of_b(const Vec3<D>& d, std::uint32_t active) const {
+    const Vec3<D> local = {dot(column[0], d), dot(column[1], d), dot(column[2], d)};
+    return t + rotate(column, kind_b == ConvexKind::kHull ? scale * hull_points(shapes_b, local, active)
+                                                          : support_by_size(kind_b, size_b, local));
+  }
+
+  // The point of the difference farthest along d, likewise.
   CAB_INLINE DifferencePoint<D> farthest(const Vec3<D>& d, std::uint32_t active) const {
-    const Vec3<D> on_a =
-        kind_a == ConvexKind::kHull ? scale * hull_points(shapes_a, d, active) : support_by_size(kind_a, size_a, d);
-    const Vec3<D> away = minus(d);
-    const Vec3<D> local = {dot(column[0], away), dot(column[1], away), dot(column[2], away)};
-    const Vec3<D> on_b = kind_b == ConvexKind::kHull ? scale * hull_points(shapes_b, local, active)
-                                                     : support_by_size(kind_b, size_b, local);
-    return {on_a - (t + rotate(column, on_b)), on_a};
+    const Vec3<D> on_a = farthest_of_a(d, active);
+    return {on_a - farthest_of_b(minus(d), active), on_a};
   }
 };
 

@@ -57,6 +57,25 @@ CAB_INLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, s
   return {direction_of(normal), on_a, on_a - mean(&DifferencePoint<D>::at)};
 }
 
+// The contact of a half space with the lowest point of another shape above its plane. Two half spaces have none.
+template <class V>
+CAB_INLINE Touching<DoubleOf<V>> half_space_contact(const ContactLanes<V>& pair) {
+  using D = DoubleOf<V>;
+  constexpr std::uint32_t kAll = (1u << kWidth<D>)-1;
+  const D zero(0.0), one(1.0);
+  if (pair.kind_a != ConvexKind::kHalfSpace) {
+    const Vec3<D>& up = pair.column[2];
+    const Vec3<D> lowest = pair.farthest_of_a(minus(up), kAll);
+    return {minus(up), lowest, lowest - dot(up, lowest - pair.t) * up};
+  }
+  if (pair.kind_b != ConvexKind::kHalfSpace) {
+    const Vec3<D> lowest = pair.farthest_of_b({zero, zero, zero - one}, kAll);
+    return {{zero, zero, one}, {lowest.x, lowest.y, zero}, lowest};
+  }
+  const Vec3<D> none = {zero, zero, zero};
+  return {none, none, none};
+}
+
 // How far a hull reaches along d from its shape's centre. d: in the shape's axes, in the caller's unit per scaled unit.
 inline double hull_height(const ConvexShape& hull, const Vec3<double>& d) {
   const auto at = [](const float* v, int c) { return static_cast<double>(v[c]); };
@@ -75,10 +94,11 @@ inline double hull_height(const ConvexShape& hull, const Vec3<double>& d) {
 }
 
 // How far each shape reaches along d, a direction in its own axes, without its ball; for hulls by their vertices as
-// given.
+// given, and half spaces along the normal of their plane.
 template <class D>
 CAB_INLINE D height_of(ConvexKind kind, const Vec3<D>& size, D scale, const ConvexShape* const* shapes,
                        const Vec3<D>& d) {
+  if (kind == ConvexKind::kHalfSpace) return D(0.0);
   if (kind != ConvexKind::kHull) return dot(d, support_by_size(kind, size, d));
   alignas(64) double along[3][kWidth<D>], height[kWidth<D>];
   const D components[3] = {d.x, d.y, d.z};
@@ -98,7 +118,9 @@ void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContact
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<D>) {
     const ContactLanes<V> pair = contact_lanes<V>(block, read_a, read_b, lane);
     Touching<D> touching;
-    if (pair.kind_a == ConvexKind::kRound && pair.kind_b == ConvexKind::kRound)
+    if (pair.kind_a == ConvexKind::kHalfSpace || pair.kind_b == ConvexKind::kHalfSpace)
+      touching = half_space_contact(pair);
+    else if (pair.kind_a == ConvexKind::kRound && pair.kind_b == ConvexKind::kRound)
       touching = round_contact(pair);
     else if (pair.kind_a == ConvexKind::kEllipsoid && pair.kind_b == ConvexKind::kEllipsoid)
       touching = ellipsoid_contact(pair);

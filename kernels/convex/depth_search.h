@@ -146,8 +146,9 @@ CAB_INLINE void follow_rays(const ContactLanes<V>& pair, const DifferencePoint<D
   }
 }
 
-// The i-th direction to start from: between the centres, along the axes of both shapes, along their products.
-inline constexpr std::uint32_t kStartDirections = 16;
+// The i-th direction to start from: between the centres, along the axes of both shapes, along their products, and
+// between the centres across the z axis of each, which cylinders need.
+inline constexpr std::uint32_t kStartDirections = 16, kCylinderDirections = 18;
 
 template <class V>
 CAB_INLINE Vec3<DoubleOf<V>> start_direction(const ContactLanes<V>& pair, std::uint32_t i) {
@@ -157,7 +158,9 @@ CAB_INLINE Vec3<DoubleOf<V>> start_direction(const ContactLanes<V>& pair, std::u
   if (i == 0) return pair.t;
   if (i < 4) return own[i - 1];
   if (i < 7) return pair.column[i - 4];
-  return cross(own[(i - 7) / 3], pair.column[(i - 7) % 3]);
+  if (i < 16) return cross(own[(i - 7) / 3], pair.column[(i - 7) % 3]);
+  const Vec3<D>& axis = i == 16 ? own[2] : pair.column[2];
+  return pair.t - dot(pair.t, axis) * axis;
 }
 
 // The least depths along the first `directions` start directions, and these directions.
@@ -201,8 +204,9 @@ template <class V>
 CAB_INLINE void least_exit(const ContactLanes<V>& pair, Closest<V>& closest, std::uint32_t starts, Exit<V>& out) {
   using D = DoubleOf<V>;
   const bool boxes = pair.kind_a == ConvexKind::kBox && pair.kind_b == ConvexKind::kBox;
+  const bool cylinder = pair.kind_a == ConvexKind::kCylinder || pair.kind_b == ConvexKind::kCylinder;
   Start<D> start[kMostStarts];
-  find_starts(pair, starts > 1 || boxes ? kStartDirections : 1, start);
+  find_starts(pair, starts == 1 && !boxes ? 1 : cylinder ? kCylinderDirections : kStartDirections, start);
   const Mask<D> overlap = without(D(0.0) <= D(0.0), closest.is_apart), open = without(overlap, closest.is_inside);
   if (bits(open)) complete_tetrahedron(pair, start[0].normal, open, closest.corner);
   for (std::uint32_t i = 0; i < starts; ++i) {

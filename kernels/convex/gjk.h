@@ -16,23 +16,6 @@ struct GjkLimits {
 };
 inline constexpr GjkLimits kGjkInFloat = {24, kGjkProgress}, kGjkInDouble = {200, kGjkProgressDouble};
 
-// The difference of the two shapes of each lane, in the frame of a.
-template <class V>
-struct Difference {
-  SupportShape<V> a, b;
-  Vec3<V> column[3];  // the axes of b
-  Vec3<V> t;          // its centre
-
-  // The point of a - b farthest along d.
-  CAB_INLINE Vec3<V> farthest(const Vec3<V>& d, std::uint32_t active) const {
-    const V zero(0.0f);
-    const Vec3<V> minus = {zero - d.x, zero - d.y, zero - d.z};
-    const Vec3<V> on_a = support(a, d, active);
-    const Vec3<V> on_b = support(b, {dot(column[0], minus), dot(column[1], minus), dot(column[2], minus)}, active);
-    return on_a - (t + rotate(column, on_b));
-  }
-};
-
 // Where a corner of a simplex is. Corners are points of the difference, or carry such a point and more.
 template <class V>
 CAB_INLINE const Vec3<V>& place_of(const Vec3<V>& corner) {

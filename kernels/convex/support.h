@@ -3,6 +3,7 @@
 
 #include "kernels/vec3.h"
 #include "layout/convex_shape.h"
+#include "layout/error_bounds.h"
 
 namespace cab::kernel {
 
@@ -80,11 +81,21 @@ CAB_INLINE V with_sign(V v, V s) {
   return select(s < V(0.0f), V(0.0f) - v, v);
 }
 
-// The point farthest along d of a shape that its size describes, so any but a hull.
+// What is added to the square of a length across a cylinder's axis.
+template <class V>
+CAB_INLINE V across_tiny() {
+  return kIsDouble<V> ? V(kAcrossTinyDouble) : V(kAcrossTiny);
+}
+
+// The point farthest along d of a shape that its size describes: any but a hull or a half space.
 template <class V>
 CAB_INLINE Vec3<V> support_by_size(ConvexKind kind, const Vec3<V>& s, const Vec3<V>& d) {
   if (kind == ConvexKind::kRound) return {V(0.0f), V(0.0f), with_sign(s.z, d.z)};
   if (kind == ConvexKind::kBox) return {with_sign(s.x, d.x), with_sign(s.y, d.y), with_sign(s.z, d.z)};
+  if (kind == ConvexKind::kCylinder) {
+    const V by = divide(s.x, sqrt((d.x * d.x + d.y * d.y) + across_tiny<V>()));
+    return {by * d.x, by * d.y, with_sign(s.z, d.z)};
+  }
   const Vec3<V> n = {s.x * d.x, s.y * d.y, s.z * d.z};
   const V by = divide(V(1.0f), sqrt(dot(n, n)));
   return {s.x * (n.x * by), s.y * (n.y * by), s.z * (n.z * by)};
@@ -96,5 +107,24 @@ CAB_INLINE Vec3<V> support(const SupportShape<V>& side, const Vec3<V>& d, std::u
   if (side.kind == ConvexKind::kHull) return hull_vertices(side, d, active);
   return support_by_size(side.kind, side.size, d);
 }
+
+// The difference of the two shapes of each lane, in the frame of a.
+template <class V>
+struct Difference {
+  SupportShape<V> a, b;
+  Vec3<V> column[3];  // the axes of b
+  Vec3<V> t;          // its centre
+
+  // The point of b farthest along d.
+  CAB_INLINE Vec3<V> farthest_of_b(const Vec3<V>& d, std::uint32_t active) const {
+    return t + rotate(column, support(b, {dot(column[0], d), dot(column[1], d), dot(column[2], d)}, active));
+  }
+
+  // The point of a - b farthest along d.
+  CAB_INLINE Vec3<V> farthest(const Vec3<V>& d, std::uint32_t active) const {
+    const V zero(0.0f);
+    return support(a, d, active) - farthest_of_b({zero - d.x, zero - d.y, zero - d.z}, active);
+  }
+};
 
 }  // namespace cab::kernel

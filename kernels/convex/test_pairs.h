@@ -6,22 +6,25 @@
 
 namespace cab::kernel {
 
+// The two shapes of each lane.
+template <class V>
+CAB_INLINE Difference<V> difference_of(const ConvexBlock& block, const PairLanes<V>& pair, std::uint32_t lane) {
+  const V scale = Lanes<V>::load(block.scale + lane);
+  return {{block.a.shape[0]->kind, pair.size_a, scale, block.a.shape + lane},
+          {block.b.shape[0]->kind, pair.size_b, scale, block.b.shape + lane},
+          {pair.column[0], pair.column[1], pair.column[2]},
+          pair.t};
+}
+
 // The radius of the ball that is added to a shape's segment; 0 for shapes without one.
 template <class V>
 CAB_INLINE V radius_of(ConvexKind kind, const Vec3<V>& size) {
   return kind == ConvexKind::kRound ? size.x : V(0.0f);
 }
 
-// By GJK, for every pair of kinds.
+// By GJK, for every pair of kinds but half spaces. radius: of both balls, and the margin.
 template <class V>
-CAB_INLINE ConvexAnswer gjk_pairs(const ConvexBlock& block, const PairLanes<V>& pair, V margin, std::uint32_t lane) {
-  const ConvexKind kind_a = block.a.shape[0]->kind, kind_b = block.b.shape[0]->kind;
-  const V scale = Lanes<V>::load(block.scale + lane);
-  const Difference<V> difference = {{kind_a, pair.size_a, scale, block.a.shape + lane},
-                                    {kind_b, pair.size_b, scale, block.b.shape + lane},
-                                    {pair.column[0], pair.column[1], pair.column[2]},
-                                    pair.t};
-  const V radius = (radius_of(kind_a, pair.size_a) + radius_of(kind_b, pair.size_b)) + margin;
+CAB_INLINE ConvexAnswer gjk_pairs(const Difference<V>& difference, const PairLanes<V>& pair, V radius) {
   const V rounding = V(kTetrahedronRounding) * ((pair.reach + sum(abs(pair.t))) * (pair.reach * pair.reach));
   return gjk(GjkPair<V>{pair.t, radius, pair.slack, rounding}, kGjkInFloat, (1u << kWidth<V>)-1,
              [&](const Vec3<V>& d, std::uint32_t active) { return difference.farthest(d, active); });
@@ -31,8 +34,9 @@ CAB_INLINE ConvexAnswer gjk_pairs(const ConvexBlock& block, const PairLanes<V>& 
 template <class V>
 ConvexAnswer test_convex_pairs(const ConvexBlock& block) {
   const ConvexKind kind_a = block.a.shape[0]->kind, kind_b = block.b.shape[0]->kind;
-  const bool closed =
-      kind_a == kind_b && kind_a != ConvexKind::kHull && (block.margin == 0 || kind_a == ConvexKind::kRound);
+  const bool half_space = kind_a == ConvexKind::kHalfSpace || kind_b == ConvexKind::kHalfSpace;
+  const bool closed = kind_a == kind_b && kind_a != ConvexKind::kHull && kind_a != ConvexKind::kCylinder &&
+                      (block.margin == 0 || kind_a == ConvexKind::kRound);
   RawSide raw_a, raw_b;
   read_side<V>(block.a, raw_a);
   read_side<V>(block.b, raw_b);
@@ -41,9 +45,11 @@ ConvexAnswer test_convex_pairs(const ConvexBlock& block) {
     const PairLanes<V> pair = pair_lanes<V>(block, raw_a, raw_b, lane);
     const V margin = Lanes<V>::load(block.scale + lane) * V(block.margin);
     ConvexAnswer part;
-    if (!closed)
-      part = gjk_pairs(block, pair, margin, lane);
-    else if (kind_a == ConvexKind::kRound)
+    if (half_space || !closed) {
+      const Difference<V> shapes = difference_of(block, pair, lane);
+      const V radius = (radius_of(kind_a, pair.size_a) + radius_of(kind_b, pair.size_b)) + margin;
+      part = half_space ? half_space_pairs(shapes, pair.slack, radius) : gjk_pairs(shapes, pair, radius);
+    } else if (kind_a == ConvexKind::kRound)
       part = round_pairs(pair, margin);
     else if (kind_a == ConvexKind::kBox)
       part = box_pairs(pair);

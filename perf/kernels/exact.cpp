@@ -8,7 +8,10 @@
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision.h>
 
 #include <algorithm>
@@ -31,7 +34,8 @@ struct Kind {
   std::uint32_t vertices = 0;
 };
 constexpr Kind kBox = {"box", ShapeKind::kBox}, kEllipsoid = {"ellipsoid", ShapeKind::kEllipsoid},
-               kCapsule = {"capsule", ShapeKind::kCapsule};
+               kCapsule = {"capsule", ShapeKind::kCapsule}, kSphere = {"sphere", ShapeKind::kSphere},
+               kCylinder = {"cylinder", ShapeKind::kCylinder}, kHalfSpace = {"half space", ShapeKind::kHalfSpace};
 constexpr Kind hull_of(const char* name, std::uint32_t vertices) { return {name, ShapeKind::kConvexHull, vertices}; }
 
 constexpr std::array<Kind, 2> kRows[kExactRows] = {
@@ -48,9 +52,18 @@ constexpr std::array<Kind, 2> kRows[kExactRows] = {
     {kEllipsoid, hull_of("hull of 32", 32)},
     {kCapsule, hull_of("hull of 32", 32)},
     {kBox, hull_of("hull of 32", 32)},
+    {kSphere, kSphere},
+    {kSphere, kBox},
+    {kCylinder, kCylinder},
+    {kCylinder, kBox},
+    {hull_of("triangle", 3), hull_of("triangle", 3)},
+    {hull_of("triangle", 3), kBox},
+    {kCapsule, kHalfSpace},
+    {hull_of("hull of 32", 32), kHalfSpace},
 };
 
-// The triangles of a hull whose vertices are all corners, as FCL takes them: for each a 3 and three indices.
+// The triangles of a hull whose vertices are all corners, as FCL takes them: for each a 3 and three indices. A triangle
+// has both of its sides.
 std::shared_ptr<std::vector<int>> faces_of(const std::vector<fcl::Vector3d>& vertices) {
   auto out = std::make_shared<std::vector<int>>();
   const int count = static_cast<int>(vertices.size());
@@ -65,7 +78,7 @@ std::shared_ptr<std::vector<int>> faces_of(const std::vector<fcl::Vector3d>& ver
           ++(normal.dot(at(v) - at(i)) > 0 ? above : below);
         }
         if (above == 0) out->insert(out->end(), {3, i, j, k});
-        if (below == 0 && above > 0) out->insert(out->end(), {3, i, k, j});
+        if (below == 0) out->insert(out->end(), {3, i, k, j});
       }
   return out;
 }
@@ -111,6 +124,9 @@ struct Side {
       case ShapeKind::kBox: fcl_shapes.push_back(std::make_shared<fcl::Boxd>(2 * size)); break;
       case ShapeKind::kEllipsoid: fcl_shapes.push_back(std::make_shared<fcl::Ellipsoidd>(size)); break;
       case ShapeKind::kCapsule: fcl_shapes.push_back(std::make_shared<fcl::Capsuled>(size[0], 2 * size[1])); break;
+      case ShapeKind::kSphere: fcl_shapes.push_back(std::make_shared<fcl::Sphered>(size[0])); break;
+      case ShapeKind::kCylinder: fcl_shapes.push_back(std::make_shared<fcl::Cylinderd>(size[0], 2 * size[1])); break;
+      case ShapeKind::kHalfSpace: fcl_shapes.push_back(std::make_shared<fcl::Halfspaced>(0, 0, 1, 0)); break;
       case ShapeKind::kConvexHull: {
         const auto faces = faces_of(*points);
         fcl_shapes.push_back(std::make_shared<fcl::Convexd>(points, static_cast<int>(faces->size() / 4), faces));

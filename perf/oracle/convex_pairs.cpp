@@ -31,10 +31,12 @@ PosedPart random_part(Random& random, ShapeKind kind, double size, double aspect
   for (std::size_t c = 0; c < 3; ++c) out.part.size[c] = static_cast<float>(sizes[c]);
   if (kind == ShapeKind::kConvexHull) {
     static constexpr std::uint32_t kCounts[] = {4, 5, 8, 16, 17, 32, 64};
-    const std::uint32_t count = kCounts[random.index(7)];
+    const bool is_flat = random.chance(1 / 6.);
+    const std::uint32_t count = is_flat && random.chance(0.5) ? 3 : kCounts[random.index(7)];
     const double offset = random.chance(0.2) ? size : 0;  // the hull's centre need not be the part's origin
     for (std::uint32_t v = 0; v < count; ++v) {
-      const Vec3<double> at = random.unit_vector();
+      Vec3<double> at = random.unit_vector();
+      if (is_flat) at[2] = 0;
       for (std::size_t c = 0; c < 3; ++c) out.vertices.push_back(static_cast<float>(sizes[c] * at[c] + offset));
     }
   }
@@ -50,18 +52,34 @@ Real reach_of(const PosedPart& posed) {
   Real most = 0;
   for (std::size_t v = 0; v < posed.vertices.size(); v += 3)
     most = std::max(most, length(Point{{posed.vertices[v], posed.vertices[v + 1], posed.vertices[v + 2]}}));
-  if (part.kind == ShapeKind::kCapsule) return Real{part.size[0]} + part.size[1];
-  return part.kind == ShapeKind::kConvexHull ? most : length(Point{{part.size[0], part.size[1], part.size[2]}});
+  switch (part.kind) {
+    case ShapeKind::kCapsule: return Real{part.size[0]} + part.size[1];
+    case ShapeKind::kCylinder: return length(Point{{part.size[0], part.size[1], 0}});
+    case ShapeKind::kSphere: return part.size[0];
+    case ShapeKind::kConvexHull: return most;
+    case ShapeKind::kHalfSpace: return 0;
+    default: return length(Point{{part.size[0], part.size[1], part.size[2]}});
+  }
+}
+
+JudgeKind judge_kind(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::kBox: return JudgeKind::kBox;
+    case ShapeKind::kEllipsoid: return JudgeKind::kEllipsoid;
+    case ShapeKind::kCapsule: return JudgeKind::kCapsule;
+    case ShapeKind::kSphere: return JudgeKind::kSphere;
+    case ShapeKind::kCylinder: return JudgeKind::kCylinder;
+    case ShapeKind::kHalfSpace: return JudgeKind::kHalfSpace;
+    case ShapeKind::kConvexHull: break;
+  }
+  return JudgeKind::kHull;
 }
 
 // The shape as the judge takes it, relative to the origin of a's instance.
 JudgeShape judge_shape(const PosedPart& posed, const Point& shift, std::vector<Point>& vertices) {
   const ConvexPart& part = posed.part;
   JudgeShape out;
-  out.kind = part.kind == ShapeKind::kBox         ? JudgeKind::kBox
-             : part.kind == ShapeKind::kEllipsoid ? JudgeKind::kEllipsoid
-             : part.kind == ShapeKind::kCapsule   ? JudgeKind::kCapsule
-                                                  : JudgeKind::kHull;
+  out.kind = judge_kind(part.kind);
   for (std::size_t c = 0; c < 3; ++c) out.size[c] = part.size[c];
   for (std::size_t v = 0; v < posed.vertices.size(); v += 3)
     vertices.push_back({{posed.vertices[v], posed.vertices[v + 1], posed.vertices[v + 2]}});
@@ -127,6 +145,7 @@ ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_
     }
   }
   bind_vertices(out);
+  if (kind_a == ShapeKind::kHalfSpace && kind_b == ShapeKind::kHalfSpace) return out;
   const bool has_near = regime != ConvexRegime::kRegular && regime != ConvexRegime::kUnits;
   if (regime == ConvexRegime::kNear || (has_near && random.chance(0.1))) {
     // Moved along the judge's normal to a small gap; the pose is rounded, so the gap is not exactly that.

@@ -37,10 +37,12 @@ struct ConvexCase {
 };
 
 // The kinds of parts that cases have.
-inline constexpr ShapeKind kCaseKinds[] = {ShapeKind::kBox, ShapeKind::kEllipsoid, ShapeKind::kCapsule,
-                                           ShapeKind::kConvexHull};
+inline constexpr ShapeKind kCaseKinds[] = {ShapeKind::kBox,        ShapeKind::kEllipsoid, ShapeKind::kCapsule,
+                                           ShapeKind::kConvexHull, ShapeKind::kSphere,    ShapeKind::kCylinder,
+                                           ShapeKind::kHalfSpace};
 
-// A random case of a regime, its parts of the given kinds. A part's vertices belong to the case, so a copy must call
+// A random case of a regime, its parts of the given kinds. Every sixth hull is flat. The judge says nothing about two
+// half spaces, so a case of two is near in no regime. A part's vertices belong to the case, so a copy must call
 // bind_vertices.
 ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_a, ShapeKind kind_b);
 

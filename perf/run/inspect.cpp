@@ -36,6 +36,9 @@ const char* shape_name(ShapeKind kind) {
     case ShapeKind::kEllipsoid: return "ellipsoid";
     case ShapeKind::kCapsule: return "capsule";
     case ShapeKind::kConvexHull: return "convex_hull";
+    case ShapeKind::kSphere: return "sphere";
+    case ShapeKind::kCylinder: return "cylinder";
+    case ShapeKind::kHalfSpace: return "half_space";
   }
   return "unknown";
 }

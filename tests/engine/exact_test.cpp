@@ -126,6 +126,86 @@ TEST_CASE("an ellipsoid touches by its own radius in each direction") {
   CHECK_FALSE(touch(ball, egg, {2.01, 0, 0, kPi / 2}));
 }
 
+TEST_CASE("a sphere touches as an ellipsoid of equal radii does") {
+  const ConvexPart ball = shape(ShapeKind::kSphere, 1, 0, 0), large = shape(ShapeKind::kSphere, 2, 0, 0),
+                   cube = shape(ShapeKind::kBox, 1, 1, 1);
+  for (double angle = 0; angle < 6; angle += 0.7) {
+    CAPTURE(angle);
+    const double x = std::cos(angle) * 0.8, y = std::sin(angle) * 0.8, z = 0.6;
+    CHECK(touch(ball, large, {2.99 * x, 2.99 * y, 2.99 * z}));
+    CHECK_FALSE(touch(ball, large, {3.01 * x, 3.01 * y, 3.01 * z}));
+  }
+  CHECK(touch(ball, cube, {1.99, 0, 0}));
+  CHECK_FALSE(touch(ball, cube, {2.01, 0, 0}));
+  CHECK_FALSE(touch(cube, ball, {0, 0, -2.01}));
+}
+
+TEST_CASE("a cylinder has a round side, flat ends and sharp rims") {
+  const ConvexPart can = shape(ShapeKind::kCylinder, 1, 0.5f, 0), ball = shape(ShapeKind::kSphere, 0.5f, 0, 0),
+                   cube = shape(ShapeKind::kBox, 1, 1, 1);
+  const double diagonal = std::sqrt(0.5);
+  CHECK(touch(can, ball, {1.49 * diagonal, 1.49 * diagonal, 0}));
+  CHECK_FALSE(touch(can, ball, {1.51 * diagonal, 1.51 * diagonal, 0}));
+  CHECK(touch(can, ball, {0.9, 0, 0.99}));
+  CHECK_FALSE(touch(can, ball, {0.9, 0, 1.01}));
+  CHECK(touch(can, ball, {1 + 0.49 * diagonal, 0, 0.5 + 0.49 * diagonal}));  // at the rim
+  CHECK_FALSE(touch(can, ball, {1 + 0.51 * diagonal, 0, 0.5 + 0.51 * diagonal}));
+  CHECK(touch(can, cube, {0, 1.99, 0, kPi / 2}));
+  CHECK_FALSE(touch(can, cube, {0, 2.01, 0, kPi / 2}));
+  CHECK(touch(can, can, {1.4, 1.4, 0.99}));
+  CHECK_FALSE(touch(can, can, {1.42, 1.42, 0.99}));
+  CHECK_FALSE(touch(can, can, {1.4, 1.4, 1.01}));
+}
+
+TEST_CASE("a triangle and a polygon have no thickness") {
+  const std::vector<float> triangle = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const std::vector<float> square = {1, 1, 0, 1, -1, 0, -1, -1, 0, -1, 1, 0, 0.2f, 0.1f, 0};
+  const ConvexPart corner = hull_of(triangle), sheet = hull_of(square), ball = shape(ShapeKind::kSphere, 0.5f, 0, 0),
+                   cube = shape(ShapeKind::kBox, 1, 1, 1);
+  CHECK(touch(sheet, ball, {0.9, 0.9, 0.49}));
+  CHECK_FALSE(touch(sheet, ball, {0.9, 0.9, 0.51}));
+  CHECK(touch(sheet, ball, {1.49, 0, 0}));
+  CHECK_FALSE(touch(sheet, ball, {1.51, 0, 0}));
+  CHECK(touch(corner, ball, {0.5 + 0.49 * std::sqrt(0.5), 0.5 + 0.49 * std::sqrt(0.5), 0}));
+  CHECK_FALSE(touch(corner, ball, {0.5 + 0.51 * std::sqrt(0.5), 0.5 + 0.51 * std::sqrt(0.5), 0}));
+  CHECK(touch(corner, cube, {1.99, 0, 0.99}));
+  CHECK_FALSE(touch(corner, cube, {1.99, 0, 1.01}));
+  CHECK_FALSE(touch(corner, cube, {2.01, 0, 0}));
+  CHECK(touch(corner, sheet, {1.5, 0, 0}));  // in one plane
+  CHECK_FALSE(touch(corner, sheet, {2.01, 0, 0}));
+  CHECK_FALSE(touch(corner, sheet, {0, 0, 0.01}));
+}
+
+TEST_CASE("a half space fills its side of a plane without end") {
+  ConvexPart floor = shape(ShapeKind::kHalfSpace, 0, 0, 0);
+  const ConvexPart cube = shape(ShapeKind::kBox, 1, 1, 1), can = shape(ShapeKind::kCylinder, 1, 0.5f, 0),
+                   egg = shape(ShapeKind::kEllipsoid, 2, 1, 0.5f), ball = shape(ShapeKind::kSphere, 0.5f, 0, 0);
+  const std::vector<float> vertices = {0, 0, 0.25f, 1, 0, 0.25f, 0, 1, 0.25f};
+  const ConvexPart triangle = hull_of(vertices);
+  for (const double x : {0.0, 3.5, -3.5}) {
+    CAPTURE(x);
+    CHECK(touch(floor, cube, {x, 1, 0.99}));
+    CHECK_FALSE(touch(floor, cube, {x, 1, 1.01}));
+    CHECK(touch(floor, cube, {x, 1, -3}));
+    CHECK(touch(floor, can, {x, 1, 0.49}));
+    CHECK_FALSE(touch(floor, can, {x, 1, 0.51}));
+    CHECK_FALSE(touch(floor, egg, {x, 1, 0.51}));
+    CHECK(touch(egg, floor, {x, 1, -0.49}));
+    CHECK_FALSE(touch(egg, floor, {x, 1, -0.51}));
+    CHECK(touch(floor, ball, {x, 1, 0.49}));
+    CHECK_FALSE(touch(floor, ball, {x, 1, 0.51}));
+    CHECK(touch(floor, triangle, {x, 1, -0.26}));
+    CHECK_FALSE(touch(floor, triangle, {x, 1, -0.24}));
+    CHECK(touch(floor, floor, {x, 1, 1}));
+  }
+  // A wall whose normal is x.
+  floor.rotation[1] = floor.rotation[3] = static_cast<float>(std::sqrt(0.5));
+  CHECK(touch(floor, cube, {0.99, 0, 0}));
+  CHECK_FALSE(touch(floor, cube, {1.01, 0, 0}));
+  CHECK(touch(floor, cube, {1.41, 0, 0, kPi / 4}));
+  CHECK_FALSE(touch(floor, cube, {1.42, 0, 0, kPi / 4}));
+}
+
 TEST_CASE("boxes touch by face, edge and corner") {
   const ConvexPart cube = shape(ShapeKind::kBox, 1, 1, 1);
   CHECK(touch(cube, cube, {1.999, 1.999, 1.999}));
@@ -196,12 +276,12 @@ TEST_CASE("a leaf without parts is its box, plates and points included") {
   }
 }
 
-TEST_CASE("a hull whose vertices have no volume is refused with its leaf") {
-  const std::vector<float> flat = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0.5f, 0.25f, 0};
+TEST_CASE("a hull whose vertices have no area is refused with its leaf") {
+  const std::vector<float> two = {0, 0, 0, 1, 0, 0};
   const std::vector<float> line = {0, 0, 0, 1, 1, 1, 2, 2, 2, -1, -1, -1};
   const std::vector<float> point(12, 0.5f);
   const std::vector<float> solid = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-  for (const auto* const vertices : {&flat, &line, &point}) {
+  for (const auto* const vertices : {&two, &line, &point}) {
     const ConvexPart good = hull_of(solid), bad = hull_of(*vertices);
     Rig rig = body({&good, 1});
     rig.leaves.push_back(rig.leaves[0]);
@@ -221,7 +301,8 @@ TEST_CASE("a hull whose vertices have no volume is refused with its leaf") {
 namespace {
 
 // The contact of two bodies that have exactly one.
-Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, BatchKind kind) {
+Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, BatchKind kind,
+                   Exact exact = Exact::kFcl) {
   World world;
   world.members.push_back({body({&a, 1}), poses_at({0, 0, 0}, PoseFormat::kMatrix3x4, true, false), kind});
   world.members.push_back({body({&b, 1}), poses_at(at, PoseFormat::kMatrix3x4, true, true), kind});
@@ -233,7 +314,7 @@ Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, Ba
   FrameJob job;
   job.inputs = {inputs, 2};
   job.rules = {&rule, 1};
-  job.policies = kExactTree;
+  job.policies = {Refit::kCab, Strategy::kTree, exact};
   job.hits = {&hit, 1};
   job.contacts = {&contact, 1};
   REQUIRE(run_frame(*engine, job) == Status::kOk);
@@ -357,6 +438,39 @@ TEST_CASE("exact hits are a part of box hits, counted, and the same for any stra
   }
 }
 
+TEST_CASE("a contact with a half space: the lowest point, and the point of the plane above it, by either test") {
+  const ConvexPart floor = shape(ShapeKind::kHalfSpace, 0, 0, 0);
+  const struct {
+    ConvexPart part;
+    double below;  // how far it reaches below its centre
+  } others[] = {{shape(ShapeKind::kSphere, 0.5f, 0, 0), 0.5},
+                {shape(ShapeKind::kEllipsoid, 2, 1, 0.75f), 0.75},
+                {shape(ShapeKind::kCapsule, 0.5f, 1, 0), 1.5}};
+  for (const auto& other : others)
+    for (const double depth : {0.125, 1.0, 2.0})
+      for (const Exact exact : {Exact::kFcl, Exact::kConvex}) {
+        CAPTURE(other.below);
+        CAPTURE(depth);
+        const double z = other.below - depth;
+        const Contact above = contact_of(floor, other.part, {1, 0.5, z}, BatchKind::kCharacters, exact);
+        CHECK(error_of(above, {{0, 0, 1}}, depth).normal <= kEllipsoidTolerance);
+        CHECK(error_of(above, {{0, 0, 1}}, depth).depth <= kEllipsoidTolerance);
+        const double on_plane[] = {1, 0.5, 0}, lowest[] = {1, 0.5, -depth};
+        for (std::size_t c = 0; c < 3; ++c) {
+          CHECK(std::fabs(static_cast<double>(above.point_a[c]) - on_plane[c]) <= kEllipsoidTolerance);
+          CHECK(std::fabs(static_cast<double>(above.point_b[c]) - lowest[c]) <= kEllipsoidTolerance);
+        }
+        const Contact below = contact_of(other.part, floor, {1, 0.5, -z}, BatchKind::kCharacters, exact);
+        CHECK(error_of(below, {{0, 0, -1}}, depth).normal <= kEllipsoidTolerance);
+        CHECK(error_of(below, {{0, 0, -1}}, depth).depth <= kEllipsoidTolerance);
+        CHECK(std::fabs(static_cast<double>(below.point_a[2]) + z) <= 1 + kEllipsoidTolerance + other.below);
+        CHECK(std::fabs(static_cast<double>(below.point_b[2]) + z) <= kEllipsoidTolerance);
+      }
+  const Contact none = contact_of(floor, floor, {1, 0.5, 1}, BatchKind::kCharacters, Exact::kConvex);
+  CHECK(none.depth == 0);
+  CHECK(none.normal[2] == 0);
+}
+
 namespace {
 
 constexpr std::uint32_t kPlaces = 300;  // random poses of each pair of bodies
@@ -435,17 +549,23 @@ std::array<double, 4> random_rotation(Random& random) {
   return q;
 }
 
-// Two bodies of at most radius 1.5 and of any kinds, whose centres are up to 3 apart and up to 10 from the origin.
+// One more than the highest ShapeKind: an ellipsoid beside a box.
+constexpr int kManyParts = 7;
+constexpr int kHalfSpace = static_cast<int>(ShapeKind::kHalfSpace);
+
+// Two bodies of any kinds, of at most radius 1.5 but for half spaces, whose centres are up to 3 apart and up to 10 from
+// the origin.
 Bodies random_bodies(Random& random, int kind_a, int kind_b) {
   Bodies out;
   for (int i = 0; i < 60; ++i) out.vertices.push_back(static_cast<float>(random.uniform(-0.8, 0.8)));
   for (int m = 0; m < 2; ++m) {
     const int kind = m == 0 ? kind_a : kind_b;
     const auto size = [&] { return static_cast<float>(random.uniform(0.2, 0.8)); };
-    ConvexPart part = shape(static_cast<ShapeKind>(kind % 4), size(), size(), size());
+    ConvexPart part = shape(static_cast<ShapeKind>(kind % kManyParts), size(), size(), size());
     if (part.kind == ShapeKind::kConvexHull) part = hull_of(m == 0 ? out.vertices : kCube);
     out.parts[m].push_back(part);
-    if (kind == 4) out.parts[m].push_back(moved(shape(ShapeKind::kEllipsoid, 0.25f, 0.5f, 0.25f), 0.5f, 0.5f, 0.7f));
+    if (kind == kManyParts)
+      out.parts[m].push_back(moved(shape(ShapeKind::kEllipsoid, 0.25f, 0.5f, 0.25f), 0.5f, 0.5f, 0.7f));
   }
   for (std::uint32_t i = 0; i < kPlaces; ++i) {
     double a[3];
@@ -497,7 +617,7 @@ TEST_CASE("crossed capsules touch in every unit of length, however little they o
 
 TEST_CASE("bodies in deep overlap touch, tiny and huge ones too") {
   for (const double unit : {1e-30, 1e-20, 1e-16, 1e-6, 1.0, 1e6, 1e16}) {
-    for (int kind = 0; kind < 4; ++kind) {
+    for (int kind = 0; kind < kManyParts; ++kind) {
       CAPTURE(unit);
       CAPTURE(kind);
       Bodies bodies;
@@ -512,13 +632,13 @@ TEST_CASE("bodies in deep overlap touch, tiny and huge ones too") {
 
 TEST_CASE("in a unit of length that is a power of two, hits and contacts have the same bits") {
   Random random(3);
-  for (int kind_a = 0; kind_a < 5; ++kind_a) {
-    for (int kind_b = 0; kind_b < 5; ++kind_b) {
+  for (int kind_a = 0; kind_a <= kManyParts; ++kind_a) {
+    for (int kind_b = 0; kind_b <= kManyParts; ++kind_b) {
       const Bodies bodies = random_bodies(random, kind_a, kind_b);
       for (const double margin : {0.0, 0.25}) {
         const Answers one = answers_of(bodies, 1, margin);
         CHECK(one.hits.size() > 10);
-        CHECK(one.hits.size() < kPlaces);
+        CHECK((one.hits.size() < kPlaces || (kind_a == kHalfSpace && kind_b == kHalfSpace)));
         for (const int exponent : {-40, -13, -1, 1, 40}) {
           CAPTURE(kind_a);
           CAPTURE(kind_b);
@@ -545,8 +665,8 @@ TEST_CASE("in a unit of length that is a power of two, hits and contacts have th
 TEST_CASE("in any other unit of length, hits are the same, and contacts to FCL's own accuracy") {
   Random random(4);
   std::size_t contacts = 0, different = 0;
-  for (int kind_a = 0; kind_a < 5; ++kind_a) {
-    for (int kind_b = 0; kind_b < 5; ++kind_b) {
+  for (int kind_a = 0; kind_a <= kManyParts; ++kind_a) {
+    for (int kind_b = 0; kind_b <= kManyParts; ++kind_b) {
       const Bodies bodies = random_bodies(random, kind_a, kind_b);
       const Answers one = answers_of(bodies, 1);
       for (const double unit : {1e-12, 1e-4, 1e5, 1e12}) {

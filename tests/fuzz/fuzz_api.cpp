@@ -56,7 +56,7 @@ struct Session {
 
   void add_shape(std::vector<ConvexPart>& parts, std::list<std::vector<float>>& vertices) {
     ConvexPart part;
-    part.kind = static_cast<ShapeKind>(bytes.below(5));
+    part.kind = static_cast<ShapeKind>(bytes.below(8));
     for (float& value : part.position) value = bytes.number() / 32;
     for (float& value : part.size) value = std::fabs(bytes.number()) / 32;
     if (bytes.rarely()) part.rotation[bytes.below(4)] = bytes.number();

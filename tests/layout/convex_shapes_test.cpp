@@ -70,6 +70,29 @@ TEST_CASE("a leaf without parts is its box, and every part is a shape of its lea
   CHECK(shapes.all.shapes[2].reach == 7);
 }
 
+TEST_CASE("a sphere is round without a length, a cylinder reaches its rims, a half space is a place and a rotation") {
+  const ConvexPart parts[] = {{ShapeKind::kSphere, {1, 2, 3}, {0, 0, 0, 1}, {3, 1, 2}, {}},
+                              {ShapeKind::kCylinder, {0, 0, 0}, {0, 0, 0, 1}, {3, 4, 7}, {}},
+                              {ShapeKind::kHalfSpace, {4, 5, 6}, {1, 0, 0, 0}, {7, 7, 7}, {}}};
+  const Shapes shapes({leaf_with({parts, 3})});
+  REQUIRE(shapes.all.shapes.size == 3);
+  const ConvexShape &sphere = shapes.all.shapes[0], &cylinder = shapes.all.shapes[1], &half = shapes.all.shapes[2];
+  CHECK(sphere.kind == ConvexKind::kRound);
+  CHECK(sphere.size[0] == 3);
+  CHECK(sphere.size[2] == 0);
+  CHECK(sphere.reach == 3);
+  CHECK(sphere.position[2] == 3);
+  CHECK(cylinder.kind == ConvexKind::kCylinder);
+  CHECK(cylinder.size[0] == 3);
+  CHECK(cylinder.size[2] == 4);
+  CHECK(cylinder.reach == 5);
+  CHECK(half.kind == ConvexKind::kHalfSpace);
+  CHECK(half.size[0] == 0);
+  CHECK(half.reach == 0);
+  CHECK(half.position[1] == 5);
+  CHECK(half.column[2][2] == -1);
+}
+
 TEST_CASE("a hull's vertices are sorted about its centre, padded by the last, and within its reach, in any unit") {
   for (const double unit : {1e-20, 1.0, 1e5}) {
     CAPTURE(unit);

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -128,6 +129,62 @@ TEST_CASE("a capsule lies along its own z and reaches half its length plus its r
   CHECK(accepted(capsule));
 }
 
+TEST_CASE("a sphere reaches its radius, a cylinder the rims of its ends") {
+  CHECK(accepted(part_at(ShapeKind::kSphere, 5, 1, 0, 1, 0, 0)));
+  CHECK_FALSE(accepted(part_at(ShapeKind::kSphere, 5, 1, 0, 1.001f, 0, 0)));
+  CHECK_FALSE(accepted(part_at(ShapeKind::kSphere, 5, 1.001f, 0, 1, 0, 0)));
+  ConvexPart cylinder = part_at(ShapeKind::kCylinder, 5, 0, 0, 2, 1, 0);
+  CHECK(accepted(cylinder));  // 2 along x and y, 1 along z
+  cylinder.size[1] = 1.001f;
+  CHECK_FALSE(accepted(cylinder));
+  cylinder.size[1] = 1;
+  cylinder.size[0] = 2.001f;
+  CHECK_FALSE(accepted(cylinder));
+  // Turned by 45 degrees about x it reaches (size 0 + size 1) / sqrt 2 along y and z.
+  cylinder.size[0] = 0.9f;
+  cylinder.size[1] = 0.514f;
+  turn(cylinder, 0, kRightAngle / 2);
+  CHECK(accepted(cylinder));
+  cylinder.size[1] = 0.515f;
+  CHECK_FALSE(accepted(cylinder));
+}
+
+TEST_CASE("of a half space the position must lie in the leaf's box, whichever way it faces") {
+  ConvexPart floor = part_at(ShapeKind::kHalfSpace, 8, -2, 1, 0, 0, 0);
+  CHECK(accepted(floor));
+  turn(floor, 0, kRightAngle / 3);
+  CHECK(accepted(floor));
+  for (int c = 0; c < 3; ++c) {
+    ConvexPart outside = floor;
+    outside.position[c] *= 1.001f;
+    CHECK_FALSE(accepted(outside));
+  }
+}
+
+TEST_CASE("AABB+ takes the corners of the box about a part, and of the leaf's box for a half space") {
+  // A rotation by 90 degrees about x takes y to z and z to -y.
+  ConvexPart parts[3];
+  parts[0] = part_at(ShapeKind::kSphere, 5, 0, 0, 0.5f, 7, 7);
+  parts[1] = part_at(ShapeKind::kCylinder, 5, 0, 0, 0.5f, 1.5f, 7);
+  turn(parts[1], 0, kRightAngle);
+  parts[2] = part_at(ShapeKind::kHalfSpace, 5, 0, 0, 7, 7, 7);
+  constexpr double kExtents[][3] = {{0.5, 0.5, 0.5}, {0.5, 1.5, 0.5}, {3, 2, 1}};
+  for (std::size_t p = 0; p < 3; ++p) {
+    CAPTURE(p);
+    const Box box = {{5, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {3, 2, 1}};
+    const std::int32_t parent = -1;
+    const Leaf leaf = {0, box, {&parts[p], 1}};
+    Arena arena(default_allocator());
+    Articulation out;
+    REQUIRE(build_articulation({{&parent, 1}, {}, {&leaf, 1}, {}}, arena, &out, nullptr) == Status::kOk);
+    REQUIRE(out.vertices.size == 24);
+    for (std::size_t v = 0; v < 24; ++v) {
+      const double from_center = static_cast<double>(out.vertices[v]) - (v % 3 == 0 ? 5 : 0);
+      CHECK(std::fabs(from_center) == doctest::Approx(kExtents[p][v % 3]));
+    }
+  }
+}
+
 TEST_CASE("a hull is inside when every vertex is, wherever the part stands") {
   std::vector<float> vertices = {-3, -2, -1, 3, -2, -1, 0, 2, -1, 0, 0, 1};
   ConvexPart hull = part_at(ShapeKind::kConvexHull, 5, 0, 0, 0, 0, 0);
@@ -162,13 +219,17 @@ TEST_CASE("sizes must be positive, finite and within range, and only those that 
     for (int i = 0; i < 3; ++i) {
       CAPTURE(bad);
       CAPTURE(i);
-      for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kEllipsoid, ShapeKind::kCapsule}) {
-        ConvexPart part = part_at(kind, 5, 0, 0, 0.5f, 0.5f, 0.5f);
+      static constexpr std::pair<ShapeKind, int> kSizes[] = {{ShapeKind::kBox, 3},      {ShapeKind::kEllipsoid, 3},
+                                                             {ShapeKind::kCapsule, 2},  {ShapeKind::kSphere, 1},
+                                                             {ShapeKind::kCylinder, 2}, {ShapeKind::kHalfSpace, 0}};
+      for (const auto& row : kSizes) {
+        ConvexPart part = part_at(row.first, 5, 0, 0, 0.5f, 0.5f, 0.5f);
         part.size[i] = bad;
-        if (kind == ShapeKind::kCapsule && i == 2)
-          CHECK(accepted(part));
-        else
+        CAPTURE(static_cast<int>(row.first));
+        if (i < row.second)
           CHECK(malformed(part));
+        else
+          CHECK(accepted(part));
       }
     }
   }
@@ -187,14 +248,16 @@ TEST_CASE("a part's place must be finite and its rotation a unit quaternion to 1
   CHECK(spoilt([](ConvexPart& part) { part.rotation[0] = kNan; }));
   CHECK(spoilt([](ConvexPart& part) { part.rotation[3] = 1.01f; }));
   CHECK_FALSE(spoilt([](ConvexPart& part) { part.rotation[3] = 1.0001f; }));
-  CHECK(spoilt([](ConvexPart& part) { part.kind = static_cast<ShapeKind>(4); }));
+  CHECK(spoilt([](ConvexPart& part) { part.kind = static_cast<ShapeKind>(7); }));
 }
 
-TEST_CASE("a hull needs at least four finite vertices of three coordinates") {
+TEST_CASE("a hull needs at least three finite vertices of three coordinates") {
   std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   ConvexPart hull = part_at(ShapeKind::kConvexHull, 5, 0, 0, 0, 0, 0);
   CHECK(malformed(hull));
   hull.vertices = {vertices.data(), 9};
+  CHECK(accepted(hull));
+  hull.vertices = {vertices.data(), 6};
   CHECK(malformed(hull));
   hull.vertices = {vertices.data(), 11};
   CHECK(malformed(hull));
@@ -206,11 +269,9 @@ TEST_CASE("a hull needs at least four finite vertices of three coordinates") {
   CHECK(malformed(hull));
 }
 
-TEST_CASE("a hull needs a volume, in any unit of length and anywhere in its link") {
-  const std::vector<float> tetrahedron = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25f, 0.25f, 1};
-  const auto hull_takes = [&](float unit, float height, float shift) {
-    std::vector<float> vertices = tetrahedron;
-    vertices[11] = height;
+TEST_CASE("a hull may be flat but not lie on one line, in any unit of length and anywhere in its link") {
+  const auto hull_takes = [](float unit, float height, float shift) {
+    std::vector<float> vertices = {0.25f, 0, 0, 0, 0, 0, 1, 0, 0, 0.5f, 0, height};
     for (float& v : vertices) v = unit * (v + shift);
     const Box box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {unit * 16, unit * 16, unit * 16}};
     ConvexPart hull;

@@ -87,8 +87,8 @@ TEST_CASE("the exact test by FCL answers, or its absence is a status") {
   }
 }
 
-TEST_CASE("a flat hull is refused whatever was built in") {
-  const float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0.5f, 0.25f, 0};
+TEST_CASE("a flat hull is accepted, and one on a line refused, whatever was built in") {
+  float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0.5f, 0.25f, 0};
   ConvexPart hull;
   hull.kind = ShapeKind::kConvexHull;
   hull.vertices = {vertices, 15};
@@ -97,6 +97,8 @@ TEST_CASE("a flat hull is refused whatever was built in") {
   Engine* engine = nullptr;
   REQUIRE(create_engine({}, &engine) == Status::kOk);
   ArticulationId id;
+  CHECK(add_articulation(*engine, {{&parent, 1}, {}, {&leaf, 1}, {}}, &id) == Status::kOk);
+  for (int v = 0; v < 5; ++v) vertices[3 * v + 1] = 0;
   CHECK(add_articulation(*engine, {{&parent, 1}, {}, {&leaf, 1}, {}}, &id) == Status::kBadShape);
   destroy_engine(engine);
 }

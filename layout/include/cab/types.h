@@ -56,8 +56,8 @@ enum class Status : std::int32_t {
   kBadLeafLink,          // link of a leaf is not the index of a link
   kBadLeafBox,           // box of a leaf is not finite, has a negative half extent or exceeds 1e18
   kBadLeafAxes,          // box of a leaf has axes that are not orthonormal and right-handed to 1e-5
-  kBadShape,             // parts of a leaf need finite positions, unit quaternions, positive sizes and a volume
-  kShapeOutsideLeafBox,  // parts of a leaf must lie within its box
+  kBadShape,             // parts of a leaf need finite positions, unit quaternions, positive sizes and an area
+  kShapeOutsideLeafBox,  // parts of a leaf, and the positions of half spaces, must lie within its box
   kBadVertices,          // vertices must hold x y z of at least one point, each number finite and at most 1e18
   kBadIgnoredPair,       // ignored_pairs names a link that does not exist
   kBadRestPose,          // rest_pose has an unknown format, an invalid stride, or values that are not a rigid pose
@@ -161,17 +161,25 @@ struct PoseView {
 
 // ----------------------------------------------------------------------------------------------------- articulation
 
-// The shape of a convex part, and what ConvexPart::size means for it. All shapes except hulls are centred at the part's
-// origin. A hull is where its vertices are.
+// The shape of a convex part, and what ConvexPart::size means for it. All shapes except hulls and half spaces are
+// centred at the part's origin. A hull is where its vertices are.
+//
+// A half space is a floor or a wall without end. The box of its leaf says where it is looked at: shapes whose boxes do
+// not overlap that box are not found, except by Strategy::kExactAll, which has no boxes. So the box must extend as far
+// along the plane as anything stands on it, and as far below it as anything may sink. Two half spaces touch wherever
+// their boxes overlap, and have no contact.
 enum class ShapeKind : std::uint8_t {
   kBox,         // size: half extents along x, y, z
   kEllipsoid,   // size: radii along x, y, z
   kCapsule,     // size: radius, half the length of the cylinder along z, unused
   kConvexHull,  // the convex hull of `vertices`; size unused
+  kSphere,      // size: radius, unused, unused
+  kCylinder,    // size: radius, half the length along z, unused; its ends are flat
+  kHalfSpace,   // all points with z <= 0; size unused
 };
 
 // One convex part of a leaf's exact shape, in a frame of its own. It must lie within its leaf's box, to 2^-22 of the
-// sum of the box's half extents.
+// sum of the box's half extents. Of a half space only the position must.
 struct ConvexPart {
   // Which shape the part has.
   ShapeKind kind = ShapeKind::kBox;
@@ -185,8 +193,8 @@ struct ConvexPart {
   // Three lengths in the caller's unit. ShapeKind says what each one means. Those that the kind uses must be above 0.
   float size[3] = {0, 0, 0};
 
-  // x y z of each vertex in the part's frame, for kConvexHull only. There must be at least four, not all in one plane.
-  // Vertices inside the hull are allowed.
+  // x y z of each vertex in the part's frame, for kConvexHull only. There must be at least three, not all on one line.
+  // All in one plane they are a triangle or a polygon. Vertices inside the hull are allowed.
   Span<const float> vertices;
 };
 
@@ -199,8 +207,8 @@ struct Leaf {
   // or a point is a box. The axes must be orthonormal and right-handed, to 1e-5. fit_box makes such a box about a mesh.
   Box box = {};
 
-  // The exact shape, as a union of convex parts. Exact tests and Refit::kAabbVertices use it. Empty (default): the
-  // shape is the box itself.
+  // The exact shape, as a union of convex parts. Exact tests and Refit::kAabbVertices use it; to the latter a half
+  // space is the box. Empty (default): the shape is the box itself.
   Span<const ConvexPart> parts;
 };
 
@@ -376,10 +384,10 @@ struct Hit {
 };
 
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
-// test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 if FCL was
-// asked and gave no contact.
-// With Exact::kConvex, moving b by depth along normal always parts the two leaves. For two boxes, spheres or capsules
-// no shorter way does; for other shapes Policies::depth says how well the shortest way is searched for. A gap is never
+// test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
+// half spaces, and if FCL was asked and gave no contact.
+// With Exact::kConvex, moving b by depth along normal always parts the two leaves. For two boxes, for spheres and capsules,
+// and with a half space no shorter way does; for other shapes Policies::depth says how well the shortest way is searched for. A gap is never
 // larger than the distance, to rounding, and at most 1e-5 of size and distance smaller. Each point is in or on its
 // body; point_a - point_b is depth along normal.
 struct Contact {

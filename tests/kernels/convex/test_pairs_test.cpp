@@ -72,7 +72,8 @@ TEST_CASE("few pairs of everyday shapes are left undecided, and every lane decid
         undecided += kLanes - static_cast<unsigned>(__builtin_popcount(answer.apart | answer.touching));
         pairs += kLanes;
       }
-      CHECK(apart == 0xffff);
+      const bool two_half_spaces = kind_a == ShapeKind::kHalfSpace && kind_b == ShapeKind::kHalfSpace;
+      CHECK(apart == (two_half_spaces ? 0 : 0xffff));
       CHECK(touching == 0xffff);
     }
   CHECK(undecided * 200 <= pairs);
