@@ -51,10 +51,15 @@ Command add_run(CLI::App& app) {
   command.add_option("--rest-frame", o.world.rest_frame, "mask links whose boxes touch in frame F, counted from 0")
       ->type_name("F")
       ->needs(self);
-  command.add_flag("--contacts", o.contacts, "also the normal and depth of each hit; needs --exact convex or fcl");
+  command.add_flag("--contacts", o.contacts,
+                   "also the normal and depth of each hit, by the exact test; without --exact that is convex");
   add_json(command, o.json_path, "write the table as JSON");
   command.add_option("--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
-  return {&command, [options] { return run_command(*options); }};
+  const CLI::Option* exact = command.get_option("--exact");
+  return {&command, [options, exact] {
+            if (options->contacts && exact->count() == 0) options->policies.exact = Exact::kConvex;
+            return run_command(*options);
+          }};
 }
 
 Command add_inspect(CLI::App& app) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "perf/base/engine_session.h"
+#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/run/options.h"
@@ -28,7 +29,7 @@ struct RunTotals {
 void check(const RunOptions& options) {
   check_files(options.world);
   if (options.contacts && options.policies.exact == Exact::kNone)
-    throw UsageError("--contacts: boxes alone have no normal and depth; add --exact convex");
+    throw UsageError("--contacts: boxes alone have no normal and depth; leave out --exact none");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, options.world.files);
 }
 
@@ -96,6 +97,7 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.add_row({"t[test]", fixed(stats.seconds_test, 5), "s"});
   table.add_row({"t[query]", exact ? fixed(stats.seconds_query, 5) : "-", exact ? "s" : ""});
   table.add_row({"t[total]", fixed(stats.seconds_total, 5), "s"});
+  table.add_row({"exact test", policy_value(options.policies, "exact")});
   table.add_row({"ISA", to_string(session.isa())});
   table.add_row({"threads", std::to_string(session.thread_count())});
   table.add_row({"pose hash", hex(scenes::pose_hash(scene))});

@@ -223,7 +223,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--threads", "many"}, "--threads"},
       {{"run", file, "--threads", "-1"}, "--threads"},
       {{"run", file, "--threads", "100000"}, "--threads"},
-      {{"run", file, "--contacts"}, "add --exact convex"},
+      {{"run", file, "--contacts", "--exact", "none"}, "leave out --exact none"},
       {{"run", file, "--hops", "1"}, "--hops requires --self"},
       {{"run", file, "--rest-frame", "1"}, "--rest-frame requires --self"},
       {{"run", file, "--self", "--hops", "0"}, "--hops"},
@@ -521,6 +521,26 @@ TEST_CASE("contacts come as depth and a unit normal") {
           doctest::Approx(1).epsilon(1e-4));
   }
   CHECK(with_contact > 0);
+}
+
+TEST_CASE("contacts are by convex unless another exact test is asked for, and the table says which") {
+  const TwoFigures figures;
+  const auto table = [&](const Words& options) {
+    const Outcome outcome = run_cab(Words{"run"} + figures.files + options);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    return outcome.out;
+  };
+  const auto says = [](const std::string& out, const std::string& name) {
+    for (const std::string& line : lines_of(out))
+      if (line.rfind("exact test", 0) == 0) return line.find(name) != std::string::npos;
+    return false;
+  };
+  CHECK(says(table({}), "none"));
+  CHECK(says(table({"--contacts"}), "convex"));
+  CHECK(says(table({"--contacts", "--preset", "fast"}), "convex"));
+  CHECK(says(table({"--contacts", "--exact", "fcl"}), "fcl"));
+  CHECK(figures.hits({"--contacts"}) == figures.hits({"--contacts", "--exact", "convex"}));
 }
 
 TEST_CASE("the JSON file agrees with the table and with the hit list") {
