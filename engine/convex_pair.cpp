@@ -46,18 +46,8 @@ ConvexPair::Shape ConvexPair::local_shape(const ConvexShape& from) {
   Shape out = {};
   out.kind = from.kind;
   out.reach = static_cast<double>(from.reach);
-  if (from.box) {
-    for (int k = 0; k < 3; ++k) out.column[k] = double3(from.box->axis[k]);
-    for (int i = 0; i < 4; ++i) kernel::polish(out.column);
-    out.center = double3(from.box->center);
-    out.size = double3(from.box->half);
-    return out;
-  }
-  const float* const q = from.part->rotation;
-  const double x = static_cast<double>(q[0]), y = static_cast<double>(q[1]), z = static_cast<double>(q[2]),
-               w = static_cast<double>(q[3]);
-  kernel::quaternion_columns(x, y, z, w, (x * x + y * y) + (z * z + w * w), out.column);
-  out.center = double3(from.part->position);
+  for (int k = 0; k < 3; ++k) out.column[k] = {from.axis[k][0], from.axis[k][1], from.axis[k][2]};
+  out.center = double3(from.kind == ConvexKind::kHull ? from.part->position : from.position);
   if (from.kind == ConvexKind::kHull) {
     out.vertices = from.part->vertices;
     out.reach = reach_of(out.vertices);

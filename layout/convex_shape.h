@@ -31,11 +31,9 @@ struct alignas(64) ConvexShape {
   float unit;  // a power of two: the largest number in `vertices` is between 1/2 and 1
   ConvexKind kind;
 
-  // For double: the shape's axes in the link's frame, and what the shape was made from, a part, or the box of a leaf
-  // without parts.
+  // For double: the shape's axes in the link's frame, and the part that a hull was made from.
   double axis[3][3];
   const ConvexPart* part;
-  const Box* box;
 };
 static_assert(sizeof(ConvexShape) == 192);
 

@@ -145,7 +145,6 @@ ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
 
 ConvexShape shape_of(const Box& box) {
   ConvexShape shape = {};
-  shape.box = &box;
   shape.unit = 1;
   shape.kind = ConvexKind::kBox;
   set_axes(box, shape);

@@ -49,7 +49,11 @@ void check_arrays(const scenes::Scene& scene, const scenes::Character& character
 }  // namespace
 
 EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& options)
-    : scene_(scene), frames_(options.frames), within_(options.within), lanes_(options.lanes) {
+    : scene_(scene),
+      frames_(options.frames),
+      within_(options.within),
+      lanes_(options.lanes),
+      min_depth_(options.min_depth) {
   if (frames_.first >= frames_.end || frames_.end > scene.frame_count)
     throw std::runtime_error(scene.name + ": no frames " + std::to_string(frames_.first) + ":" +
                              std::to_string(frames_.end) + " among " + std::to_string(scene.frame_count));
@@ -128,6 +132,7 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
   job.inputs = {inputs.data(), inputs.size()};
   job.rules = {set.rules.data(), set.rules.size()};
   job.policies = policies;
+  job.min_depth = min_depth_;
   std::size_t room = std::max(hits_.size(), kHitsPerFrame * count);
   Status status = Status::kHitsOverflow;
   while (status == Status::kHitsOverflow) {

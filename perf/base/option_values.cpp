@@ -118,6 +118,13 @@ std::string policy_names(std::uint32_t field, const char* separator) {
   return joined(names, separator);
 }
 
+std::string policy_value(const Policies& policies, const char* field_name) {
+  for (std::uint32_t field = 0; field < policy_table().size; ++field)
+    if (policy_table()[field].name == std::string(field_name))
+      return policy_table()[field].values[policy_get(policies, field)].name;
+  return {};
+}
+
 std::string policy_help(const Policies& defaults, std::uint32_t field) {
   const PolicyField& row = policy_table()[field];
   std::string help = std::string(row.meaning) + " (default " + row.values[policy_get(defaults, field)].name + ")";

@@ -48,6 +48,9 @@ std::string isa_names(const char* separator, bool available_only);
 std::string policy_names(std::uint32_t field, const char* separator);
 std::string policy_help(const Policies& defaults, std::uint32_t field);
 
+// The name of the value that a field of policy_table() has, by the field's name.
+std::string policy_value(const Policies& policies, const char* field_name);
+
 // Different values of a field by their names, separated by commas; the help text for such a list.
 std::vector<std::uint32_t> read_policy_values(std::uint32_t field, const std::string& text);
 std::string policy_list_help(std::uint32_t field);

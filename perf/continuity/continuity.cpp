@@ -1,4 +1,5 @@
 // `cab continuity`: how far inner boxes jump if a pose moves a little, for every refit and every value of `extents`.
+#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/continuity/options.h"
@@ -31,13 +32,6 @@ std::vector<Policies> all_refits() {
   return out;
 }
 
-std::string value_name(const Policies& policies, const char* field_name) {
-  for (std::uint32_t field = 0; field < policy_table().size; ++field)
-    if (policy_table()[field].name == std::string(field_name))
-      return policy_table()[field].values[policy_get(policies, field)].name;
-  return {};
-}
-
 // One printed number of a row, in the order of the columns.
 struct Figure {
   const char* name;
@@ -63,7 +57,7 @@ void print_case(const SweepCase& figure, const std::vector<Policies>& policies, 
                  "area %", "steps > 1 %"});
   for (std::size_t p = 0; p < policies.size(); ++p) {
     const Continuity& s = seen[p];
-    table.add_row({value_name(policies[p], "refit") + ", " + value_name(policies[p], "extents"), percent(s.jump, 3),
+    table.add_row({policy_value(policies[p], "refit") + ", " + policy_value(policies[p], "extents"), percent(s.jump, 3),
                    percent(s.jump_motion, 4), percent(s.closer_jump, 3), percent(s.closer_motion, 5), fixed(s.ratio, 2),
                    percent(s.volume_change, 2), percent(s.area_change, 2), std::to_string(s.steps_above)});
   }
@@ -101,7 +95,7 @@ int continuity_command(const ContinuityOptions& options) {
   csv += ",steps_above_1_percent\n";
   for (std::size_t f = 0; f < figures.size(); ++f)
     for (std::size_t p = 0; p < policies.size(); ++p) {
-      const std::string refit = value_name(policies[p], "refit"), extents = value_name(policies[p], "extents");
+      const std::string refit = policy_value(policies[p], "refit"), extents = policy_value(policies[p], "extents");
       Json row = {{"figure", figures[f].name}, {"refit", refit}, {"extents", extents}};
       csv += csv_field(figures[f].name) + ',' + refit + ',' + extents + ',' + std::to_string(options.step_count);
       for (const Figure& column : figures_of(seen[f][p])) {

@@ -4,6 +4,19 @@
 #include <cmath>
 
 namespace cab::oracle {
+JudgeKind judge_kind(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::kBox: return JudgeKind::kBox;
+    case ShapeKind::kEllipsoid: return JudgeKind::kEllipsoid;
+    case ShapeKind::kCapsule: return JudgeKind::kCapsule;
+    case ShapeKind::kSphere: return JudgeKind::kSphere;
+    case ShapeKind::kCylinder: return JudgeKind::kCylinder;
+    case ShapeKind::kHalfSpace: return JudgeKind::kHalfSpace;
+    case ShapeKind::kConvexHull: break;
+  }
+  return JudgeKind::kHull;
+}
+
 namespace {
 
 // A random quaternion of length 1 to rounding. angle: 0 for any rotation, else the largest angle in rad.
@@ -60,19 +73,6 @@ Real reach_of(const PosedPart& posed) {
     case ShapeKind::kHalfSpace: return 0;
     default: return length(Point{{part.size[0], part.size[1], part.size[2]}});
   }
-}
-
-JudgeKind judge_kind(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::kBox: return JudgeKind::kBox;
-    case ShapeKind::kEllipsoid: return JudgeKind::kEllipsoid;
-    case ShapeKind::kCapsule: return JudgeKind::kCapsule;
-    case ShapeKind::kSphere: return JudgeKind::kSphere;
-    case ShapeKind::kCylinder: return JudgeKind::kCylinder;
-    case ShapeKind::kHalfSpace: return JudgeKind::kHalfSpace;
-    case ShapeKind::kConvexHull: break;
-  }
-  return JudgeKind::kHull;
 }
 
 // The shape as the judge takes it, relative to the origin of a's instance.

@@ -41,6 +41,9 @@ inline constexpr ShapeKind kCaseKinds[] = {ShapeKind::kBox,        ShapeKind::kE
                                            ShapeKind::kConvexHull, ShapeKind::kSphere,    ShapeKind::kCylinder,
                                            ShapeKind::kHalfSpace};
 
+// How the judge calls a kind of part.
+JudgeKind judge_kind(ShapeKind kind);
+
 // A random case of a regime, its parts of the given kinds. Every sixth hull is flat. The judge says nothing about two
 // half spaces, so a case of two is near in no regime. A part's vertices belong to the case, so a copy must call
 // bind_vertices.

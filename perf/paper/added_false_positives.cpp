@@ -8,32 +8,13 @@
 
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
-#include "perf/oracle/exact_pose.h"
+#include "perf/paper/judged_character.h"
 
 namespace cab::perf {
 namespace {
 
 using oracle::ExactBox;
 using oracle::Point;
-
-// A character as the judge reads it: the rig and the poses in the judge's types.
-struct Judged {
-  oracle::Rig rig;
-  oracle::Poses poses;
-  bool is_static;
-
-  explicit Judged(const scenes::Character& character) : is_static(character.is_static) {
-    for (const scenes::BodyLeaf& leaf : character.leaves) rig.leaves.push_back({leaf.link, leaf.box, {}});
-    poses.format = character.pose_format;
-    poses.link_count = static_cast<std::uint32_t>(character.link_parents.size());
-    poses.data = character.poses;
-    poses.origins = character.origins;
-  }
-  std::vector<ExactBox> boxes(std::uint32_t frame) const {
-    return oracle::exact_leaf_boxes(rig, poses, is_static ? 0 : frame);
-  }
-  Point origin(std::uint32_t frame) const { return oracle::exact_origin(poses, is_static ? 0 : frame); }
-};
 
 // The engine's stored leaf boxes in the judge's type.
 std::vector<ExactBox> exactly(Span<const Box> boxes, std::size_t leaf_count) {
@@ -50,7 +31,7 @@ std::vector<ExactBox> exactly(Span<const Box> boxes, std::size_t leaf_count) {
 using LinkPairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
 // The pairs of a link of a and a link of b that have touching leaf boxes. shift: the origin of b less the origin of a.
-LinkPairs touching_links(const Judged& a, const std::vector<ExactBox>& boxes_a, const Judged& b,
+LinkPairs touching_links(const JudgedCharacter& a, const std::vector<ExactBox>& boxes_a, const JudgedCharacter& b,
                          const std::vector<ExactBox>& boxes_b, const Point& shift) {
   LinkPairs out;
   for (std::size_t i = 0; i < boxes_a.size(); ++i)
@@ -94,7 +75,7 @@ AddedFalsePositives count_added_false_positives(const scenes::Scene& scene, Isa 
   });
 
   const auto characters = static_cast<std::uint32_t>(scene.characters.size());
-  const std::vector<Judged> judged(scene.characters.begin(), scene.characters.end());
+  const std::vector<JudgedCharacter> judged(scene.characters.begin(), scene.characters.end());
   std::vector<scenes::CharacterPair> pairs = scene.pairs;
   for (std::uint32_t a = 0; scene.pairs.empty() && a < characters; ++a)
     for (std::uint32_t b = a + 1; b < characters; ++b)
@@ -108,7 +89,7 @@ AddedFalsePositives count_added_false_positives(const scenes::Scene& scene, Isa 
     padded.push_back(exactly(boxes, info.leaf_count));
     if (padded.size() < characters) return;
     for (const scenes::CharacterPair& pair : pairs) {
-      const Judged &a = judged[pair.a], &b = judged[pair.b];
+      const JudgedCharacter &a = judged[pair.a], &b = judged[pair.b];
       const Point shift = b.origin(frame) - a.origin(frame);
       count(found[{frame, pair.a, pair.b}], touching_links(a, described[pair.a], b, described[pair.b], shift),
             touching_links(a, padded[pair.a], b, padded[pair.b], shift), added);

@@ -33,28 +33,44 @@ Gate equal_coll(const MethodRun& a, const MethodRun& b) {
           a.stats.leaf_pairs == b.stats.leaf_pairs && a.box_hits_hash == b.box_hits_hash};
 }
 
+bool same_hits(const ExactRun& a, const ExactRun& b) { return a.hits == b.hits && a.hits_hash == b.hits_hash; }
+
 // The gate that exact queries on meshes give the same hits as on convex pieces. Its text names the hits that differ.
 Gate equal_hits_on_meshes(const MethodRun& pieces, const MethodRun& meshes) {
-  std::string text = std::string("true hits of ") + meshes.method.name + " " + std::to_string(meshes.hits) + " (" +
+  std::string text = std::string("true hits of ") + meshes.method.name + " " + std::to_string(meshes.fcl.hits) + " (" +
                      std::to_string(meshes.nested_count) + " of them one inside the other) are those on convex pieces";
   for (const std::string& difference : meshes.differences) text += "; " + difference;
-  return {text, pieces.hits == meshes.hits && pieces.hits_hash == meshes.hits_hash};
+  return {text, same_hits(pieces.fcl, meshes.fcl)};
+}
+
+// The gates on the hits of one exact test: every method finds the same, and each has a normal and a depth. hits_of
+// returns a method's hits, or null if the method does not take part.
+template <class HitsOf>
+void add_hit_gates(const std::vector<MethodRun>& runs, const std::string& test, HitsOf&& hits_of,
+                   std::vector<Gate>& gates) {
+  const ExactRun* first = nullptr;
+  bool same = true, all_contacts = true;
+  for (const MethodRun& run : runs) {
+    const ExactRun* hits = hits_of(run);
+    if (hits == nullptr) continue;
+    if (first == nullptr) first = hits;
+    same = same && same_hits(*hits, *first);
+    all_contacts = all_contacts && hits->contact_count == hits->hits;
+  }
+  if (first == nullptr) return;
+  gates.push_back({"true hits by " + test + " " + std::to_string(first->hits) + " are the same for all methods", same});
+  gates.push_back({"each true hit by " + test + " has a normal and a depth", all_contacts});
 }
 
 }  // namespace
 
 std::vector<Gate> check_gates(const PaperTable& table, const std::vector<MethodRun>& runs, bool full_run) {
   std::vector<Gate> gates;
-  const bool same_hits = std::all_of(runs.begin(), runs.end(), [&](const MethodRun& run) {
-    if (run.method.on_meshes) return true;  // a gate of its own
-    return run.hits == runs.front().hits && run.hits_hash == runs.front().hits_hash;
-  });
-  gates.push_back({"true hits " + std::to_string(runs.front().hits) + " are the same for all methods", same_hits});
-
-  const bool all_contacts = std::all_of(runs.begin(), runs.end(), [](const MethodRun& run) {
-    return run.method.on_meshes || run.contact_count == run.hits;
-  });
-  gates.push_back({"each true hit has a normal and a depth", all_contacts});
+  // Those on meshes have a gate of their own.
+  add_hit_gates(
+      runs, "FCL", [](const MethodRun& run) { return run.method.on_meshes ? nullptr : &run.fcl; }, gates);
+  add_hit_gates(
+      runs, "convex", [](const MethodRun& run) { return run.convex ? &*run.convex : nullptr; }, gates);
 
   const MethodRun* cab = find_run(runs, PaperMethod::kCab);
   const MethodRun* hull = find_run(runs, PaperMethod::kAabbHull);
@@ -79,7 +95,7 @@ std::vector<Gate> check_gates(const PaperTable& table, const std::vector<MethodR
     gates.push_back(
         near_paper("#coll of CAB", cab->stats.leaf_pairs, table.row(PaperMethod::kCab).coll, kCabCollTolerance));
     if (table.hits_are_gated)
-      gates.push_back(near_paper("true hits", cab->hits, table.row(PaperMethod::kCab).hits(), kHitsTolerance));
+      gates.push_back(near_paper("true hits", cab->fcl.hits, table.row(PaperMethod::kCab).hits(), kHitsTolerance));
   }
   return gates;
 }

@@ -21,21 +21,32 @@ struct Method {
   bool on_meshes = false;  // exact queries by perf/paper/mesh_query instead of the engine
 };
 
+// What a method found by one exact test, and what the test cost.
+struct ExactRun {
+  std::uint64_t hits = 0;           // between two characters
+  std::uint64_t hits_hash = 0;      // FNV-1a of every hit's frame, characters and links, in order
+  std::uint64_t contact_count = 0;  // hits with a normal and a depth
+  double seconds_query = 0;         // of exact tests, with normal and depth of every hit
+  double seconds_contact = 0;       // of normal and depth alone
+};
+
 // What one method counted over one scene.
 struct MethodRun {
   Method method;
-  FrameStats stats;        // seconds as the tables print them; total is by the clock, of the first run with exact tests
-  std::uint64_t hits = 0;  // between two characters
-  std::uint64_t hits_hash = 0;      // FNV-1a of every hit's frame, characters and links, in order
-  std::uint64_t box_hits_hash = 0;  // likewise of the pairs whose leaf boxes overlap; 0 where the method has no boxes
-  std::uint64_t contact_count = 0;  // hits with a normal and a depth
+  // Counts and seconds as the tables print them, but for exact tests; total is by the clock, of the first run by FCL.
+  FrameStats stats;
+  ExactRun fcl;
+  std::optional<ExactRun> convex;   // by the kernels; empty on meshes
+  std::uint64_t box_hits_hash = 0;  // of the pairs whose leaf boxes overlap, as hits_hash; 0 if the method has no boxes
   std::uint64_t nested_count = 0;   // hits on meshes in which one link lies inside the other
   std::vector<std::string> differences;  // hits on meshes and on convex pieces that are not the same ones, in words
   double mean_area = 0;  // surface of the inner boxes, in the scene's units squared; 0 without inner boxes
 
   // The paper's #false: exact queries that found no hit between two characters.
-  std::uint64_t false_positives() const { return stats.leaf_pairs - hits; }
-  double total_seconds() const { return stats.seconds_query + stats.seconds_update + stats.seconds_test; }
+  std::uint64_t false_positives() const { return stats.leaf_pairs - fcl.hits; }
+  double total_seconds(const ExactRun& exact) const {
+    return exact.seconds_query + stats.seconds_update + stats.seconds_test;
+  }
 };
 
 struct Gate {

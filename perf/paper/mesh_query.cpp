@@ -8,11 +8,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <stdexcept>
-#include <tuple>
 
 #include "perf/base/report.h"
+#include "perf/paper/judged_hits.h"
 
 namespace cab::perf {
 namespace {
@@ -127,24 +126,11 @@ std::vector<Touch> MeshQueries::touching(const std::vector<Touch>& pairs) {
 
 std::vector<std::string> differing_hits(const scenes::Scene& scene, const std::vector<Touch>& on_pieces,
                                         const std::vector<Touch>& on_meshes) {
-  const auto less = [](const Touch& l, const Touch& r) {
-    return std::tie(l.frame, l.character_a, l.character_b, l.link_a, l.link_b) <
-           std::tie(r.frame, r.character_a, r.character_b, r.link_a, r.link_b);
-  };
-  std::vector<Touch> only_pieces, only_meshes;
-  std::set_difference(on_pieces.begin(), on_pieces.end(), on_meshes.begin(), on_meshes.end(),
-                      std::back_inserter(only_pieces), less);
-  std::set_difference(on_meshes.begin(), on_meshes.end(), on_pieces.begin(), on_pieces.end(),
-                      std::back_inserter(only_meshes), less);
-  const auto pair_text = [&scene](const Touch& touch) {
-    const scenes::Character &a = scene.characters[touch.character_a], &b = scene.characters[touch.character_b];
-    return "frame " + std::to_string(touch.frame) + ", " + a.name + " " + a.link_names[touch.link_a] + " and " +
-           b.name + " " + b.link_names[touch.link_b];
-  };
+  const HitDifference difference = difference_of(on_pieces, on_meshes);
   std::vector<std::string> texts;
-  for (const Touch& touch : only_pieces)
-    texts.push_back(pair_text(touch) + ", on pieces alone, depth " + shortest(touch.contact.depth));
-  for (const Touch& touch : only_meshes) texts.push_back(pair_text(touch) + ", on meshes alone");
+  for (const Touch& touch : difference.only_first)
+    texts.push_back(describe(scene, touch) + ", on pieces alone, depth " + shortest(touch.contact.depth));
+  for (const Touch& touch : difference.only_second) texts.push_back(describe(scene, touch) + ", on meshes alone");
   if (texts.size() > kMaxDifferences) {
     const std::size_t more = texts.size() - kMaxDifferences;
     texts.resize(kMaxDifferences);

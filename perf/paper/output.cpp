@@ -28,20 +28,32 @@ const MethodRun* find_cab(const TableRun& run) {
 std::string ratio(double a, double b, int decimals = 2) { return b > 0 && a > 0 ? fixed(a / b, decimals) : "-"; }
 std::string percent(double part, double whole) { return whole > 0 ? fixed(100 * part / whole, 1) : "-"; }
 
-// Prints the paper's columns.
+// Prints the paper's columns, by FCL, and those that differ by convex.
 void print_columns(const TableRun& run) {
   TextTable text;
-  text.add_row({"", "#coll", "#false", "t[query]", "t[upd]", "t[test]", "t[total]", "hits", "box tests"});
+  text.add_row({"", "#coll", "#false", "t[query]", "t[upd]", "t[test]", "t[total]", "hits", "box tests",
+                "convex: t[query]", "t[total]", "hits"});
   for (const MethodRun& method : run.runs) {
     const FrameStats& s = method.stats;
-    text.add_row({method.method.name, std::to_string(s.leaf_pairs), std::to_string(method.false_positives()),
-                  fixed(s.seconds_query, 4), fixed(s.seconds_update, 4), fixed(s.seconds_test, 4),
-                  fixed(method.total_seconds(), 4), std::to_string(method.hits), std::to_string(s.box_tests)});
+    std::vector<std::string> cells = {method.method.name,
+                                      std::to_string(s.leaf_pairs),
+                                      std::to_string(method.false_positives()),
+                                      fixed(method.fcl.seconds_query, 4),
+                                      fixed(s.seconds_update, 4),
+                                      fixed(s.seconds_test, 4),
+                                      fixed(method.total_seconds(method.fcl), 4),
+                                      std::to_string(method.fcl.hits),
+                                      std::to_string(s.box_tests)};
+    const std::optional<ExactRun>& convex = method.convex;
+    cells.push_back(convex ? fixed(convex->seconds_query, 4) : "-");
+    cells.push_back(convex ? fixed(method.total_seconds(*convex), 4) : "-");
+    cells.push_back(convex ? std::to_string(convex->hits) : "-");
+    text.add_row(std::move(cells));
     if (!method.method.paper) continue;
     const PaperRow& p = run.table->row(*method.method.paper);
     text.add_row({"  the paper", std::to_string(p.coll), std::to_string(p.false_positives), fixed(p.query_seconds, 2),
                   fixed(p.update_seconds, 2), fixed(p.test_seconds, 2), fixed(p.total_seconds, 2),
-                  std::to_string(p.hits()), "-"});
+                  std::to_string(p.hits()), "-", "-", "-", "-"});
   }
   text.print(std::cout);
 }
@@ -53,19 +65,23 @@ void print_ratios(const TableRun& run) {
   const PaperRow& papers_cab = run.table->row(PaperMethod::kCab);
   TextTable text;
   text.add_row({"", "t[total]/CAB", "paper", "t[upd]/CAB", "paper", "ms/frame", "paper", "% of 1/30 s", "% query",
-                "% contact", "% upd", "% test", "area/CAB"});
+                "% contact", "% upd", "% test", "area/CAB", "convex: t[total]/CAB", "% query", "% contact"});
   for (const MethodRun& method : run.runs) {
     const FrameStats& s = method.stats;
-    const double total = method.total_seconds(), frame = total / run.frame_count;
+    const double total = method.total_seconds(method.fcl), frame = total / run.frame_count;
+    const std::optional<ExactRun>& convex = method.convex;
     const PaperRow* p = method.method.paper ? &run.table->row(*method.method.paper) : nullptr;
-    text.add_row({method.method.name, ratio(total, cab->total_seconds()),
+    text.add_row({method.method.name, ratio(total, cab->total_seconds(cab->fcl)),
                   p ? ratio(p->total_seconds, papers_cab.total_seconds) : "-",
                   ratio(s.seconds_update, cab->stats.seconds_update),
                   p ? ratio(p->update_seconds, papers_cab.update_seconds) : "-", fixed(1e3 * frame, 5),
                   p ? fixed(1e3 * p->total_seconds / run.table->frame_count, 2) : "-",
-                  fixed(100 * frame / kFrameSeconds, 3), percent(s.seconds_query, total),
-                  percent(s.seconds_contact, total), percent(s.seconds_update, total), percent(s.seconds_test, total),
-                  ratio(method.mean_area, cab->mean_area, 4)});
+                  fixed(100 * frame / kFrameSeconds, 3), percent(method.fcl.seconds_query, total),
+                  percent(method.fcl.seconds_contact, total), percent(s.seconds_update, total),
+                  percent(s.seconds_test, total), ratio(method.mean_area, cab->mean_area, 4),
+                  convex ? ratio(method.total_seconds(*convex), cab->total_seconds(*cab->convex)) : "-",
+                  convex ? percent(convex->seconds_query, method.total_seconds(*convex)) : "-",
+                  convex ? percent(convex->seconds_contact, method.total_seconds(*convex)) : "-"});
   }
   text.print(std::cout);
 }
@@ -79,17 +95,24 @@ Json method_json(const TableRun& run, const MethodRun& method) {
   json["on_meshes"] = method.method.on_meshes;
   json["coll"] = s.leaf_pairs;
   json["false_positives"] = method.false_positives();
-  json["hits"] = method.hits;
+  json["hits"] = method.fcl.hits;
   json["box_tests"] = s.box_tests;
-  json["query_thread_seconds"] = s.seconds_query;
-  json["contact_thread_seconds"] = s.seconds_contact;
+  json["query_thread_seconds"] = method.fcl.seconds_query;
+  json["contact_thread_seconds"] = method.fcl.seconds_contact;
   json["update_thread_seconds"] = s.seconds_update;
   json["test_thread_seconds"] = s.seconds_test;
-  json["total_thread_seconds"] = method.total_seconds();
+  json["total_thread_seconds"] = method.total_seconds(method.fcl);
   json["total_wall_seconds"] = s.seconds_total;
   json["mean_inner_box_area"] = method.mean_area;
-  json["hits_hash"] = hex(method.hits_hash);
+  json["hits_hash"] = hex(method.fcl.hits_hash);
   json["box_hits_hash"] = hex(method.box_hits_hash);
+  json["convex"] = Json();
+  if (method.convex)
+    json["convex"] = {{"hits", method.convex->hits},
+                      {"query_thread_seconds", method.convex->seconds_query},
+                      {"contact_thread_seconds", method.convex->seconds_contact},
+                      {"total_thread_seconds", method.total_seconds(*method.convex)},
+                      {"hits_hash", hex(method.convex->hits_hash)}};
   json["paper"] = Json();
   if (method.method.paper) {
     const PaperRow& p = run.table->row(*method.method.paper);
@@ -158,17 +181,19 @@ void write_paper_csv(const std::string& path, const std::vector<TableRun>& table
          "mean_inner_box_area,"
          "pose_hash,box_hash,box_hit_hash,hits_hash,touching,added_by_padding,added_by_slack,paper_coll,paper_false_"
          "positives,paper_query_seconds,"
-         "paper_update_seconds,paper_test_seconds,paper_total_seconds\n";
+         "paper_update_seconds,paper_test_seconds,paper_total_seconds,convex_hits,convex_query_thread_seconds,"
+         "convex_contact_thread_seconds,convex_total_thread_seconds,convex_hits_hash\n";
   for (const TableRun& run : tables)
     for (const MethodRun& method : run.runs) {
       const FrameStats& s = method.stats;
       out << run.table->number << ',' << csv_field(method.method.name) << ',' << run.frame_count << ','
           << cab::to_string(run.isa) << ',' << to_string(run.lanes) << ',' << run.thread_count << ',' << s.leaf_pairs
-          << ',' << method.false_positives() << ',' << method.hits << ',' << s.box_tests << ','
-          << shortest(s.seconds_query) << ',' << shortest(s.seconds_contact) << ',' << shortest(s.seconds_update) << ','
-          << shortest(s.seconds_test) << ',' << shortest(method.total_seconds()) << ',' << shortest(s.seconds_total)
-          << ',' << shortest(method.mean_area) << ',' << hex(run.pose_hash) << ',' << hex(run.box_hash) << ','
-          << hex(run.box_hit_hash) << ',' << hex(method.hits_hash);
+          << ',' << method.false_positives() << ',' << method.fcl.hits << ',' << s.box_tests << ','
+          << shortest(method.fcl.seconds_query) << ',' << shortest(method.fcl.seconds_contact) << ','
+          << shortest(s.seconds_update) << ',' << shortest(s.seconds_test) << ','
+          << shortest(method.total_seconds(method.fcl)) << ',' << shortest(s.seconds_total) << ','
+          << shortest(method.mean_area) << ',' << hex(run.pose_hash) << ',' << hex(run.box_hash) << ','
+          << hex(run.box_hit_hash) << ',' << hex(method.fcl.hits_hash);
       if (method.method.paper == PaperMethod::kCab)
         out << ',' << run.added.touching << ',' << run.added.by_padding << ',' << run.added.by_slack;
       else
@@ -180,6 +205,12 @@ void write_paper_csv(const std::string& path, const std::vector<TableRun>& table
       } else {
         out << ",,,,,,";
       }
+      if (method.convex)
+        out << ',' << method.convex->hits << ',' << shortest(method.convex->seconds_query) << ','
+            << shortest(method.convex->seconds_contact) << ',' << shortest(method.total_seconds(*method.convex)) << ','
+            << hex(method.convex->hits_hash);
+      else
+        out << ",,,,,";
       out << '\n';
     }
   file.close();

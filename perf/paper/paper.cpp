@@ -14,6 +14,7 @@
 #include "perf/base/statistics.h"
 #include "perf/base/usage.h"
 #include "perf/paper/gates.h"
+#include "perf/paper/judged_hits.h"
 #include "perf/paper/mesh_query.h"
 #include "perf/paper/options.h"
 #include "perf/paper/output.h"
@@ -98,9 +99,9 @@ std::uint64_t box_hash(EngineSession& session, const Policies& policies) {
   return hash.value();
 }
 
-Policies without_exact(Policies policies) {
-  policies.exact = Exact::kNone;
-  return policies;
+Method with_exact(Method method, Exact exact) {
+  method.policies.exact = exact;
+  return method;
 }
 
 // Runs a method with its exact queries and hands out the hits of each block. As in the paper, a query that finds a hit
@@ -109,7 +110,8 @@ FrameStats run_queries(EngineSession& session, const scenes::Scene& scene, const
                        std::uint64_t& nested_count, const std::function<void(const BlockResult&)>& on_block) {
   if (!method.on_meshes) return session.run(method.policies, true, on_block);
   MeshQueries queries(scene);
-  FrameStats stats = session.run(without_exact(method.policies), false, [&](const BlockResult& block) {
+  const Policies boxes = with_exact(method, Exact::kNone).policies;
+  FrameStats stats = session.run(boxes, false, [&](const BlockResult& block) {
     on_block({block.frames, queries.touching(block.touches), block.stats});
   });
   stats.seconds_query = queries.seconds();
@@ -126,22 +128,25 @@ bool is_unit(const float* v) {
   return std::fabs(square - 1) < kRounding;
 }
 
-// Measures the hits, #coll and t[query] of a method. Only hits between two characters count, but all leaf pairs that go
-// to the exact query count.
-void run_exact(EngineSession& session, const scenes::Scene& scene, MethodRun& run, ProgressBar& bar) {
+// Measures what a method finds by its exact test, and sets run.stats. Only hits between two characters count, but all
+// leaf pairs that go to the exact query count.
+ExactRun run_exact(EngineSession& session, const scenes::Scene& scene, const Method& method, MethodRun& run) {
+  ExactRun exact;
   scenes::BitHash hash;
   BlockResult warm_up;
-  session.run_block(0, run.method.policies, false, warm_up);
-  run.stats = run_queries(session, scene, run.method, run.nested_count, [&](const BlockResult& block) {
+  session.run_block(0, method.policies, false, warm_up);
+  run.stats = run_queries(session, scene, method, run.nested_count, [&](const BlockResult& block) {
     for (const Touch& touch : block.touches) {
       if (touch.character_a == touch.character_b) continue;
-      ++run.hits;
-      if (is_unit(touch.contact.normal)) ++run.contact_count;
+      ++exact.hits;
+      if (is_unit(touch.contact.normal)) ++exact.contact_count;
       add_touch(hash, touch);
     }
-    bar.advance(block.frames.count());
   });
-  run.hits_hash = hash.value();
+  exact.hits_hash = hash.value();
+  exact.seconds_query = run.stats.seconds_query;
+  exact.seconds_contact = run.stats.seconds_contact;
+  return exact;
 }
 
 // One run without exact tests, which would push boxes out of the caches; the hash is of the leaf pairs.
@@ -150,12 +155,30 @@ FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const M
     for (const Touch& touch : touches) add_touch(hash, touch);
   };
   if (method.on_demand) return run_partial_update(scene, session.isa(), add);
-  return session.run(without_exact(method.policies), false, [&](const BlockResult& block) { add(block.touches); });
+  const Policies boxes = with_exact(method, Exact::kNone).policies;
+  return session.run(boxes, false, [&](const BlockResult& block) { add(block.touches); });
 }
+
+// The times of one exact test, one value per run.
+struct ExactTimes {
+  std::vector<double> query, contact;
+
+  void add(const FrameStats& stats) {
+    query.push_back(stats.seconds_query);
+    contact.push_back(stats.seconds_contact);
+  }
+  // Sets the times of a method, unless its first run alone counts.
+  void write_medians(ExactRun& run) const {
+    if (query.empty()) return;
+    run.seconds_query = median(query);
+    run.seconds_contact = median(contact);
+  }
+};
 
 // The times of one method, one value per run.
 struct Times {
-  std::vector<double> update, test, query, contact;
+  std::vector<double> update, test;
+  ExactTimes fcl, convex;
 };
 
 // Measures every method but brute, and finds the hash of its leaf pairs.
@@ -172,44 +195,54 @@ void measure(EngineSession& session, const scenes::Scene& scene, std::vector<Met
       run.box_hits_hash = hash.value();
       run.stats.box_tests = stats.box_tests;
       run.stats.leaf_pairs = stats.leaf_pairs;
-      if (!run.method.on_demand && run.stats.seconds_query < kRepeatedQuerySeconds) {
-        const FrameStats exact = run_queries(session, scene, run.method, run.nested_count, [](const BlockResult&) {});
-        times[m].query.push_back(exact.seconds_query);
-        times[m].contact.push_back(exact.seconds_contact);
-      }
+      const auto time = [&](const ExactRun& first, Exact exact, ExactTimes& taken) {
+        if (run.method.on_demand || first.seconds_query >= kRepeatedQuerySeconds) return;
+        const Method method = with_exact(run.method, exact);
+        taken.add(run_queries(session, scene, method, run.nested_count, [](const BlockResult&) {}));
+      };
+      time(run.fcl, Exact::kFcl, times[m].fcl);
+      if (run.convex) time(*run.convex, Exact::kConvex, times[m].convex);
       bar.advance(scene.frame_count);
     }
   for (std::size_t m = 0; m < runs.size(); ++m) {
     if (times[m].update.empty()) continue;
     runs[m].stats.seconds_update = median(times[m].update);
     runs[m].stats.seconds_test = median(times[m].test);
-    if (times[m].query.empty()) continue;
-    runs[m].stats.seconds_query = median(times[m].query);
-    runs[m].stats.seconds_contact = median(times[m].contact);
+    times[m].fcl.write_medians(runs[m].fcl);
+    if (runs[m].convex) times[m].convex.write_medians(*runs[m].convex);
   }
   const auto is_hull = [](const MethodRun& run) { return run.method.paper == PaperMethod::kAabbHull; };
   const auto hull = std::find_if(runs.begin(), runs.end(), is_hull);
   for (MethodRun& run : runs)
     if (run.method.on_demand) {
-      run.stats.seconds_query = hull->stats.seconds_query;
-      run.stats.seconds_contact = hull->stats.seconds_contact;
+      run.fcl = hull->fcl;
+      run.convex = hull->convex;
     }
+}
+
+// The hits of a method.
+std::vector<Touch> hits_of(EngineSession& session, const scenes::Scene& scene, const Method& method) {
+  std::vector<Touch> hits;
+  std::uint64_t nested_count = 0;
+  run_queries(session, scene, method, nested_count, [&hits](const BlockResult& block) {
+    hits.insert(hits.end(), block.touches.begin(), block.touches.end());
+  });
+  return hits;
 }
 
 // Describes the hits that differ between meshes and pieces. The queries are on the leaf pairs of CAB, which include all
 // hits of every method.
 std::vector<std::string> mesh_differences(EngineSession& session, const scenes::Scene& scene) {
-  const auto hits_of = [&](const Method& method) {
-    std::vector<Touch> hits;
-    std::uint64_t nested_count = 0;
-    run_queries(session, scene, method, nested_count, [&hits](const BlockResult& block) {
-      hits.insert(hits.end(), block.touches.begin(), block.touches.end());
-    });
-    return hits;
-  };
   const Method on_pieces = {"", std::nullopt, tree(Refit::kCab)},
                on_meshes = {"", std::nullopt, tree(Refit::kCab), false, true};
-  return differing_hits(scene, hits_of(on_pieces), hits_of(on_meshes));
+  return differing_hits(scene, hits_of(session, scene, on_pieces), hits_of(session, scene, on_meshes));
+}
+
+// Judges the hits that differ between FCL and convex, likewise on the leaf pairs of CAB.
+std::vector<JudgedHit> exact_differences(EngineSession& session, const scenes::Scene& scene) {
+  const Method by_fcl = {"", std::nullopt, tree(Refit::kCab)};
+  return judge_differences(scene, hits_of(session, scene, by_fcl),
+                           hits_of(session, scene, with_exact(by_fcl, Exact::kConvex)));
 }
 
 TableRun run_table(const PaperTable& table, const PaperOptions& options) {
@@ -239,9 +272,12 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
       run.method = method;
       bar.advance(scene.frame_count);
     } else {
-      run_exact(method.policies.strategy == Strategy::kExactAll ? brute_session : session, scene, run, bar);
+      EngineSession& used = method.policies.strategy == Strategy::kExactAll ? brute_session : session;
+      if (!method.on_meshes) run.convex = run_exact(used, scene, with_exact(method, Exact::kConvex), run);
+      run.fcl = run_exact(used, scene, method, run);
+      bar.advance(scene.frame_count);
     }
-    if (method.on_meshes && run.hits_hash != result.runs.front().hits_hash)
+    if (method.on_meshes && run.fcl.hits_hash != result.runs.front().fcl.hits_hash)
       run.differences = mesh_differences(session, scene);
     result.runs.push_back(run);
   }
@@ -253,6 +289,10 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
     result.box_hit_hash = run.box_hits_hash;
   }
   result.gates = check_gates(table, result.runs, result.is_full());
+  const MethodRun& brute = result.runs.front();
+  const bool same = brute.convex->hits == brute.fcl.hits && brute.convex->hits_hash == brute.fcl.hits_hash;
+  result.gates.push_back(
+      convex_gate(brute.convex->hits, same ? std::vector<JudgedHit>() : exact_differences(session, scene)));
   result.added = count_added_false_positives(scene, options.isa);
   for (Gate& gate : false_positive_gates(result.added, result.is_full())) result.gates.push_back(std::move(gate));
   return result;
@@ -272,12 +312,10 @@ int paper_command(const PaperOptions& options) {
       << "Seconds are sums over all frames and over the threads that worked, medians of " << kTimedRuns
       << " runs (t[query] above " << fixed(kRepeatedQuerySeconds, 1)
       << " s, and brute, of one). t[query] has the normal and depth of every hit in it, % contact of t[total].\n"
-         "on meshes: exact queries on triangle meshes instead of convex pieces, without normal and depth, on one "
-         "thread.\n"
-         "AABB* on demand runs on one thread; its t[query] and hits are those of AABB*, whose "
-         "leaf pairs it finds.\nbrute calls on all pairs of links, those of one chain too; its hits are those between "
-         "the "
-         "chains.\n"
+         "Exact queries are FCL's; convex: by the kernels, with the same boxes, t[upd] and t[test].\n"
+         "on meshes: FCL on triangle meshes instead of convex pieces, without normal and depth, on one thread.\n"
+         "AABB* on demand runs on one thread; its t[query] and hits are those of AABB*, whose leaf pairs it finds.\n"
+         "brute calls on all pairs of links, those of one chain too; its hits are those between the chains.\n"
          "area: mean surface of the inner boxes. The paper's times are from a Pentium 4 at 1.8 GHz, table 5's from a "
          "Pentium 3 at 866 MHz.\n";
   if (!options.json_path.empty()) write_paper_json(options.json_path, tables);

@@ -1,6 +1,8 @@
 // Bullet: its collision world with its own test of two boxes, and its dynamic tree with our test.
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 #include <btBulletCollisionCommon.h>
 
 #include <memory>
@@ -15,10 +17,66 @@ namespace {
 
 // ------------------------------------------------------------------------------------------- its collision world
 
-btTransform transform_of(const WorldBox<btScalar>& box) {
+template <class Real>
+btTransform transform_of(const WorldBox<Real>& box) {
   const auto& r = box.axis;
   return btTransform(btMatrix3x3(r[0][0], r[1][0], r[2][0], r[0][1], r[1][1], r[2][1], r[0][2], r[1][2], r[2][2]),
                      btVector3(box.center[0], box.center[1], box.center[2]));
+}
+
+// Bullet has no ellipsoid, so this is one with its support function, as a user would add it. Its margin is 0: the
+// support points are those of the ellipsoid itself.
+class Ellipsoid : public btConvexInternalShape {
+ public:
+  explicit Ellipsoid(const btVector3& radii) : radii_(radii) {
+    m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE;
+    btConvexInternalShape::setMargin(0);
+  }
+  btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override {
+    const btVector3 scaled = radii_ * direction;
+    const btScalar length = scaled.length();
+    return length > 0 ? radii_ * scaled / length : btVector3(radii_.x(), 0, 0);
+  }
+  btVector3 localGetSupportingVertex(const btVector3& direction) const override {
+    return localGetSupportingVertexWithoutMargin(direction);
+  }
+  void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3* directions, btVector3* vertices,
+                                                         int count) const override {
+    for (int i = 0; i < count; ++i) vertices[i] = localGetSupportingVertexWithoutMargin(directions[i]);
+  }
+  void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override {
+    for (int c = 0; c < 3; ++c) {
+      const btScalar reach = (transform.getBasis()[c] * radii_).length();
+      low[c] = transform.getOrigin()[c] - reach;
+      high[c] = transform.getOrigin()[c] + reach;
+    }
+  }
+  void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }  // it never moves
+  void setLocalScaling(const btVector3&) override {}                                              // its size is fixed
+  void setMargin(btScalar) override {}                                                            // and its margin
+  const char* getName() const override { return "Ellipsoid"; }
+
+ private:
+  btVector3 radii_;
+};
+
+using Shapes = std::vector<std::unique_ptr<btConvexShape>>;
+
+// What each leaf is: its shape, or its box if it has none.
+template <class Real>
+Shapes make_shapes(const LeafPoser<Real>& poser) {
+  Shapes out;
+  for (std::uint32_t leaf = 0; leaf < poser.leaf_count(); ++leaf) {
+    const float(&half)[3] = poser.local_box(leaf).half;
+    const ConvexPart* const shape = poser.local_shape(leaf);
+    if (shape == nullptr)
+      out.push_back(std::make_unique<btBoxShape>(btVector3(half[0], half[1], half[2])));
+    else if (shape->kind == ShapeKind::kCapsule)
+      out.push_back(std::make_unique<btCapsuleShapeZ>(shape->size[0], 2 * shape->size[1]));
+    else
+      out.push_back(std::make_unique<Ellipsoid>(btVector3(shape->size[0], shape->size[1], shape->size[2])));
+  }
+  return out;
 }
 
 // Keeps pairs of objects of one character out of the pair cache.
@@ -75,7 +133,7 @@ struct PairDispatcher : btCollisionDispatcher {
   }
 };
 
-// One object per link, or one per character with a compound of boxes as its shape.
+// One object per link, or one per character with a compound of its leaves as its shape.
 class World {
  public:
   World(const scenes::Character& figure, std::uint32_t count, bool per_link)
@@ -87,10 +145,7 @@ class World {
     filter_.objects_per_character = per_link ? static_cast<int>(leaves) : 1;
     world_.getPairCache()->setOverlapFilterCallback(&filter_);
     dispatcher_.leaves = leaves;
-    for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
-      const float(&half)[3] = poser_.local_box(leaf).half;
-      boxes_.push_back(std::make_unique<btBoxShape>(btVector3(half[0], half[1], half[2])));
-    }
+    shapes_ = make_shapes(poser_);
     for (std::uint32_t i = 0; !per_link && i < count; ++i)
       compounds_.push_back(std::make_unique<btCompoundShape>(true, static_cast<int>(leaves)));
     objects_.resize(per_link ? std::size_t{count} * leaves : count);
@@ -116,7 +171,7 @@ class World {
   void set_links(const scenes::PosedGroup& posed) {
     const std::uint32_t leaves = poser_.leaf_count();
     for (std::uint32_t n = 0; n < objects_.size(); ++n) {
-      if (!added_) objects_[n] = make_object(boxes_[n % leaves].get(), n);
+      if (!added_) objects_[n] = make_object(shapes_[n % leaves].get(), n);
       objects_[n]->setWorldTransform(transform_of(poser_.pose(posed, n / leaves, n % leaves)));
     }
   }
@@ -127,7 +182,7 @@ class World {
       for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
         const btTransform transform = transform_of(poser_.pose(posed, i, leaf));
         if (!added_)
-          compounds_[i]->addChildShape(transform, boxes_[leaf].get());
+          compounds_[i]->addChildShape(transform, shapes_[leaf].get());
         else
           compounds_[i]->updateChildTransform(static_cast<int>(leaf), transform, false);
       }
@@ -153,7 +208,7 @@ class World {
   PairDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
   btCollisionWorld world_;
-  std::vector<std::unique_ptr<btBoxShape>> boxes_;
+  Shapes shapes_;
   std::vector<std::unique_ptr<btCompoundShape>> compounds_;
   std::vector<std::unique_ptr<btCollisionObject>> objects_;
   bool added_ = false;
@@ -166,7 +221,9 @@ class TreeWorld : btDbvt::ICollide {
   TreeWorld(const scenes::Character& figure, std::uint32_t count, bool per_link)
       : boxes_(figure, count),
         per_link_(per_link),
-        leaves_(per_link ? std::size_t{count} * boxes_.leaf_count() : count) {}
+        leaves_(per_link ? std::size_t{count} * boxes_.leaf_count() : count) {
+    if (boxes_.poser().local_shape(0) != nullptr) shapes_ = make_shapes(boxes_.poser());
+  }
 
   void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
     boxes_.pose(posed);
@@ -190,8 +247,17 @@ class TreeWorld : btDbvt::ICollide {
   // How much bounds grow when they change, in metres, so that few frames have to insert a leaf into the tree again.
   static constexpr btScalar kMargin = 0.05f;
 
+  // GJK on the shapes without their margins: a capsule is a segment, and its margin is its radius.
+  bool shapes_touch(std::uint32_t a, std::uint32_t b) const {
+    const btConvexShape &shape_a = *shapes_[a % boxes_.leaf_count()], &shape_b = *shapes_[b % boxes_.leaf_count()];
+    const btTransform at_a = transform_of(boxes_.box(a)), at_b = transform_of(boxes_.box(b));
+    btGjkEpaSolver2::sResults results;
+    return !btGjkEpaSolver2::Distance(&shape_a, at_a, &shape_b, at_b, at_b.getOrigin() - at_a.getOrigin(), results) ||
+           results.distance <= shape_a.getMargin() + shape_b.getMargin();
+  }
   void test(std::uint32_t a, std::uint32_t b) {
-    if (boxes_overlap(boxes_.box(a), boxes_.box(b))) pairs_->push_back(ordered_pair(a, b));
+    if (boxes_overlap(boxes_.box(a), boxes_.box(b)) && (shapes_.empty() || shapes_touch(a, b)))
+      pairs_->push_back(ordered_pair(a, b));
   }
 
   void Process(const btDbvtNode* a, const btDbvtNode* b) override {
@@ -207,6 +273,7 @@ class TreeWorld : btDbvt::ICollide {
   }
 
   CrowdBoxes boxes_;
+  Shapes shapes_;  // of a character's leaves; empty: leaves are boxes
   bool per_link_;
   btDbvt tree_;
   std::vector<btDbvtNode*> leaves_;
@@ -237,7 +304,14 @@ Peer bullet_peer() {
        {"link", false, "one leaf per link in btDbvt; an overlap test from outside", make_tree<true>},
        {"character", false,
         "one leaf per character in btDbvt, then its links' bounds; all inside a character from outside",
-        make_tree<false>}}};
+        make_tree<false>},
+       {"shapes", true, "one object per link in a collision world, its own tests of shapes", make_world<true>,
+        Leaves::kShapes},
+       {"compound shapes", true, "one compound of shapes per character in a collision world, its own tests",
+        make_world<false>, Leaves::kShapes},
+       {"character shapes", false,
+        "one leaf per character in btDbvt, then its links' bounds and boxes from outside, btGjkEpaSolver2::Distance",
+        make_tree<false>, Leaves::kShapes}}};
 }
 
 }  // namespace cab::perf

@@ -1,6 +1,8 @@
 // FCL in float: its dynamic AABB tree, refitted from frame to frame.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/config.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/math/bv/OBB.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/collision_object.h>
@@ -27,8 +29,22 @@ class Object : public fcl::CollisionObjectf {
 
 std::uint32_t number_of(const fcl::CollisionObjectf* object) { return static_cast<const Object*>(object)->number(); }
 
-std::shared_ptr<fcl::CollisionGeometryf> make_box(const Box& box) {
-  return std::make_shared<fcl::Boxf>(2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);
+using Geometry = std::shared_ptr<fcl::CollisionGeometryf>;
+
+// The geometry of each leaf: its shape, or its box if it has none.
+std::vector<Geometry> make_geometries(const LeafPoser<float>& poser) {
+  std::vector<Geometry> out;
+  for (std::uint32_t leaf = 0; leaf < poser.leaf_count(); ++leaf) {
+    const float(&half)[3] = poser.local_box(leaf).half;
+    const ConvexPart* const shape = poser.local_shape(leaf);
+    if (shape == nullptr)
+      out.push_back(std::make_shared<fcl::Boxf>(2 * half[0], 2 * half[1], 2 * half[2]));
+    else if (shape->kind == ShapeKind::kCapsule)
+      out.push_back(std::make_shared<fcl::Capsulef>(shape->size[0], 2 * shape->size[1]));
+    else
+      out.push_back(std::make_shared<fcl::Ellipsoidf>(shape->size[0], shape->size[1], shape->size[2]));
+  }
+  return out;
 }
 
 // Objects in a tree that is refitted by update().
@@ -36,7 +52,7 @@ struct Tree {
   std::vector<Object> objects;
   fcl::DynamicAABBTreeCollisionManagerf manager;
 
-  void add(const std::shared_ptr<fcl::CollisionGeometryf>& geometry) {
+  void add(const Geometry& geometry) {
     objects.emplace_back(geometry);
     objects.back().setUserData(reinterpret_cast<void*>(std::uintptr_t{objects.size() - 1}));
   }
@@ -56,11 +72,12 @@ struct Tree {
   }
 };
 
-void set_pose(Object& object, const WorldBox<float>& box) {
-  fcl::Matrix3f rotation;
+fcl::Transform3f transform_of(const WorldBox<float>& box) {
+  fcl::Transform3f out = fcl::Transform3f::Identity();
   for (int k = 0; k < 3; ++k)
-    for (int c = 0; c < 3; ++c) rotation(c, k) = box.axis[k][c];
-  object.setTransform(rotation, fcl::Vector3f(box.center[0], box.center[1], box.center[2]));
+    for (int c = 0; c < 3; ++c) out.linear()(c, k) = box.axis[k][c];
+  out.translation() = fcl::Vector3f(box.center[0], box.center[1], box.center[2]);
+  return out;
 }
 
 fcl::OBBf obb_of(const WorldBox<float>& box) {
@@ -81,11 +98,10 @@ struct LinkWorld {
   std::vector<LeafPair>* pairs = nullptr;
 
   LinkWorld(const scenes::Character& figure, std::uint32_t count) : poser(figure) {
-    std::vector<std::shared_ptr<fcl::CollisionGeometryf>> boxes;
-    for (std::uint32_t leaf = 0; leaf < poser.leaf_count(); ++leaf) boxes.push_back(make_box(poser.local_box(leaf)));
-    tree.objects.reserve(std::size_t{count} * boxes.size());
+    const std::vector<Geometry> geometries = make_geometries(poser);
+    tree.objects.reserve(std::size_t{count} * geometries.size());
     for (std::uint32_t i = 0; i < count; ++i)
-      for (const auto& box : boxes) tree.add(box);
+      for (const Geometry& geometry : geometries) tree.add(geometry);
   }
 
   static bool pair_found(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
@@ -99,7 +115,7 @@ struct LinkWorld {
 
   void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
     tree.update([&](Object& object, std::uint32_t n) {
-      set_pose(object, poser.pose(posed, n / poser.leaf_count(), n % poser.leaf_count()));
+      object.setTransform(transform_of(poser.pose(posed, n / poser.leaf_count(), n % poser.leaf_count())));
       object.computeAABB();
     });
     pairs = &out;
@@ -107,13 +123,15 @@ struct LinkWorld {
   }
 };
 
-// ------------------------------------------------ bounds from outside, and FCL's overlap test of oriented boxes
+// ---------------------------- bounds from outside, and FCL's overlap test of oriented boxes, then collide() of shapes
 
 struct BoundsWorld {
   CrowdBoxes boxes;
   std::vector<fcl::OBBf> obbs;
   Tree tree;
-  bool link_objects;  // one object per link, else one per character
+  bool link_objects;             // one object per link, else one per character
+  std::vector<Geometry> shapes;  // of a character's leaves; empty: leaves are boxes
+  fcl::CollisionRequestf request;
   std::vector<LeafPair>* pairs = nullptr;
 
   BoundsWorld(const scenes::Character& figure, std::uint32_t count, bool per_link)
@@ -122,10 +140,17 @@ struct BoundsWorld {
     const std::size_t objects = per_link ? obbs.size() : count;
     tree.objects.reserve(objects);
     for (std::size_t n = 0; n < objects; ++n) tree.add(any);
+    if (boxes.poser().local_shape(0) != nullptr) shapes = make_geometries(boxes.poser());
   }
 
+  bool shapes_touch(std::uint32_t a, std::uint32_t b) const {
+    const std::uint32_t leaves = boxes.leaf_count();
+    fcl::CollisionResultf result;
+    return fcl::collide(shapes[a % leaves].get(), transform_of(boxes.box(a)), shapes[b % leaves].get(),
+                        transform_of(boxes.box(b)), request, result) > 0;
+  }
   void test(std::uint32_t a, std::uint32_t b) {
-    if (obbs[a].overlap(obbs[b])) pairs->push_back(ordered_pair(a, b));
+    if (obbs[a].overlap(obbs[b]) && (shapes.empty() || shapes_touch(a, b))) pairs->push_back(ordered_pair(a, b));
   }
 
   static bool test_links_overlap(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
@@ -171,7 +196,11 @@ Peer fcl_peer() {
       {{"collide", true, "one object per link in the dynamic AABB tree, collide()", make_link},
        {"obb", false, "the same with bounds from outside, which are tighter, OBB::overlap", make_bounds<true>},
        {"character", false, "one object per character in the tree, then its links' bounds from outside, OBB::overlap",
-        make_bounds<false>}}};
+        make_bounds<false>},
+       {"shapes", true, "one object per link in the dynamic AABB tree, collide()", make_link, Leaves::kShapes},
+       {"character shapes", false,
+        "one object per character in the tree, then its links' bounds from outside, OBB::overlap, collide()",
+        make_bounds<false>, Leaves::kShapes}}};
 }
 
 }  // namespace cab::perf

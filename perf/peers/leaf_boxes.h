@@ -32,6 +32,11 @@ class LeafPoser {
   std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(leaves_.size()); }
   const Box& local_box(std::uint32_t leaf) const { return leaves_[leaf].box; }
 
+  // The exact shape of a leaf, along its box's axes about its centre. Null: the box.
+  const ConvexPart* local_shape(std::uint32_t leaf) const {
+    return leaves_[leaf].parts.empty() ? nullptr : &leaves_[leaf].parts.front().shape;
+  }
+
   // Poses are unit quaternions, which the scenes make. The origin is added in double and rounded once.
   WorldBox<Real> pose(const scenes::PosedGroup& posed, std::uint32_t character, std::uint32_t leaf) const {
     const float* const f = posed.poses.data() + (character * links_ + leaves_[leaf].link) * 7;
@@ -136,6 +141,7 @@ class CrowdBoxes {
   }
 
   std::uint32_t leaf_count() const { return leaves_; }
+  const LeafPoser<float>& poser() const { return poser_; }
   std::uint32_t character_of(std::uint32_t number) const { return number / leaves_; }
   const WorldBox<float>& box(std::uint32_t number) const { return boxes_[number]; }
   const WorldBounds& bounds(std::uint32_t number) const { return bounds_[number]; }

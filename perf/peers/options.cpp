@@ -1,12 +1,27 @@
 #include "perf/peers/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "perf/base/option_values.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
+namespace {
+
+std::vector<Leaves> read_leaves(const std::string& option, const std::string& text) {
+  std::vector<Leaves> out;
+  for (const std::string& name : split_commas(text)) {
+    const Leaves leaves = name == name_of(Leaves::kBoxes) ? Leaves::kBoxes : Leaves::kShapes;
+    if (name != name_of(leaves) || std::count(out.begin(), out.end(), leaves) > 0)
+      reject(option, text, "boxes, shapes or both");
+    out.push_back(leaves);
+  }
+  return out;
+}
+
+}  // namespace
 
 Command add_peers(CLI::App& app) {
   auto options = std::make_shared<PeersOptions>();
@@ -31,6 +46,13 @@ Command add_peers(CLI::App& app) {
       .add_option_function<std::string>(
           "--peers", [&o](const std::string& text) { o.peers = split_commas(text); },
           "libraries, separated by commas, of fcl, bullet, embree, ode (default: all in this build)")
+      ->type_name("LIST");
+  command
+      .add_option_function<std::string>(
+          "--leaves", [&o](const std::string& text) { o.leaves = read_leaves("--leaves", text); },
+          "what leaves are, separated by commas (default boxes,shapes)"
+          "\n  boxes: by all libraries"
+          "\n  shapes: capsules and ellipsoids, by cab, fcl and bullet")
       ->type_name("LIST");
   add_isa(command, o.isa);
   add_json(command, o.json_path, "write the tables as JSON");

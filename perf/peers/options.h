@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "perf/base/options.h"
+#include "perf/peers/peer.h"
 
 namespace cab::perf {
 
@@ -16,6 +17,7 @@ struct PeersOptions {
   std::vector<std::uint32_t> character_counts;  // empty: the defaults of each scene
   std::uint32_t rounds = 9;
   std::vector<std::string> peers;  // empty: all of this build
+  std::vector<Leaves> leaves = {Leaves::kBoxes, Leaves::kShapes};
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: no file
   std::string csv_path;   // empty: no file

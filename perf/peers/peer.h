@@ -1,5 +1,5 @@
-// A peer library, as `cab peers` sees it: set-ups that find the overlapping leaf boxes of different characters from
-// poses. Each library has its own file <name>.cpp in this folder, which is compiled if its package is found.
+// A peer library, as `cab peers` sees it: set-ups that find the touching leaves of different characters from poses.
+// Each library has its own file <name>.cpp in this folder, which is compiled if its package is found.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,11 @@
 
 namespace cab::perf {
 
-// Two leaf boxes of different characters that overlap, a < b. A leaf's number is character * leaves + leaf.
+// What leaves are: their boxes, or the one shape that each has.
+enum class Leaves : std::uint8_t { kBoxes, kShapes };
+inline const char* name_of(Leaves leaves) { return leaves == Leaves::kBoxes ? "boxes" : "shapes"; }
+
+// Two leaves of different characters that touch, a < b. A leaf's number is character * leaves + leaf.
 struct LeafPair {
   std::uint32_t a;
   std::uint32_t b;
@@ -23,7 +27,7 @@ struct LeafPair {
 inline LeafPair ordered_pair(std::uint32_t a, std::uint32_t b) { return a < b ? LeafPair{a, b} : LeafPair{b, a}; }
 
 // One frame, the measured time: sets every box from the poses, updates the trees that it keeps, and appends the
-// overlapping pairs in any order. It owns its world and is called frame after frame.
+// touching pairs in any order. It owns its world and is called frame after frame.
 using PeerFrame = std::function<void(const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs)>;
 
 // One way to use a library. alone: the library finds the pairs by its own bounds and tests. Otherwise our code does
@@ -34,6 +38,8 @@ struct PeerSetup {
   bool alone;
   const char* meaning;
   PeerFrame (*make)(const scenes::Character& figure, std::uint32_t count);
+  Leaves leaves =
+      Leaves::kBoxes;  // what it tests; of shapes, each leaf of the figure has one part, at its box's centre
 };
 
 struct Peer {

@@ -2,10 +2,8 @@
 #include <cab/cab.h>
 
 #include <algorithm>
-#include <cmath>
 #include <ctime>
 #include <iostream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -16,8 +14,7 @@
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
 #include "perf/base/usage.h"
-#include "perf/oracle/exact_pose.h"
-#include "perf/oracle/overlap_exact.h"
+#include "perf/peers/judge.h"
 #include "perf/peers/options.h"
 #include "perf/peers/peer.h"
 #include "scenes/scene_list.h"
@@ -26,7 +23,6 @@ namespace cab::perf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Pairs = std::vector<LeafPair>;
 
 // The frames of all runs: 1/30 s apart, there and back, so that every frame is one step of motion from the last.
 constexpr std::uint32_t kFrameOrder[] = {0, 1, 2, 3, 2, 1};
@@ -52,106 +48,11 @@ const std::vector<std::uint32_t>& default_character_counts(const std::string& sc
   return scene == "uniform" ? uniform : jitter;
 }
 
-// A pair counts as a threshold pair when its gap or depth is at most this share of its boxes' half extents' sum and of
-// their coordinates. The engine's slack is 2^-17.1 of the former (docs/numerics.md), and a float of a world coordinate
-// and the arithmetic on it are some 2^-23 of the latter.
-constexpr double kThresholdOfSize = 0x1p-15;
-constexpr double kThresholdOfPlace = 0x1p-21;
-
 // The processor time of the process, summed over threads. Other users of the machine do not change it.
 double processor_seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// ------------------------------------------------------------------------------------------------------ the judge
-
-// The judge's answer about a pair of leaves.
-enum class Verdict { kOverlap, kApart, kThreshold };
-
-// All leaf boxes of a posed crowd in double, and the judge of perf/oracle on them.
-class JudgedCrowd {
- public:
-  JudgedCrowd(const scenes::Character& figure, const scenes::PosedGroup& posed)
-      : leaves_(static_cast<std::uint32_t>(figure.leaves.size())), origins_(posed.origins) {
-    oracle::Rig rig;
-    rig.parents = figure.link_parents;
-    for (const scenes::BodyLeaf& leaf : figure.leaves) rig.leaves.push_back({leaf.link, leaf.box, {}});
-    oracle::Poses poses;
-    poses.link_count = rig.link_count();
-    poses.instance_count = static_cast<std::uint32_t>(posed.origins.size() / 3);
-    poses.data = posed.poses;
-    boxes_.reserve(std::size_t{poses.instance_count} * leaves_);
-    for (std::uint32_t i = 0; i < poses.instance_count; ++i)
-      for (const oracle::ExactBox& box : exact_leaf_boxes(rig, poses, i))
-        boxes_.push_back(oracle::convert<double>(box));
-  }
-
-  Verdict verdict(const LeafPair& pair) const {
-    const oracle::OracleBox<double>&a = boxes_[pair.a], &b = boxes_[pair.b];
-    const oracle::AxisGaps gaps = axis_gaps(a, b, between(pair));
-    const double gap = *std::max_element(gaps.begin(), gaps.end());
-    const double place = std::max(norm_max(place_of(pair.a)), norm_max(place_of(pair.b)));
-    const double threshold = kThresholdOfSize * (half_sum(a) + half_sum(b)) + kThresholdOfPlace * place;
-    return std::abs(gap) <= threshold ? Verdict::kThreshold : gap > 0 ? Verdict::kApart : Verdict::kOverlap;
-  }
-
-  // Brute force over all leaves of different characters: the pairs that overlap, threshold pairs with a gap of at most
-  // zero included.
-  Pairs overlapping_pairs() const {
-    Pairs pairs;
-    const auto count = static_cast<std::uint32_t>(boxes_.size());
-    for (std::uint32_t a = 0; a < count; ++a)
-      for (std::uint32_t b = (a / leaves_ + 1) * leaves_; b < count; ++b) {
-        const oracle::Vec3<double> d = between({a, b});
-        const double reach = half_sum(boxes_[a]) + half_sum(boxes_[b]);
-        if (dot(d, d) <= reach * reach && separating_axes(boxes_[a], boxes_[b], d).none()) pairs.push_back({a, b});
-      }
-    return pairs;
-  }
-
- private:
-  oracle::Vec3<double> place_of(std::uint32_t leaf) const {
-    const double* const origin = origins_.data() + std::size_t{leaf / leaves_} * 3;
-    return oracle::Vec3<double>{{origin[0], origin[1], origin[2]}} + center_of(boxes_[leaf]);
-  }
-  oracle::Vec3<double> between(const LeafPair& pair) const { return place_of(pair.b) - place_of(pair.a); }
-
-  std::uint32_t leaves_;
-  std::vector<double> origins_;
-  std::vector<oracle::OracleBox<double>> boxes_;  // relative to their characters' origins
-};
-
-// How a set-up's pairs differ from reference pairs.
-struct Differences {
-  std::uint64_t pairs = 0;            // that it found
-  std::uint64_t misses = 0;           // overlap and were not found
-  std::uint64_t false_positives = 0;  // found, and apart or found before
-  std::uint64_t threshold = 0;        // found by one of the two alone, at the threshold
-};
-
-// Adds to `found` how sorted pairs differ from sorted reference pairs. Each differing pair is judged, so the reference
-// need not be right. Where the reference is wrong, of_reference counts it (null: the reference is brute force).
-void add_differences(const JudgedCrowd& judge, const Pairs& pairs, const Pairs& reference, Differences& found,
-                     Differences* of_reference) {
-  found.pairs += pairs.size();
-  Pairs missing, more;
-  std::set_difference(reference.begin(), reference.end(), pairs.begin(), pairs.end(), std::back_inserter(missing));
-  std::set_difference(pairs.begin(), pairs.end(), reference.begin(), reference.end(), std::back_inserter(more));
-  for (const LeafPair& pair : missing) {
-    const Verdict verdict = judge.verdict(pair);
-    found.threshold += verdict == Verdict::kThreshold;
-    found.misses += verdict == Verdict::kOverlap;
-    if (of_reference != nullptr) of_reference->false_positives += verdict == Verdict::kApart;
-  }
-  for (const LeafPair& pair : more) {
-    const Verdict verdict = judge.verdict(pair);
-    const bool twice = std::binary_search(reference.begin(), reference.end(), pair);
-    found.threshold += !twice && verdict == Verdict::kThreshold;
-    found.false_positives += twice || verdict == Verdict::kApart;
-    if (of_reference != nullptr) of_reference->misses += !twice && verdict == Verdict::kOverlap;
-  }
 }
 
 // ------------------------------------------------------------------------------------------------- the contestants
@@ -160,10 +61,11 @@ void add_differences(const JudgedCrowd& judge, const Pairs& pairs, const Pairs& 
 struct Contestant {
   std::string name;
   std::string meaning;
-  std::string library;     // empty: cab
-  Isa isa = Isa::kAuto;    // if this is cab
-  PeerSetup setup = {};    // if this is a peer
-  Differences small = {};  // from brute force, with kVerifiedCharacters, over all scenes and frames
+  std::string library;         // empty: cab
+  Isa isa = Isa::kAuto;        // if this is cab
+  Exact exact = Exact::kNone;  // likewise
+  PeerSetup setup = {};        // if this is a peer
+  Differences small = {};      // from brute force, with kVerifiedCharacters, over all scenes and frames
   bool ours() const { return library.empty(); }
 };
 
@@ -175,7 +77,7 @@ class Runner {
     leaves_ = static_cast<std::uint32_t>(group.figure.leaves.size());
     if (contestant.ours()) {
       session_ = std::make_unique<CrowdSession>(crowd, contestant.isa, 1);
-      policies_.strategy = Strategy::kAuto;
+      policies_.exact = contestant.exact;
     } else {
       frame_ = contestant.setup.make(group.figure, group.count);
     }
@@ -251,18 +153,47 @@ std::vector<Peer> choose_peers(const PeersOptions& options) {
   return chosen;
 }
 
-std::vector<Contestant> make_contestants(const PeersOptions& options, const std::vector<Peer>& peers) {
+// The crowd of a scene. Of shapes, each leaf has one: a capsule where its box is round about z and longer along it,
+// else the ellipsoid that touches all faces of its box.
+scenes::Crowd make_crowd(const std::string& scene, std::uint32_t count, Leaves leaves) {
+  scenes::Crowd crowd = scenes::make_crowd(scene, count);
+  if (leaves == Leaves::kBoxes) return crowd;
+  for (scenes::BodyLeaf& leaf : crowd.groups.front().figure.leaves) {
+    scenes::ShapePart part;
+    std::copy_n(leaf.box.center, 3, part.shape.position);
+    const float(&half)[3] = leaf.box.half;
+    if (half[0] == half[1] && half[0] < half[2]) {
+      part.shape.kind = ShapeKind::kCapsule;
+      part.shape.size[0] = half[0];
+      part.shape.size[1] = half[2] - half[0];
+    } else {
+      part.shape.kind = ShapeKind::kEllipsoid;
+      std::copy_n(half, 3, part.shape.size);
+    }
+    leaf.parts.push_back(part);
+  }
+  return crowd;
+}
+
+// Cab first, then the set-ups of each library for such leaves.
+std::vector<Contestant> make_contestants(const PeersOptions& options, const std::vector<Peer>& peers, Leaves leaves) {
   std::vector<Contestant> contestants;
-  const auto add_ours = [&](Isa isa, const std::string& meaning) {
-    Contestant ours{std::string("cab ") + to_string(isa), meaning, ""};
+  const auto add_ours = [&](Isa isa, Exact exact, const std::string& meaning) {
+    const std::string by = exact == Exact::kNone ? "" : exact == Exact::kFcl ? "fcl " : "convex ";
+    Contestant ours{"cab " + by + to_string(isa), meaning, ""};
     ours.isa = isa;
+    ours.exact = exact;
     contestants.push_back(ours);
   };
   const Isa isa = CrowdSession({}, options.isa, 1).isa();
-  add_ours(isa, "this engine");
-  if (isa != Isa::kScalar) add_ours(Isa::kScalar, "this engine without SIMD, the same algorithm");
+  const Exact exact = leaves == Leaves::kBoxes ? Exact::kNone : Exact::kConvex;
+  const std::string how = leaves == Leaves::kBoxes ? "" : ", exact = convex";
+  add_ours(isa, exact, "this engine" + how);
+  if (isa != Isa::kScalar) add_ours(Isa::kScalar, exact, "this engine without SIMD, the same algorithm" + how);
+  if (leaves == Leaves::kShapes) add_ours(isa, Exact::kFcl, "this engine, exact = fcl");
   for (const Peer& peer : peers)
     for (const PeerSetup& setup : peer.setups) {
+      if (setup.leaves != leaves) continue;
       Contestant other{std::string(peer.name) + ' ' + setup.name, setup.meaning, peer.name};
       other.setup = setup;
       contestants.push_back(other);
@@ -277,9 +208,15 @@ struct Row {
   std::vector<double> seconds;  // per frame, of each round; empty: not run
 };
 
-struct Run {
+struct RunPlan {
   std::string scene;
-  std::uint32_t character_count = 0;
+  Leaves leaves;
+  std::uint32_t character_count;
+  std::uint32_t rounds;  // fewer are run of large crowds
+};
+
+struct Run {
+  RunPlan plan;
   std::vector<Row> rows;  // of each contestant
   // The time of a row over that of cab, round by round.
   Spread ratio(std::size_t row) const {
@@ -326,14 +263,14 @@ std::vector<std::vector<scenes::PosedGroup>> pose_frames(const scenes::Crowd& cr
 }
 
 // Compares every set-up with brute force, in frames that follow each other, so that trees are updated too.
-void verify(const std::string& scene, std::vector<Contestant>& contestants) {
-  const scenes::Crowd crowd = scenes::make_crowd(scene, kVerifiedCharacters);
+void verify(const std::string& scene, Leaves leaves, std::vector<Contestant>& contestants) {
+  const scenes::Crowd crowd = make_crowd(scene, kVerifiedCharacters, leaves);
   std::vector<Runner> runners;
   for (const Contestant& contestant : contestants) runners.emplace_back(contestant, crowd);
   const auto frames = pose_frames(crowd);
   for (const std::uint32_t f : kFrameOrder) {
     const JudgedCrowd judge(crowd.groups.front().figure, frames[f].front());
-    const Pairs expected = judge.overlapping_pairs();
+    const Pairs expected = judge.touching_pairs();
     for (std::size_t c = 0; c < runners.size(); ++c) {
       runners[c].run(frames[f]);
       add_differences(judge, runners[c].sorted_pairs(), expected, contestants[c].small, nullptr);
@@ -342,23 +279,22 @@ void verify(const std::string& scene, std::vector<Contestant>& contestants) {
 }
 
 // Runs the chosen contestants in turns. chosen: which contestants run; the first always does.
-Run measure(const PeersOptions& options, const std::string& scene, std::uint32_t count,
-            const std::vector<Contestant>& contestants, const std::vector<bool>& chosen) {
+Run measure(const RunPlan& plan, const std::vector<Contestant>& contestants, const std::vector<bool>& chosen) {
   Run run;
-  run.scene = scene;
-  run.character_count = count;
+  run.plan = plan;
   run.rows.resize(contestants.size());
-  std::uint32_t rounds = options.rounds;
+  const std::uint32_t count = plan.character_count;
+  std::uint32_t rounds = plan.rounds;
   if (count > kFullRoundCharacters) {
     const std::uint64_t fewer = std::uint64_t{rounds} * kFullRoundCharacters / count;
     rounds = std::min(rounds, std::max(kLeastRounds, static_cast<std::uint32_t>(fewer)));
   }
-  const scenes::Crowd crowd = scenes::make_crowd(scene, count);
+  const scenes::Crowd crowd = make_crowd(plan.scene, count, plan.leaves);
   const auto frames = pose_frames(crowd);
   std::vector<std::pair<std::size_t, Runner>> runners;  // with their contestants' numbers
   for (std::size_t c = 0; c < contestants.size(); ++c)
     if (chosen[c]) runners.emplace_back(c, Runner(contestants[c], crowd));
-  ProgressBar bar(scene + " " + std::to_string(count), (std::uint64_t{rounds} + 1) * runners.size());
+  ProgressBar bar(plan.scene + " " + std::to_string(count), (std::uint64_t{rounds} + 1) * runners.size());
 
   // Every contestant first runs all frames once. This builds its world and makes room for the most pairs. The pairs of
   // the last of these frames are compared, when each world has been updated.
@@ -404,9 +340,14 @@ void add_counts(std::vector<std::string>& cells, const Differences& d) {
     cells.push_back(std::to_string(count));
 }
 
-void print_verification(const PeersOptions& options, const std::vector<Contestant>& contestants) {
-  std::cout << "beside brute force in double, " << kVerifiedCharacters << " characters, " << std::size(kFrameOrder)
-            << " frames of";
+// Prints the first misses and false positives of one set-up.
+void print_examples(const std::string& name, const Differences& d) {
+  for (const std::string& example : d.examples) std::cout << "  " << name << ": " << example << '\n';
+}
+
+void print_verification(const PeersOptions& options, Leaves leaves, const std::vector<Contestant>& contestants) {
+  std::cout << name_of(leaves) << " beside brute force by a judge, " << kVerifiedCharacters << " characters, "
+            << std::size(kFrameOrder) << " frames of";
   for (const std::string& scene : options.scenes) std::cout << ' ' << scene;
   std::cout << ":\n";
   TextTable table;
@@ -417,6 +358,8 @@ void print_verification(const PeersOptions& options, const std::vector<Contestan
     table.add_row(std::move(cells));
   }
   table.print(std::cout);
+  for (const Contestant& contestant : contestants) print_examples(contestant.name, contestant.small);
+  std::cout << '\n';
 }
 
 // The fastest set-up of any peer, or the fastest that works alone. Set-ups that miss pairs or add pairs do not count.
@@ -430,7 +373,8 @@ std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants
 
 void print_run(const Run& run, const std::vector<Contestant>& contestants) {
   std::cout << '\n'
-            << run.scene << ", " << run.character_count << " characters, " << run.rows.front().seconds.size()
+            << run.plan.scene << " by " << name_of(run.plan.leaves) << ", " << run.plan.character_count
+            << " characters, " << run.rows.front().seconds.size()
             << " rounds; processor ms per frame, and as a multiple of ours:\n";
   TextTable table;
   table.add_row({"", "alone", "median", "least", "most", "ratio", "least", "most", "pairs", "misses", "false positives",
@@ -449,6 +393,7 @@ void print_run(const Run& run, const std::vector<Contestant>& contestants) {
     table.add_row(std::move(cells));
   }
   table.print(std::cout);
+  for (std::size_t c = 0; c < contestants.size(); ++c) print_examples(contestants[c].name, run.rows[c].differences);
   if (!left_out.empty()) std::cout << "not run, slower with fewer characters: " << left_out << '\n';
   for (const bool alone : {true, false})
     if (const std::size_t c = best_peer(run, contestants, alone); c < contestants.size())
@@ -466,8 +411,9 @@ void add_counts(Json& json, const Differences& d) {
 // The figures of one set-up in one run; the CSV file has one line each, with the same keys.
 Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
   Json row;
-  row["scene"] = run.scene;
-  row["characters"] = run.character_count;
+  row["scene"] = run.plan.scene;
+  row["leaves"] = name_of(run.plan.leaves);
+  row["characters"] = run.plan.character_count;
   row["setup"] = contestant.name;
   row["alone"] = contestant.setup.alone;
   row["rounds"] = run.rows[c].seconds.size();
@@ -493,38 +439,35 @@ void check(const PeersOptions& options) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
 }
 
-}  // namespace
+// What `cab peers` found, over all its runs.
+struct Results {
+  Json verification = Json::array(), best = Json::array();
+  std::vector<Json> rows;
+  bool right = true;  // cab has no miss and no false positive
 
-int peers_command(const PeersOptions& options) {
-  check(options);
-  const std::vector<Peer> peers = choose_peers(options);
-  std::vector<Contestant> contestants = make_contestants(options, peers);
-  std::cout << "libraries: " << versions(peers, true) << '\n';
-  if (const std::string missing = versions(peers, false); !missing.empty())
-    std::cout << "not in this build, since their packages were not found when it was configured: " << missing << '\n';
-  std::cout << "threads 1; alone: by the library's own bounds and tests; outside: scalar code of ours around it\n";
+  void judge(const Contestant& contestant, const Differences& d) {
+    if (contestant.ours()) right = right && d.misses == 0 && d.false_positives == 0;
+  }
+};
+
+// Verifies and measures all set-ups for leaves of one sort.
+void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Leaves leaves, Results& results) {
+  std::vector<Contestant> contestants = make_contestants(options, peers, leaves);
   for (const Contestant& contestant : contestants)
     std::cout << "  " << contestant.name << ": " << contestant.meaning << '\n';
   std::cout << '\n';
-
-  for (const std::string& scene : options.scenes) verify(scene, contestants);
-  print_verification(options, contestants);
-  Json json;
-  json["cab_version"] = CAB_VERSION_STRING;
-  json["libraries"] = versions(peers, true);
-  json["not_in_this_build"] = versions(peers, false);
-  json["verification"] = Json::array();
+  for (const std::string& scene : options.scenes) verify(scene, leaves, contestants);
+  print_verification(options, leaves, contestants);
   for (const Contestant& contestant : contestants) {
     Json row;
     row["setup"] = contestant.name;
+    row["leaves"] = name_of(leaves);
     row["alone"] = contestant.setup.alone;
     row["meaning"] = contestant.meaning;
     add_counts(row, contestant.small);
-    json["verification"].push_back(row);
+    results.verification.push_back(row);
+    results.judge(contestant, contestant.small);
   }
-  bool right = true;
-  const auto judge_ours = [&right](const Differences& d) { right = right && d.misses == 0 && d.false_positives == 0; };
-  std::vector<Json> rows;
   for (const std::string& scene : options.scenes) {
     std::vector<bool> best;  // of the last run of the scene
     std::vector<std::uint32_t> counts =
@@ -532,32 +475,53 @@ int peers_command(const PeersOptions& options) {
     std::sort(counts.begin(), counts.end());
     for (const std::uint32_t count : counts) {
       const bool all = count <= kFullRoundCharacters || best.empty();
-      const Run run =
-          measure(options, scene, count, contestants, all ? std::vector<bool>(contestants.size(), true) : best);
+      const Run run = measure({scene, leaves, count, options.rounds}, contestants,
+                              all ? std::vector<bool>(contestants.size(), true) : best);
       best = best_of_each(run, contestants);
       print_run(run, contestants);
       std::cout.flush();
       for (std::size_t c = 0; c < contestants.size(); ++c) {
         if (run.rows[c].seconds.empty()) continue;
-        rows.push_back(row_json(run, contestants[c], c));
-        if (contestants[c].ours()) judge_ours(run.rows[c].differences);
+        results.rows.push_back(row_json(run, contestants[c], c));
+        results.judge(contestants[c], run.rows[c].differences);
       }
       for (const bool alone : {true, false})
         if (const std::size_t c = best_peer(run, contestants, alone); c < contestants.size())
-          json["best"].push_back({{"scene", scene},
+          results.best.push_back({{"scene", scene},
+                                  {"leaves", name_of(leaves)},
                                   {"characters", count},
                                   {"alone", alone},
                                   {"setup", contestants[c].name},
                                   {"ratio_median", run.ratio(c).median}});
     }
   }
-  for (const Contestant& contestant : contestants)
-    if (contestant.ours()) judge_ours(contestant.small);
-  json["runs"] = rows;
+}
+
+}  // namespace
+
+int peers_command(const PeersOptions& options) {
+  check(options);
+  const std::vector<Peer> peers = choose_peers(options);
+  std::cout << "libraries: " << versions(peers, true) << '\n';
+  if (const std::string missing = versions(peers, false); !missing.empty())
+    std::cout << "not in this build, since their packages were not found when it was configured: " << missing << '\n';
+  std::cout << "threads 1; alone: by the library's own bounds and tests; outside: scalar code of ours around it\n";
+  Results results;
+  for (const Leaves leaves : options.leaves) {
+    std::cout << "\nleaves are " << name_of(leaves) << ":\n";
+    run_leaves(options, peers, leaves, results);
+  }
+  Json json;
+  json["cab_version"] = CAB_VERSION_STRING;
+  json["libraries"] = versions(peers, true);
+  json["not_in_this_build"] = versions(peers, false);
+  json["verification"] = results.verification;
+  json["best"] = results.best;
+  json["runs"] = results.rows;
   if (!options.json_path.empty()) write_json(options.json_path, json);
-  if (!options.csv_path.empty()) write_csv(options.csv_path, rows);
-  if (!right) std::cerr << "cab peers: this engine's own pairs differ from the judge's beyond the threshold\n";
-  return right ? 0 : 1;
+  if (!options.csv_path.empty()) write_csv(options.csv_path, results.rows);
+  if (!results.right) std::cerr << "cab peers: this engine's own pairs differ from the judge's beyond the threshold\n";
+  return results.right ? 0 : 1;
 }
 
 }  // namespace cab::perf

@@ -51,10 +51,22 @@ Command add_run(CLI::App& app) {
   command.add_option("--rest-frame", o.world.rest_frame, "mask links whose boxes touch in frame F, counted from 0")
       ->type_name("F")
       ->needs(self);
-  command.add_flag("--contacts", o.contacts, "also the normal and depth of each hit; needs --exact convex or fcl");
+  command.add_flag("--contacts", o.contacts,
+                   "also the normal and depth of each hit, by the exact test; without --exact that is convex");
+  command
+      .add_option_function<std::string>(
+          "--min-depth",
+          [&o](const std::string& text) { o.min_depth = static_cast<float>(read_positive("--min-depth", text)); },
+          "leave out hits that are less deep, by the exact test; without --exact that is convex")
+      ->type_name("METRES");
   add_json(command, o.json_path, "write the table as JSON");
   command.add_option("--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
-  return {&command, [options] { return run_command(*options); }};
+  const CLI::Option* exact = command.get_option("--exact");
+  return {&command, [options, exact] {
+            const bool asks = options->contacts || options->min_depth > 0;
+            if (asks && exact->count() == 0) options->policies.exact = Exact::kConvex;
+            return run_command(*options);
+          }};
 }
 
 Command add_inspect(CLI::App& app) {

@@ -21,6 +21,7 @@ struct RunOptions {
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   bool within = false;             // also the links of one character against each other
+  float min_depth = 0;             // metres; hits that are less deep are left out
   bool contacts = false;           // also the normal and depth of each hit
   std::string json_path;           // empty: no file
   std::string hits_path;           // empty: no file

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "perf/base/engine_session.h"
+#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/run/options.h"
@@ -27,8 +28,9 @@ struct RunTotals {
 // Throws UsageError for options that contradict each other.
 void check(const RunOptions& options) {
   check_files(options.world);
-  if (options.contacts && options.policies.exact == Exact::kNone)
-    throw UsageError("--contacts: boxes alone have no normal and depth; add --exact convex");
+  if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
+    throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
+                     ": boxes alone have no normal and depth; leave out --exact none");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, options.world.files);
 }
 
@@ -90,12 +92,14 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.add_row({"#coll", std::to_string(stats.leaf_pairs)});
   table.add_row({"#false", exact ? std::to_string(stats.false_positives) : "-"});
   table.add_row({"hits", std::to_string(totals.hits)});
+  if (options.min_depth > 0) table.add_row({"least depth", fixed(static_cast<double>(options.min_depth), 5), "m"});
   if (options.contacts) table.add_row({"deepest contact", fixed(static_cast<double>(totals.deepest), 5), "m"});
   if (stats.instances_masked > 0) table.add_row({"masked instances", std::to_string(stats.instances_masked)});
   table.add_row({"t[upd]", fixed(stats.seconds_update, 5), "s"});
   table.add_row({"t[test]", fixed(stats.seconds_test, 5), "s"});
   table.add_row({"t[query]", exact ? fixed(stats.seconds_query, 5) : "-", exact ? "s" : ""});
   table.add_row({"t[total]", fixed(stats.seconds_total, 5), "s"});
+  table.add_row({"exact test", policy_value(options.policies, "exact")});
   table.add_row({"ISA", to_string(session.isa())});
   table.add_row({"threads", std::to_string(session.thread_count())});
   table.add_row({"pose hash", hex(scenes::pose_hash(scene))});
@@ -184,6 +188,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   json["false_positives"] = stats.false_positives;
   json["hits"] = totals.hits;
   json["frames_with_hits"] = totals.frames_with_hits;
+  if (options.min_depth > 0) json["min_depth_metres"] = options.min_depth;
   if (options.contacts) json["deepest_contact_metres"] = totals.deepest;
   json["instances_masked"] = stats.instances_masked;
   json["update_thread_seconds"] = stats.seconds_update;
@@ -212,7 +217,8 @@ int run_command(const RunOptions& options) {
     hits.emplace(options.hits_path);
     write_hits_header(hits->stream(), options.contacts);
   }
-  EngineSession session(scene, {options.isa, options.thread_count, frames, options.within});
+  EngineSession session(
+      scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames, options.min_depth});
   RunTotals totals;
   {
     ProgressBar bar("frames", frames.count());

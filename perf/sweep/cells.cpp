@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "layout/instance_batch.h"
+#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "scenes/bit_hash.h"
 
@@ -71,16 +72,24 @@ std::uint64_t hash_of(const std::vector<SweepHit>& hits) {
   return hash.value();
 }
 
-// Finds which links touch by FCL, and how many leaf pairs of a cell are apart by FCL.
+// Which exact test judges cells with these policies: convex, since it is fast, unless it is itself among the judged.
+Exact judge_of(const std::vector<Policies>& judged) {
+  const bool is_judged = std::any_of(judged.begin(), judged.end(),
+                                     [](const Policies& policies) { return policies.exact == Exact::kConvex; });
+  return is_judged ? Exact::kFcl : Exact::kConvex;
+}
+
+// Finds which links touch by an exact test, and how many leaf pairs of a cell are apart by it.
 class Judge {
  public:
-  explicit Judge(SweepWorld& world) : world_(world) {
+  Judge(SweepWorld& world, Exact exact) : world_(world), exact_(exact) {
     Policies policies;
     const bool all = world.most_leaf_pairs() <= kMostJudgedPairs;
     policies.strategy = Strategy::kBrute;
     if (all) policies.strategy = Strategy::kExactAll;
-    world.run(with_exact(policies, Exact::kFcl), &hits_);
-    name_ = all ? "FCL on all pairs" : "FCL on the pairs of brute";
+    policies.exact = exact;
+    world.run(policies, &hits_);
+    name_ = policy_value(policies, "exact") + (all ? " on all pairs" : " on the pairs of brute");
   }
   const std::vector<SweepHit>& hits() const { return hits_; }
   const std::string& name() const { return name_; }
@@ -93,12 +102,13 @@ class Judge {
     }
     // Cells with as many leaf pairs and the same hits have the same leaf pairs.
     const auto [known, is_new] = false_positives_.try_emplace({cell.counts.leaf_pairs, cell.hits_hash});
-    if (is_new) known->second = world_.run(with_exact(cell.policies, Exact::kFcl)).false_positives;
+    if (is_new) known->second = world_.run(with_exact(cell.policies, exact_)).false_positives;
     cell.false_positives = known->second;
   }
 
  private:
   SweepWorld& world_;
+  Exact exact_;
   std::vector<SweepHit> hits_;
   std::string name_;
   std::map<std::pair<std::uint64_t, std::uint64_t>, std::uint64_t> false_positives_;
@@ -181,7 +191,7 @@ SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan) {
   run.frame_count = scene.frame_count;
 
   SweepWorld judges(scene, Isa::kAuto, 1);
-  Judge judge(judges);
+  Judge judge(judges, judge_of(plan.policies));
   run.true_hits = judge.hits().size();
   run.judge = judge.name();
 

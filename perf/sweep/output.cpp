@@ -149,7 +149,7 @@ std::string code_line(const Policies& policies) {
 
 void print_sweep(const SweepRun& run) {
   std::cout << run.scene << ": " << run.character_count << " characters of up to " << run.most_leaves << " boxes, "
-            << run.frame_count << " frames, " << run.true_hits << " true hits (" << run.judge << ")\n";
+            << run.frame_count << " frames, " << run.true_hits << " true hits (judge: " << run.judge << ")\n";
   TextTable text;
   std::vector<std::string> header = {"front"};
   for (const PolicyField& field : policy_table()) header.emplace_back(field.name);

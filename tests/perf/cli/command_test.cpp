@@ -84,7 +84,7 @@ TEST_CASE("help names every option, every policy value and every instruction set
   const std::vector<std::pair<std::string, Words>> commands = {
       {"run",
        {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
-        "--hops", "--rest-frame", "--contacts", "--json", "--hits", "FILE"}},
+        "--hops", "--rest-frame", "--min-depth", "--contacts", "--json", "--hits", "FILE"}},
       {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--refit", "--isa", "FILE"}},
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
@@ -223,7 +223,9 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--threads", "many"}, "--threads"},
       {{"run", file, "--threads", "-1"}, "--threads"},
       {{"run", file, "--threads", "100000"}, "--threads"},
-      {{"run", file, "--contacts"}, "add --exact convex"},
+      {{"run", file, "--contacts", "--exact", "none"}, "leave out --exact none"},
+      {{"run", file, "--min-depth", "0.01", "--exact", "none"}, "leave out --exact none"},
+      {{"run", file, "--min-depth", "-1"}, "--min-depth"},
       {{"run", file, "--hops", "1"}, "--hops requires --self"},
       {{"run", file, "--rest-frame", "1"}, "--rest-frame requires --self"},
       {{"run", file, "--self", "--hops", "0"}, "--hops"},
@@ -523,6 +525,26 @@ TEST_CASE("contacts come as depth and a unit normal") {
   CHECK(with_contact > 0);
 }
 
+TEST_CASE("contacts are by convex unless another exact test is asked for, and the table says which") {
+  const TwoFigures figures;
+  const auto table = [&](const Words& options) {
+    const Outcome outcome = run_cab(Words{"run"} + figures.files + options);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    return outcome.out;
+  };
+  const auto says = [](const std::string& out, const std::string& name) {
+    for (const std::string& line : lines_of(out))
+      if (line.rfind("exact test", 0) == 0) return line.find(name) != std::string::npos;
+    return false;
+  };
+  CHECK(says(table({}), "none"));
+  CHECK(says(table({"--contacts"}), "convex"));
+  CHECK(says(table({"--contacts", "--preset", "fast"}), "convex"));
+  CHECK(says(table({"--contacts", "--exact", "fcl"}), "fcl"));
+  CHECK(figures.hits({"--contacts"}) == figures.hits({"--contacts", "--exact", "convex"}));
+}
+
 TEST_CASE("the JSON file agrees with the table and with the hit list") {
   const TwoFigures figures;
   const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
@@ -648,11 +670,17 @@ TEST_CASE("a short paper run agrees between methods and writes the same to JSON 
       REQUIRE(++row < rows.size());
       const Words fields = split(rows[row]);
       REQUIRE(fields.size() == header.size());
-      for (std::size_t c = 0; c < header.size(); ++c)
+      for (std::size_t c = 0; c < header.size(); ++c) {
         for (const char* count : {"coll", "hits", "box_tests", "false_positives"})
           if (header[c] == count) CHECK(std::stol(fields[c]) == method[count].get<long>());
+        if (header[c] == "convex_hits") CHECK(std::stol(fields[c]) == method["convex"]["hits"].get<long>());
+        if (header[c] == "convex_hits_hash") CHECK(fields[c] == method["convex"]["hits_hash"].get<std::string>());
+      }
       CHECK(method["false_positives"].get<long>() + method["hits"].get<long>() == method["coll"].get<long>());
       if (method["method"] == "CAB") CHECK(method["coll"] == added["found"]);
+      REQUIRE(method["convex"].is_object());  // there are no meshes in these tables
+      CHECK(method["convex"]["hits"] == method["hits"]);
+      CHECK(method["convex"]["hits_hash"] == method["hits_hash"]);
     }
   }
   CHECK(row + 1 == rows.size());
@@ -702,7 +730,7 @@ TEST_CASE("tables 1, 2, 4 and 5 in full pass the gates against the paper") {
   for (const Json& table : json["tables"]) {
     CHECK(table["full_run"] == true);
     CHECK(table["frame_count"] == (table["table"] == 5 ? 4001 : 10000));
-    CHECK(table["gates"].size() == 19);
+    CHECK(table["gates"].size() == 22);
     for (const Json& gate : table["gates"]) {
       CAPTURE(gate["gate"].get<std::string>());
       CHECK(gate["passed"] == true);
@@ -725,7 +753,8 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
       Json rows = {table["table"], table["pose_hash"], table["box_hash"], table["box_hit_hash"]};
       for (const Json& method : table["methods"])
         rows.push_back({method["method"], method["coll"], method["hits"], method["hits_hash"], method["box_hits_hash"],
-                        method["mean_inner_box_area"]});
+                        method["mean_inner_box_area"],
+                        method["convex"].is_null() ? Json() : method["convex"]["hits_hash"]});
       kept.push_back(rows);
     }
     return kept;

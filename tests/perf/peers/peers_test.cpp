@@ -16,11 +16,14 @@ using Words = std::vector<std::string>;
 
 Outcome peers(const Words& options) { return run_command("peers", options); }
 
+bool is_same_run(const Json& a, const Json& b) {
+  return a["scene"] == b["scene"] && a["leaves"] == b["leaves"] && a["characters"] == b["characters"];
+}
+
 // The median of the row that `best` names.
 double seconds_of(const Json& rows, const Json& best) {
   for (const Json& row : rows)
-    if (row["scene"] == best["scene"] && row["characters"] == best["characters"] && row["setup"] == best["setup"])
-      return row["seconds_median"];
+    if (is_same_run(row, best) && row["setup"] == best["setup"]) return row["seconds_median"];
   FAIL("no row of " << best.dump());
   return 0;
 }
@@ -40,29 +43,38 @@ TEST_CASE("cab peers finds the same pairs by every set-up of this build, up to p
   REQUIRE(small.size() > 3);  // FCL is in every build
   Json rows = json["runs"];
   CHECK(rows.size() == 4 * small.size());  // two scenes, two sizes
+  // Bullet loses shallow contacts of ellipsoids, a shape that it does not have itself. Worst measured: 3.1 % of the 322
+  // pairs of uniform with 150 characters, and one of 16 of jitter.
+  constexpr double kLostByBullet = 0.1;
+  const auto may_miss = [](const Json& row) {
+    const bool is_bullet = row["setup"].get<std::string>().rfind("bullet ", 0) == 0;
+    return is_bullet && row["leaves"] == "shapes" ? kLostByBullet * row["pairs"].get<double>() + 2 : 0;
+  };
   rows.insert(rows.end(), small.begin(), small.end());
   for (const Json& row : rows) {
     CAPTURE(row.dump());
     CHECK(row["pairs"] > 0);
-    CHECK(row["misses"] == 0);
+    CHECK(row["misses"] <= may_miss(row));
     CHECK(row["false_positives"] == 0);
     CHECK(row["threshold_pairs"] <= 0.001 * row["pairs"].get<double>() + 1);
   }
   for (const Json& best : json["best"]) {
     CAPTURE(best.dump());
     for (const Json& row : json["runs"])
-      if (row["scene"] == best["scene"] && row["characters"] == best["characters"] &&
-          (row["alone"] == true || best["alone"] == false) && row["setup"].get<std::string>().rfind("cab ", 0) != 0)
+      if (is_same_run(row, best) && (row["alone"] == true || best["alone"] == false) && row["misses"] == 0 &&
+          row["setup"].get<std::string>().rfind("cab ", 0) != 0)
         CHECK(row["seconds_median"] >= seconds_of(json["runs"], best));
   }
-  CHECK(json["best"].size() == 2 * 4);  // alone, and all together, in each run
+  CHECK(json["best"].size() == 2 * 2 * 4);  // alone, and all together, in each run, by boxes and by shapes
   for (const Json& row : json["runs"]) {
     CAPTURE(row.dump());
     CHECK(row["rounds"] == 2);
     CHECK(row["seconds_least"] > 0);
     CHECK(row["seconds_least"] <= row["seconds_median"]);
     CHECK(row["seconds_median"] <= row["seconds_most"]);
-    if (row["setup"] == small[0]["setup"]) CHECK(row["ratio_median"] == 1);
+    const auto first = std::find_if(small.begin(), small.end(),
+                                    [&row](const Json& verified) { return verified["leaves"] == row["leaves"]; });
+    if (row["setup"] == (*first)["setup"]) CHECK(row["ratio_median"] == 1);
     CHECK(outcome.out.find(row["setup"].get<std::string>() + ": ") != std::string::npos);
   }
   const std::string csv = read_text(folder / "peers.csv");
@@ -79,10 +91,32 @@ TEST_CASE("cab peers runs the libraries that it is told to") {
   CHECK(json["not_in_this_build"] == "");
   for (const Json& row : json["runs"]) {
     const std::string setup = row["setup"];
-    CHECK((setup == "cab scalar" || setup.rfind("fcl ", 0) == 0));
+    CHECK((setup == "cab scalar" || setup == "cab convex scalar" || setup == "cab fcl scalar" ||
+           setup.rfind("fcl ", 0) == 0));
     CHECK(row["scene"] == "jitter");
     CHECK(row["characters"] == 50);
   }
+}
+
+TEST_CASE("of shapes fewer pairs touch than of their boxes, and cab finds the judge's by either exact test") {
+  const TemporaryFolder folder;
+  std::vector<double> pairs;
+  for (const char* leaves : {"boxes", "shapes"}) {
+    const Outcome outcome = peers({"--peers", "fcl", "--scene", "uniform", "--characters", "300", "--rounds", "1",
+                                   "--leaves", leaves, "--json", folder / "peers.json"});
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    const Json json = Json::parse(read_text(folder / "peers.json"));
+    pairs.push_back(json["runs"][0]["pairs"]);
+    for (const Json& row : json["runs"]) {
+      CAPTURE(row.dump());
+      CHECK(row["leaves"] == leaves);
+      CHECK(row["misses"] == 0);
+      CHECK(row["false_positives"] == 0);
+    }
+  }
+  CHECK(pairs[1] > 0);
+  CHECK(pairs[1] < 0.8 * pairs[0]);  // measured: 0.47
 }
 
 TEST_CASE("beyond 10 000 characters cab peers runs the set-ups of each library that were best with fewer") {
@@ -121,6 +155,8 @@ TEST_CASE("cab peers says what was wrong and how to do it right") {
       {{"--characters", "0"}, "--characters"},
       {{"--characters", "1,many"}, "--characters"},
       {{"--rounds", "0"}, "--rounds"},
+      {{"--leaves", "meshes"}, "boxes, shapes or both"},
+      {{"--leaves", "boxes,boxes"}, "boxes, shapes or both"},
       {{"--isa", "mmx"}, "scalar"},
       {{"--json", folder / "x", "--csv", folder / "x"}, "same file"},
   };
