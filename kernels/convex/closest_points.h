@@ -6,8 +6,9 @@
 
 namespace cab::kernel {
 
-// What GJK ends with. is_inside: the tetrahedron of `corner` contains the origin. is_apart: the first three corners are
-// those of the closest feature, and `normal` goes from the origin to its closest point. Other lanes ended at the origin.
+// What GJK ends with. is_inside: the tetrahedron of `corner` contains the origin. is_apart: a plane
+// across `normal`, which goes from the origin to the closest feature, parts the shapes; the first three corners are those
+// of that feature. Other lanes ended too near to the origin.
 template <class V>
 struct Closest {
   using D = DoubleOf<V>;
@@ -28,7 +29,7 @@ CAB_INLINE Closest<V> find_closest(const ContactLanes<V>& pair) {
   Simplex<D, DifferencePoint<D>> simplex, next;
   simplex.set(first);
   Closest<V> out;
-  out.is_inside = zero < zero;
+  out.is_inside = out.is_apart = zero < zero;
   out.corner[3] = first;
   Mask<D> running = simplex.length_sq > pair.slack * pair.slack;
   for (std::uint32_t step = 1; step < kMostSteps; ++step) {
@@ -37,6 +38,7 @@ CAB_INLINE Closest<V> find_closest(const ContactLanes<V>& pair) {
     v = simplex.normal;
     const DifferencePoint<D> point = pair.farthest(minus(v), active);
     const D v_sq = dot(v, v), gap = dot(v, point.at);
+    out.is_apart = either(without(out.is_apart, running), both(running, gap > zero));
     running = both(running, v_sq - gap > progress * v_sq);
     const Mask<D> inside = both(running, add_point(point, pair.slack, pair.rounding, simplex, next));
     out.is_inside = either(out.is_inside, inside);
@@ -48,7 +50,7 @@ CAB_INLINE Closest<V> find_closest(const ContactLanes<V>& pair) {
     running = both(running, simplex.length_sq > pair.slack * pair.slack);
   }
   out.normal = simplex.normal;
-  out.is_apart = without(dot(out.normal, out.normal) > pair.slack * pair.slack, out.is_inside);
+  out.is_apart = both(out.is_apart, dot(out.normal, out.normal) > pair.slack * pair.slack);
   for (int i = 0; i < 3; ++i) out.corner[i] = simplex.corner[i];
   return out;
 }

@@ -189,13 +189,14 @@ CAB_INLINE void find_starts(const ContactLanes<V>& pair, std::uint32_t direction
   const std::uint32_t all = (1u << kWidth<D>)-1;
   const bool is_symmetric = pair.kind_a != ConvexKind::kHull && pair.kind_b != ConvexKind::kHull;
   for (Start<D>& place : best) place.depth = D(std::numeric_limits<double>::infinity());
+  const auto try_along = [&](const Vec3<D>& along) {
+    insert<D>({along, dot(along, pair.farthest(along, all).at)}, best);
+  };
   for (std::uint32_t i = 0; i < directions; ++i) {
     Vec3<D> along = direction_of(start_direction(pair, i));
     take<D>(dot(along, pair.t) < D(0.0), minus(along), along);
-    insert<D>({along, dot(along, pair.farthest(along, all).at)}, best);
-    if (is_symmetric || i == 0) continue;
-    along = minus(along);
-    insert<D>({along, dot(along, pair.farthest(along, all).at)}, best);
+    try_along(along);
+    if (!is_symmetric && i > 0) try_along(minus(along));
   }
 }
 

@@ -12,6 +12,7 @@ namespace {
 
 using namespace cab;
 using namespace cab::oracle;
+using tests::rounds;
 
 constexpr Policies kConvex = {Refit::kCab, Strategy::kAuto, Exact::kConvex};
 constexpr Box kRoom = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {9, 9, 9}};

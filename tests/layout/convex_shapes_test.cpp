@@ -59,7 +59,7 @@ TEST_CASE("a leaf without parts is its box, and every part is a shape of its lea
   CHECK(shapes.all.leaf_begin[2] == 3);
   CHECK(shapes.all.shapes[0].kind == ConvexKind::kBox);
   CHECK(shapes.all.shapes[0].size[1] == 2);
-  CHECK(shapes.all.shapes[0].box == &shapes.articulation.leaf_box[0]);
+  CHECK(shapes.all.shapes[0].axis[2][2] == 1);
   CHECK(shapes.all.shapes[1].kind == ConvexKind::kEllipsoid);
   CHECK(shapes.all.shapes[1].position[2] == 3);
   CHECK(shapes.all.shapes[1].reach == 3);

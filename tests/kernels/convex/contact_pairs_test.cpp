@@ -23,8 +23,9 @@ constexpr Real kRounded = 0x1p-36L;
 // How far a gap may be below the distance.
 constexpr Real kGapBelow = 1e-5L;
 
-// How far point_a - point_b may be off depth along the normal: curved faces are approached by triangles.
-constexpr Real kPointsApart = 0.05L;
+// Points are off if point_a - point_b differs by this share of the size from depth along the normal. It may, at most by
+// kFarthestOff, in few pairs: where a search ends on the rim of a cylinder.
+constexpr Real kOff = 0.01L, kFarthestOff = 0.5L;
 
 using Vector = oracle::Vec3<Real>;
 
@@ -62,7 +63,8 @@ TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide,
     CAPTURE(r);
     Depths by_starts[2];  // with one start and with three
     std::uint64_t gaps = 0;
-    Real widest = 0;
+    std::uint64_t pairs = 0, off_pairs = 0;
+    Real farthest = 0;
     for (const ShapeKind kind_a : oracle::kCaseKinds)
       for (const ShapeKind kind_b : oracle::kCaseKinds) {
         CAPTURE(static_cast<int>(kind_a));
@@ -97,7 +99,10 @@ TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide,
               const Vector normal = at(found.normal, lane);
               CHECK(std::fabs(dot(normal, normal) - 1) < 1e-12L);
               const Vector off = (at(found.point_a, lane) - at(found.point_b, lane)) - depth * normal;
-              widest = std::max(widest, std::sqrt(dot(off, off)) / judged.size);
+              const Real distance_off = std::sqrt(dot(off, off)) / judged.size;
+              farthest = std::max(farthest, distance_off);
+              off_pairs += distance_off > kOff;
+              ++pairs;
               if (judged.verdict.gap_at_least > 0) {
                 gaps += three;
                 CHECK(-depth <= judged.verdict.gap_at_most + rounded);
@@ -122,9 +127,10 @@ TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide,
       MESSAGE("regime " << r << ", " << std::string(three ? "three starts" : "one start") << ": "
                         << by_starts[three].deep << " depths, of which " << by_starts[three].above_1
                         << " are over 1 % and " << by_starts[three].above_10 << " over 10 % above the least");
-    MESSAGE("regime " << r << ": " << gaps << " gaps; points are off the depth by at most "
-                      << static_cast<double>(widest) << " of the size");
-    CHECK(widest <= kPointsApart);
+    MESSAGE("regime " << r << ": " << gaps << " gaps; points are off in " << off_pairs << " of " << pairs
+                      << " pairs, by at most " << static_cast<double>(farthest) << " of the size");
+    CHECK(off_pairs * 100 <= pairs);
+    CHECK(farthest <= kFarthestOff);
     CHECK(gaps > 0);
     CHECK(by_starts[0].above_10 * 4 <= by_starts[0].deep);
     CHECK(by_starts[1].above_10 * 20 <= by_starts[1].deep);

@@ -545,6 +545,21 @@ TEST_CASE("contacts are by convex unless another exact test is asked for, and th
   CHECK(figures.hits({"--contacts"}) == figures.hits({"--contacts", "--exact", "convex"}));
 }
 
+TEST_CASE("a least depth leaves out the hits that are less deep") {
+  const TwoFigures figures;
+  const Words all = lines_of(figures.hits({"--contacts"}));
+  REQUIRE(all.size() > 2);
+  std::vector<double> depths;
+  for (std::size_t r = 1; r < all.size(); ++r) depths.push_back(std::stod(split(all[r])[5]));
+  std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2), depths.end());
+  const double least = depths[depths.size() / 2] * 0.999;
+  Words expected = {all[0]};
+  for (std::size_t r = 1; r < all.size(); ++r)
+    if (std::stod(split(all[r])[5]) >= least) expected.push_back(all[r]);
+  CHECK(lines_of(figures.hits({"--contacts", "--min-depth", std::to_string(least)})) == expected);
+  CHECK(lines_of(figures.hits({"--min-depth", std::to_string(least)})).size() == expected.size());
+}
+
 TEST_CASE("the JSON file agrees with the table and with the hit list") {
   const TwoFigures figures;
   const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
