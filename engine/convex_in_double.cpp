@@ -194,7 +194,7 @@ Exit least_exit(const ConvexPair& pair, const Closest& closest) {
 
 }  // namespace
 
-bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
+kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
   const auto placed = [lane](const kernel::ConvexSide& side) {
     return PlacedShape{side.shape[lane], side.format, side.pose[lane], side.orientation[lane]};
   };
@@ -203,7 +203,7 @@ bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
   const double radius = (pair.radius_of_a() + pair.radius_of_b()) + pair.scale() * static_cast<double>(block.margin);
   const auto support = [&pair](const Double3& d, std::uint32_t) { return pair.farthest(d).at; };
   const kernel::GjkPair<double> lengths = {pair.t(), radius, pair.slack(), pair.rounding()};
-  return kernel::gjk(lengths, kernel::kGjkInDouble, 1, support).apart == 0;
+  return kernel::gjk(lengths, kernel::kGjkInDouble, 1, support);
 }
 
 Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]) {

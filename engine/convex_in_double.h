@@ -6,8 +6,13 @@
 
 namespace cab {
 
+// The answer for the two shapes of one lane, in bit 0.
+kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane);
+
 // Whether the two shapes of one lane touch. A pair that stays undecided touches.
-bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane);
+inline bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
+  return answer_in_double(block, lane).apart == 0;
+}
 
 // The contact of two shapes: the least way to part them where they overlap, else minus their distance. shift: the
 // origin of b's instance less that of a's instance. The depth always suffices to part the shapes. It is the least one

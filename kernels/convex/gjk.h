@@ -41,6 +41,15 @@ struct Simplex {
   V length_sq;     // of the way from the origin to a point of the simplex, made so that the point is in it
 };
 
+// What is left of v across an edge. v is across it but for rounding, which is large next to a short v: without this, the
+// plane through a feature that is close to the origin cuts off the feature's own corners. In float that happens within
+// the slack, and v is kept.
+template <class V>
+CAB_INLINE Vec3<V> across(const Vec3<V>& v, const Vec3<V>& edge, V length_sq) {
+  if constexpr (sizeof(horizontal_max(v.x)) == sizeof(float)) return v;
+  return v - divide(dot(v, edge), length_sq) * edge;
+}
+
 // Takes a feature as the new simplex in the lanes where it is nearer to the origin.
 template <class V>
 CAB_INLINE void take_nearer(const Vec3<V>& closest, const Vec3<V>& normal, Mask<V> valid, const Vec3<V>& p,
@@ -80,11 +89,13 @@ CAB_INLINE Mask<V> add_point(const Vec3<V>& p, V inside, V rounding, Simplex<V>&
   for (int i = 0; i < 3; ++i) contains = both(contains, is_inside(height[i], normal_sq[i]));
 
   Simplex<V> best = {{p, p, p}, p, dot(p, p)};
+  V length_sq[3];
   for (int i = 0; i < 3; ++i) {
-    const V length_sq = dot(edge[i], edge[i]);
-    const V along = divide(dot(to_origin, edge[i]), length_sq);
+    length_sq[i] = dot(edge[i], edge[i]);
+    const V along = divide(dot(to_origin, edge[i]), length_sq[i]);
     const Vec3<V> closest = p + along * edge[i];
-    take_nearer<V>(closest, closest, both(along > zero, along < one), p, simplex.corner[i], simplex.corner[i], best);
+    take_nearer<V>(closest, across(closest, edge[i], length_sq[i]), both(along > zero, along < one), p,
+                   simplex.corner[i], simplex.corner[i], best);
   }
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -93,8 +104,8 @@ CAB_INLINE Mask<V> add_point(const Vec3<V>& p, V inside, V rounding, Simplex<V>&
     const Mask<V> above = both(both(weight_i > zero, weight_j > zero), weight_i + weight_j < normal_sq[i]);
     const V by = divide(V(1.0f), normal_sq[i]);
     const Vec3<V> closest = p + ((by * weight_i) * edge[i] + (by * weight_j) * edge[j]);
-    take_nearer<V>(closest, ((zero - height[i]) * by) * normal[i], above, p, simplex.corner[i], simplex.corner[j],
-                   best);
+    take_nearer<V>(closest, across(((zero - height[i]) * by) * normal[i], edge[i], length_sq[i]), above, p,
+                   simplex.corner[i], simplex.corner[j], best);
   }
   simplex = best;
   return contains;
