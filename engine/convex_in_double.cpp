@@ -192,6 +192,34 @@ Exit least_exit(const ConvexPair& pair, const Closest& closest) {
   return best;
 }
 
+// ------------------------------------------------------------------------------------------------ touching or not
+
+kernel::ConvexAnswer answer_of(const ConvexPair& pair, double radius) {
+  const auto support = [&pair](const Double3& d, std::uint32_t) { return pair.farthest(d).at; };
+  return kernel::gjk<double>({pair.t(), radius, pair.slack(), pair.rounding()}, kernel::kGjkInDouble, 1, support);
+}
+
+// The answer for a pair with an ellipsoid, in the frame of the ellipsoid and in a space in which it is a ball of radius
+// 1. The direction between its centre and the other shape keeps its digits there however close the shapes are: on a
+// curved side a direction that is a little off misses by more than a small gap. is_of_a: which side the ellipsoid is.
+kernel::ConvexAnswer answer_about_ball(const ConvexPair& pair, bool is_of_a, double radius) {
+  const Double3& radii = is_of_a ? *pair.radii_of_a() : *pair.radii_of_b();
+  const auto shrunk = [&radii](const Double3& v) { return Double3{v.x / radii.x, v.y / radii.y, v.z / radii.z}; };
+  const Double3 axis[3] = {pair.axis_of_b(0), pair.axis_of_b(1), pair.axis_of_b(2)};
+  const auto in_b = [&axis](const Double3& v) { return Double3{dot(axis[0], v), dot(axis[1], v), dot(axis[2], v)}; };
+  const auto support = [&](const Double3& d, std::uint32_t) {
+    const Double3 own = shrunk(d), in_a = is_of_a ? own : kernel::rotate(axis, own);
+    const DifferencePoint point = pair.farthest(in_a);
+    // Without the ellipsoid, with the balls.
+    const Double3 rest = (is_of_a ? point.at - point.on_a : point.on_a - pair.t()) + (radius / length(in_a)) * in_a;
+    return shrunk(is_of_a ? rest : in_b(rest));
+  };
+  const double by = 1 / std::min({radii.x, radii.y, radii.z});
+  const kernel::GjkPair<double> lengths = {shrunk(is_of_a ? pair.t() : in_b(pair.t())), 1, by * pair.slack(),
+                                           by * by * by * pair.rounding()};
+  return kernel::gjk(lengths, kernel::kGjkInDouble, 1, support);
+}
+
 }  // namespace
 
 kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
@@ -201,9 +229,13 @@ kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uin
   const auto& by = block.shift.by;
   const ConvexPair pair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]});
   const double radius = (pair.radius_of_a() + pair.radius_of_b()) + pair.scale() * static_cast<double>(block.margin);
-  const auto support = [&pair](const Double3& d, std::uint32_t) { return pair.farthest(d).at; };
-  const kernel::GjkPair<double> lengths = {pair.t(), radius, pair.slack(), pair.rounding()};
-  return kernel::gjk(lengths, kernel::kGjkInDouble, 1, support);
+  kernel::ConvexAnswer answer = answer_of(pair, radius);
+  for (const bool is_of_a : {true, false}) {
+    const bool undecided = answer.apart == 0 && answer.touching == 0;
+    if (undecided && (is_of_a ? pair.radii_of_a() : pair.radii_of_b()))
+      answer = answer_about_ball(pair, is_of_a, radius);
+  }
+  return answer;
 }
 
 Contact contact_in_double(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]) {

@@ -31,6 +31,10 @@ class ConvexPair {
   // x, then y, then z.
   DifferencePoint farthest(const Double3& direction) const;
 
+  // The radii of a side that is an ellipsoid; null if it is none.
+  const Double3* radii_of_a() const { return a_.kind == ConvexKind::kEllipsoid ? &a_.size : nullptr; }
+  const Double3* radii_of_b() const { return b_.kind == ConvexKind::kEllipsoid ? &b_.size : nullptr; }
+
   double scale() const { return scale_; }
   const Double3& t() const { return t_; }                             // the centre of b's shape
   const Double3& axis_of_b(std::size_t k) const { return axis_[k]; }  // of unit length

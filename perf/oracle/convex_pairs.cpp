@@ -110,16 +110,17 @@ struct Along {
   Real gap;
 };
 
-Along gap_of(const ConvexCase& made) {
+// kDecide: of shapes that are apart, along some plane between them.
+Along gap_of(const ConvexCase& made, Effort effort) {
   const JudgedShapes shapes(made);
-  const Certificate found = certify(shapes.a, shapes.b, Effort::kMeasure);
+  const Certificate found = certify(shapes.a, shapes.b, effort);
   if (found.proof == Proof::kApart) return {convert<Real>(found.normal), found.gap};
   const Verdict verdict = judge(shapes.a, shapes.b, Effort::kMeasure);
   return {verdict.normal, are_apart(verdict) ? verdict.gap_at_least : verdict.gap_at_most};
 }
 
-// Moves b to a small gap, of either sign. From far away it comes near, slides along the plane between the shapes so
-// that other features are close, and goes the rest of the way.
+// Moves b to a small gap, of either sign. From far away it comes near, slides along a plane between the shapes so that
+// other features are close, and goes the rest of the way.
 void bring_near(Random& random, ConvexCase& made) {
   const Real reach = reach_of(made.a) + reach_of(made.b);
   {
@@ -127,10 +128,10 @@ void bring_near(Random& random, ConvexCase& made) {
     const Point away = random.uniform(1.01, 1.5) * reach * convert<Real>(random.unit_vector());
     move_finely(away - (shapes.b.pose.at - shapes.a.pose.at), made);
   }
-  Along now = gap_of(made);
+  Along now = gap_of(made, Effort::kDecide);
   const Point side = 0.5L * reach * convert<Real>(random.unit_vector());
   move_finely((side - dot(side, now.normal) * now.normal) - (0.99L * now.gap) * now.normal, made);
-  now = gap_of(made);
+  now = gap_of(made, Effort::kMeasure);
   const bool fine = random.chance(0.5);
   const Real gap = random.sign() * random.log_uniform(fine ? 1e-13 : 1e-8, 1e-2) * reach;
   (fine ? move_finely : move)((gap - now.gap) * now.normal, made);
