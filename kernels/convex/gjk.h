@@ -41,9 +41,9 @@ struct Simplex {
   V length_sq;     // of the way from the origin to a point of the simplex, made so that the point is in it
 };
 
-// What is left of v across an edge. v is across it but for rounding, which is large next to a short v: without this, the
-// plane through a feature that is close to the origin cuts off the feature's own corners. In float that happens within
-// the slack, and v is kept.
+// What is left of v across an edge. v is across it but for rounding, which is large next to a short v: without this,
+// the plane through a feature that is close to the origin cuts off the feature's own corners. In float that happens
+// within the slack, and v is kept.
 template <class V>
 CAB_INLINE Vec3<V> across(const Vec3<V>& v, const Vec3<V>& edge, V length_sq) {
   if constexpr (sizeof(horizontal_max(v.x)) == sizeof(float)) return v;

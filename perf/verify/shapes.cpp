@@ -1,7 +1,7 @@
-// Verifies exact tests: random pairs of convex shapes by kinds and regimes. Every instruction set must leave the same
-// answers to a block of sixteen. What the kernels leave open is decided in double, as a frame does. No pair that touches
-// may be apart, and what touches is at most a stated fraction of the sizes apart. A sample goes through run_frame: its
-// contacts must be deep enough to part the shapes, and are compared with the least depth.
+// Verifies exact tests: random pairs of convex shapes by kinds and regimes. Every instruction set must give the same
+// answers to a block of sixteen. What the kernels leave open is decided in double, as a frame does. No pair that
+// touches may be apart, and what touches is at most a stated fraction of the sizes apart. A sample goes through
+// run_frame: its contacts must be deep enough to part the shapes, and are compared with the least depth.
 #include <cmath>
 
 #include "perf/base/report.h"

@@ -27,7 +27,8 @@ constexpr std::size_t kFindingsKept = 10;
 // How often the file of --resume is written while rounds run.
 constexpr double kSaveSeconds = 10;
 
-// The counts of one part: rows[regime * methods + method], seconds[regime] summed over threads. index: in verify_parts().
+// The counts of one part: rows[regime * methods + method], seconds[regime] summed over threads. index: that of the part
+// in verify_parts().
 struct PartSums {
   std::size_t index;
   std::vector<Tally> rows;

@@ -1,6 +1,6 @@
 // Turns bytes into two bodies of convex parts, of extreme sizes and poses, and tests them with the exact kernels. Every
-// instruction set writes the same hits and contacts. Parts that have a point in common by a certificate are a hit, parts
-// that are far apart are none. A contact is finite, and deep enough to part two parts.
+// instruction set writes the same hits and contacts. Parts that have a point in common by a certificate are a hit,
+// parts that are far apart are none. A contact is finite, and deep enough to part two parts.
 #include "perf/oracle/convex_pairs.h"
 #include "perf/oracle/world.h"
 #include "tests/fuzz/bytes.h"
@@ -12,8 +12,8 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 
-// What shapes that are called touching may be apart, in parts of their size and of the distances from their origins. Two
-// bits more than docs/embedding.md says, for the rounding of the sum.
+// What shapes that are called touching may be apart, in parts of their size and of the distances from their origins.
+// Two bits more than docs/embedding.md says, for the rounding of the sum.
 constexpr double kWidestGap = 0x1p-38;
 
 // What float leaves of the depth and the normal of a contact, in parts of the size.
