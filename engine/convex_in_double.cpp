@@ -201,15 +201,18 @@ kernel::ConvexAnswer answer_of(const ConvexPair& pair, double radius) {
 
 // The answer for a pair with an ellipsoid, in the frame of the ellipsoid and in a space in which it is a ball of radius
 // 1. The direction between its centre and the other shape keeps its digits there however close the shapes are: on a
-// curved side a direction that is a little off misses by more than a small gap. is_of_a: which side the ellipsoid is.
+// curved side a direction that is a little off misses by more than a small gap. The plane across each direction is also
+// tried where the pair is: the slack of that space is wide along the longer radii. is_of_a: which side the ellipsoid is.
 kernel::ConvexAnswer answer_about_ball(const ConvexPair& pair, bool is_of_a, double radius) {
   const Double3& radii = is_of_a ? *pair.radii_of_a() : *pair.radii_of_b();
   const auto shrunk = [&radii](const Double3& v) { return Double3{v.x / radii.x, v.y / radii.y, v.z / radii.z}; };
   const Double3 axis[3] = {pair.axis_of_b(0), pair.axis_of_b(1), pair.axis_of_b(2)};
   const auto in_b = [&axis](const Double3& v) { return Double3{dot(axis[0], v), dot(axis[1], v), dot(axis[2], v)}; };
+  bool is_apart = false;
   const auto support = [&](const Double3& d, std::uint32_t) {
     const Double3 own = shrunk(d), in_a = is_of_a ? own : kernel::rotate(axis, own);
     const DifferencePoint point = pair.farthest(in_a);
+    is_apart = is_apart || dot(in_a, point.at) < -(radius + pair.slack()) * length(in_a);
     // Without the ellipsoid, with the balls.
     const Double3 rest = (is_of_a ? point.at - point.on_a : point.on_a - pair.t()) + (radius / length(in_a)) * in_a;
     return shrunk(is_of_a ? rest : in_b(rest));
@@ -217,7 +220,8 @@ kernel::ConvexAnswer answer_about_ball(const ConvexPair& pair, bool is_of_a, dou
   const double by = 1 / std::min({radii.x, radii.y, radii.z});
   const kernel::GjkPair<double> lengths = {shrunk(is_of_a ? pair.t() : in_b(pair.t())), 1, by * pair.slack(),
                                            by * by * by * pair.rounding()};
-  return kernel::gjk(lengths, kernel::kGjkInDouble, 1, support);
+  const kernel::ConvexAnswer answer = kernel::gjk(lengths, kernel::kGjkInDouble, 1, support);
+  return is_apart ? kernel::ConvexAnswer{1, 0} : answer;
 }
 
 }  // namespace
