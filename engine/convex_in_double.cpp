@@ -202,7 +202,8 @@ kernel::ConvexAnswer answer_of(const ConvexPair& pair, double radius) {
 // The answer for a pair with an ellipsoid, in the frame of the ellipsoid and in a space in which it is a ball of radius
 // 1. The direction between its centre and the other shape keeps its digits there however close the shapes are: on a
 // curved side a direction that is a little off misses by more than a small gap. The plane across each direction is also
-// tried where the pair is: the slack of that space is wide along the longer radii. is_of_a: which side the ellipsoid is.
+// tried where the pair is: the slack of that space is wide along the longer radii. is_of_a: which side the ellipsoid
+// is.
 kernel::ConvexAnswer answer_about_ball(const ConvexPair& pair, bool is_of_a, double radius) {
   const Double3& radii = is_of_a ? *pair.radii_of_a() : *pair.radii_of_b();
   const auto shrunk = [&radii](const Double3& v) { return Double3{v.x / radii.x, v.y / radii.y, v.z / radii.z}; };

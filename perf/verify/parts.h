@@ -26,9 +26,9 @@ struct Subject {
 
 // The counts of one row. They are only sums and maxima, so they depend on nothing but which rounds ran.
 struct Tally {
-  std::uint64_t judged = 0;           // what the part counts
-  std::uint64_t violations = 0;       // boxes that do not contain what they must; touching pairs that were not reported
-  std::uint64_t touching = 0;         // pairs that the judge calls touching
+  std::uint64_t judged = 0;      // what the part counts
+  std::uint64_t violations = 0;  // whatever breaks a promise: a box that does not contain what it must, a lost pair
+  std::uint64_t touching = 0;    // pairs that the judge calls touching
   std::uint64_t false_positives = 0;  // pairs reported that the judge calls apart
   std::uint64_t differing = 0;        // pairs that another strategy or instruction set reports otherwise
   std::uint64_t false_apart = 0;      // pairs of shapes that touch and were called apart
