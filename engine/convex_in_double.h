@@ -5,7 +5,12 @@
 
 namespace cab {
 
+// The answer for the two shapes of one lane, in bit 0.
+kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane);
+
 // Whether the two shapes of one lane touch. A pair that stays undecided touches.
-bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane);
+inline bool touch_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
+  return answer_in_double(block, lane).apart == 0;
+}
 
 }  // namespace cab

@@ -104,10 +104,6 @@ Double3 ConvexPair::farthest_of_b(const Double3& d) const {
                                                      kernel::dot(axis_[2], d)}));
 }
 
-Double3 ConvexPair::farthest(const Double3& direction) const {
-  return farthest_of(a_, direction) - farthest_of_b({-direction.x, -direction.y, -direction.z});
-}
-
 int ConvexPair::half_spaces() const {
   return int{a_.kind == ConvexKind::kHalfSpace} + int{b_.kind == ConvexKind::kHalfSpace};
 }

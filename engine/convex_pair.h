@@ -22,17 +22,25 @@ class ConvexPair {
   // shift: the origin of b's instance less that of a's instance.
   ConvexPair(const PlacedShape& a, const PlacedShape& b, const double (&shift)[3]);
 
-  // The point of the difference a - b farthest along a direction, without the balls about round shapes. Of several
-  // vertices of a hull the one that comes first by x, then y, then z.
-  Double3 farthest(const Double3& direction) const;
+  // The point of each shape, and of the difference a - b, farthest along a direction, without the balls about round
+  // shapes. Of several vertices of a hull the one that comes first by x, then y, then z. None of the shapes may be a
+  // half space.
+  Double3 farthest_of_a(const Double3& d) const { return farthest_of(a_, d); }
+  Double3 farthest_of_b(const Double3& d) const;
+  Double3 farthest(const Double3& d) const { return farthest_of_a(d) - farthest_of_b({-d.x, -d.y, -d.z}); }
 
-  // How many of the two shapes are half spaces. If there is one, farthest must not be called.
+  // How many of the two shapes are half spaces.
   int half_spaces() const;
 
   // How high the other shape, without its ball, begins above the plane of the one half space.
   double height_above_plane() const;
 
+  // The radii of a side that is an ellipsoid; null if it is none.
+  const Double3* radii_of_a() const { return a_.kind == ConvexKind::kEllipsoid ? &a_.size : nullptr; }
+  const Double3* radii_of_b() const { return b_.kind == ConvexKind::kEllipsoid ? &b_.size : nullptr; }
+
   double scale() const { return scale_; }
+  const Double3 (&axis_of_b() const)[3] { return axis_; }
   const Double3& t() const { return t_; }                  // the centre of b's shape
   double radius() const { return a_.radius + b_.radius; }  // of both balls
   double slack() const { return slack_; }                  // more than how far rounding may move a point of b against a
@@ -50,7 +58,6 @@ class ConvexPair {
   static Shape local_shape(const ConvexShape& from);
   static Shape posed_shape(const PlacedShape& from);
   Double3 farthest_of(const Shape& shape, const Double3& d) const;  // in the shape's frame
-  Double3 farthest_of_b(const Double3& d) const;                    // in a's frame
 
   Shape a_, b_;
   Double3 axis_[3], t_;  // of b

@@ -42,6 +42,15 @@ struct Feature {
   const Corner &p, &q, &r;
 };
 
+// What is left of v across an edge. v is across it but for rounding, which is large next to a short v: without this,
+// the plane through a feature that is close to the origin cuts off the feature's own corners. In float that happens
+// within the slack, and v is kept.
+template <class V>
+CAB_INLINE Vec3<V> across(const Vec3<V>& v, const Vec3<V>& edge, V length_sq) {
+  if constexpr (!kIsDouble<V>) return v;
+  return v - divide(dot(v, edge), length_sq) * edge;
+}
+
 // Takes a feature as the new simplex in the lanes where it is nearer to the origin. closest: the point of the feature
 // that is nearest to the origin.
 template <class V, class Corner>
@@ -84,12 +93,14 @@ CAB_INLINE Mask<V> add_point(const Corner& added, V inside, V rounding, const Si
   for (int i = 0; i < 3; ++i) contains = both(contains, is_inside(height[i], normal_sq[i]));
 
   best.set(added);
+  V length_sq[3];
   for (int i = 0; i < 3; ++i) {
-    const V length_sq = dot(edge[i], edge[i]);
-    const V along = divide(dot(to_origin, edge[i]), length_sq);
+    length_sq[i] = dot(edge[i], edge[i]);
+    const V along = divide(dot(to_origin, edge[i]), length_sq[i]);
     const Vec3<V> closest = p + along * edge[i];
     const Feature<Corner> feature = {added, simplex.corner[i], simplex.corner[i]};
-    take_nearer<V, Corner>(closest, closest, both(along > zero, along < one), feature, best);
+    take_nearer<V, Corner>(closest, across(closest, edge[i], length_sq[i]), both(along > zero, along < one), feature,
+                           best);
   }
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -99,7 +110,8 @@ CAB_INLINE Mask<V> add_point(const Corner& added, V inside, V rounding, const Si
     const V by = divide(V(1.0f), normal_sq[i]);
     const Vec3<V> closest = p + ((by * weight_i) * edge[i] + (by * weight_j) * edge[j]);
     const Feature<Corner> feature = {added, simplex.corner[i], simplex.corner[j]};
-    take_nearer<V, Corner>(closest, ((zero - height[i]) * by) * normal[i], above, feature, best);
+    take_nearer<V, Corner>(closest, across(((zero - height[i]) * by) * normal[i], edge[i], length_sq[i]), above,
+                           feature, best);
   }
   return contains;
 }

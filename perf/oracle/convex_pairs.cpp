@@ -34,13 +34,27 @@ void random_quaternion(Random& random, double most_angle, float* out) {
   for (std::size_t c = 0; c < 4; ++c) out[c] = static_cast<float>(q[c] / length);
 }
 
-PosedPart random_part(Random& random, ShapeKind kind, double size, double aspect) {
+// What makes a part thin: a needle keeps one size, a plate two.
+struct Thin {
+  double aspect = 1;
+  bool is_plate = false;
+};
+
+// Uniform on the sphere, by rejection in the cube: hulls have many vertices.
+Vec3<double> point_on_sphere(Random& random) {
+  for (;;) {
+    const Vec3<double> at = {{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}};
+    const double square = dot(at, at);
+    if (square <= 1 && square > 0.01) return (1 / std::sqrt(square)) * at;
+  }
+}
+
+PosedPart random_part(Random& random, ShapeKind kind, double size, const Thin& thin) {
   PosedPart out = {};
   out.part.kind = kind;
   double sizes[3];
   for (double& s : sizes) s = size * random.uniform(0.25, 1.5);
-  // A needle keeps one size, a plate two.
-  for (std::size_t c = random.index(2); c < 2; ++c) sizes[c] /= aspect;
+  for (std::size_t c = thin.is_plate; c < 2; ++c) sizes[c] /= thin.aspect;
   for (std::size_t c = 0; c < 3; ++c) out.part.size[c] = static_cast<float>(sizes[c]);
   if (kind == ShapeKind::kConvexHull) {
     static constexpr std::uint32_t kCounts[] = {4, 5, 8, 16, 17, 32, 64};
@@ -48,7 +62,7 @@ PosedPart random_part(Random& random, ShapeKind kind, double size, double aspect
     const std::uint32_t count = is_flat && random.chance(0.5) ? 3 : kCounts[random.index(7)];
     const double offset = random.chance(0.2) ? size : 0;  // the hull's centre need not be the part's origin
     for (std::uint32_t v = 0; v < count; ++v) {
-      Vec3<double> at = random.unit_vector();
+      Vec3<double> at = point_on_sphere(random);
       if (is_flat) at[2] = 0;
       for (std::size_t c = 0; c < 3; ++c) out.vertices.push_back(static_cast<float>(sizes[c] * at[c] + offset));
     }
@@ -95,6 +109,52 @@ JudgeShape judge_shape(const PosedPart& posed, const Point& shift, std::vector<P
   return out;
 }
 
+void move(const Point& by, ConvexCase& made) {
+  for (std::size_t c = 0; c < 3; ++c) made.b.pose[4 + c] = static_cast<float>(made.b.pose[4 + c] + by[c]);
+}
+
+// Moves b as the origins can, which are double.
+void move_finely(const Point& by, ConvexCase& made) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Real to = made.b.pose[4 + c] + by[c];
+    made.b.pose[4 + c] = static_cast<float>(to);
+    made.shift[c] += static_cast<double>(to - made.b.pose[4 + c]);
+  }
+}
+
+// Where b is along the normal of two shapes: their gap, or less their depth.
+struct Along {
+  Point normal;
+  Real gap;
+};
+
+// kDecide: of shapes that are apart, along some plane between them.
+Along gap_of(const ConvexCase& made, Effort effort) {
+  const JudgedShapes shapes(made);
+  const Certificate found = certify(shapes.a, shapes.b, effort);
+  if (found.proof == Proof::kApart) return {convert<Real>(found.normal), found.gap};
+  const Verdict verdict = judge(shapes.a, shapes.b, Effort::kMeasure);
+  return {verdict.normal, are_apart(verdict) ? verdict.gap_at_least : verdict.gap_at_most};
+}
+
+// Moves b to a small gap, of either sign. From far away it comes near, slides along a plane between the shapes so that
+// other features are close, and goes the rest of the way.
+void bring_near(Random& random, ConvexCase& made) {
+  const Real reach = reach_of(made.a) + reach_of(made.b);
+  {
+    const JudgedShapes shapes(made);
+    const Point away = random.uniform(1.01, 1.5) * reach * convert<Real>(random.unit_vector());
+    move_finely(away - (shapes.b.pose.at - shapes.a.pose.at), made);
+  }
+  Along now = gap_of(made, Effort::kDecide);
+  const Point side = 0.5L * reach * convert<Real>(random.unit_vector());
+  move_finely((side - dot(side, now.normal) * now.normal) - (0.99L * now.gap) * now.normal, made);
+  now = gap_of(made, Effort::kMeasure);
+  const bool fine = random.chance(0.5);
+  const Real gap = random.sign() * random.log_uniform(fine ? 1e-13 : 1e-8, 1e-2) * reach;
+  (fine ? move_finely : move)((gap - now.gap) * now.normal, made);
+}
+
 }  // namespace
 
 void bind_vertices(ConvexCase& made) {
@@ -102,13 +162,19 @@ void bind_vertices(ConvexCase& made) {
 }
 
 ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_a, ShapeKind kind_b) {
-  double unit = 0.2, ratio = 1, aspect_a = 1, aspect_b = 1, away = 1.2, angle = 0, world = 0;
+  double unit = 0.2, ratio = 1, away = 1.2, angle = 0, world = 0;
+  Thin thin_a, thin_b;
+  const auto make_thin = [&](double least, double most) {
+    for (Thin* thin : {&thin_a, &thin_b}) *thin = {random.log_uniform(least, most), random.chance(0.5)};
+  };
   switch (regime) {
     case ConvexRegime::kRegular:
     case ConvexRegime::kNear: break;
-    case ConvexRegime::kThin:
-      aspect_a = random.log_uniform(1, 1e3);
-      aspect_b = random.log_uniform(1, 1e3);
+    case ConvexRegime::kThin: make_thin(1, 1e3); break;
+    case ConvexRegime::kNeedles:
+    case ConvexRegime::kPlates:
+      make_thin(1e2, 1e5);
+      thin_a.is_plate = thin_b.is_plate = regime == ConvexRegime::kPlates;
       break;
     case ConvexRegime::kUnequal: ratio = random.log_uniform(10, 1e3); break;
     case ConvexRegime::kConcentric: away = 0; break;
@@ -118,18 +184,29 @@ ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_
       world = 1e6;
       break;
     case ConvexRegime::kUnits: unit = random.log_uniform(1e-24, 1e12); break;
+    case ConvexRegime::kNested:
+      ratio = random.log_uniform(3, 30);
+      away = 0.1;
+      break;
+    case ConvexRegime::kEqual: break;
   }
   ConvexCase out = {};
   const bool larger_b = random.chance(0.5);
-  out.a = random_part(random, kind_a, larger_b ? unit : unit * ratio, aspect_a);
-  out.b = random_part(random, kind_b, larger_b ? unit * ratio : unit, aspect_b);
-  if (regime == ConvexRegime::kConcentric && random.chance(0.5) && kind_a == kind_b) out.b = out.a;
+  out.a = random_part(random, kind_a, larger_b ? unit : unit * ratio, thin_a);
+  out.b = random_part(random, kind_b, larger_b ? unit * ratio : unit, thin_b);
+  const bool equal = regime == ConvexRegime::kEqual || (regime == ConvexRegime::kConcentric && random.chance(0.5));
+  if (equal && kind_a == kind_b) out.b = out.a;
+  if (equal && kind_a != kind_b) std::copy_n(out.a.part.size, 3, out.b.part.size);
   const bool coincide = regime == ConvexRegime::kConcentric && random.chance(0.2);
   const double size = unit * ratio;
   for (PosedPart* posed : {&out.a, &out.b}) {
     random_quaternion(random, angle, posed->pose);
     for (std::size_t c = 4; c < 7; ++c) posed->pose[c] = static_cast<float>(random.uniform(-away, away) * size);
     if (angle > 0) std::copy_n(std::initializer_list<float>{0, 0, 0, 1}.begin(), 4, posed->part.rotation);
+  }
+  if (regime == ConvexRegime::kEqual && random.chance(0.5)) {
+    std::copy_n(out.a.pose, 4, out.b.pose);
+    std::copy_n(out.a.part.rotation, 4, out.b.part.rotation);
   }
   if (coincide) {
     std::copy_n(out.a.pose, 7, out.b.pose);
@@ -147,23 +224,19 @@ ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_
   bind_vertices(out);
   if (kind_a == ShapeKind::kHalfSpace && kind_b == ShapeKind::kHalfSpace) return out;
   const bool has_near = regime != ConvexRegime::kRegular && regime != ConvexRegime::kUnits;
-  if (regime == ConvexRegime::kNear || (has_near && random.chance(0.1))) {
-    // Moved along the judge's normal to a small gap; the pose is rounded, so the gap is not exactly that.
-    const JudgedCase judged = judge_case(out, Effort::kMeasure);
-    const Real gap = static_cast<Real>(random.sign() * random.log_uniform(1e-8, 1e-2)) * judged.size;
-    const Real move =
-        gap - (judged.verdict.gap_at_least > 0 ? judged.verdict.gap_at_least : judged.verdict.gap_at_most);
-    for (std::size_t c = 0; c < 3; ++c)
-      out.b.pose[4 + c] = static_cast<float>(out.b.pose[4 + c] + move * judged.verdict.normal[c]);
-  }
+  const bool is_thin = regime == ConvexRegime::kNeedles || regime == ConvexRegime::kPlates;
+  if (regime == ConvexRegime::kNear || (has_near && random.chance(is_thin ? 0.4 : 0.1))) bring_near(random, out);
   return out;
 }
 
+JudgedShapes::JudgedShapes(const ConvexCase& made)
+    : a(judge_shape(made.a, Point{}, vertices_a_)),
+      b(judge_shape(made.b, Point{{made.shift[0], made.shift[1], made.shift[2]}}, vertices_b_)) {}
+
 JudgedCase judge_case(const ConvexCase& made, Effort effort) {
-  std::vector<Point> vertices_a, vertices_b;
-  const Point shift = {{made.shift[0], made.shift[1], made.shift[2]}};
-  const JudgeShape a = judge_shape(made.a, Point{}, vertices_a), b = judge_shape(made.b, shift, vertices_b);
-  return {judge(a, b, effort), reach_of(made.a) + reach_of(made.b) + length(b.pose.at - a.pose.at)};
+  const JudgedShapes shapes(made);
+  return {judge(shapes.a, shapes.b, effort),
+          reach_of(made.a) + reach_of(made.b) + length(shapes.b.pose.at - shapes.a.pose.at)};
 }
 
 }  // namespace cab::oracle

@@ -1,9 +1,11 @@
 #include "perf/verify/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "perf/base/option_values.h"
+#include "perf/verify/parts.h"
 
 namespace cab::perf {
 
@@ -11,7 +13,7 @@ Command add_verify(CLI::App& app) {
   auto options = std::make_shared<VerifyOptions>();
   VerifyOptions& o = *options;
   CLI::App& command = *app.add_subcommand(
-      "verify", "long, seeded verification of merges, overlap tests, hierarchies and frames by exact judges");
+      "verify", "long, seeded verification of merges, overlap tests, hierarchies, frames and exact tests by judges");
   command
       .add_option_function<std::string>(
           "--minutes", [&o](const std::string& text) { o.minutes = read_positive("--minutes", text); },
@@ -21,6 +23,19 @@ Command add_verify(CLI::App& app) {
       command.add_option("--rounds", o.rounds, "run this many rounds instead; the counts follow from it and the seed")
           ->type_name("N")
           ->excludes("--minutes");
+  std::vector<std::string> names;
+  for (const VerifyPart& part : verify_parts()) names.push_back(part.name);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--part",
+          [&o, names](const std::vector<std::string>& given) {
+            for (const std::string& name : given)
+              if (std::find(names.begin(), names.end(), name) == names.end())
+                reject("--part", name, joined(names, ", ", " or "));
+            o.parts = given;
+          },
+          "only this part: " + joined(names, ", ", " or ") + "; give it again for another (default: all)")
+      ->type_name("NAME");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   command.add_option("--seed", o.seed, "seed of all inputs (default 1)")->type_name("S");

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "perf/base/options.h"
 
@@ -15,6 +16,7 @@ struct VerifyOptions {
   double minutes = 1;                   // how long, unless rounds or round is given
   std::optional<std::uint64_t> rounds;  // how many rounds
   std::optional<std::uint64_t> round;   // the number of the only round
+  std::vector<std::string> parts;       // by name; empty: all
   std::uint64_t seed = 1;
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 0;  // 0: every core

@@ -35,13 +35,8 @@ std::vector<Enumeration> values_of(const std::string& field) {
 }  // namespace
 
 void Tally::add(const Tally& other) {
-  judged += other.judged;
-  violations += other.violations;
-  touching += other.touching;
-  false_positives += other.false_positives;
-  differing += other.differing;
-  excess = std::max(excess, other.excess);
-  axes = std::max(axes, other.axes);
+  for (const NamedCount& each : kCounts) this->*each.count += other.*each.count;
+  for (const NamedValue& each : kMaxima) this->*each.value = std::max(this->*each.value, other.*each.value);
   if (std::tie(share, rounding, padding) < std::tie(other.share, other.rounding, other.padding))
     std::tie(share, rounding, padding) = std::tie(other.share, other.rounding, other.padding);
 }
@@ -52,7 +47,8 @@ void Task::violation(std::size_t method, const std::string& input) {
 }
 
 const std::vector<VerifyPart>& verify_parts() {
-  static const std::vector<VerifyPart> parts = {merges_part(), overlaps_part(), trees_part(), frames_part()};
+  static const std::vector<VerifyPart> parts = {merges_part(), overlaps_part(), trees_part(), frames_part(),
+                                                shapes_part()};
   return parts;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/convex_in_double.h"
 #include "kernels/find_kernels.h"
 #include "perf/oracle/oracle_box.h"
 #include "perf/oracle/random.h"
@@ -20,15 +21,23 @@ struct Subject {
   const kernel::KernelTable* kernels = nullptr;  // its isa is that of the engines too
   decltype(&cab::compute_boxes) compute_boxes = cab::compute_boxes;
   decltype(&cab::run_frame) run_frame = cab::run_frame;
+  decltype(&cab::answer_in_double) answer_in_double = cab::answer_in_double;
 };
 
 // The counts of one row. They are only sums and maxima, so they depend on nothing but which rounds ran.
 struct Tally {
-  std::uint64_t judged = 0;           // what the part counts
-  std::uint64_t violations = 0;       // boxes that do not contain what they must; touching pairs that were not reported
-  std::uint64_t touching = 0;         // pairs that the judge calls touching
+  std::uint64_t judged = 0;      // what the part counts
+  std::uint64_t violations = 0;  // whatever breaks a promise: a box that does not contain what it must, a lost pair
+  std::uint64_t touching = 0;    // pairs that the judge calls touching
   std::uint64_t false_positives = 0;  // pairs reported that the judge calls apart
-  std::uint64_t differing = 0;        // pairs that another strategy reports otherwise
+  std::uint64_t differing = 0;        // pairs that another strategy or instruction set reports otherwise
+  std::uint64_t false_apart = 0;      // pairs of shapes that touch and were called apart
+  std::uint64_t undecided = 0;        // pairs of shapes that the kernels leave open
+  std::uint64_t still_undecided = 0;  // those of them that the test in double leaves open
+  std::uint64_t contacts = 0;         // contacts that were judged
+  std::uint64_t above_1 = 0;          // contacts that are more than 1 % deeper than the least depth
+  std::uint64_t above_10 = 0;         // more than 10 %
+  double widest_gap = 0;   // of shapes that are apart and were called touching, in parts of what a gap may be
   double excess = -1e300;  // largest by which a corner leaves its box, in ulps of size u (S + M); negative: inside
   double axes = 0;         // largest |R^T R - I| of a box that was made, in u
   // The merge in which rounding took the largest share of the padding: the share, and both in ulps of size.
@@ -36,6 +45,31 @@ struct Tally {
 
   void add(const Tally& other);
 };
+
+// The counts and the maxima of a tally by the names that they have in a file.
+struct NamedCount {
+  const char* name;
+  std::uint64_t Tally::*count;
+};
+inline constexpr NamedCount kCounts[] = {{"judged", &Tally::judged},
+                                         {"violations", &Tally::violations},
+                                         {"touching", &Tally::touching},
+                                         {"false_positives", &Tally::false_positives},
+                                         {"differing", &Tally::differing},
+                                         {"false_apart", &Tally::false_apart},
+                                         {"undecided", &Tally::undecided},
+                                         {"still_undecided", &Tally::still_undecided},
+                                         {"contacts", &Tally::contacts},
+                                         {"contacts_above_1_percent", &Tally::above_1},
+                                         {"contacts_above_10_percent", &Tally::above_10}};
+struct NamedValue {
+  const char* name;
+  double Tally::*value;
+};
+inline constexpr NamedValue kMaxima[] = {
+    {"widest_gap", &Tally::widest_gap}, {"excess_ulps", &Tally::excess}, {"axes_u", &Tally::axes}};
+inline constexpr NamedValue kWorstMerge[] = {
+    {"share_of_padding", &Tally::share}, {"rounding_ulps", &Tally::rounding}, {"padding_ulps", &Tally::padding}};
 
 // One regime of one round: the input of a part, and its results.
 struct Task {
@@ -54,6 +88,7 @@ enum class Columns {
   kMerges,  // containment, with the padding of one merge
   kBoxes,   // containment
   kPairs,   // misses and false positives
+  kShapes,  // answers of exact tests, and contacts
 };
 
 struct VerifyPart {
@@ -69,6 +104,7 @@ VerifyPart merges_part();
 VerifyPart overlaps_part();
 VerifyPart trees_part();
 VerifyPart frames_part();
+VerifyPart shapes_part();
 
 // All of them, in the order in which they are printed.
 const std::vector<VerifyPart>& verify_parts();

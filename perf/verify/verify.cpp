@@ -27,8 +27,10 @@ constexpr std::size_t kFindingsKept = 10;
 // How often the file of --resume is written while rounds run.
 constexpr double kSaveSeconds = 10;
 
-// The counts of one part: rows[regime * methods + method], seconds[regime] summed over threads.
+// The counts of one part: rows[regime * methods + method], seconds[regime] summed over threads. index: that of the part
+// in verify_parts().
 struct PartSums {
+  std::size_t index;
   std::vector<Tally> rows;
   std::vector<double> seconds;
 };
@@ -39,10 +41,14 @@ struct Sums {
   std::vector<PartSums> parts;
   std::vector<std::string> findings;
 
-  Sums() {
-    for (const VerifyPart& part : verify_parts())
+  // Of the parts with these names; of all if there are none.
+  explicit Sums(const std::vector<std::string>& names) {
+    for (std::size_t p = 0; p < verify_parts().size(); ++p) {
+      const VerifyPart& part = verify_parts()[p];
+      if (!names.empty() && std::find(names.begin(), names.end(), part.name) == names.end()) continue;
       parts.push_back(
-          {std::vector<Tally>(part.regimes.size() * part.methods.size()), std::vector<double>(part.regimes.size())});
+          {p, std::vector<Tally>(part.regimes.size() * part.methods.size()), std::vector<double>(part.regimes.size())});
+    }
   }
   void add(const Sums& other) {
     for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -69,20 +75,22 @@ oracle::Random random_of(std::uint64_t seed, std::uint64_t round, std::uint64_t 
   return oracle::Random(oracle::Random(state).next_u64());
 }
 
-Sums run_round(const Subject& subject, std::uint64_t seed, std::uint64_t round) {
-  Sums out;
-  for (std::size_t p = 0; p < out.parts.size(); ++p) {
-    const VerifyPart& part = verify_parts()[p];
+Sums run_round(const Subject& subject, const VerifyOptions& options, std::uint64_t round) {
+  const std::uint64_t seed = options.seed;
+  Sums out(options.parts);
+  for (PartSums& sums : out.parts) {
+    const VerifyPart& part = verify_parts()[sums.index];
     for (std::size_t regime = 0; regime < part.regimes.size(); ++regime) {
       const auto start = Clock::now();
-      Task task{&subject, regime, random_of(seed, round, p, regime), std::vector<Tally>(part.methods.size()), {}};
+      Task task{
+          &subject, regime, random_of(seed, round, sums.index, regime), std::vector<Tally>(part.methods.size()), {}};
       part.run(task);
       std::copy(task.tallies.begin(), task.tallies.end(),
-                out.parts[p].rows.begin() + static_cast<std::ptrdiff_t>(regime * part.methods.size()));
+                sums.rows.begin() + static_cast<std::ptrdiff_t>(regime * part.methods.size()));
       for (const std::string& finding : task.findings)
         out.findings.push_back(std::string(part.name) + ", " + part.regimes[regime] + ", seed " + std::to_string(seed) +
                                ", round " + std::to_string(round) + ": " + finding);
-      out.parts[p].seconds[regime] = seconds_since(start);
+      sums.seconds[regime] = seconds_since(start);
     }
   }
   return out;
@@ -91,33 +99,18 @@ Sums run_round(const Subject& subject, std::uint64_t seed, std::uint64_t round) 
 // ------------------------------------------------------------------------------------------- files
 
 Json row_json(const std::string& regime, const std::string& method, const Tally& row) {
-  Json json = {{"regime", regime},
-               {"method", method},
-               {"judged", row.judged},
-               {"violations", row.violations},
-               {"touching", row.touching},
-               {"false_positives", row.false_positives},
-               {"differing", row.differing},
-               {"excess_ulps", row.excess},
-               {"axes_u", row.axes},
-               {"share_of_padding", row.share},
-               {"rounding_ulps", row.rounding},
-               {"padding_ulps", row.padding}};
+  Json json = {{"regime", regime}, {"method", method}};
+  for (const NamedCount& each : kCounts) json[each.name] = row.*each.count;
+  for (const NamedValue& each : kMaxima) json[each.name] = row.*each.value;
+  for (const NamedValue& each : kWorstMerge) json[each.name] = row.*each.value;
   return json;
 }
 
 Tally row_from(const Json& json) {
   Tally row;
-  json.at("judged").get_to(row.judged);
-  json.at("violations").get_to(row.violations);
-  json.at("touching").get_to(row.touching);
-  json.at("false_positives").get_to(row.false_positives);
-  json.at("differing").get_to(row.differing);
-  json.at("excess_ulps").get_to(row.excess);
-  json.at("axes_u").get_to(row.axes);
-  json.at("share_of_padding").get_to(row.share);
-  json.at("rounding_ulps").get_to(row.rounding);
-  json.at("padding_ulps").get_to(row.padding);
+  for (const NamedCount& each : kCounts) json.at(each.name).get_to(row.*each.count);
+  for (const NamedValue& each : kMaxima) json.at(each.name).get_to(row.*each.value);
+  for (const NamedValue& each : kWorstMerge) json.at(each.name).get_to(row.*each.value);
   return row;
 }
 
@@ -126,31 +119,34 @@ Json to_json(std::uint64_t seed, Isa isa, const Sums& sums) {
   Json json = {{"version", CAB_VERSION_STRING},   {"seed", seed},
                {"isa", to_string(isa)},           {"rounds", sums.next_round},
                {"violations", sums.violations()}, {"findings", sums.findings}};
-  for (std::size_t p = 0; p < sums.parts.size(); ++p) {
-    const VerifyPart& part = verify_parts()[p];
+  for (const PartSums& each : sums.parts) {
+    const VerifyPart& part = verify_parts()[each.index];
     Json rows = Json::array();
-    for (std::size_t r = 0; r < sums.parts[p].rows.size(); ++r)
-      rows.push_back(row_json(part.regimes[r / part.methods.size()], part.methods[r % part.methods.size()],
-                              sums.parts[p].rows[r]));
-    json["parts"].push_back(
-        {{"part", part.name}, {"judged", part.judged}, {"rows", rows}, {"seconds", sums.parts[p].seconds}});
+    for (std::size_t r = 0; r < each.rows.size(); ++r)
+      rows.push_back(
+          row_json(part.regimes[r / part.methods.size()], part.methods[r % part.methods.size()], each.rows[r]));
+    json["parts"].push_back({{"part", part.name}, {"judged", part.judged}, {"rows", rows}, {"seconds", each.seconds}});
   }
   return json;
 }
 
 // Reads what an earlier run of the same seed, instruction set and rows has left.
-Sums resume(const std::string& path, std::uint64_t seed, Isa isa) {
-  Sums sums;
+Sums resume(const VerifyOptions& options, Isa isa) {
+  const std::string& path = options.resume_path;
+  Sums sums(options.parts);
   try {
     std::ifstream file(path, std::ios::binary);
     if (!file) throw std::runtime_error("cannot be read");
     const Json json = Json::parse(file);
     if (json.at("version") != CAB_VERSION_STRING) throw std::runtime_error("was written by another version of cab");
-    if (json.at("seed") != seed) throw std::runtime_error("was written with another --seed");
+    if (json.at("seed") != options.seed) throw std::runtime_error("was written with another --seed");
     if (json.at("isa") != to_string(isa)) throw std::runtime_error("was written with another --isa");
     json.at("rounds").get_to(sums.next_round);
     json.at("findings").get_to(sums.findings);
-    const Json expected = to_json(seed, isa, sums).at("parts");
+    const Json expected = to_json(options.seed, isa, sums).at("parts");
+    const auto is_same = [](const Json& left, const Json& right) { return left.at("part") == right.at("part"); };
+    if (!std::equal(expected.begin(), expected.end(), json.at("parts").begin(), json.at("parts").end(), is_same))
+      throw std::runtime_error("was written with other parts (--part)");
     for (std::size_t p = 0; p < sums.parts.size(); ++p) {
       const Json& part = json.at("parts").at(p);
       for (std::size_t r = 0; r < sums.parts[p].rows.size(); ++r) {
@@ -160,7 +156,8 @@ Sums resume(const std::string& path, std::uint64_t seed, Isa isa) {
         sums.parts[p].rows[r] = row_from(row);
       }
       part.at("seconds").get_to(sums.parts[p].seconds);
-      if (sums.parts[p].seconds.size() != verify_parts()[p].regimes.size()) throw std::runtime_error("has other rows");
+      if (sums.parts[p].seconds.size() != verify_parts()[sums.parts[p].index].regimes.size())
+        throw std::runtime_error("has other rows");
     }
   } catch (const Json::exception&) {
     throw std::runtime_error(path + ": is no file of cab verify");
@@ -183,6 +180,9 @@ std::vector<std::string> heading(const VerifyPart& part, const std::string& firs
     case Columns::kMerges:
       return {first, part.judged, "violations", "worst excess", "rounding", "of padding", "used %", "axes, u", "s"};
     case Columns::kBoxes: return {first, part.judged, "violations", "worst excess", "axes, u", "s"};
+    case Columns::kShapes:
+      return {first,     part.judged, "touching", "undecided", "in double", "false apart", "false touching",
+              "wide as", "differing", "contacts", "over 1 %",  "over 10 %", "violations",  "s"};
     case Columns::kPairs: break;
   }
   return {first, part.judged, "touching", "misses", "false positives", "differing", "s"};
@@ -203,6 +203,21 @@ std::vector<std::string> line(const VerifyPart& part, const std::string& name, c
               fixed(row.axes, 1),
               seconds};
     case Columns::kBoxes: return {name, judged, violations, number_or_dash(row.excess, 2), fixed(row.axes, 1), seconds};
+    case Columns::kShapes:
+      return {name,
+              judged,
+              std::to_string(row.touching),
+              std::to_string(row.undecided),
+              std::to_string(row.still_undecided),
+              std::to_string(row.false_apart),
+              std::to_string(row.false_positives),
+              fixed(row.widest_gap, 3),
+              std::to_string(row.differing),
+              std::to_string(row.contacts),
+              std::to_string(row.above_1),
+              std::to_string(row.above_10),
+              violations,
+              seconds};
     case Columns::kPairs: break;
   }
   return {name,
@@ -241,9 +256,11 @@ void print_part(const VerifyPart& part, const PartSums& sums, std::ostream& out)
 }
 
 void print(std::uint64_t seed, Isa isa, std::uint64_t rounds, const Sums& sums, std::ostream& out) {
-  for (std::size_t p = 0; p < sums.parts.size(); ++p) print_part(verify_parts()[p], sums.parts[p], out);
+  for (const PartSums& part : sums.parts) print_part(verify_parts()[part.index], part, out);
   out << "Excess: how far a corner leaves its box, in ulps of size u (S + M), u = 2^-24; below 0 it is inside.\n"
          "Rounding, of padding: where rounding took the largest share of a merge's padding, which bounds it; in ulps.\n"
+         "Undecided: by the kernels, in double: after the second pass. Wide as: the widest gap of a false touch, of "
+         "2^-40.\n"
       << "Seed " << seed << ", " << to_string(isa) << ", " << rounds << " rounds, " << sums.violations()
       << " violations.\n";
   for (const std::string& finding : sums.findings) out << "violation: " << finding << '\n';
@@ -284,7 +301,7 @@ class Rounds {
           if (next_ == end_ || late || failed_) return;
           round = next_++;
         }
-        Sums one = run_round(subject_, options_.seed, round);
+        Sums one = run_round(subject_, options_, round);
         const std::lock_guard lock(mutex_);
         done_.emplace(round, std::move(one));
         add_up();
@@ -331,14 +348,14 @@ unsigned thread_count_of(const VerifyOptions& options) {
 
 int verify(const VerifyOptions& options, const Subject& subject, std::ostream& out) {
   const Isa isa = subject.kernels->isa;
-  Sums sums;
+  Sums sums(options.parts);
   std::uint64_t rounds;
   if (options.round) {
-    sums.add(run_round(subject, options.seed, *options.round));
+    sums.add(run_round(subject, options, *options.round));
     rounds = 1;
   } else {
     const bool resumes = !options.resume_path.empty() && std::filesystem::exists(options.resume_path);
-    if (resumes) sums = resume(options.resume_path, options.seed, isa);
+    if (resumes) sums = resume(options, isa);
     Rounds(options, subject, sums).run(thread_count_of(options));
     if (!options.resume_path.empty()) save(options.resume_path, to_json(options.seed, isa, sums));
     rounds = sums.next_round;

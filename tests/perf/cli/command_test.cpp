@@ -93,7 +93,7 @@ TEST_CASE("help names every option, every policy value and every instruction set
         "--up", "--trajectories", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json", "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
       {"continuity", {"--steps", "--isa", "--json", "--csv"}},
-      {"verify", {"--minutes", "--rounds", "--round", "--seed", "--isa", "--threads", "--resume", "--json"}}};
+      {"verify", {"--minutes", "--rounds", "--round", "--seed", "--part", "--isa", "--threads", "--resume", "--json"}}};
   const Outcome top = run_cab({"--help"});
   CHECK(top.exit_code == 0);
   for (const auto& entry : commands) {

@@ -11,6 +11,7 @@
 #include "kernels/gather_pairs.h"
 #include "kernels/refit_tree.h"
 #include "layout/error_bounds.h"
+#include "perf/oracle/convex_pairs.h"
 #include "tests/perf/cli/spawn.h"
 
 namespace cab::tests {
@@ -50,17 +51,18 @@ const Json& part_of(const Json& counts, const std::string& name) {
   throw std::runtime_error("no part " + name);
 }
 
-// The outcome of a run of two rounds with broken kernels or a broken engine.
+// The outcome of a run with broken kernels or a broken engine: of two rounds, or of eight of the parts that are given.
 struct Verdict {
   int exit_code;
   std::string text;
   Json counts;
 };
 
-Verdict verify_broken(const perf::Subject& subject) {
+Verdict verify_broken(const perf::Subject& subject, const Words& parts = {}) {
   const TemporaryFolder folder;
   perf::VerifyOptions options;
-  options.rounds = 2;
+  options.rounds = parts.empty() ? 2 : 8;
+  options.parts = parts;
   options.thread_count = 1;
   options.json_path = folder / "counts.json";
   std::ostringstream out;
@@ -127,6 +129,30 @@ Status frame_without_its_last_hit(Engine& engine, FrameJob& job) noexcept {
   return status;
 }
 
+// The sum of a count over the rows of a part.
+std::uint64_t sum_of(const Json& part, const std::string& count) {
+  std::uint64_t out = 0;
+  for (const Json& row : part["rows"]) out += row[count].get<std::uint64_t>();
+  return out;
+}
+
+kernel::ConvexAnswer shapes_apart_in_lane_3(const kernel::ConvexBlock& block) {
+  kernel::ConvexAnswer answer = genuine().test_convex_pairs(block);
+  answer.apart |= 8u;
+  answer.touching &= ~8u;
+  return answer;
+}
+
+kernel::ConvexAnswer all_apart(const kernel::ConvexBlock&, std::uint32_t) { return {1, 0}; }
+kernel::ConvexAnswer none_decided(const kernel::ConvexBlock&, std::uint32_t) { return {0, 0}; }
+
+Status frame_with_shallow_contacts(Engine& engine, FrameJob& job) noexcept {
+  const Status status = run_frame(engine, job);
+  for (std::size_t hit = 0; status == Status::kOk && hit < std::min(job.hit_count, job.contacts.size); ++hit)
+    job.contacts[hit].depth *= 0.999f;
+  return status;
+}
+
 }  // namespace
 
 TEST_CASE("a short run finds nothing, covers every row, and is the same on one thread and on two") {
@@ -144,6 +170,11 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
         CHECK(row["excess_ulps"] < 0);
       }
       if (part["part"] == "trees") CHECK(row["excess_ulps"] < 0);
+      if (part["part"] == "shapes") {
+        CHECK(row["judged"] == 3 * 2 * 16);
+        CHECK(row["false_apart"] == 0);
+        CHECK(row["differing"] == 0);
+      }
       if (part["part"] == "overlaps") {
         CHECK(row["judged"] == 3 * 120 * 16);
         CHECK(row["touching"] > 3 * 120 * 16 / 2);
@@ -157,6 +188,13 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
   // By twelve regimes, as leaves and as inner boxes, by every sat.
   CHECK(part_of(one.counts, "overlaps")["rows"].size() ==
         12 * 2 * std::extent_v<decltype(kernel::KernelTable::overlap_boxes)>);
+  // By twelve regimes, and every two kinds.
+  constexpr std::size_t kKinds = std::size(oracle::kCaseKinds);
+  const Json& shapes = part_of(one.counts, "shapes");
+  CHECK(shapes["rows"].size() == 12 * kKinds * (kKinds + 1) / 2);
+  CHECK(sum_of(shapes, "touching") > 0);
+  CHECK(sum_of(shapes, "undecided") > 0);
+  CHECK(sum_of(shapes, "contacts") > 0);
   CHECK(one.outcome.out.find("0 violations") != std::string::npos);
   CHECK(run_verify({"--rounds", "3", "--seed", "5", "--threads", "2"}).counts == one.counts);
   CHECK(run_verify({"--rounds", "3", "--seed", "6", "--threads", "2"}).counts != one.counts);
@@ -185,7 +223,28 @@ TEST_CASE("a run that is resumed ends as one that was not interrupted") {
   CHECK(counts_in(state) == whole);
 }
 
-TEST_CASE("a state of another seed or of something else is refused and left as it is") {
+TEST_CASE("a part that runs alone counts what it counts among all, however often it is stopped") {
+  const TemporaryFolder folder;
+  const std::string state = folder / "state.json";
+  const Json whole = run_verify({"--rounds", "4", "--seed", "3"}).counts;
+  const Words alone = {"--part", "shapes", "--seed", "3", "--resume", state};
+  for (const char* threads : {"2", "1", "2"}) {
+    Words words = {"--rounds", "1", "--threads", threads};
+    words.insert(words.end(), alone.begin(), alone.end());
+    run_verify(words);
+  }
+  Words words = {"--rounds", "1"};
+  words.insert(words.end(), alone.begin(), alone.end());
+  const Json counts = run_verify(words).counts;
+  CHECK(counts["rounds"] == 4);
+  CHECK(counts["parts"].size() == 1);
+  CHECK(counts["parts"][0] == part_of(whole, "shapes"));
+  const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "boxes"});
+  CHECK(wrong.exit_code == 2);
+  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames or shapes") != std::string::npos);
+}
+
+TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
   const TemporaryFolder folder;
   const std::string state = folder / "state.json";
   run_verify({"--rounds", "1", "--seed", "1", "--resume", state});
@@ -194,6 +253,16 @@ TEST_CASE("a state of another seed or of something else is refused and left as i
   CHECK(other.exit_code == 1);
   CHECK(other.error.find("another --seed") != std::string::npos);
   CHECK(read_text(state) == before);
+  const Outcome parts = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--part", "shapes", "--resume", state});
+  CHECK(parts.exit_code == 1);
+  CHECK(parts.error.find("other parts (--part)") != std::string::npos);
+  Json aged = Json::parse(before);
+  aged["version"] = "0.0.1";
+  write_text(state, aged.dump());
+  const Outcome old = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--resume", state});
+  CHECK(old.exit_code == 1);
+  CHECK(old.error.find("another version of cab") != std::string::npos);
+  CHECK(Json::parse(read_text(state)) == aged);
   write_text(state, "{\"version\": 1");
   const Outcome broken = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--resume", state});
   CHECK(broken.exit_code == 1);
@@ -267,6 +336,52 @@ TEST_CASE("a hit that is lost is found, and is counted as a difference between s
   CHECK(violations_outside(verdict.counts, "frames", "") == 0);
   for (const Json& row : frames["rows"])
     if (row["method"] == "tree, cab, children" && row["violations"] > 0) CHECK(row["differing"] > 0);
+}
+
+TEST_CASE("shapes that a kernel calls apart though they touch are found for every two kinds and in every regime") {
+  kernel::KernelTable table = genuine();
+  table.test_convex_pairs = shapes_apart_in_lane_3;
+  perf::Subject subject;
+  subject.kernels = &table;
+  const Verdict verdict = verify_broken(subject, {"shapes"});
+  CHECK(verdict.exit_code == 1);
+  std::set<std::string> kinds, regimes;
+  for (const Json& row : part_of(verdict.counts, "shapes")["rows"]) {
+    if (row["false_apart"] == 0) continue;
+    CHECK(row["differing"] > 0);
+    kinds.insert(row["method"]);
+    regimes.insert(row["regime"]);
+  }
+  constexpr std::size_t kKinds = std::size(oracle::kCaseKinds);
+  CHECK(kinds.size() == kKinds * (kKinds + 1) / 2);
+  CHECK(regimes.size() == 12);
+  CHECK(verdict.text.find("violation: shapes, regular, seed 1, round 0: ") != std::string::npos);
+}
+
+TEST_CASE("wrong answers in double are found: apart for shapes that touch, and none for shapes that are far apart") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  subject.answer_in_double = all_apart;
+  const Json apart = verify_broken(subject, {"shapes"}).counts["parts"][0];
+  CHECK(sum_of(apart, "false_apart") > 0);
+  CHECK(sum_of(apart, "violations") == sum_of(apart, "false_apart"));
+  subject.answer_in_double = none_decided;
+  const Json none = verify_broken(subject, {"shapes"}).counts["parts"][0];
+  CHECK(sum_of(none, "still_undecided") == sum_of(none, "undecided"));
+  CHECK(sum_of(none, "false_apart") == 0);
+  CHECK(sum_of(none, "violations") > 0);
+  double widest = 0;
+  for (const Json& row : none["rows"]) widest = std::max(widest, row["widest_gap"].get<double>());
+  CHECK(widest > 1);
+}
+
+TEST_CASE("contacts that are a thousandth too shallow are found") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  subject.run_frame = frame_with_shallow_contacts;
+  const Verdict verdict = verify_broken(subject, {"shapes"});
+  CHECK(verdict.exit_code == 1);
+  CHECK(verdict.text.find("does not part the shapes") != std::string::npos);
 }
 
 }  // namespace cab::tests
