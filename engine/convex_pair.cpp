@@ -41,6 +41,14 @@ double reach_of(Span<const float> vertices) {
 
 }  // namespace
 
+kernel::RigidLanes<double> pose_in_double(PoseFormat format, const float* pose, const float* orientation) {
+  kernel::RawPoses poses, orientations;
+  for (std::uint32_t f = 0; f < kernel::pose_float_count(format); ++f) poses.raw[f][0] = pose[f];
+  for (std::uint32_t f = 0; f < 4 && orientation; ++f) orientations.raw[f][0] = orientation[f];
+  kernel::LaneChecks<double> checks = {true, true, true};  // not read: the instance was checked when it was bounded
+  return kernel::rotated_pose<double>(poses, orientation ? &orientations : nullptr, format, 0, checks);
+}
+
 // The shape in the link's frame.
 ConvexPair::Shape ConvexPair::local_shape(const ConvexShape& from) {
   Shape out = {};
@@ -59,12 +67,7 @@ ConvexPair::Shape ConvexPair::local_shape(const ConvexShape& from) {
 }
 
 ConvexPair::Shape ConvexPair::posed_shape(const PlacedShape& from) {
-  kernel::RawPoses poses, orientations;
-  for (std::uint32_t f = 0; f < kernel::pose_float_count(from.format); ++f) poses.raw[f][0] = from.pose[f];
-  for (std::uint32_t f = 0; f < 4 && from.orientation; ++f) orientations.raw[f][0] = from.orientation[f];
-  kernel::LaneChecks<double> checks = {true, true, true};  // not read: the instance was checked when it was bounded
-  const auto pose =
-      kernel::rotated_pose<double>(poses, from.orientation ? &orientations : nullptr, from.format, 0, checks);
+  const kernel::RigidLanes<double> pose = pose_in_double(from.format, from.pose, from.orientation);
   Shape out = local_shape(*from.shape);
   out.away = kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(out.center));
   out.center = pose.translation + kernel::rotate(pose.column, out.center);

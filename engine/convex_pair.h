@@ -17,6 +17,9 @@ struct PlacedShape {
   const float* orientation;  // of the instance, or null
 };
 
+// The pose of a link in double, rotated by the orientation of its instance, which may be null.
+kernel::RigidLanes<double> pose_in_double(PoseFormat format, const float* pose, const float* orientation);
+
 class ConvexPair {
  public:
   // shift: the origin of b's instance less that of a's instance.

@@ -190,14 +190,16 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   return Status::kOk;
 }
 
-Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, const Policies& policies, Span<const Hit> pairs,
+Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth, Span<const Hit> pairs,
                         Span<Contact> contacts) noexcept {
   return guarded([&] {
     Call call(engine);
     if (!call.admitted()) return Status::kBusy;
     const kernel::FloatMode mode;
+    Policies policies;
+    policies.exact = Exact::kConvex;
+    policies.depth = depth;
     if (const Status status = validate_policies(policies); status != Status::kOk) return status;
-    if (policies.exact == Exact::kNone) return Status::kContactsNeedExact;
     if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
     if (const Status status = validate_pairs(engine, pairs); status != Status::kOk) return status;
     if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;

@@ -48,6 +48,44 @@ LeafShapes shapes_of(const ExactLeaf& leaf) {
       orientations.empty() ? nullptr : orientations.data + 4 * std::size_t{leaf.instance}};
 }
 
+// Tells which parts of two leaves are far apart, by the balls about them. Where leaves have many parts, most pairs are.
+class PartBalls {
+ public:
+  // shift: the origin of b less that of a.
+  PartBalls(const LeafShapes& a, const LeafShapes& b, const double (&shift)[3], float margin)
+      : several_(a.shapes.size * b.shapes.size > kFewPairs), margin_(static_cast<double>(margin)) {
+    if (!several_) return;
+    pose_a_ = pose_in_double(a.format, a.pose, a.orientation);
+    pose_b_ = pose_in_double(b.format, b.pose, b.orientation);
+    lengths_ = kernel::sum(kernel::abs(pose_a_.translation)) + kernel::sum(kernel::abs(pose_b_.translation));
+    pose_b_.translation = pose_b_.translation + Double3{shift[0], shift[1], shift[2]};
+  }
+
+  // Whether two parts are apart by more than the margin, and by more than any rounding. False for half spaces.
+  bool are_apart(const ConvexShape& a, const ConvexShape& b) const {
+    if (!several_ || a.kind == ConvexKind::kHalfSpace || b.kind == ConvexKind::kHalfSpace) return false;
+    const Double3 at_a = position(a), at_b = position(b);
+    const Double3 between = (pose_b_.translation + kernel::rotate(pose_b_.column, at_b)) -
+                            (pose_a_.translation + kernel::rotate(pose_a_.column, at_a));
+    const double reach = static_cast<double>(a.reach) + static_cast<double>(b.reach) + margin_;
+    const double lengths = lengths_ + kernel::sum(kernel::abs(at_a)) + kernel::sum(kernel::abs(at_b));
+    const double least = reach + kRounding * (reach + lengths + kernel::sum(kernel::abs(between)));
+    return kernel::dot(between, between) > least * least;
+  }
+
+ private:
+  static constexpr std::size_t kFewPairs = 3;  // not worth two poses
+  static constexpr double kRounding = 1e-6;    // of all lengths; far above that of doubles and of the kernels
+  static Double3 position(const ConvexShape& shape) {
+    return {static_cast<double>(shape.position[0]), static_cast<double>(shape.position[1]),
+            static_cast<double>(shape.position[2])};
+  }
+
+  bool several_;
+  double margin_, lengths_ = 0;  // lengths_: of which positions are sums
+  kernel::RigidLanes<double> pose_a_ = {}, pose_b_ = {};
+};
+
 // Whether the poses of a leaf are stored like those of a side that is in use.
 bool poses_alike(const LeafShapes& leaf, const kernel::ConvexSide& side) {
   return leaf.format == side.format && !leaf.orientation == !side.orientation[0];
@@ -138,10 +176,11 @@ class ConvexTester {
     double shift[3];
     origin_difference(at_a, at_b, shift);
     queues_.asks = id;
+    const PartBalls balls(a, b, shift, frame_.margin);
     for (const ConvexShape& shape_a : a.shapes)
       for (const ConvexShape& shape_b : b.shapes) {
         if (touching_.is_touching(id)) return;
-        queues_.add(a, shape_a, b, shape_b, shift);
+        if (!balls.are_apart(shape_a, shape_b)) queues_.add(a, shape_a, b, shape_b, shift);
       }
   }
 
@@ -257,9 +296,11 @@ void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* c
       double shift[3];
       origin_difference(at_a, at_b, shift);
       queues.rank = std::uint64_t{at_a.leaf} << 48 | std::uint64_t{at_b.leaf} << 32;
+      // Of links that touch, parts whose balls are apart are not the deepest.
+      const PartBalls balls(a, b, shift, frame.margin);
       for (const ConvexShape& shape_a : a.shapes)
         for (const ConvexShape& shape_b : b.shapes) {
-          queues.add(a, shape_a, b, shape_b, shift);
+          if (!balls.are_apart(shape_a, shape_b)) queues.add(a, shape_a, b, shape_b, shift);
           ++queues.rank;
         }
     });

@@ -346,10 +346,24 @@ struct Gap {
   double at_least;  // a lower bound of the true distance
 };
 
+// Parts that are this many times their radii apart are as good as balls. FCL's query ends the process by an assertion
+// where a distance is much larger.
+constexpr double kBallDistance = 65536;
+
 // Returns whether FCL finds two parts apart, and writes their gap. FCL returns the distance between one point of each
 // part. It is never below the true distance, but may exceed it by any amount. The distance between the supports of both
 // parts along the same direction is never above the true distance, so it gives at_least.
 bool find_gap(Query query, Gap* out) {
+  const Vector between = query.b.center - query.a.center;
+  const double away = between.norm(),
+               radii = (query.a.part->radius * query.a.scale) + (query.b.part->radius * query.b.scale);
+  if (away > kBallDistance * radii) {
+    const Vector on_a = query.a.part->radius * query.a.scale / away * between;
+    const Vector on_b = between - query.b.part->radius * query.b.scale / away * between;
+    *out = {query.length(away - radii), between / away, query.point(0.5 * (on_a + on_b)),
+            query.length(away - radii - query.rounding)};
+    return true;
+  }
   double distance = 0;
   Vector on_a, on_b;
   try {

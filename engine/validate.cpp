@@ -101,8 +101,8 @@ Status validate_job(Engine& engine, const FrameJob& job) {
     return Status::kBadMinDepth;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   const bool distances = job.report == Report::kDistances;
-  if ((distances || !job.contacts.empty()) && (!job.contacts.data || job.contacts.size != job.hits.size))
-    return Status::kBadHitBuffer;
+  if (distances && job.contacts.size != job.hits.size) return Status::kBadHitBuffer;
+  if (!job.contacts.empty() && (!job.contacts.data || job.contacts.size != job.hits.size)) return Status::kBadHitBuffer;
   if ((distances || needs_contacts(job)) && job.policies.exact == Exact::kNone) return Status::kContactsNeedExact;
   return Status::kOk;
 }

@@ -152,9 +152,9 @@ inline constexpr float kParallelSegments = 0x1p-20f;
 inline constexpr double kGjkProgress = 0x1p-20;
 inline constexpr double kGjkProgressDouble = 0x1p-44;
 
-// Contacts are searched in double to these shares: GJK's of the square of the distance, the search for a depth's of both
-// shapes' reach; they are rounded to float. None of these constants decides whether shapes touch, and each answer is a
-// supporting plane; step 9.9.
+// Contacts are searched in double to these shares: GJK's of the square of the distance, the search for a depth's of
+// both shapes' reach; they are rounded to float. None of these constants decides whether shapes touch, and each answer
+// is a supporting plane; step 9.9.
 inline constexpr double kContactProgress = 0x1p-20;
 inline constexpr double kDepthProgress = 0x1p-18;
 inline constexpr double kSettledCosine = 1 - 0x1p-20;  // of two rays in turn, at the end of the search

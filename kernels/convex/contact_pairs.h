@@ -57,6 +57,22 @@ CAB_INLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, s
   return {direction_of(normal), on_a, on_a - mean(&DifferencePoint<D>::at)};
 }
 
+// Newton's method; where it is stuck, as for needles, the better of its answer and the search's.
+template <class V>
+CAB_INLINE Touching<DoubleOf<V>> ellipsoid_contact_or_search(const ContactLanes<V>& pair, std::uint32_t starts) {
+  using D = DoubleOf<V>;
+  Mask<D> stuck;
+  Touching<D> touching = ellipsoid_contact(pair, stuck);
+  if (!bits(stuck)) return touching;
+  const Touching<D> found = searched_contact(pair, starts);
+  const Mask<D> better =
+      both(stuck, ellipsoid_support(pair, found.normal).height < ellipsoid_support(pair, touching.normal).height);
+  take<D>(better, found.normal, touching.normal);
+  take<D>(better, found.on_a, touching.on_a);
+  take<D>(better, found.on_b, touching.on_b);
+  return touching;
+}
+
 // The contact of a half space with the lowest point of another shape above its plane. Two half spaces have none.
 template <class V>
 CAB_INLINE Touching<DoubleOf<V>> half_space_contact(const ContactLanes<V>& pair) {
@@ -123,7 +139,7 @@ void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContact
     else if (pair.kind_a == ConvexKind::kRound && pair.kind_b == ConvexKind::kRound)
       touching = round_contact(pair);
     else if (pair.kind_a == ConvexKind::kEllipsoid && pair.kind_b == ConvexKind::kEllipsoid)
-      touching = ellipsoid_contact(pair);
+      touching = ellipsoid_contact_or_search(pair, starts);
     else
       touching = searched_contact(pair, starts);
 

@@ -25,8 +25,8 @@ struct ConvexBlock {
 // The most directions from which the search for a depth starts.
 inline constexpr std::uint32_t kMostStarts = 3;
 
-// The contacts of the pairs of a block. Points are relative to the origin of a's instance, in world axes; lengths in the
-// caller's unit.
+// The contacts of the pairs of a block. Points are relative to the origin of a's instance, in world axes; lengths in
+// the caller's unit.
 struct alignas(64) ConvexContacts {
   double normal[3][kLanes];   // of length 1, from a to b
   double depth[kLanes];       // how far b must move along the normal to be free; below 0: minus a gap

@@ -34,8 +34,8 @@ CAB_INLINE void swap(Mask<D> m, Vec3<D>& a, Vec3<D>& b) {
   take<D>(m, before, b);
 }
 
-// Three corners of the difference, counterclockwise seen from outside: a ray from the origin meets the triangle if it is
-// on the positive side of the three planes through the origin and an edge.
+// Three corners of the difference, counterclockwise seen from outside: a ray from the origin meets the triangle if it
+// is on the positive side of the three planes through the origin and an edge.
 template <class D>
 struct Portal {
   DifferencePoint<D> p, q, r;

@@ -42,9 +42,9 @@ CAB_INLINE EllipsoidSupport<V> ellipsoid_support(const ContactLanes<V>& pair, co
 }
 
 // From the least of the directions between the centres and along the axes of both. A step that does not lessen the
-// height is halved.
+// height is halved. Writes to `stuck` the lanes in which that ended before the height was least.
 template <class V>
-CAB_INLINE Touching<DoubleOf<V>> ellipsoid_contact(const ContactLanes<V>& pair) {
+CAB_INLINE Touching<DoubleOf<V>> ellipsoid_contact(const ContactLanes<V>& pair, Mask<DoubleOf<V>>& stuck) {
   using D = DoubleOf<V>;
   constexpr std::uint32_t kDirections = 7, kMostSteps = 24;
   const D zero(0.0), one(1.0), half(0.5);
@@ -61,6 +61,7 @@ CAB_INLINE Touching<DoubleOf<V>> ellipsoid_contact(const ContactLanes<V>& pair) 
   const D enough = D(kDepthProgress) * (pair.reach + sqrt(dot(pair.t, pair.t)));
   Vec3<D> to = n;
   Mask<D> running = zero <= zero;
+  stuck = running;
   D damping = one;
   Vec3<D> step = {zero, zero, zero};
   for (std::uint32_t i = 0; i < kMostSteps && bits(running); ++i) {
@@ -70,7 +71,9 @@ CAB_INLINE Touching<DoubleOf<V>> ellipsoid_contact(const ContactLanes<V>& pair) 
     const Vec3<D> w = {skew, sign + n.y * n.y * by, zero - n.y};
     const Vec3<D> gradient = (at.on_a + at.of_b) - pair.t;
     const D g_u = dot(gradient, u), g_w = dot(gradient, w);
-    running = both(running, g_u * g_u + g_w * g_w > enough * enough);
+    const Mask<D> uphill = g_u * g_u + g_w * g_w > enough * enough;
+    stuck = both(stuck, uphill);
+    running = both(running, uphill);
     // Second derivatives of both heights, of each |A n| by A^2 and A^2 n.
     const D by_a = divide(one, at.length_a), by_b = divide(one, at.length_b);
     const auto scaled = [](const Vec3<D>& s, const Vec3<D>& v) { return Vec3<D>{s.x * v.x, s.y * v.y, s.z * v.z}; };

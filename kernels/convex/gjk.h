@@ -65,9 +65,9 @@ CAB_INLINE void take_nearer(const Vec3<V>& closest, const Vec3<V>& normal, Mask<
   take<V>(nearer, feature.r, best.corner[2]);
 }
 
-// Adds a corner to a simplex: `best` receives the feature nearest to the origin, of all features of the tetrahedron that
-// contain the new corner. Returns the lanes in which the tetrahedron contains all points within `inside` of the origin.
-// rounding: of a product of three edges.
+// Adds a corner to a simplex: `best` receives the feature nearest to the origin, of all features of the tetrahedron
+// that contain the new corner. Returns the lanes in which the tetrahedron contains all points within `inside` of the
+// origin. rounding: of a product of three edges.
 template <class V, class Corner>
 CAB_INLINE Mask<V> add_point(const Corner& added, V inside, V rounding, const Simplex<V, Corner>& simplex,
                              Simplex<V, Corner>& best) {
@@ -141,7 +141,9 @@ CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std
     if (!active) break;
     const Vec3<V> p = support(Vec3<V>{zero - v.x, zero - v.y, zero - v.z}, active);
     const V gap = dot(v, p);
-    const std::uint32_t apart = bits(both(gap > zero, gap * gap > apart_from * apart_from * v_sq)) & active;
+    // Where shapes are apart, v is no shorter than their distance. The support along a shorter v may be off.
+    const V apart_sq = apart_from * apart_from;
+    const std::uint32_t apart = bits(both(both(gap > zero, v_sq > apart_sq), gap * gap > apart_sq * v_sq)) & active;
     answer.apart |= apart;
     active &= ~apart;
     Mask<V> contains = zero < zero;

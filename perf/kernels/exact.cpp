@@ -3,6 +3,7 @@
 #include "kernels/convex/convex_block.h"
 #include "layout/convex_shapes.h"
 #include "perf/base/statistics.h"
+#include "perf/oracle/convex_pairs.h"
 
 #include <cab/cab.h>
 #include <fcl/geometry/shape/box.h>
@@ -19,6 +20,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <numeric>
 #include <stdexcept>
 
 namespace cab::perf {
@@ -166,21 +168,30 @@ struct ExactWork {
       random_pose(random, 0.2f, pair.pose_b, pair.fcl_b);
       pairs.push_back(pair);
     }
-    blocks.resize(kExactPairs / kLanes);
-    for (std::uint32_t i = 0; i < kExactPairs; ++i) {
-      kernel::ConvexBlock& block = blocks[i / kLanes];
+    std::vector<std::uint32_t> all(kExactPairs);
+    std::iota(all.begin(), all.end(), 0u);
+    blocks = blocks_of(all);
+  }
+
+  // The pairs of a list in blocks of sixteen. The last block repeats its last pair.
+  std::vector<kernel::ConvexBlock> blocks_of(const std::vector<std::uint32_t>& list) const {
+    std::vector<kernel::ConvexBlock> out((list.size() + kLanes - 1) / kLanes);
+    for (std::size_t i = 0; i < out.size() * kLanes; ++i) {
+      const ExactPair& pair = pairs[list[std::min(i, list.size() - 1)]];
+      kernel::ConvexBlock& block = out[i / kLanes];
       const std::uint32_t lane = i % kLanes;
       block.a.format = block.b.format = PoseFormat::kQuaternionTranslation;
-      block.a.shape[lane] = &side_a.shapes.shapes[pairs[i].a];
-      block.b.shape[lane] = &side_b.shapes.shapes[pairs[i].b];
-      block.a.pose[lane] = pairs[i].pose_a;
-      block.b.pose[lane] = pairs[i].pose_b;
+      block.a.shape[lane] = &side_a.shapes.shapes[pair.a];
+      block.b.shape[lane] = &side_b.shapes.shapes[pair.b];
+      block.a.pose[lane] = pair.pose_a;
+      block.b.pose[lane] = pair.pose_b;
       block.a.orientation[lane] = block.b.orientation[lane] = nullptr;
       for (auto& by : block.shift.by) by[lane] = 0;
       int exponent = 0;
       std::frexp(block.a.shape[lane]->reach + block.b.shape[lane]->reach, &exponent);
       block.scale[lane] = std::ldexp(1.0f, -exponent);
     }
+    return out;
   }
 
   Side side_a, side_b;
@@ -229,6 +240,114 @@ std::string differences(const ExactWork& work, const kernel::KernelTable& table)
          std::to_string(touch) + " touching that are apart by FCL";
 }
 
+// ------------------------------------------------------------------------------------------------------- contacts
+
+// The most pairs of a table whose least depth is judged.
+constexpr std::size_t kJudgedDepths = 256;
+
+// The pairs that touch by cab and by FCL, and what is needed to measure their contacts.
+struct ContactWork {
+  ContactWork(const ExactWork& exact, const kernel::KernelTable& table) : work(exact) {
+    std::vector<char> touching(kExactPairs);
+    fcl_touching(work, &touching);
+    for (std::uint32_t i = 0; i < kExactPairs; ++i)
+      if (touching[i] && table.test_convex_pairs(work.blocks[i / kLanes]).touching >> (i % kLanes) & 1)
+        list.push_back(i);
+    if (!list.empty()) blocks = work.blocks_of(list);
+    for (std::size_t i = 0; i < std::min(list.size(), kJudgedDepths); ++i) {
+      const ExactPair& pair = work.pairs[list[i]];
+      oracle::ConvexCase one = {};
+      const auto place = [](const Side& side, std::uint32_t shape, const float(&pose)[7], oracle::PosedPart& out) {
+        out.part = side.parts[shape];
+        out.vertices = side.vertices[shape];
+        std::copy_n(pose, 7, out.pose);
+      };
+      place(work.side_a, pair.a, pair.pose_a, one.a);
+      place(work.side_b, pair.b, pair.pose_b, one.b);
+      bind_vertices(one);
+      least.push_back(-static_cast<double>(judge_case(one, oracle::Effort::kMeasure).verdict.gap_at_most));
+    }
+  }
+
+  const ExactWork& work;
+  std::vector<std::uint32_t> list;
+  std::vector<kernel::ConvexBlock> blocks;
+  std::vector<double> least;  // of the first pairs of the list
+};
+
+// The depths by FCL; returns how many contacts there are.
+std::uint64_t fcl_contacts(const ContactWork& contacts, std::vector<double>& depths) {
+  fcl::CollisionRequestd request;
+  request.num_max_contacts = 1;
+  request.enable_contact = true;
+  request.gjk_solver_type = fcl::GST_LIBCCD;
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < contacts.list.size(); ++i) {
+    const ExactPair& pair = contacts.work.pairs[contacts.list[i]];
+    fcl::CollisionResultd result;
+    fcl::collide(contacts.work.side_a.fcl_shapes[pair.a].get(), pair.fcl_a,
+                 contacts.work.side_b.fcl_shapes[pair.b].get(), pair.fcl_b, request, result);
+    count += result.numContacts() > 0;
+    depths[i] = result.numContacts() > 0 ? result.getContact(0).penetration_depth : 0;
+  }
+  return count;
+}
+
+std::uint64_t cab_contacts(const ContactWork& contacts, const kernel::KernelTable& table, std::uint32_t starts,
+                           std::vector<double>& depths) {
+  kernel::ConvexContacts found;
+  for (std::size_t block = 0; block < contacts.blocks.size(); ++block) {
+    table.contact_pairs(contacts.blocks[block], starts, found);
+    for (std::size_t lane = 0; lane < kLanes && block * kLanes + lane < depths.size(); ++lane)
+      depths[block * kLanes + lane] = found.depth[lane];
+  }
+  return contacts.list.size();
+}
+
+// The share of depths that are over `above` times the least one, of those that were judged, in per cent.
+std::string share_above(const std::vector<double>& depths, const std::vector<double>& least, double above) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < least.size(); ++i) count += depths[i] > above * least[i];
+  return fixed(100 * static_cast<double>(count) / static_cast<double>(least.size()), 1);
+}
+
+void measure_contacts(const ExactWork& work, const std::string& title,
+                      const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar) {
+  const ContactWork contacts(work, *tables.back());
+  const std::uint64_t count = contacts.list.size();
+  std::vector<Contender> contenders;
+  std::vector<std::vector<double>> depths(2 * tables.size() + 1, std::vector<double>(count));
+  for (const kernel::KernelTable* table : tables)
+    for (const std::uint32_t starts : {1u, kernel::kMostStarts}) {
+      std::vector<double>& own = depths[contenders.size()];
+      contenders.push_back(
+          {std::string("cab ") + to_string(table->isa) + (starts == 1 ? ", one start" : ", three starts"),
+           std::max<std::uint64_t>(count, 1),
+           [&contacts, &own, table, starts] { return cab_contacts(contacts, *table, starts, own); },
+           {},
+           0});
+    }
+  contenders.push_back({"FCL collide",
+                        std::max<std::uint64_t>(count, 1),
+                        [&contacts, &depths] { return fcl_contacts(contacts, depths.back()); },
+                        {},
+                        0});
+  race(contenders, rounds, bar);
+  if (count == 0) {
+    std::cout << "\ncontacts, " << title << ": skipped, no pair touches\n";
+    return;
+  }
+  TextTable out;
+  out.add_row({"contacts, " + title + ", " + std::to_string(count) + " pairs", "ns", "FCL / this",
+               "% over 1 % above the least depth", "% over 10 %"});
+  for (std::size_t i = 0; i < contenders.size(); ++i)
+    out.add_row({contenders[i].name, fixed(median(contenders[i].nanoseconds), 1),
+                 fixed(times_faster(contenders[i], contenders.back()), 1), share_above(depths[i], contacts.least, 1.01),
+                 share_above(depths[i], contacts.least, 1.1)});
+  std::cout << '\n';
+  out.print(std::cout);
+}
+
 }  // namespace
 
 void measure_exact(const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar) {
@@ -254,6 +373,7 @@ void measure_exact(const std::vector<const kernel::KernelTable*>& tables, std::u
     std::cout << '\n';
     out.print(std::cout);
     std::cout << differences(work, *tables.back()) << '\n';
+    measure_contacts(work, std::string(kinds[0].name) + " and " + kinds[1].name, tables, rounds, bar);
   }
 }
 

@@ -6,10 +6,11 @@
 
 namespace cab::perf {
 
-// How many pairs of kinds are measured, each a table of its own.
-inline constexpr std::uint32_t kExactRows = 21;
+// How many pairs of kinds are measured. Each has two tables: of yes or no, and of contacts.
+inline constexpr std::uint32_t kExactRows = 21, kExactTables = 2 * kExactRows;
 
-// Times the exact test of every table beside FCL's, and prints which of their answers differ.
+// Times the exact test and the contacts of every table beside FCL's. Prints which of their answers differ, and how many
+// depths are above the least one.
 void measure_exact(const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar);
 
 }  // namespace cab::perf

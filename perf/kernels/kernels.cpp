@@ -245,7 +245,7 @@ void measure_overlap(const std::vector<const kernel::KernelTable*>& tables, std:
 
 int kernels_command(const KernelsOptions& options) {
   const std::vector<const kernel::KernelTable*> tables = chosen_kernels(options.isas);
-  ProgressBar bar("rounds", (4 + kExactRows) * (std::uint64_t{options.rounds} + 1));
+  ProgressBar bar("rounds", (4 + kExactTables) * (std::uint64_t{options.rounds} + 1));
   measure_merge(tables, options.rounds, bar);
   measure_overlap(tables, options.rounds, bar);
   measure_exact(tables, options.rounds, bar);

@@ -136,7 +136,7 @@ TEST_CASE("contacts have the same bits for every strategy, instruction set and t
       inputs.push_back(world.members[m].poses.input({static_cast<std::uint32_t>(m + 1)}));
     const EnginePtr engine = make_engine_for(world);
     std::vector<Contact> measured(expected.hits.size());
-    REQUIRE(compute_contacts(*engine, {inputs.data(), inputs.size()}, kConvex,
+    REQUIRE(compute_contacts(*engine, {inputs.data(), inputs.size()}, Depth::kThreeStarts,
                              {expected.hits.data(), expected.hits.size()},
                              {measured.data(), measured.size()}) == Status::kOk);
     std::size_t different = 0;
@@ -151,8 +151,7 @@ TEST_CASE("contacts have the same bits for every strategy, instruction set and t
   CHECK(contacts > 20 * rounds(6));
 }
 
-TEST_CASE(
-    "hits that are less deep than min_depth are dropped, and no other; in_contact follows the hits that are left") {
+TEST_CASE("hits that are less deep than min_depth are dropped, no other, and in_contact follows those left") {
   std::size_t dropped = 0, left = 0;
   for (const Exact exact : {Exact::kConvex, Exact::kFcl})
     for (std::uint64_t seed = 1; seed <= rounds(4); ++seed) {
@@ -225,13 +224,12 @@ TEST_CASE("compute_contacts measures any two links at any distance, and says whi
   World world;
   world.members = {member_at(rig_of(one), {{{0, 0, 0}}, {{5, 0, 0}}, {{0, 3e7, 4e7}}, {{0, 0, 0}}})};
   world.members[0].poses.data[3 * 7 + 4] = std::numeric_limits<float>::quiet_NaN();
-  for (const Exact exact : {Exact::kConvex, Exact::kFcl}) {
+  for (const Depth depth : {Depth::kThreeStarts, Depth::kOneStart}) {
     const EnginePtr engine = make_engine_for(world);
     const BatchInput input = world.members[0].poses.input({1});
     const Hit pairs[] = {{{1}, 0, {1}, 1, 0, 0, 77, 78}, {{1}, 2, {1}, 0, 0, 0, 0, 0}, {{1}, 3, {1}, 0, 0, 0, 0, 0}};
     Contact contacts[3];
-    REQUIRE(compute_contacts(*engine, {&input, 1}, {Refit::kCab, Strategy::kAuto, exact}, {pairs, 3}, {contacts, 3}) ==
-            Status::kOk);
+    REQUIRE(compute_contacts(*engine, {&input, 1}, depth, {pairs, 3}, {contacts, 3}) == Status::kOk);
     CHECK(std::fabs(contacts[0].depth + 3) < 1e-5f);
     CHECK(std::fabs(contacts[0].normal[0] - 1) < 1e-5f);
     CHECK(std::fabs(contacts[0].point_a[0] - 1) < 1e-4f);
@@ -245,7 +243,8 @@ TEST_CASE("compute_contacts measures any two links at any distance, and says whi
 }
 
 TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing") {
-  Rig rig = rig_of({ball(1, 0, 0, 0)});
+  const std::vector<ConvexPart> one = {ball(1, 0, 0, 0)};
+  Rig rig = rig_of(one);
   rig.parents.push_back(0);  // a link without leaves
   World world;
   world.members = {member_at(rig, {{{0, 0, 0}}, {{1, 0, 0}}}), member_at(rig, {{{0, 0, 0}}})};
@@ -254,8 +253,8 @@ TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing"
   Contact contact, before;
   std::memset(static_cast<void*>(&contact), 0xcd, sizeof(contact));
   before = contact;
-  const auto status_of = [&](const Hit& pair, const Policies& policies = kConvex, std::size_t room = 1) {
-    const Status status = compute_contacts(*engine, {&input, 1}, policies, {&pair, 1}, {&contact, room});
+  const auto status_of = [&](const Hit& pair, Depth depth = Depth::kOneStart, std::size_t room = 1) {
+    const Status status = compute_contacts(*engine, {&input, 1}, depth, {&pair, 1}, {&contact, room});
     CHECK(std::memcmp(&contact, &before, sizeof(contact)) == 0);
     return status;
   };
@@ -266,10 +265,10 @@ TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing"
   CHECK(status_of({{1}, 0, {2}, 0, 0, 0, 0, 0}) == Status::kBadPairs);  // no input
   CHECK(status_of({{0}, 0, {1}, 0, 0, 0, 0, 0}) == Status::kBadPairs);
   const Hit good = {{1}, 0, {1}, 1, 0, 0, 0, 0};
-  CHECK(status_of(good, {}) == Status::kContactsNeedExact);
-  CHECK(status_of(good, kConvex, 0) == Status::kBadOutput);
-  CHECK(compute_contacts(*engine, {&input, 1}, kConvex, {nullptr, 1}, {&contact, 1}) == Status::kBadPairs);
-  CHECK(compute_contacts(*engine, {&input, 1}, kConvex, {}, {}) == Status::kOk);
-  CHECK(compute_contacts(*engine, {&input, 1}, kConvex, {&good, 1}, {&contact, 1}) == Status::kOk);
+  CHECK(status_of(good, static_cast<Depth>(kDepthCount)) == Status::kBadPolicy);
+  CHECK(status_of(good, Depth::kOneStart, 0) == Status::kBadOutput);
+  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {nullptr, 1}, {&contact, 1}) == Status::kBadPairs);
+  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {}, {}) == Status::kOk);
+  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {&good, 1}, {&contact, 1}) == Status::kOk);
   CHECK(contact.depth > 0);
 }

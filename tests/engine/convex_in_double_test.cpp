@@ -14,10 +14,6 @@ using namespace cab::tests;
 using oracle::JudgedCase;
 using oracle::Real;
 
-PlacedShape placed(const kernel::ConvexSide& side, std::uint32_t lane) {
-  return {side.shape[lane], side.format, side.pose[lane], side.orientation[lane]};
-}
-
 // What docs/embedding.md promises: shapes that touch by the test in double are at most this far apart, in parts of
 // their size and the distance of their centres from their origins.
 constexpr Real kTouching = 0x1p-40L;

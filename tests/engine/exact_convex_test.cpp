@@ -197,6 +197,52 @@ TEST_CASE("leaves that touch in one point are reported, by every kind") {
         }
 }
 
+TEST_CASE("a box and a cylinder that meet in a corner by a hundred-millionth of their size touch") {
+  // Found by cab verify: GJK's direction ended so short that the support of the cylinder along it was wrong.
+  const struct {
+    float box[3], box_at[3], cylinder[2], cylinder_at[3], rotation[4], turn[2][4], at[2][3];
+    double shift[3];
+  } cases[] = {
+      {{0.15506934f, 0.15953305f, 0.20630172f},
+       {0.047276482f, -0.01374049f, 0.05936117f},
+       {0.07777778f, 0.28517038f},
+       {-0.027507016f, 0.0058835796f, -0.03620842f},
+       {0, 0, 0, 1},
+       {{4.8108237e-09f, -1.4341963e-09f, 1.9994545e-08f, 1}, {-6.4854913e-09f, 7.979668e-09f, 2.4272895e-09f, 1}},
+       {{-0.08979054f, -0.20344394f, 0.09772963f}, {-0.14569165f, 0.01424282f, 0.68477136f}},
+       {7.775061960604195e-09, -2.6767370850181696e-09, -4.2217527000329436e-08}},
+      {{0.17469566f, 0.17171417f, 0.13371946f},
+       {0.038632795f, -0.03818041f, -0.048954774f},
+       {0.17469566f, 0.17171417f},
+       {0.018711109f, -0.043264203f, -0.032035824f},
+       {0.47533542f, -0.39804363f, -0.7538766f, -0.21745709f},
+       {{-0.6844639f, -0.24960762f, -0.31374612f, 0.6089077f}, {-0.6844639f, -0.24960762f, -0.31374612f, 0.6089077f}},
+       {{-0.23320997f, 0.093384854f, -0.14347698f}, {-0.5312237f, -0.22160819f, 0.06325072f}},
+       {4.343828085916863e-08, 1.1711870461717975e-08, 3.7031161821590285e-09}}};
+  for (const auto& one : cases) {
+    ConvexPart parts[2];
+    parts[0].kind = ShapeKind::kBox;
+    std::copy_n(one.box, 3, parts[0].size);
+    std::copy_n(one.box_at, 3, parts[0].position);
+    parts[1].kind = ShapeKind::kCylinder;
+    std::copy_n(one.cylinder, 2, parts[1].size);
+    std::copy_n(one.cylinder_at, 3, parts[1].position);
+    World world;
+    for (int m = 0; m < 2; ++m) {
+      std::copy_n(one.rotation, 4, parts[m].rotation);
+      Member member;
+      member.rig = body({&parts[m], 1});
+      member.poses.link_count = member.poses.instance_count = 1;
+      member.poses.data.assign(one.turn[m], one.turn[m] + 4);
+      member.poses.data.insert(member.poses.data.end(), one.at[m], one.at[m] + 3);
+      if (m == 1) member.poses.origins.assign(one.shift, one.shift + 3);
+      world.members.push_back(member);
+    }
+    world.rules = {{{1}, {2}, Pairing::kBetween}};
+    for (const Isa isa : available_isas()) CHECK(run_world(world, kConvex, {isa}).hits.size() == 1);
+  }
+}
+
 TEST_CASE("a half space is touched from its plane on down, by every kind, as far as its leaf's box says") {
   // Extents along -z: a capsule's is the sum of its sizes, a flat hull's is 0.
   constexpr float kLowest[] = {1, 1, 2, 1, 1, 1, 0};

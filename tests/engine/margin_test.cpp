@@ -241,6 +241,22 @@ TEST_CASE("the contact of a pair that is apart: normal from a to b, depth the di
   CHECK(std::memcmp(&contact, &without, sizeof(contact)) == 0);
 }
 
+TEST_CASE("gaps by FCL end no process, however far apart two parts are next to their size") {
+  for (int exponent = 4; exponent <= 40; ++exponent) {
+    CAPTURE(exponent);
+    const double away = std::ldexp(1.0, exponent);
+    ConvexPart egg;
+    egg.kind = ShapeKind::kEllipsoid;
+    egg.size[0] = 0.5f, egg.size[1] = 0.25f, egg.size[2] = 0.4f;
+    World world = two_boxes(kCube, kCube, {{0.6 * away, 0.64 * away, -0.48 * away}}, BatchKind::kCharacters);
+    for (Member& member : world.members) member.rig.leaves[0].parts = {&egg, 1};
+    world.margin = static_cast<float>(1.001 * away);
+    const Contact contact = contact_of(world);
+    CHECK(std::fabs(static_cast<double>(contact.depth) + away) <= 1 + 1e-5 * away);
+    CHECK(std::fabs(contact.normal[0] - 0.6f) < 0.05f);
+  }
+}
+
 TEST_CASE("boxes that compute_boxes writes are those without a margin") {
   Random random(3);
   World world = any_world(random, 6);

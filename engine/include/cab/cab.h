@@ -83,9 +83,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // their own means.
 // Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadOrigins,
 // kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice, kBadPolicy,
-// kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no
-// memory for its tasks).
-// Thread: any, one call per engine at a time. It returns when all tasks have ended.
+// kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory
+// (TBB had no memory for its tasks). Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Writes every box of every instance of one batch, relative to the instance's origin in the world's axes. Node n of
@@ -100,18 +99,17 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
 
-// Writes contacts[i] for pairs[i], two links that the caller names: how deep they touch, or how far they are apart at any
-// distance. Of each Hit only batches, instances and links are read; the leaves that the contact is of are written to the
-// contact. The two links must differ, and may be of one instance. inputs holds the poses of all batches that are named;
-// layers, flags and in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and
-// all else 0. With Exact::kFcl, a pair on which FCL gives up has a contact of 0.
+// Writes contacts[i] for pairs[i], two links that the caller names: how deep they touch, or how far they are apart at
+// any distance, as Exact::kConvex measures it. depth: how the least depth is searched for. Of each Hit only batches,
+// instances and links are read; the leaves that the contact is of are written to the contact. The two links must
+// differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
+// in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
-// instruction set, threads or other pairs.
-// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kContactsNeedExact (policies.exact is kNone), kUnknownBatch,
+// instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
 // kBatchGivenTwice, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairs,
-// kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory for its tasks).
-// Thread: any, one call per engine at a time.
-[[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, const Policies& policies,
+// kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call
+// per engine at a time.
+[[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
 
 // Writes the counts of an articulation to *out, which must not be null.

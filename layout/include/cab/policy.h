@@ -56,8 +56,8 @@ enum class Sat : std::uint8_t {
   kFaces6,  // the six face normals: less time per test, but more pairs pass
 };
 
-// How contacts of Exact::kConvex search for the least depth, where no closed form gives it: for all shapes but two boxes,
-// two ellipsoids, and spheres and capsules alone.
+// How contacts of Exact::kConvex search for the least depth, where no closed form gives it: for all shapes but two
+// boxes, two ellipsoids, and spheres and capsules alone.
 enum class Depth : std::uint8_t {
   kThreeStarts,  // the best of local searches from three directions
   kOneStart,     // one local search: less time per contact, but more depths that are not the least

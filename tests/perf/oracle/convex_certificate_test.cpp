@@ -46,6 +46,7 @@ TEST_CASE("no certificate is wrong, and few pairs have none") {
     const JudgedShapes shapes(made);
     const Proof proof = certify(shapes.a, shapes.b, Effort::kDecide).proof;
     CHECK_FALSE(contradicts(proof, judge(shapes.a, shapes.b, Effort::kDecide)));
+    if (made.a.part.kind == ShapeKind::kHalfSpace || made.b.part.kind == ShapeKind::kHalfSpace) return;  // no proof
     ++judged;
     none += proof == Proof::kNone;
     apart += proof == Proof::kApart;
