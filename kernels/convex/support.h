@@ -84,7 +84,11 @@ CAB_INLINE V with_sign(V v, V s) {
 // What is added to the square of a length across a cylinder's axis.
 template <class V>
 CAB_INLINE V across_tiny() {
-  return kIsDouble<V> ? V(kAcrossTinyDouble) : V(kAcrossTiny);
+  if constexpr (kIsDouble<V>) {
+    return V(kAcrossTinyDouble);
+  } else {
+    return V(kAcrossTiny);
+  }
 }
 
 // The point farthest along d of a shape that its size describes: any but a hull or a half space.
