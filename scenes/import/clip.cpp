@@ -1,8 +1,8 @@
 // Makes links from a skeleton: ellipsoids between joints, and poses relative to the root joint.
-#include "scenes/import/body_parts.h"
 #include "scenes/import/import.h"
 #include "scenes/import/leaf_box.h"
 #include "scenes/import/printable.h"
+#include "scenes/rig/body_parts.h"
 #include "scenes/vec3d.h"
 
 #include <algorithm>

@@ -53,9 +53,9 @@ struct Clip {
 };
 
 // Makes links from a skeleton. Each joint with a non-zero segment, to a child joint or an end site, makes one link. The
-// link has the joint's name, moves with it, and has its frame there. A segment below a ten-thousandth of the
-// figure's height counts as zero. If several links have no link above them, the root joint gets a link of its own, a
-// ball. Each segment is an ellipsoid along the bone with anthropometric thickness (body_parts.h), and each link has one
+// link has the joint's name, moves with it, and has its frame there. A segment below a ten-thousandth of the figure's
+// height counts as zero. If several links have no link above them, the root joint gets a link of its own, a ball. Each
+// segment is an ellipsoid along the bone with anthropometric thickness (scenes/rig/body_parts.h), and each link has one
 // leaf box about all of its ellipsoids. Links that share a joint are ignored pairs. Poses are relative to an origin in
 // double: the root joint's place plus options.offset. notes says what was merged, dropped or doubted. Throws
 // ImportError.

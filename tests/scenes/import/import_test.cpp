@@ -1,7 +1,7 @@
 // Import of motion: forward kinematics against references, links from skeletons, and clips on one clock.
 #include "scenes/import/import.h"
 
-#include "scenes/import/body_parts.h"
+#include "scenes/rig/body_parts.h"
 #include "scenes/vec3d.h"
 #include "tests/scenes/temporary_file.h"
 

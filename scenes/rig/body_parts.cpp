@@ -1,5 +1,5 @@
 // The thickness of a body between two joints.
-#include "scenes/import/body_parts.h"
+#include "scenes/rig/body_parts.h"
 
 #include <algorithm>
 #include <cmath>
