@@ -1,5 +1,6 @@
 #include "engine/contacts.h"
 
+#include "engine/in_contact.h"
 #include "engine/timed.h"
 #include "engine/worker.h"
 #include "kernels/pose_leaves.h"
@@ -61,15 +62,10 @@ void close_gaps(FrameJob& job) {
 
 // Sets the in_contact bytes to what the hits that are left say.
 void mark_in_contact(const FrameContext& frame, const FrameJob& job) {
-  for (const BatchInput& input : job.inputs)
-    std::fill(input.in_contact.begin(), input.in_contact.end(), std::uint8_t{0});
-  const auto mark = [&frame](BatchId batch, std::uint32_t instance) {
-    const Span<std::uint8_t> in_contact = frame.batch(batch.value - 1).input->in_contact;
-    if (!in_contact.empty()) in_contact[instance] = 1;
-  };
+  clear_in_contact(job.inputs);
   for (std::size_t i = 0; i < job.hit_count; ++i) {
-    mark(job.hits[i].batch_a, job.hits[i].instance_a);
-    mark(job.hits[i].batch_b, job.hits[i].instance_b);
+    set_in_contact(frame, job.hits[i].batch_a.value - 1, job.hits[i].instance_a);
+    set_in_contact(frame, job.hits[i].batch_b.value - 1, job.hits[i].instance_b);
   }
 }
 

@@ -3,6 +3,7 @@
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/call.h"
 #include "engine/characters.h"
+#include "engine/in_contact.h"
 #include "engine/sequences.h"
 #include "engine/timed.h"
 #include "engine/validate.h"
@@ -26,7 +27,7 @@ void activate_link_bounds(Engine& engine, Span<const BatchInput> inputs) {
 // Sets the counts of all workers and the caller's in_contact bytes to 0.
 void clear_results(Engine& engine, Span<const BatchInput> inputs) {
   for (const auto& worker : engine.pool.workers) worker->stats = {};
-  for (const BatchInput& input : inputs) std::fill(input.in_contact.begin(), input.in_contact.end(), std::uint8_t{0});
+  clear_in_contact(inputs);
 }
 
 FrameStats total_stats(const WorkerPool& pool, Clock::time_point start) {

@@ -5,6 +5,8 @@
 #include "engine/candidate.h"
 #include "engine/frame_context.h"
 
+#include <algorithm>
+
 namespace cab {
 
 // Whether no test of the instance can change what is reported about it: its byte is set, or the caller gave no bytes.
@@ -19,14 +21,21 @@ inline bool is_already_reported(const FrameContext& frame, const Candidate& cand
          is_already_reported(frame.batch(candidate.batch_b), candidate.instance_b);
 }
 
+// Sets the byte of an instance. batch: its number.
+inline void set_in_contact(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance) {
+  const Span<std::uint8_t> in_contact = frame.batch(batch).input->in_contact;
+  if (!in_contact.empty()) __atomic_store_n(&in_contact[instance], std::uint8_t{1}, __ATOMIC_RELAXED);
+}
+
 // Sets the bytes of both instances of a candidate.
 inline void set_in_contact(const FrameContext& frame, const Candidate& candidate) {
-  const auto set = [&frame](std::uint32_t batch, std::uint32_t instance) {
-    const Span<std::uint8_t> in_contact = frame.batch(batch).input->in_contact;
-    if (!in_contact.empty()) __atomic_store_n(&in_contact[instance], std::uint8_t{1}, __ATOMIC_RELAXED);
-  };
-  set(candidate.batch_a, candidate.instance_a);
-  set(candidate.batch_b, candidate.instance_b);
+  set_in_contact(frame, candidate.batch_a, candidate.instance_a);
+  set_in_contact(frame, candidate.batch_b, candidate.instance_b);
+}
+
+// Clears all bytes.
+inline void clear_in_contact(Span<const BatchInput> inputs) {
+  for (const BatchInput& input : inputs) std::fill(input.in_contact.begin(), input.in_contact.end(), std::uint8_t{0});
 }
 
 }  // namespace cab

@@ -27,7 +27,7 @@ struct alignas(64) ConvexShape {
   // Vertices of a hull relative to its centre, divided by `unit`, in chunks of sixteen x, sixteen y, sixteen z. They
   // ascend by x, then y, then z. The last chunk repeats the last vertex.
   const float* vertices;
-  std::uint32_t chunk_count;
+  std::uint32_t vertex_count;
   float unit;  // a power of two: the largest number in `vertices` is between 1/2 and 1
   ConvexKind kind;
 

@@ -58,9 +58,10 @@ void set_hull(const ConvexPart& part, const double (&columns)[3][3], Arena& aren
   }
   std::sort(sorted.begin(), sorted.end());
   constexpr std::size_t kChunk = 16;
-  shape.chunk_count = static_cast<std::uint32_t>((count + kChunk - 1) / kChunk);
-  const Span<float> vertices = arena.allocate<float>(3 * kChunk * shape.chunk_count);
-  for (std::size_t v = 0; v < kChunk * shape.chunk_count; ++v)
+  const std::size_t padded = (count + kChunk - 1) / kChunk * kChunk;
+  shape.vertex_count = static_cast<std::uint32_t>(count);
+  const Span<float> vertices = arena.allocate<float>(3 * padded);
+  for (std::size_t v = 0; v < padded; ++v)
     for (std::size_t c = 0; c < 3; ++c)
       vertices[v / kChunk * 3 * kChunk + c * kChunk + v % kChunk] = sorted[std::min(v, count - 1)][c];
   shape.vertices = vertices.data;

@@ -126,8 +126,8 @@ CAB_INLINE void follow_rays(const ContactLanes<V>& pair, const DifferencePoint<D
     take<D>(at_best, portal.p, best.corner[0]);
     take<D>(at_best, portal.q, best.corner[1]);
     take<D>(at_best, portal.r, best.corner[2]);
-    // At a face: on along the best normal, or done.
-    const Mask<D> settled = both(dot(along, ray) >= D(kSettledCosine), depth <= best.depth + within);
+    // At a face: on along the best normal, or done if that was the ray.
+    const Mask<D> settled = both(dot(best.normal, ray) >= D(kSettledCosine), depth <= best.depth + within);
     running = without(running, both(reached, both(gained <= within, settled)));
     take<D>(reached, best.normal, ray);
     take<D>(reached, best.depth, ray_depth);

@@ -7,13 +7,47 @@
 
 namespace cab::kernel {
 
+// The hulls of lanes. Lanes in a row that have the same hull are a run if there are many of them.
+template <class V>
+struct HullLanes {
+  const ConvexShape* const* shapes = nullptr;  // by lane
+  std::uint32_t one_by_one = 0;                // the lanes that are in no run
+  std::uint32_t run_count = 0;
+  struct {
+    const ConvexShape* hull;
+    std::uint32_t lanes;
+  } runs[kWidth<V>];
+  alignas(64) float run_of[kWidth<V>];  // by lane, -1 in those that are in no run; set if there are runs
+
+  CAB_INLINE void find(const ConvexShape* const* by_lane) {
+    shapes = by_lane;
+    for (std::uint32_t begin = 0, end; begin < kWidth<V>; begin = end) {
+      end = begin + 1;
+      while (end < kWidth<V> && shapes[end] == shapes[begin]) ++end;
+      const std::uint32_t lanes = (1u << end) - (1u << begin);
+      if (!pays(end - begin, *shapes[begin])) {
+        one_by_one |= lanes;
+        continue;
+      }
+      if (run_count == 0) Lanes<V>::store(run_of, V(-1.0f));
+      for (std::uint32_t lane = begin; lane < end; ++lane) run_of[lane] = static_cast<float>(run_count);
+      runs[run_count++] = {shapes[begin], lanes};
+    }
+  }
+
+  // Whether hull_vertex_by_lane is faster than hull_vertex for each lane.
+  static CAB_INLINE bool pays(std::uint32_t lanes, const ConvexShape& hull) {
+    return lanes > 1 && 6 * lanes >= 6 + hull.vertex_count;
+  }
+};
+
 // The shapes of one side of a pair of vectors, in their own frames. Round shapes are their segments alone.
 template <class V>
 struct SupportShape {
   ConvexKind kind;
   Vec3<V> size;
-  V scale;                           // hulls: of their vertices
-  const ConvexShape* const* shapes;  // hulls: by lane
+  V scale;             // hulls: of their vertices
+  HullLanes<V> hulls;  // hulls only
 };
 
 CAB_INLINE std::uint32_t lowest_lane(std::uint32_t lanes) { return static_cast<std::uint32_t>(__builtin_ctz(lanes)); }
@@ -33,7 +67,8 @@ CAB_INLINE void hull_vertex(const ConvexShape& hull, const float (&d)[3], float 
     best[s] = height(hull.vertices, s);
     from[s] = V(0.0f);
   }
-  for (std::uint32_t c = 1; c < hull.chunk_count; ++c)
+  const std::uint32_t chunks = (hull.vertex_count + kLanes - 1) / kLanes;
+  for (std::uint32_t c = 1; c < chunks; ++c)
     for (std::uint32_t s = 0; s < kSteps; ++s) {
       const V h = height(hull.vertices + c * 3 * kLanes, s);
       const Mask<V> above = h > best[s];
@@ -42,10 +77,11 @@ CAB_INLINE void hull_vertex(const ConvexShape& hull, const float (&d)[3], float 
     }
   V top = best[0];
   for (std::uint32_t s = 1; s < kSteps; ++s) top = max(top, best[s]);
-  const float highest = horizontal_max(top);
+  top = V(horizontal_max(top));
   std::uint32_t first = ~0u;
   for (std::uint32_t s = 0; s < kSteps; ++s) {
-    std::uint32_t at_top = bits(best[s] >= V(highest));
+    std::uint32_t at_top = bits(best[s] >= top);
+    if (chunks == 1) at_top &= 0u - at_top;  // the first is enough
     alignas(64) float chunk[kWidth<V>];
     Lanes<V>::store(chunk, from[s]);
     for (; at_top; at_top &= at_top - 1) {
@@ -59,20 +95,48 @@ CAB_INLINE void hull_vertex(const ConvexShape& hull, const float (&d)[3], float 
   for (std::uint32_t c = 0; c < 3; ++c) out[c] = at[c * kLanes];
 }
 
-// The vertices of the hulls in the lanes that are set in `active`; 0 in the others.
+// The vertices of one hull farthest along d, the same as by hull_vertex. V's lanes are directions here.
 template <class V>
-CAB_INLINE Vec3<V> hull_vertices(const SupportShape<V>& side, const Vec3<V>& d, std::uint32_t active) {
+CAB_INLINE Vec3<V> hull_vertex_by_lane(const ConvexShape& hull, const Vec3<V>& d) {
+  const auto vertex = [&](std::uint32_t v) {
+    const float* const at = hull.vertices + v / kLanes * 3 * kLanes + v % kLanes;
+    return Vec3<V>{V(at[0]), V(at[kLanes]), V(at[2 * kLanes])};
+  };
+  const auto height = [&](const Vec3<V>& at) { return at.x * d.x + at.y * d.y + at.z * d.z; };
+  Vec3<V> out = vertex(0);
+  V highest = height(out);
+  for (std::uint32_t v = 1; v < hull.vertex_count; ++v) {
+    const Vec3<V> at = vertex(v);
+    const V height_at = height(at);
+    const Mask<V> above = height_at > highest;
+    take<V>(above, height_at, highest);
+    take<V>(above, at, out);
+  }
+  return out;
+}
+
+// The vertices of the hulls in the lanes that are set in `active`. Other lanes may hold anything.
+template <class V>
+CAB_INLINE Vec3<V> hull_vertices(const HullLanes<V>& hulls, const Vec3<V>& d, std::uint32_t active) {
   alignas(64) float along[3][kWidth<V>], point[3][kWidth<V>] = {};
   const V components[3] = {d.x, d.y, d.z};
   for (int c = 0; c < 3; ++c) Lanes<V>::store(along[c], components[c]);
-  for (; active; active &= active - 1) {
-    const std::uint32_t lane = lowest_lane(active);
-    const ConvexShape& hull = *side.shapes[lane];
+  for (std::uint32_t lanes = hulls.one_by_one & active; lanes; lanes &= lanes - 1) {
+    const std::uint32_t lane = lowest_lane(lanes);
+    const ConvexShape& hull = *hulls.shapes[lane];
     float vertex[3];
     hull_vertex<V>(hull, {along[0][lane], along[1][lane], along[2][lane]}, vertex);
     for (int c = 0; c < 3; ++c) point[c][lane] = vertex[c] * hull.unit;
   }
-  return side.scale * Vec3<V>{Lanes<V>::load(point[0]), Lanes<V>::load(point[1]), Lanes<V>::load(point[2])};
+  Vec3<V> out = {Lanes<V>::load(point[0]), Lanes<V>::load(point[1]), Lanes<V>::load(point[2])};
+  for (std::uint32_t i = 0; i < hulls.run_count; ++i) {
+    if (!(hulls.runs[i].lanes & active)) continue;
+    const ConvexShape& hull = *hulls.runs[i].hull;
+    const V run(static_cast<float>(i)), run_of = Lanes<V>::load(hulls.run_of);
+    const Mask<V> in_run = both(run_of >= run, run_of <= run);
+    take<V>(in_run, V(hull.unit) * hull_vertex_by_lane(hull, d), out);
+  }
+  return out;
 }
 
 // v with the sign of s.
@@ -108,7 +172,7 @@ CAB_INLINE Vec3<V> support_by_size(ConvexKind kind, const Vec3<V>& s, const Vec3
 // The point of each shape farthest along d. Lanes outside of `active` may hold anything.
 template <class V>
 CAB_INLINE Vec3<V> support(const SupportShape<V>& side, const Vec3<V>& d, std::uint32_t active) {
-  if (side.kind == ConvexKind::kHull) return hull_vertices(side, d, active);
+  if (side.kind == ConvexKind::kHull) return side.scale * hull_vertices(side.hulls, d, active);
   return support_by_size(side.kind, side.size, d);
 }
 

@@ -10,10 +10,13 @@ namespace cab::kernel {
 template <class V>
 CAB_INLINE Difference<V> difference_of(const ConvexBlock& block, const PairLanes<V>& pair, std::uint32_t lane) {
   const V scale = Lanes<V>::load(block.scale + lane);
-  return {{block.a.shape[0]->kind, pair.size_a, scale, block.a.shape + lane},
-          {block.b.shape[0]->kind, pair.size_b, scale, block.b.shape + lane},
-          {pair.column[0], pair.column[1], pair.column[2]},
-          pair.t};
+  Difference<V> out = {{block.a.shape[0]->kind, pair.size_a, scale, {}},
+                       {block.b.shape[0]->kind, pair.size_b, scale, {}},
+                       {pair.column[0], pair.column[1], pair.column[2]},
+                       pair.t};
+  if (out.a.kind == ConvexKind::kHull) out.a.hulls.find(block.a.shape + lane);
+  if (out.b.kind == ConvexKind::kHull) out.b.hulls.find(block.b.shape + lane);
+  return out;
 }
 
 // The radius of the ball that is added to a shape's segment; 0 for shapes without one.

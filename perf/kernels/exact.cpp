@@ -16,7 +16,6 @@
 #include <fcl/narrowphase/collision.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -40,7 +39,17 @@ constexpr Kind kBox = {"box", ShapeKind::kBox}, kEllipsoid = {"ellipsoid", Shape
                kCylinder = {"cylinder", ShapeKind::kCylinder}, kHalfSpace = {"half space", ShapeKind::kHalfSpace};
 constexpr Kind hull_of(const char* name, std::uint32_t vertices) { return {name, ShapeKind::kConvexHull, vertices}; }
 
-constexpr std::array<Kind, 2> kRows[kExactRows] = {
+// The two sides of a row. same_two: sixteen pairs in a row are of the same two shapes, as in a sequence.
+struct Row {
+  Kind a, b;
+  bool same_two = false;
+
+  std::string title() const {
+    return std::string(a.name) + " and " + b.name + (same_two ? ", the same two in sixteen pairs" : "");
+  }
+};
+
+constexpr Row kRows[kExactRows] = {
     {kEllipsoid, kEllipsoid},
     {kCapsule, kCapsule},
     {kBox, kBox},
@@ -48,6 +57,8 @@ constexpr std::array<Kind, 2> kRows[kExactRows] = {
     {hull_of("hull of 16", 16), hull_of("hull of 16", 16)},
     {hull_of("hull of 32", 32), hull_of("hull of 32", 32)},
     {hull_of("hull of 64", 64), hull_of("hull of 64", 64)},
+    {hull_of("hull of 8", 8), hull_of("hull of 8", 8), true},
+    {hull_of("hull of 32", 32), hull_of("hull of 32", 32), true},
     {kBox, kEllipsoid},
     {kCapsule, kBox},
     {kCapsule, kEllipsoid},
@@ -159,11 +170,15 @@ void random_pose(Random& random, float place, float (&pose)[7], fcl::Transform3d
 }
 
 struct ExactWork {
-  ExactWork(Random& random, const std::array<Kind, 2>& kinds) : side_a(random, kinds[0]), side_b(random, kinds[1]) {
+  ExactWork(Random& random, const Row& row) : side_a(random, row.a), side_b(random, row.b) {
     for (std::uint32_t i = 0; i < kExactPairs; ++i) {
       ExactPair pair;
       pair.a = static_cast<std::uint32_t>(random.next() % kShapes);
       pair.b = static_cast<std::uint32_t>(random.next() % kShapes);
+      if (row.same_two && i % kLanes > 0) {
+        pair.a = pairs.back().a;
+        pair.b = pairs.back().b;
+      }
       random_pose(random, 0.2f, pair.pose_a, pair.fcl_a);
       random_pose(random, 0.2f, pair.pose_b, pair.fcl_b);
       pairs.push_back(pair);
@@ -352,8 +367,8 @@ void measure_contacts(const ExactWork& work, const std::string& title,
 
 void measure_exact(const std::vector<const kernel::KernelTable*>& tables, std::uint32_t rounds, ProgressBar& bar) {
   Random random(4);
-  for (const std::array<Kind, 2>& kinds : kRows) {
-    const ExactWork work(random, kinds);
+  for (const Row& row : kRows) {
+    const ExactWork work(random, row);
     std::vector<Contender> contenders;
     for (const kernel::KernelTable* table : tables)
       contenders.push_back({std::string("cab ") + to_string(table->isa),
@@ -364,16 +379,15 @@ void measure_exact(const std::vector<const kernel::KernelTable*>& tables, std::u
     contenders.push_back({"FCL collide", kExactPairs, [&work] { return fcl_touching(work, nullptr); }, {}, 0});
     race(contenders, rounds, bar);
     TextTable out;
-    out.add_row({std::string("exact test, ") + kinds[0].name + " and " + kinds[1].name + ", " +
-                     std::to_string(kExactPairs) + " pairs",
-                 "ns", "FCL / this", "touching"});
+    out.add_row(
+        {"exact test, " + row.title() + ", " + std::to_string(kExactPairs) + " pairs", "ns", "FCL / this", "touching"});
     for (const Contender& contender : contenders)
       out.add_row({contender.name, fixed(median(contender.nanoseconds), 1),
                    fixed(times_faster(contender, contenders.back()), 1), std::to_string(contender.answer)});
     std::cout << '\n';
     out.print(std::cout);
     std::cout << differences(work, *tables.back()) << '\n';
-    measure_contacts(work, std::string(kinds[0].name) + " and " + kinds[1].name, tables, rounds, bar);
+    measure_contacts(work, row.title(), tables, rounds, bar);
   }
 }
 

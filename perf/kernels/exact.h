@@ -7,7 +7,7 @@
 namespace cab::perf {
 
 // How many pairs of kinds are measured. Each has two tables: of yes or no, and of contacts.
-inline constexpr std::uint32_t kExactRows = 21, kExactTables = 2 * kExactRows;
+inline constexpr std::uint32_t kExactRows = 23, kExactTables = 2 * kExactRows;
 
 // Times the exact test and the contacts of every table beside FCL's. Prints which of their answers differ, and how many
 // depths are above the least one.

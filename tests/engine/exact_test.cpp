@@ -560,8 +560,9 @@ Bodies random_bodies(Random& random, int kind_a, int kind_b) {
   for (int i = 0; i < 60; ++i) out.vertices.push_back(static_cast<float>(random.uniform(-0.8, 0.8)));
   for (int m = 0; m < 2; ++m) {
     const int kind = m == 0 ? kind_a : kind_b;
-    const auto size = [&] { return static_cast<float>(random.uniform(0.2, 0.8)); };
-    ConvexPart part = shape(static_cast<ShapeKind>(kind % kManyParts), size(), size(), size());
+    float size[3];  // one after the other, so that all compilers make the same bodies
+    for (float& one : size) one = static_cast<float>(random.uniform(0.2, 0.8));
+    ConvexPart part = shape(static_cast<ShapeKind>(kind % kManyParts), size[0], size[1], size[2]);
     if (part.kind == ShapeKind::kConvexHull) part = hull_of(m == 0 ? out.vertices : kCube);
     out.parts[m].push_back(part);
     if (kind == kManyParts)

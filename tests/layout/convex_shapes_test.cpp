@@ -38,7 +38,7 @@ Leaf leaf_with(Span<const ConvexPart> parts) {
 // The vertices of a hull's shape, in the caller's unit about its centre.
 std::vector<std::array<float, 3>> vertices_of(const ConvexShape& shape) {
   std::vector<std::array<float, 3>> out;
-  for (std::uint32_t v = 0; v < 16 * shape.chunk_count; ++v) {
+  for (std::uint32_t v = 0; v < (shape.vertex_count + 15) / 16 * 16; ++v) {
     const float* const at = shape.vertices + v / 16 * 48 + v % 16;
     out.push_back({at[0] * shape.unit, at[16] * shape.unit, at[32] * shape.unit});
   }
@@ -105,7 +105,7 @@ TEST_CASE("a hull's vertices are sorted about its centre, padded by the last, an
       const ConvexPart part = {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {}, {vertices.data(), vertices.size()}};
       const Shapes shapes({leaf_with({&part, 1})});
       const ConvexShape& hull = shapes.all.shapes[0];
-      REQUIRE(hull.chunk_count == (count + 15) / 16);
+      REQUIRE(hull.vertex_count == count);
       const auto sorted = vertices_of(hull);
       float largest = 0;
       for (std::size_t v = 0; v < sorted.size(); ++v) {

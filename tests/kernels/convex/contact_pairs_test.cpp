@@ -43,6 +43,15 @@ Real away_of(const ConvexCase& one, const JudgedCase& judged) {
   return away;
 }
 
+// Whether moving the second shape along the normal of a contact by its depth parts the shapes, to rounding.
+bool parts(const ConvexCase& one, const kernel::ConvexContacts& found, std::uint32_t lane, Real rounded) {
+  ConvexCase parted = one;
+  bind_vertices(parted);
+  for (std::size_t c = 0; c < 3; ++c)
+    parted.shift[c] += found.normal[c][lane] * (found.depth[lane] + static_cast<double>(rounded));
+  return judge_case(parted, oracle::Effort::kMeasure).verdict.gap_at_most >= -2 * rounded;
+}
+
 // What is counted over the overlapping pairs of a regime.
 struct Depths {
   std::uint64_t deep = 0, above_1 = 0, above_10 = 0;
@@ -109,17 +118,13 @@ TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide,
                 CHECK(-depth >= judged.verdict.gap_at_least - kGapBelow * judged.size - rounded);
               } else if (judged.verdict.gap_at_most < 0) {
                 const Real least = -judged.verdict.gap_at_most;
-                CHECK(depth >= least - rounded);
+                // The judge's depth may be a local least one, of plates that touch barely.
+                CHECK((depth >= least - rounded || parts(made.cases[lane], found, lane, rounded)));
                 if (exact) CHECK(depth <= least + 1e-9L * away);
                 if (least >= Real{1e-3} * judged.size) by_starts[three].count(depth, least);
               }
             }
-            if (!(judged.verdict.gap_at_most < 0)) continue;
-            ConvexCase parted = made.cases[lane];
-            bind_vertices(parted);
-            for (std::size_t c = 0; c < 3; ++c)
-              parted.shift[c] += contacts[1].normal[c][lane] * (contacts[1].depth[lane] + static_cast<double>(rounded));
-            CHECK(judge_case(parted, oracle::Effort::kMeasure).verdict.gap_at_most >= -2 * rounded);
+            if (judged.verdict.gap_at_most < 0) CHECK(parts(made.cases[lane], contacts[1], lane, rounded));
           }
         }
       }

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 
 namespace {
@@ -77,4 +78,34 @@ TEST_CASE("few pairs of everyday shapes are left undecided, and every lane decid
       CHECK(touching == 0xffff);
     }
   CHECK(undecided * 200 <= pairs);
+}
+
+// The instruction set `scalar` looks for the vertices of one lane at a time.
+TEST_CASE("lanes that share a hull get the answers of lanes that do not, whatever the run of lanes") {
+  std::uint32_t apart = 0, touching = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(60); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const ShapeKind other_kinds[] = {ShapeKind::kConvexHull, ShapeKind::kEllipsoid, ShapeKind::kCapsule};
+    RandomBlock made(random, ConvexRegime::kRegular, ShapeKind::kConvexHull, other_kinds[seed % 3]);
+    for (std::uint32_t begin = 0, end; begin < kLanes; begin = end) {
+      end = std::min<std::uint32_t>(kLanes, begin + 1 + static_cast<std::uint32_t>(random.uniform(0, kLanes)));
+      for (std::uint32_t lane = begin; lane < end; ++lane) {
+        made.block.a.shape[lane] = made.block.a.shape[begin];
+        made.block.b.shape[lane] = made.block.b.shape[begin];
+        made.block.scale[lane] = made.block.scale[begin];
+      }
+    }
+    const kernel::ConvexAnswer answer = available_kernels()[0]->test_convex_pairs(made.block);
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      CAPTURE(std::string(name_of(*kernels)));
+      const kernel::ConvexAnswer other = kernels->test_convex_pairs(made.block);
+      CHECK(other.apart == answer.apart);
+      CHECK(other.touching == answer.touching);
+    }
+    apart += static_cast<std::uint32_t>(__builtin_popcount(answer.apart));
+    touching += static_cast<std::uint32_t>(__builtin_popcount(answer.touching));
+  }
+  CHECK(apart > 0);
+  CHECK(touching > 0);
 }
