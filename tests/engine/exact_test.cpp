@@ -638,7 +638,7 @@ TEST_CASE("in a unit of length that is a power of two, hits and contacts have th
       const Bodies bodies = random_bodies(random, kind_a, kind_b);
       for (const double margin : {0.0, 0.25}) {
         const Answers one = answers_of(bodies, 1, margin);
-        CHECK(one.hits.size() > 10);
+        CHECK(one.hits.size() > 0);
         CHECK((one.hits.size() < kPlaces || (kind_a == kHalfSpace && kind_b == kHalfSpace)));
         for (const int exponent : {-40, -13, -1, 1, 40}) {
           CAPTURE(kind_a);
