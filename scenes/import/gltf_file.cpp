@@ -90,16 +90,28 @@ Parts glb_parts(const std::string& bytes, const std::string& name) {
   return parts;
 }
 
+// How deep arrays and objects are nested in a text, also if it is not JSON to its end.
+int nesting(std::string_view text) {
+  int depth = 0, deepest = 0;
+  bool in_string = false;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (in_string && c == '\\') ++at;
+    if (c == '"') in_string = !in_string;
+    if (in_string) continue;
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
+}
+
 Json parse_json(std::string_view text, const std::string& name) {
   // Some writers fill the JSON of a GLB up with zeros, not with blanks.
   while (!text.empty() && text.back() == '\0') text.remove_suffix(1);
-  const auto check_depth = [&name](int depth, Json::parse_event_t, Json&) {
-    if (depth > kMaxJsonDepth)
-      throw ImportError(name + ": its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " deep");
-    return true;
-  };
+  if (nesting(text) > kMaxJsonDepth)
+    throw ImportError(name + ": its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " deep");
   try {
-    Json json = Json::parse(text.begin(), text.end(), check_depth);
+    Json json = Json::parse(text.begin(), text.end());
     if (json.is_object()) return json;
   } catch (const Json::parse_error& error) {
     throw ImportError(name + ": its JSON is broken at byte " + std::to_string(error.byte));
