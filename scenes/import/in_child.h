@@ -10,9 +10,9 @@
 
 namespace cab::scenes {
 
-// What `read`, which reads the file at `path`, returns in a child process. The child can open only that file and what is
-// below its folder. What `read` throws comes back as an ImportError. If the child crashes, breaks a limit or cannot be
-// made, an ImportError says so, with the file's name.
+// What `read`, which reads the file at `path`, returns in a child process. The child can open only that file and what
+// is below its folder. What `read` throws comes back as an ImportError. If the child crashes, breaks a limit or cannot
+// be made, an ImportError says so, with the file's name.
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
                                const std::function<std::string()>& read);
 
