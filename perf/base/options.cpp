@@ -71,6 +71,12 @@ void add_up(CLI::App& command, char& up, const std::string& meaning) {
       ->type_name("x|y|z");
 }
 
+void add_no_sandbox(CLI::App& command, std::optional<scenes::SandboxLimits>& sandbox) {
+  command.add_flag_callback(
+      "--no-sandbox", [&sandbox] { sandbox.reset(); },
+      "read files in this process, not in a child with limits (to debug a reader)");
+}
+
 void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit) {
   command
       .add_option_function<std::vector<std::string>>(

@@ -5,8 +5,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "scenes/sandbox/sandbox.h"
 
 namespace CLI {
 class App;
@@ -45,6 +48,9 @@ void add_policies(CLI::App& command, Policies& policies);
 
 // Adds --up: the axis that points up.
 void add_up(CLI::App& command, char& up, const std::string& meaning);
+
+// Adds --no-sandbox, which empties `sandbox`.
+void add_no_sandbox(CLI::App& command, std::optional<scenes::SandboxLimits>& sandbox);
 
 // Adds --units: metres per unit, once for all files or once per file. `what` says what a file is.
 void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit);

@@ -17,6 +17,8 @@
 #include "perf/base/usage.h"
 #include "perf/crowd/options.h"
 #include "scenes/bit_hash.h"
+#include "scenes/import/import_payload.h"
+#include "scenes/import/in_child.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -293,6 +295,14 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);
 }
 
+scenes::Trajectories import_ways(const CrowdOptions& options) {
+  const std::string& path = options.trajectories_path;
+  if (!options.sandbox) return scenes::import_trajectories(path);
+  return scenes::from_child(
+      path, *options.sandbox, [&] { return scenes::trajectories_payload(scenes::import_trajectories(path)); },
+      scenes::read_trajectories_payload);
+}
+
 scenes::CrowdSources import_sources(const CrowdOptions& options) {
   scenes::CrowdSources sources;
   sources.up = options.up;
@@ -303,13 +313,14 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
   for (std::size_t c = 0; c < options.clips.size(); ++c) {
     scenes::ImportOptions import;
     import.up = options.up;
+    import.sandbox = options.sandbox;
     if (!options.metres_per_unit.empty())
       import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : c];
     sources.clips.push_back(scenes::import_clip(options.clips[c], import));
     for (const std::string& note : sources.clips.back().notes)
       std::cerr << "note: " << sources.clips.back().character.name << ": " << note << '\n';
   }
-  if (!options.trajectories_path.empty()) sources.trajectories = scenes::import_trajectories(options.trajectories_path);
+  if (!options.trajectories_path.empty()) sources.trajectories = import_ways(options);
   return sources;
 }
 

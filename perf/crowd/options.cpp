@@ -96,6 +96,7 @@ Command add_crowd(CLI::App& app) {
       ->allow_extra_args(false);
   add_units(command, "clip", o.metres_per_unit);
   add_up(command, o.up, "axis that points up in the clips; without it the axis along which each figure is tallest");
+  add_no_sandbox(command, o.sandbox);
   command
       .add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x and y in metres per line")
       ->type_name("FILE");

@@ -10,6 +10,7 @@
 
 #include "perf/base/options.h"
 #include "scenes/crowd/ropes.h"
+#include "scenes/import/limits.h"
 
 namespace cab::perf {
 
@@ -31,6 +32,9 @@ struct CrowdOptions {
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: no file
   std::string csv_path;            // empty: no file
+
+  // Files are read in a child process with these limits; empty: in this process.
+  std::optional<scenes::SandboxLimits> sandbox = scenes::kImportSandbox;
 };
 Command add_crowd(CLI::App& app);
 int crowd_command(const CrowdOptions& options);

@@ -125,6 +125,7 @@ int inspect_command(const InspectOptions& options) {
   import.metres_per_unit = options.metres_per_unit;
   import.offset = options.offset;
   import.up = options.up;
+  import.sandbox = options.sandbox;
   const scenes::Skeleton skeleton = scenes::import_skeleton(options.file, import);
   std::vector<scenes::Clip> clips;
   clips.push_back(scenes::make_clip(skeleton, std::filesystem::path(options.file).filename().string(), import));

@@ -27,6 +27,7 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
       ->allow_extra_args(false);
   add_units(command, "file", world.metres_per_unit);
   add_up(command, world.up, kUpForHeight);
+  add_no_sandbox(command, world.sandbox);
   return files;
 }
 
@@ -88,6 +89,7 @@ Command add_inspect(CLI::App& app) {
           "length unit of the file in metres (default 1)")
       ->type_name("METRES_PER_UNIT");
   add_up(command, o.up, kUpForHeight);
+  add_no_sandbox(command, o.sandbox);
   for (std::uint32_t field = 0; field < policy_table().size; ++field)
     if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);
   add_isa(command, o.isa);

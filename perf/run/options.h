@@ -38,11 +38,14 @@ struct InspectOptions {
   Policies policies;
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: standard output
+
+  // The file is read in a child process with these limits; empty: in this process.
+  std::optional<scenes::SandboxLimits> sandbox = scenes::kImportSandbox;
 };
 Command add_inspect(CLI::App& app);
 int inspect_command(const InspectOptions& options);
 
-// Adds FILE..., --offset, --units and --up, which `cab sweep` accepts too.
+// Adds FILE..., --offset, --units, --up and --no-sandbox, which `cab sweep` accepts too.
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning);
 
 }  // namespace cab::perf

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "scenes/import/limits.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {
@@ -18,6 +19,9 @@ struct WorldOptions {
   char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
   std::uint32_t ignored_hops = 0;              // links of one character at most this many joints apart are masked
   std::optional<std::uint32_t> rest_frame;     // links of one character that touch in this frame are masked
+
+  // Files are read in a child process with these limits; empty: in this process.
+  std::optional<scenes::SandboxLimits> sandbox = scenes::kImportSandbox;
 };
 
 // Throws UsageError if offsets or units do not fit the files.

@@ -2,10 +2,12 @@
 // clock in one world.
 #pragma once
 
+#include "scenes/sandbox/sandbox.h"
 #include "scenes/scene.h"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -22,6 +24,7 @@ struct ImportOptions {
   double metres_per_unit = 1.0;              // the file's length unit in metres
   std::array<double, 3> offset = {0, 0, 0};  // added to the character's place in the world, metres
   char up = 0;                               // 'x', 'y' or 'z' for the height check; 0: the tallest axis
+  std::optional<SandboxLimits> sandbox;      // read the file in a child process with these limits; empty: in this one
 };
 
 // The skeleton of a file: every joint, end sites included, and its world position in every frame. Joint 0 is the root,
@@ -39,8 +42,9 @@ struct Skeleton {
   std::vector<std::string> notes;
 };
 
-// Reads the skeleton and the first animation of a file through assimp. The text of a BVH file is checked first. Throws
-// ImportError.
+// Reads the skeleton and the first animation of a file through assimp. The text of a BVH file is checked first, and so
+// are the offsets and counts of a glTF file. Throws ImportError. With options.sandbox nothing in the file can do more
+// than cause one: see scenes/sandbox/sandbox.h. Without it, assimp does not survive some files.
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options);
 
 // One clip: a character and its own clock. The character has poses and origins for every frame of the file, or for one

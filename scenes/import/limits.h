@@ -1,6 +1,8 @@
 // The limits of import. With them no file can make the import allocate or loop without bound.
 #pragma once
 
+#include "scenes/sandbox/sandbox.h"
+
 #include <cstddef>
 
 namespace cab::scenes {
@@ -10,5 +12,9 @@ inline constexpr std::size_t kMaxJointFrames = std::size_t{1} << 24;  // 56 byte
 inline constexpr std::size_t kMaxPoseFloats = std::size_t{1} << 28;   // of one character in a world
 inline constexpr double kMaxFrameSeconds = 3600;
 inline constexpr double kMaxImportValue = 1e9;  // of an offset, key or angle, in the file's unit
+
+// Of a child process that reads one file. A BVH file of 250 MB takes 10 s of processor time and 1.8 GiB; a Skeleton is
+// at most 0.9 GiB.
+inline constexpr SandboxLimits kImportSandbox = {std::size_t{4} << 30, 60, 600, std::size_t{1} << 30};
 
 }  // namespace cab::scenes

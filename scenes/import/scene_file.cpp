@@ -220,15 +220,19 @@ struct Clock {
 
 Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std::string& path,
                  std::vector<std::string>& notes) {
-  double first = 0, last = 0;
+  // assimp gives a track that a file lacks one key at 0, which says nothing about the clock.
+  constexpr unsigned kLeastKeys = 2;
+  double first = 0, last = 0, densest_span = 0;
   unsigned most_keys = 0;
-  bool any = false;
   const auto see = [&](const auto* keys, unsigned count) {
-    if (count == 0) return;
-    first = any ? std::min(first, keys[0].mTime) : keys[0].mTime;
-    last = any ? std::max(last, keys[count - 1].mTime) : keys[count - 1].mTime;
-    any = true;
-    most_keys = std::max(most_keys, count);
+    if (count < kLeastKeys) return;
+    const double begin = keys[0].mTime, end = keys[count - 1].mTime;
+    first = most_keys > 0 ? std::min(first, begin) : begin;
+    last = most_keys > 0 ? std::max(last, end) : end;
+    if (count > most_keys) {
+      most_keys = count;
+      densest_span = end - begin;
+    }
   };
   for (unsigned c = 0; c < animation.mNumChannels; ++c) {
     const aiNodeAnim& track = *animation.mChannels[c];
@@ -238,7 +242,7 @@ Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std
   }
   Clock clock;
   clock.first_tick = first;
-  if (most_keys < 2 || !(last > first)) return clock;
+  if (most_keys < kLeastKeys || !(densest_span > 0)) return clock;
   double ticks_per_second = animation.mTicksPerSecond;
   if (ticks_per_second == 0) {
     ticks_per_second = kDefaultTicksPerSecond;
@@ -246,7 +250,7 @@ Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std
   }
   if (!std::isfinite(ticks_per_second) || ticks_per_second < 0)
     throw ImportError(path + ": the ticks a second of its animation must be finite and above 0");
-  clock.frame_seconds = std::max((last - first) / (most_keys - 1) / ticks_per_second, kMinFrameSeconds);
+  clock.frame_seconds = std::max(densest_span / (most_keys - 1) / ticks_per_second, kMinFrameSeconds);
   if (!(clock.frame_seconds <= kMaxFrameSeconds))
     throw ImportError(path + ": the frame time of its animation is more than an hour");
   clock.ticks_per_frame = clock.frame_seconds * ticks_per_second;

@@ -1,19 +1,26 @@
 // Reads a skeleton and its motion from a file through assimp.
 #include "scenes/import/bvh_text.h"
+#include "scenes/import/gltf_file.h"
 #include "scenes/import/import.h"
+#include "scenes/import/import_payload.h"
+#include "scenes/import/in_child.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/scene_file.h"
 #include "scenes/vec3d.h"
 
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 namespace cab::scenes {
 namespace {
@@ -52,9 +59,8 @@ std::string lower_extension(const std::string& path) {
 }
 
 // Decides as assimp does: by the extension, or by the first word of the text.
-bool is_bvh(const std::string& path, const std::string& name) {
-  constexpr std::size_t kHeadBytes = 200;
-  return lower_extension(path) == ".bvh" || read_bytes(path, name, kHeadBytes).find("HIERARCHY") != std::string::npos;
+bool is_bvh(const std::string& extension, const std::string& first_bytes) {
+  return extension == ".bvh" || first_bytes.find("HIERARCHY") != std::string::npos;
 }
 
 // Runs one of assimp's readers. Every way in which it can fail becomes an ImportError.
@@ -172,23 +178,65 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
   return skeleton;
 }
 
-}  // namespace
+// The files of assimp, one of which is in memory.
+class FilesAndBytes : public Assimp::DefaultIOSystem {
+ public:
+  // `bytes` must outlive this object.
+  FilesAndBytes(std::string path, const std::string& bytes) : path_(std::move(path)), bytes_(bytes) {}
 
-Skeleton import_skeleton(const std::string& path, const ImportOptions& options) {
+  bool Exists(const char* file) const override { return file == path_ || DefaultIOSystem::Exists(file); }
+
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    if (file != path_) return DefaultIOSystem::Open(file, mode);
+    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()), bytes_.size());
+  }
+
+ private:
+  std::string path_;
+  const std::string& bytes_;
+};
+
+// assimp gets the checked bytes, under a name that says what they are, in the folder of the file, where it looks for
+// the buffers that a glTF file names.
+Skeleton read_gltf(const std::string& bytes, const std::string& path, const ImportOptions& options) {
+  const std::string name = printable(path), extension = lower_extension(path);
+  const bool is_binary = check_gltf(bytes, path, name);
+  const std::string as_checked = path + (is_binary ? ".glb" : ".gltf");
+  Assimp::Importer importer;
+  importer.SetIOHandler(new FilesAndBytes(as_checked, bytes));  // the importer deletes it
+  const aiScene& scene = read_with_assimp(importer, name, [&] { return importer.ReadFile(as_checked, 0); });
+  Skeleton skeleton = skeleton_of_scene(scene, name, options);
+  if (is_binary ? extension == ".gltf" : extension != ".gltf")
+    skeleton.notes.push_back(std::string("the file is ") + (is_binary ? "a GLB" : "glTF text") +
+                             ", though its name ends in " + printable(extension));
+  return skeleton;
+}
+
+Skeleton import_here(const std::string& path, const ImportOptions& options) {
+  constexpr std::size_t kHeadBytes = 200;
   const std::string name = printable(path);
   const std::size_t size = check_file(path, name);
-  if (!(options.metres_per_unit >= 1e-9 && options.metres_per_unit <= 1e9)) {
-    throw ImportError(name + ": metres per unit must be between 1e-9 and 1e9");
-  }
-  if (is_bvh(path, name)) return read_bvh(read_bytes(path, name, size), name, options);
+  const std::string extension = lower_extension(path);
+  const std::string head = read_bytes(path, name, std::min(size, kHeadBytes));
+  if (is_gltf(extension, head)) return read_gltf(read_bytes(path, name, size), path, options);
+  if (is_bvh(extension, head)) return read_bvh(read_bytes(path, name, size), name, options);
   // assimp 5.2.5 crashes on good RAW files, and allocates as much as an OFF file claims to need. Neither can hold a
   // skeleton.
-  const std::string extension = lower_extension(path);
   if (extension == ".raw" || extension == ".off")
     throw ImportError(name + ": no skeleton: files of this type cannot hold one");
   Assimp::Importer importer;
   const aiScene& scene = read_with_assimp(importer, name, [&] { return importer.ReadFile(path, 0); });
   return skeleton_of_scene(scene, name, options);
+}
+
+}  // namespace
+
+Skeleton import_skeleton(const std::string& path, const ImportOptions& options) {
+  if (!(options.metres_per_unit >= 1e-9 && options.metres_per_unit <= 1e9))
+    throw ImportError(printable(path) + ": metres per unit must be between 1e-9 and 1e9");
+  if (!options.sandbox) return import_here(path, options);
+  return from_child(
+      path, *options.sandbox, [&] { return skeleton_payload(import_here(path, options)); }, read_skeleton_payload);
 }
 
 }  // namespace cab::scenes

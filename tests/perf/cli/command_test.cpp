@@ -84,13 +84,14 @@ TEST_CASE("help names every option, every policy value and every instruction set
   const std::vector<std::pair<std::string, Words>> commands = {
       {"run",
        {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
-        "--hops", "--rest-frame", "--min-depth", "--contacts", "--json", "--hits", "FILE"}},
-      {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--refit", "--isa", "FILE"}},
+        "--hops", "--rest-frame", "--no-sandbox", "--min-depth", "--contacts", "--json", "--hits", "FILE"}},
+      {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--no-sandbox", "--refit", "--isa", "FILE"}},
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
       {"crowd",
        {"--scene", "uniform|jitter|bottleneck|battle", "--characters", "--frames", "--rounds", "--clip", "--units",
-        "--up", "--trajectories", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json", "--csv"}},
+        "--up", "--trajectories", "--no-sandbox", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json",
+        "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
       {"continuity", {"--steps", "--isa", "--json", "--csv"}},
       {"verify", {"--minutes", "--rounds", "--round", "--seed", "--part", "--isa", "--threads", "--resume", "--json"}}};
@@ -312,6 +313,33 @@ TEST_CASE("bad data ends in one line that names the file, and exit code 1") {
   const Outcome second = run_cab({"run", figures.files[0], folder / "missing.bvh"});
   CHECK(second.exit_code == 1);
   CHECK(second.error.find("missing.bvh") != std::string::npos);
+}
+
+TEST_CASE("a file that crashes its parser ends in one line that names it, and exit code 1") {
+  for (const char* name : {"clip.ase", "clip.mdl"}) {
+    const std::string path = std::string(CAB_DOCS) + "/../tests/fuzz/assimp/" + name;
+    for (const Words& words : {Words{"run", path}, Words{"inspect", path}, Words{"sweep", path},
+                               Words{"crowd", "--scene", "battle", "--characters", "10", "--clip", path}}) {
+      CAPTURE(words[0]);
+      CAPTURE(path);
+      const Outcome outcome = run_cab(words);
+      CAPTURE(outcome.error);
+      CHECK(outcome.exit_code == 1);
+      CHECK(outcome.out.empty());
+      REQUIRE(lines_of(outcome.error).size() == 1);
+      CHECK(outcome.error.find(path) != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("files give the same hits and notes without the child process that reads them") {
+  const TwoFigures figures(5);
+  CHECK(figures.hits({}) == figures.hits({"--no-sandbox"}));
+  const Words file = {"inspect", figures.files[0]};
+  const Outcome with = run_cab(file), without = run_cab(file + Words{"--no-sandbox"});
+  CHECK(with.exit_code == 0);
+  CHECK(with.out == without.out);
+  CHECK(with.error == without.error);
 }
 
 TEST_CASE("an output that cannot be written ends in one line and exit code 1") {

@@ -1,0 +1,21 @@
+// The check of a glTF file before assimp sees it: GLB header and chunks, JSON, and every offset and count in it.
+#pragma once
+
+#include <string>
+
+namespace cab::scenes {
+
+// True for the extensions .gltf, .glb and .vrm, in lower case, and for a file that begins as a GLB does.
+bool is_gltf(const std::string& extension, const std::string& first_bytes);
+
+// Checks the bytes of a glTF file of version 1 or 2:
+// - a GLB's version, length and chunks lie in the file;
+// - the JSON is well-formed and not deep, and needs no extension that compresses;
+// - buffers are not larger than what holds them, and lie in the file, in its JSON or in files below its folder;
+// - buffer views lie in their buffers and accessors in their views; numbers are whole and not negative;
+// - nodes are trees, not deep; skins and animations name nodes and accessors that exist, of the right type and size.
+// `path` is where the file is, for files that it names. `name` is the file in messages. Returns whether it is a GLB.
+// Throws ImportError.
+bool check_gltf(const std::string& bytes, const std::string& path, const std::string& name);
+
+}  // namespace cab::scenes

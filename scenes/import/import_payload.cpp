@@ -1,0 +1,102 @@
+// What import reads as bytes, from a child process. The structured bindings name every field, so that a new field does
+// not compile until it is written and read here.
+#include "scenes/import/import_payload.h"
+
+#include "scenes/import/printable.h"
+#include "scenes/sandbox/payload.h"
+
+namespace cab::scenes {
+namespace {
+
+std::vector<std::string> printable_texts(PayloadReader& reader) {
+  std::vector<std::string> all = reader.texts();
+  for (std::string& one : all) one = printable(one);
+  return all;
+}
+
+// A count of a payload as the sizes of arrays are computed from it.
+void require(bool holds, const char* reason) {
+  if (!holds) throw PayloadError(reason);
+}
+
+}  // namespace
+
+std::string skeleton_payload(const Skeleton& skeleton) {
+  const auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static,
+               notes] = skeleton;
+  PayloadWriter writer;
+  writer.texts(names);
+  writer.array(parents);
+  writer.array(std::vector<std::uint8_t>(is_end_site.begin(), is_end_site.end()));
+  writer.array(rest_offsets);
+  writer.value(frame_seconds);
+  writer.value(frame_count);
+  writer.array(rotations);
+  writer.array(positions);
+  writer.value(is_static);
+  writer.texts(notes);
+  return writer.take();
+}
+
+Skeleton read_skeleton_payload(const std::string& bytes) {
+  PayloadReader reader(bytes);
+  Skeleton skeleton;
+  auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static,
+         notes] = skeleton;
+  names = printable_texts(reader);
+  parents = reader.array<std::int32_t>();
+  const std::vector<std::uint8_t> ends = reader.array<std::uint8_t>();
+  is_end_site.assign(ends.begin(), ends.end());
+  rest_offsets = reader.array<double>();
+  frame_seconds = reader.value<double>();
+  frame_count = reader.value<std::uint32_t>();
+  rotations = reader.array<double>();
+  positions = reader.array<double>();
+  is_static = reader.value<std::uint8_t>() != 0;
+  notes = printable_texts(reader);
+  reader.finish();
+
+  // Every count is at most the number of bytes, so that no product overflows.
+  const std::size_t joints = names.size();
+  require(joints > 0 && parents.size() == joints && is_end_site.size() == joints && rest_offsets.size() == 3 * joints,
+          "the arrays of joints differ in size");
+  require(frame_count > 0 && rotations.size() / 4 / joints == frame_count &&
+              rotations.size() == 4 * joints * frame_count && positions.size() == 3 * joints * frame_count,
+          "there is not one pose for each joint and frame");
+  for (std::size_t j = 0; j < joints; ++j) {
+    const auto most = static_cast<std::int64_t>(j) - 1;
+    require(parents[j] >= (j == 0 ? -1 : 0) && parents[j] <= most, "a joint comes before its parent");
+  }
+  return skeleton;
+}
+
+std::string trajectories_payload(const Trajectories& trajectories) {
+  const auto& [tracks] = trajectories;
+  PayloadWriter writer;
+  writer.value(std::uint64_t{tracks.size()});
+  for (const auto& [seconds, places, headings] : tracks) {
+    writer.array(seconds);
+    writer.array(places);
+    writer.array(headings);
+  }
+  return writer.take();
+}
+
+Trajectories read_trajectories_payload(const std::string& bytes) {
+  PayloadReader reader(bytes);
+  Trajectories trajectories;
+  auto& [tracks] = trajectories;
+  constexpr std::size_t kLeastTrackBytes = 3 * sizeof(std::uint64_t);
+  tracks.resize(reader.count(kLeastTrackBytes));
+  for (auto& [seconds, places, headings] : tracks) {
+    seconds = reader.array<double>();
+    places = reader.array<double>();
+    headings = reader.array<double>();
+    require(seconds.size() >= 2 && places.size() == 2 * seconds.size() && headings.size() == seconds.size(),
+            "the arrays of samples differ in size");
+  }
+  reader.finish();
+  return trajectories;
+}
+
+}  // namespace cab::scenes

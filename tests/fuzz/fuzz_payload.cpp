@@ -1,0 +1,21 @@
+// Bytes as the result of a child process: what is read from them is whole, and is the same after another way through
+// bytes.
+#include "scenes/import/import_payload.h"
+#include "scenes/sandbox/payload.h"
+#include "tests/fuzz/bytes.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace cab;
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  try {
+    const std::string again = scenes::skeleton_payload(scenes::read_skeleton_payload(bytes));
+    FUZZ_CHECK(again.size() == bytes.size());  // what is not printable becomes a question mark
+    FUZZ_CHECK(scenes::skeleton_payload(scenes::read_skeleton_payload(again)) == again);
+  } catch (const scenes::PayloadError&) {
+  }
+  try {
+    const std::string again = scenes::trajectories_payload(scenes::read_trajectories_payload(bytes));
+    FUZZ_CHECK(again == bytes);
+  } catch (const scenes::PayloadError&) {}
+  return 0;
+}

@@ -1,0 +1,191 @@
+// Files of every format, whole and broken, read in a child process: each gives a skeleton or one line, whatever its
+// parser does.
+#include "scenes/import/in_child.h"
+
+#include "scenes/import/import_payload.h"
+#include "scenes/import/limits.h"
+#include "tests/rounds.h"
+#include "tests/scenes/import/made_gltf.h"
+#include "tests/scenes/temporary_file.h"
+
+#include <doctest/doctest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+namespace {
+
+using namespace cab::scenes;
+using namespace cab::tests;
+
+// A good file of the corpus takes less than 0.1 s and 50 MiB.
+constexpr SandboxLimits kLimits = {std::size_t{1} << 30, 5, 300, std::size_t{256} << 20};
+
+ImportOptions in_child() {
+  ImportOptions options;
+  options.sandbox = kLimits;
+  return options;
+}
+
+// The complaint of an import in a child, empty if it reads the file. Checks that it is one line that names the file.
+std::string complaint(const std::string& path) {
+  try {
+    import_clip(path, in_child());
+  } catch (const ImportError& error) {
+    const std::string line = error.what();
+    CHECK(line.rfind(path + ": ", 0) == 0);
+    CHECK(printable(line) == line);
+    return line.substr(std::min(line.size(), path.size() + 2));
+  }
+  return {};
+}
+
+std::string complaint_about(const std::string& bytes, const std::string& file_name) {
+  const TemporaryFile file(file_name, bytes);
+  return complaint(file.path());
+}
+
+std::string repeated(const std::string& text, int count) {
+  std::string all;
+  all.reserve(text.size() * static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) all += text;
+  return all;
+}
+
+std::string read_bytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+const std::string kBvh =
+    "HIERARCHY\nROOT hips\n{\n  OFFSET 0 0 0\n  CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation "
+    "Xrotation\n"
+    "  JOINT leg\n  {\n    OFFSET 0 -1 0\n    CHANNELS 3 Zrotation Yrotation Xrotation\n    End Site\n    {\n"
+    "      OFFSET 0 -1 0\n    }\n  }\n}\nMOTION\nFrames: 3\nFrame Time: .01\n" +
+    repeated("1 2 3 10 20 30 40 50 60\n", 3);
+
+struct Sample {
+  std::string file_name, bytes;
+};
+
+// Good files of every format: made here, of assimp-testmodels, and of the shared data, where present.
+std::vector<Sample> samples() {
+  std::vector<Sample> all = {{"made.bvh", kBvh},
+                             {"made.gltf", gltf_text(made_gltf({0, 1, 2}))},
+                             {"made.glb", glb(made_gltf({0, 1, 2}))},
+                             {"made.vrm", glb(made_gltf({0, 1, 2}))}};
+  const std::string models = "/usr/share/assimp/models/";
+  const char* const data = std::getenv("CAB_DATA_DIR");
+  const std::string shared = data == nullptr ? "CAB_DATA_DIR, which is not set" : data;
+  for (const std::string& path :
+       {models + "FBX/animation_with_skeleton.fbx", models + "FBX/huesitos.fbx",
+        models + "Collada/box_nested_animation.dae", models + "Collada/library_animation_clips.dae",
+        models + "X/test.x", models + "ASE/anim.ASE", models + "B3D/WusonBlitz.b3d", models + "MD5/SimpleCube.md5mesh",
+        models + "MS3D/twospheres.ms3d", models + "SMD/triangle.smd", models + "glTF2/simple_skin/simple_skin.gltf",
+        shared + "/gltf/generic-hand-left.glb", shared + "/gltf/greenman.glb", shared + "/gltf/cesium_man.gltf"}) {
+    if (!std::filesystem::exists(path)) {
+      MESSAGE("skipped: " << path << " is not there (package assimp-testmodels, or CAB_DATA_DIR)");
+      continue;
+    }
+    all.push_back({std::filesystem::path(path).filename().string(), read_bytes(path)});
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a file gives the same skeleton in a child as in this process") {
+  const TemporaryFile bvh("made.bvh", kBvh), gltf("made.glb", glb(made_gltf({0, 1, 2})));
+  for (const std::string& path : {bvh.path(), gltf.path()}) {
+    CAPTURE(path);
+    CHECK((skeleton_payload(import_skeleton(path, {})) == skeleton_payload(import_skeleton(path, in_child()))));
+  }
+}
+
+TEST_CASE("a complaint comes back from the child as it is made in this process") {
+  CHECK(complaint("/nonexistent.bvh") == "no such file");
+  CHECK(complaint("/tmp") == "is a directory, not a file");
+  CHECK(complaint("") == "no such file");
+  CHECK(complaint_about("HIERARCHY\nROOT\n", "clip.bvh") == "line 2: expected the name of a joint");
+}
+
+TEST_CASE("a reader that crashes, hangs, allocates or throws gives one line with the file's name") {
+  const auto line = [](const std::function<std::string()>& read) -> std::string {
+    SandboxLimits limits = kLimits;
+    limits.cpu_seconds = 1;
+    try {
+      from_child("walk\n.fbx", limits, read, read_skeleton_payload);
+    } catch (const ImportError& error) { return error.what(); }
+    return {};
+  };
+  CHECK(line([]() -> std::string {
+          raise(SIGSEGV);
+          return {};
+        }) == "walk?.fbx: reading it crashed: Segmentation fault");
+  CHECK(line([]() -> std::string {
+          for (std::uint64_t turns = 0;; ++turns) getppid();
+        }) == "walk?.fbx: reading it took more than 1 s of processor time");
+  if (sandbox_limits_memory()) {
+    CHECK(line([] { return repeated("x", 1 << 30) + repeated("x", 1 << 30); }) ==
+          "walk?.fbx: reading it needs more than 1024 MiB of memory");
+  }
+  CHECK(line([]() -> std::string { throw std::length_error("too long\nfor it"); }) ==
+        "walk?.fbx: cannot be read: too long?for it");
+  CHECK(line([] { return std::string("rubbish"); }) ==
+        "walk?.fbx: reading it gave a damaged result: the bytes end too early");
+}
+
+// What assimp 5.2.5 does with each in the same process, with a stack of 8 MB, is in the comments.
+TEST_CASE("inputs that assimp does not survive cost one line") {
+  // Segmentation faults, by recursion.
+  CHECK(!complaint_about("{\"extras\":" + std::string(180000, '[') + std::string(180000, ']') + "}", "deep.gltf")
+             .empty());
+  CHECK(!complaint_about(R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" )"
+                         R"(version="1.4.1"><asset><up_axis>Y_UP</up_axis></asset><library_visual_scenes>)"
+                         R"(<visual_scene id="s">)" +
+                             repeated("<node>", 20000) + repeated("</node>", 20000) +
+                             R"(</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/>)"
+                             R"(</scene></COLLADA>)",
+                         "deep.dae")
+             .empty());
+  CHECK(!complaint_about("xof 0303txt 0032\n" + repeated("Frame f {\n", 100000) + repeated("}\n", 100000), "deep.x")
+             .empty());
+  CHECK(
+      !complaint_about("; FBX 7.3.0 project file\n" + repeated("a: {\n", 100000) + repeated("}\n", 100000), "deep.fbx")
+           .empty());
+  // A segmentation fault, a segmentation fault, and no end within 10 s: found by libFuzzer.
+  for (const char* name : {"clip.ase", "clip.mdl", "clip.smd"}) {
+    CAPTURE(name);
+    const std::string path = std::string(CAB_DOCS) + "/../tests/fuzz/assimp/" + name;
+    REQUIRE(std::filesystem::exists(path));
+    CHECK(!complaint(path).empty());
+  }
+}
+
+TEST_CASE("a file of any format, cut off or changed anywhere, gives a skeleton or one line") {
+  std::mt19937_64 random(20261122);
+  for (const Sample& sample : samples()) {
+    CAPTURE(sample.file_name);
+    const std::size_t size = sample.bytes.size();
+    const std::uint64_t cuts = rounds(20), changes = rounds(20);
+    for (std::uint64_t cut = 0; cut < cuts; ++cut) {
+      CAPTURE(cut);
+      complaint_about(sample.bytes.substr(0, static_cast<std::size_t>(cut * size / cuts)), sample.file_name);
+    }
+    for (std::uint64_t change = 0; change < changes; ++change) {
+      CAPTURE(change);
+      std::string bytes = sample.bytes;
+      // One byte leaves most of the file to later parts of a parser, fifty are found by the first.
+      const int changed_bytes = change % 2 == 0 ? 50 : 1;
+      for (int b = 0; b < changed_bytes; ++b) bytes[random() % size] = static_cast<char>(random());
+      complaint_about(bytes, sample.file_name);
+    }
+  }
+}
