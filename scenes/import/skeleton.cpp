@@ -4,7 +4,7 @@
 #include "scenes/import/import.h"
 #include "scenes/import/import_payload.h"
 #include "scenes/import/in_child.h"
-#include "scenes/import/limits.h"
+#include "scenes/import/input_file.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/scene_file.h"
 #include "scenes/vec3d.h"
@@ -16,47 +16,11 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <utility>
 
 namespace cab::scenes {
 namespace {
-
-// The size of a file, which must be regular and not empty.
-std::size_t check_file(const std::string& path, const std::string& name) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) throw ImportError(name + ": no such file");
-  if (error) throw ImportError(name + ": " + error.message());
-  if (status.type() == std::filesystem::file_type::directory) throw ImportError(name + ": is a directory, not a file");
-  if (status.type() != std::filesystem::file_type::regular) throw ImportError(name + ": is not a regular file");
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) throw ImportError(name + ": " + error.message());
-  if (size == 0) throw ImportError(name + ": the file is empty");
-  if (size > kMaxFileBytes)
-    throw ImportError(name + ": the file is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB");
-  return static_cast<std::size_t>(size);
-}
-
-// The first `size` bytes of a file, or the whole file if it has become shorter.
-std::string read_bytes(const std::string& path, const std::string& name, std::size_t size) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw ImportError(name + ": cannot be opened for reading");
-  std::string bytes(size, '\0');
-  file.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (file.bad()) throw ImportError(name + ": cannot be read");
-  bytes.resize(static_cast<std::size_t>(file.gcount()));
-  return bytes;
-}
-
-std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
 
 // Decides as assimp does: by the extension, or by the first word of the text.
 bool is_bvh(const std::string& extension, const std::string& first_bytes) {

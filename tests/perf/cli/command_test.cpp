@@ -86,6 +86,9 @@ TEST_CASE("help names every option, every policy value and every instruction set
        {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
         "--hops", "--rest-frame", "--no-sandbox", "--min-depth", "--contacts", "--json", "--hits", "FILE"}},
       {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--no-sandbox", "--refit", "--isa", "FILE"}},
+      {"robot",
+       {"--package", "--missing-mesh", "--srdf", "--samples", "--random", "--states", "--seed", "--distance", "--exact",
+        "--isa", "--threads", "--json", "--hits", "FILE"}},
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
       {"crowd",
@@ -196,7 +199,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const TwoFigures figures(5);
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
-      {{}, "choose run, inspect, paper, crowd, peers, sweep, kernels, continuity or verify"},
+      {{}, "choose run, inspect, robot, paper, crowd, peers, sweep, kernels, continuity or verify"},
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},

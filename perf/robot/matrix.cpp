@@ -1,0 +1,128 @@
+#include "perf/robot/matrix.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "scenes/robot/kinematics.h"
+
+namespace cab::perf {
+namespace {
+
+// The share of states above which MoveIt's setup assistant calls a pair always in collision.
+constexpr double kAlwaysShare = .95;
+
+// The first sampled state for the matrix. It is far from those that `cab robot` checks, so that these are others.
+constexpr std::uint64_t kFirstSample = std::uint64_t{1} << 63;
+
+// One cell per pair of links.
+template <class Cell>
+class PairTable {
+ public:
+  explicit PairTable(std::size_t links) : links_(links), cells_(links * links) {}
+  Cell& at(std::size_t a, std::size_t b) { return cells_[std::min(a, b) * links_ + std::max(a, b)]; }
+
+ private:
+  std::size_t links_;
+  std::vector<Cell> cells_;
+};
+
+std::vector<LinkPair> links_of(const std::vector<MaskedPair>& masked) {
+  std::vector<LinkPair> pairs;
+  for (const MaskedPair& pair : masked) pairs.push_back(pair.links);
+  return pairs;
+}
+
+}  // namespace
+
+const char* to_string(MaskReason reason) {
+  switch (reason) {
+    case MaskReason::kFile: return "file";
+    case MaskReason::kAdjacent: return "adjacent";
+    case MaskReason::kDefault: return "default";
+    case MaskReason::kAlways: return "always";
+    case MaskReason::kNever: return "never";
+  }
+  return "unknown";
+}
+
+std::vector<bool> shaped_links(const scenes::Robot& robot) {
+  std::vector<bool> shaped(robot.links.size());
+  for (const scenes::BodyLeaf& leaf : robot.body.leaves) shaped[leaf.link] = true;
+  return shaped;
+}
+
+std::size_t count_shaped(const scenes::Robot& robot) {
+  const std::vector<bool> shaped = shaped_links(robot);
+  return static_cast<std::size_t>(std::count(shaped.begin(), shaped.end(), true));
+}
+
+std::vector<LinkPair> adjacent_pairs(const scenes::Robot& robot) {
+  const std::vector<bool> shaped = shaped_links(robot);
+  const std::size_t count = robot.links.size();
+  // Links without shapes that are connected have one group, which is named after the first of them.
+  std::vector<std::uint32_t> group(count);
+  std::iota(group.begin(), group.end(), 0);
+  std::vector<std::vector<std::uint32_t>> around(count);  // of each group: the links with shapes about it
+  std::vector<LinkPair> pairs;
+  for (std::uint32_t l = 1; l < count; ++l) {
+    if (robot.links[l].floats) continue;
+    const auto parent = static_cast<std::uint32_t>(robot.body.link_parents[l]);
+    if (shaped[l] && shaped[parent]) {
+      pairs.push_back({parent, l});
+    } else if (!shaped[l] && !shaped[parent]) {
+      group[l] = group[parent];  // the parent comes first, so its group is known
+    } else {
+      // Of a child without shapes the group is its own so far.
+      around[shaped[l] ? group[parent] : group[l]].push_back(shaped[l] ? l : parent);
+    }
+  }
+  for (const std::vector<std::uint32_t>& links : around)
+    for (std::size_t k = 0; k < links.size(); ++k)
+      for (std::size_t n = 0; n < k; ++n) pairs.push_back({std::min(links[n], links[k]), std::max(links[n], links[k])});
+  return pairs;
+}
+
+std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOptions& options,
+                                    const RobotSessionOptions& session) {
+  const std::size_t count = robot.links.size();
+  const std::vector<bool> shaped = shaped_links(robot);
+  PairTable<char> known(count);
+  std::vector<MaskedPair> masked;
+  const auto mask = [&](std::uint32_t a, std::uint32_t b, MaskReason reason) {
+    if (a == b || !shaped[a] || !shaped[b] || known.at(a, b) != 0) return;
+    known.at(a, b) = 1;
+    masked.push_back({{std::min(a, b), std::max(a, b)}, reason});
+  };
+  for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile);
+  if (options.derive) {
+    for (const LinkPair& pair : adjacent_pairs(robot)) mask(pair.a, pair.b, MaskReason::kAdjacent);
+    const StateSource rest = {1, [&](std::uint64_t, double* state) {
+                                const std::vector<double> values = scenes::rest_state(robot);
+                                std::copy(values.begin(), values.end(), state);
+                              }};
+    RobotSession(robot, links_of(masked), session).run(rest, {}, [&](const StateChunk& chunk) {
+      for (const Hit& hit : chunk.hits) mask(hit.link_a, hit.link_b, MaskReason::kDefault);
+    });
+  }
+  if (options.samples > 0) {
+    PairTable<std::uint32_t> touching(count);  // in how many states
+    const StateSource random = {options.samples, [&](std::uint64_t index, double* state) {
+                                  scenes::random_state(robot, options.seed, kFirstSample + index, state);
+                                }};
+    RobotSession(robot, links_of(masked), session).run(random, {}, [&](const StateChunk& chunk) {
+      for (const Hit& hit : chunk.hits) ++touching.at(hit.link_a, hit.link_b);
+    });
+    for (std::uint32_t a = 0; a < count; ++a)
+      for (std::uint32_t b = a + 1; b < count; ++b) {
+        const std::uint32_t times = touching.at(a, b);
+        if (times == 0) mask(a, b, MaskReason::kNever);
+        if (times > kAlwaysShare * options.samples) mask(a, b, MaskReason::kAlways);
+      }
+  }
+  std::sort(masked.begin(), masked.end(), [](const MaskedPair& l, const MaskedPair& r) {
+    return l.links.a != r.links.a ? l.links.a < r.links.a : l.links.b < r.links.b;
+  });
+  return masked;
+}
+
+}  // namespace cab::perf

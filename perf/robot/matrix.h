@@ -1,0 +1,52 @@
+// The allowed-collision matrix of a robot, made as MoveIt's setup assistant makes it: which pairs of links are not
+// tested against each other, and why.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perf/robot/session.h"
+#include "scenes/robot/robot.h"
+
+namespace cab::perf {
+
+// Why a pair of links is masked. Of several reasons the first holds.
+enum class MaskReason : std::uint8_t {
+  kFile,      // the SRDF file or the MJCF file excludes the pair
+  kAdjacent,  // a joint connects the links, perhaps over links without shapes
+  kDefault,   // they touch at rest
+  kAlways,    // they touch in more than 95 % of the sampled states
+  kNever,     // they touch in none of the sampled states
+};
+inline constexpr std::uint32_t kMaskReasonCount = 5;
+
+// The name of a reason in tables and files.
+const char* to_string(MaskReason reason);
+
+struct MaskedPair {
+  LinkPair links;  // a < b
+  MaskReason reason = MaskReason::kFile;
+};
+
+struct MatrixOptions {
+  std::vector<LinkPair> excluded;  // by a file
+  bool derive = true;              // also mask adjacent links, and those that touch at rest
+  std::uint32_t samples = 0;       // random states that decide about `always` and `never`; 0: neither
+  std::uint64_t seed = 1;
+};
+
+// The pairs of links with shapes that a joint connects. Links without shapes pass a connection on, so all links about
+// one of them are connected. A link that floats is not connected to its parent.
+std::vector<LinkPair> adjacent_pairs(const scenes::Robot& robot);
+
+// The masked pairs, sorted by a, then b. Only pairs of links with shapes are listed.
+std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOptions& options,
+                                    const RobotSessionOptions& session);
+
+// How many links have a shape.
+std::size_t count_shaped(const scenes::Robot& robot);
+
+// Whether each link has a shape.
+std::vector<bool> shaped_links(const scenes::Robot& robot);
+
+}  // namespace cab::perf

@@ -1,0 +1,19 @@
+// Bytes of files that a user names.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace cab::scenes {
+
+// The size of a file in bytes. It must be regular, not empty and at most kMaxFileBytes long; otherwise throws
+// ImportError. `name` is how messages name the file.
+std::size_t check_file(const std::string& path, const std::string& name);
+
+// The first `size` bytes of a file, or the whole file if it has become shorter. Throws ImportError.
+std::string read_bytes(const std::string& path, const std::string& name, std::size_t size);
+
+// The extension of a path in lower case, with its dot; empty if there is none.
+std::string lower_extension(const std::string& path);
+
+}  // namespace cab::scenes

@@ -1,0 +1,12 @@
+// Robots from MJCF.
+#pragma once
+
+#include "scenes/robot/robot.h"
+#include "scenes/robot/xml_text.h"
+
+namespace cab::scenes {
+
+// Reads a robot from a text whose first element is <mujoco>. Throws ImportError, also if libmujoco is not built in.
+Robot read_mjcf(const XmlText& text);
+
+}  // namespace cab::scenes

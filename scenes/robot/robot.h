@@ -1,0 +1,91 @@
+// A robot: rigid links, the joints that move them, and their collision shapes, from URDF or MJCF.
+#pragma once
+
+#include "scenes/import/import.h"
+#include "scenes/scene.h"
+#include "scenes/vec3d.h"
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cab::scenes {
+
+// A rigid motion: it takes the point x to rotate(rotation, x) + translation.
+struct RigidMotion {
+  Quat rotation = {0, 0, 0, 1};
+  Vec3 translation = {0, 0, 0};
+};
+
+// A number of a joint state, with its limits: radians or metres.
+struct RobotVariable {
+  std::string name;
+  double lower = 0;
+  double upper = 0;
+  double rest = 0;
+};
+
+enum class JointKind : std::uint8_t {
+  kRevolute,   // turns about its axis by one variable, in radians
+  kPrismatic,  // moves along its axis by one variable, in metres
+  kBall,       // turns by the rotation vector of three variables, in radians
+};
+
+// A joint that moves. Its value is multiplier * variable + offset, so joints may follow the variable of another.
+struct RobotJoint {
+  std::string name;
+  JointKind kind = JointKind::kRevolute;
+  Vec3 axis = {0, 0, 1};    // unit vector in the frame of its link
+  Vec3 anchor = {0, 0, 0};  // the point of its link about which it turns, in the link's frame
+  std::uint32_t variable = 0;
+  double multiplier = 1;
+  double offset = 0;
+};
+
+// How a link stands to its parent.
+struct RobotLink {
+  RigidMotion place;  // in the parent's frame, before its joints move it
+  std::uint32_t first_joint = 0;
+  std::uint32_t joint_count = 0;  // applied in order, each in the frame that those before leave
+  bool floats =
+      false;  // the file's joint is free, floating or planar: held where it is, and no neighbour of the parent
+};
+
+// A robot as read from a file. Lengths are in metres. The frame of the robot is that of its first link.
+struct Robot {
+  Character body;  // names, links, leaves (one per collision shape) and the pairs that the file excludes; no poses
+  std::vector<RobotLink> links;  // as many as in body.link_parents
+  std::vector<RobotJoint> joints;
+  std::vector<RobotVariable> variables;
+  std::vector<std::string> leaf_sources;  // where the shape of each leaf is written, for messages
+  std::vector<std::string> notes;         // what was left out or held still
+};
+
+// What becomes of a mesh that a URDF file names and that is not there.
+enum class MissingMesh : std::uint8_t {
+  kRefuse,    // the robot is refused
+  kLeaveOut,  // the link loses this shape
+  kBall,      // a ball about the origin of the mesh
+};
+
+struct RobotOptions {
+  std::vector<std::pair<std::string, std::string>> packages;  // name and folder, for package:// and model:// paths
+  MissingMesh missing_mesh = MissingMesh::kRefuse;
+  double ball_radius = 0;  // metres, with kBall
+};
+
+// Reads a robot. The first element of the file tells the format: <robot> is URDF and <mujoco> is MJCF. Meshes become
+// convex hulls. A mesh with a relative path is looked for from the file's folder. A path package://NAME/REST is looked
+// for in the folder that options.packages gives for NAME, then in a folder NAME that contains the file or stands beside
+// one that does. Throws ImportError: one line that names the file, the line or element, and the reason.
+Robot import_robot(const std::string& path, const RobotOptions& options);
+
+// The pairs of links that an SRDF file disables, each with the lower index first, sorted, once. Names of links that the
+// robot lacks are told in *notes. Throws ImportError.
+std::vector<LinkPair> read_disabled_pairs(const std::string& path, const Robot& robot, std::vector<std::string>* notes);
+
+// Whether this build reads MJCF.
+bool reads_mjcf();
+
+}  // namespace cab::scenes

@@ -1,0 +1,43 @@
+// The text of an XML file, checked before other parsers see it, and the lines of its elements.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace tinyxml2 {
+class XMLDocument;
+class XMLElement;
+}  // namespace tinyxml2
+
+namespace cab::scenes {
+
+class XmlText {
+ public:
+  // Reads and parses a file. Throws ImportError that names the file, and the line where the text is not XML.
+  explicit XmlText(const std::string& path);
+  ~XmlText();
+  XmlText(const XmlText&) = delete;
+  XmlText& operator=(const XmlText&) = delete;
+
+  const std::string& path() const { return path_; }
+  const std::string& bytes() const { return bytes_; }
+  const tinyxml2::XMLElement& root() const;
+
+  // The path, printable, and the line of an element below the root, by its tag and its attribute `name`:
+  // "FILE: line N". Without such an element the path alone.
+  std::string place_of(const std::string& tag, const std::string& name) const;
+
+  // The same for the first link or joint whose name a message of a parser quotes, as [NAME] or 'NAME'.
+  std::string place_in(const std::string& message) const;
+
+ private:
+  std::string path_;
+  std::string printable_path_;
+  std::string bytes_;
+  std::unique_ptr<tinyxml2::XMLDocument> document_;
+  std::map<std::pair<std::string, std::string>, int> lines_;  // by tag and name
+};
+
+}  // namespace cab::scenes

@@ -1,0 +1,232 @@
+// `cab robot`: the allowed-collision matrix, self-collision and distances of robots whose answers are known in closed
+// form, and of a real hand.
+#include <cab/cab.h>
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "perf/robot/matrix.h"
+#include "scenes/robot/kinematics.h"
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+using MatrixRow = std::tuple<std::string, std::string, std::string>;  // two links and the reason
+
+std::string link(const std::string& name, const std::string& geometry) {
+  const std::string shape = "<collision><geometry>" + geometry + "</geometry></collision>";
+  return "<link name='" + name + "'>" + (geometry.empty() ? "" : shape) + "</link>\n";
+}
+
+std::string joint(const std::string& type, const std::string& parent, const std::string& child,
+                  const std::string& xyz) {
+  return "<joint name='" + child + "_joint' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
+         "'/><origin xyz='" + xyz +
+         "'/><axis xyz='1 0 0'/><limit lower='0' upper='10' effort='1' velocity='1'/></joint>\n";
+}
+
+// Balls of radius 1 whose joints slide them along x by 0 to 10: base at 0; slider from 3 on; far, 100 beside it; wide,
+// 8 behind it; and ring from 0 on, which hangs on the base by a link without a shape.
+std::string known_robot() {
+  const std::string ball = "<sphere radius='1'/>";
+  return "<robot name='known'>" + link("base", ball) + link("slider", ball) + link("far", ball) + link("mid", "") +
+         link("ring", ball) + link("wide", ball) + joint("prismatic", "base", "slider", "3 0 0") +
+         joint("prismatic", "slider", "far", "0 100 0") + joint("fixed", "base", "mid", "0 0 50") +
+         joint("prismatic", "mid", "ring", "0 0 -50") + joint("prismatic", "slider", "wide", "-8 0 0") + "</robot>";
+}
+
+struct KnownRobot {
+  TemporaryFolder folder;
+  std::string file = folder / "known.urdf";
+  KnownRobot() { write_text(file, known_robot()); }
+
+  Json run(const Words& options) const {
+    const std::string path = folder / "out.json";
+    Words words = {file, "--json", path};
+    words.insert(words.end(), options.begin(), options.end());
+    const Outcome outcome = run_command("robot", words);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    Json json = Json::parse(read_text(path));
+    json["printed"] = outcome.out;
+    json["told"] = outcome.error;
+    return json;
+  }
+};
+
+std::set<MatrixRow> matrix_of(const Json& json) {
+  std::set<MatrixRow> rows;
+  for (const Json& row : json["masked"]) rows.emplace(row["link_a"], row["link_b"], row["reason"]);
+  return rows;
+}
+
+// The allegro hand of the data, or an empty path with a printed reason.
+std::string allegro() {
+  const char* data = std::getenv("CAB_DATA_DIR");
+  if (data == nullptr) {
+    MESSAGE("skipped: CAB_DATA_DIR is not set");
+    return {};
+  }
+  return std::string(data) + "/robots/allegro_hand/allegro_hand_right.urdf";
+}
+
+}  // namespace
+
+TEST_CASE("the matrix masks adjacent links over links without shapes, and pairs that touch never") {
+  const KnownRobot known;
+  const Json json = known.run({"--samples", "2000", "--random", "500"});
+  // `far` comes near nobody: of its four pairs one is adjacent.
+  const std::set<MatrixRow> rows = matrix_of(json);
+  CHECK(rows.count({"base", "slider", "adjacent"}) == 1);
+  CHECK(rows.count({"slider", "far", "adjacent"}) == 1);
+  CHECK(rows.count({"slider", "wide", "adjacent"}) == 1);
+  CHECK(rows.count({"base", "ring", "adjacent"}) == 1);
+  for (const char* const other : {"base", "ring", "wide"})
+    CHECK(rows.count({"far", other, "never"}) + rows.count({other, "far", "never"}) == 1);
+  CHECK(rows.size() == 7);
+  CHECK(json["pair_count"] == 10);
+  CHECK(json["links"].size() == 6);
+  CHECK(json["states"] == 500);
+  // wide stands at slider - 8 + 0..10, so at -5 + u + v; it touches the base within 2 of 0, and the others sometimes.
+  std::set<std::string> touching;
+  for (const Json& pair : json["pairs"])
+    touching.insert(std::string(pair["link_a"]) + "-" + std::string(pair["link_b"]));
+  CHECK(touching.count("base-wide") == 1);
+  CHECK(json["states_in_self_collision"] > 0);
+  CHECK(json["states_in_self_collision"] < 500);
+}
+
+TEST_CASE("pairs that touch at rest or in nearly all sampled states are masked as default and always") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "r.urdf", out = folder / "out.json";
+  const std::string ball = "<sphere radius='1'/>";
+  // a and c touch at rest (1.5 apart) and later do not; a and d are apart at rest only: d begins at 2.0001 and comes
+  // nearer by turning about c; b only carries.
+  write_text(file,
+             "<robot name='r'>" + link("a", ball) + link("b", ball) + link("c", ball) + link("d", ball) +
+                 joint("fixed", "a", "b", "0 50 0") + joint("prismatic", "b", "c", "1.5 -50 0") +
+                 "<joint name='d_joint' type='revolute'><parent link='b'/><child link='d'/>"
+                 "<origin xyz='0 -50 2.05'/><axis xyz='0 1 0'/><limit lower='0' upper='1' effort='1' velocity='1'/>"
+                 "</joint></robot>");
+  const Outcome outcome = run_command("robot", {file, "--json", out, "--samples", "1000"});
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(out));
+  CHECK(matrix_of(json).count({"a", "c", "default"}) == 1);
+  CHECK(matrix_of(json).count({"a", "d", "never"}) == 1);  // 2.05 above a at any angle about its own centre
+}
+
+TEST_CASE("distances of named links are the least and greatest over given states, and hits name the state") {
+  const KnownRobot known;
+  const std::string states = known.folder / "states.csv", hits = known.folder / "hits.csv";
+  write_text(states, "slider_joint,wide_joint\n0,0\n2,1\n3,1.5\n10,10\n");
+  const Json json = known.run(
+      {"--states", states, "--samples", "0", "--distance", "wide,base", "--distance", "base,far", "--hits", hits});
+  REQUIRE(json["distances"].size() == 2);
+  // wide is at x = -5 + slider + wide: -5, -2, -.5, 15.
+  const Json& wide = json["distances"][0];
+  CHECK(wide["link_a"] == "base");
+  CHECK(wide["link_b"] == "wide");
+  CHECK(double{wide["least_metres"]} == doctest::Approx(-1.5));
+  CHECK(wide["least_state"] == 2);
+  CHECK(double{wide["greatest_metres"]} == doctest::Approx(13));
+  CHECK(wide["greatest_state"] == 3);
+  // far is 100 to the side, at x = 3 + slider.
+  CHECK(double{json["distances"][1]["least_metres"]} == doctest::Approx(std::sqrt(10000. + 9) - 2));
+  const std::string text = read_text(hits);
+  CHECK(text.rfind("state,link_a,link_b\n", 0) == 0);
+  CHECK(text.find("\n2,base,wide\n") != std::string::npos);
+  CHECK(text.find("\n3,base,wide\n") == std::string::npos);
+  CHECK(std::string(json["told"]).find("2 joints without a column stay at rest") != std::string::npos);
+}
+
+TEST_CASE("an SRDF file is the matrix, and nothing else is masked") {
+  const KnownRobot known;
+  const std::string srdf = known.folder / "r.srdf";
+  write_text(srdf, "<robot name='known'><disable_collisions link1='ring' link2='base' reason='Never'/></robot>");
+  const Json json = known.run({"--srdf", srdf});
+  CHECK((matrix_of(json) == std::set<MatrixRow>{{"base", "ring", "file"}}));
+}
+
+TEST_CASE("hits of random states depend on the seed, not on the instruction set, threads or the chunk") {
+  const KnownRobot known;
+  const auto hits = [&](Words options) {
+    const std::string path = known.folder / "hits.csv";
+    options.insert(options.end(), {"--samples", "100", "--random", "5000", "--hits", path});
+    known.run(options);
+    return read_text(path);
+  };
+  const std::string expected = hits({});
+  CHECK(expected.size() > 1000);
+  CHECK((hits({"--isa", "scalar"}) == expected));
+  CHECK((hits({"--threads", "2", "--strategy", "brute"}) == expected));
+  CHECK((hits({"--seed", "2"}) != expected));
+}
+
+TEST_CASE("wrong use of cab robot is told") {
+  const KnownRobot known;
+  const std::vector<std::pair<Words, std::string>> wrong = {
+      {{}, "FILE"},
+      {{known.file, "--package", "name"}, "--package: 'name' is not NAME=DIR"},
+      {{known.file, "--missing-mesh", "maybe"}, "--missing-mesh: 'maybe' is not refuse, none"},
+      {{known.file, "--missing-mesh", "0"}, "--missing-mesh"},
+      {{known.file, "--distance", "base"}, "--distance: 'base' is not A,B"},
+      {{known.file, "--distance", "base,base"}, "--distance: 'base' is named twice"},
+      {{known.file, "--distance", "base,hand"}, "--distance: the robot has no link 'hand'"},
+      {{known.file, "--distance", "base,mid"}, "--distance: the link 'mid' has no shape"},
+      {{known.file, "--random", "0"}, "--random"},
+      {{known.file, "--json", known.file}, "is an input"},
+  };
+  for (const auto& [words, told] : wrong) {
+    const Outcome outcome = run_command("robot", words);
+    CAPTURE(outcome.error);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.error.find(told) != std::string::npos);
+  }
+  const Outcome lost = run_command("robot", {known.folder / "lost.urdf"});
+  CHECK(lost.exit_code == 1);
+  CHECK(lost.error.find("lost.urdf: no such file") != std::string::npos);
+}
+
+TEST_CASE("the Allegro hand touches nothing at rest, and its thumb meets its fingers when driven to them") {
+  const std::string file = allegro();
+  if (file.empty()) return;
+  const TemporaryFolder folder;
+  const std::string states = folder / "states.csv", out = folder / "out.json", hits = folder / "hits.csv";
+  // At rest; then the index finger and the thumb bent towards each other.
+  write_text(states,
+             "joint_0.0,joint_1.0,joint_2.0,joint_3.0,joint_12.0,joint_13.0,joint_14.0,joint_15.0\n"
+             "0,0,0,0,0.83,0,0,0\n"
+             "0.14,1.25,0.78,1.1,0.9,0.52,0.76,0.69\n");
+  const Outcome outcome = run_command(
+      "robot", {file, "--json", out, "--states", states, "--hits", hits, "--distance", "link_3.0_tip,link_15.0_tip"});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(read_text(out));
+  CHECK(json["links"].size() == 23);
+  CHECK(read_text(hits) ==
+        "state,link_a,link_b\n1,link_3.0,link_15.0_tip\n1,link_3.0_tip,link_15.0\n1,link_3.0_tip,link_15.0_tip\n");
+  const Json& tips = json["distances"][0];
+  CHECK(tips["least_state"] == 1);
+  CHECK(double{tips["least_metres"]} < -.015);
+  CHECK(double{tips["greatest_metres"]} > .2);
+  // Links that a joint connects are never reported.
+  const std::set<MatrixRow> rows = matrix_of(json);
+  for (const char* const tip : {"3", "7", "11", "15"}) {
+    const std::string last = std::string("link_") + tip + ".0";
+    CHECK(rows.count({last, last + "_tip", "adjacent"}) == 1);
+  }
+  for (const char* const first : {"link_0.0", "link_4.0", "link_8.0", "link_12.0"})
+    CHECK(rows.count({"base_link", first, "adjacent"}) == 1);
+}
+
+}  // namespace cab::tests

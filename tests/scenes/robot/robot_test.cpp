@@ -1,0 +1,375 @@
+// Robots from files: shapes, joints and excluded pairs are as written, and bad files give one line that says where and
+// why.
+#include "scenes/robot/robot.h"
+
+#include "scenes/random.h"
+#include "tests/scenes/temporary_file.h"
+
+#include <unistd.h>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace cab::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kBox = "<collision><geometry><box size='1 2 3'/></geometry></collision>";
+
+std::string robot_of(const std::string& inside) { return "<robot name='r'>\n" + inside + "\n</robot>\n"; }
+
+// A link with one collision shape.
+std::string link_of(const std::string& geometry, const std::string& more = "") {
+  return "<link name='a'><collision>" + more + "<geometry>" + geometry + "</geometry></collision></link>";
+}
+
+// Two links and a joint with these attributes and elements.
+std::string jointed(const std::string& type, const std::string& inside) {
+  return robot_of("<link name='a'>" + kBox + "</link>\n<link name='b'>" + kBox + "</link>\n<joint name='j' type='" +
+                  type + "'><parent link='a'/><child link='b'/>" + inside + "</joint>");
+}
+
+// What a refused text gives as its one line, without the path of the file; empty if it is read.
+std::string refusal(const std::string& text, const scenes::RobotOptions& options = {},
+                    const std::string& name = "bad.urdf") {
+  const TemporaryFile file(name, text);
+  try {
+    scenes::import_robot(file.path(), options);
+  } catch (const scenes::ImportError& error) {
+    const std::string what = error.what();
+    CHECK(what.find('\n') == std::string::npos);
+    REQUIRE(what.rfind(file.path() + ": ", 0) == 0);
+    return what.substr(file.path().size() + 2);
+  }
+  return {};
+}
+
+// Runs `work` and returns what it wrote to standard error below C++.
+template <class Work>
+std::string printed_by(Work work) {
+  const TemporaryFile file("stderr", "");
+  std::fflush(stderr);
+  const int kept = dup(2);
+  REQUIRE(std::freopen(file.path().c_str(), "w", stderr) != nullptr);
+  work();
+  std::fflush(stderr);
+  dup2(kept, 2);
+  close(kept);
+  std::ifstream in(file.path());
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// A cube of edge 2 about the origin as OBJ.
+std::string cube() {
+  std::string text;
+  for (int v = 0; v < 8; ++v)
+    text += "v " + std::to_string(v & 1 ? 1 : -1) + " " + std::to_string(v & 2 ? 1 : -1) + " " +
+            std::to_string(v & 4 ? 1 : -1) + "\n";
+  return text + "f 1 2 4 3\nf 5 6 8 7\nf 1 2 6 5\nf 3 4 8 7\nf 1 3 7 5\nf 2 4 8 6\n";
+}
+
+std::array<double, 3> greatest(const std::vector<float>& vertices) {
+  std::array<double, 3> most = {-1e30, -1e30, -1e30};
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    most[v % 3] = std::max(most[v % 3], static_cast<double>(vertices[v]));
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("shapes of URDF become leaves with the sizes and places of the file") {
+  const TemporaryFile file("r.urdf", robot_of("<link name='a'>" + kBox +
+                                              "<collision><origin xyz='1 2 3' rpy='0 0 1.5707963267948966'/><geometry>"
+                                              "<cylinder radius='.5' length='4'/></geometry></collision>"
+                                              "<collision><geometry><sphere radius='.25'/></geometry></collision>"
+                                              "</link>"));
+  const scenes::Robot robot = scenes::import_robot(file.path(), {});
+  REQUIRE(robot.body.leaves.size() == 3);
+  const ConvexPart& box = robot.body.leaves[0].parts[0].shape;
+  CHECK(box.kind == ShapeKind::kBox);
+  CHECK(box.size[0] == .5f);
+  CHECK(box.size[1] == 1.f);
+  CHECK(box.size[2] == 1.5f);
+  const ConvexPart& cylinder = robot.body.leaves[1].parts[0].shape;
+  CHECK(cylinder.kind == ShapeKind::kCylinder);
+  CHECK(cylinder.size[0] == .5f);
+  CHECK(cylinder.size[1] == 2.f);
+  CHECK(cylinder.position[2] == 3.f);
+  CHECK(cylinder.rotation[2] == doctest::Approx(std::sqrt(.5)));
+  CHECK(robot.body.leaves[2].parts[0].shape.kind == ShapeKind::kSphere);
+  CHECK(robot.body.leaves[2].parts[0].shape.size[0] == .25f);
+  CHECK(robot.leaf_sources[1] == file.path() + ": line 2: link a: collision 2");
+}
+
+TEST_CASE("meshes are found by relative, file:// and package:// paths, scaled, and become hulls") {
+  const TemporaryFile mesh("cube.obj", cube());
+  const fs::path package = mesh.directory() / "my_robot";
+  fs::create_directories(package / "urdf");
+  fs::create_directories(package / "meshes");
+  fs::copy_file(mesh.path(), package / "meshes/cube.obj");
+  const auto read = [&](const std::string& name, const scenes::RobotOptions& options) {
+    const std::string path = (package / "urdf/r.urdf").string();
+    std::ofstream(path) << robot_of(
+        link_of("<mesh filename='" + name + "' scale='1 -2 3'/>", "<origin xyz='10 0 0'/>"));
+    return scenes::import_robot(path, options);
+  };
+  scenes::RobotOptions named;
+  named.packages = {{"other", package.string()}};
+  const std::vector<std::pair<std::string, scenes::RobotOptions>> names = {
+      {"../meshes/cube.obj", {}},
+      {(package / "meshes/cube.obj").string(), {}},
+      {"file://" + (package / "meshes/cube.obj").string(), {}},
+      {"package://my_robot/meshes/cube.obj", {}},
+      {"model://my_robot/meshes/cube.obj", {}},
+      {"package://other/meshes/cube.obj", named}};
+  for (const auto& [name, options] : names) {
+    CAPTURE(name);
+    const scenes::Robot robot = read(name, options);
+    REQUIRE(robot.body.leaves.size() == 1);
+    const scenes::ShapePart& part = robot.body.leaves[0].parts[0];
+    CHECK(part.shape.kind == ShapeKind::kConvexHull);
+    CHECK(part.vertices.size() == 24);
+    CHECK(greatest(part.vertices) == std::array<double, 3>{11, 2, 3});
+  }
+  const std::string lost = "package://nowhere/meshes/cube.obj";
+  try {
+    read(lost, {});
+    FAIL("a missing mesh is refused");
+  } catch (const scenes::ImportError& error) {
+    const std::string what = error.what();
+    CHECK(what.find("r.urdf: line 2: link a: collision 1: mesh " + lost + ": no such file") != std::string::npos);
+  }
+  scenes::RobotOptions ball;
+  ball.missing_mesh = scenes::MissingMesh::kBall;
+  ball.ball_radius = .5;
+  const scenes::Robot replaced = read(lost, ball);
+  REQUIRE(replaced.body.leaves.size() == 1);
+  CHECK(replaced.body.leaves[0].parts[0].shape.kind == ShapeKind::kSphere);
+  CHECK(replaced.body.leaves[0].parts[0].shape.size[0] == .5f);
+  CHECK(replaced.body.leaves[0].parts[0].shape.position[0] == 10.f);
+  REQUIRE(replaced.notes.size() == 1);
+  CHECK(replaced.notes[0].find(lost + " is missing: a ball stands for it") != std::string::npos);
+  scenes::RobotOptions none;
+  none.missing_mesh = scenes::MissingMesh::kLeaveOut;
+  CHECK_THROWS_WITH_AS(read(lost, none), doctest::Contains("no link has a collision shape"), scenes::ImportError);
+}
+
+TEST_CASE("joints that turn freely, mimic, float or rest off zero are what the file says") {
+  const auto read = [](const std::string& text) {
+    const TemporaryFile file("r.urdf", text);
+    return scenes::import_robot(file.path(), {});
+  };
+  const scenes::Robot free = read(jointed("continuous", ""));
+  CHECK(free.variables[0].upper == doctest::Approx(3.141592653589793));
+  const scenes::Robot off = read(jointed("revolute", "<limit lower='1' upper='2' effort='1' velocity='1'/>"));
+  CHECK(off.variables[0].rest == 1.5);
+  const scenes::Robot wide = read(jointed("revolute", "<limit lower='-1e16' upper='1e16' effort='1' velocity='1'/>"));
+  CHECK(wide.variables[0].lower == doctest::Approx(-3.141592653589793));
+  CHECK(wide.notes.size() == 1);
+  const scenes::Robot floating = read(jointed("floating", ""));
+  CHECK(floating.variables.empty());
+  CHECK(floating.links[1].floats);
+  REQUIRE(floating.notes.size() == 1);
+  CHECK(floating.notes[0] == "joint j is floating: held at its origin");
+}
+
+TEST_CASE("a bad URDF file gives one line with the line or element and the reason, and prints nothing else") {
+  struct Bad {
+    std::string text;
+    std::string told;  // the beginning of the refusal, which ends with a colon at most
+  };
+  const std::string deep = [] {
+    std::string text;
+    for (int k = 0; k < 100000; ++k) text += "<a>";
+    return text;
+  }();
+  std::string many;
+  for (int k = 0; k < 1025; ++k) many += "<link name='l" + std::to_string(k) + "'/>\n";
+  const std::vector<Bad> bad = {
+      {"<robot name='r'>\n<link name='a'>\n</robot>", "line 2: not well-formed XML"},
+      {"nothing", "line 1: not well-formed XML"},
+      {deep, "line 1: not well-formed XML (XML_ELEMENT_DEPTH_EXCEEDED)"},
+      {std::string("<robot name='r'>\0</robot>", 26), "a zero byte is not XML"},
+      {"\n<html/>", "line 2: the first element is <html>, but URDF begins with <robot> and MJCF with <mujoco>"},
+      {robot_of(""), "No link elements found"},
+      {"<robot><link name='a'/></robot>", "No name given"},
+      {robot_of("<link name='a'/>"), "no link has a collision shape"},
+      {robot_of("<xacro:include filename='x'/>"), "line 2: <xacro:include> is of xacro"},
+      {robot_of(many), "line 1026: more than 1024 links"},
+      {robot_of("<link name='a'/>\n<link name='a'/>"), "line 2: link 'a' is not unique"},
+      {robot_of("<link name='a'/>\n<link name='b'/>"), "line 2: "},
+      {robot_of("<link name='a'/>\n<joint name='j' type='fixed'><parent link='a'/><child link='c'/></joint>"),
+       "line 3: "},
+      {robot_of("<link name='a'/>\n<joint name='j' type='fixed'><parent link='c'/><child link='a'/></joint>"),
+       "line 3: "},
+      {robot_of("<link name='a'/><link name='b'/><link name='c'/>\n"
+                "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>\n"
+                "<joint name='k' type='fixed'><parent link='c'/><child link='b'/></joint>"),
+       "line 4: link b is the child of two joints, j and k"},
+      {robot_of("<link name='a'/>\n<link name='b'/><link name='c'/>\n"
+                "<joint name='j' type='fixed'><parent link='b'/><child link='c'/></joint>\n"
+                "<joint name='k' type='fixed'><parent link='c'/><child link='b'/></joint>"),
+       "line 3: link b is in a loop of joints"},
+      {jointed("revolute", ""), "line 4: "},
+      {jointed("wheel", ""), "line 4: "},
+      {jointed("continuous", "<axis xyz='0 0 0'/>"), "line 4: joint j: its axis has no direction"},
+      {jointed("continuous", "<axis xyz='0 one 0'/>"), "line 4: "},
+      {jointed("revolute", "<limit lower='2' upper='1' effort='1' velocity='1'/>"),
+       "line 4: joint j: its lower limit is above its upper limit"},
+      {jointed("prismatic", "<limit lower='-1e16' upper='1' effort='1' velocity='1'/>"),
+       "line 4: joint j: its limits are beyond 1e9 m"},
+      {jointed("continuous", "<mimic joint='j'/>"), "line 4: joint j: it mimics a joint that mimics it"},
+      {jointed("continuous", "<mimic joint='k'/>"), "line 4: joint j: it mimics k, which is no joint that moves"},
+      {jointed("continuous", "<origin xyz='1e30 0 0'/>"), "line 4: joint j: its origin"},
+      {robot_of(link_of("<box size='0 1 1'/>")), "line 2: link a: collision 1: its size must be above 0"},
+      {robot_of(link_of("<sphere radius='-1'/>")), "line 2: link a: collision 1: its size must be above 0"},
+      {robot_of(link_of("<cylinder radius='1'/>")), "line 2: link a: urdfdom reads 0 of its 1 collision shapes: "},
+      {robot_of(link_of("<cone radius='1'/>")), "line 2: link a: urdfdom reads 0 of its 1 collision shapes: "},
+      {robot_of(link_of("<mesh filename='http://x/y.stl'/>")),
+       "line 2: link a: collision 1: mesh http://x/y.stl: only package://"},
+      {robot_of(link_of("<mesh filename='bad.urdf'/>")),
+       "line 2: link a: collision 1: mesh bad.urdf: meshes are read from .stl"},
+  };
+  for (const Bad& one : bad) {
+    CAPTURE(one.text.substr(0, 300));
+    std::string told;
+    CHECK(printed_by([&] { told = refusal(one.text); }) == "");
+    CAPTURE(told);
+    CHECK(told.rfind(one.told, 0) == 0);
+    CHECK(told.size() > one.told.size() - 1);
+  }
+}
+
+TEST_CASE("mesh files that are no meshes are refused by name") {
+  const TemporaryFile folder("a.urdf", "x");
+  const auto refused = [&](const std::string& name, const std::string& bytes) {
+    std::ofstream((folder.directory() / name).string(), std::ios::binary) << bytes;
+    std::ofstream(folder.path()) << robot_of(link_of("<mesh filename='" + name + "'/>"));
+    try {
+      scenes::import_robot(folder.path(), {});
+    } catch (const scenes::ImportError& error) { return std::string(error.what()).substr(folder.path().size() + 2); }
+    return std::string("read");
+  };
+  CHECK(refused("good.obj", cube()) == "read");
+  CHECK(refused("a.stl", "no triangles here").find("mesh a.stl: ") != std::string::npos);
+  CHECK(refused("empty.obj", "").find("mesh empty.obj: the file is empty") != std::string::npos);
+  CHECK(refused("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").find("mesh nan.obj: ") != std::string::npos);
+}
+
+TEST_CASE("SRDF: disabled pairs are read once each, unknown links are told") {
+  const TemporaryFile file("r.urdf", jointed("continuous", ""));
+  const scenes::Robot robot = scenes::import_robot(file.path(), {});
+  const TemporaryFile srdf("r.srdf", robot_of("<disable_collisions link1='b' link2='a' reason='Adjacent'/>\n"
+                                              "<disable_collisions link1='a' link2='b' reason='Never'/>\n"
+                                              "<disable_collisions link1='a' link2='a'/>\n"
+                                              "<disable_collisions link1='a' link2='hand' reason='Never'/>"));
+  std::vector<std::string> notes;
+  const std::vector<LinkPair> pairs = scenes::read_disabled_pairs(srdf.path(), robot, &notes);
+  REQUIRE(pairs.size() == 1);
+  CHECK(pairs[0].a == 0);
+  CHECK(pairs[0].b == 1);
+  REQUIRE(notes.size() == 1);
+  CHECK(notes[0] == srdf.path() + ": the robot has no link hand");
+  const TemporaryFile half("h.srdf", robot_of("<disable_collisions link1='b'/>"));
+  CHECK_THROWS_WITH_AS(scenes::read_disabled_pairs(half.path(), robot, &notes),
+                       doctest::Contains("line 2: <disable_collisions> without link2"), scenes::ImportError);
+  const TemporaryFile other("o.srdf", "<srdf/>");
+  CHECK_THROWS_WITH_AS(scenes::read_disabled_pairs(other.path(), robot, &notes),
+                       doctest::Contains("line 1: the first element is <srdf>"), scenes::ImportError);
+}
+
+TEST_CASE("MJCF: shapes, excluded bodies and contact bits are as the file says") {
+  const std::string text = R"(<mujoco model="made"><worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <body name="a"><freejoint/><geom type="box" size="1 2 3"/><geom type="sphere" size="1" contype="0" conaffinity="0"/>
+      <body name="b"><joint name="slide" type="slide" axis="0 0 1" limited="false"/>
+        <geom type="capsule" fromto="0 0 0 0 0 4" size=".5"/></body>
+      <body name="c"><geom type="ellipsoid" size="1 2 3" contype="2" conaffinity="2"/></body>
+    </body></worldbody><contact><exclude body1="a" body2="b"/></contact></mujoco>)";
+  if (!scenes::reads_mjcf()) {
+    CHECK(refusal(text).find("MJCF is not built in") == 0);
+    MESSAGE("skipped: libmujoco is not built in");
+    return;
+  }
+  const TemporaryFile file("r.xml", text);
+  const scenes::Robot robot = scenes::import_robot(file.path(), {});
+  CHECK(robot.body.name == "made");
+  REQUIRE(robot.body.leaves.size() == 3);
+  CHECK(robot.body.leaves[0].parts[0].shape.size[2] == 3.f);
+  CHECK(robot.body.leaves[1].parts[0].shape.kind == ShapeKind::kCapsule);
+  CHECK(robot.body.leaves[1].parts[0].shape.size[0] == .5f);
+  CHECK(robot.body.leaves[1].parts[0].shape.size[1] == 2.f);
+  CHECK(robot.body.leaves[1].parts[0].shape.position[2] == 2.f);
+  CHECK(robot.body.leaves[2].parts[0].shape.kind == ShapeKind::kEllipsoid);
+  CHECK(robot.links[1].floats);
+  CHECK(robot.variables.empty());
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const LinkPair& pair : robot.body.ignored_pairs) pairs.emplace_back(pair.a, pair.b);
+  std::sort(pairs.begin(), pairs.end());
+  CHECK((pairs == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 2}, {1, 3}, {2, 3}}));
+  CHECK(robot.notes == std::vector<std::string>{"joint slide slides without limits: held where it is",
+                                                "planes and height fields are left out"});
+  CHECK(refusal("<mujoco><worldbody><body><geom type='box'/></body></worldbody></mujoco>")
+            .find("libmujoco cannot read") == 0);
+  const std::string lost = refusal(
+      "<mujoco><asset><mesh name='m' file='lost.stl'/></asset><worldbody><geom type='mesh' "
+      "mesh='m'/></worldbody></mujoco>");
+  CHECK(lost.find("lost.stl") != std::string::npos);
+}
+
+TEST_CASE("every robot file of the data is read") {
+  const char* data = std::getenv("CAB_DATA_DIR");
+  if (data == nullptr) {
+    MESSAGE("skipped: CAB_DATA_DIR is not set");
+    return;
+  }
+  struct File {
+    const char* path;
+    std::size_t links, leaves, variables;
+  };
+  const fs::path robots = fs::path(data) / "robots";
+  for (const File& file : std::vector<File>{{"allegro_hand/allegro_hand_right.urdf", 23, 23, 16},
+                                            {"mujoco_humanoid.xml", 17, 19, 21},
+                                            {"mujoco_22_humanoids.xml", 353, 0, 0}}) {
+    CAPTURE(std::string(file.path));
+    if (fs::path(file.path).extension() == ".xml" && !scenes::reads_mjcf()) {
+      MESSAGE("skipped: libmujoco is not built in");
+      continue;
+    }
+    const scenes::Robot robot = scenes::import_robot((robots / file.path).string(), {});
+    CHECK(robot.links.size() == file.links);
+    if (file.leaves > 0) CHECK(robot.body.leaves.size() == file.leaves);
+    if (file.leaves > 0) CHECK(robot.variables.size() == file.variables);
+  }
+}
+
+TEST_CASE("a robot file cut at twenty places or with bytes changed is read or refused in one line") {
+  const std::string text = jointed("revolute",
+                                   "<origin xyz='1 2 3' rpy='.1 .2 .3'/><axis xyz='0 1 0'/><limit lower='-1' "
+                                   "upper='1' effort='1' velocity='1'/>");
+  for (std::size_t k = 1; k < 20; ++k) {
+    CAPTURE(k);
+    CHECK(!refusal(text.substr(0, text.size() * k / 20)).empty());
+  }
+  scenes::Random random(5);
+  int refused = 0;
+  for (int round = 0; round < 200; ++round) {
+    std::string changed = text;
+    for (int byte = 0; byte < 5; ++byte)
+      changed[random.index(static_cast<std::uint32_t>(text.size()))] = static_cast<char>(random.index(256));
+    refused += !refusal(changed).empty();
+  }
+  CHECK(refused > 100);
+}
+
+}  // namespace cab::tests
