@@ -141,8 +141,8 @@ void limit_files(const std::vector<std::string>& readable) {
 #endif
 
 #ifdef CAB_AUDIT_ARCH
-// What reading, allocating and ending need, and a pipe, by which UndefinedBehaviorSanitizer tests memory. All else fails
-// with EPERM, so that a library that asks for more goes on.
+// What reading, allocating and ending need, and a pipe, by which UndefinedBehaviorSanitizer tests memory. All else
+// fails with EPERM, so that a library that asks for more goes on.
 constexpr std::uint32_t kAllowedCalls[] = {
     SYS_pipe2,         SYS_read,
     SYS_write,         SYS_readv,

@@ -11,8 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string again = scenes::skeleton_payload(scenes::read_skeleton_payload(bytes));
     FUZZ_CHECK(again.size() == bytes.size());  // what is not printable becomes a question mark
     FUZZ_CHECK(scenes::skeleton_payload(scenes::read_skeleton_payload(again)) == again);
-  } catch (const scenes::PayloadError&) {
-  }
+  } catch (const scenes::PayloadError&) {}
   try {
     const std::string again = scenes::trajectories_payload(scenes::read_trajectories_payload(bytes));
     FUZZ_CHECK(again == bytes);

@@ -26,7 +26,7 @@ using namespace cab::scenes;
 using namespace cab::tests;
 
 // A good file of the corpus takes less than 0.1 s and 50 MiB.
-constexpr SandboxLimits kLimits = {std::size_t{1} << 30, 5, 300, std::size_t{256} << 20};
+constexpr SandboxLimits kLimits = {std::size_t{1} << 30, 2, 300, std::size_t{256} << 20};
 
 ImportOptions in_child() {
   ImportOptions options;
