@@ -46,6 +46,13 @@ class Handlers {
   void (*error_)(const char*);
 };
 
+// A message of the library, whose lines become one.
+std::string one_line(std::string text) {
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end))
+    text.replace(end, 1, "; ");
+  return printable(text);
+}
+
 using Model = std::unique_ptr<mjModel, void (*)(mjModel*)>;
 
 Model load(const XmlText& text, std::vector<std::string>& notes) {
@@ -55,10 +62,10 @@ Model load(const XmlText& text, std::vector<std::string>& notes) {
   try {
     model = mj_loadXML(text.path().c_str(), nullptr, reason.data(), static_cast<int>(reason.size()));
   } catch (const ImportError& error) {
-    throw ImportError(printable(text.path()) + ": libmujoco cannot read it: " + printable(error.what()));
+    throw ImportError(printable(text.path()) + ": libmujoco cannot read it: " + one_line(error.what()));
   }
   if (model == nullptr)
-    throw ImportError(printable(text.path()) + ": libmujoco cannot read it: " + printable(reason.data()));
+    throw ImportError(printable(text.path()) + ": libmujoco cannot read it: " + one_line(reason.data()));
   return {model, mj_deleteModel};
 }
 

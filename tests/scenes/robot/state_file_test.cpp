@@ -55,9 +55,9 @@ TEST_CASE("a bad line of joint states is refused by its number and the reason") 
       {"a,b\n1,\n", "line 2: '' is not a number"},
       {"a\n2e9\n", "line 2: '2e9' is not a number"},
   };
-  for (const auto& [text, told] : bad) {
-    CAPTURE(text);
-    CHECK_THROWS_WITH_AS(read(text), doctest::Contains(told.c_str()), scenes::ImportError);
+  for (const auto& one : bad) {
+    CAPTURE(one.first);
+    CHECK_THROWS_WITH_AS(read(one.first), doctest::Contains(one.second.c_str()), scenes::ImportError);
   }
 }
 
