@@ -36,17 +36,17 @@ std::uint32_t read_kinds(const std::string& option, const std::string& text) {
 void add_bodies(CLI::App& command, std::string& animation, std::optional<scenes::SkinOptions>& skin) {
   command.add_option("--animation", animation, "animation to read, by name or by number from 0 (default the first)")
       ->type_name("NAME");
-  CLI::Option* body = command
-                          .add_option_function<std::string>(
-                              "--body",
-                              [&skin](const std::string& text) {
-                                if (text == "skin")
-                                  skin.emplace();
-                                else if (text != "skeleton")
-                                  reject("--body", text, "skeleton or skin");
-                              },
-                              "what bodies are made of: skeleton (default), or skin: the meshes that joints move")
-                          ->type_name("KIND");
+  command
+      .add_option_function<std::string>(
+          "--body",
+          [&skin](const std::string& text) {
+            if (text == "skin")
+              skin.emplace();
+            else if (text != "skeleton")
+              reject("--body", text, "skeleton or skin");
+          },
+          "what bodies are made of: skeleton (default), or skin: the meshes that joints move")
+      ->type_name("KIND");
   const auto of_skin = [&skin](const char* option) -> scenes::SkinOptions& {
     if (!skin) throw UsageError(std::string(option) + ": needs --body skin");
     return *skin;
@@ -55,26 +55,21 @@ void add_bodies(CLI::App& command, std::string& animation, std::optional<scenes:
       .add_option_function<std::string>(
           "--kinds", [of_skin](const std::string& text) { of_skin("--kinds").kinds = read_kinds("--kinds", text); },
           "bodies to choose from, each leaf the smallest: hull (default), box, capsule, sphere, ellipsoid")
-      ->type_name("KIND,...")
-      ->needs(body);
+      ->type_name("KIND,...");
   command
       .add_option_function<std::uint32_t>(
           "--leaves-per-link", [of_skin](std::uint32_t n) { of_skin("--leaves-per-link").leaves_per_link = n; },
           "leaves on a link at most, 1 (default) to 64: meshes are cut where that saves volume")
       ->type_name("N")
-      ->check(CLI::Range(1, 64))
-      ->needs(body);
-  command
-      .add_flag_callback(
-          "--inflate", [of_skin] { of_skin("--inflate").inflate = true; },
-          "let bodies grow until the surface is inside of them in all frames")
-      ->needs(body);
+      ->check(CLI::Range(1, 64));
+  command.add_flag_callback(
+      "--inflate", [of_skin] { of_skin("--inflate").inflate = true; },
+      "let bodies grow until the surface is inside of them in all frames");
   command
       .add_option_function<std::string>(
           "--links", [of_skin](const std::string& text) { of_skin("--links").kept_joints = split_commas(text); },
           "only these joints get links; the meshes of others go to the joint above")
-      ->type_name("JOINT,...")
-      ->needs(body);
+      ->type_name("JOINT,...");
   command
       .add_option_function<std::string>(
           "--least-reach",
@@ -82,8 +77,7 @@ void add_bodies(CLI::App& command, std::string& animation, std::optional<scenes:
             of_skin("--least-reach").least_reach = read_positive("--least-reach", text);
           },
           "only joints whose meshes or children reach this far get links")
-      ->type_name("METRES")
-      ->needs(body);
+      ->type_name("METRES");
 }
 
 }  // namespace

@@ -50,8 +50,11 @@ std::string coverage_note(const rig::Coverage& coverage, const Skeleton& skeleto
                   coverage.bodies_volume / coverage.mesh_volume);
     note += text;
   }
-  std::snprintf(text, sizeof text, ", boxes %.2f times their bodies (median)", coverage.median_box_ratio);
-  return note + text;
+  if (coverage.median_box_ratio > 0) {
+    std::snprintf(text, sizeof text, ", boxes %.2f times their bodies (median)", coverage.median_box_ratio);
+    note += text;
+  }
+  return note;
 }
 
 }  // namespace

@@ -63,6 +63,8 @@ std::size_t add_mesh(const aiMesh& mesh, const std::string& path, Gathered& gath
     for (unsigned k = 0; k < face.mNumIndices; ++k)
       if (face.mIndices[k] >= mesh.mNumVertices)
         fail("face " + std::to_string(f) + " has a vertex that does not exist");
+    if (skin.triangles.size() / 3 + face.mNumIndices > kMaxSkinTriangles)
+      fail("more than " + std::to_string(kMaxSkinTriangles) + " triangles in all meshes");
     for (unsigned k = 2; k < face.mNumIndices; ++k)
       for (const unsigned corner : {0u, k - 1, k})
         skin.triangles.push_back(static_cast<std::uint32_t>(first + face.mIndices[corner]));
