@@ -11,6 +11,7 @@
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
+#include "perf/run/obj.h"
 #include "perf/run/options.h"
 #include "scenes/import/import.h"
 
@@ -118,6 +119,17 @@ Json masked_json(std::uint8_t flags) {
   return reasons;
 }
 
+Json coverage_json(const rig::Coverage& coverage, const scenes::Skeleton& skeleton) {
+  return {{"share_inside", coverage.share_inside},
+          {"worst_protrusion_metres", coverage.worst_protrusion},
+          {"worst_frame", coverage.worst_pose},
+          {"worst_joint", skeleton.joint_names[coverage.worst_joint]},
+          {"mesh_cubic_metres", coverage.mesh_volume},
+          {"bodies_cubic_metres", coverage.bodies_volume},
+          {"median_box_over_body", coverage.median_box_ratio},
+          {"flat_leaves", coverage.flat_count}};
+}
+
 }  // namespace
 
 int inspect_command(const InspectOptions& options) {
@@ -126,15 +138,18 @@ int inspect_command(const InspectOptions& options) {
   import.offset = options.offset;
   import.up = options.up;
   import.sandbox = options.sandbox;
+  import.animation = options.animation;
+  import.skin = options.skin;
   const scenes::Skeleton skeleton = scenes::import_skeleton(options.file, import);
   std::vector<scenes::Clip> clips;
   clips.push_back(scenes::make_clip(skeleton, std::filesystem::path(options.file).filename().string(), import));
+  const std::optional<rig::Coverage> coverage = clips.front().coverage;
   const scenes::Scene scene = scenes::make_world(std::move(clips));
   for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
   if (options.frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
                      std::to_string(options.frame));
-  check_outputs({{"--json", options.json_path}}, {options.file});
+  check_outputs({{"--json", options.json_path}, {"--obj", options.obj_path}}, {options.file});
 
   const scenes::Character& character = scene.characters.front();
   EngineSession session(scene, {options.isa, 1, {options.frame, options.frame + 1}, false});
@@ -163,8 +178,10 @@ int inspect_command(const InspectOptions& options) {
   json["links"] = links_json(character, options.frame, origin);
   json["leaves"] = leaves_json(character, boxes);
   json["merges"] = merges_json(character, boxes);
+  if (coverage) json["coverage"] = coverage_json(*coverage, skeleton);
   json["notes"] = scene.notes;
 
+  if (!options.obj_path.empty()) write_obj(options.obj_path, skeleton, character, options.frame, origin);
   if (options.json_path.empty()) {
     std::cout << to_text(json);
     return 0;

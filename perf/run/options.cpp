@@ -3,14 +3,82 @@
 #include <cab/cab.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "perf/base/option_values.h"
+#include "perf/base/usage.h"
 
 namespace cab::perf {
 namespace {
 
 constexpr const char* kUpForHeight = "axis for the height check; without it the axis along which the figure is tallest";
+
+// The bits of rig::BodyKind for words separated by commas.
+std::uint32_t read_kinds(const std::string& option, const std::string& text) {
+  const std::vector<std::pair<std::string, std::uint32_t>> kinds = {{"hull", rig::kHullBody},
+                                                                    {"box", rig::kBoxBody},
+                                                                    {"capsule", rig::kCapsuleBody},
+                                                                    {"sphere", rig::kSphereBody},
+                                                                    {"ellipsoid", rig::kEllipsoidBody}};
+  std::uint32_t bits = 0;
+  for (const std::string& word : split_commas(text)) {
+    const auto kind = std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.first == word; });
+    if (kind == kinds.end()) reject(option, text, "hull, box, capsule, sphere and ellipsoid, separated by commas");
+    bits |= kind->second;
+  }
+  return bits;
+}
+
+// Adds --animation, and --body with the options that need it.
+void add_bodies(CLI::App& command, std::string& animation, std::optional<scenes::SkinOptions>& skin) {
+  command.add_option("--animation", animation, "animation to read, by name or by number from 0 (default the first)")
+      ->type_name("NAME");
+  command
+      .add_option_function<std::string>(
+          "--body",
+          [&skin](const std::string& text) {
+            if (text == "skin")
+              skin.emplace();
+            else if (text != "skeleton")
+              reject("--body", text, "skeleton or skin");
+          },
+          "what bodies are made of: skeleton (default), or skin: the meshes that joints move")
+      ->type_name("KIND");
+  const auto of_skin = [&skin](const char* option) -> scenes::SkinOptions& {
+    if (!skin) throw UsageError(std::string(option) + ": needs --body skin");
+    return *skin;
+  };
+  command
+      .add_option_function<std::string>(
+          "--kinds", [of_skin](const std::string& text) { of_skin("--kinds").kinds = read_kinds("--kinds", text); },
+          "bodies to choose from, each leaf the smallest: hull (default), box, capsule, sphere, ellipsoid")
+      ->type_name("KIND,...");
+  command
+      .add_option_function<std::uint32_t>(
+          "--leaves-per-link", [of_skin](std::uint32_t n) { of_skin("--leaves-per-link").leaves_per_link = n; },
+          "leaves on a link at most, 1 (default) to 64: meshes are cut where that saves volume")
+      ->type_name("N")
+      ->check(CLI::Range(1, 64));
+  command.add_flag_callback(
+      "--inflate", [of_skin] { of_skin("--inflate").inflate = true; },
+      "let bodies grow until the surface is inside of them in all frames");
+  command
+      .add_option_function<std::string>(
+          "--links", [of_skin](const std::string& text) { of_skin("--links").kept_joints = split_commas(text); },
+          "only these joints get links; the meshes of others go to the joint above")
+      ->type_name("JOINT,...");
+  command
+      .add_option_function<std::string>(
+          "--least-reach",
+          [of_skin](const std::string& text) {
+            of_skin("--least-reach").least_reach = read_positive("--least-reach", text);
+          },
+          "only joints whose meshes or children reach this far get links")
+      ->type_name("METRES");
+}
 
 }  // namespace
 
@@ -28,6 +96,7 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
   add_units(command, "file", world.metres_per_unit);
   add_up(command, world.up, kUpForHeight);
   add_no_sandbox(command, world.sandbox);
+  add_bodies(command, world.animation, world.skin);
   return files;
 }
 
@@ -90,6 +159,9 @@ Command add_inspect(CLI::App& app) {
       ->type_name("METRES_PER_UNIT");
   add_up(command, o.up, kUpForHeight);
   add_no_sandbox(command, o.sandbox);
+  add_bodies(command, o.animation, o.skin);
+  command.add_option("--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
+      ->type_name("OUT.obj");
   for (std::uint32_t field = 0; field < policy_table().size; ++field)
     if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);
   add_isa(command, o.isa);

@@ -35,6 +35,9 @@ struct InspectOptions {
   std::array<double, 3> offset = {0, 0, 0};  // metres
   double metres_per_unit = 1;
   char up = 0;
+  std::string animation;  // name or number; empty: the first
+  std::optional<scenes::SkinOptions> skin;
+  std::string obj_path;  // empty: no file
   Policies policies;
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: standard output

@@ -42,6 +42,8 @@ scenes::Scene import_world(const WorldOptions& options) {
     scenes::ImportOptions import;
     import.up = options.up;
     import.sandbox = options.sandbox;
+    import.animation = options.animation;
+    import.skin = options.skin;
     if (f < options.offsets.size()) import.offset = options.offsets[f];
     if (!options.metres_per_unit.empty())
       import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : f];

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "scenes/import/import.h"
 #include "scenes/import/limits.h"
 #include "scenes/scene.h"
 
@@ -17,6 +18,8 @@ struct WorldOptions {
   std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
   std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
   char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
+  std::string animation;                       // name or number of each file's animation; empty: the first
+  std::optional<scenes::SkinOptions> skin;     // bodies of the meshes
   std::uint32_t ignored_hops = 0;              // links of one character at most this many joints apart are masked
   std::optional<std::uint32_t> rest_frame;     // links of one character that touch in this frame are masked
 

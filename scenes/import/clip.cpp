@@ -2,6 +2,7 @@
 #include "scenes/import/import.h"
 #include "scenes/import/leaf_box.h"
 #include "scenes/import/printable.h"
+#include "scenes/import/skin_clip.h"
 #include "scenes/rig/body_parts.h"
 #include "scenes/vec3d.h"
 
@@ -290,6 +291,10 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
 
   const std::array<double, 3> extents = median_extents(motion);
   check_height(extents, options.up, clip.notes);
+  if (options.skin) {
+    add_skin_bodies(skeleton, name, options, clip);
+    return clip;
+  }
   // The tallest axis, whichever axis is up, so that a lying figure is as thick as a standing one.
   const double stature = *std::max_element(extents.begin(), extents.end());
   const std::vector<Vec3> offsets = joint_offsets(motion, stature, clip.notes);

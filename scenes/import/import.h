@@ -5,6 +5,8 @@
 #include "scenes/sandbox/sandbox.h"
 #include "scenes/scene.h"
 
+#include <cab/skin.h>
+
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -20,11 +22,37 @@ class ImportError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// How bodies are made of a file's meshes: rig::BodyRules, with joints by name.
+struct SkinOptions {
+  std::uint32_t kinds = rig::kHullBody;
+  std::uint32_t leaves_per_link = 1;
+  bool inflate = false;
+  std::vector<std::string> kept_joints;  // empty: by reach
+  double least_reach = 0;                // metres
+};
+
 struct ImportOptions {
   double metres_per_unit = 1.0;              // the file's length unit in metres
   std::array<double, 3> offset = {0, 0, 0};  // added to the character's place in the world, metres
   char up = 0;                               // 'x', 'y' or 'z' for the height check; 0: the tallest axis
   std::optional<SandboxLimits> sandbox;      // read the file in a child process with these limits; empty: in this one
+  std::string animation;                     // name or number from 0 of a file's animation; empty: the first
+  std::optional<SkinOptions> skin;           // bodies are made of the file's meshes; empty: of its skeleton
+};
+
+// The meshes of a file: the arrays of rig::Skin, with inverse bind matrices that take points to metres. Empty if they
+// are not asked for.
+struct FileSkin {
+  std::vector<float> vertices;
+  std::vector<std::uint32_t> triangles;
+  std::uint32_t influence_count = 0;
+  std::vector<std::uint32_t> influence_bones;
+  std::vector<float> influence_weights;
+  std::vector<float> inverse_bind;
+  std::vector<std::uint32_t> bone_joints;
+  // [frame][joint][6] what is left of a joint's world matrix before its rotation, an upper triangle: xx xy yy xz yz zz.
+  // It scales, shears and mirrors.
+  std::vector<float> stretches;
 };
 
 // The skeleton of a file: every joint, end sites included, and its world position in every frame. Joint 0 is the root,
@@ -39,12 +67,14 @@ struct Skeleton {
   std::vector<double> rotations;  // [frame][joint][4] world quaternion x y z w
   std::vector<double> positions;  // [frame][joint][3] world, metres, without the offset
   bool is_static = false;         // the file has no animation: one frame, the rest pose
+  FileSkin skin;
   std::vector<std::string> notes;
 };
 
-// Reads the skeleton and the first animation of a file through assimp. The text of a BVH file is checked first, and so
-// are the offsets and counts of a glTF file. Throws ImportError. With options.sandbox nothing in the file can do more
-// than cause one: see scenes/sandbox/sandbox.h. Without it, assimp does not survive some files.
+// Reads the skeleton, one animation and, if options.skin is given, the meshes of a file through assimp. The text of a
+// BVH file is checked first, and so are the offsets and counts of a glTF file. Throws ImportError. With options.sandbox
+// nothing in the file can do more than cause one: see scenes/sandbox/sandbox.h. Without it, assimp does not survive
+// some files.
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options);
 
 // One clip: a character and its own clock. The character has poses and origins for every frame of the file, or for one
@@ -53,16 +83,18 @@ struct Clip {
   Character character;
   double frame_seconds = 0;
   std::uint32_t frame_count = 0;
+  std::optional<rig::Coverage> coverage;  // of bodies made of meshes; lengths in metres, poses are frames
   std::vector<std::string> notes;
 };
 
-// Makes links from a skeleton. Each joint with a non-zero segment, to a child joint or an end site, makes one link. The
-// link has the joint's name, moves with it, and has its frame there. A segment below a ten-thousandth of the figure's
-// height counts as zero. If several links have no link above them, the root joint gets a link of its own, a ball. Each
-// segment is an ellipsoid along the bone with anthropometric thickness (scenes/rig/body_parts.h), and each link has one
-// leaf box about all of its ellipsoids. Links that share a joint are ignored pairs. Poses are relative to an origin in
-// double: the root joint's place plus options.offset. notes says what was merged, dropped or doubted. Throws
-// ImportError.
+// Makes links from a skeleton. If options.skin is given, bodies are those of the file's meshes, as
+// scenes/import/skin_clip.h says. Otherwise each joint with a non-zero segment, to a child joint or an end site, makes
+// one link. The link has the joint's name, moves with it, and has its frame there. A segment below a ten-thousandth of
+// the figure's height counts as zero. If several links have no link above them, the root joint gets a link of its own,
+// a ball. Each segment is an ellipsoid along the bone with anthropometric thickness (scenes/rig/body_parts.h), and each
+// link has one leaf box about all of its ellipsoids. Links that share a joint are ignored pairs. Poses are relative to
+// an origin in double: the root joint's place plus options.offset. notes says what was merged, dropped or doubted.
+// Throws ImportError.
 Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOptions& options);
 
 // import_skeleton, then make_clip. The name of the character is that of the file, without its folders.

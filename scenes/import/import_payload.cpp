@@ -23,7 +23,9 @@ void require(bool holds, const char* reason) {
 
 std::string skeleton_payload(const Skeleton& skeleton) {
   const auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static,
-               notes] = skeleton;
+               skin, notes] = skeleton;
+  const auto& [vertices, triangles, influence_count, influence_bones, influence_weights, inverse_bind, bone_joints,
+               stretches] = skin;
   PayloadWriter writer;
   writer.texts(names);
   writer.array(parents);
@@ -34,6 +36,14 @@ std::string skeleton_payload(const Skeleton& skeleton) {
   writer.array(rotations);
   writer.array(positions);
   writer.value(is_static);
+  writer.array(vertices);
+  writer.array(triangles);
+  writer.value(influence_count);
+  writer.array(influence_bones);
+  writer.array(influence_weights);
+  writer.array(inverse_bind);
+  writer.array(bone_joints);
+  writer.array(stretches);
   writer.texts(notes);
   return writer.take();
 }
@@ -41,8 +51,10 @@ std::string skeleton_payload(const Skeleton& skeleton) {
 Skeleton read_skeleton_payload(const std::string& bytes) {
   PayloadReader reader(bytes);
   Skeleton skeleton;
-  auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static,
+  auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static, skin,
          notes] = skeleton;
+  auto& [vertices, triangles, influence_count, influence_bones, influence_weights, inverse_bind, bone_joints,
+         stretches] = skin;
   names = printable_texts(reader);
   parents = reader.array<std::int32_t>();
   const std::vector<std::uint8_t> ends = reader.array<std::uint8_t>();
@@ -53,6 +65,14 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
   rotations = reader.array<double>();
   positions = reader.array<double>();
   is_static = reader.value<std::uint8_t>() != 0;
+  vertices = reader.array<float>();
+  triangles = reader.array<std::uint32_t>();
+  influence_count = reader.value<std::uint32_t>();
+  influence_bones = reader.array<std::uint32_t>();
+  influence_weights = reader.array<float>();
+  inverse_bind = reader.array<float>();
+  bone_joints = reader.array<std::uint32_t>();
+  stretches = reader.array<float>();
   notes = printable_texts(reader);
   reader.finish();
 
@@ -63,6 +83,9 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
   require(frame_count > 0 && rotations.size() / 4 / joints == frame_count &&
               rotations.size() == 4 * joints * frame_count && positions.size() == 3 * joints * frame_count,
           "there is not one pose for each joint and frame");
+  // The other arrays of a skin are checked where bodies are made of them.
+  require(stretches.empty() || stretches.size() == 6 * joints * frame_count,
+          "there is not one stretch for each joint and frame");
   for (std::size_t j = 0; j < joints; ++j) {
     const auto most = static_cast<std::int64_t>(j) - 1;
     require(parents[j] >= (j == 0 ? -1 : 0) && parents[j] <= most, "a joint comes before its parent");

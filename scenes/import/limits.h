@@ -8,8 +8,10 @@
 namespace cab::scenes {
 
 inline constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
-inline constexpr std::size_t kMaxJointFrames = std::size_t{1} << 24;  // 56 bytes per joint and frame in a Skeleton
-inline constexpr std::size_t kMaxPoseFloats = std::size_t{1} << 28;   // of one character in a world
+inline constexpr std::size_t kMaxJointFrames = std::size_t{1} << 24;    // 56 bytes per joint and frame in a Skeleton
+inline constexpr std::size_t kMaxPoseFloats = std::size_t{1} << 28;     // of one character in a world
+inline constexpr std::size_t kMaxSkinVertices = std::size_t{1} << 22;   // of all meshes of a file
+inline constexpr std::size_t kMaxSkinTriangles = std::size_t{1} << 23;  // of all meshes of a file
 inline constexpr double kMaxFrameSeconds = 3600;
 inline constexpr double kMaxImportValue = 1e9;  // of an offset, key or angle, in the file's unit
 

@@ -1,9 +1,10 @@
 // Skeletons from any file that assimp reads, except BVH.
 #include "scenes/import/scene_file.h"
 
+#include "scenes/affine.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
-#include "scenes/vec3d.h"
+#include "scenes/import/skin_file.h"
 
 #include <assimp/scene.h>
 
@@ -20,28 +21,6 @@ constexpr double kDefaultTicksPerSecond = 25;  // assimp's own value for files t
 constexpr double kMinFrameSeconds = 1e-3;
 constexpr double kStaticFrameSeconds = 1.0 / 30;
 
-// The map of x to m x + t. The columns are those of m, the translation is t.
-struct Affine {
-  std::array<Vec3, 3> columns = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  Vec3 translation = {0, 0, 0};
-};
-
-Vec3 apply(const Affine& a, const Vec3& v) { return v[0] * a.columns[0] + v[1] * a.columns[1] + v[2] * a.columns[2]; }
-
-Affine multiply(const Affine& a, const Affine& b) {
-  Affine product;
-  for (std::size_t k = 0; k < 3; ++k) product.columns[k] = apply(a, b.columns[k]);
-  product.translation = a.translation + apply(a, b.translation);
-  return product;
-}
-
-Affine affine(const aiMatrix4x4& m) {
-  Affine a;
-  a.columns = {{{m.a1, m.b1, m.c1}, {m.a2, m.b2, m.c2}, {m.a3, m.b3, m.c3}}};
-  a.translation = {m.a4, m.b4, m.c4};
-  return a;
-}
-
 bool is_usable(const Affine& a) {
   for (const Vec3& column : {a.columns[0], a.columns[1], a.columns[2], a.translation}) {
     for (const double value : column) {
@@ -49,27 +28,6 @@ bool is_usable(const Affine& a) {
     }
   }
   return true;
-}
-
-// The rotation of a matrix that may scale, shear or mirror. Its axes become orthonormal in order (Gram-Schmidt).
-Quat rotation_of(const Affine& a) {
-  Vec3 x = a.columns[0];
-  Vec3 y = a.columns[1];
-  const double x_length = length(x);
-  if (!(x_length > 0)) return {0, 0, 0, 1};
-  x = (1 / x_length) * x;
-  y = y - dot(x, y) * x;
-  const double y_length = length(y);
-  if (!(y_length > 0)) return {0, 0, 0, 1};
-  y = (1 / y_length) * y;
-  const Vec3 z = cross(x, y);
-  // The largest of the four components first (Shepperd 1978).
-  const double trace = x[0] + y[1] + z[2];
-  if (trace >= x[0] && trace >= y[1] && trace >= z[2])
-    return normalized({y[2] - z[1], z[0] - x[2], x[1] - y[0], 1 + trace});
-  if (x[0] >= y[1] && x[0] >= z[2]) return normalized({1 + x[0] - y[1] - z[2], y[0] + x[1], z[0] + x[2], y[2] - z[1]});
-  if (y[1] >= z[2]) return normalized({y[0] + x[1], 1 + y[1] - x[0] - z[2], z[1] + y[2], z[0] - x[2]});
-  return normalized({z[0] + x[2], z[1] + y[2], 1 + z[2] - x[0] - y[1], x[1] - y[0]});
 }
 
 Quat slerp(const Quat& a, Quat b, double s) {
@@ -263,14 +221,41 @@ Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std
   return clock;
 }
 
+// The names of all animations, in quotes.
+std::string animation_names(const aiScene& scene) {
+  std::string names;
+  for (unsigned a = 0; a < scene.mNumAnimations; ++a)
+    names += (a > 0 ? ", \"" : "\"") + printable(view(scene.mAnimations[a]->mName)) + '"';
+  return names;
+}
+
+// The animation of this name, or else of this number; the first one if the text is empty.
+const aiAnimation& chosen_animation(const aiScene& scene, const std::string& path, const std::string& text) {
+  if (text.empty()) return *scene.mAnimations[0];
+  for (unsigned a = 0; a < scene.mNumAnimations; ++a)
+    if (view(scene.mAnimations[a]->mName) == text) return *scene.mAnimations[a];
+  for (unsigned a = 0; a < scene.mNumAnimations; ++a)
+    if (std::to_string(a) == text) return *scene.mAnimations[a];
+  throw ImportError(path + ": no animation " + printable(text) + " among " + animation_names(scene));
+}
+
+// Adds what is left of a joint's matrix before its rotation.
+void add_stretch(const Affine& joint, const Quat& rotation, std::vector<float>& stretches) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 column = rotate(conjugate(rotation), joint.columns[k]);
+    for (std::size_t c = 0; c <= k; ++c) stretches.push_back(static_cast<float>(column[c]));
+  }
+}
+
 }  // namespace
 
 Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const ImportOptions& options) {
   Nodes flat = flatten(scene, path);
   Skeleton skeleton;
   Clock clock;
+  if (scene.mNumAnimations == 0 && !options.animation.empty()) throw ImportError(path + ": it has no animation");
   if (scene.mNumAnimations > 0) {
-    const aiAnimation& animation = *scene.mAnimations[0];
+    const aiAnimation& animation = chosen_animation(scene, path, options.animation);
     const std::string animation_name = printable(view(animation.mName));
     for (unsigned c = 0; c < animation.mNumChannels; ++c) {
       const aiNodeAnim& track = *animation.mChannels[c];
@@ -282,10 +267,8 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
       if (node != flat.by_name.end()) flat.tracks[node->second] = &track;
     }
     clock = make_clock(animation, flat.nodes.size(), path, skeleton.notes);
-    if (scene.mNumAnimations > 1) {
-      skeleton.notes.push_back("animation " + animation_name + " is read, the first of " +
-                               std::to_string(scene.mNumAnimations));
-    }
+    if (scene.mNumAnimations > 1)
+      skeleton.notes.push_back("animation " + animation_name + " is read, one of " + animation_names(scene));
   }
   skeleton.is_static = clock.frame_count == 1;
   if (skeleton.is_static) skeleton.notes.push_back("no motion: the pose of the file holds for all frames");
@@ -317,9 +300,19 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
       }
       const Quat rotation = rotation_of(world[n]);
       const Vec3 position = options.metres_per_unit * world[n].translation;
+      if (options.skin) add_stretch(world[n], rotation, skeleton.skin.stretches);
       skeleton.rotations.insert(skeleton.rotations.end(), rotation.begin(), rotation.end());
       skeleton.positions.insert(skeleton.positions.end(), position.begin(), position.end());
     }
+  }
+
+  if (options.skin) {
+    const auto node_of = [&](const aiString& name) {
+      const auto node = flat.by_name.find(view(name));
+      return node == flat.by_name.end() ? -1 : static_cast<std::int32_t>(node->second);
+    };
+    const SceneNodes nodes = {flat.nodes, flat.parents, joint_of, node_of};
+    read_skin(scene, nodes, path, options.metres_per_unit, skeleton);
   }
 
   // Rest offsets are those of the first frame.

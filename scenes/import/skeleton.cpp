@@ -85,6 +85,7 @@ Vec3 local_translation(const BvhText& text, const BvhJoint& joint, const aiNodeA
 }
 
 Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOptions& options) {
+  if (!options.animation.empty()) throw ImportError(name + ": a BVH file has one motion, without a name");
   // assimp does not get the byte order mark, because it would then miss the first keyword.
   if (bytes.compare(0, 3, "\xef\xbb\xbf") == 0) bytes.erase(0, 3);
   const BvhText text = check_bvh_text(bytes, name);

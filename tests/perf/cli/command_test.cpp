@@ -82,10 +82,22 @@ struct Misuse {
 
 TEST_CASE("help names every option, every policy value and every instruction set") {
   const std::vector<std::pair<std::string, Words>> commands = {
-      {"run",
-       {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
-        "--hops", "--rest-frame", "--no-sandbox", "--min-depth", "--contacts", "--json", "--hits", "FILE"}},
-      {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--no-sandbox", "--refit", "--isa", "FILE"}},
+      {"run", {"--offset",     "--units",
+               "--up",         "--frames",
+               "--refit",      "--strategy",
+               "--exact",      "--isa",
+               "--threads",    "--self",
+               "--hops",       "--rest-frame",
+               "--no-sandbox", "--min-depth",
+               "--contacts",   "--json",
+               "--hits",       "FILE",
+               "--animation",  "--body",
+               "--kinds",      "--leaves-per-link",
+               "--inflate",    "--links",
+               "--least-reach"}},
+      {"inspect",
+       {"--frame", "--json", "--units", "--offset", "--up", "--no-sandbox", "--refit", "--isa", "FILE", "--animation",
+        "--body", "--kinds", "--leaves-per-link", "--inflate", "--links", "--least-reach", "--obj"}},
       {"robot",
        {"--package", "--missing-mesh", "--srdf", "--samples", "--random", "--states", "--seed", "--distance", "--exact",
         "--isa", "--threads", "--json", "--hits", "FILE"}},
@@ -242,6 +254,12 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect", file, "--frame", "x"}, "--frame"},
       {{"inspect", file, "--json", file}, "is an input"},
       {{"inspect", file, "--strategy", "tree"}, "--strategy"},
+      {{"inspect", file, "--body", "bones"}, "skeleton or skin"},
+      {{"inspect", file, "--kinds", "hull"}, "--kinds: needs --body skin"},
+      {{"inspect", file, "--inflate", "--body", "skeleton"}, "--inflate: needs --body skin"},
+      {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
+      {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
+      {{"inspect", file, "--obj", file}, "is an input"},
       {{"paper", "--tables", "9"}, "choose from 1,2,3,4,5"},
       {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not frames or pairs"},
       {{"paper", "--tables", "one"}, "--tables"},
@@ -826,6 +844,29 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
     CHECK(row("AABB*")[1] == golden[t][1]);
     CHECK(row("CAB")[2] == golden[t][2]);
   }
+}
+
+TEST_CASE("inspect writes the coverage of a skin, and an OBJ file of the mesh and one object per leaf") {
+  const char* data = std::getenv("CAB_DATA_DIR");
+  if (data == nullptr) {
+    MESSAGE("skipped: CAB_DATA_DIR is not set");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string obj = folder / "man.obj", json_path = folder / "man.json";
+  REQUIRE(run_cab({"inspect", std::string(data) + "/gltf/cesium_man.gltf", "--body", "skin", "--kinds", "hull,capsule",
+                   "--inflate", "--frame", "20", "--json", json_path, "--obj", obj})
+              .exit_code == 0);
+  const Json json = Json::parse(read_text(json_path));
+  CHECK(json["coverage"]["share_inside"] == 1);
+  CHECK(json["coverage"]["worst_protrusion_metres"] == 0);
+  CHECK(json["coverage"]["bodies_cubic_metres"] > json["coverage"]["mesh_cubic_metres"]);
+  Words objects;
+  for (const std::string& line : lines_of(read_text(obj)))
+    if (line.substr(0, 2) == "o ") objects.push_back(line.substr(2));
+  REQUIRE(objects.size() == json["leaves"].size() + 1);
+  CHECK(objects[0] == "mesh");
+  for (std::size_t n = 1; n < objects.size(); ++n) CHECK(json["leaves"][n - 1]["link_name"] == objects[n]);
 }
 
 TEST_CASE("real dancers: the hit list is the same for every strategy, thread count and instruction set") {

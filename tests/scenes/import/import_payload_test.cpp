@@ -20,6 +20,14 @@ Skeleton made_skeleton() {
   s.rotations = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0};
   s.positions = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
   s.is_static = true;
+  s.skin.vertices = {0, 1, 2};
+  s.skin.triangles = {0, 0, 0};
+  s.skin.influence_count = 2;
+  s.skin.influence_bones = {0, 1};
+  s.skin.influence_weights = {.25f, .75f};
+  s.skin.inverse_bind = {1, 2, 3};
+  s.skin.bone_joints = {1, 0};
+  s.skin.stretches = std::vector<float>(24, .5f);
   s.notes = {"one", "two"};
   return s;
 }
@@ -37,6 +45,14 @@ TEST_CASE("a skeleton is the same after its way through bytes") {
   CHECK(read.rotations == s.rotations);
   CHECK(read.positions == s.positions);
   CHECK(read.is_static == s.is_static);
+  CHECK(read.skin.vertices == s.skin.vertices);
+  CHECK(read.skin.triangles == s.skin.triangles);
+  CHECK(read.skin.influence_count == s.skin.influence_count);
+  CHECK(read.skin.influence_bones == s.skin.influence_bones);
+  CHECK(read.skin.influence_weights == s.skin.influence_weights);
+  CHECK(read.skin.inverse_bind == s.skin.inverse_bind);
+  CHECK(read.skin.bone_joints == s.skin.bone_joints);
+  CHECK(read.skin.stretches == s.skin.stretches);
   CHECK(read.notes == s.notes);
 }
 
@@ -57,6 +73,7 @@ TEST_CASE("a skeleton whose arrays do not fit its joints and frames is refused")
   refused([](Skeleton& s) { s.frame_count = 0x80000002u; });  // its products overflow 32 bits to those of 2
   for (const std::int32_t parent : {-2, -1, 1, 2}) refused([&](Skeleton& s) { s.joint_parents[1] = parent; });
   refused([](Skeleton& s) { s.joint_parents[0] = 0; });
+  refused([](Skeleton& s) { s.skin.stretches.pop_back(); });
 }
 
 TEST_CASE("names and notes that a child process sends are printed as one line") {

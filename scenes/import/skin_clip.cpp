@@ -1,0 +1,132 @@
+// A character of bodies that are made of a file's meshes.
+#include "scenes/import/skin_clip.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "scenes/import/printable.h"
+#include "scenes/vec3d.h"
+
+namespace cab::scenes {
+namespace {
+
+void check(rig::SkinStatus status, const std::string& name) {
+  if (status != rig::SkinStatus::kOk) throw ImportError(name + ": bodies of its meshes: " + rig::to_string(status));
+}
+
+std::vector<std::uint32_t> joints_by_name(const Skeleton& skeleton, const std::vector<std::string>& names,
+                                          const std::string& file) {
+  std::vector<std::uint32_t> joints;
+  for (const std::string& name : names) {
+    const auto found = std::find(skeleton.joint_names.begin(), skeleton.joint_names.end(), name);
+    if (found == skeleton.joint_names.end()) throw ImportError(file + ": no joint is named " + printable(name));
+    joints.push_back(static_cast<std::uint32_t>(found - skeleton.joint_names.begin()));
+  }
+  return joints;
+}
+
+// Leaves that own their memory.
+std::vector<BodyLeaf> copied(Span<const Leaf> leaves) {
+  std::vector<BodyLeaf> bodies;
+  for (const Leaf& leaf : leaves) {
+    bodies.push_back({leaf.link, leaf.box, {}});
+    for (const ConvexPart& part : leaf.parts) {
+      bodies.back().parts.push_back({part, {part.vertices.begin(), part.vertices.end()}});
+      bodies.back().parts.back().shape.vertices = {};
+    }
+  }
+  return bodies;
+}
+
+std::string coverage_note(const rig::Coverage& coverage, const Skeleton& skeleton) {
+  char text[256];
+  std::snprintf(text, sizeof text, "%.2f %% of the surface inside the bodies, worst protrusion %.2f cm",
+                100 * coverage.share_inside, 100 * coverage.worst_protrusion);
+  std::string note = text;
+  if (coverage.worst_protrusion > 0)
+    note += " (" + skeleton.joint_names[coverage.worst_joint] + ", frame " + std::to_string(coverage.worst_pose) + ")";
+  if (coverage.mesh_volume > 0) {
+    std::snprintf(text, sizeof text, ", bodies' volume %.2f of the mesh's",
+                  coverage.bodies_volume / coverage.mesh_volume);
+    note += text;
+  }
+  if (coverage.median_box_ratio > 0) {
+    std::snprintf(text, sizeof text, ", boxes %.2f times their bodies (median)", coverage.median_box_ratio);
+    note += text;
+  }
+  return note;
+}
+
+}  // namespace
+
+rig::Skin skin_of(const Skeleton& skeleton, std::vector<float>& poses) {
+  const std::size_t joints = skeleton.joint_names.size();
+  poses.clear();
+  poses.reserve(16 * joints * skeleton.frame_count);
+  for (std::size_t f = 0; f < skeleton.frame_count; ++f) {
+    const double* const root = skeleton.positions.data() + 3 * f * joints;
+    for (std::size_t j = f * joints; j < (f + 1) * joints; ++j) {
+      const double* const q = skeleton.rotations.data() + 4 * j;
+      const float* const stretch = skeleton.skin.stretches.data() + 6 * j;
+      const Vec3 columns[3] = {{stretch[0], 0, 0}, {stretch[1], stretch[2], 0}, {stretch[3], stretch[4], stretch[5]}};
+      for (const Vec3& column : columns) {
+        for (const double component : rotate({q[0], q[1], q[2], q[3]}, column))
+          poses.push_back(static_cast<float>(component));
+        poses.push_back(0);
+      }
+      for (std::size_t k = 0; k < 3; ++k) poses.push_back(static_cast<float>(skeleton.positions[3 * j + k] - root[k]));
+      poses.push_back(1);
+    }
+  }
+  const FileSkin& file = skeleton.skin;
+  rig::Skin skin;
+  skin.joint_parents = {skeleton.joint_parents.data(), joints};
+  skin.poses = {poses.data(), poses.size()};
+  skin.vertices = {file.vertices.data(), file.vertices.size()};
+  skin.triangles = {file.triangles.data(), file.triangles.size()};
+  skin.influence_count = file.influence_count;
+  skin.influence_bones = {file.influence_bones.data(), file.influence_bones.size()};
+  skin.influence_weights = {file.influence_weights.data(), file.influence_weights.size()};
+  skin.inverse_bind = {file.inverse_bind.data(), file.inverse_bind.size()};
+  skin.bone_joints = {file.bone_joints.data(), file.bone_joints.size()};
+  return skin;
+}
+
+void add_skin_bodies(const Skeleton& skeleton, const std::string& name, const ImportOptions& options, Clip& clip) {
+  if (skeleton.skin.triangles.empty()) throw ImportError(name + ": no mesh that joints move: it has no skin");
+  std::vector<float> matrices;
+  const rig::Skin skin = skin_of(skeleton, matrices);
+  const std::vector<std::uint32_t> kept = joints_by_name(skeleton, options.skin->kept_joints, name);
+  rig::BodyRules rules;
+  rules.kinds = options.skin->kinds;
+  rules.leaves_per_link = options.skin->leaves_per_link;
+  rules.inflate = options.skin->inflate;
+  rules.kept_joints = {kept.data(), kept.size()};
+  rules.least_reach = static_cast<float>(options.skin->least_reach);
+  rig::SkinBodies bodies;
+  check(rig::bodies_from_skin(skin, rules, &bodies), name);
+  rig::Coverage coverage;
+  check(rig::measure_coverage(skin, bodies, &coverage), name);
+  clip.coverage = coverage;
+  clip.notes.push_back(coverage_note(coverage, skeleton));
+
+  Character& character = clip.character;
+  character.name = name;
+  character.is_static = skeleton.is_static;
+  for (const std::uint32_t joint : bodies.joints()) character.link_names.push_back(skeleton.joint_names[joint]);
+  const ArticulationDesc desc = bodies.desc();
+  character.link_parents.assign(desc.link_parents.begin(), desc.link_parents.end());
+  character.leaves = copied(desc.leaves);
+  character.ignored_pairs.assign(desc.ignored_pairs.begin(), desc.ignored_pairs.end());
+  const std::size_t joints = skeleton.joint_names.size(), links = character.link_parents.size();
+  character.poses.resize(7 * links * skeleton.frame_count);
+  for (std::size_t f = 0; f < skeleton.frame_count; ++f) {
+    check(rig::link_poses(bodies, {matrices.data() + 16 * joints * f, 16 * joints},
+                          {character.poses.data() + 7 * links * f, 7 * links}),
+          name);
+    for (std::size_t k = 0; k < 3; ++k)
+      character.origins.push_back(skeleton.positions[3 * joints * f + k] + options.offset[k]);
+  }
+}
+
+}  // namespace cab::scenes

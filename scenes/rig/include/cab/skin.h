@@ -1,0 +1,165 @@
+// Bodies for an articulation from the skin of a character: vertices, weights and inverse bind matrices as plain arrays.
+//
+// The target cab::rig has these calls. They are for the time of loading: they allocate, and take milliseconds to
+// seconds. No call throws. All lengths are in one unit, that of the joints' matrices.
+//
+// Matrices are 16 floats by columns, as in glTF and ozz; the last row is not read. A joint's matrix takes points of the
+// joint to the model ("model space"). It may scale, shear and mirror: that goes into the bodies, and poses of links
+// stay rigid. A link's frame is that of its joint without scale, shear and mirroring, as rigid_pose gives it.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace cab::rig {
+
+// What a call answers. The comments are the words of to_string(SkinStatus). A call that does not answer kOk leaves its
+// outputs as they were.
+enum class SkinStatus : std::int32_t {
+  kOk = 0,         // ok
+  kOutOfMemory,    // an allocation failed
+  kBadJoints,      // joint_parents must hold -1 or an earlier joint for each joint, of which there is at least one
+  kBadPoses,       // poses must hold one finite matrix per joint, once or several times
+  kBadVertices,    // vertices must hold x y z of at least one vertex, all finite
+  kBadTriangles,   // triangles must hold three indices of vertices each
+  kBadBones,       // inverse_bind and bone_joints must hold a finite matrix and an existing joint per bone
+  kBadInfluences,  // influences must be existing bones with finite weights of 0 or more, influence_count per vertex
+  kBadRules,       // a rule is out of its range
+  kBadOutput,      // an output is null or of the wrong size
+  kBadBodies,      // bodies are empty, or were made for another number of joints
+  kNoBodies,       // no vertex has a weight
+  kTooManyLinks,   // more than 1024 links; a coarser skeleton has fewer
+  kTooManyLeaves,  // more than 1024 leaves; fewer leaves per link or a coarser skeleton give fewer
+};
+
+// Returns a status in words. The string lives as long as the program.
+const char* to_string(SkinStatus status) noexcept;
+
+// A skinned mesh. All spans are borrowed for the call.
+struct Skin {
+  // The parent of each joint: -1 for a root, of which there may be several, and an earlier joint for every other.
+  Span<const std::int32_t> joint_parents;
+
+  // One matrix per joint, from joint to model, for one pose or for several, one pose after the other. The first is the
+  // rest pose, in which bodies are made. Coverage is measured in all of them, and BodyRules::inflate uses all.
+  Span<const float> poses;
+
+  // x y z per vertex, in the mesh's own space.
+  Span<const float> vertices;
+
+  // Three indices of vertices per triangle, counter-clockwise from outside. Empty (default): bodies and coverage are
+  // about vertices alone.
+  Span<const std::uint32_t> triangles;
+
+  // How many bones influence a vertex at most, the bone of each influence, and its weight: influence_count values per
+  // vertex. A weight of 0 has no effect. The weights of a vertex are divided by their sum. Triangles with a vertex
+  // without weight are left out.
+  std::uint32_t influence_count = 4;
+  Span<const std::uint32_t> influence_bones;
+  Span<const float> influence_weights;
+
+  // One matrix per bone, from the mesh to the joint.
+  Span<const float> inverse_bind;
+
+  // The joint of each bone. Several bones may have the same joint, as in a file with several skins. Empty (default):
+  // bone b is joint b.
+  Span<const std::uint32_t> bone_joints;
+};
+
+// The kinds of bodies. BodyRules::kinds combines these bits.
+enum BodyKind : std::uint32_t {
+  kHullBody = 1,       // a convex hull of at most BodyRules::max_hull_vertices vertices
+  kBoxBody = 2,        // a box by fit_box
+  kCapsuleBody = 4,    // a capsule along one of that box's axes
+  kSphereBody = 8,     // a sphere
+  kEllipsoidBody = 16  // an ellipsoid
+};
+
+// How bodies are made.
+struct BodyRules {
+  // The kinds to choose from. Each leaf takes the one with the least volume. Default: hulls.
+  std::uint32_t kinds = kHullBody;
+
+  // The most vertices of a hull, 4 to 1024. A hull that needs more is replaced by a slightly larger one, which also
+  // covers some of what moves out where joints bend.
+  std::uint32_t max_hull_vertices = 40;
+
+  // The most leaves on a link, 1 to 64. A link's triangles are cut in two where that saves most volume, until there are
+  // so many leaves or a cut would save less than a twentieth of the leaf's volume.
+  std::uint32_t leaves_per_link = 1;
+
+  // A triangle belongs to the link with most of its weight, and to all links with at least this share of it. Above 0,
+  // at most 1.
+  float shared_weight = 0.2f;
+
+  // Whether bodies grow until every triangle of every pose is inside. Default: they contain the triangles that they
+  // own, as these are in the rest pose.
+  bool inflate = false;
+
+  // The joints that get links. Empty (default): all that move vertices and whose reach is at least least_reach. The
+  // vertices of all other joints go to the nearest joint above that has a link, or else to the first link.
+  Span<const std::uint32_t> kept_joints;
+
+  // A length, 0 or more. A joint's reach is the distance in the rest pose to its farthest child or vertex. Default:
+  // every joint that moves vertices has a link.
+  float least_reach = 0;
+};
+
+struct SkinBodyStorage;
+
+// Bodies, and the memory of their description.
+class SkinBodies {
+ public:
+  SkinBodies() noexcept = default;
+  SkinBodies(SkinBodies&& other) noexcept : storage_(other.storage_) { other.storage_ = nullptr; }
+  SkinBodies& operator=(SkinBodies&& other) noexcept;
+  ~SkinBodies();
+
+  // The articulation for add_articulation. Its spans live as long as this object. Links are in the order of their
+  // joints, and the first is the root. A leaf has one part, or none if it is a box. Links that own a triangle together,
+  // and parents with their children, are ignored pairs. Empty before bodies_from_skin.
+  ArticulationDesc desc() const noexcept;
+
+  // The joint of each link, by its index.
+  Span<const std::uint32_t> joints() const noexcept;
+
+ private:
+  friend struct SkinBodiesAccess;
+  SkinBodyStorage* storage_ = nullptr;
+};
+
+// Makes links and leaves for a skin, and writes them to *out. A leaf contains the triangles of its link as they are in
+// the rest pose. Points in one plane make a flat box, whatever the kinds are.
+// Statuses: all of SkinStatus but kBadBodies.
+[[nodiscard]] SkinStatus bodies_from_skin(const Skin& skin, const BodyRules& rules, SkinBodies* out) noexcept;
+
+// How well bodies cover a skin.
+struct Coverage {
+  double share_inside;        // of the area of all triangles in all poses, 0 to 1; without triangles of the vertices
+  double worst_protrusion;    // the largest distance of a point of the surface from all bodies, over all poses
+  std::uint32_t worst_pose;   // the pose of that point
+  std::uint32_t worst_joint;  // the joint of the link that owns its triangle
+  double mesh_volume;         // what the mesh encloses in the first pose
+  double bodies_volume;       // the union of all bodies in the first pose
+  double median_box_ratio;    // the median over all leaves of the volume of the box over that of the body
+  std::uint32_t flat_count;   // leaves without a volume, which have no part in that median
+};
+
+// Measures bodies that bodies_from_skin made for the same skin, in all of its poses. Each triangle is looked at in its
+// corners and in the middles of its four quarters, which give the share. A point of the surface is inside if it is in a
+// body or at most 2^-20 of the body's size from it. Distances to ellipsoids are upper limits. Volumes are counted on a
+// grid of 96 cells along the longest side. A point is in the mesh if the winding number on a line through it is not 0.
+// Statuses: kBadBodies, and those of a bad skin.
+[[nodiscard]] SkinStatus measure_coverage(const Skin& skin, const SkinBodies& bodies, Coverage* out) noexcept;
+
+// Writes the rigid part of a matrix, the pose of a link: quaternion x y z w, then translation x y z. The rotation's x
+// axis is that of the matrix, its y axis is in the plane of the matrix's x and y axes, and its determinant is 1.
+void rigid_pose(const float (&matrix)[16], float (&pose)[7]) noexcept;
+
+// Writes the pose of every link, seven floats each, from the matrices of all joints in one pose. Allocates nothing.
+// Statuses: kBadBodies, kBadPoses (not one matrix per joint), kBadOutput (not seven floats per link).
+[[nodiscard]] SkinStatus link_poses(const SkinBodies& bodies, Span<const float> matrices, Span<float> poses) noexcept;
+
+}  // namespace cab::rig
