@@ -45,10 +45,28 @@ urdf::ModelInterfaceSharedPtr parse(const XmlText& text, std::string* errors) {
   return model;
 }
 
+// The joint above a link.
+struct JointAbove {
+  std::string name;
+  std::string parent;  // the link above the joint
+  std::string line;    // of the joint, with its file
+};
+
+// Throws if a link is above itself. urdfdom would never free such links.
+void check_loops(const std::map<std::string, JointAbove>& above) {
+  for (const auto& [link, joint] : above) {
+    std::size_t steps = 0;
+    for (auto at = above.find(joint.parent); at != above.end(); at = above.find(at->second.parent))
+      if (++steps > above.size())
+        throw ImportError(joint.line + ": joint " + printable(joint.name) + ": link " + printable(link) +
+                          " is in or below a loop of joints");
+  }
+}
+
 // Checks what urdfdom would not survive, or would pass over in silence, so that each has its line.
 void check_elements(const XmlText& text) {
   std::size_t links = 0;
-  std::map<std::string, std::string> parent_joints;  // of each child link
+  std::map<std::string, JointAbove> above;  // of each child link
   for (const tinyxml2::XMLElement* element = text.root().FirstChildElement(); element != nullptr;
        element = element->NextSiblingElement()) {
     const std::string line = printable(text.path()) + ": line " + std::to_string(element->GetLineNum());
@@ -57,15 +75,21 @@ void check_elements(const XmlText& text) {
     if (element->Name() == std::string("link") && ++links > kMaxLinks)
       throw ImportError(line + ": more than " + std::to_string(kMaxLinks) + " links");
     if (element->Name() != std::string("joint")) continue;
-    const tinyxml2::XMLElement* const child = element->FirstChildElement("child");
-    const char* const link = child != nullptr ? child->Attribute("link") : nullptr;
+    const auto link_of = [&](const char* tag) {
+      const tinyxml2::XMLElement* const end = element->FirstChildElement(tag);
+      return end != nullptr ? end->Attribute("link") : nullptr;
+    };
+    const char* const child = link_of("child");
+    const char* const parent = link_of("parent");
     const char* const name = element->Attribute("name");
-    if (link == nullptr || name == nullptr) continue;
-    const auto [other, is_new] = parent_joints.emplace(link, name);
-    if (!is_new && other->second != name)
-      throw ImportError(line + ": link " + printable(link) + " is the child of two joints, " +
-                        printable(other->second) + " and " + printable(name));
+    if (child == nullptr || parent == nullptr || name == nullptr) continue;
+    if (above.size() > kMaxLinks) throw ImportError(line + ": more than " + std::to_string(kMaxLinks) + " joints");
+    const auto [other, is_new] = above.emplace(child, JointAbove{name, parent, line});
+    if (!is_new && other->second.name != name)
+      throw ImportError(line + ": link " + printable(child) + " is the child of two joints, " +
+                        printable(other->second.name) + " and " + printable(name));
   }
+  check_loops(above);
 }
 
 Vec3 vector_of(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
@@ -113,11 +137,6 @@ class UrdfReader {
       for (auto child = link->child_links.rbegin(); child != link->child_links.rend(); ++child)
         open.emplace_back(*child, index);
     }
-    for (const auto& [name, link] : model_->links_)
-      if (std::find(order_.begin(), order_.end(), link) == order_.end())
-        throw ImportError(text_.place_of("link", name) + ": link " + printable(name) +
-                          " is in a loop of joints, which " + "the first link " + robot_.body.link_names.front() +
-                          " does not reach");
   }
 
   // The place of a link in its parent, and the joint that moves it.

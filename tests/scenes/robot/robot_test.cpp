@@ -219,7 +219,7 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
       {robot_of("<link name='a'/>\n<link name='b'/><link name='c'/>\n"
                 "<joint name='j' type='fixed'><parent link='b'/><child link='c'/></joint>\n"
                 "<joint name='k' type='fixed'><parent link='c'/><child link='b'/></joint>"),
-       "line 3: link b is in a loop of joints"},
+       "line 5: joint k: link b is in or below a loop of joints"},
       {jointed("revolute", ""), "line 4: "},
       {jointed("wheel", ""), "line 4: "},
       {jointed("continuous", "<axis xyz='0 0 0'/>"), "line 4: joint j: its axis has no direction"},
