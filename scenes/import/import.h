@@ -22,6 +22,7 @@ struct ImportOptions {
   double metres_per_unit = 1.0;              // the file's length unit in metres
   std::array<double, 3> offset = {0, 0, 0};  // added to the character's place in the world, metres
   char up = 0;                               // 'x', 'y' or 'z' for the height check; 0: the tallest axis
+  double frames_per_second = 0;              // of files that do not say it (AMC); 0: 120
 };
 
 // The skeleton of a file: every joint, end sites included, and its world position in every frame. Joint 0 is the root,
@@ -39,8 +40,8 @@ struct Skeleton {
   std::vector<std::string> notes;
 };
 
-// Reads the skeleton and the first animation of a file through assimp. The text of a BVH file is checked first. Throws
-// ImportError.
+// Reads the skeleton and the first animation of a file through assimp. The text of a BVH file is checked first. ASF and
+// AMC are read without assimp (scenes/import/asf_amc.h). Throws ImportError.
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options);
 
 // One clip: a character and its own clock. The character has poses and origins for every frame of the file, or for one

@@ -1,4 +1,5 @@
 // Reads a skeleton and its motion from a file through assimp.
+#include "scenes/import/asf_amc.h"
 #include "scenes/import/bvh_text.h"
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
@@ -180,10 +181,16 @@ Skeleton import_skeleton(const std::string& path, const ImportOptions& options) 
   if (!(options.metres_per_unit >= 1e-9 && options.metres_per_unit <= 1e9)) {
     throw ImportError(name + ": metres per unit must be between 1e-9 and 1e9");
   }
+  const std::string extension = lower_extension(path);
+  const auto read_text = [](const std::string& file) {
+    const std::string shown = printable(file);
+    return NamedText{shown, read_bytes(file, shown, check_file(file, shown))};
+  };
+  if (extension == ".asf") return read_asf(read_text(path), options);
+  if (extension == ".amc") return read_asf_amc(read_text(find_asf(path)), read_text(path), options);
   if (is_bvh(path, name)) return read_bvh(read_bytes(path, name, size), name, options);
   // assimp 5.2.5 crashes on good RAW files, and allocates as much as an OFF file claims to need. Neither can hold a
   // skeleton.
-  const std::string extension = lower_extension(path);
   if (extension == ".raw" || extension == ".off")
     throw ImportError(name + ": no skeleton: files of this type cannot hold one");
   Assimp::Importer importer;
