@@ -15,6 +15,7 @@ struct WorldOptions {
   std::vector<std::string> files;              // one character each
   std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
   std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
+  double frames_per_second = 0;                // of files that do not say it; 0: 120
   char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
   std::uint32_t ignored_hops = 0;              // links of one character at most this many joints apart are masked
   std::optional<std::uint32_t> rest_frame;     // links of one character that touch in this frame are masked

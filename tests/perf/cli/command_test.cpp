@@ -82,15 +82,16 @@ struct Misuse {
 
 TEST_CASE("help names every option, every policy value and every instruction set") {
   const std::vector<std::pair<std::string, Words>> commands = {
-      {"run",
-       {"--offset", "--units", "--up", "--frames", "--refit", "--strategy", "--exact", "--isa", "--threads", "--self",
-        "--hops", "--rest-frame", "--min-depth", "--contacts", "--json", "--hits", "FILE"}},
-      {"inspect", {"--frame", "--json", "--units", "--offset", "--up", "--refit", "--isa", "FILE"}},
+      {"run", {"--offset",   "--units", "--fps",     "--up",   "--frames", "--refit",      "--strategy",
+               "--exact",    "--isa",   "--threads", "--self", "--hops",   "--rest-frame", "--min-depth",
+               "--contacts", "--json",  "--hits",    "FILE",   "AMC",      "BVH"}},
+      {"inspect", {"--frame", "K|last", "--json", "--units", "--fps", "--offset", "--up", "--refit", "--isa", "FILE"}},
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
       {"crowd",
        {"--scene", "uniform|jitter|bottleneck|battle", "--characters", "--frames", "--rounds", "--clip", "--units",
-        "--up", "--trajectories", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json", "--csv"}},
+        "--up", "--trajectories", "--fps", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json",
+        "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
       {"continuity", {"--steps", "--isa", "--json", "--csv"}},
       {"verify", {"--minutes", "--rounds", "--round", "--seed", "--part", "--isa", "--threads", "--resume", "--json"}}};
