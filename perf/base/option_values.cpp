@@ -73,6 +73,13 @@ FrameRange read_frame_range(const std::string& option, const std::string& text) 
   return range;
 }
 
+std::optional<std::uint32_t> read_frame(const std::string& option, const std::string& text) {
+  if (text == "last") return {};
+  std::uint32_t frame = 0;
+  if (!read_whole(text, frame)) reject(option, text, "a frame, counted from 0, or the word last");
+  return frame;
+}
+
 std::string isa_names(const char* separator, bool available_only) {
   std::vector<std::string> names;
   for (std::uint8_t i = 0; i < kIsaCount; ++i) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ double read_positive(const std::string& option, const std::string& text);
 
 // A:B with A < B.
 FrameRange read_frame_range(const std::string& option, const std::string& text);
+
+// A frame counted from 0, or the word last, for which the result is empty.
+std::optional<std::uint32_t> read_frame(const std::string& option, const std::string& text);
 
 // An instruction set that this CPU and build can run, or auto.
 Isa read_isa(const std::string& option, const std::string& text);

@@ -89,12 +89,22 @@ void add_units(CLI::App& command, const std::string& what, std::vector<double>& 
       ->allow_extra_args(false);
 }
 
+void refuse_empty(CLI::Option& option) {
+  option.check([](const std::string& text) { return text.empty() ? "'' names no file; give a path" : ""; }, "");
+}
+
+CLI::Option* add_path(CLI::App& command, const std::string& option, std::string& path, const std::string& meaning) {
+  CLI::Option* added = command.add_option(option, path, meaning);
+  refuse_empty(*added);
+  return added;
+}
+
 void add_json(CLI::App& command, std::string& path, const std::string& meaning) {
-  command.add_option("--json", path, meaning)->type_name("OUT");
+  add_path(command, "--json", path, meaning)->type_name("OUT");
 }
 
 void add_csv(CLI::App& command, std::string& path, const std::string& meaning) {
-  command.add_option("--csv", path, meaning)->type_name("OUT.csv");
+  add_path(command, "--csv", path, meaning)->type_name("OUT.csv");
 }
 
 void add_rounds(CLI::App& command, std::uint32_t& rounds, const std::string& meaning) {

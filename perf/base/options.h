@@ -38,6 +38,10 @@ void add_isa(CLI::App& command, Isa& isa);
 void add_isas(CLI::App& command, std::vector<Isa>& isas, const std::string& by_default);
 void add_threads(CLI::App& command, std::uint32_t& thread_count);
 void add_policy(CLI::App& command, std::uint32_t field, Policies& policies);
+
+// Adds an option that takes the path of a file or folder. An empty path is refused.
+CLI::Option* add_path(CLI::App& command, const std::string& option, std::string& path, const std::string& meaning);
+void refuse_empty(CLI::Option& option);
 void add_json(CLI::App& command, std::string& path, const std::string& meaning);
 void add_csv(CLI::App& command, std::string& path, const std::string& meaning);
 void add_rounds(CLI::App& command, std::uint32_t& rounds, const std::string& meaning);

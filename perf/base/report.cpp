@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 namespace cab::perf {
 namespace {
@@ -71,30 +68,23 @@ void ProgressBar::draw() const {
   std::fflush(stderr);
 }
 
-OutputFile::OutputFile(const std::string& path) : path_(path) {
-  errno = 0;
-  stream_.open(path, std::ios::binary | std::ios::trunc);
-  if (!stream_) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
-}
-
-void OutputFile::close() {
-  errno = 0;
-  stream_.close();
-  if (!stream_) throw std::runtime_error("cannot write all of " + path_ + ": " + std::strerror(errno));
-}
-
 std::string to_text(const nlohmann::ordered_json& json) {
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-void write_json(const std::string& path, const nlohmann::ordered_json& json) {
-  OutputFile file(path);
+void write_json(OutputFile& file, const nlohmann::ordered_json& json) {
+  if (!file) return;
   file.stream() << to_text(json);
   file.close();
 }
 
-void write_csv(const std::string& path, const std::vector<nlohmann::ordered_json>& rows) {
+void write_json(const std::string& path, const nlohmann::ordered_json& json) {
   OutputFile file(path);
+  write_json(file, json);
+}
+
+void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows) {
+  if (!file) return;
   std::string header;
   for (const auto& [key, value] : rows.front().items()) header += (header.empty() ? "" : ",") + csv_field(key);
   file.stream() << header << '\n';

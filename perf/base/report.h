@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "perf/base/output_file.h"
 
 namespace cab::perf {
 
@@ -39,24 +40,16 @@ class ProgressBar {
   bool on_;
 };
 
-// A file to write. A failure throws std::runtime_error with the path and the system's reason.
-class OutputFile {
- public:
-  explicit OutputFile(const std::string& path);
-  std::ostream& stream() { return stream_; }
-  void close();
-
- private:
-  std::string path_;
-  std::ofstream stream_;
-};
-
 // JSON text, indented by two spaces, with a newline at the end. Bytes that are not UTF-8 are replaced.
 std::string to_text(const nlohmann::ordered_json& json);
+
+// Writes and closes a file. Does nothing if the file is none.
+void write_json(OutputFile& file, const nlohmann::ordered_json& json);
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-// Writes a line of keys, then one line per row. All rows have the same keys in the same order. Null is an empty field.
-void write_csv(const std::string& path, const std::vector<nlohmann::ordered_json>& rows);
+// Writes a line of keys, then one line per row, and closes the file. All rows have the same keys in the same order.
+// Null is an empty field. Does nothing if the file is none.
+void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows);
 
 // A field of a CSV file, quoted where RFC 4180 asks for it.
 std::string csv_field(std::string_view text);

@@ -5,6 +5,11 @@
 
 namespace cab::perf {
 
+void check_strategy(const Policies& policies) {
+  if (policies.strategy == Strategy::kExactAll && policies.exact == Exact::kNone)
+    throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact convex");
+}
+
 void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs) {
   for (std::size_t b = 1; b < outputs.size(); ++b)
     for (std::size_t a = 0; a < b; ++a)

@@ -1,6 +1,8 @@
 // Wrong use of the command line.
 #pragma once
 
+#include <cab/types.h>
+
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -19,6 +21,9 @@ struct OutputOption {
   const char* option;
   std::string path;
 };
+
+// Throws UsageError for a strategy that would report every pair of leaves.
+void check_strategy(const Policies& policies);
 
 // Throws UsageError if two outputs are one file, or if an output is also an input. Paths that are empty are ignored.
 void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs);

@@ -2,6 +2,8 @@
 // check, 2 wrong use).
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <string>
@@ -19,6 +21,7 @@
 #include "perf/run/options.h"
 #include "perf/sweep/options.h"
 #include "perf/verify/options.h"
+#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
@@ -45,6 +48,55 @@ std::vector<std::string> names_of_commands(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(command->get_name());
   return names;
+}
+
+// How many letters of a word must be changed, added, left out or swapped with the next to get another word (optimal
+// string alignment distance).
+std::size_t distance(const std::string& a, const std::string& b) {
+  // rows[i][j]: of the first i letters of a and the first j of b
+  std::vector<std::vector<std::size_t>> rows(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i)
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        rows[i][j] = i + j;
+        continue;
+      }
+      const std::size_t changed = rows[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      rows[i][j] = std::min({changed, rows[i - 1][j] + 1, rows[i][j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        rows[i][j] = std::min(rows[i][j], rows[i - 2][j - 2] + 1);
+    }
+  return rows[a.size()][b.size()];
+}
+
+// "; did you mean X?" with the name that is nearest to a word, or nothing if all are far.
+std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
+  constexpr std::size_t kFar = 3;
+  std::string nearest;
+  std::size_t least = std::min(kFar, word.size());
+  for (const std::string& name : names) {
+    const std::size_t found = word.size() > 2 * name.size() ? kFar : distance(word, name);
+    if (found >= least) continue;
+    least = found;
+    nearest = name;
+  }
+  return nearest.empty() ? nearest : "; did you mean " + nearest + "?";
+}
+
+// What is wrong with words that no command or option takes.
+std::string unexpected(const CLI::App& app, const std::string& first_word, const std::string& what) {
+  const auto given = app.get_subcommands();
+  if (given.empty() && first_word.rfind("-", 0) == 0) return what;
+  if (given.empty()) {
+    const std::string nearest = suggestion(first_word, names_of_commands(app));
+    return "there is no command '" + scenes::printable(first_word) + "'" +
+           (nearest.empty() ? "; choose " + joined(names_of_commands(app), ", ", " or ") : nearest);
+  }
+  std::vector<std::string> options;
+  for (const CLI::Option* option : given.front()->get_options()) options.push_back(option->get_name());
+  for (const std::string& word : app.remaining(true))
+    if (word.rfind("--", 0) == 0) return what + suggestion(word.substr(0, word.find('=')), options);
+  return what;
 }
 
 // The files in a usage line: FILE for a file that the command needs, [FILE...] if it accepts any number of files.
@@ -80,9 +132,13 @@ int main_command(int argc, char** argv) {
     app.parse(argc, argv);
     for (const Command& command : commands)
       if (command.app->parsed()) return command.run();
-  } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ParseError& error) {
+  } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ExtrasError& error) {
+    return wrong_use(app, unexpected(app, argv[1], error.what()));
+  } catch (const CLI::ParseError& error) { return wrong_use(app, error.what()); } catch (const UsageError& error) {
     return wrong_use(app, error.what());
-  } catch (const UsageError& error) { return wrong_use(app, error.what()); } catch (const std::exception& error) {
+  } catch (const std::ios_base::failure&) {
+    throw;  // of standard output: main says so
+  } catch (const std::exception& error) {
     std::cerr << "cab: " << one_line(error.what()) << '\n';
     return kBadData;
   }
@@ -93,10 +149,15 @@ int main_command(int argc, char** argv) {
 }  // namespace cab::perf
 
 int main(int argc, char** argv) {
-  const int exit_code = cab::perf::main_command(argc, argv);
-  if (!std::cout.flush()) {
-    std::cerr << "cab: cannot write to standard output\n";
+  std::cout.exceptions(std::ios::badbit);  // so that errno is that of the write that failed
+  try {
+    const int exit_code = cab::perf::main_command(argc, argv);
+    std::cout.flush();
+    return exit_code;
+  } catch (const std::ios_base::failure&) {
+    const int reason = errno;
+    std::cout.exceptions(std::ios::goodbit);  // it is flushed once more at the end
+    std::cerr << "cab: cannot write to standard output: " << std::strerror(reason) << '\n';
     return cab::perf::kBadData;
   }
-  return exit_code;
 }

@@ -69,6 +69,7 @@ void print_case(const SweepCase& figure, const std::vector<Policies>& policies, 
 
 int continuity_command(const ContinuityOptions& options) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
+  OutputFile json_file(options.json_path), csv_file(options.csv_path);
   const std::vector<SweepCase> figures = sweep_cases();
   const std::vector<Policies> policies = all_refits();
   std::vector<std::vector<Continuity>> seen;
@@ -106,11 +107,10 @@ int continuity_command(const ContinuityOptions& options) {
       csv += ',' + std::to_string(seen[f][p].steps_above) + '\n';
       json["rows"].push_back(row);
     }
-  if (!options.json_path.empty()) write_json(options.json_path, json);
-  if (!options.csv_path.empty()) {
-    OutputFile file(options.csv_path);
-    file.stream() << csv;
-    file.close();
+  write_json(json_file, json);
+  if (csv_file) {
+    csv_file.stream() << csv;
+    csv_file.close();
   }
   return 0;
 }

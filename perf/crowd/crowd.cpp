@@ -278,6 +278,8 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
     throw UsageError("--clip, --units and --up are not for --scene " + name + ", whose characters are its own");
   if (!scene.needs_trajectories && !options.trajectories_path.empty())
     throw UsageError("--trajectories is not for --scene " + name + ", whose characters have places of their own");
+  if (options.trajectories_path.empty() && options.frames_per_second)
+    throw UsageError("--fps is for --trajectories; add --trajectories FILE");
   if (options.clips.empty() && (!options.metres_per_unit.empty() || options.up != 0))
     throw UsageError("--units and --up are for clips; add --clip FILE");
   if (name != "detailed" && options.boxes_per_link)
@@ -288,8 +290,7 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
     throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
                      std::to_string(options.clips.size()) +
                      " clips; give one for all clips or one per clip, in their order");
-  if (options.policies.strategy == Strategy::kExactAll && options.policies.exact == Exact::kNone)
-    throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact convex");
+  check_strategy(options.policies);
   std::vector<std::string> inputs = options.clips;
   inputs.push_back(options.trajectories_path);
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);
@@ -297,10 +298,10 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
 
 scenes::Trajectories import_ways(const CrowdOptions& options) {
   const std::string& path = options.trajectories_path;
-  if (!options.sandbox) return scenes::import_trajectories(path);
+  const auto read = [&] { return scenes::import_trajectories(path, options.frames_per_second.value_or(0)); };
+  if (!options.sandbox) return read();
   return scenes::from_child(
-      path, *options.sandbox, [&] { return scenes::trajectories_payload(scenes::import_trajectories(path)); },
-      scenes::read_trajectories_payload);
+      path, *options.sandbox, [&] { return scenes::trajectories_payload(read()); }, scenes::read_trajectories_payload);
 }
 
 scenes::CrowdSources import_sources(const CrowdOptions& options) {
@@ -320,7 +321,11 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
     for (const std::string& note : sources.clips.back().notes)
       std::cerr << "note: " << sources.clips.back().character.name << ": " << note << '\n';
   }
-  if (!options.trajectories_path.empty()) sources.trajectories = import_ways(options);
+  if (!options.trajectories_path.empty()) {
+    sources.trajectories = import_ways(options);
+    for (const std::string& note : sources.trajectories.notes)
+      std::cerr << "note: " << options.trajectories_path << ": " << note << '\n';
+  }
   return sources;
 }
 
@@ -329,6 +334,7 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
 int crowd_command(const CrowdOptions& options) {
   const scenes::CrowdScene& scene = scenes::crowd_scene(options.scene);
   check(options, scene);
+  OutputFile json(options.json_path), csv(options.csv_path);
   const scenes::CrowdSources sources = import_sources(options);
   const scenes::Crowd crowd = scenes::make_crowd(options.scene, options.character_count, sources);
   CrowdRun run = measure(options, crowd);
@@ -341,8 +347,8 @@ int crowd_command(const CrowdOptions& options) {
   }
   print_table(options, run);
   const Json figures = to_json(options, run);
-  if (!options.json_path.empty()) write_json(options.json_path, figures);
-  if (!options.csv_path.empty()) write_csv(options.csv_path, {figures});
+  write_json(json, figures);
+  write_csv(csv, {figures});
   return 0;
 }
 

@@ -91,15 +91,24 @@ Command add_crowd(CLI::App& app) {
   add_number(command, "--frames", o.frame_count, "different frames per round, 1/30 s apart (default 8)", 1,
              kMaxCrowdFrames);
   add_rounds(command, o.rounds, "rounds after one to warm up; times are their medians (default 7)");
-  command.add_option("--clip", o.clips, "motion file that characters play; give it again for more")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
+  CLI::Option* clips =
+      command.add_option("--clip", o.clips, "motion file that characters play; give it again for more")
+          ->type_name("FILE")
+          ->allow_extra_args(false);
+  refuse_empty(*clips);
   add_units(command, "clip", o.metres_per_unit);
   add_up(command, o.up, "axis that points up in the clips; without it the axis along which each figure is tallest");
   add_no_sandbox(command, o.sandbox);
-  command
-      .add_option("--trajectories", o.trajectories_path, "where people walk: person, frame, x and y in metres per line")
+  add_path(command, "--trajectories", o.trajectories_path,
+           "where people walk, one person in one frame per line; a header names the columns id, frame, x and y, and a"
+           " comment `# framerate: N fps` the rate; without a header they are id frame x y, or eight columns of an"
+           " obsmat")
       ->type_name("FILE");
+  command
+      .add_option_function<std::string>(
+          "--fps", [&o](const std::string& text) { o.frames_per_second = read_positive("--fps", text); },
+          "frames a second of trajectories that do not say it")
+      ->type_name("N");
   add_detail_and_ropes(command, o);
   add_policies(command, o.policies);
   command.add_flag("--in-contact", o.in_contact, "report which characters touch anything, instead of hits");

@@ -145,7 +145,7 @@ void print_table(const TableRun& run) {
   std::cout << std::endl;
 }
 
-void write_paper_json(const std::string& path, const std::vector<TableRun>& tables) {
+void write_paper_json(OutputFile& file, const std::vector<TableRun>& tables) {
   Json json;
   json["cab_version"] = CAB_VERSION_STRING;
   json["tables"] = Json::array();
@@ -170,11 +170,11 @@ void write_paper_json(const std::string& path, const std::vector<TableRun>& tabl
     for (const Gate& gate : run.gates) table["gates"].push_back({{"gate", gate.text}, {"passed", gate.passed}});
     json["tables"].push_back(table);
   }
-  write_json(path, json);
+  write_json(file, json);
 }
 
-void write_paper_csv(const std::string& path, const std::vector<TableRun>& tables) {
-  OutputFile file(path);
+void write_paper_csv(OutputFile& file, const std::vector<TableRun>& tables) {
+  if (!file) return;
   std::ostream& out = file.stream();
   out << "table,method,frames,isa,lanes,threads,coll,false_positives,hits,box_tests,query_thread_seconds,"
          "contact_thread_seconds,update_thread_seconds,test_thread_seconds,total_thread_seconds,total_wall_seconds,"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "perf/base/engine_session.h"
+#include "perf/base/output_file.h"
 #include "perf/paper/added_false_positives.h"
 #include "perf/paper/gates.h"
 
@@ -29,7 +30,9 @@ struct TableRun {
 };
 
 void print_table(const TableRun& run);
-void write_paper_json(const std::string& path, const std::vector<TableRun>& tables);
-void write_paper_csv(const std::string& path, const std::vector<TableRun>& tables);
+
+// Each writes and closes a file, and does nothing if the file is none.
+void write_paper_json(OutputFile& file, const std::vector<TableRun>& tables);
+void write_paper_csv(OutputFile& file, const std::vector<TableRun>& tables);
 
 }  // namespace cab::perf

@@ -302,6 +302,7 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
 
 int paper_command(const PaperOptions& options) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
+  OutputFile json(options.json_path), csv(options.csv_path);
   for (const std::uint32_t number : options.tables) find_table(number);  // throws before any table has run
   std::vector<TableRun> tables;
   for (const std::uint32_t number : options.tables) {
@@ -318,8 +319,8 @@ int paper_command(const PaperOptions& options) {
          "brute calls on all pairs of links, those of one chain too; its hits are those between the chains.\n"
          "area: mean surface of the inner boxes. The paper's times are from a Pentium 4 at 1.8 GHz, table 5's from a "
          "Pentium 3 at 866 MHz.\n";
-  if (!options.json_path.empty()) write_paper_json(options.json_path, tables);
-  if (!options.csv_path.empty()) write_paper_csv(options.csv_path, tables);
+  write_paper_json(json, tables);
+  write_paper_csv(csv, tables);
 
   std::size_t failed = 0;
   for (const TableRun& run : tables)

@@ -501,6 +501,7 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
 
 int peers_command(const PeersOptions& options) {
   check(options);
+  OutputFile json_file(options.json_path), csv_file(options.csv_path);
   const std::vector<Peer> peers = choose_peers(options);
   std::cout << "libraries: " << versions(peers, true) << '\n';
   if (const std::string missing = versions(peers, false); !missing.empty())
@@ -518,8 +519,8 @@ int peers_command(const PeersOptions& options) {
   json["verification"] = results.verification;
   json["best"] = results.best;
   json["runs"] = results.rows;
-  if (!options.json_path.empty()) write_json(options.json_path, json);
-  if (!options.csv_path.empty()) write_csv(options.csv_path, results.rows);
+  write_json(json_file, json);
+  write_csv(csv_file, results.rows);
   if (!results.right) std::cerr << "cab peers: this engine's own pairs differ from the judge's beyond the threshold\n";
   return results.right ? 0 : 1;
 }

@@ -90,7 +90,7 @@ Command add_robot(CLI::App& app) {
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the table, the matrix and all pairs that touch as JSON");
-  command.add_option("--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
             // A preset says nothing about exact tests.

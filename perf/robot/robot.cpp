@@ -259,6 +259,7 @@ int robot_command(const RobotCommandOptions& options) {
   for (const std::string& path : {options.srdf_path, options.states_path})
     if (!path.empty()) inputs.push_back(path);
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, inputs);
+  OutputFile hits(options.hits_path), json(options.json_path);
   scenes::Robot robot = scenes::import_robot(options.file, options.import);
   named_pairs(robot, options);  // a wrong name ends the command before the work
   std::vector<LinkPair> disabled;
@@ -275,20 +276,16 @@ int robot_command(const RobotCommandOptions& options) {
     states = {given.count, [&](std::uint64_t index, double* state) {
                 std::copy_n(given.values.data() + index * robot.variables.size(), robot.variables.size(), state);
               }};
-  std::optional<OutputFile> hits;
-  if (!options.hits_path.empty()) {
-    hits.emplace(options.hits_path);
-    hits->stream() << "state,link_a,link_b\n";
-  }
+  if (hits) hits.stream() << "state,link_a,link_b\n";
   const RobotSessionOptions settings = {options.isa, options.thread_count, options.policies};
   const std::vector<MaskedPair> matrix = choose_matrix(options, robot, disabled, settings);
   std::vector<LinkPair> masked;
   for (const MaskedPair& pair : matrix) masked.push_back(pair.links);
   RobotSession session(robot, masked, settings);
-  const RobotTotals totals = check_states(session, robot, states, options, hits ? &hits->stream() : nullptr);
-  if (hits) hits->close();
+  const RobotTotals totals = check_states(session, robot, states, options, hits ? &hits.stream() : nullptr);
+  if (hits) hits.close();
   print_table(options, robot, session, matrix, totals);
-  if (!options.json_path.empty()) write_json(options.json_path, to_json(options, robot, session, matrix, totals));
+  if (json) write_json(json, to_json(options, robot, session, matrix, totals));
   return 0;
 }
 

@@ -133,6 +133,8 @@ Json coverage_json(const rig::Coverage& coverage, const scenes::Skeleton& skelet
 }  // namespace
 
 int inspect_command(const InspectOptions& options) {
+  check_outputs({{"--json", options.json_path}, {"--obj", options.obj_path}}, {options.file});
+  OutputFile output(options.json_path), obj(options.obj_path);
   scenes::ImportOptions import;
   import.metres_per_unit = options.metres_per_unit;
   import.offset = options.offset;
@@ -140,23 +142,24 @@ int inspect_command(const InspectOptions& options) {
   import.sandbox = options.sandbox;
   import.animation = options.animation;
   import.skin = options.skin;
+  import.frames_per_second = options.frames_per_second;
   const scenes::Skeleton skeleton = scenes::import_skeleton(options.file, import);
   std::vector<scenes::Clip> clips;
   clips.push_back(scenes::make_clip(skeleton, std::filesystem::path(options.file).filename().string(), import));
   const std::optional<rig::Coverage> coverage = clips.front().coverage;
   const scenes::Scene scene = scenes::make_world(std::move(clips));
   for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
-  if (options.frame >= scene.frame_count)
+  const std::uint32_t frame = options.frame.value_or(scene.frame_count - 1);
+  if (frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
-                     std::to_string(options.frame));
-  check_outputs({{"--json", options.json_path}, {"--obj", options.obj_path}}, {options.file});
+                     std::to_string(frame));
 
   const scenes::Character& character = scene.characters.front();
-  EngineSession session(scene, {options.isa, 1, {options.frame, options.frame + 1}, false});
+  EngineSession session(scene, {options.isa, 1, {frame, frame + 1}, false});
   const CharacterBoxes boxes = session.boxes(0, options.policies);
   Vec3 origin = {};
   if (!character.origins.empty())
-    for (std::size_t k = 0; k < 3; ++k) origin[k] = character.origins[std::size_t{options.frame} * 3 + k];
+    for (std::size_t k = 0; k < 3; ++k) origin[k] = character.origins[std::size_t{frame} * 3 + k];
 
   Json json;
   json["cab_version"] = CAB_VERSION_STRING;
@@ -164,7 +167,7 @@ int inspect_command(const InspectOptions& options) {
   json["character"] = character.name;
   json["metres_per_unit"] = options.metres_per_unit;
   json["offset_metres"] = options.offset;
-  json["frame"] = options.frame;
+  json["frame"] = frame;
   json["frame_count"] = scene.frame_count;
   json["frame_seconds"] = scene.frame_seconds;
   const std::uint32_t refit = 0;  // the first row of policy_table()
@@ -174,22 +177,22 @@ int inspect_command(const InspectOptions& options) {
   json["frame_of_boxes"] = "boxes are relative to world_origin_metres, along the world's axes";
   json["world_origin_metres"] = origin;
   json["masked"] = masked_json(boxes.flags);
-  json["joints"] = joints_json(skeleton, options.frame, options.offset);
-  json["links"] = links_json(character, options.frame, origin);
+  json["joints"] = joints_json(skeleton, frame, options.offset);
+  json["links"] = links_json(character, frame, origin);
   json["leaves"] = leaves_json(character, boxes);
   json["merges"] = merges_json(character, boxes);
   if (coverage) json["coverage"] = coverage_json(*coverage, skeleton);
   json["notes"] = scene.notes;
 
-  if (!options.obj_path.empty()) write_obj(options.obj_path, skeleton, character, options.frame, origin);
-  if (options.json_path.empty()) {
+  if (obj) write_obj(obj, skeleton, character, frame, origin);
+  if (!output) {
     std::cout << to_text(json);
     return 0;
   }
-  write_json(options.json_path, json);
+  write_json(output, json);
   std::cout << options.json_path << ": " << skeleton.joint_names.size() << " joints, " << character.link_parents.size()
             << " links, " << character.leaves.size() << " leaf boxes, " << boxes.steps.size() << " merges in frame "
-            << options.frame << '\n';
+            << frame << '\n';
   return 0;
 }
 

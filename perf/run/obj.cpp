@@ -106,9 +106,8 @@ std::vector<Vec3> corners(const Box& box) {
 
 }  // namespace
 
-void write_obj(const std::string& path, const scenes::Skeleton& skeleton, const scenes::Character& character,
+void write_obj(OutputFile& file, const scenes::Skeleton& skeleton, const scenes::Character& character,
                std::uint32_t frame, const std::array<double, 3>& origin) {
-  OutputFile file(path);
   ObjWriter writer = {file.stream()};
   if (!skeleton.skin.triangles.empty()) {
     std::vector<float> matrices;

@@ -15,6 +15,17 @@ namespace cab::perf {
 namespace {
 
 constexpr const char* kUpForHeight = "axis for the height check; without it the axis along which the figure is tallest";
+constexpr const char* kFormats =
+    "\n  BVH; glTF, FBX, COLLADA and more through assimp; ASF for a pose, AMC for a motion, with 11.asf or 11_01.asf"
+    " beside 11_01.amc";
+
+void add_fps(CLI::App& command, double& frames_per_second) {
+  command
+      .add_option_function<std::string>(
+          "--fps", [&frames_per_second](const std::string& text) { frames_per_second = read_positive("--fps", text); },
+          "frames a second of AMC files, which do not say it (default 120)")
+      ->type_name("N");
+}
 
 // The bits of rig::BodyKind for words separated by commas.
 std::uint32_t read_kinds(const std::string& option, const std::string& text) {
@@ -83,7 +94,8 @@ void add_bodies(CLI::App& command, std::string& animation, std::optional<scenes:
 }  // namespace
 
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning) {
-  CLI::Option* files = command.add_option("FILE", world.files, meaning)->type_name("");
+  CLI::Option* files = command.add_option("FILE", world.files, meaning + kFormats)->type_name("");
+  refuse_empty(*files);
   command
       .add_option_function<std::vector<std::string>>(
           "--offset",
@@ -94,6 +106,7 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
       ->type_name("X,Y,Z")
       ->allow_extra_args(false);
   add_units(command, "file", world.metres_per_unit);
+  add_fps(command, world.frames_per_second);
   add_up(command, world.up, kUpForHeight);
   add_no_sandbox(command, world.sandbox);
   add_bodies(command, world.animation, world.skin);
@@ -130,7 +143,7 @@ Command add_run(CLI::App& app) {
           "leave out hits that are less deep, by the exact test; without --exact that is convex")
       ->type_name("METRES");
   add_json(command, o.json_path, "write the table as JSON");
-  command.add_option("--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
             const bool asks = options->contacts || options->min_depth > 0;
@@ -144,8 +157,12 @@ Command add_inspect(CLI::App& app) {
   InspectOptions& o = *options;
   CLI::App& command =
       *app.add_subcommand("inspect", "one frame of one file as JSON: joints, links, leaf boxes, merges, inner boxes");
-  command.add_option("FILE", o.file, "motion file")->required()->type_name("");
-  command.add_option("--frame", o.frame, "frame, counted from 0 (default 0)")->type_name("K");
+  add_path(command, "FILE", o.file, std::string("motion file") + kFormats)->required()->type_name("");
+  command
+      .add_option_function<std::string>(
+          "--frame", [&o](const std::string& text) { o.frame = read_frame("--frame", text); },
+          "frame, counted from 0 (default 0)")
+      ->type_name("K|last");
   add_json(command, o.json_path, "file to write; without it the JSON goes to standard output");
   command
       .add_option_function<std::string>(
@@ -157,10 +174,11 @@ Command add_inspect(CLI::App& app) {
           "--units", [&o](const std::string& text) { o.metres_per_unit = read_positive("--units", text); },
           "length unit of the file in metres (default 1)")
       ->type_name("METRES_PER_UNIT");
+  add_fps(command, o.frames_per_second);
   add_up(command, o.up, kUpForHeight);
   add_no_sandbox(command, o.sandbox);
   add_bodies(command, o.animation, o.skin);
-  command.add_option("--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
+  add_path(command, "--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
       ->type_name("OUT.obj");
   for (std::uint32_t field = 0; field < policy_table().size; ++field)
     if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);

@@ -31,9 +31,10 @@ int run_command(const RunOptions& options);
 
 struct InspectOptions {
   std::string file;
-  std::uint32_t frame = 0;
+  std::optional<std::uint32_t> frame = 0;    // empty: the last one
   std::array<double, 3> offset = {0, 0, 0};  // metres
   double metres_per_unit = 1;
+  double frames_per_second = 0;  // of a file that does not say it; 0: 120
   char up = 0;
   std::string animation;  // name or number; empty: the first
   std::optional<scenes::SkinOptions> skin;

@@ -28,6 +28,7 @@ struct RunTotals {
 // Throws UsageError for options that contradict each other.
 void check(const RunOptions& options) {
   check_files(options.world);
+  check_strategy(options.policies);
   if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
     throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
                      ": boxes alone have no normal and depth; leave out --exact none");
@@ -206,17 +207,14 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
 
 int run_command(const RunOptions& options) {
   check(options);
+  OutputFile hits(options.hits_path), json(options.json_path);
   const scenes::Scene scene = import_world(options.world);
   for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
   if (scene.characters.size() == 1 && !options.within)
     std::cerr << "note: one character has nothing to touch; give a second file or --self\n";
   const FrameRange frames = choose_frames(options, scene);
 
-  std::optional<OutputFile> hits;
-  if (!options.hits_path.empty()) {
-    hits.emplace(options.hits_path);
-    write_hits_header(hits->stream(), options.contacts);
-  }
+  if (hits) write_hits_header(hits.stream(), options.contacts);
   EngineSession session(
       scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames, options.min_depth});
   RunTotals totals;
@@ -225,14 +223,14 @@ int run_command(const RunOptions& options) {
     totals.stats = session.run(options.policies, options.contacts, [&](const BlockResult& block) {
       count_touches(totals, block.touches);
       if (hits)
-        for (const Touch& touch : block.touches) write_hit(hits->stream(), scene, touch, options.contacts);
+        for (const Touch& touch : block.touches) write_hit(hits.stream(), scene, touch, options.contacts);
       bar.advance(block.frames.count());
     });
   }
-  if (hits) hits->close();
+  if (hits) hits.close();
   print_table(options, scene, session, totals, frames);
   if (options.within) print_masked(scene, session);
-  if (!options.json_path.empty()) write_json(options.json_path, to_json(options, scene, session, totals, frames));
+  write_json(json, to_json(options, scene, session, totals, frames));
   return 0;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "scenes/import/import.h"
 
@@ -38,16 +39,19 @@ void check_files(const WorldOptions& options) {
 
 scenes::Scene import_world(const WorldOptions& options) {
   std::vector<scenes::Clip> clips;
+  ProgressBar bar("files", options.files.size());
   for (std::size_t f = 0; f < options.files.size(); ++f) {
     scenes::ImportOptions import;
     import.up = options.up;
     import.sandbox = options.sandbox;
     import.animation = options.animation;
     import.skin = options.skin;
+    import.frames_per_second = options.frames_per_second;
     if (f < options.offsets.size()) import.offset = options.offsets[f];
     if (!options.metres_per_unit.empty())
       import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : f];
     clips.push_back(scenes::import_clip(options.files[f], import));
+    bar.advance(1);
   }
   scenes::Scene scene = scenes::make_world(std::move(clips));
 
@@ -68,6 +72,11 @@ scenes::Scene import_world(const WorldOptions& options) {
     for (int copy = 2; std::any_of(scene.characters.begin(), before, taken); ++copy)
       scene.characters[c].name = base + " (" + std::to_string(copy) + ")";
   }
+  if (const std::size_t given = options.offsets.size(); given > 0 && given < scene.characters.size())
+    scene.notes.push_back("--offset is given for " + std::to_string(given) + " of " +
+                          std::to_string(scene.characters.size()) + " files: it moves " + scene.characters[0].name +
+                          (given > 1 ? " to " + scene.characters[given - 1].name : "") +
+                          " only; give it again for the next file");
   return scene;
 }
 

@@ -17,6 +17,7 @@ struct WorldOptions {
   std::vector<std::string> files;              // one character each
   std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
   std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
+  double frames_per_second = 0;                // of files that do not say it; 0: 120
   char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
   std::string animation;                       // name or number of each file's animation; empty: the first
   std::optional<scenes::SkinOptions> skin;     // bodies of the meshes

@@ -74,10 +74,9 @@ Command add_sweep(CLI::App& app) {
              "rounds, in each of which every cell has one turn; times are their medians (default 7)");
   add_json(command, o.json_path, "write one row per cell as JSON");
   add_csv(command, o.csv_path, "write one row per cell as CSV");
-  command
-      .add_option("--plot", o.plot_folder,
-                  "draw pictures as SVG into a folder (needs gnuplot); without FILE and --scene also strategies by"
-                  " number of boxes and times by size of the crowd")
+  add_path(command, "--plot", o.plot_folder,
+           "draw pictures as SVG into a folder (needs gnuplot); without FILE and --scene also strategies by"
+           " number of boxes and times by size of the crowd")
       ->type_name("DIR");
   return {&command, [options] { return sweep_command(*options); }};
 }

@@ -187,7 +187,7 @@ void print_sweep(const SweepRun& run) {
   std::cout << std::endl;
 }
 
-void write_sweep_json(const std::string& path, const std::vector<SweepRun>& runs) {
+void write_sweep_json(OutputFile& file, const std::vector<SweepRun>& runs) {
   Json json;
   json["cab_version"] = CAB_VERSION_STRING;
   json["scenes"] = Json::array();
@@ -203,14 +203,14 @@ void write_sweep_json(const std::string& path, const std::vector<SweepRun>& runs
     for (const SweepCell& cell : run.cells) scene["cells"].push_back(cell_json(run, cell));
     json["scenes"].push_back(scene);
   }
-  write_json(path, json);
+  write_json(file, json);
 }
 
-void write_sweep_csv(const std::string& path, const std::vector<SweepRun>& runs) {
+void write_sweep_csv(OutputFile& file, const std::vector<SweepRun>& runs) {
   std::vector<Json> rows;
   for (const SweepRun& run : runs)
     for (const SweepCell& cell : run.cells) rows.push_back(cell_json(run, cell));
-  write_csv(path, rows);
+  write_csv(file, rows);
 }
 
 }  // namespace cab::perf

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "perf/base/output_file.h"
 #include "perf/sweep/cells.h"
 
 namespace cab::perf {
@@ -17,7 +18,8 @@ std::string code_line(const Policies& policies);
 // Prints the cells, the fastest first, and a recommendation.
 void print_sweep(const SweepRun& run);
 
-void write_sweep_json(const std::string& path, const std::vector<SweepRun>& runs);
-void write_sweep_csv(const std::string& path, const std::vector<SweepRun>& runs);
+// Each writes and closes a file, and does nothing if the file is none.
+void write_sweep_json(OutputFile& file, const std::vector<SweepRun>& runs);
+void write_sweep_csv(OutputFile& file, const std::vector<SweepRun>& runs);
 
 }  // namespace cab::perf

@@ -19,10 +19,10 @@ namespace {
 // Throws UsageError for options that contradict each other.
 void check(const SweepOptions& options) {
   check_files(options.world);
-  const bool about_files =
-      !options.world.offsets.empty() || !options.world.metres_per_unit.empty() || options.world.up != 0;
+  const bool about_files = !options.world.offsets.empty() || !options.world.metres_per_unit.empty() ||
+                           options.world.up != 0 || options.world.frames_per_second != 0;
   if (options.world.files.empty() && about_files)
-    throw UsageError("--offset, --units and --up are for FILE...; give at least one file");
+    throw UsageError("--offset, --units, --up and --fps are for FILE...; give at least one file");
   if (!options.world.files.empty() && !options.scenes.empty())
     throw UsageError("--scene and FILE...: give one of the two; the files are a scene of their own");
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, options.world.files);
@@ -66,6 +66,7 @@ std::vector<Policies> strategies_alone(const std::vector<Policies>& all) {
 
 int sweep_command(const SweepOptions& options) {
   check(options);
+  OutputFile json(options.json_path), csv(options.csv_path);
   if (!options.plot_folder.empty()) prepare_plots(options.plot_folder);
   const SweepPlan plan = {choose_policies(options.values), options.isas, options.thread_counts, options.rounds};
   SweepPlan strategies = plan;
@@ -92,8 +93,8 @@ int sweep_command(const SweepOptions& options) {
     for (const ChosenScene& chosen : choose_scenes(options))
       run(make_sweep_scene(chosen.name, options.character_count), chosen.all_policies);
   }
-  if (!options.json_path.empty()) write_sweep_json(options.json_path, runs);
-  if (!options.csv_path.empty()) write_sweep_csv(options.csv_path, runs);
+  write_sweep_json(json, runs);
+  write_sweep_csv(csv, runs);
   if (!options.plot_folder.empty()) {
     std::cout << "pictures in " << options.plot_folder << ':';
     for (const std::string& name : plot_sweep(options.plot_folder, runs)) std::cout << ' ' << name;

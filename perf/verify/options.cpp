@@ -40,7 +40,7 @@ Command add_verify(CLI::App& app) {
   add_threads(command, o.thread_count);
   command.add_option("--seed", o.seed, "seed of all inputs (default 1)")->type_name("S");
   CLI::Option* resume =
-      command.add_option("--resume", o.resume_path, "file that keeps the state; the run goes on from it if it exists")
+      add_path(command, "--resume", o.resume_path, "file that keeps the state; the run goes on from it if it exists")
           ->type_name("FILE");
   command.add_option("--round", o.round, "run round K alone, to replay a violation")
       ->type_name("K")

@@ -165,12 +165,6 @@ Sums resume(const VerifyOptions& options, Isa isa) {
   return sums;
 }
 
-// Writes a new file beside the old one and renames it, so that a killed run leaves a complete file.
-void save(const std::string& path, const Json& json) {
-  write_json(path + ".new", json);
-  std::filesystem::rename(path + ".new", path);
-}
-
 // ------------------------------------------------------------------------------------------ tables
 
 std::string number_or_dash(double value, int decimals) { return value > -1e299 ? fixed(value, decimals) : "-"; }
@@ -323,7 +317,7 @@ class Rounds {
     if (!options_.rounds) bar_.advance(seconds - shown_seconds_);
     shown_seconds_ = seconds;
     if (options_.resume_path.empty() || seconds_since(saved_) < kSaveSeconds) return;
-    save(options_.resume_path, to_json(options_.seed, subject_.kernels->isa, sums_));
+    write_json(options_.resume_path, to_json(options_.seed, subject_.kernels->isa, sums_));
     saved_ = Clock::now();
   }
 
@@ -347,6 +341,7 @@ unsigned thread_count_of(const VerifyOptions& options) {
 }  // namespace
 
 int verify(const VerifyOptions& options, const Subject& subject, std::ostream& out) {
+  OutputFile counts(options.json_path);
   const Isa isa = subject.kernels->isa;
   Sums sums(options.parts);
   std::uint64_t rounds;
@@ -357,11 +352,11 @@ int verify(const VerifyOptions& options, const Subject& subject, std::ostream& o
     const bool resumes = !options.resume_path.empty() && std::filesystem::exists(options.resume_path);
     if (resumes) sums = resume(options, isa);
     Rounds(options, subject, sums).run(thread_count_of(options));
-    if (!options.resume_path.empty()) save(options.resume_path, to_json(options.seed, isa, sums));
+    if (!options.resume_path.empty()) write_json(options.resume_path, to_json(options.seed, isa, sums));
     rounds = sums.next_round;
   }
   print(options.seed, isa, rounds, sums, out);
-  if (!options.json_path.empty()) write_json(options.json_path, to_json(options.seed, isa, sums));
+  write_json(counts, to_json(options.seed, isa, sums));
   return sums.violations() == 0 ? 0 : 1;
 }
 

@@ -31,9 +31,10 @@ struct BvhText {
 
 // Reads and checks the whole text. Throws ImportError with path and line. It checks the grammar, every number (finite,
 // at most 1e9 in magnitude), frames >= 1, frames x channels x 2 <= bytes, frame time finite and > 0, and the limits of
-// joints, depth and frames that bound assimp's recursion and the memory in use. It changes bytes in place, but never
-// their number, to what assimp's stricter reader understands: keywords and channels in assimp's case, and "_" for the
-// blanks inside a joint's name.
+// joints, depth and frames that bound assimp's recursion and the memory in use. Frames may be wrapped over lines, but a
+// frame that begins a line must end one, unless no frame does. What begins with # or // is a comment up to the end of
+// its line. The bytes become what assimp's stricter reader understands: a hierarchy of the same joints and channels,
+// and the file's own values.
 BvhText check_bvh_text(std::string& bytes, const std::string& path);
 
 }  // namespace cab::scenes

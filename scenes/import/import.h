@@ -38,6 +38,7 @@ struct ImportOptions {
   std::optional<SandboxLimits> sandbox;      // read the file in a child process with these limits; empty: in this one
   std::string animation;                     // name or number from 0 of a file's animation; empty: the first
   std::optional<SkinOptions> skin;           // bodies are made of the file's meshes; empty: of its skeleton
+  double frames_per_second = 0;              // of files that do not say it (AMC); 0: 120
 };
 
 // The meshes of a file: the arrays of rig::Skin, with inverse bind matrices that take points to metres. Empty if they
@@ -72,9 +73,9 @@ struct Skeleton {
 };
 
 // Reads the skeleton, one animation and, if options.skin is given, the meshes of a file through assimp. The text of a
-// BVH file is checked first, and so are the offsets and counts of a glTF file. Throws ImportError. With options.sandbox
-// nothing in the file can do more than cause one: see scenes/sandbox/sandbox.h. Without it, assimp does not survive
-// some files.
+// BVH file is checked first, and so are the offsets and counts of a glTF file. ASF and AMC are read without assimp
+// (scenes/import/asf_amc.h). Throws ImportError. With options.sandbox nothing in the file can do more than cause one:
+// see scenes/sandbox/sandbox.h. Without it, assimp does not survive some files.
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options);
 
 // One clip: a character and its own clock. The character has poses and origins for every frame of the file, or for one

@@ -94,7 +94,7 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
 }
 
 std::string trajectories_payload(const Trajectories& trajectories) {
-  const auto& [tracks] = trajectories;
+  const auto& [tracks, notes] = trajectories;
   PayloadWriter writer;
   writer.value(std::uint64_t{tracks.size()});
   for (const auto& [seconds, places, headings] : tracks) {
@@ -102,13 +102,14 @@ std::string trajectories_payload(const Trajectories& trajectories) {
     writer.array(places);
     writer.array(headings);
   }
+  writer.texts(notes);
   return writer.take();
 }
 
 Trajectories read_trajectories_payload(const std::string& bytes) {
   PayloadReader reader(bytes);
   Trajectories trajectories;
-  auto& [tracks] = trajectories;
+  auto& [tracks, notes] = trajectories;
   constexpr std::size_t kLeastTrackBytes = 3 * sizeof(std::uint64_t);
   tracks.resize(reader.count(kLeastTrackBytes));
   for (auto& [seconds, places, headings] : tracks) {
@@ -118,6 +119,7 @@ Trajectories read_trajectories_payload(const std::string& bytes) {
     require(seconds.size() >= 2 && places.size() == 2 * seconds.size() && headings.size() == seconds.size(),
             "the arrays of samples differ in size");
   }
+  notes = printable_texts(reader);
   reader.finish();
   return trajectories;
 }

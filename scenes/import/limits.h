@@ -8,6 +8,7 @@
 namespace cab::scenes {
 
 inline constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
+inline constexpr std::size_t kMaxJoints = 8192;                         // of BVH and ASF
 inline constexpr std::size_t kMaxJointFrames = std::size_t{1} << 24;    // 56 bytes per joint and frame in a Skeleton
 inline constexpr std::size_t kMaxPoseFloats = std::size_t{1} << 28;     // of one character in a world
 inline constexpr std::size_t kMaxSkinVertices = std::size_t{1} << 22;   // of all meshes of a file

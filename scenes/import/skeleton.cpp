@@ -1,4 +1,5 @@
 // Reads a skeleton and its motion from a file through assimp.
+#include "scenes/import/asf_amc.h"
 #include "scenes/import/bvh_text.h"
 #include "scenes/import/gltf_file.h"
 #include "scenes/import/import.h"
@@ -182,6 +183,12 @@ Skeleton import_here(const std::string& path, const ImportOptions& options) {
   const std::string name = printable(path);
   const std::size_t size = check_file(path, name);
   const std::string extension = lower_extension(path);
+  const auto read_text = [](const std::string& file) {
+    const std::string shown = printable(file);
+    return NamedText{shown, read_bytes(file, shown, check_file(file, shown))};
+  };
+  if (extension == ".asf") return read_asf(read_text(path), options);
+  if (extension == ".amc") return read_asf_amc(read_text(find_asf(path)), read_text(path), options);
   const std::string head = read_bytes(path, name, std::min(size, kHeadBytes));
   if (is_gltf(extension, head)) return read_gltf(read_bytes(path, name, size), path, options);
   if (is_bvh(extension, head)) return read_bvh(read_bytes(path, name, size), name, options);

@@ -68,7 +68,7 @@ Landmark landmark(const std::string& name) {
     return Landmark::kFinger;
   if (has({"toe", "forefoot"})) return Landmark::kToe;
   if (has({"hand", "wrist", "palm"})) return Landmark::kHand;
-  if (has({"forearm", "elbow", "lowerarm", "lowarm", "loarm"})) return Landmark::kForearm;
+  if (has({"forearm", "elbow", "lowerarm", "lowarm", "loarm", "radius"})) return Landmark::kForearm;
   if (has({"collar", "clavicle", "scapula"})) return Landmark::kGirdle;
   if (has({"upperarm", "uparm", "humerus"})) return Landmark::kArm;
   if (has({"shoulder", "shldr"})) return Landmark::kShoulder;

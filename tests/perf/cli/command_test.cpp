@@ -83,7 +83,7 @@ struct Misuse {
 TEST_CASE("help names every option, every policy value and every instruction set") {
   const std::vector<std::pair<std::string, Words>> commands = {
       {"run", {"--offset",     "--units",
-               "--up",         "--frames",
+               "--up",         "--frames", "--fps", "AMC", "BVH",
                "--refit",      "--strategy",
                "--exact",      "--isa",
                "--threads",    "--self",
@@ -96,7 +96,7 @@ TEST_CASE("help names every option, every policy value and every instruction set
                "--inflate",    "--links",
                "--least-reach"}},
       {"inspect",
-       {"--frame", "--json", "--units", "--offset", "--up", "--no-sandbox", "--refit", "--isa", "FILE", "--animation",
+       {"--frame", "K|last", "--fps", "--json", "--units", "--offset", "--up", "--no-sandbox", "--refit", "--isa", "FILE", "--animation",
         "--body", "--kinds", "--leaves-per-link", "--inflate", "--links", "--least-reach", "--obj"}},
       {"robot",
        {"--package", "--missing-mesh", "--srdf", "--samples", "--random", "--states", "--seed", "--distance", "--exact",
@@ -105,7 +105,7 @@ TEST_CASE("help names every option, every policy value and every instruction set
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
       {"crowd",
        {"--scene", "uniform|jitter|bottleneck|battle", "--characters", "--frames", "--rounds", "--clip", "--units",
-        "--up", "--trajectories", "--no-sandbox", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json",
+        "--up", "--trajectories", "--fps", "--no-sandbox", "--refit", "--strategy", "--exact", "--isa", "--threads", "--json",
         "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
       {"continuity", {"--steps", "--isa", "--json", "--csv"}},

@@ -57,10 +57,9 @@ struct Outcome {
   std::string error;
 };
 
-// Runs a program to its end, with no input.
-inline Outcome spawn(const std::string& program, const std::vector<std::string>& arguments) {
-  const TemporaryFolder folder;
-  const std::string out = folder / "out", error = folder / "error";
+// Starts a program with no input. Standard output and error go to files, devices or terminals.
+inline pid_t start(const std::string& program, const std::vector<std::string>& arguments, const std::string& out,
+                   const std::string& error) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -76,11 +75,23 @@ inline Outcome spawn(const std::string& program, const std::vector<std::string>&
   const int failed = posix_spawn(&child, program.c_str(), &actions, nullptr, pointers.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) throw std::runtime_error("cannot run " + program);
+  return child;
+}
+
+// Waits for the end of a program.
+inline int exit_code_of(pid_t child) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0)
-    if (errno != EINTR) throw std::runtime_error("lost " + program);
+    if (errno != EINTR) throw std::runtime_error("lost a program");
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+// Runs a program to its end, with no input.
+inline Outcome spawn(const std::string& program, const std::vector<std::string>& arguments) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out", error = folder / "error";
   Outcome outcome;
-  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.exit_code = exit_code_of(start(program, arguments, out, error));
   outcome.out = read_text(out);
   outcome.error = read_text(error);
   return outcome;

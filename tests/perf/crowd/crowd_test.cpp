@@ -222,6 +222,8 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
       {{"--scene", "ropes", "--spacing", "0"}, "--spacing"},
       {{"--scene", "ropes", "--clip", sources.anna}, "are not for --scene ropes"},
       {{"--scene", "bottleneck", "--clip", sources.anna}, "--scene bottleneck needs --trajectories FILE"},
+      {{"--scene", "battle", "--clip", sources.anna, "--fps", "25"}, "--fps is for --trajectories"},
+      {{"--scene", "bottleneck", "--clip", sources.anna, "--trajectories", sources.ways, "--fps", "0"}, "--fps"},
       {{"--scene", "battle", "--clip", sources.anna, "--units", "1", "--units", "1"}, "2 times for 1 clips"},
       {{"--scene", "battle", "--clip", sources.anna, "--json", sources.anna}, "is an input"},
       {{"--scene", "uniform", "--json", folder / "x", "--csv", folder / "x"}, "same file"},
@@ -246,6 +248,20 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
   const Outcome bad = crowd({"--scene", "bottleneck", "--clip", sources.anna, "--trajectories", folder / "ways.txt"});
   CHECK(bad.exit_code == 1);
   CHECK(bad.error.find("ways.txt:2: ") != std::string::npos);
+
+  const std::string help = crowd({"--help"}).out;
+  for (const char* part : {"id, frame, x and y", "# framerate: N fps", "--fps N", "obsmat"}) {
+    CAPTURE(part);
+    CHECK(help.find(part) != std::string::npos);
+  }
+  write_text(folder / "ways.txt", "1 0 1 1\n1 1 1 1\n");
+  Words walk = {"--scene",      "bottleneck", "--clip",   sources.anna, "--trajectories", folder / "ways.txt",
+                "--characters", "2",          "--frames", "1",          "--rounds",       "1"};
+  CHECK(crowd(walk).error.find("ways.txt: no frame rate: give --fps") != std::string::npos);
+  walk.insert(walk.end(), {"--fps", "2.5"});
+  const Outcome timed = crowd(walk);
+  CHECK(timed.exit_code == 0);
+  CHECK(timed.error.find("ways.txt: no header: columns are read as id frame x y") != std::string::npos);
 }
 
 }  // namespace cab::tests

@@ -431,6 +431,46 @@ TEST_CASE("trajectories are read in any order of lines, and headings follow the 
   CHECK(stand_on(track, 99).y == doctest::Approx(1));
 }
 
+TEST_CASE(
+    "the columns of trajectories are found by names, by their number, or by the usual order, and a note says so") {
+  // Two people in two frames; person 1 walks from (1, 2) to (1.5, 2).
+  struct Form {
+    std::string text;
+    double frames_per_second;
+    std::string note;
+  };
+  const std::string obsmat =
+      "  7.8000000e+01   1.0000000e+00   1.0000000e+00   9.0000000e+00   2.0000000e+00   1.0e+00   0.0e+00   0.0e+00\n"
+      "  7.8000000e+01   2.0000000e+00   5.0000000e+00   9.0000000e+00   5.0000000e+00   0.0e+00   0.0e+00   0.0e+00\n"
+      "  8.4000000e+01   1.0000000e+00   1.5000000e+00   9.0000000e+00   2.0000000e+00   1.0e+00   0.0e+00   0.0e+00\n"
+      "  8.4000000e+01   2.0000000e+00   5.0000000e+00   9.0000000e+00   5.0000000e+00   0.0e+00   0.0e+00   0.0e+00\n";
+  const std::string rows = "1 78 1 2\n2 78 5 5\n1 84 1.5 2\n2 84 5 5\n";
+  const std::vector<Form> forms = {
+      {obsmat, 12, "eight columns are read as frame id x z y and velocities"},
+      {"[frame_number pedestrian_ID pos_x pos_z pos_y v_x v_z v_y]\n" + obsmat, 12, ""},
+      {rows, 12, "columns are read as id frame x y"},
+      {"# framerate: 12.00\n# id frame x/m y/m\n" + rows, 0, ""},
+      {"\xef\xbb\xbf# FPS = 12\n" + rows, 0, "columns are read as id frame x y"},
+      {"#description: made\n#framerate: 12\n#ID: the number\n#X,Y,Z: metres\n\n#ID\tFR\tX\tY\tZ\tA\tB\tANGLE\tCOLOR\n"
+       "1\t78\t1\t2\t0\t.3\t.2\t0\t1\n1\t84\t1.5\t2\t0\t.3\t.2\t0\t1\n2\t78\t5\t5\t0\t.3\t.2\t0\t1\n2\t84\t5\t5\t0\t."
+       "3\t.2\t0\t1\n",
+       12, ""},
+      {"frame,ped_id,y,x\r\n78,1,2,1\r\n78,2,5,5\r\n84, 1, 2, 1.5\r\n84,2,5,5\r\n", 12, ""},
+      {"\"x_cm\";\"y_cm\";\"id\";\"frame\"\n100;200;1;78\n+1.5e2;200;1;84\n500;500;2;78\n500;500;2;84\n", 12, ""},
+  };
+  for (const Form& form : forms) {
+    CAPTURE(form.text);
+    const TemporaryFile file("way.txt", form.text);
+    const scenes::Trajectories read = scenes::import_trajectories(file.path(), form.frames_per_second);
+    REQUIRE(read.tracks.size() == 2);
+    CHECK(read.tracks[0].seconds == std::vector<double>{6.5, 7});
+    CHECK(read.tracks[0].places == std::vector<double>{1, 2, 1.5, 2});
+    CHECK(read.tracks[1].places == std::vector<double>{5, 5, 5, 5});
+    CHECK(read.notes.empty() == form.note.empty());
+    if (!read.notes.empty()) CHECK(read.notes[0].find(form.note) != std::string::npos);
+  }
+}
+
 TEST_CASE("bad trajectory files are refused with the line and the reason") {
   const std::string head = "# framerate: 25 fps\n";
   const std::vector<std::pair<std::string, std::string>> cases = {
@@ -439,7 +479,14 @@ TEST_CASE("bad trajectory files are refused with the line and the reason") {
       {"1 0 1 2\n1 1 1 2\n", "framerate"},
       {"# framerate: fast fps\n1 0 1 2\n1 1 1 2\n", "framerate"},
       {"# framerate: -25 fps\n1 0 1 2\n1 1 1 2\n", "framerate"},
-      {head + "1 0 1\n", ":2: "},
+      {head + "1 0 1\n", ":2: column 4 (y) is missing: the line has 3"},
+      {head + "id frame x z\n1 0 1 2\n", ":2: the header has no column y"},
+      {head + "id,frame,x,y\n1,,1,2\n", ":3: column 2 (frame): '' is not a number"},
+      {head + "1 0.5 1 2\n", ":2: column 2 (frame): '0.5' is not a whole number"},
+      {head + "1e300 0 1 2\n", ":2: column 1 (id): '1e300' is not a whole number"},
+      {head + "1 inf 1 2\n", ":2: column 2 (frame): 'inf' is not a whole number"},
+      {"# framerate: 1e9\n1 0 1 2\n1 1 1 2\n", "framerate"},
+      {"0 1 1 0 2 0 0 0\n1 1 1 0 2 0 0\n1 1 1 0\n", ":3: column 5 (y) is missing: the line has 4"},
       {head + "1 0 1 2\n1 1 x 2\n", ":3: "},
       {head + "1 0 1 2\n1 1 1 nan\n", ":3: x and y must be finite"},
       {head + "1 0 1 2\n1 1 1 2e9\n", ":3: x and y"},
@@ -459,6 +506,11 @@ TEST_CASE("bad trajectory files are refused with the line and the reason") {
     CHECK(told.find("bad.txt") != std::string::npos);
     CHECK(told.find(reason) != std::string::npos);
   }
+  const TemporaryFile own("way.txt", head + "1 0 1 2\n1 1 1 2\n");
+  CHECK(scenes::import_trajectories(own.path(), 25).tracks.size() == 1);
+  CHECK_THROWS_WITH_AS(scenes::import_trajectories(own.path(), 30),
+                       (own.path() + ": the file has a frame rate of its own; leave out --fps").c_str(),
+                       scenes::ImportError);
   CHECK_THROWS_AS(scenes::import_trajectories("/nonexistent/way.txt"), scenes::ImportError);
   CHECK_THROWS_AS(scenes::import_trajectories("/tmp"), scenes::ImportError);
 }

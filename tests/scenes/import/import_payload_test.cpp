@@ -88,7 +88,9 @@ TEST_CASE("names and notes that a child process sends are printed as one line") 
 TEST_CASE("trajectories are the same after their way through bytes, and must fit their samples") {
   Trajectories two;
   two.tracks = {{{0, 1}, {1, 2, 3, 4}, {.5, .6}}, {{0, 1, 2}, {1, 2, 3, 4, 5, 6}, {.7, .8, .9}}};
+  two.notes = {"one"};
   const Trajectories read = read_trajectories_payload(trajectories_payload(two));
+  CHECK(read.notes == two.notes);
   REQUIRE(read.tracks.size() == 2);
   for (std::size_t t = 0; t < 2; ++t) {
     CHECK(read.tracks[t].seconds == two.tracks[t].seconds);

@@ -182,8 +182,11 @@ TEST_CASE("a hierarchy that breaks the grammar is refused with its line") {
   };
   CHECK(broken("HIERARCHY", "HIERARCHYX").find("line 1: expected \"HIERARCHY\", found \"HIERARCHYX\"") == 0);
   CHECK(broken("ROOT hips", "ROOT") == "line 2: expected the name of a joint");
-  CHECK(broken("ROOT hips\n{", "ROOT hips{") == "line 2: expected a blank between the name of a joint and \"{\"");
-  CHECK(broken("JOINT", "JOIN") == "line 6: expected OFFSET, CHANNELS, JOINT, End Site or \"}\", found \"JOIN\"");
+  CHECK(broken("ROOT hips", "ROOT {") == "line 2: expected the name of a joint");
+  CHECK(broken("ROOT hips\n{\n", "ROOT hips\n") == "line 3: expected \"{\" after hips, found \"OFFSET\"");
+  CHECK(broken("JOINT", "JOIN") ==
+        "line 6: expected OFFSET, CHANNELS, JOINT, End Site or \"}\", found \"JOIN\"; hips, which began at line 2, is "
+        "open");
   CHECK(broken("End Site", "End Sites") == "line 10: expected \"Site\", found \"Sites\"");
   CHECK(broken("    OFFSET 0 -1 0\n", "") == "line 13: leg has no OFFSET");
   CHECK(broken("    OFFSET 0 -1 0\n", "    OFFSET 0 -1\n") == "line 9: OFFSET value \"CHANNELS\" is not a number");
@@ -200,6 +203,53 @@ TEST_CASE("a hierarchy that breaks the grammar is refused with its line") {
   CHECK(
       complaint_about("HIERARCHY ROOT a { OFFSET 0 0 0 End Site { OFFSET 0 1 0 } } MOTION Frames: 1 Frame Time: 1\n") ==
       "line 1: no joint has channels: there is no motion");
+}
+
+TEST_CASE("a missing brace names the open joint, where it began, and the braces that do not line up") {
+  const std::string good = with_motion("1", ".01", kFrame);
+  const std::string expected = "expected OFFSET, CHANNELS, JOINT, End Site or \"}\", found ";
+  const std::string open = expected + "\"MOTION\"; hips, which began at line 2, is open";
+  CHECK(complaint_about(with_replaced(good, "  }\n}\n", "  }\n")) == "line 15: " + open);
+  CHECK(complaint_about(with_replaced(good, "  }\n}\n", "}\n")) ==
+        "line 15: " + open + "; the braces of leg, which began at line 6, do not line up at line 14");
+  CHECK(complaint_about(with_replaced(good, "    }\n  }\n", "  }\n")) ==
+        "line 15: " + open + "; the braces of leg/End, which began at line 10, do not line up at line 13");
+  CHECK(complaint_about("HIERARCHY\nROOT a {\n OFFSET 0 0 0\n") ==
+        "line 4: " + expected + "the end of the file; a, which began at line 2, is open");
+  CHECK(complaint_about("HIERARCHY\nROOT a {\n OFFSET 0 0 0 End Site {\n JOINT b") ==
+        "line 4: expected OFFSET or \"}\" in an end site, found \"JOINT\"; a/End, which began at line 3, is open");
+}
+
+TEST_CASE("a value too many or too few in a row is refused with the line of that row") {
+  const std::string row = "1 2 3 10 20 30 40 50 60\n", more = "1 2 3 10 20 30 40 50 60 7\n",
+                    fewer = "1 2 3 10 20 30 40 50\n";
+  const auto rows = [](const std::string& frames, std::initializer_list<std::string> lines) {
+    std::string values;
+    for (const std::string& line : lines) values += line;
+    return complaint_about(with_motion(frames, ".01", values));
+  };
+  // The rows begin at line 19.
+  CHECK(rows("4", {row, more, row, row}) == "line 20: 10 values, a frame has 9");
+  CHECK(rows("4", {row, row, fewer, row}) == "line 21: 8 values, a frame has 9");
+  CHECK(rows("4", {more, row, row, row}) == "line 19: 10 values, a frame has 9");
+  CHECK(rows("4", {row, row, row, fewer}) == "line 22: 8 values, a frame has 9");
+  CHECK(rows("4", {row, row, row, more}) == "line 22: 10 values, a frame has 9");
+  CHECK(rows("4", {row, more, fewer, row}) == "line 20: 10 values, a frame has 9");
+  CHECK(rows("4", {fewer, row, row, more}) == "line 19: 8 values, a frame has 9");
+  CHECK(rows("2", {more, fewer}) == "line 19: 10 values, a frame has 9");
+  CHECK(rows("1", {more}) == "line 19: 10 values, a frame has 9");
+  CHECK(rows("3", {fewer, fewer, fewer}) == "line 19: 8 values, a frame has 9");
+  // A row between two frames, and rows behind the last frame.
+  CHECK(rows("2", {row, "# a comment\n", fewer, row}) == "line 21: 8 values, a frame has 9");
+  CHECK(rows("12", {more, more, more, more, more, more, more, more, more, more, more, more}) ==
+        "line 19: 10 values, a frame has 9, and there are more values than in 12 frames");
+  // Frames of two lines.
+  const std::string half = "1 2 3 10 20\n", rest = "30 40 50 60\n";
+  CHECK(rows("3", {half, rest, half, "30 40 50 60 7\n", half, rest}) ==
+        "line 21: the frame that begins here does not end where a line ends, as those before it do");
+  CHECK(rows("3", {half, rest, half, "30 40 50\n", half, rest}) ==
+        "line 21: the frame that begins here does not end where a line ends, as those before it do");
+  CHECK(rows("3", {half, rest, half, rest, half, "30 40 50\n"}) == "line 25: the file ends in frame 3 of 3");
 }
 
 TEST_CASE("a skeleton without length is refused") {

@@ -1,0 +1,145 @@
+#include "perf/base/output_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <streambuf>
+
+namespace cab::perf {
+namespace {
+
+// The files that a signal removes. A command has few outputs at once.
+constexpr std::size_t kMostFilesAside = 8;
+std::array<std::atomic<const char*>, kMostFilesAside> files_aside = {};
+
+// Calls only what a signal handler may call.
+extern "C" void remove_files_aside(int signal) {
+  for (const std::atomic<const char*>& file : files_aside)
+    if (const char* const path = file.load()) unlink(path);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+void remove_at_signals(const std::string& path) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+    if (std::signal(signal, remove_files_aside) == SIG_IGN) std::signal(signal, SIG_IGN);  // as `nohup` has it
+  for (std::atomic<const char*>& file : files_aside) {
+    const char* none = nullptr;
+    if (file.compare_exchange_strong(none, path.c_str())) return;
+  }
+}
+
+void keep_at_signals(const std::string& path) {
+  for (std::atomic<const char*>& file : files_aside) {
+    const char* expected = path.c_str();
+    if (file.compare_exchange_strong(expected, nullptr)) return;
+  }
+}
+
+[[noreturn]] void fail(const char* what, const std::string& path, int reason) {
+  throw std::runtime_error(std::string(what) + path + ": " + std::strerror(reason));
+}
+
+// A new file. What an earlier process of the same number has left is removed.
+int open_new(const std::string& path) {
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC;
+  const int file = open(path.c_str(), kFlags, 0666);
+  if (file >= 0 || errno != EEXIST || unlink(path.c_str()) != 0) return file;
+  return open(path.c_str(), kFlags, 0666);
+}
+
+}  // namespace
+
+// Keeps the reason of the first failure, which a std::filebuf does not.
+class OutputFile::Buffer : public std::streambuf {
+ public:
+  explicit Buffer(int file) : file_(file) { setp(bytes_.data(), bytes_.data() + bytes_.size()); }
+  ~Buffer() override { close(); }
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+
+  // Returns 0, or the reason of the first failure as errno has it.
+  int close() {
+    if (file_ < 0) return reason_;
+    sync();
+    if (::close(file_) != 0 && reason_ == 0) reason_ = errno;
+    file_ = -1;
+    return reason_;
+  }
+
+ protected:
+  int_type overflow(int_type c) override {
+    if (sync() != 0) return traits_type::eof();
+    return traits_type::eq_int_type(c, traits_type::eof()) ? traits_type::not_eof(c)
+                                                           : sputc(traits_type::to_char_type(c));
+  }
+
+  int sync() override {
+    for (const char* begin = pbase(); reason_ == 0 && begin < pptr();) {
+      const ssize_t written = write(file_, begin, static_cast<std::size_t>(pptr() - begin));
+      if (written >= 0)
+        begin += written;
+      else if (errno != EINTR)
+        reason_ = errno;
+    }
+    setp(bytes_.data(), bytes_.data() + bytes_.size());
+    return reason_ == 0 ? 0 : -1;
+  }
+
+ private:
+  int file_;
+  int reason_ = 0;
+  std::array<char, 1 << 16> bytes_;
+};
+
+OutputFile::OutputFile(const std::string& path) : path_(path), stream_(nullptr) {
+  if (path.empty()) return;
+  struct stat status = {};
+  const bool exists = stat(path.c_str(), &status) == 0;
+  if (!exists && errno != ENOENT) fail("cannot write ", path_, errno);
+  int file = -1;
+  if (exists && !S_ISREG(status.st_mode)) {
+    file = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  } else {
+    if (exists && access(path.c_str(), W_OK) != 0) fail("cannot write ", path_, errno);
+    std::error_code error;
+    const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
+    target_ = error ? path : target.string();
+    aside_ = target_ + ".new-" + std::to_string(getpid());
+    file = open_new(aside_);
+    if (file >= 0) remove_at_signals(aside_);
+    if (file >= 0 && exists) fchmod(file, status.st_mode & 07777);
+  }
+  if (file < 0) {
+    const int reason = errno;
+    aside_.clear();
+    fail("cannot write ", path_, reason);
+  }
+  buffer_ = std::make_unique<Buffer>(file);
+  stream_.rdbuf(buffer_.get());
+}
+
+OutputFile::~OutputFile() {
+  if (buffer_ == nullptr || aside_.empty()) return;
+  unlink(aside_.c_str());
+  keep_at_signals(aside_);
+}
+
+void OutputFile::close() {
+  if (const int reason = buffer_->close()) fail("cannot write all of ", path_, reason);
+  if (aside_.empty()) return;
+  if (std::rename(aside_.c_str(), target_.c_str()) != 0) fail("cannot write ", path_, errno);
+  keep_at_signals(aside_);
+  aside_.clear();
+}
+
+}  // namespace cab::perf

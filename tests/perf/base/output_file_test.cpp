@@ -1,0 +1,102 @@
+// Files that the `cab` command writes: opened before the work, complete or not there.
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/perf/cli/made_motion.h"
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+namespace {
+
+using Words = std::vector<std::string>;
+
+// A figure, and a file that was there before.
+struct Workplace {
+  TemporaryFolder folder;
+  std::string figure = folder / "anna.bvh", old_file = folder / "old.txt";
+  Workplace() {
+    write_text(figure, bvh_text({5, 0, 0, 0}));
+    write_text(old_file, "old\n");
+  }
+  std::size_t file_count() const {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / ".")) count += entry.exists() ? 1 : 0;
+    return count;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("an output that cannot be written is refused before the work, with the system's reason") {
+  const Workplace place;
+  const std::string nowhere = place.folder / "no/such/file";
+  const std::vector<Words> commands = {
+      {"run", place.figure, "--self"}, {"inspect", place.figure},
+      {"paper", "--tables", "1"},      {"crowd", "--scene", "uniform", "--characters", "100"},
+      {"peers", "--characters", "10"}, {"sweep", place.figure},
+      {"continuity", "--steps", "10"}, {"verify", "--rounds", "1"}};
+  for (const Words& command : commands)
+    for (const char* option : {"--json", "--csv", "--hits"}) {
+      const std::string help = run_command(command.front(), {"--help"}).out;
+      if (help.find(std::string(option) + " ") == std::string::npos) continue;
+      Words words = command;
+      words.insert(words.end(), {option, nowhere});
+      CAPTURE(command.front());
+      CAPTURE(option);
+      const Outcome outcome = spawn(CAB_COMMAND, words);
+      CHECK(outcome.exit_code == 1);
+      CHECK(outcome.out.empty());
+      CHECK(outcome.error == "cab: cannot write " + nowhere + ": No such file or directory\n");
+    }
+  const Outcome full = spawn(CAB_COMMAND, {"run", place.figure, "--self", "--json", "/dev/full"});
+  CHECK(full.exit_code == 1);
+  CHECK(full.error.find("cab: cannot write all of /dev/full: No space left on device\n") != std::string::npos);
+  const Outcome folder = spawn(CAB_COMMAND, {"run", place.figure, "--self", "--hits", place.folder / "."});
+  CHECK(folder.exit_code == 1);
+  CHECK(folder.error.find(": Is a directory\n") != std::string::npos);
+}
+
+TEST_CASE("an older file stays until the new one is complete, and nothing else is left") {
+  const Workplace place;
+  const std::size_t files = place.file_count();
+  const Words bad = {"run", place.folder / "missing.bvh", "--json", place.old_file, "--hits", place.folder / "new.csv"};
+  CHECK(spawn(CAB_COMMAND, bad).exit_code == 1);
+  CHECK(read_text(place.old_file) == "old\n");
+  CHECK(place.file_count() == files);
+
+  std::filesystem::permissions(place.old_file, std::filesystem::perms(0640));
+  CHECK(spawn(CAB_COMMAND, {"run", place.figure, "--self", "--json", place.old_file}).exit_code == 0);
+  CHECK(nlohmann::json::parse(read_text(place.old_file))["frame_count"] == 5);
+  CHECK(std::filesystem::status(place.old_file).permissions() == std::filesystem::perms(0640));
+  CHECK(place.file_count() == files);
+
+  // A link stays a link.
+  std::filesystem::create_symlink(place.old_file, place.folder / "link");
+  CHECK(spawn(CAB_COMMAND, {"run", place.figure, "--self", "--hits", place.folder / "link"}).exit_code == 0);
+  CHECK(std::filesystem::is_symlink(place.folder / "link"));
+  CHECK(read_text(place.old_file).rfind("frame,character_a", 0) == 0);
+}
+
+TEST_CASE("a signal leaves the older file and removes the new one") {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    CAPTURE(signal);
+    const Workplace place;
+    const std::size_t files = place.file_count();
+    const pid_t child =
+        start(CAB_COMMAND, {"verify", "--minutes", "60", "--json", place.old_file}, "/dev/null", "/dev/null");
+    for (int wait = 0; wait < 60000 && place.file_count() == files; ++wait)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    kill(child, signal);
+    CHECK(exit_code_of(child) == 128 + signal);
+    CHECK(read_text(place.old_file) == "old\n");
+    CHECK(place.file_count() == files);
+  }
+}
+
+}  // namespace cab::tests

@@ -1,0 +1,122 @@
+// The `cab` command and slips of the pen, and what it shows on a terminal.
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/perf/cli/made_motion.h"
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+namespace {
+
+using Words = std::vector<std::string>;
+
+struct Workplace {
+  TemporaryFolder folder;
+  std::string figure = folder / "anna.bvh";
+  Workplace() { write_text(figure, bvh_text({5, 0, 0, 0})); }
+};
+
+// What the command prints to a terminal as its standard error.
+std::string run_at_terminal(const Words& arguments) {
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  REQUIRE(terminal >= 0);
+  REQUIRE(grantpt(terminal) == 0);
+  REQUIRE(unlockpt(terminal) == 0);
+  const std::string name = ptsname(terminal);
+  const int kept_open = open(name.c_str(), O_RDWR | O_NOCTTY);
+  REQUIRE(kept_open >= 0);
+  const pid_t child = start(CAB_COMMAND, arguments, "/dev/null", name);
+  REQUIRE(exit_code_of(child) == 0);
+  std::string shown(1 << 16, '\0');
+  const ssize_t size = read(terminal, shown.data(), shown.size());
+  close(kept_open);
+  close(terminal);
+  REQUIRE(size >= 0);
+  return shown.substr(0, static_cast<std::size_t>(size));
+}
+
+}  // namespace
+
+TEST_CASE("empty names of files, unknown commands and options, and senseless policies are refused with advice") {
+  const Workplace place;
+  const std::string& file = place.figure;
+  struct Misuse {
+    Words arguments;
+    std::string told;
+  };
+  const std::vector<Misuse> misuses = {
+      {{"run", file, "--hits", ""}, "--hits: '' names no file"},
+      {{"run", file, "--hits="}, "--hits"},
+      {{"run", file, "--json", ""}, "--json: '' names no file"},
+      {{"run", ""}, "FILE: '' names no file"},
+      {{"inspect", ""}, "FILE: '' names no file"},
+      {{"inspect", file, "--json", ""}, "--json: '' names no file"},
+      {{"paper", "--csv", ""}, "--csv: '' names no file"},
+      {{"sweep", "--plot", ""}, "--plot: '' names no file"},
+      {{"verify", "--resume", ""}, "--resume: '' names no file"},
+      {{"crowd", "--scene", "battle", "--clip", ""}, "--clip: '' names no file"},
+      {{"crowd", "--scene", "bottleneck", "--clip", file, "--trajectories", ""}, "--trajectories: '' names no file"},
+      {{"rnu", file}, "there is no command 'rnu'; did you mean run?"},
+      {{"inspec", file}, "did you mean inspect?"},
+      {{"sweeep"}, "did you mean sweep?"},
+      {{"walk"}, "there is no command 'walk'; choose run, inspect"},
+      {{"run", file, "--strateg", "tree"}, "did you mean --strategy?"},
+      {{"run", file, "--treads=2"}, "did you mean --threads?"},
+      {{"run", file, "--strategy", "exact_all"}, "exact_all without an exact test reports every pair"},
+      {{"inspect", file, "--frame", "lost"}, "--frame: 'lost' is not a frame, counted from 0, or the word last"},
+  };
+  for (const Misuse& misuse : misuses) {
+    CAPTURE(misuse.told);
+    const Outcome outcome = spawn(CAB_COMMAND, misuse.arguments);
+    CAPTURE(outcome.error);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.out.empty());
+    CHECK(outcome.error.find(misuse.told) != std::string::npos);
+  }
+  const Outcome exact = spawn(CAB_COMMAND, {"run", file, "--self", "--strategy", "exact_all", "--contacts"});
+  CHECK(exact.exit_code == 0);
+}
+
+TEST_CASE("standard output that cannot be written ends in one line with the system's reason") {
+  const Workplace place;
+  for (const Words& words : {Words{"--help"}, Words{"inspect", place.figure}, Words{"run", place.figure, "--self"}}) {
+    CAPTURE(words.front());
+    const std::string error = place.folder / "error";
+    CHECK(exit_code_of(start(CAB_COMMAND, words, "/dev/full", error)) == 1);
+    const std::string told = read_text(error);
+    CHECK(told.find("cab: cannot write to standard output: No space left on device\n") != std::string::npos);
+  }
+}
+
+TEST_CASE("inspect takes the last frame by its name") {
+  const Workplace place;
+  const std::string last = run_command("inspect", {place.figure, "--frame", "last"}).out;
+  CHECK(last == run_command("inspect", {place.figure, "--frame", "4"}).out);
+  CHECK(nlohmann::json::parse(last)["frame"] == 4);
+}
+
+TEST_CASE("an offset that is given for some of the files only is a note") {
+  const Workplace place;
+  const auto note_of = [&](Words offsets) {
+    Words words = {"run", place.figure, place.figure};
+    words.insert(words.end(), offsets.begin(), offsets.end());
+    return spawn(CAB_COMMAND, words).error;
+  };
+  CHECK(note_of({"--offset", "1,0,0"}).find("note: --offset is given for 1 of 2 files: it moves anna.bvh only") !=
+        std::string::npos);
+  CHECK(note_of({}).find("--offset") == std::string::npos);
+  CHECK(note_of({"--offset", "1,0,0", "--offset", "0,0,0"}).find("--offset") == std::string::npos);
+}
+
+TEST_CASE("a terminal shows the progress of reading files and of frames, a file does not") {
+  const Workplace place;
+  const std::string shown = run_at_terminal({"run", place.figure, place.figure});
+  CHECK(shown.find("files [") != std::string::npos);
+  CHECK(shown.find("frames [") != std::string::npos);
+  CHECK(run_command("run", {place.figure, place.figure}).error.find('[') == std::string::npos);
+}
+
+}  // namespace cab::tests
