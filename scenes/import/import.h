@@ -2,6 +2,7 @@
 // clock in one world.
 #pragma once
 
+#include "scenes/rig/body_changes.h"
 #include "scenes/scene.h"
 
 #include <array>
@@ -22,6 +23,8 @@ struct ImportOptions {
   double metres_per_unit = 1.0;              // the file's length unit in metres
   std::array<double, 3> offset = {0, 0, 0};  // added to the character's place in the world, metres
   char up = 0;                               // 'x', 'y' or 'z' for the height check; 0: the tallest axis
+  BodyOptions bodies;                        // stature in metres, thickness
+  std::vector<BodyChange> body_changes;      // made to the guessed bodies
 };
 
 // The skeleton of a file: every joint, end sites included, and its world position in every frame. Joint 0 is the root,
@@ -50,15 +53,15 @@ struct Clip {
   double frame_seconds = 0;
   std::uint32_t frame_count = 0;
   std::vector<std::string> notes;
+  SkeletonBodies bodies;  // of the skeleton's joints; empty if the clip was not made from a skeleton
 };
 
-// Makes links from a skeleton. Each joint with a non-zero segment, to a child joint or an end site, makes one link. The
-// link has the joint's name, moves with it, and has its frame there. A segment below a ten-thousandth of the figure's
-// height counts as zero. If several links have no link above them, the root joint gets a link of its own, a ball. Each
-// segment is an ellipsoid along the bone with anthropometric thickness (scenes/rig/body_parts.h), and each link has one
-// leaf box about all of its ellipsoids. Links that share a joint are ignored pairs. Poses are relative to an origin in
-// double: the root joint's place plus options.offset. notes says what was merged, dropped or doubted. Throws
-// ImportError.
+// Makes links from a skeleton. Each joint with a body makes one link: with a bone to a child joint or an end site, with
+// a cap at an end of the figure, or with a ball (scenes/rig/skeleton_bodies.h). The link has the joint's name, moves
+// with it, and has its frame there. If several links have no link above them, the last joint above them all is a link
+// too. Each link has one leaf box about all of its bodies. Links that share a joint are ignored pairs. Poses are
+// relative to an origin in double: the place of the first link's joint plus options.offset. notes says what was merged,
+// dropped, added or doubted. Throws ImportError.
 Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOptions& options);
 
 // import_skeleton, then make_clip. The name of the character is that of the file, without its folders.
