@@ -11,6 +11,7 @@
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
+#include "perf/run/bodies_file.h"
 #include "perf/run/options.h"
 #include "scenes/import/import.h"
 
@@ -125,15 +126,21 @@ int inspect_command(const InspectOptions& options) {
   import.metres_per_unit = options.metres_per_unit;
   import.offset = options.offset;
   import.up = options.up;
+  import.bodies = options.bodies;
+  if (!options.bodies_path.empty()) import.body_changes = read_bodies(options.bodies_path);
   const scenes::Skeleton skeleton = scenes::import_skeleton(options.file, import);
   std::vector<scenes::Clip> clips;
   clips.push_back(scenes::make_clip(skeleton, std::filesystem::path(options.file).filename().string(), import));
+  const scenes::SkeletonBodies bodies = clips.front().bodies;
   const scenes::Scene scene = scenes::make_world(std::move(clips));
   for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
   if (options.frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
                      std::to_string(options.frame));
-  check_outputs({{"--json", options.json_path}}, {options.file});
+  check_outputs({{"--json", options.json_path}, {"--write-bodies", options.write_bodies_path}}, {options.file});
+  if (!options.write_bodies_path.empty()) write_json(options.write_bodies_path, bodies_json(skeleton, bodies));
+  if (options.prints_bodies) print_bodies(skeleton, bodies, std::cout);
+  if (options.json_path.empty() && (options.prints_bodies || !options.write_bodies_path.empty())) return 0;
 
   const scenes::Character& character = scene.characters.front();
   EngineSession session(scene, {options.isa, 1, {options.frame, options.frame + 1}, false});

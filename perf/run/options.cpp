@@ -12,6 +12,19 @@ namespace {
 
 constexpr const char* kUpForHeight = "axis for the height check; without it the axis along which the figure is tallest";
 
+void add_body_options(CLI::App& command, scenes::BodyOptions& bodies) {
+  command
+      .add_option_function<std::string>(
+          "--stature", [&bodies](const std::string& text) { bodies.stature = read_positive("--stature", text); },
+          "height of the person, for thickness, heads, hands and feet; without it by the figure's own bones")
+      ->type_name("METRES");
+  command
+      .add_option_function<std::string>(
+          "--thickness", [&bodies](const std::string& text) { bodies.thickness = read_positive("--thickness", text); },
+          "factor of the thickness of all bodies (default 1)")
+      ->type_name("FACTOR");
+}
+
 }  // namespace
 
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning) {
@@ -27,6 +40,10 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
       ->allow_extra_args(false);
   add_units(command, "file", world.metres_per_unit);
   add_up(command, world.up, kUpForHeight);
+  add_body_options(command, world.bodies);
+  command.add_option("--bodies", world.bodies_paths, "changes of bodies, once for all files or once per file")
+      ->type_name("FILE.json")
+      ->allow_extra_args(false);
   return files;
 }
 
@@ -88,10 +105,20 @@ Command add_inspect(CLI::App& app) {
           "length unit of the file in metres (default 1)")
       ->type_name("METRES_PER_UNIT");
   add_up(command, o.up, kUpForHeight);
+  add_body_options(command, o.bodies);
+  CLI::Option* bodies = command.add_option("--bodies", o.bodies_path,
+                                           "a table of all bodies instead of the frame; with a file, as changed by it");
+  bodies->type_name("[FILE.json]")->expected(0, 1);
+  command
+      .add_option("--write-bodies", o.write_bodies_path, "write all bodies as JSON, to change and to give to --bodies")
+      ->type_name("OUT.json");
   for (std::uint32_t field = 0; field < policy_table().size; ++field)
     if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);
   add_isa(command, o.isa);
-  return {&command, [options] { return inspect_command(*options); }};
+  return {&command, [options, bodies] {
+            options->prints_bodies = bodies->count() > 0;
+            return inspect_command(*options);
+          }};
 }
 
 }  // namespace cab::perf

@@ -35,6 +35,10 @@ struct InspectOptions {
   std::array<double, 3> offset = {0, 0, 0};  // metres
   double metres_per_unit = 1;
   char up = 0;
+  scenes::BodyOptions bodies;
+  bool prints_bodies = false;     // the table of bodies instead of the frame
+  std::string bodies_path;        // changes of bodies; empty: none
+  std::string write_bodies_path;  // empty: no file
   Policies policies;
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: standard output
@@ -42,7 +46,7 @@ struct InspectOptions {
 Command add_inspect(CLI::App& app);
 int inspect_command(const InspectOptions& options);
 
-// Adds FILE..., --offset, --units and --up, which `cab sweep` accepts too.
+// Adds FILE..., --offset, --units, --up, --stature, --thickness and --bodies, which `cab sweep` accepts too.
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning);
 
 }  // namespace cab::perf

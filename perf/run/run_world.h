@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "scenes/rig/skeleton_bodies.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {
@@ -15,16 +16,18 @@ struct WorldOptions {
   std::vector<std::string> files;              // one character each
   std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
   std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
+  scenes::BodyOptions bodies;                  // stature and thickness of every figure
+  std::vector<std::string> bodies_paths;       // empty, one file of bodies for all files, or one per file
   char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
   std::uint32_t ignored_hops = 0;              // links of one character at most this many joints apart are masked
   std::optional<std::uint32_t> rest_frame;     // links of one character that touch in this frame are masked
 };
 
-// Throws UsageError if offsets or units do not fit the files.
+// Throws UsageError if offsets, units or bodies do not fit the files.
 void check_files(const WorldOptions& options);
 
 // One character per file, each with a name of its own, in one world and on one clock. Throws UsageError if the rest
-// frame does not exist, scenes::ImportError for bad files.
+// frame does not exist, and std::runtime_error for bad files.
 scenes::Scene import_world(const WorldOptions& options);
 
 }  // namespace cab::perf
