@@ -11,6 +11,7 @@
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
+#include "perf/run/bodies_file.h"
 #include "perf/run/obj.h"
 #include "perf/run/options.h"
 #include "scenes/import/import.h"
@@ -133,8 +134,12 @@ Json coverage_json(const rig::Coverage& coverage, const scenes::Skeleton& skelet
 }  // namespace
 
 int inspect_command(const InspectOptions& options) {
-  check_outputs({{"--json", options.json_path}, {"--obj", options.obj_path}}, {options.file});
-  OutputFile output(options.json_path), obj(options.obj_path);
+  if (options.skin && (options.prints_bodies || !options.bodies_path.empty() || !options.write_bodies_path.empty()))
+    throw UsageError("--bodies and --write-bodies are about bodies of the skeleton, not of --body skin");
+  check_outputs(
+      {{"--json", options.json_path}, {"--obj", options.obj_path}, {"--write-bodies", options.write_bodies_path}},
+      {options.file});
+  OutputFile output(options.json_path), obj(options.obj_path), bodies_file(options.write_bodies_path);
   scenes::ImportOptions import;
   import.metres_per_unit = options.metres_per_unit;
   import.offset = options.offset;
@@ -143,16 +148,22 @@ int inspect_command(const InspectOptions& options) {
   import.animation = options.animation;
   import.skin = options.skin;
   import.frames_per_second = options.frames_per_second;
+  import.bodies = options.bodies;
+  if (!options.bodies_path.empty()) import.body_changes = read_bodies(options.bodies_path);
   const scenes::Skeleton skeleton = scenes::import_skeleton(options.file, import);
   std::vector<scenes::Clip> clips;
   clips.push_back(scenes::make_clip(skeleton, std::filesystem::path(options.file).filename().string(), import));
   const std::optional<rig::Coverage> coverage = clips.front().coverage;
+  const scenes::SkeletonBodies bodies = clips.front().bodies;
   const scenes::Scene scene = scenes::make_world(std::move(clips));
   for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
   const std::uint32_t frame = options.frame.value_or(scene.frame_count - 1);
   if (frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
                      std::to_string(frame));
+  if (bodies_file) write_json(bodies_file, bodies_json(skeleton, bodies));
+  if (options.prints_bodies) print_bodies(skeleton, bodies, std::cout);
+  if (!output && !obj && (options.prints_bodies || bodies_file)) return 0;
 
   const scenes::Character& character = scene.characters.front();
   EngineSession session(scene, {options.isa, 1, {frame, frame + 1}, false});

@@ -44,7 +44,7 @@ std::uint32_t read_kinds(const std::string& option, const std::string& text) {
 }
 
 // Adds --animation, and --body with the options that need it.
-void add_bodies(CLI::App& command, std::string& animation, std::optional<scenes::SkinOptions>& skin) {
+void add_skin_options(CLI::App& command, std::string& animation, std::optional<scenes::SkinOptions>& skin) {
   command.add_option("--animation", animation, "animation to read, by name or by number from 0 (default the first)")
       ->type_name("NAME");
   command
@@ -91,6 +91,19 @@ void add_bodies(CLI::App& command, std::string& animation, std::optional<scenes:
       ->type_name("METRES");
 }
 
+void add_body_options(CLI::App& command, scenes::BodyOptions& bodies) {
+  command
+      .add_option_function<std::string>(
+          "--stature", [&bodies](const std::string& text) { bodies.stature = read_positive("--stature", text); },
+          "height of the person, for thickness, heads, hands and feet; without it by the figure's own bones")
+      ->type_name("METRES");
+  command
+      .add_option_function<std::string>(
+          "--thickness", [&bodies](const std::string& text) { bodies.thickness = read_positive("--thickness", text); },
+          "factor of the thickness of all bodies (default 1)")
+      ->type_name("FACTOR");
+}
+
 }  // namespace
 
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning) {
@@ -109,7 +122,11 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
   add_fps(command, world.frames_per_second);
   add_up(command, world.up, kUpForHeight);
   add_no_sandbox(command, world.sandbox);
-  add_bodies(command, world.animation, world.skin);
+  add_skin_options(command, world.animation, world.skin);
+  add_body_options(command, world.bodies);
+  command.add_option("--bodies", world.bodies_paths, "changes of bodies, once for all files or once per file")
+      ->type_name("FILE.json")
+      ->allow_extra_args(false);
   return files;
 }
 
@@ -177,13 +194,23 @@ Command add_inspect(CLI::App& app) {
   add_fps(command, o.frames_per_second);
   add_up(command, o.up, kUpForHeight);
   add_no_sandbox(command, o.sandbox);
-  add_bodies(command, o.animation, o.skin);
+  add_skin_options(command, o.animation, o.skin);
   add_path(command, "--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
       ->type_name("OUT.obj");
+  add_body_options(command, o.bodies);
+  CLI::Option* bodies = command.add_option("--bodies", o.bodies_path,
+                                           "a table of all bodies instead of the frame; with a file, as changed by it");
+  bodies->type_name("[FILE.json]")->expected(0, 1);
+  add_path(command, "--write-bodies", o.write_bodies_path,
+           "write all bodies as JSON, to change and to give to --bodies")
+      ->type_name("OUT.json");
   for (std::uint32_t field = 0; field < policy_table().size; ++field)
     if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);
   add_isa(command, o.isa);
-  return {&command, [options] { return inspect_command(*options); }};
+  return {&command, [options, bodies] {
+            options->prints_bodies = bodies->count() > 0;
+            return inspect_command(*options);
+          }};
 }
 
 }  // namespace cab::perf

@@ -39,6 +39,10 @@ struct InspectOptions {
   std::string animation;  // name or number; empty: the first
   std::optional<scenes::SkinOptions> skin;
   std::string obj_path;  // empty: no file
+  scenes::BodyOptions bodies;
+  bool prints_bodies = false;     // the table of bodies instead of the frame
+  std::string bodies_path;        // changes of bodies; empty: none
+  std::string write_bodies_path;  // empty: no file
   Policies policies;
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: standard output
@@ -49,7 +53,8 @@ struct InspectOptions {
 Command add_inspect(CLI::App& app);
 int inspect_command(const InspectOptions& options);
 
-// Adds FILE..., --offset, --units, --up and --no-sandbox, which `cab sweep` accepts too.
+// Adds FILE..., --offset, --units, --fps, --up, --no-sandbox and what says how bodies are made, which `cab sweep` accepts
+// too.
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning);
 
 }  // namespace cab::perf

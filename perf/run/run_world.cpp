@@ -6,6 +6,7 @@
 
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
+#include "perf/run/bodies_file.h"
 #include "scenes/import/import.h"
 
 namespace cab::perf {
@@ -35,6 +36,11 @@ void check_files(const WorldOptions& options) {
   if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != files)
     throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
                      std::to_string(files) + " files; give one for all files or one per file, in their order");
+  if (options.skin && !options.bodies_paths.empty())
+    throw UsageError("--bodies is about bodies of the skeleton, not of --body skin");
+  if (options.bodies_paths.size() > 1 && options.bodies_paths.size() != files)
+    throw UsageError("--bodies: given " + std::to_string(options.bodies_paths.size()) + " times for " +
+                     std::to_string(files) + " files; give one for all files or one per file, in their order");
 }
 
 scenes::Scene import_world(const WorldOptions& options) {
@@ -47,6 +53,9 @@ scenes::Scene import_world(const WorldOptions& options) {
     import.animation = options.animation;
     import.skin = options.skin;
     import.frames_per_second = options.frames_per_second;
+    import.bodies = options.bodies;
+    if (!options.bodies_paths.empty())
+      import.body_changes = read_bodies(options.bodies_paths[options.bodies_paths.size() == 1 ? 0 : f]);
     if (f < options.offsets.size()) import.offset = options.offsets[f];
     if (!options.metres_per_unit.empty())
       import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : f];

@@ -9,6 +9,7 @@
 
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
+#include "scenes/rig/skeleton_bodies.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {
@@ -18,6 +19,8 @@ struct WorldOptions {
   std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
   std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
   double frames_per_second = 0;                // of files that do not say it; 0: 120
+  scenes::BodyOptions bodies;                  // stature and thickness of every figure
+  std::vector<std::string> bodies_paths;       // empty, one file of bodies for all files, or one per file
   char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
   std::string animation;                       // name or number of each file's animation; empty: the first
   std::optional<scenes::SkinOptions> skin;     // bodies of the meshes
@@ -28,11 +31,11 @@ struct WorldOptions {
   std::optional<scenes::SandboxLimits> sandbox = scenes::kImportSandbox;
 };
 
-// Throws UsageError if offsets or units do not fit the files.
+// Throws UsageError if offsets, units or bodies do not fit the files.
 void check_files(const WorldOptions& options);
 
 // One character per file, each with a name of its own, in one world and on one clock. Throws UsageError if the rest
-// frame does not exist, scenes::ImportError for bad files.
+// frame does not exist, and std::runtime_error for bad files.
 scenes::Scene import_world(const WorldOptions& options);
 
 }  // namespace cab::perf

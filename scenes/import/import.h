@@ -2,6 +2,7 @@
 // clock in one world.
 #pragma once
 
+#include "scenes/rig/body_changes.h"
 #include "scenes/sandbox/sandbox.h"
 #include "scenes/scene.h"
 
@@ -38,6 +39,8 @@ struct ImportOptions {
   std::optional<SandboxLimits> sandbox;      // read the file in a child process with these limits; empty: in this one
   std::string animation;                     // name or number from 0 of a file's animation; empty: the first
   std::optional<SkinOptions> skin;           // bodies are made of the file's meshes; empty: of its skeleton
+  BodyOptions bodies;                        // stature in metres, thickness; of bodies of the skeleton
+  std::vector<BodyChange> body_changes;      // made to the guessed bodies of the skeleton
   double frames_per_second = 0;              // of files that do not say it (AMC); 0: 120
 };
 
@@ -86,16 +89,16 @@ struct Clip {
   std::uint32_t frame_count = 0;
   std::optional<rig::Coverage> coverage;  // of bodies made of meshes; lengths in metres, poses are frames
   std::vector<std::string> notes;
+  SkeletonBodies bodies;  // of the skeleton's joints; empty if the clip was not made from a skeleton
 };
 
 // Makes links from a skeleton. If options.skin is given, bodies are those of the file's meshes, as
-// scenes/import/skin_clip.h says. Otherwise each joint with a non-zero segment, to a child joint or an end site, makes
-// one link. The link has the joint's name, moves with it, and has its frame there. A segment below a ten-thousandth of
-// the figure's height counts as zero. If several links have no link above them, the root joint gets a link of its own,
-// a ball. Each segment is an ellipsoid along the bone with anthropometric thickness (scenes/rig/body_parts.h), and each
-// link has one leaf box about all of its ellipsoids. Links that share a joint are ignored pairs. Poses are relative to
-// an origin in double: the root joint's place plus options.offset. notes says what was merged, dropped or doubted.
-// Throws ImportError.
+// scenes/import/skin_clip.h says. Otherwise each joint with a body makes one link: with a bone to a child joint or an end site, with
+// a cap at an end of the figure, or with a ball (scenes/rig/skeleton_bodies.h). The link has the joint's name, moves
+// with it, and has its frame there. If several links have no link above them, the last joint above them all is a link
+// too. Each link has one leaf box about all of its bodies. Links that share a joint are ignored pairs. Poses are
+// relative to an origin in double: the place of the first link's joint plus options.offset. notes says what was merged,
+// dropped, added or doubted. Throws ImportError.
 Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOptions& options);
 
 // import_skeleton, then make_clip. The name of the character is that of the file, without its folders.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <vector>
 
 namespace cab::scenes {
 namespace {
@@ -22,6 +23,24 @@ constexpr double kFingerRadius = .005;
 // only the spine makes the trunk's outline.
 constexpr double kPelvisRadius = .065;
 constexpr double kGirdleRadius = .04;
+// Lengths of caps over stature. Head alone: from chin to vertex, of Drillis and Contini. A foot reaches three quarters
+// of its length ahead of the ankle. Toes and fingertips are assumptions: 7 cm and 2.5 cm at 1.75 m.
+constexpr double kHeadLength = .130;
+constexpr double kHeadAndNeckLength = .182;
+constexpr double kUpperArmLength = .186;
+constexpr double kForearmLength = .146;
+constexpr double kHandLength = .108;
+constexpr double kTrunkLength = .288;
+constexpr double kNeckHeight = .844;  // between the shoulders (.818) and the chin (.870)
+constexpr double kHipHeight = .530;
+constexpr double kThighLength = .245;
+constexpr double kShankLength = .246;
+constexpr double kFootLength = .152;
+constexpr double kFootAheadOfAnkle = .75 * kFootLength;
+constexpr double kToeLength = .04;
+constexpr double kFingertipLength = .014;
+// Share of a figure's height. No bone from a pelvis to a spine is as long.
+constexpr double kLongForTrunk = .25;
 
 // Radius over stature of an ellipsoid of revolution: mass share m, density d (kg/m^3) and length share l give
 // (4/3) pi (l/2) r^2 = m M / d.
@@ -51,12 +70,37 @@ enum class Landmark {
   kTrunk
 };
 
+bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
+bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
+
+// The words of a name without its namespace, in lower case: "rig:LHipJoint_end" has the words l, hip, joint, end.
+std::vector<std::string> words_of(const std::string& name) {
+  std::vector<std::string> words(1);
+  const std::size_t begin = name.rfind(':') == std::string::npos ? 0 : name.rfind(':') + 1;
+  for (std::size_t i = begin; i < name.size(); ++i) {
+    const char c = name[i];
+    const bool is_gap = c == '_' || c == '-' || c == '.' || c == ' ';
+    const bool begins =
+        is_upper(c) && i > begin && (!is_upper(name[i - 1]) || (i + 1 < name.size() && is_lower(name[i + 1])));
+    if ((is_gap || begins) && !words.back().empty()) words.emplace_back();
+    if (!is_gap) words.back() += is_upper(c) ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  return words;
+}
+
+bool ends_with(const std::string& word, const std::string& end) {
+  return word.size() >= end.size() && word.compare(word.size() - end.size(), end.size(), end) == 0;
+}
+
+bool has_word(const std::string& name, std::initializer_list<const char*> set) {
+  const std::vector<std::string> words = words_of(name);
+  return std::any_of(set.begin(), set.end(),
+                     [&words](const char* one) { return std::find(words.begin(), words.end(), one) != words.end(); });
+}
+
 Landmark landmark(const std::string& name) {
   std::string word;
-  for (const char c : name.substr(name.rfind(':') == std::string::npos ? 0 : name.rfind(':') + 1)) {
-    if (c != '_' && c != '-' && c != '.' && c != ' ')
-      word += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  }
+  for (const std::string& part : words_of(name)) word += part;
   const auto has = [&word](std::initializer_list<const char*> parts) {
     return std::any_of(parts.begin(), parts.end(),
                        [&word](const char* part) { return word.find(part) != std::string::npos; });
@@ -121,8 +165,114 @@ BodyPart body_part(const std::string& start_name, const std::string& end_name) {
   if (start == L::kPelvis)
     return is_one_of(end, {L::kTrunk, L::kNeck, L::kHead}) ? BodyPart::kTrunk : BodyPart::kPelvis;
   if (start == L::kNeck) return BodyPart::kHead;
-  if (start == L::kTrunk) return BodyPart::kTrunk;
+  if (start == L::kTrunk)
+    return is_one_of(end, {L::kForearm, L::kHand, L::kFinger, L::kFoot, L::kToe}) ? BodyPart::kUnknown
+                                                                                  : BodyPart::kTrunk;
   return BodyPart::kUnknown;
+}
+
+const char* to_string(BodyPart part) {
+  switch (part) {
+    case BodyPart::kUnknown: break;
+    case BodyPart::kTrunk: return "trunk";
+    case BodyPart::kPelvis: return "pelvis";
+    case BodyPart::kGirdle: return "shoulder girdle";
+    case BodyPart::kHead: return "head";
+    case BodyPart::kUpperArm: return "upper arm";
+    case BodyPart::kForearm: return "forearm";
+    case BodyPart::kHand: return "hand";
+    case BodyPart::kFinger: return "finger";
+    case BodyPart::kThigh: return "thigh";
+    case BodyPart::kShank: return "shank";
+    case BodyPart::kFoot: return "foot";
+  }
+  return "unknown";
+}
+
+namespace {
+
+std::optional<Cap> cap_of_landmark(Landmark joint) {
+  switch (joint) {
+    case Landmark::kNone: return Cap{};
+    case Landmark::kHead: return Cap{BodyPart::kHead, kHeadLength, true};
+    case Landmark::kNeck: return Cap{BodyPart::kHead, kHeadAndNeckLength};
+    case Landmark::kArm: return Cap{BodyPart::kUpperArm, kUpperArmLength};
+    case Landmark::kForearm: return Cap{BodyPart::kForearm, kForearmLength};
+    case Landmark::kHand: return Cap{BodyPart::kHand, kHandLength, true};
+    case Landmark::kFinger: return Cap{BodyPart::kFinger, kFingertipLength};
+    case Landmark::kThigh: return Cap{BodyPart::kThigh, kThighLength};
+    case Landmark::kLeg:
+    case Landmark::kShank: return Cap{BodyPart::kShank, kShankLength};
+    case Landmark::kFoot: return Cap{BodyPart::kFoot, kFootAheadOfAnkle};
+    case Landmark::kToe: return Cap{BodyPart::kFoot, kToeLength};
+    case Landmark::kGirdle:
+    case Landmark::kShoulder:
+    case Landmark::kHip:
+    case Landmark::kPelvis:
+    case Landmark::kTrunk: break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Cap> cap_of(const std::string& joint) {
+  if (has_word(joint, {"effector", "ik", "target", "socket"})) return std::nullopt;
+  bool is_tip = has_word(joint, {"end", "top", "site"});
+  for (const std::string& word : words_of(joint)) {
+    if (word.compare(0, 3, "eye") == 0 || word.compare(0, 3, "jaw") == 0) return std::nullopt;
+    is_tip = is_tip || ends_with(word, "tip") || ends_with(word, "nub");
+  }
+  std::optional<Cap> cap = cap_of_landmark(landmark(joint));
+  if (cap) cap->is_tip = is_tip;
+  return cap;
+}
+
+bool is_outside_body(const TopSegment& segment) {
+  const Landmark end = landmark(segment.end);
+  if (!segment.leads_on && has_word(segment.end, {"ik", "target", "effector"})) return true;
+  if (landmark(segment.start) != Landmark::kNone) return false;
+  if (is_one_of(end, {Landmark::kHand, Landmark::kFoot, Landmark::kToe})) return true;
+  if (has_word(segment.start, {"armature", "scene", "world", "origin", "reference"}))
+    return segment.leads_on || end != Landmark::kNone;
+  if (!segment.leads_on || side_of(segment.end) != 0) return false;
+  return is_one_of(end, {Landmark::kPelvis, Landmark::kHip}) ||
+         (end == Landmark::kTrunk && segment.length_over_height > kLongForTrunk);
+}
+
+int side_of(const std::string& joint) {
+  for (const std::string& word : words_of(joint)) {
+    if (word == "l" || word.compare(0, 4, "left") == 0) return 1;
+    if (word == "r" || word.compare(0, 5, "right") == 0) return -1;
+  }
+  return 0;
+}
+
+const char* to_string(StatureSource source) {
+  switch (source) {
+    case StatureSource::kGiven: return "given";
+    case StatureSource::kLegsAndSpine: return "from legs and spine";
+    case StatureSource::kLegs: return "from legs";
+    case StatureSource::kArms: return "from arms";
+    case StatureSource::kSpine: return "from the spine";
+    case StatureSource::kHand: return "from a hand";
+    case StatureSource::kHeight: break;
+  }
+  return "from the figure's height";
+}
+
+Stature stature_of(const StatureLengths& lengths, double height) {
+  const double leg = lengths.thigh > 0 && lengths.shank > 0 ? lengths.thigh + lengths.shank : 0;
+  const double arm = lengths.upper_arm > 0 && lengths.forearm > 0 ? lengths.upper_arm + lengths.forearm : 0;
+  constexpr double kSpineLength = kNeckHeight - kHipHeight;
+  if (leg > 0 && lengths.spine > 0)
+    return {(leg + lengths.spine) / (kThighLength + kShankLength + kSpineLength), StatureSource::kLegsAndSpine};
+  if (leg > 0) return {leg / (kThighLength + kShankLength), StatureSource::kLegs};
+  if (lengths.thigh > 0 || lengths.shank > 0) return {height, StatureSource::kHeight};
+  if (arm > 0) return {arm / (kUpperArmLength + kForearmLength), StatureSource::kArms};
+  if (lengths.spine > 0) return {lengths.spine / kSpineLength, StatureSource::kSpine};
+  if (lengths.hand > 0) return {lengths.hand / kHandLength, StatureSource::kHand};
+  return {height, StatureSource::kHeight};
 }
 
 double segment_radius(BodyPart part, double length, double stature, std::size_t ray_count) {
@@ -131,19 +281,19 @@ double segment_radius(BodyPart part, double length, double stature, std::size_t 
   // Shares of mass, densities and shares of length: see body_parts.h.
   switch (part) {
     case BodyPart::kUnknown: radius = kUnknownRadiusOverLength * length; break;
-    case BodyPart::kTrunk: radius = stature * radius_over_stature(.497, 1030, .288); break;
+    case BodyPart::kTrunk: radius = stature * radius_over_stature(.497, 1030, kTrunkLength); break;
     case BodyPart::kPelvis: radius = stature * kPelvisRadius; break;
     case BodyPart::kGirdle: radius = stature * kGirdleRadius; break;
-    case BodyPart::kHead: radius = stature * radius_over_stature(.081, 1110, .182); break;
-    case BodyPart::kUpperArm: radius = stature * radius_over_stature(.028, 1070, .186); break;
-    case BodyPart::kForearm: radius = stature * radius_over_stature(.016, 1130, .146); break;
+    case BodyPart::kHead: radius = stature * radius_over_stature(.081, 1110, kHeadAndNeckLength); break;
+    case BodyPart::kUpperArm: radius = stature * radius_over_stature(.028, 1070, kUpperArmLength); break;
+    case BodyPart::kForearm: radius = stature * radius_over_stature(.016, 1130, kForearmLength); break;
     case BodyPart::kHand:
-      radius = stature * radius_over_stature(.006, 1160, .108) / std::sqrt(static_cast<double>(ray_count));
+      radius = stature * radius_over_stature(.006, 1160, kHandLength) / std::sqrt(static_cast<double>(ray_count));
       break;
     case BodyPart::kFinger: radius = stature * kFingerRadius; break;
-    case BodyPart::kThigh: radius = stature * radius_over_stature(.100, 1050, .245); break;
-    case BodyPart::kShank: radius = stature * radius_over_stature(.0465, 1090, .246); break;
-    case BodyPart::kFoot: radius = stature * radius_over_stature(.0145, 1100, .152); break;
+    case BodyPart::kThigh: radius = stature * radius_over_stature(.100, 1050, kThighLength); break;
+    case BodyPart::kShank: radius = stature * radius_over_stature(.0465, 1090, kShankLength); break;
+    case BodyPart::kFoot: radius = stature * radius_over_stature(.0145, 1100, kFootLength); break;
   }
   if (part == BodyPart::kTrunk || part == BodyPart::kPelvis || part == BodyPart::kGirdle) cap = kTrunkRadiusOverLength;
   return std::clamp(radius, kLeastRadiusOverLength * length, cap * length);

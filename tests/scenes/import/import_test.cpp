@@ -251,7 +251,8 @@ TEST_CASE("the joint positions of every shared clip are those of the reference")
 }
 
 TEST_CASE(
-    "each joint with a segment makes one link, which has its name, comes after its parent and follows the joint") {
+    "each joint with a segment or a cap makes one link, which has its name, comes after its parent and follows the "
+    "joint") {
   for (const std::string& file : all_bvh_files()) {
     CAPTURE(file);
     ImportOptions options;
@@ -271,6 +272,8 @@ TEST_CASE(
     }
     const bool has_ball = all_notes(clip.notes).find("its link is a ball") != std::string::npos;
     if (has_ball) CHECK(with_segment.insert(0).second);
+    for (const SkeletonBody& body : clip.bodies.bodies)
+      if (body.reason == BodyReason::kCap) with_segment.insert(body.joint);
     std::vector<std::size_t> joint_of;
     for (const std::size_t j : with_segment) {
       expected.push_back(s.joint_names[j]);
@@ -346,14 +349,14 @@ TEST_CASE(
     "pairs") {
   // As in the CMU clips, three children lie at the root. left and right have segments. spine has no segment of its own
   // and continues through a zero joint.
-  const Clip clip =
-      clip_of(bvh("ROOT Hips { OFFSET 0 0 0 CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation\n"
-                  "JOINT Left { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation JOINT LeftLeg { OFFSET 0 -.8 0 "
-                  "CHANNELS 3 Zrotation Yrotation Xrotation End Site { OFFSET 0 0 0 } } }\n"
-                  "JOINT Right { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation End Site { OFFSET .1 -.8 0 } }\n"
-                  "JOINT Pivot { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation JOINT Spine { OFFSET 0 0 0 "
-                  "CHANNELS 3 Zrotation Yrotation Xrotation End Site { OFFSET 0 .6 0 } } } }\n",
-                  "Frames: 1\nFrame Time: 1\n0 1 0 0 0 0 0 0 0 0 0 0 0 0 0 90 0 0 0 0 90\n"));
+  const Clip clip = clip_of(
+      bvh("ROOT Hips { OFFSET 0 0 0 CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation\n"
+          "JOINT Left { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation JOINT LeftLeg_End { OFFSET 0 -.8 0 "
+          "CHANNELS 3 Zrotation Yrotation Xrotation End Site { OFFSET 0 0 0 } } }\n"
+          "JOINT Right { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation End Site { OFFSET .1 -.8 0 } }\n"
+          "JOINT Pivot { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation JOINT Spine { OFFSET 0 0 0 "
+          "CHANNELS 3 Zrotation Yrotation Xrotation End Site { OFFSET 0 .6 0 } } } }\n",
+          "Frames: 1\nFrame Time: 1\n0 1 0 0 0 0 0 0 0 0 0 0 0 0 0 90 0 0 0 0 90\n"));
   const Character& c = clip.character;
   REQUIRE(c.link_names == std::vector<std::string>{"Hips", "Left", "Right", "Spine"});
   CHECK(c.link_parents == std::vector<std::int32_t>{-1, 0, 0, 0});
@@ -366,9 +369,9 @@ TEST_CASE(
   CHECK(ball[0] == thickest);
   CHECK(c.ignored_pairs.size() == 6);
   const std::string notes = all_notes(clip.notes);
-  CHECK(notes.find("root Hips") != std::string::npos);
+  CHECK(notes.find("meet at Hips: its link is a ball") != std::string::npos);
   CHECK(notes.find("4 joints merged with the place of the parent") != std::string::npos);
-  CHECK(notes.find("2 joints dropped (no segment begins there): LeftLeg, Pivot") != std::string::npos);
+  CHECK(notes.find("2 joints dropped (no body moves with them): LeftLeg_End, Pivot") != std::string::npos);
   CHECK(notes.find("1 end site of zero length dropped") != std::string::npos);
   // Spine rotates with the dropped Pivot: Rz(90) Rx(90) (0, .6, 0) = Rz(90) (0, 0, .6) = (0, 0, .6).
   const float* const pose = c.poses.data() + 7 * 3;
@@ -393,10 +396,10 @@ TEST_CASE("a joint that moves in its parent's frame gets the mean place for its 
   const Clip clip =
       clip_of(bvh("ROOT a { OFFSET 0 0 0 CHANNELS 3 Zrotation Yrotation Xrotation\n"
                   "JOINT b { OFFSET 0 0 0 CHANNELS 3 Xposition Yposition Zposition End Site { OFFSET 0 1 0 } } }\n",
-                  "Frames: 2\nFrame Time: 1\n0 0 0 1 0 0\n90 0 0 3 0 0\n"));
+                  "Frames: 2\nFrame Time: 1\n0 0 0 1.99 0 0\n90 0 0 2.01 0 0\n"));
   REQUIRE(clip.character.link_names == std::vector<std::string>{"a", "b"});
   CHECK(clip.character.leaves[0].parts[0].shape.position[0] == doctest::Approx(1));
-  CHECK(all_notes(clip.notes).find("moving in the parent's frame, their segments fixed at the mean: b") !=
+  CHECK(all_notes(clip.notes).find("moving in the parent's frame, its segment fixed at the mean: b") !=
         std::string::npos);
 }
 
@@ -458,7 +461,7 @@ TEST_CASE("the CMU clips of assimp-testmodels have the size of a person at 0.056
     options.metres_per_unit = .0564;
     const Clip clip = import_clip(path, options);
     CHECK(all_notes(clip.notes).find("tall") == std::string::npos);
-    CHECK(clip.character.link_names.size() == 28);
+    CHECK(clip.character.link_names.size() == 30);
     // Thighs and shins have a plausible thickness, metres.
     const auto radius = [&clip](const char* link) {
       return clip.character.leaves[index_of(clip.character.link_names, link)].parts[0].shape.size[1];

@@ -1,5 +1,5 @@
-// The leaf box about a link's ellipsoids.
-#include "scenes/import/leaf_box.h"
+// The leaf box about a link's convex parts.
+#include "scenes/rig/leaf_box.h"
 
 #include "scenes/vec3d.h"
 
@@ -24,34 +24,46 @@ Axes rounded_to_float(Axes axes) {
   return axes;
 }
 
-Axes axes_of(const ShapePart& part) {
-  const float* const r = part.shape.rotation;
+Axes axes_of(const ConvexPart& part) {
+  const float* const r = part.rotation;
   const Quat q = normalized({r[0], r[1], r[2], r[3]});
   return {rotate(q, {1, 0, 0}), rotate(q, {0, 1, 0}), rotate(q, {0, 0, 1})};
 }
 
-Vec3 position_of(const ShapePart& part) {
-  return {part.shape.position[0], part.shape.position[1], part.shape.position[2]};
+Vec3 position_of(const ConvexPart& part) { return {part.position[0], part.position[1], part.position[2]}; }
+
+// Half the width of a part along a direction, whose components along the part's axes are c, times its length.
+double half_width(const ConvexPart& part, const Vec3& c) {
+  const double a = part.size[0], b = part.size[1];
+  switch (part.kind) {
+    case ShapeKind::kBox: return std::fabs(a * c[0]) + std::fabs(b * c[1]) + std::fabs(part.size[2] * c[2]);
+    case ShapeKind::kSphere: return a * length(c);
+    case ShapeKind::kCapsule: return a * length(c) + std::fabs(b * c[2]);
+    case ShapeKind::kCylinder: return a * std::sqrt(c[0] * c[0] + c[1] * c[1]) + std::fabs(b * c[2]);
+    default: break;
+  }
+  double width_sq = 0;  // an ellipsoid
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double term = part.size[k] * c[k];
+    width_sq += term * term;
+  }
+  return std::sqrt(width_sq);
 }
 
 // The least and the greatest dot(direction, x) over all points x of all parts.
-std::array<double, 2> bounds(const std::vector<ShapePart>& parts, const Vec3& direction) {
+std::array<double, 2> bounds(const std::vector<ConvexPart>& parts, const Vec3& direction) {
   std::array<double, 2> range = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const ShapePart& part : parts) {
+  for (const ConvexPart& part : parts) {
     const Axes axes = axes_of(part);
-    double reach_sq = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double term = part.shape.size[k] * dot(direction, axes[k]);
-      reach_sq += term * term;
-    }
+    const double reach = half_width(part, {dot(direction, axes[0]), dot(direction, axes[1]), dot(direction, axes[2])});
     const double middle = dot(direction, position_of(part));
-    range[0] = std::min(range[0], middle - std::sqrt(reach_sq));
-    range[1] = std::max(range[1], middle + std::sqrt(reach_sq));
+    range[0] = std::min(range[0], middle - reach);
+    range[1] = std::max(range[1], middle + reach);
   }
   return range;
 }
 
-double volume(const std::vector<ShapePart>& parts, const Axes& axes) {
+double volume(const std::vector<ConvexPart>& parts, const Axes& axes) {
   double product = 1;
   for (const Vec3& axis : axes) {
     const auto [low, high] = bounds(parts, axis);
@@ -68,10 +80,10 @@ float rounded_up(double value) {
 
 }  // namespace
 
-Box leaf_box(const std::vector<ShapePart>& parts) {
+Box leaf_box(const std::vector<ConvexPart>& parts) {
   std::vector<Axes> candidates;
   candidates.reserve(parts.size() + kMaxPairedParts * kMaxPairedParts);
-  for (const ShapePart& part : parts) candidates.push_back(axes_of(part));
+  for (const ConvexPart& part : parts) candidates.push_back(axes_of(part));
   for (std::size_t i = 0; i < std::min(parts.size(), kMaxPairedParts); ++i) {
     for (std::size_t j = 0; j < std::min(parts.size(), kMaxPairedParts); ++j) {
       const Vec3 along = candidates[i][0];
