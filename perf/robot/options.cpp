@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "perf/base/option_values.h"
+#include "scenes/import/limits.h"
 
 namespace cab::perf {
 namespace {
@@ -32,7 +33,7 @@ std::pair<std::string, std::string> read_two(const std::string& option, const st
 }
 
 void add_files(CLI::App& command, RobotCommandOptions& o) {
-  command.add_option("FILE", o.file, "robot: URDF or MJCF, as its first element says")->required()->type_name("");
+  add_path(command, "FILE", o.file, "robot: URDF or MJCF, as its first element says")->required()->type_name("");
   command
       .add_option_function<std::vector<std::string>>(
           "--package",
@@ -50,6 +51,7 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
           "a mesh of a URDF file that is not there (default refuse): refuse the robot, take no shape for it, or a ball "
           "of this radius in metres")
       ->type_name("refuse|none|RADIUS");
+  add_no_sandbox(command, o.import.sandbox);
 }
 
 }  // namespace
@@ -57,6 +59,7 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
 Command add_robot(CLI::App& app) {
   auto options = std::make_shared<RobotCommandOptions>();
   RobotCommandOptions& o = *options;
+  o.import.sandbox = scenes::kImportSandbox;
   o.policies.exact = Exact::kConvex;  // boxes of links are not enough for robots
   CLI::App& command = *app.add_subcommand("robot", "which links of a robot touch each other, by its joint states");
   add_files(command, o);
@@ -64,14 +67,13 @@ Command add_robot(CLI::App& app) {
       command, "--samples", o.samples,
       "random states that decide which pairs touch always or never (default 10000); 0: none are masked for that", 0,
       kMaxStates);
-  command.add_option("--srdf", o.srdf_path, "take the masked pairs from this file; none are derived")
+  add_path(command, "--srdf", o.srdf_path, "take the masked pairs from this file; none are derived")
       ->type_name("FILE.srdf")
       ->excludes(samples);
   CLI::Option* random =
       add_number(command, "--random", o.random_count, "random states to check (default 1000)", 1, kMaxStates);
-  command
-      .add_option("--states", o.states_path,
-                  "check the states of a CSV file: a line of joint names, then a line of values per state")
+  add_path(command, "--states", o.states_path,
+           "check the states of a CSV file: a line of joint names, then a line of values per state")
       ->type_name("FILE.csv")
       ->excludes(random);
   add_number(command, "--seed", o.seed, "seed of random states (default 1)", 0,

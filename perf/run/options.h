@@ -53,8 +53,8 @@ struct InspectOptions {
 Command add_inspect(CLI::App& app);
 int inspect_command(const InspectOptions& options);
 
-// Adds FILE..., --offset, --units, --fps, --up, --no-sandbox and what says how bodies are made, which `cab sweep` accepts
-// too.
+// Adds FILE..., --offset, --units, --fps, --up, --no-sandbox and what says how bodies are made, which `cab sweep`
+// accepts too.
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning);
 
 }  // namespace cab::perf

@@ -93,12 +93,12 @@ struct Clip {
 };
 
 // Makes links from a skeleton. If options.skin is given, bodies are those of the file's meshes, as
-// scenes/import/skin_clip.h says. Otherwise each joint with a body makes one link: with a bone to a child joint or an end site, with
-// a cap at an end of the figure, or with a ball (scenes/rig/skeleton_bodies.h). The link has the joint's name, moves
-// with it, and has its frame there. If several links have no link above them, the last joint above them all is a link
-// too. Each link has one leaf box about all of its bodies. Links that share a joint are ignored pairs. Poses are
-// relative to an origin in double: the place of the first link's joint plus options.offset. notes says what was merged,
-// dropped, added or doubted. Throws ImportError.
+// scenes/import/skin_clip.h says. Otherwise each joint with a body makes one link: with a bone to a child joint or an
+// end site, with a cap at an end of the figure, or with a ball (scenes/rig/skeleton_bodies.h). The link has the joint's
+// name, moves with it, and has its frame there. If several links have no link above them, the last joint above them all
+// is a link too. Each link has one leaf box about all of its bodies. Links that share a joint are ignored pairs. Poses
+// are relative to an origin in double: the place of the first link's joint plus options.offset. notes says what was
+// merged, dropped, added or doubted. Throws ImportError.
 Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOptions& options);
 
 // import_skeleton, then make_clip. The name of the character is that of the file, without its folders.

@@ -6,6 +6,7 @@
 #include "scenes/vec3d.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,7 +73,8 @@ enum class MissingMesh : std::uint8_t {
 struct RobotOptions {
   std::vector<std::pair<std::string, std::string>> packages;  // name and folder, for package:// and model:// paths
   MissingMesh missing_mesh = MissingMesh::kRefuse;
-  double ball_radius = 0;  // metres, with kBall
+  double ball_radius = 0;                // metres, with kBall
+  std::optional<SandboxLimits> sandbox;  // read meshes in child processes with these limits; empty: in this one
 };
 
 // Reads a robot. The first element of the file tells the format: <robot> is URDF and <mujoco> is MJCF. Meshes become

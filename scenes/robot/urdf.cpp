@@ -275,7 +275,7 @@ class UrdfReader {
       return is_ball;
     }
     const auto found = meshes_.emplace(path, std::vector<Vec3>());
-    if (found.second) found.first->second = read_mesh(path, named);
+    if (found.second) found.first->second = read_mesh(path, options_, named);
     shape.kind = ShapeKind::kConvexHull;
     for (const Vec3& v : found.first->second)
       shape.vertices.push_back({mesh.scale.x * v[0], mesh.scale.y * v[1], mesh.scale.z * v[2]});

@@ -93,7 +93,7 @@ TEST_CASE("help names every option, every policy value and every instruction set
                    "--refit",           "--isa",     "FILE",    "--animation",   "--body",      "--kinds",
                    "--leaves-per-link", "--inflate", "--links", "--least-reach", "--obj"}},
       {"robot",
-       {"--package", "--missing-mesh", "--srdf", "--samples", "--random", "--states", "--seed", "--distance", "--exact",
+       {"--package", "--missing-mesh", "--no-sandbox", "--srdf", "--samples", "--random", "--states", "--seed", "--distance", "--exact",
         "--isa", "--threads", "--json", "--hits", "FILE"}},
       {"paper",
        {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},

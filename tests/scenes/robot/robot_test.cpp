@@ -1,6 +1,7 @@
 // Robots from files: shapes, joints and excluded pairs are as written, and bad files give one line that says where and
 // why.
 #include "scenes/robot/robot.h"
+#include "scenes/import/limits.h"
 
 #include "scenes/random.h"
 #include "tests/scenes/temporary_file.h"
@@ -250,15 +251,22 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
   }
 }
 
-TEST_CASE("mesh files that are no meshes are refused by name") {
+TEST_CASE("mesh files that are no meshes are refused by name, in a child process with the same words") {
   const TemporaryFile folder("a.urdf", "x");
+  const auto answer = [&](const scenes::RobotOptions& options) {
+    try {
+      scenes::import_robot(folder.path(), options);
+    } catch (const scenes::ImportError& error) { return std::string(error.what()).substr(folder.path().size() + 2); }
+    return std::string("read");
+  };
   const auto refused = [&](const std::string& name, const std::string& bytes) {
     std::ofstream((folder.directory() / name).string(), std::ios::binary) << bytes;
     std::ofstream(folder.path()) << robot_of(link_of("<mesh filename='" + name + "'/>"));
-    try {
-      scenes::import_robot(folder.path(), {});
-    } catch (const scenes::ImportError& error) { return std::string(error.what()).substr(folder.path().size() + 2); }
-    return std::string("read");
+    scenes::RobotOptions in_child;
+    in_child.sandbox = scenes::kImportSandbox;
+    const std::string told = answer({});
+    CHECK(answer(in_child) == told);
+    return told;
   };
   CHECK(refused("good.obj", cube()) == "read");
   CHECK(refused("a.stl", "no triangles here").find("mesh a.stl: ") != std::string::npos);
