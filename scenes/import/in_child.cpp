@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <filesystem>
+#include <new>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -12,13 +13,13 @@
 namespace cab::scenes {
 namespace {
 
-// `read`, whose every exception is an ImportError.
+// `read`, whose every exception is an ImportError, but for those of memory.
 std::string read_or_refuse(const std::string& name, const std::function<std::string()>& read) {
   try {
     return read();
-  } catch (const ImportError&) { throw; } catch (const std::exception& error) {
-    throw ImportError(name + ": cannot be read: " + error.what());
-  }
+  } catch (const ImportError&) { throw; } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) { throw ImportError(name + ": cannot be read: " + error.what()); }
 }
 
 }  // namespace

@@ -180,6 +180,16 @@ void allow_without_bits(std::vector<sock_filter>& program, std::uint32_t call, s
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
 }
 
+// Lets the call with this number pass if its argument `index` is `value`.
+void allow_with_value(std::vector<sock_filter>& program, std::uint32_t call, std::uint32_t index, std::uint32_t value) {
+  const auto argument = static_cast<std::uint32_t>(offsetof(seccomp_data, args) + index * sizeof(std::uint64_t));
+  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 4));
+  program.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, argument));
+  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 1, 0));
+  program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM));
+  program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
+}
+
 void limit_calls() {
   constexpr std::uint32_t kWriting = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC | O_APPEND;
   std::vector<sock_filter> program;
@@ -191,12 +201,8 @@ void limit_calls() {
 #ifdef SYS_open
   allow_without_bits(program, SYS_open, 1, kWriting);
 #endif
-  // abort() signals its own process.
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_tgkill, 0, 4));
-  program.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args)));
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(getpid()), 1, 0));
-  program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM));
-  program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
+  allow_with_value(program, SYS_fcntl, 1, F_GETFL);                                // listing a folder
+  allow_with_value(program, SYS_tgkill, 0, static_cast<std::uint32_t>(getpid()));  // abort() signals its own process
   for (const std::uint32_t call : kAllowedCalls) {
     program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 1));
     program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
@@ -242,7 +248,7 @@ void keep_only(int result) {
   try {
     const std::string payload = work();
     send_and_exit(Message::kPayload, payload.data(), payload.size());
-  } catch (const std::exception& error) {
+  } catch (const std::bad_alloc&) { out_of_memory(); } catch (const std::exception& error) {
     send_and_exit(Message::kRefused, error.what(), std::strlen(error.what()));
   } catch (...) { abort(); }
 }

@@ -27,7 +27,7 @@ scenes::JointStates read(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("columns may come in any order; what has no column rests; comments and empty lines are passed over") {
+TEST_CASE("columns may come in any order, what has no column rests, comments and empty lines are passed over") {
   const scenes::JointStates both = read("# recorded\n\n b , a\r\n1.5, -1e-1\n\n2,1");
   CHECK(both.count == 2);
   CHECK(both.values == std::vector<double>{-.1, 1.5, 1, 2});
