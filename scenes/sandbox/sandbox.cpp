@@ -180,12 +180,15 @@ void allow_without_bits(std::vector<sock_filter>& program, std::uint32_t call, s
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
 }
 
-// Lets the call with this number pass if its argument `index` is `value`.
-void allow_with_value(std::vector<sock_filter>& program, std::uint32_t call, std::uint32_t index, std::uint32_t value) {
+// Lets the call with this number pass if its argument `index` is one of `values`.
+void allow_with_values(std::vector<sock_filter>& program, std::uint32_t call, std::uint32_t index,
+                       const std::vector<std::uint32_t>& values) {
   const auto argument = static_cast<std::uint32_t>(offsetof(seccomp_data, args) + index * sizeof(std::uint64_t));
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 4));
+  const auto count = static_cast<std::uint8_t>(values.size());
+  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, static_cast<std::uint8_t>(count + 3)));
   program.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, argument));
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 1, 0));
+  for (std::uint8_t v = 0; v < count; ++v)
+    program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, values[v], static_cast<std::uint8_t>(count - v), 0));
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM));
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
 }
@@ -201,8 +204,8 @@ void limit_calls() {
 #ifdef SYS_open
   allow_without_bits(program, SYS_open, 1, kWriting);
 #endif
-  allow_with_value(program, SYS_fcntl, 1, F_GETFL);                                // listing a folder
-  allow_with_value(program, SYS_tgkill, 0, static_cast<std::uint32_t>(getpid()));  // abort() signals its own process
+  allow_with_values(program, SYS_fcntl, 1, {F_GETFL, F_SETFD});                       // listing a folder
+  allow_with_values(program, SYS_tgkill, 0, {static_cast<std::uint32_t>(getpid())});  // abort() signals its own process
   for (const std::uint32_t call : kAllowedCalls) {
     program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 1));
     program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));

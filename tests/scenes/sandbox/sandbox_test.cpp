@@ -148,6 +148,8 @@ TEST_CASE("the child reads below the folders that it is given, and nothing else"
   const TemporaryFile inside("inside.txt", "inside"), outside("outside.txt", "outside");
   const std::string folder = inside.directory().string();
   CHECK(seen(read_file(inside.path()), {folder}) == "inside");
+  const auto list = [&] { return std::filesystem::directory_iterator(folder)->path().filename().string(); };
+  CHECK(seen(list, {folder}) == "inside.txt");
   CHECK(seen(read_file(outside.path()), {folder, outside.path()}) == "outside");
   if (!sandbox_limits_files()) {
     MESSAGE("skipped: this kernel has no Landlock");
