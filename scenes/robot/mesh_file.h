@@ -14,8 +14,8 @@ std::string find_mesh(const std::string& name, const std::string& robot_path, co
                       const std::string& source);
 
 // All vertices of a mesh file, in metres of the file, each once. The axes are those of the file: no turn by an up axis.
-// With options.sandbox a child process reads it. Throws ImportError, with `source` or, if the child ends early, with the
-// path.
+// With options.sandbox a child process reads it. Throws ImportError, with `source`, or with the path if the child ends
+// early.
 std::vector<Vec3> read_mesh(const std::string& path, const RobotOptions& options, const std::string& source);
 
 }  // namespace cab::scenes
