@@ -49,7 +49,7 @@ TEST_CASE("a hull contains its points, on grids with many points in a plane too"
 TEST_CASE("a hull of few vertices contains all points, and shrinks as it may have more") {
   const std::vector<Vec3> ball = ball_points(2000);
   double volume = 1e300;
-  for (const std::size_t most : {8, 16, 32, 64, 128}) {
+  for (const std::size_t most : {8u, 16u, 32u, 64u, 128u}) {
     const Hull hull = enclosing_hull(ball, most);
     CAPTURE(most);
     CHECK(hull.vertices.size() <= most);
