@@ -4,6 +4,8 @@
 
 #include "scenes/import/import.h"
 
+#include "tests/rounds.h"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -323,7 +325,12 @@ TEST_CASE("bodies_from_skin refuses what is no skin") {
 }
 
 TEST_CASE("hulls about real skins hold 98 percent of the surface as they are, and all of it when inflated") {
-  for (const std::string& file : models()) {
+  std::vector<std::string> files = models();
+  if (tests::rounds(files.size()) < files.size()) {
+    files.resize(tests::rounds(files.size()));
+    MESSAGE("fewer rounds: the first " << files.size() << " of the models");
+  }
+  for (const std::string& file : files) {
     CAPTURE(file);
     scenes::ImportOptions options;
     options.skin.emplace();
