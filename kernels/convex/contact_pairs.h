@@ -93,7 +93,9 @@ CAB_INLINE Touching<DoubleOf<V>> half_space_contact(const ContactLanes<V>& pair)
 }
 
 // How far a hull reaches along d from its shape's centre. d: in the shape's axes, in the caller's unit per scaled unit.
-inline double hull_height(const ConvexShape& hull, const Vec3<double>& d) {
+// A template, so that its name says for which instruction set it is compiled.
+template <class D>
+double hull_height(const ConvexShape& hull, const Vec3<double>& d) {
   const auto at = [](const float* v, int c) { return static_cast<double>(v[c]); };
   double offset = 0;  // of the part's origin from the centre
   const double along[3] = {d.x, d.y, d.z};
@@ -120,7 +122,7 @@ CAB_INLINE D height_of(ConvexKind kind, const Vec3<D>& size, D scale, const Conv
   const D components[3] = {d.x, d.y, d.z};
   for (int c = 0; c < 3; ++c) Lanes<D>::store(along[c], components[c]);
   for (std::uint32_t i = 0; i < kWidth<D>; ++i)
-    height[i] = hull_height(*shapes[i], {along[0][i], along[1][i], along[2][i]});
+    height[i] = hull_height<D>(*shapes[i], {along[0][i], along[1][i], along[2][i]});
   return scale * Lanes<D>::load(height);
 }
 
