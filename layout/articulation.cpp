@@ -2,6 +2,7 @@
 
 #include "layout/arena.h"
 #include "layout/error_bounds.h"
+#include "layout/shape_sizes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,20 +79,6 @@ bool have_area(Span<const float> vertices) {
     widest = std::max(widest, std::sqrt(dot(offset, offset)));
   }
   return widest > kThinHull * extent;
-}
-
-// How many of ConvexPart::size a kind uses, or -1 if there is no such kind.
-int size_count(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::kBox:
-    case ShapeKind::kEllipsoid: return 3;
-    case ShapeKind::kCapsule:
-    case ShapeKind::kCylinder: return 2;
-    case ShapeKind::kSphere: return 1;
-    case ShapeKind::kConvexHull:
-    case ShapeKind::kHalfSpace: return 0;
-  }
-  return -1;
 }
 
 bool valid_sizes(const ConvexPart& part) {

@@ -1,6 +1,7 @@
 // Collision shapes of a robot's links as leaves.
 #include "scenes/robot/shapes.h"
 
+#include "layout/shape_sizes.h"
 #include "scenes/import/limits.h"
 
 #include <cab/cab.h>
@@ -16,18 +17,6 @@ constexpr double kBoxMargin = 0x1p-20;
 
 bool in_range(const Vec3& v) {
   return std::all_of(v.begin(), v.end(), [](double x) { return std::fabs(x) <= kMaxImportValue; });
-}
-
-// How many of the three sizes a kind uses.
-std::size_t size_count(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::kBox:
-    case ShapeKind::kEllipsoid: return 3;
-    case ShapeKind::kCapsule:
-    case ShapeKind::kCylinder: return 2;
-    case ShapeKind::kSphere: return 1;
-    default: return 0;
-  }
 }
 
 // Half extents of a shape along its own axes.
@@ -62,7 +51,7 @@ Box box_about(const RobotShape& shape, const ConvexPart& part) {
 
 void add_shape(Robot& robot, std::uint32_t link, const RobotShape& shape, const std::string& source) {
   if (!in_range(shape.place.translation)) throw ImportError(source + ": its place is not a number or out of range");
-  for (std::size_t k = 0; k < size_count(shape.kind); ++k)
+  for (std::size_t k = 0; k < static_cast<std::size_t>(size_count(shape.kind)); ++k)
     if (!(shape.size[k] > 0 && shape.size[k] <= kMaxImportValue))
       throw ImportError(source + ": its size must be above 0 and at most 1e9 m");
   BodyLeaf leaf;
