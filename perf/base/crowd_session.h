@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "layout/arena.h"
-#include "perf/oracle/engine_ptr.h"
+#include "perf/base/engine_call.h"
 #include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
@@ -50,9 +50,7 @@ class CrowdSession {
     desc.isa = isa;
     desc.thread_count = thread_count;
     desc.allocator = &allocator;
-    Engine* engine = nullptr;
-    require(create_engine(desc, &engine), "engine");
-    engine_.reset(engine);
+    engine_ = make_engine(desc);
     for (const scenes::CrowdGroup& group : crowd.groups) {
       const scenes::ArticulationStorage storage(group.figure);
       BatchDesc batch;
@@ -104,9 +102,6 @@ class CrowdSession {
   std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
 
  private:
-  static void require(Status status, const std::string& what) {
-    if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
-  }
   CountedMemory memory_;  // outlives the engine
   oracle::EnginePtr engine_;
   std::vector<BatchId> batches_;

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "perf/base/engine_call.h"
 #include "perf/base/statistics.h"
 
 namespace cab::perf {
@@ -19,14 +20,6 @@ constexpr std::size_t kMaxBlockLeaves = std::size_t{1} << 18;
 
 // How many hits per frame the first buffer has room for.
 constexpr std::size_t kHitsPerFrame = 8;
-
-[[noreturn]] void fail(const std::string& what, Status status) {
-  throw std::runtime_error(what + ": " + to_string(status));
-}
-
-void require(Status status, const std::string& what) {
-  if (status != Status::kOk) fail(what, status);
-}
 
 std::uint32_t block_frames(const scenes::Scene& scene, std::uint32_t frame_count) {
   std::size_t leaves = 1;
@@ -60,9 +53,7 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
   EngineDesc desc;
   desc.isa = options.isa;
   desc.thread_count = options.thread_count;
-  Engine* engine = nullptr;
-  require(create_engine(desc, &engine), "engine");
-  engine_.reset(engine);
+  engine_ = make_engine(desc);
 
   for (const scenes::Character& character : scene.characters) {
     check_arrays(scene, character);
@@ -70,7 +61,7 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
     ArticulationId id;
     std::uint32_t bad_element = 0;
     const Status status = add_articulation(*engine_, storage.desc(), &id, &bad_element);
-    if (status != Status::kOk) fail(character.name + ": element " + std::to_string(bad_element), status);
+    require(status, character.name + ": element " + std::to_string(bad_element));
     articulations_.push_back(id);
   }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "layout/frame_stats.h"
+#include "perf/base/engine_call.h"
 #include "scenes/robot/kinematics.h"
 
 namespace cab::perf {
@@ -17,10 +18,6 @@ constexpr std::uint32_t kMaxChunkStates = 4096;
 constexpr std::uint32_t kMinChunkStates = 16;  // a tile
 constexpr std::size_t kMaxChunkPoses = std::size_t{1} << 20;
 constexpr std::size_t kMaxChunkHits = std::size_t{1} << 22;
-
-void require(Status status, const std::string& what) {
-  if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
-}
 
 std::uint32_t chunk_states(std::size_t link_count) {
   const std::size_t link_pairs = std::max<std::size_t>(link_count * (link_count - 1) / 2, 1);
@@ -36,9 +33,7 @@ RobotSession::RobotSession(const scenes::Robot& robot, std::vector<LinkPair> ign
   EngineDesc desc;
   desc.isa = options.isa;
   desc.thread_count = options.thread_count;
-  Engine* engine = nullptr;
-  require(create_engine(desc, &engine), "engine");
-  engine_.reset(engine);
+  engine_ = make_engine(desc);
   const scenes::ArticulationStorage storage(robot.body);
   ArticulationDesc articulation = storage.desc();
   articulation.ignored_pairs = {ignored.data(), ignored.size()};

@@ -1,0 +1,22 @@
+// Calls of the engine whose failure ends a command.
+#pragma once
+
+#include "perf/oracle/engine_ptr.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace cab::perf {
+
+// Throws std::runtime_error with `what` and the status in words, unless that is kOk.
+inline void require(Status status, const std::string& what) {
+  if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
+}
+
+inline oracle::EnginePtr make_engine(const EngineDesc& desc) {
+  Engine* engine = nullptr;
+  require(create_engine(desc, &engine), "engine");
+  return oracle::EnginePtr(engine);
+}
+
+}  // namespace cab::perf
