@@ -1,5 +1,6 @@
 #include "scenes/import/asf_amc.h"
 
+#include "scenes/import/input_file.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/words.h"
@@ -457,7 +458,7 @@ std::string find_asf(const std::string& amc_path) {
   std::string found;
   for (const fs::directory_entry& entry :
        fs::directory_iterator(path.has_parent_path() ? path.parent_path() : fs::path("."), error)) {
-    if (lower_case(entry.path().extension().string()) != ".asf") continue;
+    if (lower_extension(entry.path().string()) != ".asf") continue;
     const std::string other = entry.path().stem().string();
     all.push_back(entry.path().string());
     if (other == stem || (other == subject && found.empty())) found = all.back();

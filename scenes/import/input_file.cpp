@@ -3,8 +3,8 @@
 
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
+#include "scenes/import/words.h"
 
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 
@@ -36,9 +36,7 @@ std::string read_bytes(const std::string& path, const std::string& name, std::si
 }
 
 std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
+  return lower_case(std::filesystem::path(path).extension().string());
 }
 
 }  // namespace cab::scenes

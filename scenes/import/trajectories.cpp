@@ -1,6 +1,7 @@
 #include "scenes/import/trajectories.h"
 
 #include "scenes/import/import.h"
+#include "scenes/import/input_file.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/words.h"
@@ -9,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <string_view>
@@ -85,14 +85,6 @@ void read_frame_rate(std::string_view comment, double& frames_per_second) {
     const std::size_t end = std::min(text.find_first_of(" \t\r,;", begin), text.size());
     if (read_number(std::string_view(text).substr(begin, end - begin), frames_per_second)) return;
   }
-}
-
-void check_file(const std::string& path, const std::string& name) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw ImportError(name + ": no such file");
-  if (!std::filesystem::is_regular_file(path, error)) throw ImportError(name + ": is not a regular file");
-  if (std::filesystem::file_size(path, error) > kMaxFileBytes)
-    throw ImportError(name + ": the file is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB");
 }
 
 void find_headings(Track& track) {

@@ -1,5 +1,6 @@
 // Bodies from a skeleton in plain arrays.
 #include "scenes/affine.h"
+#include "scenes/rig/desc_of.h"
 #include "scenes/rig/leaf_box.h"
 #include "scenes/rig/skeleton_bodies.h"
 
@@ -174,14 +175,7 @@ Bodies& Bodies::operator=(Bodies&& other) noexcept {
 
 Bodies::~Bodies() { delete storage_; }
 
-ArticulationDesc Bodies::desc() const {
-  ArticulationDesc desc;
-  if (storage_ == nullptr) return desc;
-  desc.link_parents = {storage_->link_parents.data(), storage_->link_parents.size()};
-  desc.leaves = {storage_->leaves.data(), storage_->leaves.size()};
-  desc.ignored_pairs = {storage_->ignored_pairs.data(), storage_->ignored_pairs.size()};
-  return desc;
-}
+ArticulationDesc Bodies::desc() const { return desc_of(storage_); }
 
 Status bodies_from_skeleton(const SkeletonDesc& skeleton, const SkeletonOptions& options, Bodies* bodies) {
   try {

@@ -8,6 +8,7 @@
 #include <new>
 #include <set>
 
+#include "scenes/rig/desc_of.h"
 #include "scenes/rig/posed_skin.h"
 
 namespace cab::scenes {
@@ -319,14 +320,7 @@ SkinBodies& SkinBodies::operator=(SkinBodies&& other) noexcept {
 
 SkinBodies::~SkinBodies() { delete storage_; }
 
-ArticulationDesc SkinBodies::desc() const noexcept {
-  ArticulationDesc desc;
-  if (storage_ == nullptr) return desc;
-  desc.link_parents = {storage_->link_parents.data(), storage_->link_parents.size()};
-  desc.leaves = {storage_->leaves.data(), storage_->leaves.size()};
-  desc.ignored_pairs = {storage_->ignored_pairs.data(), storage_->ignored_pairs.size()};
-  return desc;
-}
+ArticulationDesc SkinBodies::desc() const noexcept { return scenes::desc_of(storage_); }
 
 Span<const std::uint32_t> SkinBodies::joints() const noexcept {
   if (storage_ == nullptr) return {};
