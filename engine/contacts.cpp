@@ -1,5 +1,6 @@
 #include "engine/contacts.h"
 
+#include "engine/convex_pair.h"
 #include "engine/in_contact.h"
 #include "engine/timed.h"
 #include "engine/worker.h"
@@ -90,16 +91,11 @@ void add_contacts(const FrameContext& frame, WorkerPool& pool, FrameJob& job) {
 }
 
 bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
-  const PoseFormat format = batch.input->poses.format;
   const Span<const float> orientations = batch.input->orientations;
-  const float* const pose = pose_of(batch, instance) + link * (batch.link_stride / sizeof(float));
-  kernel::RawPoses poses, turns;
-  for (std::uint32_t f = 0; f < kernel::pose_float_count(format); ++f) poses.raw[f][0] = pose[f];
-  for (std::uint32_t f = 0; f < 4 && !orientations.empty(); ++f)
-    turns.raw[f][0] = orientations.data[4 * std::size_t{instance} + f];
   kernel::LaneChecks<float> checks = {true, true, true};
   const kernel::RigidLanes<float> posed =
-      kernel::rotated_pose<float>(poses, orientations.empty() ? nullptr : &turns, format, 0, checks);
+      rotated_pose(batch.input->poses.format, pose_of(batch, instance) + link * (batch.link_stride / sizeof(float)),
+                   orientations.empty() ? nullptr : orientations.data + 4 * std::size_t{instance}, checks);
   return checks.finite && checks.rigid && kernel::in_range(posed.translation);
 }
 

@@ -42,11 +42,8 @@ double reach_of(Span<const float> vertices) {
 }  // namespace
 
 kernel::RigidLanes<double> pose_in_double(PoseFormat format, const float* pose, const float* orientation) {
-  kernel::RawPoses poses, orientations;
-  for (std::uint32_t f = 0; f < kernel::pose_float_count(format); ++f) poses.raw[f][0] = pose[f];
-  for (std::uint32_t f = 0; f < 4 && orientation; ++f) orientations.raw[f][0] = orientation[f];
-  kernel::LaneChecks<double> checks = {true, true, true};  // not read: the instance was checked when it was bounded
-  return kernel::rotated_pose<double>(poses, orientation ? &orientations : nullptr, format, 0, checks);
+  kernel::LaneChecks<double> checks = {true, true, true};  // not read
+  return rotated_pose(format, pose, orientation, checks);
 }
 
 // The shape in the link's frame.

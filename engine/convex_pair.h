@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/convex/convex_block.h"
+#include "kernels/pose_leaves.h"
 #include "kernels/vec3.h"
 
 namespace cab {
@@ -17,7 +18,17 @@ struct PlacedShape {
   const float* orientation;  // of the instance, or null
 };
 
-// The pose of a link in double, rotated by the orientation of its instance, which may be null.
+// The pose of a link, rotated by the orientation of its instance, which may be null. T: float or double.
+template <class T>
+kernel::RigidLanes<T> rotated_pose(PoseFormat format, const float* pose, const float* orientation,
+                                   kernel::LaneChecks<T>& checks) {
+  kernel::RawPoses poses, orientations;
+  for (std::uint32_t f = 0; f < kernel::pose_float_count(format); ++f) poses.raw[f][0] = pose[f];
+  for (std::uint32_t f = 0; f < 4 && orientation; ++f) orientations.raw[f][0] = orientation[f];
+  return kernel::rotated_pose<T>(poses, orientation ? &orientations : nullptr, format, 0, checks);
+}
+
+// The same in double, of a pose that was checked when its instance was bounded.
 kernel::RigidLanes<double> pose_in_double(PoseFormat format, const float* pose, const float* orientation);
 
 class ConvexPair {

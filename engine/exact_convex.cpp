@@ -3,6 +3,7 @@
 #include "engine/contacts.h"
 #include "engine/convex_in_double.h"
 #include "engine/worker.h"
+#include "layout/rounded_up.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,12 +21,6 @@ float scale_of(float length) {
   float out;
   std::memcpy(&out, &bits, sizeof(out));
   return out;
-}
-
-// A depth rounded up to float: it suffices to part shapes, and a distance, which is minus the depth, is not too large.
-float rounded_up(double depth) {
-  const auto out = static_cast<float>(depth);
-  return static_cast<double>(out) < depth ? std::nextafter(out, std::numeric_limits<float>::infinity()) : out;
 }
 
 // One side of a leaf pair: the shapes of the leaf, and the poses that place them.

@@ -1,5 +1,7 @@
 #include "layout/convex_shapes.h"
 
+#include "layout/rounded_up.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,12 +22,6 @@ void store(const Double3& from, float* to) {
 }
 
 double length(const Double3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
-
-// A length rounded up to float.
-float rounded_up(double length) {
-  const auto out = static_cast<float>(length);
-  return static_cast<double>(out) < length ? std::nextafter(out, std::numeric_limits<float>::infinity()) : out;
-}
 
 // Moves a hull's vertices to the centre of their bounds, scales and sorts them, and appends them to `shape`.
 void set_hull(const ConvexPart& part, const double (&columns)[3][3], Arena& arena, ConvexShape& shape) {

@@ -1,6 +1,7 @@
 #include "layout/fit_box.h"
 
 #include "layout/error_bounds.h"
+#include "layout/rounded_up.h"
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
@@ -233,12 +234,6 @@ Axes in_link_order(const Axes& axes) {
     out.col(k) = axis[k] < 0 ? Vector3d(-axis) : axis;
   }
   return out;
-}
-
-float rounded_up(double value) {
-  const auto rounded = static_cast<float>(value);
-  return static_cast<double>(rounded) < value ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
-                                              : rounded;
 }
 
 // The box along the given axes about all vertices. Its numbers are floats, and it contains the vertices exactly.

@@ -26,6 +26,16 @@ CAB_INLINE void read_shapes(const ConvexShape* const (&shapes)[kLanes], ShapeTil
     for (int k = 0; k < 9; ++k) out.axis[k][lane] = shapes[lane]->axis[k / 3][k % 3];
 }
 
+template <class D>
+CAB_INLINE ShapeLanes<D> load_shapes(const ShapeTile& shapes, std::uint32_t lane) {
+  const auto record = [&](int k) { return Lanes<D>::load(shapes.record[k] + lane); };
+  const auto axis = [&](int k) { return Lanes<D>::load(shapes.axis[k] + lane); };
+  return {{record(0), record(1), record(2)},
+          {{axis(0), axis(1), axis(2)}, {axis(3), axis(4), axis(5)}, {axis(6), axis(7), axis(8)}},
+          {record(12), record(13), record(14)},
+          record(15)};
+}
+
 // One side of a block of pairs, ready for lanes.
 struct ContactSide {
   ShapeTile shapes;
@@ -118,38 +128,13 @@ struct Touching {
   Vec3<D> normal, on_a, on_b;
 };
 
-// A shape relative to the origin of its instance, in world axes.
-template <class D>
-struct PosedInDouble {
-  Vec3<D> column[3], center, size;
-  D reach, away;  // away: |translation|_1 of its link + |position|_1
-};
-
-template <class D>
-CAB_INLINE PosedInDouble<D> pose_in_double(const ConvexSide& side, const ContactSide& read, std::uint32_t lane) {
-  const Mask<D> yes = D(0.0) <= D(0.0);
-  LaneChecks<D> checks = {yes, yes, yes};  // not read: the instance was checked when it was bounded
-  const RigidLanes<D> pose = rotated_pose<D>(read.raw.poses, side.orientation[0] ? &read.raw.orientations : nullptr,
-                                             side.format, lane, checks);
-  const auto record = [&](int k) { return Lanes<D>::load(read.shapes.record[k] + lane); };
-  const auto axis = [&](int k) { return Lanes<D>::load(read.shapes.axis[k] + lane); };
-  const Vec3<D> position = {record(0), record(1), record(2)};
-  PosedInDouble<D> out;
-  for (int k = 0; k < 3; ++k)
-    out.column[k] = rotate(pose.column, Vec3<D>{axis(3 * k), axis(3 * k + 1), axis(3 * k + 2)});
-  out.center = pose.translation + rotate(pose.column, position);
-  out.size = {record(12), record(13), record(14)};
-  out.reach = record(15);
-  out.away = sum(abs(pose.translation)) + sum(abs(position));
-  return out;
-}
-
 // The lanes that D covers, from `lane` on.
 template <class V>
 CAB_INLINE ContactLanes<V> contact_lanes(const ConvexBlock& block, const ContactSide& read_a, const ContactSide& read_b,
                                          std::uint32_t lane) {
   using D = DoubleOf<V>;
-  const PosedInDouble<D> a = pose_in_double<D>(block.a, read_a, lane), b = pose_in_double<D>(block.b, read_b, lane);
+  const PosedShape<D> a = pose_shape<D>(block.a, read_a.raw, lane, load_shapes<D>(read_a.shapes, lane)),
+                      b = pose_shape<D>(block.b, read_b.raw, lane, load_shapes<D>(read_b.shapes, lane));
   ContactLanes<V> out;
   out.kind_a = block.a.shape[0]->kind;
   out.kind_b = block.b.shape[0]->kind;

@@ -45,19 +45,21 @@ CAB_INLINE void read_side(const ConvexSide& side, RawSide& raw) {
 }
 
 // A shape relative to the origin of its instance, in world axes. away: |translation|_1 of its link + |position|_1.
+// V: a vector of floats or of doubles.
 template <class V>
 struct PosedShape {
   Vec3<V> column[3], center, size;
   V reach, away;
 };
 
+// local: the shapes in the frames of their links, of the lanes that V covers from `lane` on.
 template <class V>
-CAB_INLINE PosedShape<V> pose_shape(const ConvexSide& side, const RawSide& raw, std::uint32_t lane) {
-  const Mask<V> yes = V(0.0f) <= V(0.0f);
+CAB_INLINE PosedShape<V> pose_shape(const ConvexSide& side, const RawSide& raw, std::uint32_t lane,
+                                    const ShapeLanes<V>& local) {
+  const Mask<V> yes = V(0) <= V(0);
   LaneChecks<V> checks = {yes, yes, yes};  // not read: pose_leaves checked the pose when the instance was bounded
   const RigidLanes<V> pose =
       rotated_pose<V>(raw.poses, side.orientation[0] ? &raw.orientations : nullptr, side.format, lane, checks);
-  const ShapeLanes<V> local = load_shapes<V>(side.shape + lane);
   PosedShape<V> out;
   for (int k = 0; k < 3; ++k) out.column[k] = rotate(pose.column, local.column[k]);
   out.center = pose.translation + rotate(pose.column, local.position);
@@ -71,7 +73,8 @@ CAB_INLINE PosedShape<V> pose_shape(const ConvexSide& side, const RawSide& raw, 
 template <class V>
 CAB_INLINE PairLanes<V> pair_lanes(const ConvexBlock& block, const RawSide& raw_a, const RawSide& raw_b,
                                    std::uint32_t lane) {
-  const PosedShape<V> a = pose_shape<V>(block.a, raw_a, lane), b = pose_shape<V>(block.b, raw_b, lane);
+  const PosedShape<V> a = pose_shape<V>(block.a, raw_a, lane, load_shapes<V>(block.a.shape + lane)),
+                      b = pose_shape<V>(block.b, raw_b, lane, load_shapes<V>(block.b.shape + lane));
   const V scale = Lanes<V>::load(block.scale + lane);
   const Vec3<V> between = {difference(b.center.x, a.center.x, block.shift.by[0] + lane),
                            difference(b.center.y, a.center.y, block.shift.by[1] + lane),

@@ -1,6 +1,7 @@
 // The leaf box about a link's convex parts.
 #include "scenes/rig/leaf_box.h"
 
+#include "layout/rounded_up.h"
 #include "scenes/vec3d.h"
 
 #include <algorithm>
@@ -70,12 +71,6 @@ double volume(const std::vector<ConvexPart>& parts, const Axes& axes) {
     product *= high - low;
   }
   return product;
-}
-
-float rounded_up(double value) {
-  const auto rounded = static_cast<float>(value);
-  return static_cast<double>(rounded) < value ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
-                                              : rounded;
 }
 
 }  // namespace
