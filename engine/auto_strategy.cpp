@@ -9,9 +9,9 @@ namespace {
 // The crossovers below were measured on one core, with AVX-512 and with SSE2. docs/policies.md, "Crossovers", has the
 // figures.
 
-// Up to this many links with leaves, `rows` pairs a character faster than `tree` does. The limit is lower where the
-// links are one chain. With axis-aligned boxes, which boxes of links do not bound, leaves are counted instead of links.
-constexpr std::uint32_t kRowsMaxLinks = 64;
+// Up to this many links with leaves, `rows` pairs two chains faster than `tree` does. Bodies that branch are compact:
+// there `rows` is faster at any number of links. With axis-aligned boxes, which boxes of links do not bound, leaves are
+// counted instead of links.
 constexpr std::uint32_t kRowsMaxLinksOfChain = 47;
 
 // From this many leaves on, `links` pairs a character with several leaves on some link faster than `rows` does.
@@ -30,6 +30,18 @@ std::uint64_t pair_tests_per_merge(Refit refit) {
   }
 }
 
+// The strategy for the characters of a batch.
+Strategy strategy_of(const InstanceBatch& batch, const Policies& policies) {
+  const Articulation& articulation = *batch.articulation;
+  const bool axis_aligned = is_axis_aligned(policies.refit);
+  const bool has_link_boxes = batch.link_bounds->has_several_leaves && !axis_aligned;
+  if (policies.strategy == Strategy::kLinks) return has_link_boxes ? Strategy::kLinks : Strategy::kRows;
+  if (policies.strategy != Strategy::kAuto) return policies.strategy;
+  const std::uint32_t links = axis_aligned ? articulation.leaf_count : batch.link_bounds->links.leaf_count;
+  if (articulation.is_chain && links > kRowsMaxLinksOfChain) return Strategy::kTree;
+  return has_link_boxes && articulation.leaf_count >= kLinksMinLeaves ? Strategy::kLinks : Strategy::kRows;
+}
+
 // The number of leaf pairs that a rule tests per animation frame.
 std::uint64_t leaf_pairs_of(const Engine& engine, const PairRule& rule) {
   const std::uint64_t a = engine.batch(rule.a).articulation->leaf_count,
@@ -39,23 +51,17 @@ std::uint64_t leaf_pairs_of(const Engine& engine, const PairRule& rule) {
 
 }  // namespace
 
-Policies resolve_characters(const Engine& engine, const FrameJob& job) {
+Policies resolve_characters(Engine& engine, const FrameJob& job) {
   Policies out = job.policies;
-  const bool axis_aligned = is_axis_aligned(out.refit);
-  bool several_leaves = false, links_pay = false, tree_pays = false;
+  bool first = true;
   for (const BatchInput& input : job.inputs) {
-    const InstanceBatch& batch = engine.batch(input.batch);
+    InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
-    const std::uint32_t leaves = batch.articulation->leaf_count;
-    several_leaves = several_leaves || batch.link_bounds->has_several_leaves;
-    links_pay = links_pay || (batch.link_bounds->has_several_leaves && leaves >= kLinksMinLeaves);
-    const std::uint32_t rows_most = batch.articulation->is_chain ? kRowsMaxLinksOfChain : kRowsMaxLinks;
-    tree_pays = tree_pays || (axis_aligned ? leaves : batch.link_bounds->links.leaf_count) > rows_most;
+    batch.strategy = strategy_of(batch, job.policies);
+    if (batch.strategy == Strategy::kLinks) batch.active = &batch.link_bounds->links;
+    out.strategy = first || batch.strategy == out.strategy ? batch.strategy : Strategy::kAuto;
+    first = false;
   }
-  if (out.strategy == Strategy::kAuto)
-    out.strategy = tree_pays ? Strategy::kTree : links_pay ? Strategy::kLinks : Strategy::kRows;
-  // Axis-aligned leaf boxes may stick out of the box of their link, so link boxes cannot exclude any of their pairs.
-  if (out.strategy == Strategy::kLinks && (!several_leaves || axis_aligned)) out.strategy = Strategy::kRows;
   return out;
 }
 

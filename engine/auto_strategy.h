@@ -6,9 +6,10 @@
 
 namespace cab {
 
-// Returns the job's policies with the strategy for its characters. `auto` becomes `tree`, `links` or `rows`. `links`
-// becomes `rows` if no link has several leaves or if the refit is axis-aligned.
-Policies resolve_characters(const Engine& engine, const FrameJob& job);
+// Sets the strategy of every batch of characters. `auto` becomes `tree`, `links` or `rows`, by the articulation of the
+// batch. `links` becomes `rows` if no link of the batch has several leaves or if the refit is axis-aligned.
+// Returns the job's policies with the strategy of all these batches, or with `auto` if they differ.
+Policies resolve_characters(Engine& engine, const FrameJob& job);
 
 // Returns the job's policies with the strategy for its sequences. `auto` becomes `tree` or `brute`, and `links` becomes
 // `tree`.

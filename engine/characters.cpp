@@ -37,14 +37,18 @@ void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink) {
   });
 }
 
-// Steps 4 to 6 with strategy `links`, when worker.found has the link pairs whose boxes overlap.
+// Steps 4 to 6 where batches have strategy `links`: worker.found has link pairs whose boxes overlap, and leaf pairs of
+// candidates without link boxes.
 void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
   std::swap(worker.found, worker.link_pairs);
-  for_each_candidate(worker, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> links) {
-    if (frame.first_only() && is_already_reported(frame, candidate)) return;
-    {
+  for_each_candidate(worker, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+    if (opens_links(frame, candidate)) {
+      if (frame.first_only() && is_already_reported(frame, candidate)) return;
       const Timed timed(worker.stats.seconds_test);
-      find_pairs_of_links(frame, candidate, {links.data, links.size}, worker);
+      find_pairs_of_links(frame, candidate, {pairs.data, pairs.size}, worker);
+    } else {
+      worker.found.size = static_cast<std::uint32_t>(pairs.size);
+      std::copy(pairs.begin(), pairs.end(), worker.found.data);
     }
     const Timed timed(worker.stats.seconds_query);
     if (frame.policies.exact == Exact::kConvex) keep_touching(frame, worker);
@@ -70,6 +74,9 @@ std::uint32_t candidates_at_once(const FrameContext& frame, const Worker& worker
 void test_candidates(const FrameContext& frame, Worker& worker, HitSink& sink) {
   if (worker.candidates.empty()) return;
   worker.stats.candidates += worker.candidates.size;
+  const bool has_links = frame.policies.strategy != Strategy::kRows &&
+                         std::any_of(worker.candidates.begin(), worker.candidates.end(),
+                                     [&frame](const Candidate& candidate) { return opens_links(frame, candidate); });
   {
     const Timed timed(worker.stats.seconds_update);
     pose_set(frame, worker);
@@ -80,7 +87,7 @@ void test_candidates(const FrameContext& frame, Worker& worker, HitSink& sink) {
       const Timed timed(worker.stats.seconds_test);
       find_leaf_pairs(frame, begin, end, worker);
     }
-    if (frame.policies.strategy == Strategy::kLinks)
+    if (has_links)
       report_links(frame, worker, sink);
     else
       report_leaves(frame, worker, sink);

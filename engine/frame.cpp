@@ -16,14 +16,6 @@
 namespace cab {
 namespace {
 
-// Activates the link boxes of all characters, which strategy `links` pairs first. With any other strategy the leaves of
-// the articulation itself are active.
-void activate_link_bounds(Engine& engine, Span<const BatchInput> inputs) {
-  for (const BatchInput& input : inputs)
-    if (InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
-      batch.active = &batch.link_bounds->links;
-}
-
 // Sets the counts of all workers and the caller's in_contact bytes to 0.
 void clear_results(Engine& engine, Span<const BatchInput> inputs) {
   for (const auto& worker : engine.pool.workers) worker->stats = {};
@@ -55,7 +47,6 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   // again and tested.
   const Policies policies = resolve_characters(engine, job);
   const FrameContext characters = context_of(engine, policies, job.margin, job.report);
-  if (policies.strategy == Strategy::kLinks) activate_link_bounds(engine, job.inputs);
   engine.pool.tasks->alone = runs_on_one_thread(engine, job, policies);
   begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
   bound_characters(characters, job.inputs, engine);

@@ -28,8 +28,10 @@ struct FrameContext {
   const kernel::KernelTable& kernels;
   Span<const std::unique_ptr<StoredBatch>> batches;  // by BatchId::value - 1
   const BroadPhase& broad_phase;
-  Policies policies;  // with resolved strategy; characters and sequences have a context each
-  float margin = 0;   // FrameJob::margin
+  // With resolved strategy; characters and sequences have a context each. kAuto: batches of characters have strategies
+  // that differ.
+  Policies policies;
+  float margin = 0;  // FrameJob::margin
   Report report = Report::kHits;
 
   const InstanceBatch& batch(std::uint32_t index) const { return batches[index]->batch; }

@@ -11,36 +11,47 @@
 namespace cab {
 namespace {
 
-// One link of one instance in worker.posed.
+// One link, or one leaf, of one instance in worker.posed.
 struct LinkSide {
   const InstanceBatch* batch;
-  const LinkLeaves* leaves;  // which leaves the link has
+  const LinkLeaves* leaves;  // which leaves the link has; null for a leaf
   std::uint32_t slot;        // of the instance
-  std::uint32_t link;        // index into LinkBounds::leaves
+  std::uint16_t box;         // index of the active leaf
 
+  std::uint32_t leaf_count() const { return leaves ? leaves->leaf_count : 1; }
   // The number of leaves, padded to whole tiles.
-  std::uint32_t width() const { return leaf_bounds_width(leaves->leaf_count); }
-  // The index in the articulation of the i-th leaf of the link.
-  std::uint16_t leaf(std::uint32_t i) const { return batch->articulation->leaf_order[leaves->first_leaf + i]; }
+  std::uint32_t width() const { return leaf_bounds_width(leaf_count()); }
+  // The index in the articulation of the i-th leaf.
+  std::uint16_t leaf(std::uint32_t i) const {
+    return leaves ? batch->articulation->leaf_order[leaves->first_leaf + i] : box;
+  }
 };
 
-LinkSide side_of(const FrameContext& frame, std::uint32_t batch, std::uint32_t slot, std::uint32_t link) {
+LinkSide side_of(const FrameContext& frame, std::uint32_t batch, std::uint32_t slot, std::uint16_t box) {
   const InstanceBatch& owner = frame.batch(batch);
-  return {&owner, &owner.link_bounds->leaves[link], slot, link};
+  return {&owner, owner.strategy == Strategy::kLinks ? &owner.link_bounds->leaves[box] : nullptr, slot, box};
 }
 
-// Returns the index in PosedLinkSet::boxes of the first leaf of a link. Poses the leaves if the set does not have them
-// yet; then there must be room for them.
-std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Worker& worker) {
-  const PosedTile& tile = worker.posed.tile_of(side.slot);
-  const std::uint32_t lane = side.slot % kLanes;
+// The leaf bounds of the instance at a slot.
+const float* leaf_bounds_at(const PosedSet& set, const LinkSide& side) {
+  return set.tile_of(side.slot).leaf_bounds + side.slot % kLanes * leaf_bounds_floats(side.batch->active->leaf_count);
+}
+
+// Copies the box and the bounds of a leaf to the end of the set.
+void copy_leaf(const LinkSide& side, Worker& worker) {
   PosedLinkSet& set = worker.posed_links;
-  PosedLinkEntry& entry =
-      set.entries[static_cast<std::size_t>(tile.boxes - worker.posed.boxes.data) + lane * tile.nodes + side.link];
-  if (entry.generation == set.generation) return entry.first;
-  entry = {set.generation, set.boxes.size};
+  const float* const bounds = leaf_bounds_at(worker.posed, side);
+  const std::uint32_t width = leaf_bounds_width(side.batch->active->leaf_count);
+  *set.boxes.end() = boxes_at<BoxAos>(worker.posed, side.slot)[side.box];
+  for (std::uint32_t bound = 0; bound < 6; ++bound)
+    std::fill_n(set.leaf_bounds.end() + bound * side.width(), side.width(), bounds[bound * width + side.box]);
+}
+
+// Poses the leaves of a link to the end of the set.
+void pose_leaves_of_link(const FrameContext& frame, const LinkSide& side, Worker& worker) {
+  PosedLinkSet& set = worker.posed_links;
   const BatchInput& input = *side.batch->input;
-  const std::uint32_t instance = tile.instances.instance[lane];
+  const std::uint32_t instance = worker.posed.tile_of(side.slot).instances.instance[side.slot % kLanes];
   kernel::PoseLink pose;
   pose.format = input.poses.format;
   pose.pose = pose_of(*side.batch, instance) + side.leaves->link * (side.batch->link_stride / sizeof(float));
@@ -51,6 +62,22 @@ std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Work
   pose.boxes = set.boxes.end();
   pose.leaf_bounds = set.leaf_bounds.end();
   frame.kernels.pose_link_leaves(pose);
+}
+
+// Returns the index in PosedLinkSet::boxes of the first leaf of a link. Poses the leaves if the set does not have them
+// yet; then there must be room for them.
+std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Worker& worker) {
+  const PosedTile& tile = worker.posed.tile_of(side.slot);
+  const std::uint32_t lane = side.slot % kLanes;
+  PosedLinkSet& set = worker.posed_links;
+  PosedLinkEntry& entry =
+      set.entries[static_cast<std::size_t>(tile.boxes - worker.posed.boxes.data) + lane * tile.nodes + side.box];
+  if (entry.generation == set.generation) return entry.first;
+  entry = {set.generation, set.boxes.size};
+  if (side.leaves)
+    pose_leaves_of_link(frame, side, worker);
+  else
+    copy_leaf(side, worker);
   set.boxes.size += side.width();
   set.leaf_bounds.size += 6 * side.width();
   return entry.first;
@@ -61,9 +88,8 @@ std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Work
 void set_overlap_region(const PosedSet& set, const LinkSide& a, const LinkSide& b, const double (&shift)[3],
                         kernel::RowFilter& filter) {
   const auto bound = [&set](const LinkSide& side, std::uint32_t side_of_bounds) {
-    const std::uint32_t links = side.batch->active->leaf_count;
-    const float* const bounds = set.tile_of(side.slot).leaf_bounds + side.slot % kLanes * leaf_bounds_floats(links);
-    return static_cast<double>(bounds[side_of_bounds * leaf_bounds_width(links) + side.link]);
+    const std::uint32_t width = leaf_bounds_width(side.batch->active->leaf_count);
+    return static_cast<double>(leaf_bounds_at(set, side)[side_of_bounds * width + side.box]);
   };
   for (std::uint32_t c = 0; c < 3; ++c) {
     filter.region_lo[c] = float_below(std::max(bound(a, c), bound(b, c) + shift[c]));
@@ -143,8 +169,8 @@ void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, 
     const std::uint32_t first_a = posed_leaves(frame, a, worker), first_b = posed_leaves(frame, b, worker);
     filter.a = set.leaf_bounds.data + 6 * std::size_t{first_a};
     filter.b = set.leaf_bounds.data + 6 * std::size_t{first_b};
-    filter.leaves_a = a.leaves->leaf_count;
-    filter.leaves_b = b.leaves->leaf_count;
+    filter.leaves_a = a.leaf_count();
+    filter.leaves_b = b.leaf_count();
     filter.candidate = links[at].candidate;
     set_overlap_region(worker.posed, a, b, shift, filter);
     for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !tester.is_done(at); filter.begin_a += kLanes) {

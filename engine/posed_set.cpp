@@ -22,23 +22,19 @@ PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
     if (PosedEntry& entry = set.entries[at]; entry.generation != set.generation || entry.key == key) return entry;
 }
 
-// The number of boxes that are made per instance: all nodes with strategy `tree`, else the leaves.
-std::uint32_t boxes_made(const Articulation& articulation, Strategy strategy) {
-  return strategy == Strategy::kTree ? articulation.node_count : articulation.leaf_count;
-}
-
-// Adds an empty tile for instances of a batch.
-void open_tile(const Articulation& articulation, Strategy strategy, std::uint32_t batch, PosedSet& set) {
+// Adds an empty tile for instances of a batch. index: of the batch.
+void open_tile(const InstanceBatch& batch, std::uint32_t index, PosedSet& set) {
+  const Articulation& articulation = *batch.active;
   PosedTile tile;
   tile.instances.count = 0;
-  tile.batch = batch;
-  tile.nodes = boxes_made(articulation, strategy);
+  tile.batch = index;
+  tile.nodes = batch.strategy == Strategy::kTree ? articulation.node_count : articulation.leaf_count;
   tile.boxes = set.boxes.end();
   tile.leaf_bounds = set.leaf_bounds.end();
   set.boxes.size += kLanes * tile.nodes;
   set.leaf_bounds.size += tile_leaf_floats(articulation);
   set.tiles.push(tile);
-  set.open[batch] = set.tiles.size;
+  set.open[index] = set.tiles.size;
 }
 
 }  // namespace
@@ -72,7 +68,7 @@ std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::
   PosedEntry& entry = find_entry(set, key);
   if (entry.generation == set.generation) return entry.slot;
   const InstanceBatch& owner = frame.batch(batch);
-  if (set.open[batch] == 0) open_tile(*owner.active, frame.policies.strategy, batch, set);
+  if (set.open[batch] == 0) open_tile(owner, batch, set);
   const std::uint32_t at = set.open[batch] - 1;
   PosedTile& tile = set.tiles.data[at];
   const std::uint32_t lane = tile.instances.count++;
@@ -91,14 +87,14 @@ void pose_set(const FrameContext& frame, Worker& worker) {
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = frame.batch(tile.batch);
     const std::uint32_t leaves = batch.active->leaf_count;
-    update_tile(frame, {&batch, tile.instances, refit_scope(policies.strategy), worker.boxes.data, worker.bounds.data},
+    update_tile(frame, {&batch, tile.instances, refit_scope(batch.strategy), worker.boxes.data, worker.bounds.data},
                 worker);
     if (is_axis_aligned(policies.refit))
       kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.instances.count, reinterpret_cast<AabbAos*>(tile.boxes),
                            tile.nodes);
     else
       kernels.boxes_to_aos(worker.boxes.data, tile.nodes, tile.instances.count, tile.boxes, tile.nodes);
-    if (!uses_leaf_bounds(policies.strategy)) continue;
+    if (!compares_leaf_bounds(policies.strategy)) continue;
     if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
     kernels.bounds_to_soa(worker.bounds.data, leaves, tile.instances.count, tile.leaf_bounds);
   }

@@ -18,9 +18,9 @@ struct PosedTile {
   TileInstances instances;
   Placement placement[kLanes];  // by lane
   std::uint32_t batch;          // index of the batch
-  std::uint32_t nodes;          // boxes per instance: all nodes with strategy `tree`, else the leaves
+  std::uint32_t nodes;          // boxes per instance: all nodes if the batch has strategy `tree`, else the leaves
   BoxAos* boxes;                // AabbAos in the same memory with an axis-aligned refit
-  float* leaf_bounds;           // by lane, filled if uses_leaf_bounds (layout/leaf_bounds_soa.h)
+  float* leaf_bounds;           // by lane, filled if compares_leaf_bounds (layout/leaf_bounds_soa.h)
 };
 
 // An entry of a worker's hash table, which finds the slot of an instance by its key. Empty unless `generation` equals
@@ -60,8 +60,22 @@ inline constexpr std::uint32_t kPosedTiles = 24;
 inline constexpr std::size_t kPosedBoxes = kPosedTiles * kLanes * 31;
 inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLanes;
 
-// Whether a strategy compares the bounds of leaves: `rows` those of leaf boxes, `links` those of link boxes.
-inline bool uses_leaf_bounds(Strategy strategy) { return strategy == Strategy::kRows || strategy == Strategy::kLinks; }
+// How a candidate is tested: by descent of two trees, if both instances have strategy `tree`, or by comparing the bounds
+// of leaves, those of link boxes where an instance has strategy `links`. Overlapping link boxes are then opened.
+// `brute` and `exact_all` are strategies of all batches, or of none.
+inline bool descends_trees(const FrameContext& frame, const Candidate& candidate) {
+  return frame.batch(candidate.batch_a).strategy == Strategy::kTree &&
+         frame.batch(candidate.batch_b).strategy == Strategy::kTree;
+}
+inline bool opens_links(const FrameContext& frame, const Candidate& candidate) {
+  return frame.batch(candidate.batch_a).strategy == Strategy::kLinks ||
+         frame.batch(candidate.batch_b).strategy == Strategy::kLinks;
+}
+
+// Whether any candidate of a frame is tested by the bounds of leaves. strategy: FrameContext::policies.
+inline bool compares_leaf_bounds(Strategy strategy) {
+  return strategy == Strategy::kRows || strategy == Strategy::kLinks || strategy == Strategy::kAuto;
+}
 
 // Whether the set has room for both instances of a candidate.
 bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set);

@@ -14,15 +14,15 @@
 namespace cab {
 namespace {
 
-// The node pairs that a traversal starts from. With strategy `tree` these are the two roots of a candidate, or the two
-// children of every inner node of a candidate within one instance. With any other strategy they are all leaf pairs.
-// next() hands out one pair at a time, so that they need no memory.
+// The node pairs that a traversal starts from. Where both instances have strategy `tree`, these are the two roots of a
+// candidate, or the two children of every inner node of a candidate within one instance. With `brute` and `exact_all`
+// they are all leaf pairs. next() hands out one pair at a time, so that they need no memory.
 class Seeds {
  public:
   Seeds(const FrameContext& frame, const Worker& worker, std::uint32_t begin, std::uint32_t end)
       : frame_(frame),
         worker_(worker),
-        brute_(frame.policies.strategy != Strategy::kTree),
+        brute_(frame.policies.strategy == Strategy::kBrute || frame.policies.strategy == Strategy::kExactAll),
         candidate_(begin),
         end_(end) {}
 
@@ -33,7 +33,10 @@ class Seeds {
       const Articulation& a = *frame_.batch(candidate.batch_a).articulation;
       const Articulation& b = *frame_.batch(candidate.batch_b).articulation;
       const bool within = is_within(candidate);
-      if (brute_ ? next_leaves(a, b, within, out) : within ? next_children(a, out) : next_roots(a, b, out)) {
+      if (brute_                               ? next_leaves(a, b, within, out)
+          : !descends_trees(frame_, candidate) ? false
+          : within                             ? next_children(a, out)
+                                               : next_roots(a, b, out)) {
         out->candidate = candidate_;
         return true;
       }
@@ -130,7 +133,7 @@ void open(const FrameContext& frame, Worker& worker, const NodePair& pair) {
   }
 }
 
-// Traverses the node pairs of candidates with a stack. Each round tests a block of up to sixteen pairs from the top of
+// Traverses the node pairs of candidates with a stack and appends overlapping leaf pairs to worker.found. Each round tests a block of up to sixteen pairs from the top of
 // the stack, or from the seeds once the stack is empty, and opens the inner pairs that overlap.
 // The level of a pair is the number of opens since its seed. Levels never decrease from the bottom of the stack to its
 // top. A round that opens a pair takes all pairs above it off the stack too, at most fifteen. So no level ever has more
@@ -140,7 +143,6 @@ void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end,
   Seeds seeds(frame, worker, begin, end);
   const bool first_only = frame.first_only();
   worker.stack.clear();
-  worker.found.clear();
   const auto is_open = [&](const NodePair& pair) {
     return !first_only || !is_already_reported(frame, worker.candidates.data[pair.candidate]);
   };
@@ -242,14 +244,13 @@ CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t
   return sides;
 }
 
-// Tests candidates by their leaf bounds: lists all leaf pairs whose bounds overlap, then tests the boxes of these pairs
-// in blocks of sixteen.
+// Tests the candidates that are not for trees by their leaf bounds: lists all leaf pairs whose bounds overlap, then tests
+// the boxes of these pairs in blocks of sixteen. worker.found must be empty.
 template <class AosBox>
 void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
-  const bool first_only = frame.first_only() && frame.policies.strategy != Strategy::kLinks;
   CandidateBoxes<AosBox> sides[kChunkCandidates];
-  worker.found.clear();
-  for (std::uint32_t at = begin; at < end; ++at) sides[at] = filter_candidate<AosBox>(frame, at, worker);
+  for (std::uint32_t at = begin; at < end; ++at)
+    if (!descends_trees(frame, worker.candidates.data[at])) sides[at] = filter_candidate<AosBox>(frame, at, worker);
   PairBlock<AosBox> block;
   block.boxes.shift = &block.shift;
   block.boxes.leaves = 0xffff;
@@ -257,12 +258,14 @@ void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end
   const auto test = [&] {
     const std::uint32_t before = kept;
     test_block(frame, block, worker, kept);
-    if (first_only)
-      for (std::uint32_t i = before; i < kept; ++i)
-        set_in_contact(frame, worker.candidates.data[worker.found.data[i].candidate]);
+    if (!frame.first_only()) return;
+    for (std::uint32_t i = before; i < kept; ++i)
+      if (const Candidate& candidate = worker.candidates.data[worker.found.data[i].candidate];
+          !opens_links(frame, candidate))
+        set_in_contact(frame, candidate);
   };
   for (const LeafPair& pair : worker.found) {
-    if (first_only && is_already_reported(frame, worker.candidates.data[pair.candidate])) continue;
+    if (frame.first_only() && is_already_reported(frame, worker.candidates.data[pair.candidate])) continue;
     const CandidateBoxes<AosBox>& side = sides[pair.candidate];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
@@ -280,7 +283,10 @@ void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end
 // Tests candidates by the frame's strategy. AosBox is AabbAos with an axis-aligned refit, else BoxAos.
 template <class AosBox>
 void find_by(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
-  if (uses_leaf_bounds(frame.policies.strategy)) return test_rows<AosBox>(frame, begin, end, worker);
+  const Strategy strategy = frame.policies.strategy;
+  worker.found.clear();
+  if (compares_leaf_bounds(strategy)) test_rows<AosBox>(frame, begin, end, worker);
+  if (strategy == Strategy::kRows || strategy == Strategy::kLinks) return;
   traverse<AosBox>(frame, begin, end, worker);
   std::sort(worker.found.begin(), worker.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.candidate < y.candidate; });

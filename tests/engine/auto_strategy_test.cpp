@@ -56,15 +56,26 @@ Strategy for_sequences(std::uint32_t leaves, Pairing pairing, const Policies& po
 
 }  // namespace
 
-TEST_CASE("auto takes rows up to 64 links with leaves, and a tree beyond") {
-  CHECK(for_characters({rig_of(false, 64, 64)}) == Strategy::kRows);
-  CHECK(for_characters({rig_of(false, 65, 65)}) == Strategy::kTree);
-  CHECK(for_characters({rig_of(false, 64, 64), rig_of(false, 65, 65)}) == Strategy::kTree);
-}
-
 TEST_CASE("auto takes rows up to 47 links of one chain, and a tree beyond") {
   CHECK(for_characters({rig_of(true, 47, 47)}) == Strategy::kRows);
   CHECK(for_characters({rig_of(true, 48, 48)}) == Strategy::kTree);
+  CHECK(for_characters({rig_of(true, 48, 96)}) == Strategy::kTree);
+}
+
+TEST_CASE("auto takes no tree for links that branch") {
+  CHECK(for_characters({rig_of(false, 48, 48)}) == Strategy::kRows);
+  CHECK(for_characters({rig_of(false, 368, 368)}) == Strategy::kRows);
+}
+
+TEST_CASE("auto is chosen for each batch, and is what remains where batches differ") {
+  const Asked asked(BatchKind::kCharacters, {rig_of(true, 48, 48), rig_of(false, 24, 49), rig_of(false, 24, 24)}, {});
+  CHECK(resolve_characters(*asked.engine, asked.job).strategy == Strategy::kAuto);
+  CHECK(asked.engine->batch({1}).strategy == Strategy::kTree);
+  CHECK(asked.engine->batch({2}).strategy == Strategy::kLinks);
+  CHECK(asked.engine->batch({3}).strategy == Strategy::kRows);
+  CHECK(asked.engine->batch({2}).active == &asked.engine->batch({2}).link_bounds->links);
+  CHECK(asked.engine->batch({3}).active == nullptr);  // binding an input sets it
+  CHECK(for_characters({rig_of(true, 48, 48), rig_of(true, 49, 49)}) == Strategy::kTree);
 }
 
 TEST_CASE("auto takes links from 49 leaves on where some link has several") {
@@ -72,13 +83,14 @@ TEST_CASE("auto takes links from 49 leaves on where some link has several") {
   CHECK(for_characters({rig_of(false, 24, 49)}) == Strategy::kLinks);
   CHECK(for_characters({rig_of(false, 49, 49)}) == Strategy::kRows);
   CHECK(for_characters({rig_of(false, 64, 128)}) == Strategy::kLinks);
-  CHECK(for_characters({rig_of(false, 65, 128)}) == Strategy::kTree);
+  CHECK(for_characters({rig_of(false, 65, 128)}) == Strategy::kLinks);
 }
 
 TEST_CASE("auto counts leaves instead of links where boxes are axis-aligned, and takes no links there") {
   for (const Refit refit : {Refit::kAabbHull, Refit::kAabbVertices}) {
-    CHECK(for_characters({rig_of(false, 24, 64)}, {refit}) == Strategy::kRows);
-    CHECK(for_characters({rig_of(false, 24, 65)}, {refit}) == Strategy::kTree);
+    CHECK(for_characters({rig_of(true, 24, 47)}, {refit}) == Strategy::kRows);
+    CHECK(for_characters({rig_of(true, 24, 48)}, {refit}) == Strategy::kTree);
+    CHECK(for_characters({rig_of(false, 24, 49)}, {refit}) == Strategy::kRows);
   }
 }
 
@@ -86,6 +98,7 @@ TEST_CASE("links become rows where no link has several leaves or boxes are axis-
   const Policies links = {Refit::kCab, Strategy::kLinks}, aligned = {Refit::kAabbHull, Strategy::kLinks};
   CHECK(for_characters({rig_of(false, 4, 5)}, links) == Strategy::kLinks);
   CHECK(for_characters({rig_of(false, 4, 4)}, links) == Strategy::kRows);
+  CHECK(for_characters({rig_of(false, 4, 5), rig_of(false, 4, 4)}, links) == Strategy::kAuto);
   CHECK(for_characters({rig_of(false, 4, 5)}, aligned) == Strategy::kRows);
   CHECK(for_sequences(4, Pairing::kWithin, links) == Strategy::kTree);
 }

@@ -55,6 +55,7 @@ struct Listed {
     Call call(*engine);
     call.bind(input);
     InstanceBatch& batch = engine->batch({1});
+    batch.strategy = Strategy::kLinks;
     batch.active = &batch.link_bounds->links;
     Worker& worker = engine->pool[0];
     Candidate candidate = {0, instance_a, 0, instance_b};

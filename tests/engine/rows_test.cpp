@@ -67,9 +67,7 @@ TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from
   }
 }
 
-TEST_CASE(
-    "auto is rows, links from 49 leaves on where links have several, tree beyond 64 links with leaves or 47 of a "
-    "chain") {
+TEST_CASE("auto is rows, links from 49 leaves on where links have several, tree beyond 47 links of a chain") {
   struct Choice {
     std::uint32_t links, leaves;  // links with leaves, and leaves of all
     Strategy strategy;
@@ -78,7 +76,7 @@ TEST_CASE(
   for (const Choice& choice :
        {Choice{1, 48, Strategy::kRows}, Choice{32, 48, Strategy::kRows}, Choice{1, 49, Strategy::kLinks},
         Choice{48, 49, Strategy::kLinks}, Choice{64, 64, Strategy::kRows}, Choice{64, 65, Strategy::kLinks},
-        Choice{65, 65, Strategy::kTree}, Choice{65, 130, Strategy::kTree}, Choice{47, 47, Strategy::kRows, true},
+        Choice{65, 65, Strategy::kRows}, Choice{65, 130, Strategy::kLinks}, Choice{47, 47, Strategy::kRows, true},
         Choice{48, 48, Strategy::kTree, true}, Choice{48, 96, Strategy::kTree, true}}) {
     CAPTURE(choice.chain);
     CAPTURE(choice.links);
@@ -93,12 +91,9 @@ TEST_CASE(
     for (std::uint32_t i = 0; i < choice.leaves; ++i)
       rig.leaves.push_back({i % choice.links, random_box(random, 0.5 * random.unit_vector(), 0.03, 0.1), {}});
     World world;
-    for (const bool small : {false, true}) {  // the larger articulation decides
-      if (small) rig = random_rig(random, Topology::kTree, 4, 3);
-      world.members.push_back(
-          {rig, random_poses(random, rig, 20, PoseFormat::kMatrix3x4, {1.0, false, true, {}}), BatchKind::kCharacters});
-    }
-    pair_all(world, 1, 2);
+    world.members = {
+        {rig, random_poses(random, rig, 20, PoseFormat::kMatrix3x4, {1.0, false, true, {}}), BatchKind::kCharacters}};
+    pair_all(world, 1, 1);
     const Outcome chosen = run_world(world, {Refit::kCab, Strategy::kAuto});
     CHECK(chosen.hits.size() > 0);
     for (const Strategy strategy : {Strategy::kRows, Strategy::kLinks, Strategy::kTree}) {
@@ -108,6 +103,78 @@ TEST_CASE(
       CHECK((chosen.stats.box_tests == outcome.stats.box_tests) == (strategy == choice.strategy));
     }
   }
+}
+
+namespace {
+
+// Characters of one kind in a small room, with the same draws of places for every kind.
+Member in_a_room(const Rig& rig, std::uint64_t seed) {
+  Random random(seed);
+  return {rig, random_poses(random, rig, 20, PoseFormat::kQuaternionTranslation, {1.5, false, true, {}}),
+          BatchKind::kCharacters};
+}
+
+// A rope of 64 links, a body of 40 links with up to three leaves each, and one of 16 links that branches: auto pairs each of
+// them by another strategy.
+World rope_and_detailed_and_plain() {
+  Random random(9);
+  World world;
+  Rig rope = random_rig(random, Topology::kChain, 64, 1), detailed = random_rig(random, Topology::kTree, 40, 3),
+      plain = random_rig(random, Topology::kTree, 16, 1);
+  world.members = {in_a_room(rope, 1), in_a_room(detailed, 2), in_a_room(plain, 3)};
+  return world;
+}
+
+}  // namespace
+
+TEST_CASE("auto pairs every two articulations by the strategy for these two, whatever else is in the frame") {
+  World world = rope_and_detailed_and_plain();
+  constexpr Strategy kNoneOfThem = Strategy::kAuto;
+  const struct {
+    std::uint32_t a, b;
+    Strategy strategy;  // that makes the same box tests
+  } rows[] = {{1, 1, Strategy::kTree},  {1, 2, kNoneOfThem},      {1, 3, Strategy::kRows},
+              {2, 2, Strategy::kLinks}, {2, 3, Strategy::kLinks}, {3, 3, Strategy::kRows}};
+  std::uint64_t of_pairs = 0;
+  for (const auto& row : rows) {
+    CAPTURE(row.a);
+    CAPTURE(row.b);
+    world.rules = {{{row.a}, {row.b}, Pairing::kBetween}};
+    if (row.a == row.b) world.rules.push_back({{row.a}, {row.a}, Pairing::kWithin});
+    const Outcome chosen = run_world(world, {Refit::kCab, Strategy::kAuto});
+    CHECK(chosen.hits.size() > 0);
+    CHECK(same_hits(chosen.hits, run_world(world, {Refit::kCab, Strategy::kBrute}).hits));
+    if (row.strategy != kNoneOfThem)
+      CHECK(chosen.stats.box_tests == run_world(world, {Refit::kCab, row.strategy}).stats.box_tests);
+    of_pairs += chosen.stats.box_tests;
+  }
+  world.rules.clear();
+  pair_all(world, 1, 3);
+  CHECK(run_world(world, {Refit::kCab, Strategy::kAuto}).stats.box_tests == of_pairs);
+}
+
+TEST_CASE("a frame of ropes, detailed and plain bodies reports what brute reports, by every refit, test and ISA") {
+  World world = rope_and_detailed_and_plain();
+  pair_all(world, 1, 3);
+  for (const float margin : {0.0f, 0.05f})
+    for (const Refit refit : {Refit::kCab, Refit::kBest3, Refit::kAabbHull})
+      for (const Exact exact : {Exact::kNone, Exact::kConvex}) {
+        CAPTURE(margin);
+        CAPTURE(static_cast<int>(refit));
+        CAPTURE(static_cast<int>(exact));
+        world.margin = margin;
+        const Outcome brute = run_world(world, {refit, Strategy::kBrute, exact});
+        CHECK(brute.hits.size() > 0);
+        for (const Isa isa : available_isas()) {
+          CAPTURE(to_string(isa));
+          EngineDesc desc;
+          desc.isa = isa;
+          const EnginePtr engine = make_engine_for(world, desc);
+          CHECK(same_hits(run_on(*engine, world, {refit, Strategy::kAuto, exact}).hits, brute.hits));
+          CHECK(run_on(*engine, world, {refit, Strategy::kAuto, exact}, run_frame, Report::kInContact).in_contact ==
+                brute.in_contact);
+        }
+      }
 }
 
 TEST_CASE("hits are in order for any number of workers, also where a worker keeps fewer hits than a task has") {
