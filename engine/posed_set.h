@@ -60,8 +60,8 @@ inline constexpr std::uint32_t kPosedTiles = 24;
 inline constexpr std::size_t kPosedBoxes = kPosedTiles * kLanes * 31;
 inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLanes;
 
-// How a candidate is tested: by descent of two trees, if both instances have strategy `tree`, or by comparing the bounds
-// of leaves, those of link boxes where an instance has strategy `links`. Overlapping link boxes are then opened.
+// How a candidate is tested: by descent of two trees, if both instances have strategy `tree`, or by comparing the
+// bounds of leaves, those of link boxes where an instance has strategy `links`. Overlapping link boxes are then opened.
 // `brute` and `exact_all` are strategies of all batches, or of none.
 inline bool descends_trees(const FrameContext& frame, const Candidate& candidate) {
   return frame.batch(candidate.batch_a).strategy == Strategy::kTree &&

@@ -133,11 +133,11 @@ void open(const FrameContext& frame, Worker& worker, const NodePair& pair) {
   }
 }
 
-// Traverses the node pairs of candidates with a stack and appends overlapping leaf pairs to worker.found. Each round tests a block of up to sixteen pairs from the top of
-// the stack, or from the seeds once the stack is empty, and opens the inner pairs that overlap.
-// The level of a pair is the number of opens since its seed. Levels never decrease from the bottom of the stack to its
-// top. A round that opens a pair takes all pairs above it off the stack too, at most fifteen. So no level ever has more
-// than 32 pairs (kStackPairsPerLevel).
+// Traverses the node pairs of candidates with a stack and appends overlapping leaf pairs to worker.found. Each round
+// tests a block of up to sixteen pairs from the top of the stack, or from the seeds once the stack is empty, and opens
+// the inner pairs that overlap. The level of a pair is the number of opens since its seed. Levels never decrease from
+// the bottom of the stack to its top. A round that opens a pair takes all pairs above it off the stack too, at most
+// fifteen. So no level ever has more than 32 pairs (kStackPairsPerLevel).
 template <class AosBox>
 void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   Seeds seeds(frame, worker, begin, end);
@@ -244,8 +244,8 @@ CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t
   return sides;
 }
 
-// Tests the candidates that are not for trees by their leaf bounds: lists all leaf pairs whose bounds overlap, then tests
-// the boxes of these pairs in blocks of sixteen. worker.found must be empty.
+// Tests the candidates that are not for trees by their leaf bounds: lists all leaf pairs whose bounds overlap, then
+// tests the boxes of these pairs in blocks of sixteen. worker.found must be empty.
 template <class AosBox>
 void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   CandidateBoxes<AosBox> sides[kChunkCandidates];

@@ -47,8 +47,8 @@ struct InstanceBatch {
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;
 
-  // Bound for the duration of one call. strategy: how characters are paired, never kAuto. active: the articulation whose
-  // leaves are bounded and compared first, which is that of its link boxes with kLinks, else the batch's own.
+  // Bound for the duration of one call. strategy: how characters are paired, never kAuto. active: the articulation
+  // whose leaves are bounded and compared first, which is that of its link boxes with kLinks, else the batch's own.
   Strategy strategy = Strategy::kRows;
   const Articulation* active = nullptr;
   bool pairs_between = false;    // a rule tests its instances against others

@@ -22,15 +22,19 @@ constexpr NamedScene of_paper(const PaperScene& scene) {
 
 // A humanoid has one box per link, and each becomes boxes_per_character / kHumanoidLinks boxes.
 constexpr SizedCrowdScene of_boxes(std::uint32_t boxes_per_character) {
-  return {make_detailed, kDetailedCount, true, boxes_per_character / kHumanoidLinks, {}};
+  return {make_detailed, kDetailedCount, true, boxes_per_character / kHumanoidLinks, {}, 0};
 }
 
 constexpr SizedCrowdScene of_links(std::uint32_t links_per_rope, RopeShape shape = RopeShape::kStraight) {
-  return {make_ropes, kRopeCount, true, kDefaultBoxesPerLink, {links_per_rope, shape}};
+  return {make_ropes, kRopeCount, true, kDefaultBoxesPerLink, {links_per_rope, shape}, 0};
 }
 
 constexpr SizedCrowdScene of_characters(MakeCrowd make, std::uint32_t count) {
-  return {make, count, false, kDefaultBoxesPerLink, {}};
+  return {make, count, false, kDefaultBoxesPerLink, {}, 0};
+}
+
+constexpr SizedCrowdScene of_rigs(std::uint32_t links_per_rig) {
+  return {make_rigs, kDetailedCount, true, kDefaultBoxesPerLink, {}, links_per_rig};
 }
 
 constexpr std::array kRows = {
@@ -56,6 +60,10 @@ constexpr std::array kRows = {
     NamedScene{"detailed", "uniform, each link of each humanoid or clip in many boxes", kCrowdCommand,
                CrowdScene{make_detailed, ClipUse::kOptional}},
     NamedScene{"ropes", "long chains side by side, all slanting the same way", kCrowdCommand, CrowdScene{make_ropes}},
+    NamedScene{"rigs", "uniform, each humanoid of many links with one box each", kCrowdCommand | kPeersCommand,
+               CrowdScene{make_rigs}},
+    NamedScene{"mixed", "humanoids of 20, 48 and 100 links, one in twenty four times as large",
+               kCrowdCommand | kPeersCommand, CrowdScene{make_mixed}},
     NamedScene{"far", "humanoids at random places of a square of 1e7 m", kCrowdCommand, CrowdScene{make_far}},
 
     NamedScene{"uniform-100", "100 humanoids at random places", kSweepCommand, of_characters(make_uniform, 100)},
@@ -69,6 +77,11 @@ constexpr std::array kRows = {
     NamedScene{"detailed-256", "100 humanoids of 256 boxes", kSweepCommand | kSweepByDefault, of_boxes(256)},
     NamedScene{"detailed-512", "100 humanoids of 512 boxes", kSweepCommand, of_boxes(512)},
     NamedScene{"detailed-1024", "100 humanoids of 1024 boxes", kSweepCommand, of_boxes(1024)},
+    NamedScene{"rigs-32", "100 humanoids of 32 links", kSweepCommand, of_rigs(32)},
+    NamedScene{"rigs-100", "100 humanoids of 100 links", kSweepCommand | kSweepByDefault, of_rigs(100)},
+    NamedScene{"rigs-368", "100 humanoids of 368 links", kSweepCommand, of_rigs(368)},
+    NamedScene{"mixed-300", "300 humanoids of 20, 48 and 100 links, one in twenty a giant", kSweepCommand,
+               of_characters(make_mixed, 300)},
     NamedScene{"ropes-64", "16 straight ropes of 64 links that hardly touch", kSweepCommand | kSweepByDefault,
                of_links(64)},
     NamedScene{"ropes-128", "16 straight ropes of 128 links", kSweepCommand, of_links(128)},
@@ -122,6 +135,7 @@ Crowd make_sized_crowd(const SizedCrowdScene& scene, std::uint32_t count) {
   CrowdSources sources;
   sources.boxes_per_link = scene.boxes_per_link;
   sources.ropes = scene.ropes;
+  sources.rig_links = scene.rig_links;
   return scene.make(scene.takes_count && count > 0 ? count : scene.character_count, std::move(sources));
 }
 

@@ -51,6 +51,7 @@ struct SizedCrowdScene {
   bool takes_count;  // the caller may choose another character_count, because the name states the size of a character
   std::uint32_t boxes_per_link;
   RopeOptions ropes;
+  std::uint32_t rig_links;
 };
 
 struct NamedScene {

@@ -17,6 +17,7 @@
 #include "perf/base/usage.h"
 #include "perf/crowd/options.h"
 #include "scenes/bit_hash.h"
+#include "scenes/crowd/humanoid.h"
 #include "scenes/import/import_payload.h"
 #include "scenes/import/in_child.h"
 #include "scenes/scene_list.h"
@@ -284,8 +285,12 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
     throw UsageError("--units and --up are for clips; add --clip FILE");
   if (name != "detailed" && options.boxes_per_link)
     throw UsageError("--boxes-per-link is for --scene detailed, not for " + name);
-  if (name != "ropes" && (options.rope_links || options.rope_shape || options.rope_spacing))
-    throw UsageError("--links, --shape and --spacing are for --scene ropes, not for " + name);
+  if (name != "ropes" && (options.rope_shape || options.rope_spacing))
+    throw UsageError("--shape and --spacing are for --scene ropes, not for " + name);
+  if (name != "ropes" && name != "rigs" && options.link_count)
+    throw UsageError("--links is for --scene ropes and --scene rigs, not for " + name);
+  if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
+    throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));
   if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != options.clips.size())
     throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
                      std::to_string(options.clips.size()) +
@@ -308,7 +313,8 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
   scenes::CrowdSources sources;
   sources.up = options.up;
   sources.boxes_per_link = options.boxes_per_link.value_or(sources.boxes_per_link);
-  sources.ropes.link_count = options.rope_links.value_or(sources.ropes.link_count);
+  sources.ropes.link_count = options.link_count.value_or(sources.ropes.link_count);
+  sources.rig_links = options.link_count.value_or(sources.rig_links);
   sources.ropes.shape = options.rope_shape.value_or(sources.ropes.shape);
   sources.ropes.spacing = options.rope_spacing.value_or(sources.ropes.spacing);
   for (std::size_t c = 0; c < options.clips.size(); ++c) {

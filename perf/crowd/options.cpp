@@ -53,15 +53,17 @@ scenes::RopeShape read_rope_shape(const std::string& option, const std::string& 
   reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
 }
 
-// Adds the options that only the scenes `detailed` and `ropes` have.
-void add_detail_and_ropes(CLI::App& command, CrowdOptions& o) {
+// Adds the options that only the scenes `detailed`, `ropes` and `rigs` have.
+void add_detail_ropes_and_rigs(CLI::App& command, CrowdOptions& o) {
   command
       .add_option_function<std::string>(
           "--boxes-per-link",
           [&o](const std::string& text) { o.boxes_per_link = read_boxes_per_link("--boxes-per-link", text); },
           "detailed: boxes per link (default 16)")
       ->type_name(boxes_per_link_names("|"));
-  command.add_option("--links", o.rope_links, "ropes: links per rope, 2 to 1024 (default 64)")
+  command
+      .add_option("--links", o.link_count,
+                  "ropes: links per rope, 2 to 1024 (default 64); rigs: links per body, 16 to 1024 (default 100)")
       ->type_name("N")
       ->check(CLI::Range(scenes::kLeastRopeLinks, kMaxLinks).description(""));
   command
@@ -109,7 +111,7 @@ Command add_crowd(CLI::App& app) {
           "--fps", [&o](const std::string& text) { o.frames_per_second = read_positive("--fps", text); },
           "frames a second of trajectories that do not say it")
       ->type_name("N");
-  add_detail_and_ropes(command, o);
+  add_detail_ropes_and_rigs(command, o);
   add_policies(command, o.policies);
   command.add_flag("--in-contact", o.in_contact, "report which characters touch anything, instead of hits");
   add_isa(command, o.isa);

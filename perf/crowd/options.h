@@ -24,7 +24,7 @@ struct CrowdOptions {
   char up = 0;                                              // the up axis: 'x', 'y', 'z', or 0 to find it
   std::string trajectories_path;                            // empty: no file
   std::optional<double> frames_per_second;                  // of trajectories that do not say it
-  std::optional<std::uint32_t> boxes_per_link, rope_links;  // empty: the scene's default, if it has such a size
+  std::optional<std::uint32_t> boxes_per_link, link_count;  // empty: the scene's default, if it has such a size
   std::optional<scenes::RopeShape> rope_shape;
   std::optional<double> rope_spacing;
   Policies policies;

@@ -4,8 +4,10 @@
 #include "scenes/crowd/clip_crowd.h"
 #include "scenes/crowd/detailed.h"
 #include "scenes/crowd/humanoid.h"
+#include "scenes/crowd/rigs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -22,7 +24,12 @@ constexpr double kBattleDensity = 1.5;  // characters per square metre
 constexpr double kLineStep = .5;        // metres
 constexpr double kFarSide = 1e7;        // metres
 constexpr float kGiant = 100;           // times as large
+constexpr float kMixedGiant = 4;        // likewise, in `mixed`
 constexpr double kTileGap = 2;          // metres between copies of a recording, farther than anyone reaches
+
+// The links of the bodies in `mixed`, and one in how many is a giant.
+constexpr std::array<std::uint32_t, 3> kMixedLinks = {20, 48, 100};
+constexpr std::uint32_t kMixedGiants = 20;
 
 // A crowd of humanoids. places holds x y per humanoid: the pelvis is above that point at time 0. The random numbers of
 // a humanoid are drawn again whenever it is posed, because they would take as much memory as its poses.
@@ -189,19 +196,31 @@ Crowd make_giant(std::uint32_t count, CrowdSources) {
   places.resize(places.size() - 2);
   Crowd crowd;
   if (!places.empty()) crowd = humanoid_crowd(std::move(places));
-  CrowdGroup giant = humanoid_crowd(place).groups[0];
-  for (float& coordinate : giant.figure.link_joints) coordinate *= kGiant;
-  for (BodyLeaf& leaf : giant.figure.leaves)
-    for (std::size_t c = 0; c < 3; ++c) {
-      leaf.box.center[c] *= kGiant;
-      leaf.box.half[c] *= kGiant;
-    }
-  giant.pose = [pose = giant.pose](double seconds, PosedGroup& posed) {
-    pose(seconds, posed);
-    for (std::size_t link = 0; link < posed.poses.size(); link += 7)
-      for (std::size_t f = 4; f < 7; ++f) posed.poses[link + f] *= kGiant;
+  crowd.groups.push_back(enlarged(humanoid_crowd(place).groups[0], kGiant));
+  return crowd;
+}
+
+Crowd make_rigs(std::uint32_t count, CrowdSources sources) {
+  Crowd crowd = humanoid_crowd(uniform_places(count, 1));
+  crowd.groups[0] = with_links(std::move(crowd.groups[0]), sources.rig_links);
+  return crowd;
+}
+
+// Every twentieth is a giant, and the others are of kMixedLinks in turns.
+Crowd make_mixed(std::uint32_t count, CrowdSources) {
+  const std::vector<double> all = uniform_places(count, 1);
+  std::array<std::vector<double>, kMixedLinks.size()> places;
+  std::vector<double> giants;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    std::vector<double>& group = i % kMixedGiants == kMixedGiants - 1 ? giants : places[i % places.size()];
+    group.insert(group.end(), {all[2 * std::size_t{i}], all[2 * std::size_t{i} + 1]});
+  }
+  Crowd crowd;
+  const auto add = [&crowd](std::vector<double>& at, std::uint32_t links, float size) {
+    if (!at.empty()) crowd.groups.push_back(enlarged(with_links(humanoid_crowd(std::move(at)).groups[0], links), size));
   };
-  crowd.groups.push_back(std::move(giant));
+  for (std::size_t g = 0; g < places.size(); ++g) add(places[g], kMixedLinks[g], 1);
+  add(giants, kMixedLinks[1], kMixedGiant);
   return crowd;
 }
 

@@ -42,10 +42,11 @@ struct CrowdSources {
   char up = 0;  // the clips' up axis: 'x', 'y', 'z', or 0 for the axis along which each figure is tallest
   std::uint32_t boxes_per_link = kDefaultBoxesPerLink;  // of `detailed`
   RopeOptions ropes;
+  std::uint32_t rig_links = 100;  // of each body of `rigs`: 16 to kMaxLinks
 };
 
 // The functions that make the crowd scenes; scene_list.cpp says what each scene is. count is at least 1, and the
-// sources hold the clips and trajectories that the scene needs. make_detailed and make_ropes throw
+// sources hold the clips and trajectories that the scene needs. make_detailed, make_ropes and make_rigs throw
 // std::invalid_argument for an option out of range.
 Crowd make_uniform(std::uint32_t count, CrowdSources sources);
 Crowd make_jitter(std::uint32_t count, CrowdSources sources);
@@ -56,6 +57,8 @@ Crowd make_line(std::uint32_t count, CrowdSources sources);
 Crowd make_giant(std::uint32_t count, CrowdSources sources);
 Crowd make_detailed(std::uint32_t count, CrowdSources sources);
 Crowd make_ropes(std::uint32_t count, CrowdSources sources);
+Crowd make_rigs(std::uint32_t count, CrowdSources sources);
+Crowd make_mixed(std::uint32_t count, CrowdSources sources);
 Crowd make_far(std::uint32_t count, CrowdSources sources);
 
 // Poses the whole crowd at one time. posed[g] belongs to group g.

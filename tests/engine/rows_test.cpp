@@ -114,8 +114,8 @@ Member in_a_room(const Rig& rig, std::uint64_t seed) {
           BatchKind::kCharacters};
 }
 
-// A rope of 64 links, a body of 40 links with up to three leaves each, and one of 16 links that branches: auto pairs each of
-// them by another strategy.
+// A rope of 64 links, a body of 40 links with up to three leaves each, and one of 16 links that branches: auto pairs
+// each of them by another strategy.
 World rope_and_detailed_and_plain() {
   Random random(9);
   World world;

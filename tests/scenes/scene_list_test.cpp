@@ -118,6 +118,11 @@ TEST_CASE("a crowd of `cab sweep` has the size that its name says") {
       CHECK(figure.leaves.size() == number);
       CHECK(crowd.count() == 100);
       CHECK(three.count() == 3);
+    } else if (family == "rigs") {
+      CHECK(figure.link_parents.size() == number);
+      CHECK(figure.leaves.size() == number);
+      CHECK(crowd.count() == 100);
+      CHECK(three.count() == 3);
     } else if (family == "ropes" || family == "wavy" || family == "coiled" || family == "braided") {
       CHECK(figure.link_parents.size() == number);
       CHECK(crowd.count() == 16);

@@ -192,6 +192,19 @@ TEST_CASE("cab crowd makes humanoids and clips of many boxes, and ropes") {
   CHECK(braids["hits"] == 0);
 }
 
+TEST_CASE("cab crowd makes bodies of many links, and several kinds of bodies") {
+  const Json plain = figures({"--scene", "uniform"}), least = figures({"--scene", "rigs", "--links", "16"});
+  CHECK(least["links"] == 16);
+  CHECK(least["hits_hash"] == plain["hits_hash"]);
+  const Json rigs = figures({"--scene", "rigs"});
+  CHECK(rigs["links"] == 100);
+  CHECK(rigs["leaves"] == 100);
+  CHECK(rigs["hits"] > plain["hits"]);
+  const Json mixed = figures({"--scene", "mixed"});
+  CHECK(mixed["links"] == 100);
+  CHECK(mixed["hits_hash"] == figures({"--scene", "mixed", "--strategy", "brute"})["hits_hash"]);
+}
+
 TEST_CASE("cab crowd says what was wrong and how to do it right") {
   const Sources sources;
   const TemporaryFolder folder;
@@ -216,7 +229,9 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
       {{"--scene", "uniform", "--boxes-per-link", "16"}, "--boxes-per-link is for --scene detailed, not for uniform"},
       {{"--scene", "detailed", "--boxes-per-link", "5"}, "choose 1, 2, 4, 8, 16, 32, 64"},
       {{"--scene", "detailed", "--up", "y"}, "add --clip FILE"},
-      {{"--scene", "jitter", "--spacing", "2"}, "--links, --shape and --spacing are for --scene ropes, not for jitter"},
+      {{"--scene", "jitter", "--spacing", "2"}, "--shape and --spacing are for --scene ropes, not for jitter"},
+      {{"--scene", "jitter", "--links", "20"}, "--links is for --scene ropes and --scene rigs, not for jitter"},
+      {{"--scene", "rigs", "--links", "15"}, "a body of --scene rigs has at least 16"},
       {{"--scene", "ropes", "--shape", "knotted"}, "choose straight, wavy, coiled, braided"},
       {{"--scene", "ropes", "--links", "1"}, "--links"},
       {{"--scene", "ropes", "--spacing", "0"}, "--spacing"},
