@@ -72,6 +72,13 @@ inline bool opens_links(const FrameContext& frame, const Candidate& candidate) {
          frame.batch(candidate.batch_b).strategy == Strategy::kLinks;
 }
 
+// Whether link boxes of one instance meet leaf boxes of the other. Then their bounds decide, without a box test: a link
+// box allows for what the leaf predicate rounds on its own side alone (docs/proof.md, step 6.9).
+inline bool links_meet_leaves(const FrameContext& frame, const Candidate& candidate) {
+  return (frame.batch(candidate.batch_a).strategy == Strategy::kLinks) !=
+         (frame.batch(candidate.batch_b).strategy == Strategy::kLinks);
+}
+
 // Whether any candidate of a frame is tested by the bounds of leaves. strategy: FrameContext::policies.
 inline bool compares_leaf_bounds(Strategy strategy) {
   return strategy == Strategy::kRows || strategy == Strategy::kLinks || strategy == Strategy::kAuto;

@@ -187,12 +187,13 @@ void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end,
 // ------------------------------------------------------------------------------------------------------- rows
 
 // Tests the block and empties it. Writes the overlapping pairs to worker.found from index `kept` on, and advances
-// `kept`.
+// `kept`. untested: the bits of the lanes that overlap whatever the test says.
 template <class AosBox>
-void test_block(const FrameContext& frame, PairBlock<AosBox>& block, Worker& worker, std::uint32_t& kept) {
+void test_block(const FrameContext& frame, std::uint32_t untested, PairBlock<AosBox>& block, Worker& worker,
+                std::uint32_t& kept) {
   pad(block);
-  worker.stats.box_tests += block.count;
-  const std::uint32_t overlapping = overlap_block(frame.kernels, frame.policies.sat, block.boxes);
+  worker.stats.box_tests += block.count - static_cast<std::uint32_t>(__builtin_popcount(untested));
+  const std::uint32_t overlapping = overlap_block(frame.kernels, frame.policies.sat, block.boxes) | untested;
   for (std::uint32_t lane = 0; lane < block.count; ++lane) {
     worker.found.data[kept] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
     kept += overlapping >> lane & 1;
@@ -207,6 +208,7 @@ struct CandidateBoxes {
   const AosBox* b;
   double shift[3];
   const Articulation* within;  // the active articulation of a candidate within one instance, else null
+  bool untested;               // links_meet_leaves
 };
 
 // Appends to worker.found the leaf pairs of one candidate whose bounds overlap. Returns what the test of their boxes
@@ -218,8 +220,11 @@ CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t
   const InstanceBatch& b = frame.batch(candidate.batch_b);
   const PosedSet& set = worker.posed;
   const Placement &placement_a = set.placement(candidate.slot_a), &placement_b = set.placement(candidate.slot_b);
-  CandidateBoxes<AosBox> sides = {
-      boxes_at<AosBox>(worker.posed, candidate.slot_a), boxes_at<AosBox>(worker.posed, candidate.slot_b), {}, nullptr};
+  CandidateBoxes<AosBox> sides = {boxes_at<AosBox>(worker.posed, candidate.slot_a),
+                                  boxes_at<AosBox>(worker.posed, candidate.slot_b),
+                                  {},
+                                  nullptr,
+                                  links_meet_leaves(frame, candidate)};
   if (is_within(candidate)) sides.within = a.active;
   kernel::RowFilter filter;
   filter.leaves_a = filter.end_a = a.active->leaf_count;
@@ -254,10 +259,11 @@ void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end
   PairBlock<AosBox> block;
   block.boxes.shift = &block.shift;
   block.boxes.leaves = 0xffff;
-  std::uint32_t kept = 0;
+  std::uint32_t kept = 0, untested = 0;
   const auto test = [&] {
     const std::uint32_t before = kept;
-    test_block(frame, block, worker, kept);
+    test_block(frame, untested, block, worker, kept);
+    untested = 0;
     if (!frame.first_only()) return;
     for (std::uint32_t i = before; i < kept; ++i)
       if (const Candidate& candidate = worker.candidates.data[worker.found.data[i].candidate];
@@ -270,6 +276,7 @@ void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
     const std::uint32_t lane = block.count++;
+    untested |= std::uint32_t{side.untested} << lane;
     block.pair[lane] = {pair.candidate, pair.a, pair.b};
     block.boxes.a[lane] = side.a + pair.a;
     block.boxes.b[lane] = side.b + pair.b;
