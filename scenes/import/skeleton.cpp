@@ -147,23 +147,44 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
   return skeleton;
 }
 
-// The files of assimp, one of which is in memory.
+// The files below a glTF file's folder, and that file, which is in memory. assimp names the others by the folder and a
+// URI, whose percent-encoding it does not decode.
 class FilesAndBytes : public Assimp::DefaultIOSystem {
  public:
   // `bytes` must outlive this object.
-  FilesAndBytes(std::string path, const std::string& bytes) : path_(std::move(path)), bytes_(bytes) {}
+  FilesAndBytes(std::string path, const std::string& bytes)
+      : path_(std::move(path)), folder_(path_.substr(0, path_.rfind('/') + 1)), bytes_(bytes) {}
 
-  bool Exists(const char* file) const override { return file == path_ || DefaultIOSystem::Exists(file); }
+  bool Exists(const char* file) const override {
+    return file == path_ || DefaultIOSystem::Exists(decoded(file).c_str());
+  }
 
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (file != path_) return DefaultIOSystem::Open(file, mode);
+    if (file != path_) return DefaultIOSystem::Open(decoded(file).c_str(), mode);
     return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()), bytes_.size());
   }
 
  private:
-  std::string path_;
+  // The path of a file that assimp names. Empty, which no file has, if it is not below the folder.
+  std::string decoded(const std::string& file) const {
+    if (file.rfind(folder_, 0) != 0) return {};
+    const std::optional<std::filesystem::path> below = path_of_uri(file.substr(folder_.size()));
+    return below ? folder_ + below->string() : std::string();
+  }
+
+  std::string path_, folder_;
   const std::string& bytes_;
 };
+
+// A scene, which keeps alive the importer that owns it.
+struct SceneFile {
+  std::shared_ptr<const aiScene> scene;
+  std::vector<std::string> notes;
+};
+
+std::shared_ptr<const aiScene> owned(std::shared_ptr<Assimp::Importer> importer, const aiScene& scene) {
+  return {std::move(importer), &scene};
+}
 
 // assimp gets the checked bytes, under a name that says what they are, in the folder of the file, where it looks for
 // the buffers that a glTF file names.
@@ -176,16 +197,6 @@ SceneFile read_gltf(const std::string& bytes, const std::string& path) {
   const aiScene& scene = read_with_assimp(*importer, name, [&] { return importer->ReadFile(as_checked, 0); });
   importer->SetIOHandler(nullptr);  // the bytes go
   SceneFile file = {owned(importer, scene), {}};
-// A scene, which keeps alive the importer that owns it.
-struct SceneFile {
-  std::shared_ptr<const aiScene> scene;
-  std::vector<std::string> notes;
-};
-
-std::shared_ptr<const aiScene> owned(std::shared_ptr<Assimp::Importer> importer, const aiScene& scene) {
-  return {std::move(importer), &scene};
-}
-
   if (is_binary ? extension == ".gltf" : extension != ".gltf")
     file.notes.push_back(std::string("the file is ") + (is_binary ? "a GLB" : "glTF text") +
                          ", though its name ends in " + printable(extension));
