@@ -1,5 +1,5 @@
-# What `cmake --install` puts in place: the library, its public headers, the package that find_package(cab CONFIG)
-# finds, and the cab command.
+# What `cmake --install` puts in place: the library and cab::rig, their public headers, the package that
+# find_package(cab CONFIG) finds, and the cab command.
 include(CMakePackageConfigHelpers)
 
 set(CAB_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/cab)
@@ -7,6 +7,10 @@ install(TARGETS cab EXPORT cab-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   FILES_MATCHING PATTERN *.h)
+if(TARGET cab_rig)
+  install(TARGETS cab_rig EXPORT cab-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(DIRECTORY scenes/rig/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
+endif()
 install(EXPORT cab-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR})
 configure_package_config_file(cmake/cab-config.cmake.in ${PROJECT_BINARY_DIR}/cab-config.cmake
   INSTALL_DESTINATION ${CAB_PACKAGE_DIR})

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
@@ -136,15 +137,19 @@ Json coverage_json(const rig::Coverage& coverage, const scenes::Skeleton& skelet
 int inspect_command(const InspectOptions& options) {
   if (options.skin && (options.prints_bodies || !options.bodies_path.empty() || !options.write_bodies_path.empty()))
     throw UsageError("--bodies and --write-bodies are about bodies of the skeleton, not of --body skin");
+  if (options.motion_units > 0 && options.motion_path.empty()) throw UsageError(kUnitsNeedMotion);
+  std::vector<std::string> inputs = {options.file};
+  if (!options.motion_path.empty()) inputs.push_back(options.motion_path);
   check_outputs(
       {{"--json", options.json_path}, {"--obj", options.obj_path}, {"--write-bodies", options.write_bodies_path}},
-      {options.file});
+      inputs);
   OutputFile output(options.json_path), obj(options.obj_path), bodies_file(options.write_bodies_path);
   scenes::ImportOptions import;
   import.metres_per_unit = options.metres_per_unit;
   import.offset = options.offset;
   import.up = options.up;
   import.sandbox = options.sandbox;
+  if (!options.motion_path.empty()) import.motion = scenes::MotionFile{options.motion_path, options.motion_units};
   import.animation = options.animation;
   import.skin = options.skin;
   import.frames_per_second = options.frames_per_second;
@@ -175,6 +180,7 @@ int inspect_command(const InspectOptions& options) {
   Json json;
   json["cab_version"] = CAB_VERSION_STRING;
   json["file"] = options.file;
+  if (!options.motion_path.empty()) json["motion"] = options.motion_path;
   json["character"] = character.name;
   json["metres_per_unit"] = options.metres_per_unit;
   json["offset_metres"] = options.offset;

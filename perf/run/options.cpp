@@ -43,9 +43,29 @@ std::uint32_t read_kinds(const std::string& option, const std::string& text) {
   return bits;
 }
 
+// Adds --motion and --motion-units, each for one file or for several.
+template <class Paths, class Unit>
+void add_motion(CLI::App& command, Paths& paths, Unit set_unit, const std::string& how_often) {
+  CLI::Option* motion = command.add_option(
+      "--motion", paths, "another file that has the motion, of nodes with the same names" + how_often);
+  motion->type_name("FILE")->allow_extra_args(false);
+  refuse_empty(*motion);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--motion-units",
+          [set_unit](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) set_unit(read_positive("--motion-units", text));
+          },
+          "length unit of that file in metres (default: that of FILE)")
+      ->type_name("METRES_PER_UNIT")
+      ->allow_extra_args(false);
+}
+
 // Adds --animation, and --body with the options that need it.
 void add_skin_options(CLI::App& command, std::string& animation, std::optional<scenes::SkinOptions>& skin) {
-  command.add_option("--animation", animation, "animation to read, by name or by number from 0 (default the first)")
+  command
+      .add_option("--animation", animation,
+                  "animation to read, of --motion if given, by name or by number from 0 (default the first)")
       ->type_name("NAME");
   command
       .add_option_function<std::string>(
@@ -122,6 +142,9 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
   add_fps(command, world.frames_per_second);
   add_up(command, world.up, kUpForHeight);
   add_no_sandbox(command, world.sandbox);
+  add_motion(
+      command, world.motion_paths, [&world](double unit) { world.motion_units.push_back(unit); },
+      "; once for all files or once per file, none for one with its own");
   add_skin_options(command, world.animation, world.skin);
   add_body_options(command, world.bodies);
   command.add_option("--bodies", world.bodies_paths, "changes of bodies, once for all files or once per file")
@@ -194,6 +217,8 @@ Command add_inspect(CLI::App& app) {
   add_fps(command, o.frames_per_second);
   add_up(command, o.up, kUpForHeight);
   add_no_sandbox(command, o.sandbox);
+  add_motion(
+      command, o.motion_path, [&o](double unit) { o.motion_units = unit; }, "");
   add_skin_options(command, o.animation, o.skin);
   add_path(command, "--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
       ->type_name("OUT.obj");

@@ -36,7 +36,9 @@ struct InspectOptions {
   double metres_per_unit = 1;
   double frames_per_second = 0;  // of a file that does not say it; 0: 120
   char up = 0;
-  std::string animation;  // name or number; empty: the first
+  std::string motion_path;  // empty: the file's own motion
+  double motion_units = 0;  // metres; 0: as of the file
+  std::string animation;    // name or number; empty: the first
   std::optional<scenes::SkinOptions> skin;
   std::string obj_path;  // empty: no file
   scenes::BodyOptions bodies;

@@ -32,7 +32,7 @@ void check(const RunOptions& options) {
   if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
     throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
                      ": boxes alone have no normal and depth; leave out --exact none");
-  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, options.world.files);
+  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, input_paths(options.world));
 }
 
 FrameRange choose_frames(const RunOptions& options, const scenes::Scene& scene) {
@@ -168,6 +168,8 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
     json["characters"].push_back({{"name", scene.characters[c].name},
                                   {"file", options.world.files[c]},
                                   {"links", scene.characters[c].link_parents.size()}});
+    if (const std::string motion = motion_path(options.world, c); !motion.empty())
+      json["characters"].back()["motion"] = motion;
     if (options.within)
       json["characters"].back()["self"] = masked_to_json(scene.characters[c], session.ignored_pairs(c));
   }

@@ -26,6 +26,19 @@ void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count
   character.is_static = false;
 }
 
+// Throws UsageError unless an option is given never, once, or once per file.
+void check_count(const std::string& option, std::size_t given, std::size_t files) {
+  if (given > 1 && given != files)
+    throw UsageError(option + ": given " + std::to_string(given) + " times for " + std::to_string(files) +
+                     " files; give one for all files or one per file, in their order");
+}
+
+// Of an option that passed check_count and is given.
+template <class Value>
+const Value& value_of(const std::vector<Value>& values, std::size_t file) {
+  return values[values.size() == 1 ? 0 : file];
+}
+
 }  // namespace
 
 void check_files(const WorldOptions& options) {
@@ -33,14 +46,25 @@ void check_files(const WorldOptions& options) {
   if (options.offsets.size() > files)
     throw UsageError("--offset: given " + std::to_string(options.offsets.size()) + " times for " +
                      std::to_string(files) + " files; give at most one per file, in their order");
-  if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != files)
-    throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
-                     std::to_string(files) + " files; give one for all files or one per file, in their order");
+  check_count("--units", options.metres_per_unit.size(), files);
+  check_count("--motion", options.motion_paths.size(), files);
+  check_count("--motion-units", options.motion_units.size(), files);
+  if (!options.motion_units.empty() && options.motion_paths.empty()) throw UsageError(kUnitsNeedMotion);
   if (options.skin && !options.bodies_paths.empty())
     throw UsageError("--bodies is about bodies of the skeleton, not of --body skin");
-  if (options.bodies_paths.size() > 1 && options.bodies_paths.size() != files)
-    throw UsageError("--bodies: given " + std::to_string(options.bodies_paths.size()) + " times for " +
-                     std::to_string(files) + " files; give one for all files or one per file, in their order");
+  check_count("--bodies", options.bodies_paths.size(), files);
+}
+
+std::string motion_path(const WorldOptions& options, std::size_t file) {
+  const std::string path = options.motion_paths.empty() ? kOwnMotion : value_of(options.motion_paths, file);
+  return path == kOwnMotion ? std::string() : path;
+}
+
+std::vector<std::string> input_paths(const WorldOptions& options) {
+  std::vector<std::string> paths = options.files;
+  for (std::size_t f = 0; f < options.files.size(); ++f)
+    if (const std::string path = motion_path(options, f); !path.empty()) paths.push_back(path);
+  return paths;
 }
 
 scenes::Scene import_world(const WorldOptions& options) {
@@ -54,11 +78,11 @@ scenes::Scene import_world(const WorldOptions& options) {
     import.skin = options.skin;
     import.frames_per_second = options.frames_per_second;
     import.bodies = options.bodies;
-    if (!options.bodies_paths.empty())
-      import.body_changes = read_bodies(options.bodies_paths[options.bodies_paths.size() == 1 ? 0 : f]);
+    if (!options.bodies_paths.empty()) import.body_changes = read_bodies(value_of(options.bodies_paths, f));
     if (f < options.offsets.size()) import.offset = options.offsets[f];
-    if (!options.metres_per_unit.empty())
-      import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : f];
+    if (!options.metres_per_unit.empty()) import.metres_per_unit = value_of(options.metres_per_unit, f);
+    if (const std::string path = motion_path(options, f); !path.empty())
+      import.motion = scenes::MotionFile{path, options.motion_units.empty() ? 0 : value_of(options.motion_units, f)};
     clips.push_back(scenes::import_clip(options.files[f], import));
     bar.advance(1);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,6 +15,11 @@
 
 namespace cab::perf {
 
+// In the place of a motion's path: the file has its own.
+inline constexpr const char* kOwnMotion = "none";
+
+inline constexpr const char* kUnitsNeedMotion = "--motion-units: needs --motion";
+
 struct WorldOptions {
   std::vector<std::string> files;              // one character each
   std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
@@ -22,7 +28,9 @@ struct WorldOptions {
   scenes::BodyOptions bodies;                  // stature and thickness of every figure
   std::vector<std::string> bodies_paths;       // empty, one file of bodies for all files, or one per file
   char up = 0;                                 // the up axis: 'x', 'y', 'z', or 0 to find it
-  std::string animation;                       // name or number of each file's animation; empty: the first
+  std::vector<std::string> motion_paths;       // empty, one motion for all files, or one per file; kOwnMotion: none
+  std::vector<double> motion_units;            // metres; empty, one for all motions, or one per file
+  std::string animation;                       // name or number of each motion's animation; empty: the first
   std::optional<scenes::SkinOptions> skin;     // bodies of the meshes
   std::uint32_t ignored_hops = 0;              // links of one character at most this many joints apart are masked
   std::optional<std::uint32_t> rest_frame;     // links of one character that touch in this frame are masked
@@ -31,8 +39,14 @@ struct WorldOptions {
   std::optional<scenes::SandboxLimits> sandbox = scenes::kImportSandbox;
 };
 
-// Throws UsageError if offsets, units or bodies do not fit the files.
+// Throws UsageError if offsets, units, motions or bodies do not fit the files.
 void check_files(const WorldOptions& options);
+
+// The file that has the motion of a character's file; empty if that has its own.
+std::string motion_path(const WorldOptions& options, std::size_t file);
+
+// The files of characters and of their motions.
+std::vector<std::string> input_paths(const WorldOptions& options);
 
 // One character per file, each with a name of its own, in one world and on one clock. Throws UsageError if the rest
 // frame does not exist, and std::runtime_error for bad files.

@@ -20,12 +20,13 @@ namespace {
 void check(const SweepOptions& options) {
   check_files(options.world);
   const bool about_files = !options.world.offsets.empty() || !options.world.metres_per_unit.empty() ||
-                           options.world.up != 0 || options.world.frames_per_second != 0;
+                           options.world.up != 0 || options.world.frames_per_second != 0 ||
+                           !options.world.motion_paths.empty();
   if (options.world.files.empty() && about_files)
-    throw UsageError("--offset, --units, --up and --fps are for FILE...; give at least one file");
+    throw UsageError("--offset, --units, --up, --fps and --motion are for FILE...; give at least one file");
   if (!options.world.files.empty() && !options.scenes.empty())
     throw UsageError("--scene and FILE...: give one of the two; the files are a scene of their own");
-  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, options.world.files);
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, input_paths(options.world));
 }
 
 // A scene, and whether all policies run on it, or only the strategies.

@@ -15,7 +15,6 @@ namespace {
 // Share of the figure's height. The notes name a joint that moves farther than this in its parent's frame.
 constexpr double kMovingJoint = 1e-3;
 constexpr double kLeastHeight = .5, kGreatestHeight = 3;  // metres, for the check of the unit
-constexpr std::size_t kNamesInNote = 6;
 
 void check_skeleton(const Skeleton& s, const std::string& name) {
   const std::size_t joints = s.joint_names.size();
@@ -47,10 +46,8 @@ struct Wording {
 // Adds a note such as "2 joints dropped: a, b". Without names it adds no note.
 void note_names(std::vector<std::string>& notes, const std::vector<std::string>& names, const Wording& wording) {
   if (names.empty()) return;
-  std::string text = std::to_string(names.size()) + " " + (names.size() == 1 ? wording.one : wording.several) + ": ";
-  for (std::size_t n = 0; n < std::min(names.size(), kNamesInNote); ++n) text += (n > 0 ? ", " : "") + names[n];
-  if (names.size() > kNamesInNote) text += " and " + std::to_string(names.size() - kNamesInNote) + " more";
-  notes.push_back(text);
+  notes.push_back(std::to_string(names.size()) + " " + (names.size() == 1 ? wording.one : wording.several) + ": " +
+                  listed(names));
 }
 
 // [joint] the index of its link, or -1.

@@ -41,6 +41,27 @@ constexpr std::pair<std::string_view, const char*> kUnsupported[] = {
     {"KHR_meshopt_compression", "meshopt compression"},
 };
 
+// The text with every %XX as the byte that it means; nothing if a % is followed by anything else, or by 00.
+std::optional<std::string> percent_decoded(const std::string& uri) {
+  const auto digit = [&uri](std::size_t at) {
+    constexpr std::string_view kDigits = "0123456789abcdef0123456789ABCDEF";
+    const std::size_t found = at < uri.size() ? kDigits.find(uri[at]) : std::string_view::npos;
+    return found == std::string_view::npos ? -1 : static_cast<int>(found % 16);
+  };
+  std::string text;
+  for (std::size_t at = 0; at < uri.size(); ++at) {
+    if (uri[at] != '%') {
+      text += uri[at];
+      continue;
+    }
+    const int high = digit(at + 1), low = digit(at + 2);
+    if (high < 0 || low < 0 || high + low == 0) return {};
+    text += static_cast<char>(16 * high + low);
+    at += 2;
+  }
+  return text;
+}
+
 std::uint32_t word(const std::string& bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t k = 4; k-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
@@ -252,11 +273,12 @@ class Document {
       while (!data.empty() && data.back() == '=') data.remove_suffix(1);
       return data.size() / 4 * 3 + data.size() % 4 * 3 / 4;
     }
-    const std::filesystem::path relative = std::filesystem::path(uri).lexically_normal();
-    if (uri.find("://") != std::string::npos || relative.is_absolute() || *relative.begin() == "..")
-      fail(where, "is in \"" + uri + "\", which is not below the file's folder");
+    const std::optional<std::filesystem::path> relative = path_of_uri(uri);
+    if (!relative && !percent_decoded(uri))
+      fail(where, "is in \"" + uri + "\", in which a % is not followed by two hexadecimal digits of a character");
+    if (!relative) fail(where, "is in \"" + uri + "\", which is not below the file's folder");
     std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(folder_ / relative, error);
+    const std::uintmax_t size = std::filesystem::file_size(folder_ / *relative, error);
     if (error) fail(where, "is in \"" + uri + "\": " + error.message());
     return size;
   }
@@ -438,6 +460,14 @@ class Document {
 
 bool is_gltf(const std::string& extension, const std::string& first_bytes) {
   return extension == ".gltf" || extension == ".glb" || extension == ".vrm" || first_bytes.rfind(kMagic, 0) == 0;
+}
+
+std::optional<std::filesystem::path> path_of_uri(const std::string& uri) {
+  const std::optional<std::string> text = percent_decoded(uri);
+  if (!text || text->empty() || text->find("://") != std::string::npos) return {};
+  std::filesystem::path path = std::filesystem::path(*text).lexically_normal();
+  if (path.is_absolute() || *path.begin() == "..") return {};
+  return path;
 }
 
 bool check_gltf(const std::string& bytes, const std::string& path, const std::string& name) {

@@ -32,12 +32,19 @@ struct SkinOptions {
   double least_reach = 0;                // metres
 };
 
+// Another file, whose nodes move those of the same name.
+struct MotionFile {
+  std::string path;
+  double metres_per_unit = 0;  // its length unit in metres; 0: that of the file that it moves
+};
+
 struct ImportOptions {
   double metres_per_unit = 1.0;              // the file's length unit in metres
   std::array<double, 3> offset = {0, 0, 0};  // added to the character's place in the world, metres
   char up = 0;                               // 'x', 'y' or 'z' for the height check; 0: the tallest axis
   std::optional<SandboxLimits> sandbox;      // read the file in a child process with these limits; empty: in this one
-  std::string animation;                     // name or number from 0 of a file's animation; empty: the first
+  std::optional<MotionFile> motion;          // where the motion is; empty: in the file
+  std::string animation;                     // name or number from 0 of the motion's animation; empty: the first
   std::optional<SkinOptions> skin;           // bodies are made of the file's meshes; empty: of its skeleton
   BodyOptions bodies;                        // stature in metres, thickness; of bodies of the skeleton
   std::vector<BodyChange> body_changes;      // made to the guessed bodies of the skeleton
@@ -77,7 +84,14 @@ struct Skeleton {
 
 // Reads the skeleton, one animation and, if options.skin is given, the meshes of a file through assimp. The text of a
 // BVH file is checked first, and so are the offsets and counts of a glTF file. ASF and AMC are read without assimp
-// (scenes/import/asf_amc.h). Throws ImportError. With options.sandbox nothing in the file can do more than cause one:
+// (scenes/import/asf_amc.h).
+//
+// With options.motion every node of the file has, in each frame of the motion, the transform in its parent's frame that
+// the node of the same name has there, moved or not. Names are compared as they are, then by what follows the last
+// colon. Nodes that the motion lacks keep their rest pose, and a note says which joints these are. The motion must have
+// an animation and one joint at least. The file may not be BVH, ASF or AMC, which have no more than their own motion.
+//
+// Throws ImportError. With options.sandbox nothing in the file can do more than cause one:
 // see scenes/sandbox/sandbox.h. Without it, assimp does not survive some files.
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options);
 

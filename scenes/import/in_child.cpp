@@ -25,10 +25,15 @@ std::string read_or_refuse(const std::string& name, const std::function<std::str
 }  // namespace
 
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
-                               const std::function<std::string()>& read) {
-  const std::string name = printable(path);
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  const std::vector<std::string> readable = {folder.empty() ? "." : folder.string(), path};
+                               const std::function<std::string()>& read, const std::string& other) {
+  const std::string name = printable(path) + (other.empty() ? "" : " with " + printable(other));
+  std::vector<std::string> readable;
+  for (const std::string& file : {path, other}) {
+    if (file.empty()) continue;
+    const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+    readable.push_back(folder.empty() ? "." : folder.string());
+    readable.push_back(file);
+  }
   SandboxResult result;
   try {
     result = run_sandboxed(limits, readable, [&] { return read_or_refuse(name, read); });

@@ -1,10 +1,13 @@
 // Makes text from a file safe for a one-line message and for JSON.
 #include "scenes/import/printable.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace cab::scenes {
 namespace {
+
+constexpr std::size_t kMostListed = 6;
 
 // The number of bytes of the well-formed UTF-8 sequence at the beginning of text, or 0 if text does not begin with one.
 std::size_t sequence_length(std::string_view text) {
@@ -44,6 +47,13 @@ std::string printable(std::string_view text) {
     }
   }
   return line;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t n = 0; n < std::min(names.size(), kMostListed); ++n) text += (n > 0 ? ", " : "") + names[n];
+  if (names.size() > kMostListed) text += " and " + std::to_string(names.size() - kMostListed) + " more";
+  return text;
 }
 
 }  // namespace cab::scenes

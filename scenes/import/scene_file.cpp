@@ -9,9 +9,13 @@
 #include <assimp/scene.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <numeric>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 namespace cab::scenes {
 namespace {
@@ -20,6 +24,7 @@ constexpr std::size_t kMaxNodes = std::size_t{1} << 16;
 constexpr double kDefaultTicksPerSecond = 25;  // assimp's own value for files that do not say
 constexpr double kMinFrameSeconds = 1e-3;
 constexpr double kStaticFrameSeconds = 1.0 / 30;
+constexpr double kUsualRatio = 2;  // of lengths of bones in two files of one figure
 
 bool is_usable(const Affine& a) {
   for (const Vec3& column : {a.columns[0], a.columns[1], a.columns[2], a.translation}) {
@@ -104,12 +109,11 @@ void check_keys(const Key* keys, unsigned count, const char* kind, const std::st
   }
 }
 
-// The nodes of a scene in pre-order, their parents, and which of them are joints.
+// The nodes of a scene in pre-order, and their parents.
 struct Nodes {
   std::vector<const aiNode*> nodes;
   std::vector<std::int32_t> parents;
   std::unordered_map<std::string_view, std::size_t> by_name;
-  std::vector<const aiNodeAnim*> tracks;
 };
 
 std::string_view view(const aiString& name) { return {name.C_Str(), name.length}; }
@@ -135,13 +139,19 @@ Nodes flatten(const aiScene& scene, const std::string& path) {
     for (unsigned c = node->mNumChildren; c-- > 0;)
       open.emplace_back(node->mChildren[c], static_cast<std::int32_t>(index));
   }
-  flat.tracks.resize(flat.nodes.size(), nullptr);
   return flat;
 }
 
+// [node] its name, or nothing if the name means another node.
+std::vector<std::string> names_of(const Nodes& flat) {
+  std::vector<std::string> names(flat.nodes.size());
+  for (const auto& [name, node] : flat.by_name) names[node] = name;
+  return names;
+}
+
 // Marks the nodes that are joints, by the rule in scene_file.h: the bones or moved nodes and all nodes between them, up
-// to the lowest node above them all.
-std::vector<bool> choose_joints(const aiScene& scene, const Nodes& flat, const std::string& path) {
+// to the lowest node above them all. Empty if there are none.
+std::vector<bool> choose_joints(const aiScene& scene, const Nodes& flat, const std::vector<bool>& is_moved) {
   std::vector<bool> joint(flat.nodes.size(), false);
   const auto mark = [&](const aiString& name) {
     const auto found = flat.by_name.find(view(name));
@@ -150,15 +160,13 @@ std::vector<bool> choose_joints(const aiScene& scene, const Nodes& flat, const s
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
     for (unsigned b = 0; b < scene.mMeshes[m]->mNumBones; ++b) mark(scene.mMeshes[m]->mBones[b]->mName);
   }
-  if (std::find(joint.begin(), joint.end(), true) == joint.end()) {
-    for (std::size_t n = 0; n < flat.nodes.size(); ++n) joint[n] = flat.tracks[n] != nullptr;
-  }
+  if (std::find(joint.begin(), joint.end(), true) == joint.end()) joint = is_moved;
   std::vector<std::size_t> below(flat.nodes.size(), 0);
   for (std::size_t n = flat.nodes.size(); n-- > 0;) {
     below[n] += joint[n] ? 1 : 0;
     if (flat.parents[n] >= 0) below[static_cast<std::size_t>(flat.parents[n])] += below[n];
   }
-  if (below[0] == 0) throw ImportError(path + ": no skeleton: it has no bones and no animated nodes");
+  if (below[0] == 0) return {};
   // The last node in pre-order with all marked nodes at or below it.
   std::size_t root = 0;
   for (std::size_t n = 0; n < flat.nodes.size(); ++n) {
@@ -175,6 +183,11 @@ struct Clock {
   double frame_seconds = kStaticFrameSeconds;
   std::uint32_t frame_count = 1;
 };
+
+void check_frames(double frames, std::size_t node_count, const std::string& path) {
+  if (!(frames * static_cast<double>(node_count) <= static_cast<double>(kMaxJointFrames)))
+    throw ImportError(path + ": frames x nodes is more than " + std::to_string(kMaxJointFrames));
+}
 
 Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std::string& path,
                  std::vector<std::string>& notes) {
@@ -214,9 +227,7 @@ Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std
   clock.ticks_per_frame = clock.frame_seconds * ticks_per_second;
   // The tolerance keeps the last key if the quotient is a rounding error below a whole number.
   const double frames = std::floor((last - first) / clock.ticks_per_frame + 1e-6) + 1;
-  if (!(frames * static_cast<double>(node_count) <= static_cast<double>(kMaxJointFrames))) {
-    throw ImportError(path + ": frames x nodes is more than " + std::to_string(kMaxJointFrames));
-  }
+  check_frames(frames, node_count, path);
   clock.frame_count = static_cast<std::uint32_t>(frames);
   return clock;
 }
@@ -247,51 +258,152 @@ void add_stretch(const Affine& joint, const Quat& rotation, std::vector<float>& 
   }
 }
 
+// The nodes of a file and where they are in each frame.
+class PosedNodes {
+ public:
+  // `own`: the motion is of the same nodes. Otherwise it is of another file.
+  PosedNodes(const Nodes& flat, const Motion& motion, bool own) : flat_(flat), motion_(motion) {
+    if (!own) {
+      source_ = match_names(names_of(flat), motion.names);
+      return;
+    }
+    source_.resize(flat.nodes.size());
+    std::iota(source_.begin(), source_.end(), 0);
+  }
+
+  // Whether the motion has a node.
+  bool has(std::size_t node) const { return source_[node] >= 0; }
+
+  // [node] whether the motion moves it.
+  std::vector<bool> moved() const {
+    std::vector<bool> moved(source_.size());
+    for (std::size_t n = 0; n < moved.size(); ++n)
+      moved[n] = has(n) && motion_.is_moved[static_cast<std::size_t>(source_[n])];
+    return moved;
+  }
+
+  // In the parent's frame. A node that the motion lacks keeps its rest pose.
+  Affine local(std::size_t node, std::uint32_t frame) const {
+    if (!has(node)) return rest(node);
+    Affine local = motion_.local(static_cast<std::size_t>(source_[node]), frame);
+    local.translation = motion_.scale * local.translation;
+    return local;
+  }
+
+  Affine rest(std::size_t node) const { return affine(flat_.nodes[node]->mTransformation); }
+
+ private:
+  const Nodes& flat_;
+  const Motion& motion_;
+  std::vector<std::int32_t> source_;
+};
+
+// Says how many joints another file moves, and which not. Throws ImportError if it is none.
+void note_motion(const PosedNodes& posed, const std::vector<std::size_t>& node_of, const Motion& motion,
+                 const std::string& path, Skeleton& skeleton) {
+  std::vector<std::string> missing;
+  std::vector<double> ratios;
+  for (std::size_t j = 0; j < node_of.size(); ++j) {
+    if (!posed.has(node_of[j])) {
+      missing.push_back(skeleton.joint_names[j]);
+      continue;
+    }
+    const double rest = length(posed.rest(node_of[j]).translation);
+    const double moved = length(posed.local(node_of[j], 0).translation);
+    if (j > 0 && rest > 0 && moved > 0) ratios.push_back(moved / rest);
+  }
+  if (missing.size() == node_of.size()) {
+    std::vector<std::string> names;
+    for (const std::string& name : motion.names)
+      if (!name.empty()) names.push_back(printable(name));
+    throw ImportError(path + ": none of its joints (" + listed(missing) + ") has the name of a node of " + motion.file +
+                      " (" + listed(names) + ")");
+  }
+  skeleton.notes.push_back("motion of " + motion.file + ": it has " + std::to_string(node_of.size() - missing.size()) +
+                           " of " + std::to_string(node_of.size()) + " joints by name" +
+                           (missing.empty() ? "" : "; in rest pose: " + listed(missing)));
+  if (ratios.empty()) return;
+  const auto median = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), median, ratios.end());
+  if (*median >= 1 / kUsualRatio && *median <= kUsualRatio) return;
+  std::array<char, 32> ratio = {};
+  std::snprintf(ratio.data(), ratio.size(), "%.3g", *median);
+  skeleton.notes.push_back("bones of " + motion.file + " are " + ratio.data() +
+                           " times as long as those that they move: --motion-units says its length unit");
+}
+
 }  // namespace
 
-Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const ImportOptions& options) {
-  Nodes flat = flatten(scene, path);
-  Skeleton skeleton;
+Motion motion_of_scene(std::shared_ptr<const aiScene> scene, const std::string& path, const std::string& animation) {
+  Motion motion;
+  motion.file = path;
+  const Nodes flat = flatten(*scene, path);
+  motion.names = names_of(flat);
+  std::vector<const aiNodeAnim*> tracks(flat.nodes.size(), nullptr);
   Clock clock;
-  if (scene.mNumAnimations == 0 && !options.animation.empty()) throw ImportError(path + ": it has no animation");
-  if (scene.mNumAnimations > 0) {
-    const aiAnimation& animation = chosen_animation(scene, path, options.animation);
-    const std::string animation_name = printable(view(animation.mName));
-    for (unsigned c = 0; c < animation.mNumChannels; ++c) {
-      const aiNodeAnim& track = *animation.mChannels[c];
-      const std::string where = path + ": animation " + animation_name + ", node " + printable(view(track.mNodeName));
+  if (scene->mNumAnimations == 0 && !animation.empty()) throw ImportError(path + ": it has no animation");
+  if (scene->mNumAnimations > 0) {
+    const aiAnimation& chosen = chosen_animation(*scene, path, animation);
+    const std::string chosen_name = printable(view(chosen.mName));
+    for (unsigned c = 0; c < chosen.mNumChannels; ++c) {
+      const aiNodeAnim& track = *chosen.mChannels[c];
+      const std::string where = path + ": animation " + chosen_name + ", node " + printable(view(track.mNodeName));
       check_keys(track.mPositionKeys, track.mNumPositionKeys, "position", where);
       check_keys(track.mRotationKeys, track.mNumRotationKeys, "rotation", where);
       check_keys(track.mScalingKeys, track.mNumScalingKeys, "scaling", where);
       const auto node = flat.by_name.find(view(track.mNodeName));
-      if (node != flat.by_name.end()) flat.tracks[node->second] = &track;
+      if (node != flat.by_name.end()) tracks[node->second] = &track;
     }
-    clock = make_clock(animation, flat.nodes.size(), path, skeleton.notes);
-    if (scene.mNumAnimations > 1)
-      skeleton.notes.push_back("animation " + animation_name + " is read, one of " + animation_names(scene));
+    clock = make_clock(chosen, flat.nodes.size(), path, motion.notes);
+    if (scene->mNumAnimations > 1)
+      motion.notes.push_back("animation " + chosen_name + " is read, one of " + animation_names(*scene));
   }
-  skeleton.is_static = clock.frame_count == 1;
-  if (skeleton.is_static) skeleton.notes.push_back("no motion: the pose of the file holds for all frames");
-  skeleton.frame_seconds = clock.frame_seconds;
-  skeleton.frame_count = clock.frame_count;
+  motion.frame_seconds = clock.frame_seconds;
+  motion.frame_count = clock.frame_count;
+  for (const aiNodeAnim* track : tracks) motion.is_moved.push_back(track != nullptr);
+  motion.local = [scene = std::move(scene), nodes = flat.nodes, tracks = std::move(tracks), clock](
+                     std::size_t node, std::uint32_t frame) {
+    if (tracks[node] == nullptr) return affine(nodes[node]->mTransformation);
+    return sample(*tracks[node], clock.first_tick + frame * clock.ticks_per_frame);
+  };
+  return motion;
+}
+
+Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const Motion& motion,
+                           const ImportOptions& options) {
+  const Nodes flat = flatten(scene, path);
+  const bool own = !options.motion;
+  const PosedNodes posed(flat, motion, own);
+  check_frames(motion.frame_count, flat.nodes.size(), path);
+  Skeleton skeleton;
+  skeleton.notes = motion.notes;
+  skeleton.is_static = motion.frame_count == 1;
+  if (skeleton.is_static)
+    skeleton.notes.push_back("no motion: the pose of " + (own ? "the file" : motion.file) + " holds for all frames");
+  skeleton.frame_seconds = motion.frame_seconds;
+  skeleton.frame_count = motion.frame_count;
 
   // The joint of each node, -1 for a node that is not a joint.
-  const std::vector<bool> is_joint = choose_joints(scene, flat, path);
+  const std::vector<bool> is_joint = choose_joints(scene, flat, posed.moved());
+  if (is_joint.empty())
+    throw ImportError(path + ": no skeleton: it has no bones and no " +
+                      (own ? "animated nodes" : "nodes that " + motion.file + " moves, by name"));
   std::vector<std::int32_t> joint_of(flat.nodes.size(), -1);
+  std::vector<std::size_t> node_of;
   for (std::size_t n = 0; n < flat.nodes.size(); ++n) {
     if (!is_joint[n]) continue;
-    joint_of[n] = static_cast<std::int32_t>(skeleton.joint_names.size());
-    const bool is_root = skeleton.joint_names.empty();
+    joint_of[n] = static_cast<std::int32_t>(node_of.size());
+    node_of.push_back(n);
     skeleton.joint_names.push_back(printable(view(flat.nodes[n]->mName)));
-    skeleton.joint_parents.push_back(is_root ? -1 : joint_of[static_cast<std::size_t>(flat.parents[n])]);
+    skeleton.joint_parents.push_back(joint_of[n] == 0 ? -1 : joint_of[static_cast<std::size_t>(flat.parents[n])]);
     skeleton.is_end_site.push_back(false);
   }
+  if (!own) note_motion(posed, node_of, motion, path, skeleton);
 
   std::vector<Affine> world(flat.nodes.size());
-  for (std::uint32_t f = 0; f < clock.frame_count; ++f) {
-    const double tick = clock.first_tick + f * clock.ticks_per_frame;
+  for (std::uint32_t f = 0; f < motion.frame_count; ++f) {
     for (std::size_t n = 0; n < flat.nodes.size(); ++n) {
-      world[n] = flat.tracks[n] != nullptr ? sample(*flat.tracks[n], tick) : affine(flat.nodes[n]->mTransformation);
+      world[n] = posed.local(n, f);
       if (flat.parents[n] >= 0) world[n] = multiply(world[static_cast<std::size_t>(flat.parents[n])], world[n]);
       if (!is_joint[n]) continue;
       if (!is_usable(world[n])) {
@@ -307,11 +419,11 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
   }
 
   if (options.skin) {
-    const auto node_of = [&](const aiString& name) {
+    const auto node_named = [&](const aiString& name) {
       const auto node = flat.by_name.find(view(name));
       return node == flat.by_name.end() ? -1 : static_cast<std::int32_t>(node->second);
     };
-    const SceneNodes nodes = {flat.nodes, flat.parents, joint_of, node_of};
+    const SceneNodes nodes = {flat.nodes, flat.parents, joint_of, node_named};
     read_skin(scene, nodes, path, options.metres_per_unit, skeleton);
   }
 

@@ -18,6 +18,9 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
 #include <utility>
 
 namespace cab::scenes {
@@ -144,71 +147,145 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
   return skeleton;
 }
 
-// The files of assimp, one of which is in memory.
+// The files below a glTF file's folder, and that file, which is in memory. assimp names the others by the folder and a
+// URI, whose percent-encoding it does not decode.
 class FilesAndBytes : public Assimp::DefaultIOSystem {
  public:
   // `bytes` must outlive this object.
-  FilesAndBytes(std::string path, const std::string& bytes) : path_(std::move(path)), bytes_(bytes) {}
+  FilesAndBytes(std::string path, const std::string& bytes)
+      : path_(std::move(path)), folder_(path_.substr(0, path_.rfind('/') + 1)), bytes_(bytes) {}
 
-  bool Exists(const char* file) const override { return file == path_ || DefaultIOSystem::Exists(file); }
+  bool Exists(const char* file) const override {
+    return file == path_ || DefaultIOSystem::Exists(decoded(file).c_str());
+  }
 
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (file != path_) return DefaultIOSystem::Open(file, mode);
+    if (file != path_) return DefaultIOSystem::Open(decoded(file).c_str(), mode);
     return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()), bytes_.size());
   }
 
  private:
-  std::string path_;
+  // The path of a file that assimp names. Empty, which no file has, if it is not below the folder.
+  std::string decoded(const std::string& file) const {
+    if (file.rfind(folder_, 0) != 0) return {};
+    const std::optional<std::filesystem::path> below = path_of_uri(file.substr(folder_.size()));
+    return below ? folder_ + below->string() : std::string();
+  }
+
+  std::string path_, folder_;
   const std::string& bytes_;
 };
 
+// A scene, which keeps alive the importer that owns it.
+struct SceneFile {
+  std::shared_ptr<const aiScene> scene;
+  std::vector<std::string> notes;
+};
+
+std::shared_ptr<const aiScene> owned(std::shared_ptr<Assimp::Importer> importer, const aiScene& scene) {
+  return {std::move(importer), &scene};
+}
+
 // assimp gets the checked bytes, under a name that says what they are, in the folder of the file, where it looks for
 // the buffers that a glTF file names.
-Skeleton read_gltf(const std::string& bytes, const std::string& path, const ImportOptions& options) {
+SceneFile read_gltf(const std::string& bytes, const std::string& path) {
   const std::string name = printable(path), extension = lower_extension(path);
   const bool is_binary = check_gltf(bytes, path, name);
   const std::string as_checked = path + (is_binary ? ".glb" : ".gltf");
-  Assimp::Importer importer;
-  importer.SetIOHandler(new FilesAndBytes(as_checked, bytes));  // the importer deletes it
-  const aiScene& scene = read_with_assimp(importer, name, [&] { return importer.ReadFile(as_checked, 0); });
-  Skeleton skeleton = skeleton_of_scene(scene, name, options);
+  const auto importer = std::make_shared<Assimp::Importer>();
+  importer->SetIOHandler(new FilesAndBytes(as_checked, bytes));  // the importer deletes it
+  const aiScene& scene = read_with_assimp(*importer, name, [&] { return importer->ReadFile(as_checked, 0); });
+  importer->SetIOHandler(nullptr);  // the bytes go
+  SceneFile file = {owned(importer, scene), {}};
   if (is_binary ? extension == ".gltf" : extension != ".gltf")
-    skeleton.notes.push_back(std::string("the file is ") + (is_binary ? "a GLB" : "glTF text") +
-                             ", though its name ends in " + printable(extension));
-  return skeleton;
+    file.notes.push_back(std::string("the file is ") + (is_binary ? "a GLB" : "glTF text") +
+                         ", though its name ends in " + printable(extension));
+  return file;
 }
 
-Skeleton import_here(const std::string& path, const ImportOptions& options) {
+// The begin of a file, by which its format is told.
+std::string head_of(const std::string& path) {
   constexpr std::size_t kHeadBytes = 200;
   const std::string name = printable(path);
-  const std::size_t size = check_file(path, name);
-  const std::string extension = lower_extension(path);
-  const auto read_text = [](const std::string& file) {
-    const std::string shown = printable(file);
-    return NamedText{shown, read_bytes(file, shown, check_file(file, shown))};
-  };
+  return read_bytes(path, name, std::min(check_file(path, name), kHeadBytes));
+}
+
+NamedText read_text(const std::string& path) {
+  const std::string name = printable(path);
+  return {name, read_bytes(path, name, check_file(path, name))};
+}
+
+// A file of a format that has a skeleton and its motion alone; nothing for any other.
+std::optional<Skeleton> read_capture(const std::string& path, const ImportOptions& options) {
+  const std::string extension = lower_extension(path), head = head_of(path);
   if (extension == ".asf") return read_asf(read_text(path), options);
   if (extension == ".amc") return read_asf_amc(read_text(find_asf(path)), read_text(path), options);
-  const std::string head = read_bytes(path, name, std::min(size, kHeadBytes));
-  if (is_gltf(extension, head)) return read_gltf(read_bytes(path, name, size), path, options);
-  if (is_bvh(extension, head)) return read_bvh(read_bytes(path, name, size), name, options);
+  if (is_gltf(extension, head) || !is_bvh(extension, head)) return {};
+  NamedText text = read_text(path);
+  return read_bvh(std::move(text.text), text.name, options);
+}
+
+// Any other file.
+SceneFile read_scene(const std::string& path) {
+  const std::string name = printable(path), extension = lower_extension(path);
+  if (is_gltf(extension, head_of(path))) return read_gltf(read_text(path).text, path);
   // assimp 5.2.5 crashes on good RAW files, and allocates as much as an OFF file claims to need. Neither can hold a
   // skeleton.
   if (extension == ".raw" || extension == ".off")
     throw ImportError(name + ": no skeleton: files of this type cannot hold one");
-  Assimp::Importer importer;
-  const aiScene& scene = read_with_assimp(importer, name, [&] { return importer.ReadFile(path, 0); });
-  return skeleton_of_scene(scene, name, options);
+  const auto importer = std::make_shared<Assimp::Importer>();
+  const aiScene& scene = read_with_assimp(*importer, name, [&] { return importer->ReadFile(path, 0); });
+  return {owned(importer, scene), {}};
+}
+
+// The motion of options.motion, in the unit of the file that it moves.
+Motion read_motion(const ImportOptions& options) {
+  const auto& [path, metres_per_unit] = *options.motion;
+  const std::string name = printable(path);
+  const auto refuse = [&name] { throw ImportError(name + ": it has no animation"); };
+  const double scale = metres_per_unit == 0 ? 1 : metres_per_unit / options.metres_per_unit;
+  ImportOptions scaled = options;
+  scaled.metres_per_unit = scale;
+  if (std::optional<Skeleton> skeleton = read_capture(path, scaled)) {
+    if (skeleton->is_static) refuse();
+    return motion_of_skeleton(std::move(*skeleton), name);
+  }
+  const SceneFile file = read_scene(path);
+  if (file.scene->mNumAnimations == 0) refuse();
+  Motion motion = motion_of_scene(file.scene, name, options.animation);
+  motion.scale = scale;
+  motion.notes.insert(motion.notes.end(), file.notes.begin(), file.notes.end());
+  return motion;
+}
+
+Skeleton import_here(const std::string& path, const ImportOptions& options) {
+  const std::string name = printable(path);
+  if (std::optional<Skeleton> skeleton = read_capture(path, options)) {
+    if (options.motion)
+      throw ImportError(name + ": a motion in another file is for files of nodes, such as glTF, FBX and Collada");
+    return std::move(*skeleton);
+  }
+  const SceneFile file = read_scene(path);
+  const Motion motion = options.motion ? read_motion(options) : motion_of_scene(file.scene, name, options.animation);
+  Skeleton skeleton = skeleton_of_scene(*file.scene, name, motion, options);
+  skeleton.notes.insert(skeleton.notes.end(), file.notes.begin(), file.notes.end());
+  return skeleton;
 }
 
 }  // namespace
 
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options) {
-  if (!(options.metres_per_unit >= 1e-9 && options.metres_per_unit <= 1e9))
-    throw ImportError(printable(path) + ": metres per unit must be between 1e-9 and 1e9");
+  const auto check_unit = [](const std::string& file, double unit) {
+    if (!(unit >= 1e-9 && unit <= 1e9))
+      throw ImportError(printable(file) + ": metres per unit must be between 1e-9 and 1e9");
+  };
+  check_unit(path, options.metres_per_unit);
+  if (options.motion && options.motion->metres_per_unit != 0)
+    check_unit(options.motion->path, options.motion->metres_per_unit);
   if (!options.sandbox) return import_here(path, options);
   return from_child(
-      path, *options.sandbox, [&] { return skeleton_payload(import_here(path, options)); }, read_skeleton_payload);
+      path, *options.sandbox, [&] { return skeleton_payload(import_here(path, options)); }, read_skeleton_payload,
+      options.motion ? options.motion->path : std::string());
 }
 
 }  // namespace cab::scenes

@@ -1,6 +1,7 @@
 cmake_minimum_required(VERSION 3.25)
-# Installs cab, and configures, builds and runs tests/embed against what was installed.
-# VARIANT built: the build at BUILD. VARIANT other: a build of the library alone, shared where that at BUILD is static.
+# Installs cab, and configures, builds and runs tests/embed and tests/embed/rig against what was installed.
+# VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared where that at BUILD is
+# static.
 # CAB_WITH_FCL, CAB_WITH_QHULL, CAB_WITH_TBB: the options of the build at BUILD.
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -22,17 +23,26 @@ if(VARIANT STREQUAL other)
   run(${CMAKE_COMMAND} -S ${SOURCE} -B ${BUILD} ${common} -D BUILD_SHARED_LIBS=${SHARED} -D CAB_SANITIZE=${SANITIZE}
     -D CAB_BUILD_TESTS=OFF -D CAB_BUILD_COMMAND=OFF
     -D CAB_WITH_FCL=${CAB_WITH_FCL} -D CAB_WITH_QHULL=${CAB_WITH_QHULL} -D CAB_WITH_TBB=${CAB_WITH_TBB})
-  run(${CMAKE_COMMAND} --build ${BUILD} --target cab)
+  run(${CMAKE_COMMAND} --build ${BUILD} --target cab cab_rig)
 endif()
 
 # From an empty folder, so that nothing of an earlier run stands in for a file that is not installed any more.
-file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/project)
+file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/project ${WORK}/rig)
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 if(SANITIZE)
   list(APPEND common -D CMAKE_CXX_FLAGS=-fsanitize=${SANITIZE})
 endif()
-run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed -B ${WORK}/project ${common} -D CMAKE_PREFIX_PATH=${WORK}/prefix)
+list(APPEND common -D CMAKE_PREFIX_PATH=${WORK}/prefix)
+run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed -B ${WORK}/project ${common})
 run(${CMAKE_COMMAND} --build ${WORK}/project)
+run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/rig -B ${WORK}/rig ${common})
+run(${CMAKE_COMMAND} --build ${WORK}/rig)
+
+run(${WORK}/rig/rig)
+set(expected "3 links, 3 leaves\n2 links, 2 leaves\n")
+if(NOT output STREQUAL expected)
+  message(FATAL_ERROR "the rig's program printed\n${output}instead of\n${expected}")
+endif()
 
 run(${WORK}/project/embed)
 set(expected "link 1 of arm 0 touches link 0 of arm 1\n")

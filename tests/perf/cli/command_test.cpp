@@ -16,11 +16,11 @@
 
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
+#include "tests/scenes/import/made_skin.h"
 
 namespace cab::tests {
 namespace {
 
-using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
 Outcome run_cab(const Words& arguments) { return spawn(CAB_COMMAND, arguments); }
@@ -82,16 +82,20 @@ struct Misuse {
 
 TEST_CASE("help names every option, every policy value and every instruction set") {
   const std::vector<std::pair<std::string, Words>> commands = {
-      {"run",
-       {"--offset",  "--units",     "--up",         "--frames",     "--fps",        "AMC",         "BVH",
-        "--stature", "--thickness", "--bodies",     "--refit",      "--strategy",   "--exact",     "--isa",
-        "--threads", "--self",      "--hops",       "--rest-frame", "--no-sandbox", "--min-depth", "--contacts",
-        "--json",    "--hits",      "FILE",         "--animation",  "--body",       "--kinds",     "--leaves-per-link",
-        "--inflate", "--links",     "--least-reach"}},
-      {"inspect", {"--frame",           "K|last",    "--fps",   "--stature",     "--thickness", "--bodies",
-                   "--write-bodies",    "--json",    "--units", "--offset",      "--up",        "--no-sandbox",
-                   "--refit",           "--isa",     "FILE",    "--animation",   "--body",      "--kinds",
-                   "--leaves-per-link", "--inflate", "--links", "--least-reach", "--obj"}},
+      {"run", {"--offset",      "--units",      "--up",          "--frames",
+               "--fps",         "AMC",          "BVH",           "--stature",
+               "--thickness",   "--bodies",     "--refit",       "--strategy",
+               "--exact",       "--isa",        "--threads",     "--self",
+               "--hops",        "--rest-frame", "--no-sandbox",  "--min-depth",
+               "--contacts",    "--json",       "--hits",        "FILE",
+               "--animation",   "--body",       "--kinds",       "--leaves-per-link",
+               "--inflate",     "--links",      "--least-reach", "--motion",
+               "--motion-units"}},
+      {"inspect",
+       {"--frame",       "K|last",      "--fps",    "--stature",     "--thickness",       "--bodies",  "--write-bodies",
+        "--json",        "--units",     "--offset", "--up",          "--no-sandbox",      "--refit",   "--isa",
+        "FILE",          "--animation", "--body",   "--kinds",       "--leaves-per-link", "--inflate", "--links",
+        "--least-reach", "--obj",       "--motion", "--motion-units"}},
       {"robot",
        {"--package", "--missing-mesh", "--no-sandbox", "--srdf", "--samples", "--random", "--states", "--seed",
         "--distance", "--exact", "--isa", "--threads", "--json", "--hits", "FILE"}},
@@ -254,6 +258,13 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
       {{"inspect", file, "--obj", file}, "is an input"},
+      {{"inspect", file, "--motion", other, "--json", other}, "is an input"},
+      {{"inspect", file, "--motion", ""}, "--motion: '' names no file"},
+      {{"inspect", file, "--motion-units", ".01"}, "--motion-units: needs --motion"},
+      {{"run", file, "--motion-units", ".01"}, "--motion-units: needs --motion"},
+      {{"run", file, "--motion", other, "--motion-units", "0"}, "--motion-units: '0' is not a number above 0"},
+      {{"run", file, "--motion", other, "--motion", other}, "--motion: given 2 times for 1 files"},
+      {{"run", file, "--motion", other, "--hits", other}, "is an input"},
       {{"paper", "--tables", "9"}, "choose from 1,2,3,4,5"},
       {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not frames or pairs"},
       {{"paper", "--tables", "one"}, "--tables"},
@@ -684,6 +695,49 @@ TEST_CASE("inspect writes joints, links, leaf boxes and a merge program that use
   // The hips of bert in frame 3: x starts at -2 and moves by 4 m / 5 frames.
   CHECK(json["joints"][0]["world_metres"][0].get<double>() == doctest::Approx(-2 + 3 * 4.0 / 5));
   CHECK(json["joints"][0]["world_metres"][1].get<double>() == doctest::Approx(0.95));
+}
+
+TEST_CASE("a motion in another file gives the hits and the frame of the one file that has both") {
+  const TemporaryFolder folder;
+  const std::string whole = folder / "whole.glb", mesh = folder / "mesh.glb", walk = folder / "walk.glb";
+  const Words skin = {"--body", "skin", "--animation", "out"};
+  MadeGltf made = two_boxes();
+  write_text(whole, glb(made));
+  write_text(walk, glb(made));
+  made.json.erase("animations");
+  write_text(mesh, glb(made));
+  const auto frame_of = [&skin](const Words& files) {
+    const Outcome outcome = run_cab(Words{"inspect"} + files + skin + Words{"--frame", "last"});
+    CAPTURE(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    Json json = Json::parse(outcome.out);
+    for (const char* key : {"file", "motion", "character", "notes"}) json.erase(key);
+    return json;
+  };
+  CHECK(frame_of({mesh, "--motion", walk}) == frame_of({whole}));
+  CHECK(frame_of({mesh, "--motion", walk, "--motion-units", "2"}) != frame_of({whole}));
+
+  const auto hits_of = [&](const Words& options) {
+    const std::string hits = folder / "hits.csv", json = folder / "run.json";
+    const Outcome outcome = run_cab(Words{"run"} + options + skin + Words{"--hits", hits, "--json", json});
+    CAPTURE(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    return std::pair{lines_of(read_text(hits)).size(), Json::parse(read_text(json))};
+  };
+  const auto [count, both] = hits_of({whole, whole, "--offset", "0.1,0,0"});
+  REQUIRE(count > 1);
+  const auto [once, once_json] = hits_of({mesh, mesh, "--motion", walk, "--offset", "0.1,0,0"});
+  const auto [own, own_json] = hits_of({mesh, whole, "--motion", walk, "--motion", "none", "--offset", "0.1,0,0"});
+  CHECK(once == count);
+  CHECK(own == count);
+  CHECK(once_json["pose_hash"] == both["pose_hash"]);
+  CHECK(own_json["pose_hash"] == both["pose_hash"]);
+  CHECK(own_json["characters"][0]["motion"] == walk);
+  CHECK(!own_json["characters"][1].contains("motion"));
+
+  const Outcome alone = run_cab({"run", mesh, "--motion", mesh});
+  CHECK(alone.exit_code == 1);
+  CHECK(alone.error == "cab: " + mesh + ": it has no animation\n");
 }
 
 TEST_CASE("inspect follows units, offset and refit, and writes to standard output without --json") {

@@ -255,3 +255,47 @@ TEST_CASE("a buffer in another file is read below the folder and refused elsewhe
           "buffers[0] is in \"" + std::string(outside) + "\", which is not below the file's folder");
   }
 }
+
+TEST_CASE("names of other files are percent-encoded, and may leave the folder in no spelling") {
+  MadeGltf made = made_gltf({0, 1});
+  const auto with_uri = [&made](const std::string& uri) {
+    made.json["buffers"][0]["uri"] = uri;
+    return made.json.dump();
+  };
+  // The folder's own % means itself.
+  const TemporaryFile place("unused", "x");
+  const std::filesystem::path folder = place.directory() / "100%20x";
+  std::filesystem::create_directories(folder / "my parts");
+  const std::string clip = (folder / "clip.gltf").string();
+  const auto complaint = [&](const std::string& uri) -> std::string {
+    std::ofstream(clip, std::ios::binary) << with_uri(uri);
+    try {
+      const Skeleton skeleton = import_skeleton(clip, {});
+      CHECK(skeleton.positions[8] == 1);  // of key 1, from the bytes
+    } catch (const ImportError& error) { return std::string(error.what()).substr(clip.size() + 2); }
+    return {};
+  };
+  std::ofstream((folder / "my parts" / "m\xc3\xa9sh%.bin").string(), std::ios::binary) << made.bin;
+  for (const char* good : {"my%20parts/m%C3%A9sh%25.bin", "my%20parts/m%c3%a9sh%25.bin",
+                           "my parts%2fm\xc3\xa9sh%25.bin", "%6dy%20parts/%2E/m%C3%A9sh%25.bin"}) {
+    CAPTURE(good);
+    CHECK(complaint(good).empty());
+  }
+  // A file beside the folder, which is there.
+  std::ofstream((place.directory() / "clip.bin").string(), std::ios::binary) << made.bin;
+  for (const char* outside : {"%2e%2e%2fclip.bin", "%2E%2e/clip.bin", "..%2Fclip.bin", "my%20parts/%2e%2e/../clip.bin",
+                              "%2fetc/passwd", "file%3A//etc/passwd", "%2e%2e"}) {
+    CAPTURE(outside);
+    CHECK(complaint(outside) ==
+          "buffers[0] is in \"" + std::string(outside) + "\", which is not below the file's folder");
+  }
+  // Decoded once: this is the name "%2e%2e".
+  CHECK(complaint("%252e%252e/clip.bin") == "buffers[0] is in \"%252e%252e/clip.bin\": No such file or directory");
+  for (const char* malformed : {"%", "my%2", "my%2gparts", "my%-1parts", "my%%20parts", "clip.bin%00", "100%.bin"}) {
+    CAPTURE(malformed);
+    CHECK(complaint(malformed) == "buffers[0] is in \"" + std::string(malformed) +
+                                      "\", in which a % is not followed by two hexadecimal digits of a character");
+  }
+  made.json["images"] = Json::parse(R"([{"uri": "my%20skin.png"}, {"uri": "%2e%2e%2fskin.png"}])");
+  CHECK(complaint("my%20parts/m%C3%A9sh%25.bin").empty());  // images are not read
+}
