@@ -142,6 +142,41 @@ TEST_CASE("a reader that crashes, hangs, allocates or throws gives one line with
         "walk?.fbx: reading it gave a damaged result: the bytes end too early");
 }
 
+TEST_CASE("the file that a child read when it was stopped is named") {
+  CurrentFile current;
+  const auto line = [&](const std::string& named, const std::function<std::string()>& then) -> std::string {
+    current.set({});
+    const auto read = [&] {
+      current.set(named);
+      return then();
+    };
+    try {
+      from_child("r.urdf", kLimits, read, read_skeleton_payload, {{}, &current});
+    } catch (const ImportError& error) { return error.what(); }
+    return {};
+  };
+  const auto crash = []() -> std::string {
+    raise(SIGSEGV);
+    return {};
+  };
+  CHECK(line("arm\n.stl", crash) == "r.urdf: reading it crashed: Segmentation fault, in arm?.stl");
+  CHECK(line({}, crash) == "r.urdf: reading it crashed: Segmentation fault");
+  CHECK(line(std::string(5000, 'x'), crash) ==
+        "r.urdf: reading it crashed: Segmentation fault, in " + std::string(4095, 'x'));
+  CHECK(line("arm.stl", []() -> std::string { throw ImportError("r.urdf: no"); }) == "r.urdf: no");
+}
+
+TEST_CASE("a child can open what it is given besides the file's folder") {
+  const TemporaryFile file("r.urdf", "robot"), other("arm.stl", "mesh");
+  const auto read = [&](const ChildFiles& more) {
+    return from_child(
+        file.path(), kLimits, [&] { return read_bytes(other.path()); }, [](const std::string& bytes) { return bytes; },
+        more);
+  };
+  CHECK(read({{other.path()}, nullptr}) == "mesh");
+  if (sandbox_limits_files()) CHECK(read({}).empty());
+}
+
 // What assimp 5.2.5 does with each in the same process, with a stack of 8 MB, is in the comments.
 TEST_CASE("inputs that assimp does not survive cost one line") {
   // Segmentation faults, by recursion.
