@@ -55,7 +55,8 @@ scenes::Scene import_world(const WorldOptions& options) {
     import.frames_per_second = options.frames_per_second;
     import.bodies = options.bodies;
     if (!options.bodies_paths.empty())
-      import.body_changes = read_bodies(options.bodies_paths[options.bodies_paths.size() == 1 ? 0 : f]);
+      import.body_changes =
+          read_bodies(options.bodies_paths[options.bodies_paths.size() == 1 ? 0 : f], options.sandbox);
     if (f < options.offsets.size()) import.offset = options.offsets[f];
     if (!options.metres_per_unit.empty())
       import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : f];

@@ -245,6 +245,11 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
       {jointed("continuous", "<mimic joint='j'/>"), "line 4: joint j: it mimics a joint that mimics it"},
       {jointed("continuous", "<mimic joint='k'/>"), "line 4: joint j: it mimics k, which is no joint that moves"},
       {jointed("continuous", "<origin xyz='1e30 0 0'/>"), "line 4: joint j: its origin"},
+      {robot_of("<link name='a'/><link name='b'/><link name='c'/>\n"
+                "<joint name='i' type='continuous'><parent link='a'/><child link='b'/></joint>\n"
+                "<joint name='j' type='continuous'><parent link='b'/><child link='c'/>"
+                "<mimic joint='i' multiplier='1e10'/></joint>"),
+       "line 4: joint j: its mimic has a multiplier or offset that is not a number or beyond 1e9"},
       {robot_of(link_of("<box size='0 1 1'/>")), "line 2: link a: collision 1: its size must be above 0"},
       {robot_of(link_of("<sphere radius='-1'/>")), "line 2: link a: collision 1: its size must be above 0"},
       {robot_of(link_of("<cylinder radius='1'/>")), "line 2: link a: urdfdom reads 0 of its 1 collision shapes: "},
@@ -403,6 +408,11 @@ TEST_CASE("MJCF: shapes, excluded bodies and contact bits are as the file says")
                                                 "planes and height fields are left out"});
   CHECK(refusal("<mujoco><worldbody><body><geom type='box'/></body></worldbody></mujoco>")
             .find("libmujoco cannot read") == 0);
+  CHECK(refusal(
+            "<mujoco><worldbody><body><joint name='j' axis='inf 0 0'/><geom size='1'/></body></worldbody></mujoco>") ==
+        "joint j: it has a number that is none or out of range");
+  CHECK(refusal("<mujoco><worldbody><body name='b' pos='1e30 0 0'><geom size='1'/></body></worldbody></mujoco>") ==
+        "body b: its place is not a number or out of range");
   const std::string lost = refusal(
       "<mujoco><asset><mesh name='m' file='lost.stl'/></asset><worldbody><geom type='mesh' "
       "mesh='m'/></worldbody></mujoco>");
