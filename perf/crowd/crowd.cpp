@@ -18,8 +18,6 @@
 #include "perf/crowd/options.h"
 #include "scenes/bit_hash.h"
 #include "scenes/crowd/humanoid.h"
-#include "scenes/import/import_payload.h"
-#include "scenes/import/in_child.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -301,14 +299,6 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);
 }
 
-scenes::Trajectories import_ways(const CrowdOptions& options) {
-  const std::string& path = options.trajectories_path;
-  const auto read = [&] { return scenes::import_trajectories(path, options.frames_per_second.value_or(0)); };
-  if (!options.sandbox) return read();
-  return scenes::from_child(
-      path, *options.sandbox, [&] { return scenes::trajectories_payload(read()); }, scenes::read_trajectories_payload);
-}
-
 scenes::CrowdSources import_sources(const CrowdOptions& options) {
   scenes::CrowdSources sources;
   sources.up = options.up;
@@ -328,7 +318,8 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
       std::cerr << "note: " << sources.clips.back().character.name << ": " << note << '\n';
   }
   if (!options.trajectories_path.empty()) {
-    sources.trajectories = import_ways(options);
+    sources.trajectories =
+        scenes::import_trajectories(options.trajectories_path, options.frames_per_second.value_or(0), options.sandbox);
     for (const std::string& note : sources.trajectories.notes)
       std::cerr << "note: " << options.trajectories_path << ": " << note << '\n';
   }

@@ -262,11 +262,13 @@ int robot_command(const RobotCommandOptions& options) {
   OutputFile hits(options.hits_path), json(options.json_path);
   scenes::Robot robot = scenes::import_robot(options.file, options.import);
   named_pairs(robot, options);  // a wrong name ends the command before the work
-  std::vector<LinkPair> disabled;
-  if (!options.srdf_path.empty()) disabled = scenes::read_disabled_pairs(options.srdf_path, robot, &robot.notes);
+  const std::optional<scenes::SandboxLimits>& sandbox = options.import.sandbox;
+  scenes::DisabledPairs disabled;
+  if (!options.srdf_path.empty()) disabled = scenes::read_disabled_pairs(options.srdf_path, robot, sandbox);
   scenes::JointStates given;
-  if (!options.states_path.empty()) given = scenes::read_joint_states(options.states_path, robot);
-  robot.notes.insert(robot.notes.end(), given.notes.begin(), given.notes.end());
+  if (!options.states_path.empty()) given = scenes::read_joint_states(options.states_path, robot, sandbox);
+  for (const std::vector<std::string>* notes : {&disabled.notes, &given.notes})
+    robot.notes.insert(robot.notes.end(), notes->begin(), notes->end());
   for (const std::string& note : robot.notes) std::cerr << "note: " << note << '\n';
 
   StateSource states = {options.random_count, [&](std::uint64_t index, double* state) {
@@ -278,7 +280,7 @@ int robot_command(const RobotCommandOptions& options) {
               }};
   if (hits) hits.stream() << "state,link_a,link_b\n";
   const RobotSessionOptions settings = {options.isa, options.thread_count, options.policies};
-  const std::vector<MaskedPair> matrix = choose_matrix(options, robot, disabled, settings);
+  const std::vector<MaskedPair> matrix = choose_matrix(options, robot, disabled.pairs, settings);
   std::vector<LinkPair> masked;
   for (const MaskedPair& pair : matrix) masked.push_back(pair.links);
   RobotSession session(robot, masked, settings);

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <utility>
 
 #include "perf/base/report.h"
+#include "scenes/import/in_child.h"
+#include "scenes/import/input_file.h"
+#include "scenes/import/printable.h"
+#include "scenes/sandbox/payload.h"
 
 namespace cab::perf {
 namespace {
@@ -51,12 +53,12 @@ std::string end_of(const scenes::Skeleton& skeleton, const SkeletonBody& body) {
 // A length above 0 of an entry.
 double length_of(const Json& value, const std::string& where) {
   const double length = value.is_number() ? value.get<double>() : 0;
-  if (!(length > 0 && length <= kMaxMetres)) throw std::runtime_error(where + ": lengths are metres above 0");
+  if (!(length > 0 && length <= kMaxMetres)) throw scenes::ImportError(where + ": lengths are metres above 0");
   return length;
 }
 
 scenes::BodyChange read_change(const Json& entry, const std::string& where) {
-  const auto fail = [&where](const std::string& reason) { throw std::runtime_error(where + ": " + reason); };
+  const auto fail = [&where](const std::string& reason) { throw scenes::ImportError(where + ": " + reason); };
   if (!entry.is_object()) fail("a body is an object with link, to and shape");
   scenes::BodyChange change;
   std::string shape;
@@ -71,7 +73,8 @@ scenes::BodyChange read_change(const Json& entry, const std::string& where) {
     } else if (key == "radius_metres") {
       change.radius = length_of(value, where);
     } else if (key != "reason" && key != "part") {
-      fail("unknown key " + key + "; there are link, to, shape, half_metres, radius_metres, reason and part");
+      fail("unknown key " + scenes::printable(key) +
+           "; there are link, to, shape, half_metres, radius_metres, reason and part");
     }
   }
   if (change.link.empty() || change.to.empty() || shape.empty()) fail("link, to and shape are needed");
@@ -79,24 +82,71 @@ scenes::BodyChange read_change(const Json& entry, const std::string& where) {
   const auto* const found =
       std::find_if(kShapes.begin(), kShapes.end(), [&](const auto& known) { return known.first == shape; });
   if (change.is_solid && found == kShapes.end())
-    fail("unknown shape " + shape + "; there are ellipsoid, capsule, cylinder, sphere, box and none");
+    fail("unknown shape " + scenes::printable(shape) +
+         "; there are ellipsoid, capsule, cylinder, sphere, box and none");
   if (change.is_solid) change.kind = found->second;
   return change;
 }
 
-}  // namespace
-
-std::vector<scenes::BodyChange> read_bodies(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot be opened for reading");
-  const Json json = Json::parse(file, nullptr, false);
-  if (json.is_discarded()) throw std::runtime_error(path + ": it is not JSON");
+std::vector<scenes::BodyChange> read_here(const std::string& path) {
+  const std::string name = scenes::printable(path);
+  const std::string text = scenes::read_bytes(path, name, scenes::check_file(path, name));
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded()) throw scenes::ImportError(name + ": it is not JSON");
   if (!json.is_object() || !json.contains("bodies") || !json["bodies"].is_array())
-    throw std::runtime_error(path + ": it has no list \"bodies\"");
+    throw scenes::ImportError(name + ": it has no list \"bodies\"");
   std::vector<scenes::BodyChange> changes;
   for (const Json& entry : json["bodies"])
-    changes.push_back(read_change(entry, path + ": body " + std::to_string(changes.size() + 1)));
+    changes.push_back(read_change(entry, name + ": body " + std::to_string(changes.size() + 1)));
   return changes;
+}
+
+// The structured bindings name every field, so that a new field does not compile until it is written and read here.
+std::string payload_of(const std::vector<scenes::BodyChange>& changes) {
+  scenes::PayloadWriter writer;
+  writer.value(std::uint64_t{changes.size()});
+  for (const auto& [link, to, is_solid, kind, half, radius] : changes) {
+    writer.text(link);
+    writer.text(to);
+    writer.value(is_solid);
+    writer.value(kind);
+    writer.array(half ? std::vector<double>(half->begin(), half->end()) : std::vector<double>());
+    writer.array(radius ? std::vector<double>{*radius} : std::vector<double>());
+  }
+  return writer.take();
+}
+
+std::vector<scenes::BodyChange> read_payload(const std::string& bytes) {
+  scenes::PayloadReader reader(bytes);
+  constexpr std::size_t kLeastChangeBytes = 4 * sizeof(std::uint64_t) + 2;
+  std::vector<scenes::BodyChange> changes(reader.count(kLeastChangeBytes));
+  for (auto& [link, to, is_solid, kind, half, radius] : changes) {
+    link = scenes::printable(reader.text());
+    to = scenes::printable(reader.text());
+    is_solid = reader.value<std::uint8_t>() != 0;
+    kind = static_cast<ShapeKind>(reader.value<std::uint8_t>());
+    scenes::require_payload(std::any_of(kShapes.begin(), kShapes.end(), [k = kind](auto& s) { return s.second == k; }),
+                            "a body has no shape that it may have");
+    const std::vector<double> halves = reader.array<double>(), radii = reader.array<double>();
+    const auto is_length = [](double length) { return length > 0 && length <= kMaxMetres; };
+    scenes::require_payload((halves.empty() || halves.size() == 3) && radii.size() <= 1 &&
+                                std::all_of(halves.begin(), halves.end(), is_length) &&
+                                std::all_of(radii.begin(), radii.end(), is_length),
+                            "a body has no lengths that it may have");
+    if (!halves.empty()) half = {halves[0], halves[1], halves[2]};
+    if (!radii.empty()) radius = radii[0];
+  }
+  reader.finish();
+  return changes;
+}
+
+}  // namespace
+
+std::vector<scenes::BodyChange> read_bodies(const std::string& path,
+                                            const std::optional<scenes::SandboxLimits>& sandbox) {
+  if (!sandbox) return read_here(path);
+  return scenes::from_child(
+      path, *sandbox, [&] { return payload_of(read_here(path)); }, read_payload);
 }
 
 Json bodies_json(const scenes::Skeleton& skeleton, const scenes::SkeletonBodies& bodies) {

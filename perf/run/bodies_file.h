@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -10,9 +11,10 @@
 
 namespace cab::perf {
 
-// Reads the changes in a file that bodies_json or a person has written. Throws std::runtime_error with the file, the
-// entry and the reason.
-std::vector<scenes::BodyChange> read_bodies(const std::string& path);
+// Reads the changes in a file that bodies_json or a person has written, with `sandbox` in a child process. Throws
+// ImportError with the file, the entry and the reason.
+std::vector<scenes::BodyChange> read_bodies(const std::string& path,
+                                            const std::optional<scenes::SandboxLimits>& sandbox);
 
 // Every body of a clip with its shape and size, also segments without a body. read_bodies takes it.
 nlohmann::ordered_json bodies_json(const scenes::Skeleton& skeleton, const scenes::SkeletonBodies& bodies);

@@ -154,7 +154,7 @@ int inspect_command(const InspectOptions& options) {
   import.skin = options.skin;
   import.frames_per_second = options.frames_per_second;
   import.bodies = options.bodies;
-  if (!options.bodies_path.empty()) import.body_changes = read_bodies(options.bodies_path);
+  if (!options.bodies_path.empty()) import.body_changes = read_bodies(options.bodies_path, options.sandbox);
   const scenes::Skeleton skeleton = scenes::import_skeleton(options.file, import);
   std::vector<scenes::Clip> clips;
   clips.push_back(scenes::make_clip(skeleton, std::filesystem::path(options.file).filename().string(), import));

@@ -78,7 +78,8 @@ scenes::Scene import_world(const WorldOptions& options) {
     import.skin = options.skin;
     import.frames_per_second = options.frames_per_second;
     import.bodies = options.bodies;
-    if (!options.bodies_paths.empty()) import.body_changes = read_bodies(value_of(options.bodies_paths, f));
+    if (!options.bodies_paths.empty())
+      import.body_changes = read_bodies(value_of(options.bodies_paths, f), options.sandbox);
     if (f < options.offsets.size()) import.offset = options.offsets[f];
     if (!options.metres_per_unit.empty()) import.metres_per_unit = value_of(options.metres_per_unit, f);
     if (const std::string path = motion_path(options, f); !path.empty())

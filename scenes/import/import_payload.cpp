@@ -3,23 +3,13 @@
 #include "scenes/import/import_payload.h"
 
 #include "scenes/import/printable.h"
-#include "scenes/sandbox/payload.h"
 
 namespace cab::scenes {
-namespace {
-
 std::vector<std::string> printable_texts(PayloadReader& reader) {
   std::vector<std::string> all = reader.texts();
   for (std::string& one : all) one = printable(one);
   return all;
 }
-
-// A count of a payload as the sizes of arrays are computed from it.
-void require(bool holds, const char* reason) {
-  if (!holds) throw PayloadError(reason);
-}
-
-}  // namespace
 
 std::string skeleton_payload(const Skeleton& skeleton) {
   const auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static,
@@ -78,17 +68,18 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
 
   // Every count is at most the number of bytes, so that no product overflows.
   const std::size_t joints = names.size();
-  require(joints > 0 && parents.size() == joints && is_end_site.size() == joints && rest_offsets.size() == 3 * joints,
-          "the arrays of joints differ in size");
-  require(frame_count > 0 && rotations.size() / 4 / joints == frame_count &&
-              rotations.size() == 4 * joints * frame_count && positions.size() == 3 * joints * frame_count,
-          "there is not one pose for each joint and frame");
+  require_payload(
+      joints > 0 && parents.size() == joints && is_end_site.size() == joints && rest_offsets.size() == 3 * joints,
+      "the arrays of joints differ in size");
+  require_payload(frame_count > 0 && rotations.size() / 4 / joints == frame_count &&
+                      rotations.size() == 4 * joints * frame_count && positions.size() == 3 * joints * frame_count,
+                  "there is not one pose for each joint and frame");
   // The other arrays of a skin are checked where bodies are made of them.
-  require(stretches.empty() || stretches.size() == 6 * joints * frame_count,
-          "there is not one stretch for each joint and frame");
+  require_payload(stretches.empty() || stretches.size() == 6 * joints * frame_count,
+                  "there is not one stretch for each joint and frame");
   for (std::size_t j = 0; j < joints; ++j) {
     const auto most = static_cast<std::int64_t>(j) - 1;
-    require(parents[j] >= (j == 0 ? -1 : 0) && parents[j] <= most, "a joint comes before its parent");
+    require_payload(parents[j] >= (j == 0 ? -1 : 0) && parents[j] <= most, "a joint comes before its parent");
   }
   return skeleton;
 }
@@ -116,8 +107,8 @@ Trajectories read_trajectories_payload(const std::string& bytes) {
     seconds = reader.array<double>();
     places = reader.array<double>();
     headings = reader.array<double>();
-    require(seconds.size() >= 2 && places.size() == 2 * seconds.size() && headings.size() == seconds.size(),
-            "the arrays of samples differ in size");
+    require_payload(seconds.size() >= 2 && places.size() == 2 * seconds.size() && headings.size() == seconds.size(),
+                    "the arrays of samples differ in size");
   }
   notes = printable_texts(reader);
   reader.finish();

@@ -3,10 +3,15 @@
 
 #include "scenes/import/import.h"
 #include "scenes/import/trajectories.h"
+#include "scenes/sandbox/payload.h"
 
 #include <string>
+#include <vector>
 
 namespace cab::scenes {
+
+// The texts that are next in a payload, each printable. Throws PayloadError.
+std::vector<std::string> printable_texts(PayloadReader& reader);
 
 std::string skeleton_payload(const Skeleton& skeleton);
 

@@ -3,6 +3,11 @@
 
 #include "scenes/import/printable.h"
 
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -12,6 +17,8 @@
 
 namespace cab::scenes {
 namespace {
+
+constexpr std::size_t kCurrentFileBytes = 4096;
 
 // `read`, whose every exception is an ImportError, but for those of memory.
 std::string read_or_refuse(const std::string& name, const std::function<std::string()>& read) {
@@ -24,11 +31,27 @@ std::string read_or_refuse(const std::string& name, const std::function<std::str
 
 }  // namespace
 
+CurrentFile::CurrentFile() {
+  void* const page = mmap(nullptr, kCurrentFileBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (page == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "mmap");
+  text_ = static_cast<char*>(page);
+}
+
+CurrentFile::~CurrentFile() { munmap(text_, kCurrentFileBytes); }
+
+void CurrentFile::set(const std::string& path) {
+  const std::size_t size = std::min(path.size(), kCurrentFileBytes - 1);
+  std::memcpy(text_, path.data(), size);
+  text_[size] = '\0';
+}
+
+std::string CurrentFile::get() const { return {text_, strnlen(text_, kCurrentFileBytes)}; }
+
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
-                               const std::function<std::string()>& read, const std::string& other) {
-  const std::string name = printable(path) + (other.empty() ? "" : " with " + printable(other));
-  std::vector<std::string> readable;
-  for (const std::string& file : {path, other}) {
+                               const std::function<std::string()>& read, const ChildFiles& more) {
+  const std::string name = printable(path) + (more.other.empty() ? "" : " with " + printable(more.other));
+  std::vector<std::string> readable = more.readable;
+  for (const std::string& file : {path, more.other}) {
     if (file.empty()) continue;
     const std::filesystem::path folder = std::filesystem::path(file).parent_path();
     readable.push_back(folder.empty() ? "." : folder.string());
@@ -45,7 +68,8 @@ std::string payload_from_child(const std::string& path, const SandboxLimits& lim
     case SandboxResult::End::kRefused: throw ImportError(printable(result.bytes));
     case SandboxResult::End::kStopped: break;
   }
-  throw ImportError(name + ": reading it " + result.bytes);
+  const std::string current = more.current == nullptr ? std::string() : printable(more.current->get());
+  throw ImportError(name + ": reading it " + result.bytes + (current.empty() ? "" : ", in " + current));
 }
 
 }  // namespace cab::scenes

@@ -7,20 +7,46 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace cab::scenes {
 
-// What `read`, which reads the file at `path`, returns in a child process. The child can open only that file, `other`
-// if it is not empty, and what is below their folders. What `read` throws comes back as an ImportError. If the child
-// crashes, breaks a limit or cannot be made, an ImportError says so, with the files' names.
+// The name of the file that a child reads at the moment, in memory that it shares with its parent. It is for files that
+// name others: if the child is stopped, the parent can say in which.
+class CurrentFile {
+ public:
+  // Empty. Throws std::system_error if there is no memory.
+  CurrentFile();
+  CurrentFile(const CurrentFile&) = delete;
+  CurrentFile& operator=(const CurrentFile&) = delete;
+  ~CurrentFile();
+
+  // Keeps at most the first 4095 bytes.
+  void set(const std::string& path);
+  std::string get() const;
+
+ private:
+  char* text_;
+};
+
+// What a child has besides its limits.
+struct ChildFiles {
+  std::vector<std::string> readable;     // files and folders that it can open
+  const CurrentFile* current = nullptr;  // named if the child is stopped and this is not empty
+  std::string other;                     // a second file to read, named beside the first; empty: none
+};
+
+// What `read`, which reads the file at `path`, returns in a child process. The child can open only that file, more.other,
+// what is below their folders, and more.readable. What `read` throws comes back as an ImportError. If the child crashes, breaks a
+// limit or cannot be made, an ImportError says so, with the files' names.
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
-                               const std::function<std::string()>& read, const std::string& other = {});
+                               const std::function<std::string()>& read, const ChildFiles& more);
 
 // The same for a type of result: unpack(bytes) makes it of the bytes that `read` returns, with a PayloadReader.
 template <class Unpack>
 auto from_child(const std::string& path, const SandboxLimits& limits, const std::function<std::string()>& read,
-                Unpack unpack, const std::string& other = {}) {
-  const std::string bytes = payload_from_child(path, limits, read, other);
+                Unpack unpack, const ChildFiles& more = {}) {
+  const std::string bytes = payload_from_child(path, limits, read, more);
   try {
     return unpack(bytes);
   } catch (const PayloadError& error) {

@@ -283,9 +283,11 @@ Skeleton import_skeleton(const std::string& path, const ImportOptions& options) 
   if (options.motion && options.motion->metres_per_unit != 0)
     check_unit(options.motion->path, options.motion->metres_per_unit);
   if (!options.sandbox) return import_here(path, options);
+  ChildFiles files;
+  if (options.motion) files.other = options.motion->path;
   return from_child(
       path, *options.sandbox, [&] { return skeleton_payload(import_here(path, options)); }, read_skeleton_payload,
-      options.motion ? options.motion->path : std::string());
+      files);
 }
 
 }  // namespace cab::scenes

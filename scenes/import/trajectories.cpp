@@ -1,6 +1,8 @@
 #include "scenes/import/trajectories.h"
 
 #include "scenes/import/import.h"
+#include "scenes/import/import_payload.h"
+#include "scenes/import/in_child.h"
 #include "scenes/import/input_file.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
@@ -232,9 +234,7 @@ class Reader {
   std::map<std::int64_t, Samples> people_;
 };
 
-}  // namespace
-
-Trajectories import_trajectories(const std::string& path, double frames_per_second) {
+Trajectories read_here(const std::string& path, double frames_per_second) {
   const std::string name = printable(path);
   check_file(path, name);
   std::ifstream file(path, std::ios::binary);
@@ -243,6 +243,16 @@ Trajectories import_trajectories(const std::string& path, double frames_per_seco
   for (std::string line; std::getline(file, line);) reader.read_line(line);
   if (file.bad()) throw ImportError(name + ": cannot be read");
   return reader.finish();
+}
+
+}  // namespace
+
+Trajectories import_trajectories(const std::string& path, double frames_per_second,
+                                 const std::optional<SandboxLimits>& sandbox) {
+  const auto read = [&] { return read_here(path, frames_per_second); };
+  if (!sandbox) return read();
+  return from_child(
+      path, *sandbox, [&] { return trajectories_payload(read()); }, read_trajectories_payload);
 }
 
 }  // namespace cab::scenes

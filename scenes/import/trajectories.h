@@ -1,6 +1,9 @@
 // Recorded pedestrians from files: where and when each person walked on the ground.
 #pragma once
 
+#include "scenes/sandbox/sandbox.h"
+
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +39,9 @@ Standing stand_on(const Track& track, double seconds);
 // the number, x, a height, y and velocities (obsmat of the UCY and ETH recordings). notes says which. A comment such as
 // `# framerate: 25 fps` gives the frame rate; otherwise frames_per_second does, which is 0 if it is not known. Lines
 // may come in any order. A heading is the direction of the way in the second about a sample; a person who walks less
-// than 0.1 m in it keeps the previous heading. People with fewer than two samples are left out. Throws ImportError.
-Trajectories import_trajectories(const std::string& path, double frames_per_second = 0);
+// than 0.1 m in it keeps the previous heading. People with fewer than two samples are left out. With `sandbox` a child
+// process reads the file. Throws ImportError.
+Trajectories import_trajectories(const std::string& path, double frames_per_second = 0,
+                                 const std::optional<SandboxLimits>& sandbox = {});
 
 }  // namespace cab::scenes

@@ -1,10 +1,8 @@
 // Vertices of mesh files, and where a robot's file says they are.
 #include "scenes/robot/mesh_file.h"
 
-#include "scenes/import/in_child.h"
 #include "scenes/import/input_file.h"
 #include "scenes/import/printable.h"
-#include "scenes/sandbox/payload.h"
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -62,7 +60,36 @@ void add_vertices(const aiScene& scene, const aiNode& node, const aiMatrix4x4& t
   for (unsigned c = 0; c < node.mNumChildren; ++c) add_vertices(scene, *node.mChildren[c], to_root, vertices);
 }
 
-std::vector<Vec3> read_mesh_here(const std::string& path, const std::string& source) {
+}  // namespace
+
+std::string find_mesh(const std::string& name, const std::string& robot_path, const RobotOptions& options,
+                      const std::string& source) {
+  for (const std::string scheme : {"package://", "model://"})
+    if (name.compare(0, scheme.size(), scheme) == 0)
+      return find_in_package(name.substr(scheme.size()), robot_path, options);
+  const std::string file_scheme = "file://";
+  fs::path path = name;
+  if (name.compare(0, file_scheme.size(), file_scheme) == 0) {
+    path = name.substr(file_scheme.size());
+  } else if (name.find("://") != std::string::npos) {
+    throw ImportError(source + ": only package://, model://, file:// and plain paths are read");
+  }
+  if (path.is_relative()) path = fs::path(robot_path).parent_path() / path;
+  return is_file(path) ? path.string() : std::string();
+}
+
+bool is_mesh_path(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  return std::find(std::begin(kMeshExtensions), std::end(kMeshExtensions), extension) != std::end(kMeshExtensions);
+}
+
+std::vector<Vec3> read_mesh(const std::string& path, const std::string& source) {
+  check_file(path, source);
+  if (!is_mesh_path(path)) {
+    const std::string extension = lower_extension(path);
+    throw ImportError(source + ": meshes are read from .stl, .obj, .dae, .ply, .gltf and .glb files, not from " +
+                      printable(extension.empty() ? "files without an extension" : extension));
+  }
   Assimp::Importer importer;
   // Robots' files count z up whatever a mesh says.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -83,56 +110,6 @@ std::vector<Vec3> read_mesh_here(const std::string& path, const std::string& sou
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   return vertices;
-}
-
-std::string mesh_payload(const std::vector<Vec3>& vertices) {
-  std::vector<double> coordinates;
-  for (const Vec3& vertex : vertices) coordinates.insert(coordinates.end(), vertex.begin(), vertex.end());
-  PayloadWriter writer;
-  writer.array(coordinates);
-  return writer.take();
-}
-
-std::vector<Vec3> read_mesh_payload(const std::string& bytes) {
-  PayloadReader reader(bytes);
-  const std::vector<double> coordinates = reader.array<double>();
-  reader.finish();
-  if (coordinates.empty() || coordinates.size() % 3 != 0) throw PayloadError("the array of vertices has a wrong size");
-  std::vector<Vec3> vertices(coordinates.size() / 3);
-  for (std::size_t i = 0; i < coordinates.size(); ++i) {
-    if (!std::isfinite(coordinates[i])) throw PayloadError("a vertex is not a number");
-    vertices[i / 3][i % 3] = coordinates[i];
-  }
-  return vertices;
-}
-
-}  // namespace
-
-std::string find_mesh(const std::string& name, const std::string& robot_path, const RobotOptions& options,
-                      const std::string& source) {
-  for (const std::string scheme : {"package://", "model://"})
-    if (name.compare(0, scheme.size(), scheme) == 0)
-      return find_in_package(name.substr(scheme.size()), robot_path, options);
-  const std::string file_scheme = "file://";
-  fs::path path = name;
-  if (name.compare(0, file_scheme.size(), file_scheme) == 0) {
-    path = name.substr(file_scheme.size());
-  } else if (name.find("://") != std::string::npos) {
-    throw ImportError(source + ": only package://, model://, file:// and plain paths are read");
-  }
-  if (path.is_relative()) path = fs::path(robot_path).parent_path() / path;
-  return is_file(path) ? path.string() : std::string();
-}
-
-std::vector<Vec3> read_mesh(const std::string& path, const RobotOptions& options, const std::string& source) {
-  check_file(path, source);
-  const std::string extension = lower_extension(path);
-  if (std::find(std::begin(kMeshExtensions), std::end(kMeshExtensions), extension) == std::end(kMeshExtensions))
-    throw ImportError(source + ": meshes are read from .stl, .obj, .dae, .ply, .gltf and .glb files, not from " +
-                      printable(extension.empty() ? "files without an extension" : extension));
-  if (!options.sandbox) return read_mesh_here(path, source);
-  return from_child(
-      path, *options.sandbox, [&] { return mesh_payload(read_mesh_here(path, source)); }, read_mesh_payload);
 }
 
 }  // namespace cab::scenes

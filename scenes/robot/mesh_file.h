@@ -13,9 +13,11 @@ namespace cab::scenes {
 std::string find_mesh(const std::string& name, const std::string& robot_path, const RobotOptions& options,
                       const std::string& source);
 
+// Whether a path ends as that of a mesh file that is read.
+bool is_mesh_path(const std::string& path);
+
 // All vertices of a mesh file, in metres of the file, each once. The axes are those of the file: no turn by an up axis.
-// With options.sandbox a child process reads it. Throws ImportError, with `source`, or with the path if the child ends
-// early.
-std::vector<Vec3> read_mesh(const std::string& path, const RobotOptions& options, const std::string& source);
+// Throws ImportError with `source`.
+std::vector<Vec3> read_mesh(const std::string& path, const std::string& source);
 
 }  // namespace cab::scenes

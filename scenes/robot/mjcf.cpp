@@ -99,6 +99,9 @@ class MjcfReader {
     robot_.body.link_parents.push_back(b == 0 ? -1 : m_.body_parentid[b]);
     RobotLink link;
     if (b > 0) link.place = motion_at(m_.body_pos + 3 * b, m_.body_quat + 4 * b);
+    if (!in_range(link.place))
+      throw ImportError(path_ + ": body " + robot_.body.link_names.back() +
+                        ": its place is not a number or out of range");
     link.first_joint = static_cast<std::uint32_t>(robot_.joints.size());
     for (int j = m_.body_jntadr[b]; j >= 0 && j < m_.body_jntadr[b] + m_.body_jntnum[b]; ++j) {
       if (m_.jnt_type[j] == mjJNT_FREE) link.floats = true;
@@ -124,6 +127,9 @@ class MjcfReader {
     const double lower = m_.jnt_range[2 * j], upper = m_.jnt_range[2 * j + 1];
     const bool limited = m_.jnt_limited[j] != 0;
     const double rest = m_.qpos0[m_.jnt_qposadr[j]];
+    const Vec3 numbers = {limited ? lower : 0, limited ? upper : 0, rest};
+    if (!in_range(joint.axis) || !in_range(joint.anchor) || !in_range(numbers))
+      throw ImportError(path_ + ": joint " + joint.name + ": it has a number that is none or out of range");
     switch (m_.jnt_type[j]) {
       case mjJNT_HINGE:
         joint.kind = JointKind::kRevolute;

@@ -74,18 +74,27 @@ struct RobotOptions {
   std::vector<std::pair<std::string, std::string>> packages;  // name and folder, for package:// and model:// paths
   MissingMesh missing_mesh = MissingMesh::kRefuse;
   double ball_radius = 0;                // metres, with kBall
-  std::optional<SandboxLimits> sandbox;  // read meshes in child processes with these limits; empty: in this one
+  std::optional<SandboxLimits> sandbox;  // read the robot in a child process with these limits; empty: in this one
 };
 
 // Reads a robot. The first element of the file tells the format: <robot> is URDF and <mujoco> is MJCF. Meshes become
 // convex hulls. A mesh with a relative path is looked for from the file's folder. A path package://NAME/REST is looked
 // for in the folder that options.packages gives for NAME, then in a folder NAME that contains the file or stands beside
 // one that does. Throws ImportError: one line that names the file, the line or element, and the reason.
+//
+// With options.sandbox, a first child process finds the meshes of a URDF file, and a second one reads it. That one can
+// open what is below the file's folder, the meshes, and what is below their folders. MJCF has only the file's folder.
 Robot import_robot(const std::string& path, const RobotOptions& options);
 
-// The pairs of links that an SRDF file disables, each with the lower index first, sorted, once. Names of links that the
-// robot lacks are told in *notes. Throws ImportError.
-std::vector<LinkPair> read_disabled_pairs(const std::string& path, const Robot& robot, std::vector<std::string>* notes);
+// What an SRDF file disables.
+struct DisabledPairs {
+  std::vector<LinkPair> pairs;     // each with the lower index first, sorted, once
+  std::vector<std::string> notes;  // names of links that the robot lacks
+};
+
+// Reads an SRDF file of a robot, with `sandbox` in a child process. Throws ImportError.
+DisabledPairs read_disabled_pairs(const std::string& path, const Robot& robot,
+                                  const std::optional<SandboxLimits>& sandbox);
 
 // Whether this build reads MJCF.
 bool reads_mjcf();

@@ -15,10 +15,6 @@ namespace {
 // More than the rounding of a part's rotation and of a box's axes to float can move a point, as a share of the size.
 constexpr double kBoxMargin = 0x1p-20;
 
-bool in_range(const Vec3& v) {
-  return std::all_of(v.begin(), v.end(), [](double x) { return std::fabs(x) <= kMaxImportValue; });
-}
-
 // Half extents of a shape along its own axes.
 Vec3 half_extents(const RobotShape& shape) {
   const double radius = shape.size[0];
@@ -47,10 +43,18 @@ Box box_about(const RobotShape& shape, const ConvexPart& part) {
   return box;
 }
 
+bool is_in_range(double x) { return std::fabs(x) <= kMaxImportValue; }
+
 }  // namespace
 
+bool in_range(const Vec3& vector) { return std::all_of(vector.begin(), vector.end(), is_in_range); }
+
+bool in_range(const RigidMotion& motion) {
+  return in_range(motion.translation) && std::all_of(motion.rotation.begin(), motion.rotation.end(), is_in_range);
+}
+
 void add_shape(Robot& robot, std::uint32_t link, const RobotShape& shape, const std::string& source) {
-  if (!in_range(shape.place.translation)) throw ImportError(source + ": its place is not a number or out of range");
+  if (!in_range(shape.place)) throw ImportError(source + ": its place is not a number or out of range");
   for (std::size_t k = 0; k < static_cast<std::size_t>(size_count(shape.kind)); ++k)
     if (!(shape.size[k] > 0 && shape.size[k] <= kMaxImportValue))
       throw ImportError(source + ": its size must be above 0 and at most 1e9 m");

@@ -1,6 +1,8 @@
 // Disabled pairs of links from SRDF.
+#include "scenes/import/in_child.h"
 #include "scenes/import/printable.h"
 #include "scenes/robot/robot.h"
+#include "scenes/robot/robot_payload.h"
 #include "scenes/robot/xml_text.h"
 
 #include <tinyxml2.h>
@@ -10,9 +12,9 @@
 #include <set>
 
 namespace cab::scenes {
+namespace {
 
-std::vector<LinkPair> read_disabled_pairs(const std::string& path, const Robot& robot,
-                                          std::vector<std::string>* notes) {
+DisabledPairs read_here(const std::string& path, const Robot& robot) {
   const XmlText text(path);
   const std::string name = printable(path);
   if (text.root().Name() != std::string("robot"))
@@ -40,10 +42,20 @@ std::vector<LinkPair> read_disabled_pairs(const std::string& path, const Robot& 
     }
     if (known && found[0] != found[1]) pairs.emplace(std::min(found[0], found[1]), std::max(found[0], found[1]));
   }
-  for (const std::string& link : unknown) notes->push_back(name + ": the robot has no link " + link);
-  std::vector<LinkPair> result;
-  for (const auto& [a, b] : pairs) result.push_back({a, b});
+  DisabledPairs result;
+  for (const std::string& link : unknown) result.notes.push_back(name + ": the robot has no link " + link);
+  for (const auto& [a, b] : pairs) result.pairs.push_back({a, b});
   return result;
+}
+
+}  // namespace
+
+DisabledPairs read_disabled_pairs(const std::string& path, const Robot& robot,
+                                  const std::optional<SandboxLimits>& sandbox) {
+  if (!sandbox) return read_here(path, robot);
+  return from_child(
+      path, *sandbox, [&] { return disabled_pairs_payload(read_here(path, robot)); },
+      [&](const std::string& bytes) { return read_disabled_pairs_payload(bytes, robot); });
 }
 
 }  // namespace cab::scenes

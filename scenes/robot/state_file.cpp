@@ -1,10 +1,12 @@
 // Joint states from a file.
 #include "scenes/robot/state_file.h"
 
+#include "scenes/import/in_child.h"
 #include "scenes/import/input_file.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
 #include "scenes/robot/kinematics.h"
+#include "scenes/robot/robot_payload.h"
 
 #include <algorithm>
 #include <charconv>
@@ -120,12 +122,20 @@ class StateReader {
   JointStates states_;
 };
 
-}  // namespace
-
-JointStates read_joint_states(const std::string& path, const Robot& robot) {
+JointStates read_here(const std::string& path, const Robot& robot) {
   const std::string name = printable(path);
   const std::string bytes = read_bytes(path, name, check_file(path, name));
   return StateReader(path, robot).read(bytes);
+}
+
+}  // namespace
+
+JointStates read_joint_states(const std::string& path, const Robot& robot,
+                              const std::optional<SandboxLimits>& sandbox) {
+  if (!sandbox) return read_here(path, robot);
+  return from_child(
+      path, *sandbox, [&] { return joint_states_payload(read_here(path, robot)); },
+      [&](const std::string& bytes) { return read_joint_states_payload(bytes, robot); });
 }
 
 }  // namespace cab::scenes

@@ -3,6 +3,7 @@
 
 #include "scenes/robot/robot.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,8 @@ struct JointStates {
 
 // Reads CSV: a line of names of variables in any order, then one line of numbers per state, in radians and metres.
 // Empty lines and lines that begin with # are passed over. Variables without a column stay at rest, and columns of
-// joints that follow another joint are not used; both are noted, and so are values beyond a limit. Throws ImportError
-// that names the file, the line and the reason.
-JointStates read_joint_states(const std::string& path, const Robot& robot);
+// joints that follow another joint are not used; both are noted, and so are values beyond a limit. With `sandbox` a
+// child process reads it. Throws ImportError that names the file, the line and the reason.
+JointStates read_joint_states(const std::string& path, const Robot& robot, const std::optional<SandboxLimits>& sandbox);
 
 }  // namespace cab::scenes

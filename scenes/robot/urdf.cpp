@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <set>
 
 namespace cab::scenes {
 namespace {
@@ -98,16 +99,10 @@ RigidMotion motion_of(const urdf::Pose& pose) {
   return {normalized({pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w}), vector_of(pose.position)};
 }
 
-bool is_finite(const RigidMotion& motion) {
-  const auto in_range = [](double x) { return std::fabs(x) <= kMaxImportValue; };
-  return std::all_of(motion.translation.begin(), motion.translation.end(), in_range) &&
-         std::all_of(motion.rotation.begin(), motion.rotation.end(), in_range);
-}
-
 class UrdfReader {
  public:
-  UrdfReader(const XmlText& text, const RobotOptions& options)
-      : text_(text), options_(options), model_(parse(text, &errors_)) {}
+  UrdfReader(const XmlText& text, const RobotOptions& options, CurrentFile* current)
+      : text_(text), options_(options), current_(current), model_(parse(text, &errors_)) {}
 
   Robot read() {
     robot_.body.name = printable(model_->getName());
@@ -147,7 +142,7 @@ class UrdfReader {
     const urdf::Joint& source = *order_[l]->parent_joint;
     const std::string place = text_.place_of("joint", source.name) + ": joint " + printable(source.name);
     link.place = motion_of(source.parent_to_joint_origin_transform);
-    if (!is_finite(link.place)) throw ImportError(place + ": its origin is not a number or out of range");
+    if (!in_range(link.place)) throw ImportError(place + ": its origin is not a number or out of range");
     if (source.type == urdf::Joint::FIXED) return;
     if (source.type == urdf::Joint::PLANAR || source.type == urdf::Joint::FLOATING) {
       link.floats = true;
@@ -199,14 +194,14 @@ class UrdfReader {
       for (std::size_t steps = 0; sources_[followed]->mimic; ++steps) {
         const urdf::JointMimic& mimic = *sources_[followed]->mimic;
         if (steps == sources_.size()) throw ImportError(place + ": it mimics a joint that mimics it");
-        if (!std::isfinite(mimic.multiplier) || !std::isfinite(mimic.offset))
-          throw ImportError(place + ": its mimic has a multiplier or offset that is not a number");
         joint.offset += joint.multiplier * mimic.offset;
         joint.multiplier *= mimic.multiplier;
         followed = joint_named(mimic.joint_name);
         if (followed == sources_.size())
           throw ImportError(place + ": it mimics " + printable(mimic.joint_name) + ", which is no joint that moves");
       }
+      if (!(std::fabs(joint.multiplier) <= kMaxImportValue && std::fabs(joint.offset) <= kMaxImportValue))
+        throw ImportError(place + ": its mimic has a multiplier or offset that is not a number or beyond 1e9");
       joint.variable = robot_.joints[followed].variable;
     }
   }
@@ -236,7 +231,7 @@ class UrdfReader {
     if (!collision.geometry) throw ImportError(source + ": it has no geometry");
     RobotShape shape;
     shape.place = motion_of(collision.origin);
-    if (!is_finite(shape.place)) throw ImportError(source + ": its origin is not a number or out of range");
+    if (!in_range(shape.place)) throw ImportError(source + ": its origin is not a number or out of range");
     const urdf::Geometry& geometry = *collision.geometry;
     switch (geometry.type) {
       case urdf::Geometry::BOX:
@@ -275,7 +270,11 @@ class UrdfReader {
       return is_ball;
     }
     const auto found = meshes_.emplace(path, std::vector<Vec3>());
-    if (found.second) found.first->second = read_mesh(path, options_, named);
+    if (found.second) {
+      if (current_ != nullptr) current_->set(path);
+      found.first->second = read_mesh(path, named);
+      if (current_ != nullptr) current_->set({});
+    }
     shape.kind = ShapeKind::kConvexHull;
     for (const Vec3& v : found.first->second)
       shape.vertices.push_back({mesh.scale.x * v[0], mesh.scale.y * v[1], mesh.scale.z * v[2]});
@@ -284,6 +283,7 @@ class UrdfReader {
 
   const XmlText& text_;
   const RobotOptions& options_;
+  CurrentFile* const current_;
   std::string errors_;  // what urdfdom said about a model that it read
   urdf::ModelInterfaceSharedPtr model_;
   std::vector<urdf::LinkConstSharedPtr> order_;
@@ -294,9 +294,31 @@ class UrdfReader {
 
 }  // namespace
 
-Robot read_urdf(const XmlText& text, const RobotOptions& options) {
+Robot read_urdf(const XmlText& text, const RobotOptions& options, CurrentFile* current) {
   check_elements(text);
-  return UrdfReader(text, options).read();
+  return UrdfReader(text, options, current).read();
+}
+
+std::vector<std::string> mesh_files(const XmlText& text, const RobotOptions& options) {
+  std::set<std::string> names;
+  for (const auto* link = text.root().FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
+    for (const auto* shape = link->FirstChildElement("collision"); shape;
+         shape = shape->NextSiblingElement("collision")) {
+      const tinyxml2::XMLElement* const geometry = shape->FirstChildElement("geometry");
+      const tinyxml2::XMLElement* const mesh = geometry ? geometry->FirstChildElement("mesh") : nullptr;
+      const char* const name = mesh ? mesh->Attribute("filename") : nullptr;
+      if (name) names.insert(name);
+    }
+  std::set<std::string> files;
+  for (const std::string& name : names) {
+    try {
+      files.insert(find_mesh(name, text.path(), options, name));
+    } catch (const ImportError&) {
+      continue;  // read_urdf says which link names it
+    }
+  }
+  files.erase(std::string());
+  return {files.begin(), files.end()};
 }
 
 }  // namespace cab::scenes

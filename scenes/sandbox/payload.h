@@ -20,6 +20,10 @@ class PayloadError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+inline void require_payload(bool holds, const char* reason) {
+  if (!holds) throw PayloadError(reason);
+}
+
 class PayloadWriter {
  public:
   // A number, an enumerator or a bool.
@@ -95,14 +99,12 @@ class PayloadReader {
   // The number of the items that follow, each of which takes at least least_bytes.
   std::size_t count(std::size_t least_bytes) {
     const auto items = value<std::uint64_t>();
-    if (items > left_ / least_bytes) throw PayloadError("a count is larger than the bytes that are left");
+    require_payload(items <= left_ / least_bytes, "a count is larger than the bytes that are left");
     return static_cast<std::size_t>(items);
   }
 
   // Nothing may be left at the end.
-  void finish() const {
-    if (left_ > 0) throw PayloadError("bytes are left over");
-  }
+  void finish() const { require_payload(left_ == 0, "bytes are left over"); }
 
  private:
   struct Bytes {
@@ -111,7 +113,7 @@ class PayloadReader {
   };
 
   Bytes take(std::size_t items, std::size_t item_bytes) {
-    if (items > left_ / item_bytes) throw PayloadError("the bytes end too early");
+    require_payload(items <= left_ / item_bytes, "the bytes end too early");
     const Bytes taken = {next_, items * item_bytes};
     next_ += taken.size;
     left_ -= taken.size;

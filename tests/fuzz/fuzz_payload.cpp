@@ -1,6 +1,7 @@
 // Bytes as the result of a child process: what is read from them is whole, and is the same after another way through
 // bytes.
 #include "scenes/import/import_payload.h"
+#include "scenes/robot/robot_payload.h"
 #include "scenes/sandbox/payload.h"
 #include "tests/fuzz/bytes.h"
 
@@ -15,6 +16,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const std::string again = scenes::trajectories_payload(scenes::read_trajectories_payload(bytes));
     FUZZ_CHECK(again == bytes);
+  } catch (const scenes::PayloadError&) {}
+  try {
+    const std::string again = scenes::robot_payload(scenes::read_robot_payload(bytes));
+    FUZZ_CHECK(again.size() == bytes.size());
+    FUZZ_CHECK(scenes::robot_payload(scenes::read_robot_payload(again)) == again);
   } catch (const scenes::PayloadError&) {}
   return 0;
 }

@@ -1,6 +1,7 @@
 // Bodies of a figure as a JSON file: what is written can be read back, and what cannot be read is named.
 #include "perf/run/bodies_file.h"
 
+#include "scenes/import/limits.h"
 #include "tests/scenes/rig/stick_figure.h"
 #include "tests/scenes/temporary_file.h"
 
@@ -15,10 +16,22 @@
 namespace cab::tests {
 namespace {
 
+// What a file says, which is the same in a child process.
+std::vector<scenes::BodyChange> read_both(const std::string& path) {
+  const std::vector<scenes::BodyChange> here = perf::read_bodies(path, {});
+  const std::vector<scenes::BodyChange> in_child = perf::read_bodies(path, scenes::kImportSandbox);
+  const auto same = [](const scenes::BodyChange& a, const scenes::BodyChange& b) {
+    return a.link == b.link && a.to == b.to && a.is_solid == b.is_solid && a.kind == b.kind && a.half == b.half &&
+           a.radius == b.radius;
+  };
+  CHECK(std::equal(here.begin(), here.end(), in_child.begin(), in_child.end(), same));
+  return here;
+}
+
 // Entries of a made file of bodies, as the importer takes them.
 std::vector<scenes::BodyChange> read_entries(const std::string& entries) {
   const TemporaryFile file("bodies.json", "{\"bodies\": [" + entries + "]}");
-  return perf::read_bodies(file.path());
+  return read_both(file.path());
 }
 
 }  // namespace
@@ -28,7 +41,7 @@ TEST_CASE("bodies that are written and read back change nothing, and each is a r
   const scenes::Clip clip = scenes::make_clip(figure, "person", {});
   const TemporaryFile file("bodies.json", perf::bodies_json(figure, clip.bodies).dump());
   scenes::ImportOptions options;
-  options.body_changes = perf::read_bodies(file.path());
+  options.body_changes = read_both(file.path());
   CHECK(options.body_changes.size() == clip.bodies.bodies.size());
   const scenes::Clip same = scenes::make_clip(figure, "person", options);
   REQUIRE(same.character.leaves.size() == clip.character.leaves.size());
@@ -65,12 +78,15 @@ TEST_CASE("files of bodies that cannot be read are refused with the entry and th
   refused(R"({"link": "a", "to": "b", "shape": "cone"})", "unknown shape cone");
   refused(R"({"link": "a", "to": 3, "shape": "box"})", "to is a text");
   refused(R"({"link": "a", "to": "b", "shape": "box", "half": 1})", "unknown key half");
+  refused(R"({"link": "a", "to": "b", "shape": "box", "half\n": 1})", "unknown key half?; there are");
+  refused(R"({"link": "a", "to": "b", "shape": "cone\n"})", "unknown shape cone?; there are");
   refused(R"({"link": "a", "to": "b", "shape": "box", "half_metres": [1, 2]})", "three lengths");
   refused(R"({"link": "a", "to": "b", "shape": "box", "half_metres": [1, 2, 0]})", "metres above 0");
   refused(R"({"link": "a", "to": "b", "shape": "box", "radius_metres": "1"})", "metres above 0");
   const TemporaryFile file("bodies.json", "{}");
-  CHECK_THROWS_WITH_AS(perf::read_bodies(file.path()), doctest::Contains("no list \"bodies\""), std::runtime_error);
-  CHECK_THROWS_WITH_AS(perf::read_bodies(file.path() + "x"), doctest::Contains("cannot be opened"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(read_both(file.path()), doctest::Contains("no list \"bodies\""), std::runtime_error);
+  CHECK_THROWS_WITH_AS(read_both(file.path() + "x"), doctest::Contains("no such file"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(read_both("/dev/zero"), doctest::Contains("is not a regular file"), std::runtime_error);
 }
 
 }  // namespace cab::tests

@@ -1,10 +1,8 @@
-// Files of every format, whole and broken, read in a child process: each gives a skeleton or one line, whatever its
-// parser does.
+// Files read in a child process: each gives what it gives in this process, or one line, whatever its parser does.
 #include "scenes/import/in_child.h"
 
 #include "scenes/import/import_payload.h"
 #include "scenes/import/limits.h"
-#include "tests/rounds.h"
 #include "tests/scenes/import/made_gltf.h"
 #include "tests/scenes/temporary_file.h"
 
@@ -14,11 +12,9 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <random>
 
 namespace {
 
@@ -71,34 +67,6 @@ const std::string kBvh =
     "      OFFSET 0 -1 0\n    }\n  }\n}\nMOTION\nFrames: 3\nFrame Time: .01\n" +
     repeated("1 2 3 10 20 30 40 50 60\n", 3);
 
-struct Sample {
-  std::string file_name, bytes;
-};
-
-// Good files of every format: made here, of assimp-testmodels, and of the shared data, where present.
-std::vector<Sample> samples() {
-  std::vector<Sample> all = {{"made.bvh", kBvh},
-                             {"made.gltf", gltf_text(made_gltf({0, 1, 2}))},
-                             {"made.glb", glb(made_gltf({0, 1, 2}))},
-                             {"made.vrm", glb(made_gltf({0, 1, 2}))}};
-  const std::string models = "/usr/share/assimp/models/";
-  const char* const data = std::getenv("CAB_DATA_DIR");
-  const std::string shared = data == nullptr ? "CAB_DATA_DIR, which is not set" : data;
-  for (const std::string& path :
-       {models + "FBX/animation_with_skeleton.fbx", models + "FBX/huesitos.fbx",
-        models + "Collada/box_nested_animation.dae", models + "Collada/library_animation_clips.dae",
-        models + "X/test.x", models + "ASE/anim.ASE", models + "B3D/WusonBlitz.b3d", models + "MD5/SimpleCube.md5mesh",
-        models + "MS3D/twospheres.ms3d", models + "SMD/triangle.smd", models + "glTF2/simple_skin/simple_skin.gltf",
-        shared + "/gltf/generic-hand-left.glb", shared + "/gltf/greenman.glb", shared + "/gltf/cesium_man.gltf"}) {
-    if (!std::filesystem::exists(path)) {
-      MESSAGE("skipped: " << path << " is not there (package assimp-testmodels, or CAB_DATA_DIR)");
-      continue;
-    }
-    all.push_back({std::filesystem::path(path).filename().string(), read_bytes(path)});
-  }
-  return all;
-}
-
 }  // namespace
 
 TEST_CASE("a file gives the same skeleton in a child as in this process") {
@@ -142,6 +110,41 @@ TEST_CASE("a reader that crashes, hangs, allocates or throws gives one line with
         "walk?.fbx: reading it gave a damaged result: the bytes end too early");
 }
 
+TEST_CASE("the file that a child read when it was stopped is named") {
+  CurrentFile current;
+  const auto line = [&](const std::string& named, const std::function<std::string()>& then) -> std::string {
+    current.set({});
+    const auto read = [&] {
+      current.set(named);
+      return then();
+    };
+    try {
+      from_child("r.urdf", kLimits, read, read_skeleton_payload, {{}, &current});
+    } catch (const ImportError& error) { return error.what(); }
+    return {};
+  };
+  const auto crash = []() -> std::string {
+    raise(SIGSEGV);
+    return {};
+  };
+  CHECK(line("arm\n.stl", crash) == "r.urdf: reading it crashed: Segmentation fault, in arm?.stl");
+  CHECK(line({}, crash) == "r.urdf: reading it crashed: Segmentation fault");
+  CHECK(line(std::string(5000, 'x'), crash) ==
+        "r.urdf: reading it crashed: Segmentation fault, in " + std::string(4095, 'x'));
+  CHECK(line("arm.stl", []() -> std::string { throw ImportError("r.urdf: no"); }) == "r.urdf: no");
+}
+
+TEST_CASE("a child can open what it is given besides the file's folder") {
+  const TemporaryFile file("r.urdf", "robot"), other("arm.stl", "mesh");
+  const auto read = [&](const ChildFiles& more) {
+    return from_child(
+        file.path(), kLimits, [&] { return read_bytes(other.path()); }, [](const std::string& bytes) { return bytes; },
+        more);
+  };
+  CHECK(read({{other.path()}, nullptr}) == "mesh");
+  if (sandbox_limits_files()) CHECK(read({}).empty());
+}
+
 // What assimp 5.2.5 does with each in the same process, with a stack of 8 MB, is in the comments.
 TEST_CASE("inputs that assimp does not survive cost one line") {
   // Segmentation faults, by recursion.
@@ -166,26 +169,5 @@ TEST_CASE("inputs that assimp does not survive cost one line") {
     const std::string path = std::string(CAB_DOCS) + "/../tests/fuzz/assimp/" + name;
     REQUIRE(std::filesystem::exists(path));
     CHECK(!complaint(path).empty());
-  }
-}
-
-TEST_CASE("a file of any format, cut off or changed anywhere, gives a skeleton or one line") {
-  std::mt19937_64 random(20261122);
-  for (const Sample& sample : samples()) {
-    CAPTURE(sample.file_name);
-    const std::size_t size = sample.bytes.size();
-    const std::uint64_t cuts = rounds(20), changes = rounds(20);
-    for (std::uint64_t cut = 0; cut < cuts; ++cut) {
-      CAPTURE(cut);
-      complaint_about(sample.bytes.substr(0, static_cast<std::size_t>(cut * size / cuts)), sample.file_name);
-    }
-    for (std::uint64_t change = 0; change < changes; ++change) {
-      CAPTURE(change);
-      std::string bytes = sample.bytes;
-      // One byte leaves most of the file to later parts of a parser, fifty are found by the first.
-      const int changed_bytes = change % 2 == 0 ? 50 : 1;
-      for (int b = 0; b < changed_bytes; ++b) bytes[random() % size] = static_cast<char>(random());
-      complaint_about(bytes, sample.file_name);
-    }
   }
 }

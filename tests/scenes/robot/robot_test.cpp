@@ -1,7 +1,9 @@
 // Robots from files: shapes, joints and excluded pairs are as written, and bad files give one line that says where and
 // why.
 #include "scenes/robot/robot.h"
+
 #include "scenes/import/limits.h"
+#include "scenes/robot/robot_payload.h"
 
 #include "scenes/random.h"
 #include "tests/scenes/temporary_file.h"
@@ -53,6 +55,15 @@ std::string refusal(const std::string& text, const scenes::RobotOptions& options
     return what.substr(file.path().size() + 2);
   }
   return {};
+}
+
+scenes::RobotOptions in_child(scenes::RobotOptions options = {}) {
+  options.sandbox = scenes::kImportSandbox;
+  return options;
+}
+
+bool same_robot(const scenes::Robot& a, const scenes::Robot& b) {
+  return scenes::robot_payload(a) == scenes::robot_payload(b);
 }
 
 // Runs `work` and returns what it wrote to standard error below C++.
@@ -122,7 +133,9 @@ TEST_CASE("meshes are found by relative, file:// and package:// paths, scaled, a
     const std::string path = (package / "urdf/r.urdf").string();
     std::ofstream(path) << robot_of(
         link_of("<mesh filename='" + name + "' scale='1 -2 3'/>", "<origin xyz='10 0 0'/>"));
-    return scenes::import_robot(path, options);
+    const scenes::Robot robot = scenes::import_robot(path, options);
+    CHECK(same_robot(robot, scenes::import_robot(path, in_child(options))));
+    return robot;
   };
   scenes::RobotOptions named;
   named.packages = {{"other", package.string()}};
@@ -232,6 +245,11 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
       {jointed("continuous", "<mimic joint='j'/>"), "line 4: joint j: it mimics a joint that mimics it"},
       {jointed("continuous", "<mimic joint='k'/>"), "line 4: joint j: it mimics k, which is no joint that moves"},
       {jointed("continuous", "<origin xyz='1e30 0 0'/>"), "line 4: joint j: its origin"},
+      {robot_of("<link name='a'/><link name='b'/><link name='c'/>\n"
+                "<joint name='i' type='continuous'><parent link='a'/><child link='b'/></joint>\n"
+                "<joint name='j' type='continuous'><parent link='b'/><child link='c'/>"
+                "<mimic joint='i' multiplier='1e10'/></joint>"),
+       "line 4: joint j: its mimic has a multiplier or offset that is not a number or beyond 1e9"},
       {robot_of(link_of("<box size='0 1 1'/>")), "line 2: link a: collision 1: its size must be above 0"},
       {robot_of(link_of("<sphere radius='-1'/>")), "line 2: link a: collision 1: its size must be above 0"},
       {robot_of(link_of("<cylinder radius='1'/>")), "line 2: link a: urdfdom reads 0 of its 1 collision shapes: "},
@@ -246,6 +264,7 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
     std::string told;
     CHECK(printed_by([&] { told = refusal(one.text); }) == "");
     CAPTURE(told);
+    CHECK(refusal(one.text, in_child()).substr(0, one.told.size()) == told.substr(0, one.told.size()));
     CHECK(told.rfind(one.told, 0) == 0);
     CHECK(told.size() > one.told.size() - 1);
   }
@@ -262,16 +281,75 @@ TEST_CASE("mesh files that are no meshes are refused by name, in a child process
   const auto refused = [&](const std::string& name, const std::string& bytes) {
     std::ofstream((folder.directory() / name).string(), std::ios::binary) << bytes;
     std::ofstream(folder.path()) << robot_of(link_of("<mesh filename='" + name + "'/>"));
-    scenes::RobotOptions in_child;
-    in_child.sandbox = scenes::kImportSandbox;
     const std::string told = answer({});
-    CHECK(answer(in_child) == told);
+    CHECK(answer(in_child()) == told);
     return told;
   };
   CHECK(refused("good.obj", cube()) == "read");
   CHECK(refused("a.stl", "no triangles here").find("mesh a.stl: ") != std::string::npos);
   CHECK(refused("empty.obj", "").find("mesh empty.obj: the file is empty") != std::string::npos);
   CHECK(refused("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").find("mesh nan.obj: ") != std::string::npos);
+}
+
+TEST_CASE("a robot whose reader crashes, fills memory or does not end costs one line that names the file") {
+  std::string nodes;
+  for (int k = 0; k < 20000; ++k) nodes += "<node>";
+  for (int k = 0; k < 20000; ++k) nodes += "</node>";
+  // assimp 5.2.5 ends in a segmentation fault, by recursion.
+  const TemporaryFile mesh(
+      "deep.dae",
+      R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" )"
+      R"(version="1.4.1"><asset><up_axis>Y_UP</up_axis></asset><library_visual_scenes><visual_scene id="s">)" +
+          nodes +
+          R"(</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene>)"
+          "</COLLADA>");
+  const std::string told = refusal(robot_of(link_of("<mesh filename='" + mesh.path() + "'/>")), in_child());
+  const std::string in_mesh = ", in " + mesh.path();
+  CAPTURE(told);
+  CHECK(told.rfind("reading it ", 0) == 0);
+  REQUIRE(told.size() > in_mesh.size());
+  CHECK(told.substr(told.size() - in_mesh.size()) == in_mesh);
+
+  scenes::RobotOptions no_time = in_child();
+  no_time.sandbox->wall_seconds = 0;
+  CHECK(refusal(robot_of(link_of("<sphere radius='1'/>")), no_time) == "reading it took more than 0 s");
+  if (!scenes::reads_mjcf()) {
+    MESSAGE("skipped: libmujoco is not built in");
+    return;
+  }
+  scenes::RobotOptions little = in_child();
+  little.sandbox->memory_bytes = std::size_t{64} << 20;
+  little.sandbox->cpu_seconds = 1;
+  CHECK(refusal("<mujoco><worldbody><body name='b'><composite type='grid' count='300 300 1' spacing='.1'>"
+                "<geom size='.01'/></composite></body></worldbody></mujoco>",
+                little)
+            .find("reading it ") == 0);
+  if (!scenes::sandbox_limits_memory()) {
+    MESSAGE("skipped: memory is not limited under AddressSanitizer and ThreadSanitizer");
+    return;
+  }
+  CHECK(refusal("<mujoco><size nkey='100000000'/><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>",
+                little) == "reading it needs more than 64 MiB of memory");
+}
+
+TEST_CASE("in a child process, MJCF has the files below its folder and no others") {
+  if (!scenes::reads_mjcf() || !scenes::sandbox_limits_files()) {
+    MESSAGE("skipped: libmujoco is not built in, or this kernel has no Landlock");
+    return;
+  }
+  const auto read = [](const std::string& mesh, const scenes::RobotOptions& options) {
+    const TemporaryFile file("r.xml", "<mujoco><asset><mesh name='m' file='" + mesh +
+                                          "'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>");
+    std::filesystem::create_directory(file.directory() / "below");
+    std::ofstream((file.directory() / "below/cube.obj").string()) << cube();
+    try {
+      return std::to_string(scenes::import_robot(file.path(), options).body.leaves.size());
+    } catch (const scenes::ImportError& error) { return std::string(error.what()).substr(file.path().size() + 2); }
+  };
+  const TemporaryFile outside("cube.obj", cube());
+  CHECK(read("below/cube.obj", in_child()) == "1");
+  CHECK(read(outside.path(), {}) == "1");
+  CHECK(read(outside.path(), in_child()).find("libmujoco cannot read it: ") == 0);
 }
 
 TEST_CASE("SRDF: disabled pairs are read once each, unknown links are told") {
@@ -281,18 +359,19 @@ TEST_CASE("SRDF: disabled pairs are read once each, unknown links are told") {
                                               "<disable_collisions link1='a' link2='b' reason='Never'/>\n"
                                               "<disable_collisions link1='a' link2='a'/>\n"
                                               "<disable_collisions link1='a' link2='hand' reason='Never'/>"));
-  std::vector<std::string> notes;
-  const std::vector<LinkPair> pairs = scenes::read_disabled_pairs(srdf.path(), robot, &notes);
-  REQUIRE(pairs.size() == 1);
-  CHECK(pairs[0].a == 0);
-  CHECK(pairs[0].b == 1);
-  REQUIRE(notes.size() == 1);
-  CHECK(notes[0] == srdf.path() + ": the robot has no link hand");
+  for (const std::optional<scenes::SandboxLimits>& sandbox : {std::optional(scenes::kImportSandbox), {}}) {
+    const scenes::DisabledPairs disabled = scenes::read_disabled_pairs(srdf.path(), robot, sandbox);
+    REQUIRE(disabled.pairs.size() == 1);
+    CHECK(disabled.pairs[0].a == 0);
+    CHECK(disabled.pairs[0].b == 1);
+    REQUIRE(disabled.notes.size() == 1);
+    CHECK(disabled.notes[0] == srdf.path() + ": the robot has no link hand");
+  }
   const TemporaryFile half("h.srdf", robot_of("<disable_collisions link1='b'/>"));
-  CHECK_THROWS_WITH_AS(scenes::read_disabled_pairs(half.path(), robot, &notes),
+  CHECK_THROWS_WITH_AS(scenes::read_disabled_pairs(half.path(), robot, {}),
                        doctest::Contains("line 2: <disable_collisions> without link2"), scenes::ImportError);
   const TemporaryFile other("o.srdf", "<srdf/>");
-  CHECK_THROWS_WITH_AS(scenes::read_disabled_pairs(other.path(), robot, &notes),
+  CHECK_THROWS_WITH_AS(scenes::read_disabled_pairs(other.path(), robot, {}),
                        doctest::Contains("line 1: the first element is <srdf>"), scenes::ImportError);
 }
 
@@ -329,6 +408,11 @@ TEST_CASE("MJCF: shapes, excluded bodies and contact bits are as the file says")
                                                 "planes and height fields are left out"});
   CHECK(refusal("<mujoco><worldbody><body><geom type='box'/></body></worldbody></mujoco>")
             .find("libmujoco cannot read") == 0);
+  CHECK(refusal(
+            "<mujoco><worldbody><body><joint name='j' axis='inf 0 0'/><geom size='1'/></body></worldbody></mujoco>") ==
+        "joint j: it has a number that is none or out of range");
+  CHECK(refusal("<mujoco><worldbody><body name='b' pos='1e30 0 0'><geom size='1'/></body></worldbody></mujoco>") ==
+        "body b: its place is not a number or out of range");
   const std::string lost = refusal(
       "<mujoco><asset><mesh name='m' file='lost.stl'/></asset><worldbody><geom type='mesh' "
       "mesh='m'/></worldbody></mujoco>");
@@ -356,6 +440,7 @@ TEST_CASE("every robot file of the data is read") {
       continue;
     }
     const scenes::Robot robot = scenes::import_robot((robots / file.path).string(), {});
+    CHECK(same_robot(robot, scenes::import_robot((robots / file.path).string(), in_child())));
     CHECK(robot.links.size() == file.links);
     CHECK(robot.body.leaves.size() == file.leaves);
     CHECK(robot.variables.size() == file.variables);

@@ -1,6 +1,8 @@
 // Joint states from CSV: values reach the variables that the header names, and bad lines are refused by their number.
 #include "scenes/robot/state_file.h"
 
+#include "scenes/import/limits.h"
+#include "scenes/robot/robot_payload.h"
 #include "tests/scenes/temporary_file.h"
 
 #include <doctest/doctest.h>
@@ -22,7 +24,10 @@ scenes::Robot two_joints() {
 
 scenes::JointStates read(const std::string& text) {
   const TemporaryFile file("states.csv", text);
-  return scenes::read_joint_states(file.path(), two_joints());
+  const scenes::JointStates states = scenes::read_joint_states(file.path(), two_joints(), {});
+  const scenes::JointStates same = scenes::read_joint_states(file.path(), two_joints(), scenes::kImportSandbox);
+  CHECK(scenes::joint_states_payload(same) == scenes::joint_states_payload(states));
+  return states;
 }
 
 }  // namespace

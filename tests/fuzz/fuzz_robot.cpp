@@ -1,0 +1,74 @@
+// Bytes as a file of a robot, of the kind that the first byte chooses: URDF, SRDF and joint states here, URDF and MJCF
+// in a child process. Each gives a robot that is whole, or one line.
+#include "scenes/import/limits.h"
+#include "scenes/import/printable.h"
+#include "scenes/robot/kinematics.h"
+#include "scenes/robot/robot.h"
+#include "scenes/robot/robot_payload.h"
+#include "scenes/robot/state_file.h"
+#include "tests/fuzz/bytes.h"
+#include "tests/scenes/temporary_file.h"
+
+namespace {
+
+using namespace cab;
+using namespace cab::scenes;
+
+enum Kind : std::uint32_t { kUrdf, kSrdf, kStates, kUrdfInChild, kMjcfInChild, kKindCount };
+
+// Two links and a joint.
+Robot known_robot() {
+  Robot robot;
+  robot.body.link_names = {"a", "b"};
+  robot.body.link_parents = {-1, 0};
+  robot.links.resize(2);
+  robot.links[1].joint_count = 1;
+  robot.joints.resize(1);
+  robot.joints[0].name = "j";
+  robot.variables = {{"j", -1, 1, 0}};
+  return robot;
+}
+
+// What the payload's reader requires holds of every robot that is read, and its rest pose has no number that is none.
+void check_robot(const Robot& robot) {
+  FUZZ_CHECK(robot_payload(read_robot_payload(robot_payload(robot))) == robot_payload(robot));
+  FUZZ_CHECK(robot.links.size() <= kMaxLinks && robot.body.leaves.size() <= kMaxLeaves);
+  std::vector<float> poses(7 * robot.links.size());
+  write_poses(robot, rest_state(robot).data(), poses.data());
+  for (const float value : poses) FUZZ_CHECK(!std::isnan(value));
+}
+
+void read(Kind kind, const std::string& path) {
+  RobotOptions options;
+  if (kind == kUrdfInChild || kind == kMjcfInChild)
+    options.sandbox = SandboxLimits{std::size_t{1} << 30, 2, 60, std::size_t{64} << 20};
+  const Robot known = known_robot();
+  if (kind == kSrdf) {
+    for (const auto& [a, b] : read_disabled_pairs(path, known, {}).pairs) FUZZ_CHECK(a < b && b < 2);
+  } else if (kind == kStates) {
+    const JointStates states = read_joint_states(path, known, {});
+    FUZZ_CHECK(states.count > 0 && states.values.size() == states.count);
+    for (const double value : states.values) FUZZ_CHECK(std::fabs(value) <= kMaxImportValue);
+  } else {
+    check_robot(import_robot(path, options));
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  fuzz::Bytes bytes(data, size);
+  const auto kind = static_cast<Kind>(bytes.below(kKindCount));
+  static const tests::TemporaryFile file("robot.xml", "");
+  const std::string text = bytes.rest();
+  // libmujoco in this process would read any text that begins with its element.
+  if (kind == kUrdf && text.find("<mujoco") != std::string::npos) return 0;
+  std::ofstream(file.path(), std::ios::binary) << text;
+  try {
+    read(kind, file.path());
+  } catch (const ImportError& error) {
+    const std::string line = error.what();
+    FUZZ_CHECK(line.rfind(file.path() + ": ", 0) == 0 && printable(line) == line);
+  }
+  return 0;
+}
