@@ -33,12 +33,12 @@ class CurrentFile {
 struct ChildFiles {
   std::vector<std::string> readable;     // files and folders that it can open
   const CurrentFile* current = nullptr;  // named if the child is stopped and this is not empty
-  std::string other;                     // a second file to read, named beside the first; empty: none
+  std::string other = {};                // a second file to read, named beside the first; empty: none
 };
 
-// What `read`, which reads the file at `path`, returns in a child process. The child can open only that file, more.other,
-// what is below their folders, and more.readable. What `read` throws comes back as an ImportError. If the child crashes, breaks a
-// limit or cannot be made, an ImportError says so, with the files' names.
+// What `read`, which reads the file at `path`, returns in a child process. The child can open only that file,
+// more.other, what is below their folders, and more.readable. What `read` throws comes back as an ImportError. If the
+// child crashes, breaks a limit or cannot be made, an ImportError says so, with the files' names.
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
                                const std::function<std::string()>& read, const ChildFiles& more);
 

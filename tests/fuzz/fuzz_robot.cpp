@@ -24,7 +24,7 @@ Robot known_robot() {
   robot.links.resize(2);
   robot.links[1].joint_count = 1;
   robot.joints.resize(1);
-  robot.joints[0].name = "j";
+  robot.joints[0].name = std::string("j");  // g++ 12 warns of a plain literal
   robot.variables = {{"j", -1, 1, 0}};
   return robot;
 }

@@ -9,6 +9,8 @@
 
 #include <assimp/scene.h>
 
+#include <memory>
+
 namespace {
 
 using namespace cab;
@@ -82,12 +84,13 @@ void make_bones(fuzz::Bytes& bytes, aiScene& scene) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Bytes bytes(data, size);
-  aiScene scene;
-  scene.mRootNode = node_of(bytes, 5);
-  if (bytes.below(4) > 0) make_animation(bytes, scene);
-  if (bytes.below(4) == 0) make_bones(bytes, scene);
+  const auto scene = std::make_shared<aiScene>();
+  scene->mRootNode = node_of(bytes, 5);
+  if (bytes.below(4) > 0) make_animation(bytes, *scene);
+  if (bytes.below(4) == 0) make_bones(bytes, *scene);
   try {
-    const scenes::Skeleton skeleton = scenes::skeleton_of_scene(scene, "clip", {});
+    const scenes::Motion motion = scenes::motion_of_scene(scene, "clip", "");
+    const scenes::Skeleton skeleton = scenes::skeleton_of_scene(*scene, "clip", motion, {});
     FUZZ_CHECK(skeleton.frame_seconds > 0 && skeleton.frame_seconds <= scenes::kMaxFrameSeconds);
     fuzz::taken_by_engine(scenes::make_world({scenes::make_clip(skeleton, "clip", {})}));
   } catch (const scenes::ImportError& error) {
