@@ -193,7 +193,7 @@ TEST_CASE("edges that are nearly parallel: a pair within the leaf predicate's sl
                    {}},
                   {0, {{-1, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.9f, 0.5f, 0.5f}}, {}}};
     const double edge = std::sqrt(2.0) * thick;
-    for (double angle = 0x1p-12; angle < 0x1p-6; angle *= 1.1) {
+    for (double angle = 0x1p-12; angle < 0x1p-6; angle *= 1.25) {
       for (const double gap : {1e-4, 3e-4, 6e-4, 8e-4, 9e-4, 3e-3, 4e-3, 6e-3}) {
         CAPTURE(angle);
         CAPTURE(gap);

@@ -110,7 +110,7 @@ namespace {
 // Characters of one kind in a small room, with the same draws of places for every kind.
 Member in_a_room(const Rig& rig, std::uint64_t seed) {
   Random random(seed);
-  return {rig, random_poses(random, rig, 20, PoseFormat::kQuaternionTranslation, {1.5, false, true, {}}),
+  return {rig, random_poses(random, rig, 9, PoseFormat::kQuaternionTranslation, {1.0, false, true, {}}),
           BatchKind::kCharacters};
 }
 
