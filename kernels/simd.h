@@ -12,6 +12,8 @@
 #include <cstring>
 
 #define CAB_INLINE inline __attribute__((always_inline))
+// For large functions with several callers: inlined everywhere they take minutes to compile.
+#define CAB_NOINLINE __attribute__((noinline))
 
 namespace cab::kernel {
 

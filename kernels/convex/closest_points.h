@@ -18,7 +18,7 @@ struct Closest {
 };
 
 template <class V>
-CAB_INLINE Closest<V> find_closest(const ContactLanes<V>& pair) {
+CAB_NOINLINE Closest<V> find_closest(const ContactLanes<V>& pair) {
   using D = DoubleOf<V>;
   constexpr std::uint32_t kMostSteps = 64;
   const D zero(0.0), progress(kContactProgress);

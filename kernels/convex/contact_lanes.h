@@ -87,7 +87,7 @@ struct ContactLanes {
   D slack, rounding;     // PairLanes::slack, and of a product of three edges of the difference
 
   // A hull's vertices farthest along d by heights in float, in a's or b's own axes.
-  static CAB_INLINE Vec3<D> hull_points(const ConvexShape* const* shapes, const Vec3<D>& d, std::uint32_t active) {
+  static CAB_NOINLINE Vec3<D> hull_points(const ConvexShape* const* shapes, const Vec3<D>& d, std::uint32_t active) {
     alignas(64) double along[3][kWidth<D>], point[3][kWidth<D>] = {};
     const D norm = max(max_component(abs(d)), D(kLeastNormal));
     const D components[3] = {d.x, d.y, d.z};
@@ -116,7 +116,7 @@ struct ContactLanes {
   }
 
   // The point of the difference farthest along d, likewise.
-  CAB_INLINE DifferencePoint<D> farthest(const Vec3<D>& d, std::uint32_t active) const {
+  CAB_NOINLINE DifferencePoint<D> farthest(const Vec3<D>& d, std::uint32_t active) const {
     const Vec3<D> on_a = farthest_of_a(d, active);
     return {on_a - farthest_of_b(minus(d), active), on_a};
   }

@@ -35,7 +35,7 @@ CAB_INLINE Touching<DoubleOf<V>> round_contact(const ContactLanes<V>& pair) {
 
 // GJK, and where the shapes overlap without their balls, a search for the least depth.
 template <class V>
-CAB_INLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, std::uint32_t starts) {
+CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, std::uint32_t starts) {
   using D = DoubleOf<V>;
   Closest<V> closest = find_closest(pair);
   Vec3<D> normal = minus(closest.normal), on_difference = closest.normal;

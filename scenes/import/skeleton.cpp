@@ -195,7 +195,7 @@ SceneFile read_gltf(const std::string& bytes, const std::string& path) {
   const auto importer = std::make_shared<Assimp::Importer>();
   importer->SetIOHandler(new FilesAndBytes(as_checked, bytes));  // the importer deletes it
   const aiScene& scene = read_with_assimp(*importer, name, [&] { return importer->ReadFile(as_checked, 0); });
-  importer->SetIOHandler(nullptr);  // the bytes go
+  importer->SetIOHandler(new Assimp::DefaultIOSystem);  // deletes the other, which has the bytes
   SceneFile file = {owned(importer, scene), {}};
   if (is_binary ? extension == ".gltf" : extension != ".gltf")
     file.notes.push_back(std::string("the file is ") + (is_binary ? "a GLB" : "glTF text") +
