@@ -31,4 +31,8 @@ inline std::uint64_t rounds(std::uint64_t usual) {
   return usual * number_from_environment("CAB_TEST_ROUNDS", 1);
 }
 
+// What a test that counts at least `least` of something in its `usual` rounds must count in rounds(usual): more in more
+// rounds, and in fewer, of which one may have none, anything.
+inline std::uint64_t least_count(std::uint64_t least, std::uint64_t usual) { return rounds(usual) / usual * least; }
+
 }  // namespace cab::tests

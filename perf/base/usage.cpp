@@ -10,6 +10,12 @@ void check_strategy(const Policies& policies) {
     throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact convex");
 }
 
+void check_given(const std::string& option, std::size_t given, std::size_t count, const std::string& noun) {
+  if (given > 1 && given != count)
+    throw UsageError(option + ": given " + std::to_string(given) + " times for " + std::to_string(count) + " " + noun +
+                     "s; give one for all " + noun + "s or one per " + noun + ", in their order");
+}
+
 void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs) {
   for (std::size_t b = 1; b < outputs.size(); ++b)
     for (std::size_t a = 0; a < b; ++a)

@@ -289,10 +289,7 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
     throw UsageError("--links is for --scene ropes and --scene rigs, not for " + name);
   if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
     throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));
-  if (options.metres_per_unit.size() > 1 && options.metres_per_unit.size() != options.clips.size())
-    throw UsageError("--units: given " + std::to_string(options.metres_per_unit.size()) + " times for " +
-                     std::to_string(options.clips.size()) +
-                     " clips; give one for all clips or one per clip, in their order");
+  check_given("--units", options.metres_per_unit.size(), options.clips.size(), "clip");
   check_strategy(options.policies);
   std::vector<std::string> inputs = options.clips;
   inputs.push_back(options.trajectories_path);

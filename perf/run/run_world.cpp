@@ -26,14 +26,7 @@ void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count
   character.is_static = false;
 }
 
-// Throws UsageError unless an option is given never, once, or once per file.
-void check_count(const std::string& option, std::size_t given, std::size_t files) {
-  if (given > 1 && given != files)
-    throw UsageError(option + ": given " + std::to_string(given) + " times for " + std::to_string(files) +
-                     " files; give one for all files or one per file, in their order");
-}
-
-// Of an option that passed check_count and is given.
+// Of an option that passed check_given and is given.
 template <class Value>
 const Value& value_of(const std::vector<Value>& values, std::size_t file) {
   return values[values.size() == 1 ? 0 : file];
@@ -46,13 +39,13 @@ void check_files(const WorldOptions& options) {
   if (options.offsets.size() > files)
     throw UsageError("--offset: given " + std::to_string(options.offsets.size()) + " times for " +
                      std::to_string(files) + " files; give at most one per file, in their order");
-  check_count("--units", options.metres_per_unit.size(), files);
-  check_count("--motion", options.motion_paths.size(), files);
-  check_count("--motion-units", options.motion_units.size(), files);
+  check_given("--units", options.metres_per_unit.size(), files, "file");
+  check_given("--motion", options.motion_paths.size(), files, "file");
+  check_given("--motion-units", options.motion_units.size(), files, "file");
   if (!options.motion_units.empty() && options.motion_paths.empty()) throw UsageError(kUnitsNeedMotion);
   if (options.skin && !options.bodies_paths.empty())
     throw UsageError("--bodies is about bodies of the skeleton, not of --body skin");
-  check_count("--bodies", options.bodies_paths.size(), files);
+  check_given("--bodies", options.bodies_paths.size(), files, "file");
 }
 
 std::string motion_path(const WorldOptions& options, std::size_t file) {

@@ -5,6 +5,7 @@
 #include "scenes/import/printable.h"
 
 namespace cab::scenes {
+
 std::vector<std::string> printable_texts(PayloadReader& reader) {
   std::vector<std::string> all = reader.texts();
   for (std::string& one : all) one = printable(one);

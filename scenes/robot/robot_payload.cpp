@@ -20,17 +20,15 @@ void write_each(PayloadWriter& writer, const Array& values) {
   for (const auto value : values) writer.value(value);
 }
 
-template <class Array>
-void read_each(PayloadReader& reader, Array& values) {
-  for (auto& value : values) {
-    value = reader.value<std::decay_t<decltype(value)>>();
-    require_payload(std::isfinite(value), "a number is not finite");
-  }
+template <class Number>
+void read_finite(PayloadReader& reader, Number& value) {
+  value = reader.value<Number>();
+  require_payload(std::isfinite(value), "a number is not finite");
 }
 
-void read_finite(PayloadReader& reader, double& value) {
-  value = reader.value<double>();
-  require_payload(std::isfinite(value), "a number is not finite");
+template <class Array>
+void read_each(PayloadReader& reader, Array& values) {
+  for (auto& value : values) read_finite(reader, value);
 }
 
 // An enumerator from 0 to `last`.

@@ -1,6 +1,6 @@
 // What must not change a result: neighbours in a tile, signs of zeros, payloads of NaN, the order of inputs and rules.
 #include "perf/oracle/random_world.h"
-#include "tests/engine/thread_sanitizer.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 using namespace cab;
 using namespace cab::oracle;
-using cab::tests::seeds_to_run;
+using cab::tests::rounds;
 
 float float_of(std::uint32_t bits) {
   float out;
@@ -77,7 +77,7 @@ void spoil(Random& random, Garbage kind, Poses& poses, std::uint32_t i) {
 TEST_CASE(
     "an instance's boxes and hits have the same bits whatever else is in its tile, and nothing of that gets out") {
   std::size_t hits = 0, masked = 0, others_alive = 0;
-  const std::uint64_t seeds = seeds_to_run(30);
+  const std::uint64_t seeds = rounds(30);
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -200,7 +200,7 @@ World grid_world(std::uint64_t seed, bool signed_zeros) {
 
 TEST_CASE("the sign of a zero in an input changes no hit and no box") {
   std::size_t hits = 0, negative = 0;
-  const std::uint64_t seeds = seeds_to_run(40);
+  const std::uint64_t seeds = rounds(40);
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     CAPTURE(seed);
     const World plus = grid_world(seed, false), either = grid_world(seed, true);

@@ -1,5 +1,6 @@
 // Layers: which instances may be paired, against a judge that compares bit by bit.
 #include "perf/oracle/random_world.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -7,6 +8,8 @@ namespace {
 
 using namespace cab;
 using namespace cab::oracle;
+using tests::least_count;
+using tests::rounds;
 
 constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute,
                                     Strategy::kExactAll};
@@ -26,7 +29,7 @@ std::vector<Hit> seen_by_both(const World& world, std::vector<Hit> hits) {
 
 TEST_CASE("layers drop the hits of instances whose layers do not match, and no other, for every way to compute them") {
   std::size_t kept = 0, dropped = 0;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds(12); ++seed) {
     CAPTURE(seed);
     Random random(seed);
     World world;
@@ -49,8 +52,8 @@ TEST_CASE("layers drop the hits of instances whose layers do not match, and no o
     }
     CHECK(missing_from(judge_world(layered), run_world(layered).hits) == 0);
   }
-  CHECK(kept > 5000);
-  CHECK(dropped > 5000);
+  CHECK(kept > least_count(5000, 12));
+  CHECK(dropped > least_count(5000, 12));
 }
 
 TEST_CASE("instances that layers keep apart cost no candidate and no box test") {

@@ -1,5 +1,6 @@
 // Margins: no pair within the margin is lost, by boxes or by shapes. How far beyond it pairs are reported is bounded.
 #include "perf/oracle/random_world.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -9,6 +10,8 @@ namespace {
 
 using namespace cab;
 using namespace cab::oracle;
+using tests::least_count;
+using tests::rounds;
 
 constexpr double kInvented = 1e-4;  // as in frame_test
 
@@ -85,7 +88,7 @@ TEST_CASE("the judge of distances knows faces, edges and corners") {
 
 TEST_CASE("no pair within the margin is lost, for every way to compute it, and few are invented") {
   std::size_t near = 0, touching = 0;
-  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds(24); ++seed) {
     CAPTURE(seed);
     Random random(seed);
     World world = any_world(random, 8);
@@ -106,7 +109,7 @@ TEST_CASE("no pair within the margin is lost, for every way to compute it, and f
     world.margin = 0;
     touching += judge_world(world).size();
   }
-  CHECK(near > touching + 500);
+  CHECK(near > touching + least_count(500, 24));
 }
 
 TEST_CASE("cubes a quarter apart are near by a margin of a quarter, near and far, and not by less") {

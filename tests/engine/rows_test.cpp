@@ -1,6 +1,7 @@
 // The strategies rows and auto: they find the hits of brute in every world, with every refit.
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -23,7 +24,7 @@ World random_crowd(Random& random, unsigned most_links, double spread, bool far)
 
 TEST_CASE("rows report what brute reports, with fewer box tests, on every instruction set") {
   std::size_t hits = 0;
-  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds(30); ++seed) {
     CAPTURE(seed);
     Random random(seed);
     const World world = random_crowd(random, 24, 1.5, seed % 2);
@@ -43,7 +44,7 @@ TEST_CASE("rows report what brute reports, with fewer box tests, on every instru
       hits += brute.hits.size();
     }
   }
-  CHECK(hits > 3000);
+  CHECK(hits > least_count(3000, 30));
 }
 
 TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from the world's origin") {

@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 
 namespace {
@@ -67,6 +68,8 @@ struct Depths {
 
 TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide, by any kernel with the same bits") {
   const kernel::FloatMode mode;
+  // The judge takes nearly all of the time.
+  const auto judged_lanes = static_cast<std::uint32_t>(std::min<std::uint64_t>(kLanes, rounds(kLanes)));
   std::uint64_t seed = 5000;
   for (unsigned r = 0; r < oracle::kConvexRegimeCount; ++r) {
     CAPTURE(r);
@@ -98,7 +101,7 @@ TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide,
               CHECK(same_bits(first, other));
             }
           }
-          for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+          for (std::uint32_t lane = 0; lane < judged_lanes; ++lane) {
             CAPTURE(lane);
             const JudgedCase judged = judge_case(made.cases[lane], oracle::Effort::kMeasure);
             const Real away = away_of(made.cases[lane], judged), rounded = kRounded * away;
@@ -134,8 +137,9 @@ TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide,
                         << " are over 1 % and " << by_starts[three].above_10 << " over 10 % above the least");
     MESSAGE("regime " << r << ": " << gaps << " gaps; points are off in " << off_pairs << " of " << pairs
                       << " pairs, by at most " << static_cast<double>(farthest) << " of the size");
-    CHECK(off_pairs * 100 <= pairs);
     CHECK(gaps > 0);
+    if (judged_lanes < kLanes) continue;  // too few for shares
+    CHECK(off_pairs * 100 <= pairs);
     CHECK(by_starts[0].above_10 * 4 <= by_starts[0].deep);
     CHECK(by_starts[1].above_10 * 20 <= by_starts[1].deep);
     CHECK(by_starts[1].above_1 <= by_starts[0].above_1);

@@ -23,7 +23,7 @@ Outcome crowd(const Words& options) { return run_command("crowd", options); }
 Json figures(const Words& options) {
   const TemporaryFolder folder;
   Words words = options;
-  for (const char* word : {"--characters", "200", "--frames", "2", "--rounds", "3"}) words.emplace_back(word);
+  for (const char* word : {"--characters", "100", "--frames", "2", "--rounds", "1"}) words.emplace_back(word);
   words.insert(words.end(), {"--json", folder / "crowd.json"});
   const Outcome outcome = crowd(words);
   INFO(outcome.error);
@@ -129,7 +129,7 @@ TEST_CASE("cab crowd --in-contact finds the same characters by every strategy an
   CHECK(expected["report"] == "in_contact");
   CHECK(expected["hits"] == 0);
   CHECK(expected["in_contact"] > 0);
-  CHECK(expected["in_contact"] < 2 * 200);
+  CHECK(expected["in_contact"] < 2 * 100);
   CHECK(expected["in_contact"] <= 2 * hits["hits"].get<int>());
   CHECK(expected["pairs_as_expected"].is_null());
   for (const char* strategy : {"tree", "rows", "brute"})
@@ -150,7 +150,7 @@ TEST_CASE("cab crowd plays clips, at random places or along recorded ways") {
     Words words = scene;
     words.insert(words.end(), clips.begin(), clips.end());
     const Json json = figures(words);
-    CHECK(json["characters"] == 200);
+    CHECK(json["characters"] == 100);
     CHECK(json["hits"] > 0);
     CHECK(json["instances_masked"] == 0);
     CHECK(json["expected_pairs_per_character"].is_null());
