@@ -91,11 +91,9 @@ void add_contacts(const FrameContext& frame, WorkerPool& pool, FrameJob& job) {
 }
 
 bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
-  const Span<const float> orientations = batch.input->orientations;
   kernel::LaneChecks<float> checks = {true, true, true};
   const kernel::RigidLanes<float> posed =
-      rotated_pose(batch.input->poses.format, pose_of(batch, instance) + link * (batch.link_stride / sizeof(float)),
-                   orientations.empty() ? nullptr : orientations.data + 4 * std::size_t{instance}, checks);
+      rotated_pose(batch.input->poses.format, pose_of(batch, instance, link), orientation_of(batch, instance), checks);
   return checks.finite && checks.rigid && kernel::in_range(posed.translation);
 }
 

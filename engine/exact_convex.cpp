@@ -35,12 +35,10 @@ LeafShapes shapes_of(const ExactLeaf& leaf) {
   const InstanceBatch& batch = *leaf.batch;
   const std::uint32_t begin = leaf.convex_shapes->leaf_begin[leaf.leaf],
                       end = leaf.convex_shapes->leaf_begin[leaf.leaf + 1];
-  const Span<const float> orientations = batch.input->orientations;
-  return {
-      {leaf.convex_shapes->shapes.data + begin, end - begin},
-      batch.input->poses.format,
-      pose_of(batch, leaf.instance) + batch.articulation->leaf_link[leaf.leaf] * (batch.link_stride / sizeof(float)),
-      orientations.empty() ? nullptr : orientations.data + 4 * std::size_t{leaf.instance}};
+  return {{leaf.convex_shapes->shapes.data + begin, end - begin},
+          batch.input->poses.format,
+          pose_of(batch, leaf.instance, batch.articulation->leaf_link[leaf.leaf]),
+          orientation_of(batch, leaf.instance)};
 }
 
 // Tells which parts of two leaves are far apart, by the balls about them. Where leaves have many parts, most pairs are.

@@ -127,17 +127,16 @@ FclPart box_part(const Box& box) {
 
 // The pose of a link in world axes, relative to the origin of its instance, in double.
 Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
-  const BatchInput& input = *batch.input;
-  const std::byte* from = reinterpret_cast<const std::byte*>(input.poses.data) + instance * batch.instance_stride +
-                          link * batch.link_stride;
+  const PoseFormat format = batch.input->poses.format;
+  const float* const from = pose_of(batch, instance, link);
   Transform pose;
-  if (input.poses.format == PoseFormat::kQuaternionTranslation) {
+  if (format == PoseFormat::kQuaternionTranslation) {
     float f[7];
     std::memcpy(f, from, sizeof(f));
     pose = make_transform(rotation_of(f), vector_of(f + 4));
   } else {
     float f[16];
-    const bool rows = input.poses.format == PoseFormat::kMatrix3x4;
+    const bool rows = format == PoseFormat::kMatrix3x4;
     std::memcpy(f, from, rows ? 12 * sizeof(float) : sizeof(f));
     Matrix m;
     Vector t;
@@ -147,8 +146,8 @@ Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uin
     }
     pose = make_transform(orthonormal(m), t);
   }
-  if (!input.orientations.empty())
-    pose = make_transform(rotation_of(input.orientations.data + 4 * std::size_t{instance}), Vector::Zero()) * pose;
+  if (const float* const orientation = orientation_of(batch, instance))
+    pose = make_transform(rotation_of(orientation), Vector::Zero()) * pose;
   return pose;
 }
 

@@ -50,12 +50,11 @@ void copy_leaf(const LinkSide& side, Worker& worker) {
 // Poses the leaves of a link to the end of the set.
 void pose_leaves_of_link(const FrameContext& frame, const LinkSide& side, Worker& worker) {
   PosedLinkSet& set = worker.posed_links;
-  const BatchInput& input = *side.batch->input;
   const std::uint32_t instance = worker.posed.tile_of(side.slot).instances.instance[side.slot % kLanes];
   kernel::PoseLink pose;
-  pose.format = input.poses.format;
-  pose.pose = pose_of(*side.batch, instance) + side.leaves->link * (side.batch->link_stride / sizeof(float));
-  pose.orientation = input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
+  pose.format = side.batch->input->poses.format;
+  pose.pose = pose_of(*side.batch, instance, side.leaves->link);
+  pose.orientation = orientation_of(*side.batch, instance);
   pose.local = side.batch->link_bounds->tiles.data + side.leaves->first_tile;
   pose.leaf_count = side.leaves->leaf_count;
   pose.margin = kMarginShare * frame.margin;

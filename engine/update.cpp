@@ -25,16 +25,14 @@ bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
 // The arguments of the posing kernel for a tile. Unused lanes repeat its last instance.
 kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Worker& worker, std::uint8_t* flags) {
   const InstanceBatch& batch = *tile.batch;
-  const BatchInput& input = *batch.input;
   kernel::PoseTile pose;
   pose.articulation = batch.active;
-  pose.format = input.poses.format;
+  pose.format = batch.input->poses.format;
   pose.link_stride = batch.link_stride / sizeof(float);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t instance = tile.instances.instance[std::min(lane, tile.instances.count - 1)];
     pose.poses[lane] = pose_of(batch, instance);
-    pose.orientations[lane] =
-        input.orientations.empty() ? nullptr : input.orientations.data + 4 * std::size_t{instance};
+    pose.orientations[lane] = orientation_of(batch, instance);
   }
   pose.leaves = tile.boxes;
   pose.joints = worker.joints.data;

@@ -62,9 +62,16 @@ struct InstanceBatch {
 // Whether a refit makes axis-aligned boxes instead of oriented ones.
 inline bool is_axis_aligned(Refit refit) { return refit == Refit::kAabbHull || refit == Refit::kAabbVertices; }
 
-// The pose of an instance's first link, in the caller's layout.
-inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance) {
-  return batch.input->poses.data + instance * (batch.instance_stride / sizeof(float));
+// The pose of a link of an instance, in the caller's layout.
+inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link = 0) {
+  return batch.input->poses.data + instance * (batch.instance_stride / sizeof(float)) +
+         link * (batch.link_stride / sizeof(float));
+}
+
+// The orientation of an instance in the world: null if the caller gave none.
+inline const float* orientation_of(const InstanceBatch& batch, std::uint32_t instance) {
+  const Span<const float> all = batch.input->orientations;
+  return all.empty() ? nullptr : all.data + 4 * std::size_t{instance};
 }
 
 // One component of the origin of an instance in the world: 0 if the caller gave no origins.

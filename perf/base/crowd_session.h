@@ -95,6 +95,13 @@ class CrowdSession {
     return job.stats;
   }
 
+  // The characters of a group so that neighbours in the list are near each other in the last frame.
+  std::vector<std::uint32_t> spatial_order(std::size_t group, std::size_t count) {
+    std::vector<std::uint32_t> order(count);
+    require(cab::spatial_order(*engine_, batches_[group], {order.data(), order.size()}), "spatial order");
+    return order;
+  }
+
   const std::vector<std::vector<std::uint8_t>>& in_contact() const { return in_contact_; }
   Span<const Hit> hits() const { return {hits_.data(), hit_count_}; }
   std::size_t engine_bytes() const { return memory_.most(); }

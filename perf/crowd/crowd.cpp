@@ -8,6 +8,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "perf/base/crowd_session.h"
@@ -46,6 +48,53 @@ constexpr Counted kCounts[] = {
     {"masked instances", "instances_masked", &FrameStats::instances_masked},
 };
 
+// ------------------------------------------------------------------------------------------------------- the order
+
+// How the characters of a group are stored: character order[i] of the scene is character i of the engine. Empty: as in
+// the scene.
+using Order = std::vector<std::uint32_t>;
+
+template <class T>
+void reorder(const Order& order, std::vector<T>& values) {
+  const std::size_t per_character = values.size() / order.size();
+  std::vector<T> out;
+  out.reserve(values.size());
+  for (const std::uint32_t character : order) {
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(character * per_character);
+    out.insert(out.end(), first, first + static_cast<std::ptrdiff_t>(per_character));
+  }
+  values = std::move(out);
+}
+
+void reorder(const std::vector<Order>& orders, std::vector<scenes::PosedGroup>& posed) {
+  for (std::size_t g = 0; g < orders.size(); ++g) {
+    reorder(orders[g], posed[g].poses);
+    reorder(orders[g], posed[g].origins);
+    reorder(orders[g], posed[g].orientations);
+  }
+}
+
+// The hits of a frame with the scene's numbers of its characters, sorted by these.
+std::vector<Hit> scene_hits(const std::vector<Order>& orders, Span<const Hit> hits) {
+  std::vector<Hit> out(hits.begin(), hits.end());
+  if (orders.empty()) return out;
+  for (Hit& hit : out) {
+    hit.instance_a = orders[hit.batch_a.value - 1][hit.instance_a];
+    hit.instance_b = orders[hit.batch_b.value - 1][hit.instance_b];
+    if (hit.batch_a.value == hit.batch_b.value && hit.instance_b < hit.instance_a) {
+      std::swap(hit.instance_a, hit.instance_b);
+      std::swap(hit.link_a, hit.link_b);
+      std::swap(hit.leaf_a, hit.leaf_b);
+    }
+  }
+  const auto key = [](const Hit& hit) {
+    return std::make_tuple(hit.batch_a.value, hit.instance_a, hit.batch_b.value, hit.instance_b, hit.link_a,
+                           hit.link_b);
+  };
+  std::sort(out.begin(), out.end(), [&key](const Hit& a, const Hit& b) { return key(a) < key(b); });
+  return out;
+}
+
 // ----------------------------------------------------------------------------------------------------- the rounds
 
 // The poses of frames 0 .. frame_count - 1. They are made outside of the measured time.
@@ -60,12 +109,22 @@ class FramePoses {
   }
   const std::vector<scenes::PosedGroup>& at(std::uint32_t frame) {
     std::vector<scenes::PosedGroup>& posed = kept_.empty() ? last_ : kept_[frame];
-    if (kept_.empty() || posed.empty()) scenes::pose_crowd(crowd_, frame / kFramesPerSecond, posed);
+    if (kept_.empty() || posed.empty()) {
+      scenes::pose_crowd(crowd_, frame / kFramesPerSecond, posed);
+      reorder(orders_, posed);
+    }
     return posed;
   }
+  // Stores the characters of all frames in another order, by group.
+  void store_in(std::vector<Order> orders) {
+    orders_ = std::move(orders);
+    for (std::vector<scenes::PosedGroup>& posed : kept_) posed.clear();
+  }
+  const std::vector<Order>& orders() const { return orders_; }
 
  private:
   const scenes::Crowd& crowd_;
+  std::vector<Order> orders_;  // by group; empty: the scene's
   std::vector<std::vector<scenes::PosedGroup>> kept_;
   std::vector<scenes::PosedGroup> last_;
 };
@@ -87,7 +146,7 @@ struct CrowdRun {
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
 };
 
-void add_hits(scenes::BitHash& hash, std::uint32_t frame, Span<const Hit> hits) {
+void add_hits(scenes::BitHash& hash, std::uint32_t frame, const std::vector<Hit>& hits) {
   for (const Hit& hit : hits)
     for (const std::uint32_t number : {frame, hit.batch_a.value, hit.instance_a, std::uint32_t{hit.link_a},
                                        hit.batch_b.value, hit.instance_b, std::uint32_t{hit.link_b}})
@@ -95,13 +154,18 @@ void add_hits(scenes::BitHash& hash, std::uint32_t frame, Span<const Hit> hits) 
 }
 
 // Adds a frame's bytes; returns how many are set.
-std::uint64_t add_in_contact(scenes::BitHash& hash, const std::vector<std::vector<std::uint8_t>>& in_contact) {
+std::uint64_t add_in_contact(scenes::BitHash& hash, const std::vector<Order>& orders,
+                             std::vector<std::vector<std::uint8_t>> in_contact) {
   std::uint64_t count = 0;
-  for (const std::vector<std::uint8_t>& group : in_contact)
-    for (const std::uint8_t byte : group) {
+  for (std::size_t g = 0; g < in_contact.size(); ++g) {
+    const std::vector<std::uint8_t> stored = in_contact[g];
+    if (!orders.empty())
+      for (std::size_t i = 0; i < stored.size(); ++i) in_contact[g][orders[g][i]] = stored[i];
+    for (const std::uint8_t byte : in_contact[g]) {
       hash.add(std::uint32_t{byte});
       count += byte;
     }
+  }
   return count;
 }
 
@@ -114,6 +178,14 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   run.thread_count = session.thread_count();
   ProgressBar bar("frames", (std::uint64_t{options.rounds} + 1) * options.frame_count);
 
+  if (options.spatial_order) {
+    session.run(poses.at(0), options.policies, options.in_contact);
+    std::vector<Order> orders;
+    for (std::size_t g = 0; g < crowd.groups.size(); ++g)
+      orders.push_back(session.spatial_order(g, crowd.groups[g].count));
+    poses.store_in(std::move(orders));
+  }
+
   // The round that warms up also counts, and finds how many hits the buffer must hold.
   scenes::BitHash hash;
   std::vector<std::size_t> hit_counts;
@@ -121,8 +193,8 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
     const FrameStats stats = session.run(poses.at(f), options.policies, options.in_contact);
     add_stats(run.stats, stats);
     if (f == 0) run.first = stats;
-    add_hits(hash, f, session.hits());
-    if (options.in_contact) run.in_contact += add_in_contact(hash, session.in_contact());
+    add_hits(hash, f, scene_hits(poses.orders(), session.hits()));
+    if (options.in_contact) run.in_contact += add_in_contact(hash, poses.orders(), session.in_contact());
     hit_counts.push_back(session.hits().size);
     run.hits += session.hits().size;
     bar.advance(1);
@@ -178,7 +250,7 @@ std::string expectation(const CrowdRun& run) {
 void print_table(const CrowdOptions& options, const CrowdRun& run) {
   std::cout << options.scene << ": " << run.character_count << " characters of " << run.most_leaves << " boxes, "
             << options.frame_count << " frames, " << options.rounds << " rounds (" << to_string(run.isa) << ", threads "
-            << run.thread_count;
+            << run.thread_count << (options.spatial_order ? ", in spatial order" : "");
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     std::cout << ", " << policy_table()[f].name << ' '
               << policy_table()[f].values[policy_get(options.policies, f)].name;
@@ -234,6 +306,7 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["rounds"] = options.rounds;
   json["isa"] = to_string(run.isa);
   json["threads"] = run.thread_count;
+  json["spatial_order"] = options.spatial_order;
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json[policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
   const auto add_seconds = [&json](const std::string& key, const Spread& s) {

@@ -16,6 +16,7 @@ namespace cab::perf {
 
 struct CrowdOptions {
   std::string scene;
+  bool spatial_order = false;  // store the characters in the order of cab::spatial_order
   std::uint32_t character_count = 10000;
   std::uint32_t frame_count = 8;
   std::uint32_t rounds = 7;

@@ -175,6 +175,8 @@ TEST_CASE("a call inside another call on the same engine is refused as busy, and
         tally(add_batch(*at.engine, {{1}, 1, BatchKind::kCharacters}, &batch));
         Box box;
         tally(compute_boxes(*at.engine, at.world->members[0].poses.input({1}), {}, {&box, 1}));
+        std::uint32_t order;
+        tally(spatial_order(*at.engine, {1}, {&order, 1}));
         for (std::uint32_t t = 0; t < count; ++t) task(context, t, 0);
       }};
   Random random(2);

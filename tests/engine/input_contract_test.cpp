@@ -643,6 +643,13 @@ void check_boxes_short() {
   CHECK(compute_boxes(*call.engine, call.input, {}, {boxes.data(), count}) == Status::kOk);
 }
 
+void check_order_short() {
+  Call call;
+  std::vector<std::uint32_t> order(19);
+  CHECK(spatial_order(*call.engine, {1}, {order.data(), 18}) == Status::kBadOutput);
+  CHECK(spatial_order(*call.engine, {1}, {order.data(), 19}) == Status::kOk);
+}
+
 void check_vertices() {
   const float far = 1.0001e18f;
   for (const float bad : {kNan, kInfinity, -kInfinity, far}) {
@@ -903,6 +910,7 @@ std::vector<CallRow> call_rows() {
       {{"room for one hit too few, or for none", "`kHitsOverflow`, `hits_needed` is exact, nothing beyond is written"},
        check_one_short},
       {{"room for one box too few", "refused, `kBadOutput`"}, check_boxes_short},
+      {{"room for one instance too few in `spatial_order`", "refused, `kBadOutput`"}, check_order_short},
       {{"vertices of `fit_box`: none, part of one, not finite or above 1e18", "refused, `kBadVertices`"},
        check_vertices},
       {{"rest pose with numbers that a frame would mask", "refused, `kBadRestPose`"}, check_rest_numbers},

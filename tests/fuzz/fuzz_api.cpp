@@ -239,6 +239,13 @@ struct Session {
         for (const std::uint8_t flag : each.flags) FUZZ_CHECK(flag == 0xee);
       return;
     }
+    for (std::uint32_t b = 0; b < batches.size(); ++b) {
+      if (batches[b].instances > 64) continue;
+      std::vector<std::uint32_t> order(batches[b].instances);
+      FUZZ_CHECK(spatial_order(engine, {b + 1}, {order.data(), order.size()}) == Status::kOk);
+      std::sort(order.begin(), order.end());
+      for (std::uint32_t i = 0; i < order.size(); ++i) FUZZ_CHECK(order[i] == i);
+    }
     FUZZ_CHECK(job.hit_count <= job.hits.size);
     hits.resize(job.hit_count);
     FUZZ_CHECK(std::adjacent_find(hits.begin(), hits.end(), in_order) == hits.end());

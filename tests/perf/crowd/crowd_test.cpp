@@ -141,6 +141,23 @@ TEST_CASE("cab crowd --in-contact finds the same characters by every strategy an
     }
 }
 
+TEST_CASE("cab crowd --spatial-order has the same hits, with the scene's numbers of its characters") {
+  for (const char* scene : {"uniform", "line", "mixed"})
+    for (const bool in_contact : {false, true}) {
+      CAPTURE(std::string(scene));
+      Words words = {"--scene", scene};
+      if (in_contact) words.emplace_back("--in-contact");
+      const Json given = figures(words);
+      words.emplace_back("--spatial-order");
+      const Json ordered = figures(words);
+      CHECK(given["spatial_order"] == false);
+      CHECK(ordered["spatial_order"] == true);
+      CHECK(ordered["hits_hash"] == given["hits_hash"]);
+      CHECK(ordered[in_contact ? "in_contact" : "hits"] == given[in_contact ? "in_contact" : "hits"]);
+      CHECK(ordered[in_contact ? "in_contact" : "hits"] > 0);
+    }
+}
+
 TEST_CASE("cab crowd plays clips, at random places or along recorded ways") {
   const Sources sources;
   const Words clips = {"--clip", sources.anna, "--clip", sources.bert};
