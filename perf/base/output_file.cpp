@@ -115,8 +115,9 @@ OutputFile::OutputFile(const std::string& path) : path_(path), stream_(nullptr) 
     const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
     target_ = error ? path : target.string();
     aside_ = target_ + ".new-" + std::to_string(getpid());
+    remove_at_signals(aside_);  // before it exists: a signal may come at once
     file = open_new(aside_);
-    if (file >= 0) remove_at_signals(aside_);
+    if (file < 0) keep_at_signals(aside_);
     if (file >= 0 && exists) fchmod(file, status.st_mode & 07777);
   }
   if (file < 0) {
