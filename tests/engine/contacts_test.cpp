@@ -80,25 +80,29 @@ struct RandomShapes {
 
 TEST_CASE("the contact of two links is the deepest of all their leaves, the hit names the lowest that touch") {
   const std::vector<ConvexPart> balls = {ball(1, 0, 0, 0), ball(1, 3, 0, 0)};
-  for (const Exact exact : {Exact::kConvex, Exact::kFcl}) {
-    CAPTURE(static_cast<int>(exact));
-    World world;
-    world.contacts = true;
-    world.members = {member_at(rig_of(balls), {{{1e6, 0, 0}}}), member_at(rig_of(balls), {{{1e6 + 1.75, 0, 0}}})};
-    world.rules = {{{1}, {2}, Pairing::kBetween}};
-    const Outcome outcome = outcome_of(world, {Refit::kCab, Strategy::kTree, exact});
-    REQUIRE(outcome.hits.size() == 1);
-    CHECK(outcome.hits[0].leaf_a == 0);
-    CHECK(outcome.hits[0].leaf_b == 0);
-    const Contact& contact = outcome.contacts[0];
-    // Leaf 1 of a is 1.25 to the right of leaf 0 of b, 0.75 deep; all other pairs overlap by less.
-    CHECK(contact.leaf_a == 1);
-    CHECK(contact.leaf_b == 0);
-    CHECK(std::fabs(contact.depth - 0.75f) < 1e-5f);
-    CHECK(std::fabs(contact.normal[0] + 1) < 1e-4f);
-    CHECK(std::fabs(contact.point_a[0] - 2) < 1e-3f);  // relative to the origin of a
-    CHECK(std::fabs(contact.point_b[0] - 2.75f) < 1e-3f);
-  }
+  for (const Exact exact : {Exact::kConvex, Exact::kFcl})
+    for (const bool swapped : {false, true}) {
+      CAPTURE(static_cast<int>(exact));
+      CAPTURE(swapped);
+      World world;
+      world.contacts = true;
+      world.members = {member_at(rig_of(balls), {{{1e6, 0, 0}}}), member_at(rig_of(balls), {{{1e6 + 1.75, 0, 0}}})};
+      if (swapped) std::swap(world.members[0], world.members[1]);
+      world.rules = {{{1}, {2}, Pairing::kBetween}};
+      const Outcome outcome = outcome_of(world, {Refit::kCab, Strategy::kTree, exact});
+      REQUIRE(outcome.hits.size() == 1);
+      CHECK(outcome.hits[0].leaf_a == 0);
+      CHECK(outcome.hits[0].leaf_b == 0);
+      const Contact& contact = outcome.contacts[0];
+      // Leaf 1 of the left link is 1.25 to the right of leaf 0 of the other, 0.75 deep; all other pairs overlap by less.
+      const float on_a = contact.point_a[0], on_b = contact.point_b[0];  // relative to the origin of a
+      CHECK(contact.leaf_a == (swapped ? 0 : 1));
+      CHECK(contact.leaf_b == (swapped ? 1 : 0));
+      CHECK(std::fabs(contact.depth - 0.75f) < 1e-5f);
+      CHECK(std::fabs(contact.normal[0] - (swapped ? 1 : -1)) < 1e-4f);
+      CHECK(std::fabs(on_a - (swapped ? 1.0f : 2.0f)) < 1e-3f);
+      CHECK(std::fabs(on_b - (swapped ? 0.25f : 2.75f)) < 1e-3f);
+    }
 }
 
 TEST_CASE("of equally deep contacts the one of the lowest leaves is taken") {
