@@ -94,7 +94,7 @@ TEST_CASE("the contact of two links is the deepest of all their leaves, the hit 
       CHECK(outcome.hits[0].leaf_a == 0);
       CHECK(outcome.hits[0].leaf_b == 0);
       const Contact& contact = outcome.contacts[0];
-      // Leaf 1 of the left link is 1.25 to the right of leaf 0 of the other, 0.75 deep; all other pairs overlap by less.
+      // Leaf 1 of the left link is 1.25 to the right of leaf 0 of the other, 0.75 deep; other pairs overlap by less.
       const float on_a = contact.point_a[0], on_b = contact.point_b[0];  // relative to the origin of a
       CHECK(contact.leaf_a == (swapped ? 0 : 1));
       CHECK(contact.leaf_b == (swapped ? 1 : 0));
