@@ -2,6 +2,7 @@
 #include "perf/oracle/containment.h"
 #include "perf/oracle/float_frame.h"
 #include "perf/oracle/random_world.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -12,6 +13,7 @@ namespace {
 using namespace cab;
 using namespace cab::oracle;
 using oracle::Quad;
+using tests::rounds;
 
 bool is_oriented(const Policies& policies) { return policies.refit < Refit::kAabbHull; }
 
@@ -129,7 +131,7 @@ TEST_CASE("merging child bounds and refitting from the leaves below give the sam
 }
 
 TEST_CASE("boxes have the same bits on every instruction set, for every kind of batch and any neighbours") {
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds(12); ++seed) {
     CAPTURE(seed);
     Random random(seed);
     World world;

@@ -2,6 +2,7 @@
 #include "engine/engine.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
+#include "tests/rounds.h"
 
 #include <doctest/doctest.h>
 
@@ -170,6 +171,10 @@ TEST_CASE(
   }
   for (const Strategy strategy : {Strategy::kBrute, Strategy::kTree, Strategy::kRows, Strategy::kLinks}) {
     CAPTURE(static_cast<int>(strategy));
+    if (strategy == Strategy::kBrute && tests::runs_fewer_rounds()) {
+      MESSAGE("skipped with one in several rounds: brute takes a minute");
+      continue;
+    }
     const Policies policies = {Refit::kCab, strategy, Exact::kNone};
     Outcome expected[2];
     for (const World* world : {&dense, &thin}) {

@@ -8,6 +8,7 @@
 #include "scenes/scene_list.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/engine/thread_sanitizer.h"
+#include "tests/rounds.h"
 #include "tests/scenes/crowd/made_crowds.h"
 #include "tests/scenes/temporary_file.h"
 
@@ -221,8 +222,8 @@ TEST_CASE("a crowd's hits are the same for every strategy, instruction set and t
   tests::ThreadPool three(3);
   const Scheduler callers = three.scheduler();
   for (const std::uint32_t count : {200u, 2000u, 20000u}) {
-    if (tests::kThreadSanitizer && count > 200) {
-      MESSAGE("under ThreadSanitizer not with " << count << " characters: it takes minutes");
+    if ((tests::kThreadSanitizer && count > 200) || (tests::runs_fewer_rounds() && count > 2000)) {
+      MESSAGE("skipped under a sanitizer: " << count << " characters take minutes");
       continue;
     }
     CAPTURE(count);
