@@ -272,7 +272,7 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
     if (batch.kind != BatchKind::kCharacters) continue;
     engine.pool.tasks->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
       Worker& worker = engine.pool[w];
-      const Timed timed(worker.stats.seconds_update);
+      const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
       for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
         prefetch_pose(batch, i);
       batch.live[tile] = static_cast<std::uint16_t>(update_and_flag_tile(

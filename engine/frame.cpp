@@ -51,7 +51,8 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
   bound_characters(characters, job.inputs, engine);
   {
-    const Timed timed(engine.pool[0].stats.seconds_broad);
+    FrameStats& stats = engine.pool[0].stats;
+    const Timed timed(stats.seconds_broad), built(stats.seconds_grid);
     build_grid(engine.stored_batches(), engine.broad_phase.grid, engine.pool);
   }
   pair_characters(characters, engine, sink);

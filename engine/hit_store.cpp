@@ -148,7 +148,8 @@ void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sin
       found += count;
     }
     pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
-      const Timed timed(pool[w].stats.seconds_query);
+      FrameStats& stats = pool[w].stats;
+      const Timed timed(stats.seconds_query), written(stats.seconds_write);
       std::size_t at = batch.stored_before[task];
       run(task, [&](std::uint32_t i) {
         const std::uint32_t ahead = std::min(i + kPrefetched, batch.instance_count - 1);

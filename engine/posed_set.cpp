@@ -87,6 +87,7 @@ void pose_set(const FrameContext& frame, Worker& worker) {
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = frame.batch(tile.batch);
     const std::uint32_t leaves = batch.active->leaf_count;
+    worker.stats.instances_posed += tile.instances.count;
     update_tile(frame, {&batch, tile.instances, refit_scope(batch.strategy), worker.boxes.data, worker.bounds.data},
                 worker);
     if (is_axis_aligned(policies.refit))

@@ -4,6 +4,7 @@
 
 #include "engine/in_contact.h"
 #include "engine/pair_block.h"
+#include "engine/timed.h"
 #include "engine/worker.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
@@ -254,8 +255,15 @@ CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t
 template <class AosBox>
 void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
   CandidateBoxes<AosBox> sides[kChunkCandidates];
-  for (std::uint32_t at = begin; at < end; ++at)
-    if (!descends_trees(frame, worker.candidates.data[at])) sides[at] = filter_candidate<AosBox>(frame, at, worker);
+  {
+    const Timed timed(worker.stats.seconds_filter);
+    for (std::uint32_t at = begin; at < end; ++at) {
+      if (descends_trees(frame, worker.candidates.data[at])) continue;
+      const std::uint32_t before = worker.found.size;
+      sides[at] = filter_candidate<AosBox>(frame, at, worker);
+      worker.stats.candidates_apart += worker.found.size == before;
+    }
+  }
   PairBlock<AosBox> block;
   block.boxes.shift = &block.shift;
   block.boxes.leaves = 0xffff;

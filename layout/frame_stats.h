@@ -19,6 +19,12 @@ inline void add_stats(FrameStats& sum, const FrameStats& part) {
   sum.seconds_query += part.seconds_query;
   sum.seconds_contact += part.seconds_contact;
   sum.seconds_total += part.seconds_total;
+  sum.instances_posed += part.instances_posed;
+  sum.candidates_apart += part.candidates_apart;
+  sum.seconds_bound += part.seconds_bound;
+  sum.seconds_grid += part.seconds_grid;
+  sum.seconds_filter += part.seconds_filter;
+  sum.seconds_write += part.seconds_write;
 }
 
 }  // namespace cab

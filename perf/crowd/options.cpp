@@ -116,6 +116,7 @@ Command add_crowd(CLI::App& app) {
   add_detail_ropes_and_rigs(command, o);
   add_policies(command, o.policies);
   command.add_flag("--in-contact", o.in_contact, "report which characters touch anything, instead of hits");
+  command.add_flag("--profile", o.profile, "print where the time goes: the parts of each phase, and what causes them");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the table as JSON");

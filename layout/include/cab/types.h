@@ -417,6 +417,16 @@ struct FrameStats {
   double seconds_query = 0;            // exact tests, reporting hits, and contacts: t[query]
   double seconds_contact = 0;          // contacts, which seconds_query includes
   double seconds_total = 0;            // wall time of the call
+
+  // Where the time of characters goes. The rest of each phase is: posing again, searching, box tests, sorting and exact
+  // tests.
+  std::uint64_t instances_posed = 0;  // how often a character was posed again for tests; depends on the threads
+  std::uint64_t candidates_apart =
+      0;                      // candidates no two of whose leaves have bounds that overlap; 0 without leaf bounds
+  double seconds_bound = 0;   // of seconds_update: posing every character for its bounds
+  double seconds_grid = 0;    // of seconds_broad: building the grid
+  double seconds_filter = 0;  // of seconds_test: comparing the bounds of leaves
+  double seconds_write = 0;   // of seconds_query: writing the hits in their order
 };
 
 // One frame: what is posed, what is paired and how, and where the answer goes. Every batch with input is posed. Batches
