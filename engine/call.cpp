@@ -11,6 +11,7 @@ Call::~Call() {
   if (!admitted_) return;
   for (const auto& slot : engine_.batches) {
     slot->batch.input = nullptr;
+    slot->batch.instance_count = slot->batch.capacity;
     slot->batch.pairs_between = slot->batch.pairs_within = false;
   }
   engine_.busy.clear(std::memory_order_release);
@@ -20,6 +21,7 @@ void Call::bind(const BatchInput& input) {
   InstanceBatch& batch = engine_.batch(input.batch);
   batch.input = &input;
   batch.active = batch.articulation;
+  batch.instance_count = input.count == kAllInstances ? batch.capacity : input.count;
   const std::size_t pose_bytes = kernel::pose_float_count(input.poses.format) * sizeof(float);
   batch.link_stride = input.poses.link_stride ? input.poses.link_stride : pose_bytes;
   batch.instance_stride =

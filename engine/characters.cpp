@@ -270,6 +270,8 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
   for (const BatchInput& input : inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
+    for (std::uint32_t tile = tile_count(batch.instance_count); tile < tile_count(batch.capacity); ++tile)
+      batch.live[tile] = 0;
     engine.pool.tasks->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
       Worker& worker = engine.pool[w];
       const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);

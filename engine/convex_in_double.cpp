@@ -32,7 +32,8 @@ kernel::ConvexAnswer answer_about_ball(const ConvexPair& pair, bool is_of_a, dou
   const auto support = [&](const Double3& d, std::uint32_t) {
     const Double3 own = shrunk(d), in_a = is_of_a ? own : kernel::rotate(axis, own);
     const Double3 on_a = pair.farthest_of_a(in_a), on_b = pair.farthest_of_b({-in_a.x, -in_a.y, -in_a.z});
-    is_apart = is_apart || dot(in_a, on_a - on_b) < -(radius + pair.slack()) * length(in_a);
+    is_apart = is_apart || (dot(in_a, in_a) > kLeastDirectionSqDouble &&
+                            dot(in_a, on_a - on_b) < -(radius + pair.slack()) * length(in_a));
     // Without the ellipsoid, with the balls.
     const Double3 ball = (radius / length(in_a)) * in_a;
     const Double3 rest = is_of_a ? ball - on_b : (on_a - pair.t()) + ball;

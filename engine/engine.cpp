@@ -143,7 +143,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     slot->fcl_shapes = articulation_slot.fcl_shapes.get();
     slot->convex_shapes = &articulation_slot.convex_shapes;
     batch.kind = desc.kind;
-    batch.instance_count = desc.instance_count;
+    batch.capacity = batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
       batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
       batch.hit_chains = slot->arena.allocate<HitChain>(desc.instance_count);

@@ -49,13 +49,22 @@ Matrix rotation_of(const float* q) {
 }
 
 // Makes the columns of a matrix orthonormal as the posing kernel does, but in double: Gram-Schmidt, where the first
-// column keeps its direction.
+// column keeps its direction. A mirrored matrix stays mirrored.
 Matrix orthonormal(Matrix m) {
   m.col(0).normalize();
   m.col(1) -= m.col(1).dot(m.col(0)) * m.col(0);
   m.col(1).normalize();
-  m.col(2) = m.col(0).cross(m.col(1));
+  const Vector right_handed = m.col(0).cross(m.col(1));
+  m.col(2) = right_handed.dot(m.col(2)) < 0 ? Vector(-right_handed) : right_handed;
   return m;
+}
+
+// The axes of a part in a query, from those of its posed frame. FCL takes rotations only. A mirrored part is the part
+// rotated, if it is symmetric across its plane of y and z, as all but hulls are. Hulls are known by their vertices
+// alone, which a mirrored matrix moves like any other.
+Matrix query_axes(const FclPart& part, Matrix axes) {
+  if (part.kind != ShapeKind::kConvexHull && axes.determinant() < 0) axes.col(0) = -axes.col(0);
+  return axes;
 }
 
 Transform make_transform(const Matrix& rotation, const Vector& translation) {
@@ -253,8 +262,8 @@ Query make_query(const PosedPart& a, const PosedPart& b) {
   const Vector between = b.pose.translation() - a.pose.translation();
   const double size = a.part->radius + b.part->radius + between.norm();
   const double unit = size > 0 ? std::ldexp(1.0, std::ilogb(size)) : 1, scale = 1 / unit;
-  return {{a.part, scale, a.pose.linear(), Vector::Zero()},
-          {b.part, scale, b.pose.linear(), between * scale},
+  return {{a.part, scale, query_axes(*a.part, a.pose.linear()), Vector::Zero()},
+          {b.part, scale, query_axes(*b.part, b.pose.linear()), between * scale},
           unit,
           a.pose.translation(),
           kGapRounding * (a.reach + b.reach) * scale};

@@ -35,8 +35,8 @@ Needs needs_of(const Engine& engine) {
     if (batch.kind == BatchKind::kSequence) {
       sequence_nodes += articulation.node_count;
     } else {
-      needs.character_instances += batch.instance_count;
-      needs.character_tiles += tile_count(batch.instance_count);
+      needs.character_instances += batch.capacity;
+      needs.character_tiles += tile_count(batch.capacity);
       needs.several_leaves = needs.several_leaves || batch.link_bounds->has_several_leaves;
       needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
       needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));

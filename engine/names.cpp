@@ -24,7 +24,8 @@ const char* to_string(Status status) noexcept {
     case Status::kTooManyLinks: return "link_parents holds more than 1024 links";
     case Status::kNoLeaves: return "leaves is empty, but an articulation needs at least one leaf";
     case Status::kTooManyLeaves: return "leaves holds more than 1024 leaves";
-    case Status::kBadParent: return "link_parents must be -1 for the first link and an earlier link for every other";
+    case Status::kBadParent:
+      return "link_parents must be -1 for the first link, and -1 or an earlier link for every other";
     case Status::kBadJoint: return "link_joints must be empty or hold one finite point per link";
     case Status::kBadLeafLink: return "link of a leaf is not the index of a link";
     case Status::kBadLeafBox: return "box of a leaf is not finite, has a negative half extent or exceeds 1e18";
@@ -52,6 +53,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadFlags: return "flags must be empty or hold one byte per instance";
     case Status::kBadLayers: return "layers and layer_masks must each be empty or hold one word per instance";
     case Status::kBadInContact: return "in_contact must be empty or hold one byte per instance";
+    case Status::kBadCount: return "count is above the batch's instance_count, or not all of a sequence";
     case Status::kBadPairRule: return "rules names a batch without input, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "rules pairs the same two batches twice in the same way";
     case Status::kBadPolicy: return "policies holds a value that its enumeration lacks";
@@ -62,10 +64,12 @@ const char* to_string(Status status) noexcept {
     case Status::kBadHitBuffer:
       return "hits has a size and no data, or contacts is not as long as hits where it must be";
     case Status::kContactsNeedExact: return "contacts, distances and min_depth need an exact test, such as convex";
+    case Status::kBadInstance: return "instance is not one of the batch's instances in this call";
     case Status::kBadPairs:
       return "pairs names a batch without input, a missing instance, a link without leaves, or a link twice";
     case Status::kBadOutput: return "an output is null or too small";
     case Status::kHitsOverflow: return "hits is too small for all hits";
+    case Status::kUnsortedHits: return "a list of hits has a size and no data, or is not in the order of run_frame";
   }
   return "unknown status";
 }

@@ -54,18 +54,20 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   if (input.batch.value == 0 || input.batch.value > engine.batches.size()) return Status::kUnknownBatch;
   const InstanceBatch& batch = engine.batches[input.batch.value - 1]->batch;
   if (!valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
-  const std::size_t n = batch.instance_count;
-  if (!input.origins.empty()) {
-    if (!input.origins.data || input.origins.size != 3 * n) return Status::kBadOrigins;
-    for (const double value : input.origins)
-      if (!std::isfinite(value)) return Status::kBadOrigins;
-  }
-  if (!input.orientations.empty() && (!input.orientations.data || input.orientations.size != 4 * n))
-    return Status::kBadOrientations;
-  if (!input.flags.empty() && (!input.flags.data || input.flags.size != n)) return Status::kBadFlags;
-  for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks})
-    if (!words.empty() && (!words.data || words.size != n)) return Status::kBadLayers;
-  if (!input.in_contact.empty() && (!input.in_contact.data || input.in_contact.size != n)) return Status::kBadInContact;
+  const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
+  if (n > most || (n < most && batch.kind == BatchKind::kSequence)) return Status::kBadCount;
+  // Whether an array is empty, or has data and `per_instance` entries for each instance.
+  const auto fits = [=](const auto& span, std::size_t per_instance) {
+    return span.empty() || (span.data && span.size >= per_instance * n && span.size <= per_instance * most);
+  };
+  if (!fits(input.origins, 3)) return Status::kBadOrigins;
+  if (!input.origins.empty() &&
+      !std::all_of(input.origins.data, input.origins.data + 3 * n, [](double value) { return std::isfinite(value); }))
+    return Status::kBadOrigins;
+  if (!fits(input.orientations, 4)) return Status::kBadOrientations;
+  if (!fits(input.flags, 1)) return Status::kBadFlags;
+  if (!fits(input.layers, 1) || !fits(input.layer_masks, 1)) return Status::kBadLayers;
+  if (!fits(input.in_contact, 1)) return Status::kBadInContact;
   return Status::kOk;
 }
 

@@ -36,7 +36,7 @@ inline void point_lanes(const float* first, std::size_t stride, std::uint32_t li
 
 inline bool is_rotated(const PoseTile& tile) { return tile.orientations[0] != nullptr; }
 
-// Rotation and translation of a link, one instance per lane.
+// Rotation, mirrored or not, and translation of a link, one instance per lane.
 template <class V>
 struct RigidLanes {
   Vec3<V> column[3];
@@ -98,18 +98,19 @@ CAB_INLINE void polish(Vec3<V> (&axis)[3]) {
   axis[2] = cross(axis[0], axis[1]);
 }
 
-// True lanes hold a rotation, within kRigidTolerance.
+// True lanes hold a rotation, mirrored or not, within kRigidTolerance.
 template <class V>
 CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
   const V tolerance(kRigidTolerance), one(1.0f);
-  Mask<V> ok = dot(cross(c[0], c[1]), c[2]) > V(0.0f);
-  for (int k = 0; k < 3; ++k) ok = both(ok, abs(dot(c[k], c[k]) - one) <= tolerance);
+  Mask<V> ok = abs(dot(c[0], c[0]) - one) <= tolerance;
+  for (int k = 1; k < 3; ++k) ok = both(ok, abs(dot(c[k], c[k]) - one) <= tolerance);
   return both(ok, both(both(abs(dot(c[0], c[1])) <= tolerance, abs(dot(c[0], c[2])) <= tolerance),
                        abs(dot(c[1], c[2])) <= tolerance));
 }
 
-// A leaf box of one link in the instance's frame. local: the box in the link's frame. body: the padding without the
-// part that depends on the link's translation. translation: the padding per unit of that translation.
+// A leaf box of one link in the instance's frame, right-handed even if the link is mirrored. local: the box in the
+// link's frame. body: the padding without the part that depends on the link's translation.
+// translation: the padding per unit of that translation.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float translation) {
   BoxLanes<V> box;
@@ -188,7 +189,9 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std
     checks.finite =
         both(checks.finite, both(in_range(out.column[0]), both(in_range(out.column[1]), in_range(out.column[2]))));
     checks.rigid = both(checks.rigid, is_rigid(out.column));
+    const V hand = select(dot(cross(out.column[0], out.column[1]), out.column[2]) < V(0.0f), V(-1.0f), V(1.0f));
     for (int i = 0; i < (kIsDouble<V> ? 4 : 2); ++i) polish(out.column);
+    out.column[2] = hand * out.column[2];  // polish leaves a right-handed frame
   }
   checks.finite = both(checks.finite, in_range(out.translation));
   return out;

@@ -160,8 +160,7 @@ Fault check_links(const ArticulationDesc& desc) {
   if (desc.link_parents.size > kMaxLinks) return {Status::kTooManyLinks, kMaxLinks};
   for (std::size_t link = 0; link < desc.link_parents.size; ++link) {
     const std::int32_t parent = desc.link_parents[link];
-    if (link == 0 ? parent != -1 : parent < 0 || static_cast<std::size_t>(parent) >= link)
-      return {Status::kBadParent, link};
+    if (parent < -1 || parent >= static_cast<std::int32_t>(link)) return {Status::kBadParent, link};
   }
   if (desc.link_joints.size == 0) return {};
   if (desc.link_joints.size != 3 * desc.link_parents.size || !desc.link_joints.data) return {Status::kBadJoint, 0};
@@ -214,9 +213,9 @@ void plan_posing(Articulation& articulation, Arena& arena) {
   std::vector<bool> has_child(articulation.link_count, false);
   articulation.is_chain = true;
   for (std::size_t link = 1; link < articulation.link_count; ++link) {
-    const auto parent = static_cast<std::size_t>(articulation.link_parent[link]);
-    articulation.is_chain = articulation.is_chain && !has_child[parent];
-    has_child[parent] = true;
+    const std::int32_t parent = articulation.link_parent[link];
+    articulation.is_chain = articulation.is_chain && parent >= 0 && !has_child[static_cast<std::size_t>(parent)];
+    if (parent >= 0) has_child[static_cast<std::size_t>(parent)] = true;
   }
   articulation.posed_links = constant(arena.copy(Span<const PosedLink>{posed.data(), posed.size()}));
 }
@@ -228,18 +227,20 @@ void append_ignored(Span<const LinkPair> pairs, IgnoredReason reason, std::vecto
                      static_cast<std::uint16_t>(std::max(pair.a, pair.b)), reason});
 }
 
-// Appends every pair of links that are at most most_hops joints apart.
+// Appends every pair of links that are at most most_hops joints apart. Links of two trees are endlessly far apart.
 void append_within_hops(Span<const std::int32_t> parents, std::uint32_t most_hops, std::vector<IgnoredPair>& out) {
+  constexpr std::uint32_t kEndless = 0xffffffff;
   if (most_hops == 0) return;
   const std::size_t count = parents.size;
-  std::vector<std::uint16_t> hops(count * count, 0);
+  std::vector<std::uint32_t> hops(count * count, 0);
   for (std::size_t b = 1; b < count; ++b) {
-    const auto parent = static_cast<std::size_t>(parents[b]);
     for (std::size_t a = 0; a < b; ++a) {
       // Every link below b has a higher index than b, so the path up from a ends at b's parent.
-      const auto apart = static_cast<std::uint16_t>(hops[a * count + parent] + 1);
+      std::uint32_t apart = kEndless;
+      if (parents[b] >= 0) apart = hops[a * count + static_cast<std::size_t>(parents[b])];
+      if (apart != kEndless) ++apart;
       hops[a * count + b] = hops[b * count + a] = apart;
-      if (apart <= most_hops)
+      if (apart != kEndless && apart <= most_hops)
         out.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), kIgnoredByHops});
     }
   }

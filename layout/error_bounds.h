@@ -129,6 +129,9 @@ inline constexpr float kTetrahedronRounding = 0x1p-16f;
 inline constexpr float kAcrossTiny = 0x1p-100f;
 inline constexpr double kAcrossTinyDouble = 0x1p-900;
 
+// In double a plane counts if the square of its direction's length is above this; step 9.8.
+inline constexpr double kLeastDirectionSqDouble = 0x1p-400;
+
 // A point counts as in an ellipsoid up to this share of its radii. 16 u; step 9.4: 12 u.
 inline constexpr float kEllipsoidInside = 0x1p-20f;
 

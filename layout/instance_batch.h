@@ -36,7 +36,8 @@ struct InstanceBatch {
   const Articulation* articulation = nullptr;
   const LinkBounds* link_bounds = nullptr;
   BatchKind kind = BatchKind::kCharacters;
-  std::uint32_t instance_count = 0;
+  std::uint32_t capacity = 0;        // BatchDesc::instance_count
+  std::uint32_t instance_count = 0;  // of the current call; between calls the capacity
 
   // Characters: all that is stored per instance. Boxes are made where they are tested.
   Span<InstanceBounds> bounds;

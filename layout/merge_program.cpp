@@ -25,6 +25,35 @@ class Builder {
     }
   }
 
+  // Emits the steps of all links: each tree's, and then merges of the trees in pairs.
+  void build() {
+    std::vector<std::vector<std::uint32_t>> trees;
+    std::vector<std::size_t> tree_of(parents_.size);
+    for (std::uint32_t link = 0; link < parents_.size; ++link) {
+      if (parents_[link] < 0) trees.emplace_back();
+      tree_of[link] = parents_[link] < 0 ? trees.size() - 1 : tree_of[static_cast<std::size_t>(parents_[link])];
+      trees[tree_of[link]].push_back(link);
+    }
+    std::vector<std::uint16_t> roots;
+    for (const std::vector<std::uint32_t>& links : trees) {
+      const bool has_leaf = std::any_of(links.begin(), links.end(), [this](std::uint32_t l) { return weight_[l] > 0; });
+      if (has_leaf) roots.push_back(build_links(links));
+    }
+    while (roots.size() > 1) {
+      std::vector<std::uint16_t> merged;
+      for (std::size_t i = 0; i < roots.size(); i += 2)
+        merged.push_back(i + 1 < roots.size() ? emit(roots[i], roots[i + 1], kNoJoint) : roots[i]);
+      roots = std::move(merged);
+    }
+  }
+
+  const std::vector<MergeStep>& steps() const { return steps_; }
+  const std::vector<std::uint16_t>& node_leaf_count() const { return node_leaf_count_; }
+  const std::vector<std::uint16_t>& node_first_leaf() const { return node_first_leaf_; }
+  const std::vector<std::uint16_t>& leaf_sequence() const { return leaf_sequence_; }
+  std::uint32_t root_depth() const { return node_depth_.back(); }
+
+ private:
   // Emits the steps of a connected set of links, in ascending order, with at least one leaf. Returns the node it makes.
   std::uint16_t build_links(const std::vector<std::uint32_t>& links) {
     const std::uint32_t cut = best_cut(links);
@@ -39,15 +68,8 @@ class Builder {
     return emit(left, right, static_cast<std::uint16_t>(cut));
   }
 
-  const std::vector<MergeStep>& steps() const { return steps_; }
-  const std::vector<std::uint16_t>& node_leaf_count() const { return node_leaf_count_; }
-  const std::vector<std::uint16_t>& node_first_leaf() const { return node_first_leaf_; }
-  const std::vector<std::uint16_t>& leaf_sequence() const { return leaf_sequence_; }
-  std::uint32_t root_depth() const { return node_depth_.back(); }
-
- private:
   // The link whose joint with its parent halves the leaves of the set best, or 0 if no joint has leaves on both sides.
-  // (Link 0 has no parent, so it is never cut.)
+  // (The first link of the set has no parent in it, so it is never cut.)
   std::uint32_t best_cut(const std::vector<std::uint32_t>& links) {
     for (const std::uint32_t link : links) below_[link] = weight_[link];
     for (std::size_t i = links.size(); i-- > 1;)
@@ -116,9 +138,7 @@ Span<const T> keep(const std::vector<T>& values, Arena& arena) {
 MergeProgram build_merge_program(Span<const std::int32_t> link_parents, Span<const std::uint16_t> leaf_links,
                                  Arena& arena) {
   Builder builder(link_parents, leaf_links);
-  std::vector<std::uint32_t> links(link_parents.size);
-  for (std::uint32_t link = 0; link < links.size(); ++link) links[link] = link;
-  builder.build_links(links);
+  builder.build();
   MergeProgram program;
   program.steps = keep(builder.steps(), arena);
   program.node_leaf_count = keep(builder.node_leaf_count(), arena);

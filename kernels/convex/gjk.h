@@ -125,6 +125,14 @@ struct GjkPair {
   V rounding;  // of a product of three edges
 };
 
+// The square of the length below which the support along a direction may be off. Where shapes are apart, v is no
+// shorter than their distance, but for rounding: in double a plane may be worth more than the length of its v.
+template <class V>
+CAB_INLINE V least_direction_sq(V apart_sq) {
+  if constexpr (kIsDouble<V>) return kLeastDirectionSqDouble;
+  return apart_sq;
+}
+
 // The answer for the lanes of V. support(d, active) returns the point of a - b farthest along d, without the ball.
 template <class V, class Support>
 CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std::uint32_t active, Support&& support) {
@@ -141,9 +149,9 @@ CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std
     if (!active) break;
     const Vec3<V> p = support(Vec3<V>{zero - v.x, zero - v.y, zero - v.z}, active);
     const V gap = dot(v, p);
-    // Where shapes are apart, v is no shorter than their distance. The support along a shorter v may be off.
     const V apart_sq = apart_from * apart_from;
-    const std::uint32_t apart = bits(both(both(gap > zero, v_sq > apart_sq), gap * gap > apart_sq * v_sq)) & active;
+    const Mask<V> has_support = v_sq > least_direction_sq(apart_sq);
+    const std::uint32_t apart = bits(both(both(gap > zero, has_support), gap * gap > apart_sq * v_sq)) & active;
     answer.apart |= apart;
     active &= ~apart;
     Mask<V> contains = zero < zero;

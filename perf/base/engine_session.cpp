@@ -173,6 +173,22 @@ FrameStats EngineSession::run(const Policies& policies, bool contacts,
   return sum;
 }
 
+std::optional<MaskedPose> EngineSession::first_masked() const {
+  for (std::uint32_t block = 0; block < block_count(); ++block) {
+    const std::uint32_t first = frames_.first + block * full_.frame_count;
+    const FrameRange frames = {first, std::min(first + full_.frame_count, frames_.end)};
+    const BatchSet& set = frames.count() == full_.frame_count ? full_ : last_;
+    for (std::uint32_t i = 0; i < frames.count(); ++i)
+      for (std::uint32_t c = 0; c < set.batches.size(); ++c) {
+        MaskReason reason;
+        const std::uint32_t instance = scene_.characters[c].is_static ? 0 : i;
+        require(why_masked(*engine_, input(c, set.batches[c], frames), instance, &reason), scene_.characters[c].name);
+        if (reason.cause != MaskCause::kNone) return MaskedPose{c, first + i, reason};
+      }
+  }
+  return std::nullopt;
+}
+
 std::vector<IgnoredPair> EngineSession::ignored_pairs(std::uint32_t character) const {
   const std::string& name = scene_.characters[character].name;
   ArticulationInfo info;

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "perf/oracle/engine_ptr.h"
@@ -58,6 +59,12 @@ struct CharacterBoxes {
   std::uint8_t flags = 0;  // InstanceFlag bits
 };
 
+// A pose that the engine masks, and why.
+struct MaskedPose {
+  std::uint32_t character, frame;
+  MaskReason reason;
+};
+
 class EngineSession {
  public:
   // The session tests the scene's pairs or, if the scene names no pairs, every two characters that are not both static.
@@ -74,6 +81,9 @@ class EngineSession {
 
   // Runs all blocks in order, calls on_block for each and returns the sum of their stats.
   FrameStats run(const Policies& policies, bool contacts, const std::function<void(const BlockResult&)>& on_block);
+
+  // The first pose that is masked, by frames within a block, or none.
+  std::optional<MaskedPose> first_masked() const;
 
   // Which links of one character are never tested against each other, and why.
   std::vector<IgnoredPair> ignored_pairs(std::uint32_t character) const;

@@ -12,7 +12,8 @@ namespace cab::oracle {
 
 using ExactBox = OracleBox<Real>;
 
-// What a stored pose means: a quaternion of any length, or a matrix made orthonormal with its first column kept.
+// What a stored pose means: a quaternion of any length, or a matrix, mirrored or not, made orthonormal with its first
+// column kept.
 inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uint32_t link) {
   const float* const f = poses.pose(instance, link);
   ExactPose out{};
@@ -29,7 +30,8 @@ inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uin
     m[0] = (1 / std::sqrt(dot(m[0], m[0]))) * m[0];
     m[1] = m[1] - dot(m[1], m[0]) * m[0];
     m[1] = (1 / std::sqrt(dot(m[1], m[1]))) * m[1];
-    m[2] = cross(m[0], m[1]);
+    const Point right_handed = cross(m[0], m[1]);
+    m[2] = (dot(right_handed, m[2]) < 0 ? Real{-1} : Real{1}) * right_handed;
     for (std::size_t k = 0; k < 3; ++k) store(m[k], out.column[k]);
   }
   if (!poses.orientations.empty()) {

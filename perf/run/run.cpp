@@ -107,6 +107,48 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.print(std::cout);
 }
 
+// What is wrong with a masked pose.
+std::string words_of(const MaskReason& reason) {
+  const auto number = [](float v) { return shortest(static_cast<double>(v)); };
+  const std::string at = std::to_string(reason.index);
+  switch (reason.cause) {
+    case MaskCause::kNone: return "nothing";
+    case MaskCause::kPoseNumber:
+      return "number " + at + " of its pose is " + number(reason.value) + "; it must be at most " +
+             number(reason.limit);
+    case MaskCause::kOrientationNumber:
+      return "number " + at + " of the orientation is " + number(reason.value) + "; it must be at most " +
+             number(reason.limit);
+    case MaskCause::kQuaternionLength:
+      return "its quaternion has the length " + number(reason.value) + "; the limit is " + number(reason.limit);
+    case MaskCause::kOrientationLength:
+      return "the orientation has the length " + number(reason.value) + "; the limit is " + number(reason.limit);
+    case MaskCause::kMatrix:
+      return "its matrix is off a rotation by " + number(reason.value) + "; it may be off by " + number(reason.limit);
+    case MaskCause::kJoint:
+      return "its joint lies at " + number(reason.value) + "; it must be within " + number(reason.limit);
+    case MaskCause::kBox:
+      return "the box of its leaf " + at + " reaches " + number(reason.value) + "; it must be within " +
+             number(reason.limit);
+  }
+  return "unknown";
+}
+
+// Warns of poses that took part in nothing.
+void warn_of_masked(const scenes::Scene& scene, const EngineSession& session, const FrameStats& stats,
+                    const FrameRange& frames) {
+  if (stats.instances_masked == 0) return;
+  std::cerr << "warning: " << stats.instances_masked << " poses of " << scene.characters.size() << " characters in "
+            << frames.count() << " frames are masked: they touch nothing, whatever they meet\n";
+  const std::optional<MaskedPose> first = session.first_masked();
+  if (!first) return;
+  const scenes::Character& character = scene.characters[first->character];
+  std::cerr << "  the first: frame " << first->frame << " of " << character.name << ", link " << first->reason.link;
+  if (first->reason.link < character.link_names.size())
+    std::cerr << " (" << character.link_names[first->reason.link] << ')';
+  std::cerr << ": " << words_of(first->reason) << '\n';
+}
+
 // The name that tables and files give to a reason why two links are masked.
 struct ReasonName {
   IgnoredReason reason;
@@ -231,6 +273,7 @@ int run_command(const RunOptions& options) {
   }
   if (hits) hits.close();
   print_table(options, scene, session, totals, frames);
+  warn_of_masked(scene, session, totals.stats, frames);
   if (options.within) print_masked(scene, session);
   write_json(json, to_json(options, scene, session, totals, frames));
   return 0;

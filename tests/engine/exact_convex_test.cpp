@@ -69,6 +69,10 @@ World bodies(Random& random, const std::vector<ShapeKind>& kinds, std::size_t co
   return world;
 }
 
+double origin(const Member& member, std::size_t instance, std::size_t c) {
+  return member.poses.origins.empty() ? 0 : member.poses.origins[3 * instance + c];
+}
+
 // The gap of two instances by the judge: the least over all pairs of parts. Above 0 it is a lower bound, else an upper.
 Real gap_of(const World& world, std::uint32_t instance_a, std::uint32_t instance_b) {
   Real least = 1e30L;
@@ -82,6 +86,7 @@ Real gap_of(const World& world, std::uint32_t instance_a, std::uint32_t instance
       one.b.vertices.assign(part_b.vertices.begin(), part_b.vertices.end());
       std::copy_n(a.poses.pose(instance_a, 0), 7, one.a.pose);
       std::copy_n(b.poses.pose(instance_b, 0), 7, one.b.pose);
+      for (std::size_t c = 0; c < 3; ++c) one.shift[c] = origin(b, instance_b, c) - origin(a, instance_a, c);
       bind_vertices(one);
       if (part_a.kind == ShapeKind::kHalfSpace && part_b.kind == ShapeKind::kHalfSpace) return -1e30L;
       const Verdict verdict = judge_case(one, Effort::kMeasure).verdict;
@@ -241,6 +246,37 @@ TEST_CASE("a box and a cylinder that meet in a corner by a hundred-millionth of 
     world.rules = {{{1}, {2}, Pairing::kBetween}};
     for (const Isa isa : available_isas()) CHECK(run_world(world, kConvex, {isa}).hits.size() == 1);
   }
+}
+
+TEST_CASE("two needles that a billionth of a millimetre parts are apart, however short GJK's direction is") {
+  // Found by cab verify: the plane that parts them was made from a point that rounding had moved next to the origin.
+  World world;
+  ConvexPart parts[2];
+  parts[0] = {ShapeKind::kCylinder,
+              {-0.055021558f, -0.054245263f, -0.010690664f},
+              {0.16760945f, 0.681701f, 0.11267388f, 0.7032037f},
+              {0.0003328304f, 0.0011187089f, 0.24514809f},
+              {}};
+  parts[1] = {ShapeKind::kBox,
+              {-0.041469958f, -0.056077916f, 0.05470544f},
+              {0.43538946f, 0.8213352f, 0.16381548f, 0.33016512f},
+              {1.4809393e-05f, 3.260492e-06f, 0.26652226f},
+              {}};
+  const std::vector<float> poses[2] = {
+      {-0.42636168f, 0.43694288f, -0.082196645f, 0.7877438f, 0.20597573f, -0.07790722f, 0.14401731f},
+      {-0.82586f, -0.55338f, -0.015877284f, -0.10711527f, 0.25735548f, 0.048485976f, 0.3726343f}};
+  for (std::size_t m = 0; m < 2; ++m) {
+    Member member;
+    member.rig = body({&parts[m], 1});
+    member.poses.link_count = member.poses.instance_count = 1;
+    member.poses.data = poses[m];
+    if (m == 1) member.poses.origins = {-4.4269831497194875e-09, 2.2152789270575492e-09, -7.846692474109459e-09};
+    world.members.push_back(member);
+  }
+  world.rules = {{{1}, {2}, Pairing::kBetween}};
+  CHECK(gap_of(world, 0, 0) >
+        0x1p-40L * 1.79L);  // 1.79: their size, and the distances of their links and shapes from their origins
+  for (const Isa isa : available_isas()) CHECK(run_world(world, kConvex, {isa}).hits.empty());
 }
 
 TEST_CASE("a half space is touched from its plane on down, by every kind, as far as its leaf's box says") {

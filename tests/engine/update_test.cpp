@@ -62,9 +62,8 @@ std::vector<Spoiling> spoilings() {
       {"scaled up", kInstanceNotRigid, true, [](float* p, PoseFormat f) { scale_columns(p, f, 1.01f, 1.01f, 1.01f); }});
   out.push_back(
       {"scaled down", kInstanceNotRigid, true, [](float* p, PoseFormat f) { scale_columns(p, f, 1, 0.99f, 1); }});
-  out.push_back({"mirrored", kInstanceNotRigid, true, [](float* p, PoseFormat f) { scale_columns(p, f, 1, 1, -1); }});
-  out.push_back({"mirrored through a point", kInstanceNotRigid, true,
-                 [](float* p, PoseFormat f) { scale_columns(p, f, -1, -1, -1); }});
+  out.push_back({"mirrored and scaled", kInstanceNotRigid, true,
+                 [](float* p, PoseFormat f) { scale_columns(p, f, 1, 1, -1.01f); }});
   out.push_back({"skewed", kInstanceNotRigid, true, [](float* p, PoseFormat f) { skew(p, f, 0.002f); }});
   out.push_back({"scaled by 1e17", kInstanceNotRigid, true,
                  [](float* p, PoseFormat f) { scale_columns(p, f, 1e17f, 1e17f, 1e17f); }});

@@ -266,7 +266,7 @@ TEST_CASE("a lane that holds no pose is named and cleared, and its neighbours ke
       {PoseFormat::kQuaternionTranslation, -1, 0, kInstanceNotRigid},
       {PoseFormat::kMatrix3x4, 5, nan, kInstanceNotFinite},
       {PoseFormat::kMatrix3x4, -1, 1.01f, kInstanceNotRigid},
-      {PoseFormat::kMatrix3x4, -1, -1, kInstanceNotRigid},
+      {PoseFormat::kMatrix3x4, -1, -1.01f, kInstanceNotRigid},
       {PoseFormat::kMatrix4x4, -1, 0, kInstanceNotRigid},
       {PoseFormat::kMatrix4x4, 14, -infinity, kInstanceNotFinite},
   };

@@ -101,7 +101,7 @@ TEST_CASE("links must be a non-empty list of parents before children, the first 
   check_refused(no_data, Status::kNoLinks, 0);
 
   const std::vector<std::vector<std::int32_t>> wrong = {{0, 0, 1},   {-2, 0, 1}, {-1, 1, 1},
-                                                        {-1, -1, 1}, {-1, 0, 2}, {-1, 0, 70000}};
+                                                        {-1, -2, 1}, {-1, 0, 2}, {-1, 0, 70000}};
   const std::uint32_t element[] = {0, 0, 1, 1, 2, 2};
   for (std::size_t i = 0; i < wrong.size(); ++i) {
     CAPTURE(i);

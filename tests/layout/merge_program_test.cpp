@@ -69,6 +69,16 @@ void check_program(const Topology& topology, const MergeProgram& program) {
     for (const std::size_t leaf : leaves[node]) links.insert(topology.leaf_links[leaf]);
     return links;
   };
+  const auto root_of = [&](std::int32_t link) {
+    while (topology.parents[static_cast<std::size_t>(link)] >= 0)
+      link = topology.parents[static_cast<std::size_t>(link)];
+    return link;
+  };
+  const auto share_a_root = [&](const std::set<std::int32_t>& one, const std::set<std::int32_t>& other) {
+    return std::any_of(one.begin(), one.end(), [&](std::int32_t a) {
+      return std::any_of(other.begin(), other.end(), [&](std::int32_t b) { return root_of(a) == root_of(b); });
+    });
+  };
   const auto below = [&](std::int32_t link, std::int32_t ancestor) {
     while (link > ancestor) link = topology.parents[static_cast<std::size_t>(link)];
     return link == ancestor;
@@ -82,10 +92,11 @@ void check_program(const Topology& topology, const MergeProgram& program) {
     ++used[step.left];
     ++used[step.right];
     const std::set<std::int32_t> left = links_of(step.left), right = links_of(step.right);
-    if (step.joint_link == kNoJoint) {  // leaves of one link
-      CHECK(left.size() == 1);
-      CHECK(left == right);
+    if (step.joint_link == kNoJoint) {  // leaves of one link, or of different trees
+      const bool one_link = left.size() == 1 && left == right;
+      CHECK((one_link || !share_a_root(left, right)));
     } else {  // the joint separates the two sides: one is all below the joint's link, no leaf of the other is
+      CHECK(share_a_root(left, right));
       const std::int32_t joint = step.joint_link;
       REQUIRE(joint > 0);
       REQUIRE(static_cast<std::size_t>(joint) < topology.parents.size());
@@ -128,6 +139,23 @@ TEST_CASE("programs of random trees merge children first, use every node once, a
     Arena arena(default_allocator());
     check_program(topology, topology.program(arena));
   }
+}
+
+TEST_CASE("trees of one articulation are merged one by one, and then with each other without a joint") {
+  std::size_t forests = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    Topology topology = random_tree(random);
+    for (std::size_t link = 1; link < topology.parents.size(); ++link)
+      if (random.chance(0.25)) {
+        topology.parents[link] = -1;
+        ++forests;
+      }
+    Arena arena(default_allocator());
+    check_program(topology, topology.program(arena));
+  }
+  CHECK(forests > 300);
 }
 
 TEST_CASE("where every link carries a leaf, the joint's link is on one side and its parent on the other") {

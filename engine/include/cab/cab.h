@@ -81,7 +81,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
-// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadOrigins,
+// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadCount, kBadPoses, kBadOrigins,
 // kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice, kBadPolicy,
 // kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory
 // (TBB had no memory for its tasks). Thread: any, one call per engine at a time. It returns when all tasks have ended.
@@ -93,8 +93,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags says
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
-// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags,
-// kBadLayers, kBadInContact, kBadOutput (boxes is too small).
+// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadCount, kBadPoses, kBadOrigins, kBadOrientations,
+// kBadFlags, kBadLayers, kBadInContact, kBadOutput (boxes is too small).
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
@@ -106,11 +106,28 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
-// kBatchGivenTwice, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairs,
-// kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call
-// per engine at a time.
+// kBatchGivenTwice, kBadCount, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers, kBadInContact,
+// kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory for its tasks). Thread: any,
+// one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
+
+// Writes to *out, which must not be null, why one instance of a batch is masked: which link, which number, and how far
+// off. With MaskCause::kNone the instance takes part. A margin, which may take a box that is at the limit out of range,
+// is not considered.
+// Cost: up to the price of posing the instance; allocates nothing.
+// Statuses: kBusy, kUnknownBatch, kBadCount, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers,
+// kBadInContact, kBadInstance, kBadOutput (out is null).
+// Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
+                                        MaskReason* out) noexcept;
+
+// Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
+// batches, instances and links are; leaves may differ. Both lists must be in the order of run_frame. Lists that changes
+// has no room for are cut off, and the counts are complete.
+// Cost: one pass over both lists; allocates nothing. Statuses: kUnsortedHits, kBadOutput (a list of `changes` has a
+// size and no data), kHitsOverflow (a list of `changes` is too small). Thread: any; no engine is involved.
+[[nodiscard]] CAB_API Status diff_hits(Span<const Hit> previous, Span<const Hit> current, HitChanges& changes) noexcept;
 
 // Writes the numbers of a batch's instances to `order`, so that instances which are near each other in the world are
 // near each other in the list: along a Z-order curve through the lower bounds that the last frame with input for the

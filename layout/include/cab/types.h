@@ -11,7 +11,8 @@
 // Rotations   Quaternions are x y z w. Vectors are columns, so a rotated point is R * p. PoseFormat says which matrices
 //             are stored by rows and which by columns.
 // Handedness  The caller's coordinates may be right-handed or left-handed, and any axis may point up, if all input
-//             agrees. The determinant of rotations, and of the axes of boxes, is 1.
+//             agrees. The determinant of quaternions' rotations, and of the axes of boxes, is 1; that of a pose's
+//             matrix may be -1. Such a link is mirrored, with its leaves' shapes.
 // Indices     Links, leaves, instances and entries of spans count from 0, ids from 1.
 // Precision   Poses, boxes and shapes are float, relative to an instance. Origins are double. Every box is padded, so
 //             that it contains what it stands for in spite of rounding. Rounding may add a pair that is apart, but
@@ -51,7 +52,7 @@ enum class Status : std::int32_t {
   kTooManyLinks,         // link_parents holds more than 1024 links
   kNoLeaves,             // leaves is empty, but an articulation needs at least one leaf
   kTooManyLeaves,        // leaves holds more than 1024 leaves
-  kBadParent,            // link_parents must be -1 for the first link and an earlier link for every other
+  kBadParent,            // link_parents must be -1 for the first link, and -1 or an earlier link for every other
   kBadJoint,             // link_joints must be empty or hold one finite point per link
   kBadLeafLink,          // link of a leaf is not the index of a link
   kBadLeafBox,           // box of a leaf is not finite, has a negative half extent or exceeds 1e18
@@ -73,6 +74,7 @@ enum class Status : std::int32_t {
   kBadFlags,             // flags must be empty or hold one byte per instance
   kBadLayers,            // layers and layer_masks must each be empty or hold one word per instance
   kBadInContact,         // in_contact must be empty or hold one byte per instance
+  kBadCount,             // count is above the batch's instance_count, or not all of a sequence
   kBadPairRule,          // rules names a batch without input, or a pairing that its batches cannot have
   kPairRuleGivenTwice,   // rules pairs the same two batches twice in the same way
   kBadPolicy,            // policies holds a value that its enumeration lacks
@@ -82,9 +84,11 @@ enum class Status : std::int32_t {
   kBadMinDepth,          // min_depth must be finite, not negative, and 0 if only in_contact is reported
   kBadHitBuffer,         // hits has a size and no data, or contacts is not as long as hits where it must be
   kContactsNeedExact,    // contacts, distances and min_depth need an exact test, such as convex
+  kBadInstance,          // instance is not one of the batch's instances in this call
   kBadPairs,      // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
   kBadOutput,     // an output is null or too small
   kHitsOverflow,  // hits is too small for all hits
+  kUnsortedHits,  // a list of hits has a size and no data, or is not in the order of run_frame
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -218,12 +222,12 @@ struct LinkPair {
   std::uint32_t b = 0;  // index of a link; a pair of equal links has no effect
 };
 
-// An articulation: a tree of links and the leaves on them. It does not change once it is added. The last three members
-// say which links of one instance are never reported against each other. They have no effect on pairs of different
-// instances.
+// An articulation: one tree of links, or several, and the leaves on them. It does not change once it is added. The last
+// three members say which links of one instance are never reported against each other. They have no effect on pairs of
+// different instances.
 struct ArticulationDesc {
-  // The index of each link's parent: -1 for the first link, and lower than the link's own index for every other. There
-  // are 1 to kMaxLinks links.
+  // The index of each link's parent, lower than the link's own index, or -1 for the root of a tree. The first link is a
+  // root. There are 1 to kMaxLinks links.
   Span<const std::int32_t> link_parents;
 
   // x y z per link: the joint with the parent, in the link's own frame. Empty (default): all joints are at the origins
@@ -305,11 +309,37 @@ struct BatchDesc {
 enum InstanceFlag : std::uint8_t {
   kInstanceOk = 0,         // the instance takes part
   kInstanceNotFinite = 1,  // a NaN, an infinity, or a coordinate above kMaxCoordinate
-  kInstanceNotRigid = 2,   // a quaternion shorter than 1e-3 or longer than 1e3, or a matrix off a rotation by over 1e-3
+  kInstanceNotRigid = 2,   // a quaternion shorter than 1e-3 or longer than 1e3, or a matrix off a rotation, mirrored or
+                           // not, by over 1e-3
 };
 
+// What why_masked found wrong with an instance.
+enum class MaskCause : std::uint8_t {
+  kNone,               // nothing: the instance takes part
+  kPoseNumber,         // a number of a link's pose is a NaN or too large
+  kOrientationNumber,  // a number of the instance's orientation is a NaN or too large
+  kQuaternionLength,   // the quaternion of a link's pose is too short or too long
+  kOrientationLength,  // the instance's orientation is too short or too long
+  kMatrix,             // the matrix of a link's pose is no rotation, mirrored or not
+  kJoint,              // a posed joint is out of range
+  kBox,                // a posed leaf box is out of range
+};
+
+// Why an instance is masked: the first cause that the engine finds. Written by why_masked.
+struct MaskReason {
+  InstanceFlag flag = kInstanceOk;     // the flag that the instance gets
+  MaskCause cause = MaskCause::kNone;  // what is wrong
+  std::uint32_t link = 0;              // index of the link whose pose it is about; none with an orientation
+  std::uint32_t index = 0;             // of the number in the pose or orientation, of the leaf, or of the joint's link
+  float value = 0;  // the number; the quaternion's length; the largest entry of |R^T R - I|; or the largest coordinate
+  float limit = 0;  // what the value must not exceed, or, if it is below this, not fall short of
+};
+
+// The value of BatchInput::count for all instances of the batch.
+inline constexpr std::uint32_t kAllInstances = 0xffffffff;
+
 // The input and the outputs of one batch for one call. Every span has entries for all instances, in their order, or is
-// empty.
+// empty. With a count, spans may end anywhere behind its instances.
 struct BatchInput {
   // Which batch this is. It must be a batch of the same engine. Required.
   BatchId batch;
@@ -339,6 +369,10 @@ struct BatchInput {
   // Output of run_frame, one byte per instance: 1 if the instance is in a hit, with another instance or within itself,
   // else 0. Empty (default): nothing is written.
   Span<std::uint8_t> in_contact;
+
+  // How many instances there are in this call, the first ones of the batch; 0 to its instance_count. The others take no
+  // part, and nothing of theirs is read. kAllInstances (default): all. A sequence always has all.
+  std::uint32_t count = kAllInstances;
 };
 
 // What a PairRule pairs.
@@ -383,6 +417,14 @@ struct Hit {
   std::uint16_t leaf_b;      // index of a leaf on link_b
 };
 
+// What changed between two lists of hits. Written by diff_hits.
+struct HitChanges {
+  Span<Hit> began;              // receives the hits that only the second list has, in order
+  Span<Hit> ended;              // receives the hits that only the first list has, in order
+  std::size_t began_count = 0;  // how many there are, also if `began` is too small
+  std::size_t ended_count = 0;  // likewise
+};
+
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
 // half spaces, and if FCL was asked and gave no contact.
@@ -420,13 +462,12 @@ struct FrameStats {
 
   // Where the time of characters goes. The rest of each phase is: posing again, searching, box tests, sorting and exact
   // tests.
-  std::uint64_t instances_posed = 0;  // how often a character was posed again for tests; depends on the threads
-  std::uint64_t candidates_apart =
-      0;                      // candidates no two of whose leaves have bounds that overlap; 0 without leaf bounds
-  double seconds_bound = 0;   // of seconds_update: posing every character for its bounds
-  double seconds_grid = 0;    // of seconds_broad: building the grid
-  double seconds_filter = 0;  // of seconds_test: comparing the bounds of leaves
-  double seconds_write = 0;   // of seconds_query: writing the hits in their order
+  std::uint64_t instances_posed = 0;   // how often a character was posed again for tests; depends on the threads
+  std::uint64_t candidates_apart = 0;  // candidates without two leaves whose bounds overlap; 0 without leaf bounds
+  double seconds_bound = 0;            // of seconds_update: posing every character for its bounds
+  double seconds_grid = 0;             // of seconds_broad: building the grid
+  double seconds_filter = 0;           // of seconds_test: comparing the bounds of leaves
+  double seconds_write = 0;            // of seconds_query: writing the hits in their order
 };
 
 // One frame: what is posed, what is paired and how, and where the answer goes. Every batch with input is posed. Batches

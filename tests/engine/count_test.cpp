@@ -1,0 +1,148 @@
+// BatchInput::count: the first instances of a batch, in frames of changing size.
+#include "perf/oracle/random_world.h"
+#include "perf/oracle/world.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+World two_batches(Random& random) {
+  World world;
+  for (const std::uint32_t count : {40u, 25u}) {
+    Member member;
+    member.rig = random_rig(random, Topology::kTree, 4, 2);
+    member.poses = random_poses(random, member.rig, count, PoseFormat::kQuaternionTranslation,
+                                {1.2, random.chance(0.5), true, {}});
+    world.members.push_back(member);
+  }
+  world.rules = {{{1}, {1}, Pairing::kBetween}, {{1}, {2}, Pairing::kBetween}, {{2}, {2}, Pairing::kWithin}};
+  return world;
+}
+
+// The first `count` instances of a member.
+Member first_of(Member member, std::uint32_t count) {
+  Poses& poses = member.poses;
+  poses.instance_count = count;
+  poses.data.resize(std::size_t{count} * poses.link_count * poses.floats_per_pose());
+  poses.origins.resize(std::min<std::size_t>(poses.origins.size(), std::size_t{3} * count));
+  poses.orientations.resize(std::min<std::size_t>(poses.orientations.size(), std::size_t{4} * count));
+  return member;
+}
+
+struct Frame {
+  std::vector<Hit> hits = std::vector<Hit>(20000);
+  FrameStats stats;
+};
+
+// Runs a frame of an engine that holds the whole world, with counts, and the arrays cut to `cut` of the rest.
+Frame run_counts(Engine& engine, const World& world, const std::uint32_t (&counts)[2], const Policies& policies) {
+  Frame out;
+  std::vector<BatchInput> inputs;
+  std::vector<std::uint8_t> flags[2];
+  for (std::uint32_t m = 0; m < 2; ++m) {
+    inputs.push_back(world.members[m].poses.input({m + 1}));
+    inputs[m].count = counts[m];
+    flags[m].assign(world.members[m].poses.instance_count, 0xee);
+    inputs[m].flags = {flags[m].data(), flags[m].size()};
+    inputs[m].origins.size = 3 * counts[m];
+    if (!inputs[m].orientations.empty()) inputs[m].orientations.size = 4 * counts[m];
+    if (counts[m] == 0) inputs[m].origins = {}, inputs[m].orientations = {};
+  }
+  FrameJob job;
+  job.inputs = {inputs.data(), inputs.size()};
+  job.rules = {world.rules.data(), world.rules.size()};
+  job.policies = policies;
+  job.hits = {out.hits.data(), out.hits.size()};
+  REQUIRE(run_frame(engine, job) == Status::kOk);
+  out.hits.resize(job.hit_count);
+  out.stats = job.stats;
+  for (std::uint32_t m = 0; m < 2; ++m)
+    for (std::uint32_t i = 0; i < flags[m].size(); ++i) CHECK(flags[m][i] == (i < counts[m] ? kInstanceOk : 0xee));
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a frame of the first instances has the hits of batches of that many, whatever frames came before") {
+  std::size_t hits = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(20); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const World world = two_batches(random);
+    for (const Strategy strategy : {Strategy::kAuto, Strategy::kTree, Strategy::kLinks, Strategy::kBrute}) {
+      const Policies policies = {Refit::kCab, strategy};
+      const EnginePtr engine = make_engine_for(world);
+      for (int frame = 0; frame < 6; ++frame) {
+        const std::uint32_t counts[2] = {1 + random.index(40), 1 + random.index(25)};
+        CAPTURE(counts[0]);
+        CAPTURE(counts[1]);
+        World part = world;
+        for (std::size_t m = 0; m < 2; ++m) part.members[m] = first_of(world.members[m], counts[m]);
+        const Outcome expected = run_world(part, policies);
+        const Frame found = run_counts(*engine, world, counts, policies);
+        CHECK(same_hits(found.hits, expected.hits));
+        CHECK(found.stats.leaf_pairs == expected.stats.leaf_pairs);
+        hits += found.hits.size();
+      }
+    }
+  }
+  CHECK(hits > least_count(2000, 20));
+}
+
+TEST_CASE("a batch may have no instance in a frame") {
+  Random random(5);
+  const World world = two_batches(random);
+  const EnginePtr engine = make_engine_for(world);
+  CHECK(run_counts(*engine, world, {40, 25}, {}).hits.size() > 0);
+  CHECK(run_counts(*engine, world, {0, 0}, {}).hits.empty());
+  for (const Hit& hit : run_counts(*engine, world, {0, 25}, {}).hits) CHECK(hit.batch_a.value == 2);
+  CHECK(same_hits(run_counts(*engine, world, {40, 25}, {}).hits, run_world(world).hits));
+}
+
+TEST_CASE("instances beyond the count keep no place in the spatial order") {
+  Random random(6);
+  const World world = two_batches(random);
+  const EnginePtr engine = make_engine_for(world);
+  run_counts(*engine, world, {40, 25}, {});
+  run_counts(*engine, world, {7, 25}, {});
+  std::vector<std::uint32_t> order(40);
+  REQUIRE(spatial_order(*engine, {1}, {order.data(), order.size()}) == Status::kOk);
+  for (std::uint32_t i = 7; i < 40; ++i) CHECK(order[i] == i);
+  std::sort(order.begin(), order.begin() + 7);
+  for (std::uint32_t i = 0; i < 7; ++i) CHECK(order[i] == i);
+}
+
+TEST_CASE("a count above the batch's, or of a part of a sequence, is refused, and arrays fit the count") {
+  Random random(7);
+  World world = two_batches(random);
+  world.members[1].kind = BatchKind::kSequence;
+  const EnginePtr engine = make_engine_for(world);
+  std::vector<Box> boxes(std::size_t{40} * world.members[0].rig.node_count());
+  const auto status = [&](const BatchInput& input) {
+    return compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()});
+  };
+  BatchInput input = world.members[0].poses.input({1});
+  input.count = 41;
+  CHECK(status(input) == Status::kBadCount);
+  input.count = 40;
+  CHECK(status(input) == Status::kOk);
+  input.count = 10;
+  CHECK(status(input) == Status::kOk);  // arrays may be longer
+  input.origins.size = 29;
+  CHECK(status(input) == Status::kBadOrigins);
+  input.origins.size = 30;
+  CHECK(status(input) == Status::kOk);
+  BatchInput sequence = world.members[1].poses.input({2});
+  sequence.count = 25;
+  CHECK(status(sequence) == Status::kOk);
+  sequence.count = 24;
+  CHECK(status(sequence) == Status::kBadCount);
+}
+
+}  // namespace cab::tests
