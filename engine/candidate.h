@@ -15,6 +15,11 @@ struct Candidate {
   std::uint32_t slot_a = 0, slot_b = 0;  // characters: slots of their boxes in the worker's PosedSet
 };
 
+// A candidate that waits in spatial order: the grid's entries of its two instances.
+struct EntryPair {
+  std::uint32_t a, b;
+};
+
 // Whether the candidate tests the links of one instance against each other.
 inline bool is_within(const Candidate& candidate) {
   return candidate.batch_a == candidate.batch_b && candidate.instance_a == candidate.instance_b;

@@ -11,6 +11,7 @@
 #include "engine/update.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace cab {
 namespace {
@@ -127,6 +128,44 @@ struct CandidateCollector {
     candidate.slot_b = acquire_slot(frame, b.batch, b.instance, b.placement, worker.posed);
     worker.candidates.push(candidate);
   }
+
+  // The instance of a grid entry.
+  PlacedInstance placed(std::uint32_t entry) const {
+    const Grid& grid = frame.broad_phase.grid;
+    return {grid.entries[entry].batch, grid.entries[entry].instance, grid.placements[entry]};
+  }
+
+  // Adds the candidate of two entries, or of one twice.
+  void add(const EntryPair& pair) {
+    const PlacedInstance x = placed(pair.a), y = placed(pair.b);
+    const bool in_order = instance_key(x.batch, x.instance) <= instance_key(y.batch, y.instance);
+    add(in_order ? x : y, in_order ? y : x);
+  }
+
+  // Adds the candidate of two entries now, or later if it is of large articulations.
+  void add_or_wait(const EntryPair& pair) {
+    if (!has_large(pair)) return add(pair);
+    if (worker.waiting.size == worker.waiting.capacity) add_waiting();
+    worker.waiting.push(pair);
+  }
+
+  // Adds the candidates that wait: those between the same two runs of sixteen entries one after the other, so that few
+  // instances are posed more than once.
+  void add_waiting() {
+    const auto runs = [](const EntryPair& pair) { return std::uint64_t{pair.a / kLanes} << 32 | pair.b / kLanes; };
+    std::sort(worker.waiting.begin(), worker.waiting.end(), [&runs](const EntryPair& x, const EntryPair& y) {
+      return std::make_tuple(runs(x), x.a, x.b) < std::make_tuple(runs(y), y.a, y.b);
+    });
+    for (const EntryPair& pair : worker.waiting) add(pair);
+    worker.waiting.clear();
+  }
+
+ private:
+  bool has_large(const EntryPair& pair) const {
+    const Grid& grid = frame.broad_phase.grid;
+    return is_large(*frame.batch(grid.entries[pair.a].batch).articulation) ||
+           is_large(*frame.batch(grid.entries[pair.b].batch).articulation);
+  }
 };
 
 // Collects all candidates with `one` as instance a: with itself, then with its partners of higher keys in the order of
@@ -158,20 +197,13 @@ void collect_in_key_order(CandidateCollector& collector, const PlacedInstance& o
 // for_each_later finds.
 void collect_in_spatial_order(CandidateCollector& collector, std::uint32_t entry) {
   const FrameContext& frame = collector.frame;
-  const Grid& grid = frame.broad_phase.grid;
-  const auto placed = [&grid](std::uint32_t at) {
-    return PlacedInstance{grid.entries[at].batch, grid.entries[at].instance, grid.placements[at]};
-  };
-  const PlacedInstance one = placed(entry);
+  const GridEntry* const entries = frame.broad_phase.grid.entries.data;
+  const GridEntry& one = entries[entry];
   const InstanceBatch& batch = frame.batch(one.batch);
-  if (batch.pairs_within) collector.add(one, one);
-  for_each_later(frame, entry, [&](std::uint32_t other_entry) {
-    const PlacedInstance other = placed(other_entry);
-    if (!layers_match(batch, one.instance, frame.batch(other.batch), other.instance)) return;
-    if (instance_key(one.batch, one.instance) < instance_key(other.batch, other.instance))
-      collector.add(one, other);
-    else
-      collector.add(other, one);
+  if (batch.pairs_within) collector.add_or_wait({entry, entry});
+  for_each_later(frame, entry, [&](std::uint32_t other) {
+    if (layers_match(batch, one.instance, frame.batch(entries[other].batch), entries[other].instance))
+      collector.add_or_wait({entry, other});
   });
 }
 
@@ -204,6 +236,7 @@ void run_task(const FrameContext& frame, std::uint32_t task, Worker& worker, Hit
   const double before = others();
   CandidateCollector collector = {frame, worker, sink};
   collect(collector);
+  collector.add_waiting();
   test_candidates(frame, worker, sink);
   worker.stats.seconds_broad += seconds_since(start) - (others() - before);
 }

@@ -5,6 +5,8 @@
 #include "engine/frame_context.h"
 #include "layout/pair_list.h"
 
+#include <algorithm>
+
 namespace cab {
 
 struct Candidate;
@@ -19,9 +21,14 @@ struct HitStore {
   std::uint32_t frames_in_key_order = 0;  // how many of the next frames are paired in key order
 };
 
-// Size of the store in words per instance of all character batches. A group takes six words, and one word per hit. A
-// frame whose hits do not fit is paired in key order.
-inline constexpr std::size_t kStoreWordsPerInstance = 32;
+// Size of the store in words, for the number of instances of all character batches. A group takes six words, and one
+// word per hit. A frame whose hits do not fit is paired in key order. Few instances may each meet all others: up to a
+// size of 1 MiB, every two may have two hits.
+inline std::size_t store_words(std::size_t instances) {
+  constexpr std::size_t kPerInstance = 32, kOfFew = 1u << 18, kMost = 0xffffffff;
+  const std::size_t pairs = instances < kOfFew ? instances * instances / 2 : kOfFew;
+  return std::min(std::max(kPerInstance * instances, std::min(8 * pairs, kOfFew)), kMost);
+}
 
 // How many instances' chains one task writes to the caller's buffer.
 inline constexpr std::uint32_t kWrittenPerTask = 1024;

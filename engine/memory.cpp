@@ -5,7 +5,6 @@
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace cab {
 namespace {
@@ -21,6 +20,7 @@ struct Needs {
   std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
   std::size_t character_tiles = 0;      // over all batches of characters
   bool several_leaves = false;          // whether a link of a character has several leaves
+  bool large = false;                   // whether a character is_large
 };
 
 Needs needs_of(const Engine& engine) {
@@ -38,6 +38,7 @@ Needs needs_of(const Engine& engine) {
       needs.character_instances += batch.capacity;
       needs.character_tiles += tile_count(batch.capacity);
       needs.several_leaves = needs.several_leaves || batch.link_bounds->has_several_leaves;
+      needs.large = needs.large || is_large(articulation);
       needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
       needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));
     }
@@ -89,6 +90,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
       std::min(kChunkCandidates * needs.leaf_pairs, std::max<std::size_t>(kChunkLeafPairs, needs.leaf_pairs));
   worker.found = make_list<LeafPair>(worker.arena, found + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, kChunkCandidates);
+  worker.waiting = make_list<EntryPair>(worker.arena, needs.large ? kWaitingCandidates : 0);
   worker.convex_queues = worker.arena.allocate<ConvexQueue>(kConvexQueues);
   if (needs.character_instances) size_posed_set(worker, needs, batch_count);
   worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
@@ -123,9 +125,7 @@ void size_memory(Engine& engine) {
   const auto entries = shared->allocate<GridEntry>(needs.character_instances ? needs.character_instances + 1 : 0);
   const auto placements = shared->allocate<Placement>(needs.character_instances);
   const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
-  constexpr std::size_t most_words = std::numeric_limits<std::uint32_t>::max();
-  const auto store =
-      shared->allocate<std::uint32_t>(std::min(kStoreWordsPerInstance * needs.character_instances, most_words));
+  const auto store = shared->allocate<std::uint32_t>(store_words(needs.character_instances));
   const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
   const auto rules = shared->allocate<std::uint64_t>((2 * engine.batches.size() * engine.batches.size() + 63) / 64);
   engine.rule_bits = rules;

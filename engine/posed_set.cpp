@@ -39,6 +39,12 @@ void open_tile(const InstanceBatch& batch, std::uint32_t index, PosedSet& set) {
 
 }  // namespace
 
+bool is_large(const Articulation& articulation) {
+  constexpr std::size_t kFewTiles = 6;
+  return kFewTiles * tile_boxes(articulation) > kPosedBoxes ||
+         kFewTiles * tile_leaf_floats(articulation) > kPosedLeafFloats;
+}
+
 bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set) {
   const auto fit = [&](bool tile_a, bool tile_b) {
     const Articulation& a = *frame.batch(candidate.batch_a).active;

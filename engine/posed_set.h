@@ -84,6 +84,10 @@ inline bool compares_leaf_bounds(Strategy strategy) {
   return strategy == Strategy::kRows || strategy == Strategy::kLinks || strategy == Strategy::kAuto;
 }
 
+// Whether so few tiles of an articulation fit a worker's set that candidates wait, until those of the same instances
+// can be tested together.
+bool is_large(const Articulation& articulation);
+
 // Whether the set has room for both instances of a candidate.
 bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set);
 

@@ -24,6 +24,9 @@ inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 inline constexpr std::uint32_t kTaskHits = 4096;
 inline constexpr std::uint32_t kTaskWords = 1u << 14;
 
+// Capacity of Worker::waiting, where an articulation is large.
+inline constexpr std::uint32_t kWaitingCandidates = 8192;
+
 // The memory of one worker. Whenever a batch is added, it is sized for the worst case of every rule
 // (engine/memory.cpp).
 struct alignas(64) Worker {
@@ -42,6 +45,7 @@ struct alignas(64) Worker {
   FixedList<LeafPair> found;        // overlapping leaf pairs, before the exact test
   Span<ConvexQueue> convex_queues;  // Exact::kConvex: by the kinds of a and b
   FixedList<Candidate> candidates;  // collected, and not tested yet
+  FixedList<EntryPair> waiting;     // spatial order: candidates of large articulations that are not collected yet
   PosedSet posed;                   // the instances of `candidates`
   PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap
   FixedList<LeafPair> link_pairs;   // strategy `links`: pairs of links whose boxes overlap

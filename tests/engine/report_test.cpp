@@ -192,6 +192,7 @@ TEST_CASE(
     CHECK(expected[1].hits.size() < std::size_t{5} * 153);
     for (const EngineDesc& desc : descs) {
       const EnginePtr engine = make_engine_for(dense, desc);
+      engine->hit_store.words.size = std::size_t{32} * 153;  // per instance as little as a large crowd has
       std::size_t begun = 0, spatial = 0;
       for (std::size_t f = 0; f < frames.size(); ++f) {
         CAPTURE(f);

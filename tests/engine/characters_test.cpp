@@ -1,0 +1,78 @@
+// How often characters are posed for tests: the candidates of large articulations wait for each other.
+#include "engine/engine.h"
+#include "perf/oracle/random_world.h"
+#include "perf/oracle/world.h"
+#include "tests/engine/thread_pool.h"
+
+#include <doctest/doctest.h>
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+// Rods of `links` short boxes in a row, in random directions about the origin: the bounds of most meet, few touch.
+Member rods(Random& random, std::uint32_t links, std::uint32_t count) {
+  Member out;
+  for (std::uint32_t link = 0; link < links; ++link) {
+    out.rig.parents.push_back(static_cast<std::int32_t>(link) - 1);
+    out.rig.parent_offset.push_back({{0.1, 0, 0}});
+    out.rig.leaves.push_back({link, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.05f, 0.02f, 0.02f}}, {}});
+  }
+  out.poses = random_poses(random, out.rig, count, PoseFormat::kQuaternionTranslation, {1, true, true, {}});
+  for (std::uint32_t i = 0; i < count; ++i)
+    for (std::uint32_t link = 0; link < links; ++link) {
+      const float along = 0.1f * (static_cast<float>(link) - 0.5f * static_cast<float>(links));
+      const float pose[] = {0, 0, 0, 1, along, 0, 0};
+      std::copy_n(pose, 7, out.poses.pose(i, link));
+    }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a large body that meets many others is posed a few times, not once for each sixteen of them") {
+  Random random(1);
+  World world;
+  for (const std::uint32_t links : {400u, 200u, 3u}) world.members.push_back(rods(random, links, 48));
+  for (std::uint32_t a = 1; a <= 3; ++a)
+    for (std::uint32_t b = a; b <= 3; ++b) world.rules.push_back({{a}, {b}, Pairing::kBetween});
+  world.rules.push_back({{1}, {1}, Pairing::kWithin});
+  const Outcome brute = run_world(world, {Refit::kCab, Strategy::kBrute});
+  REQUIRE(brute.stats.candidates > std::size_t{96} * 95 / 2 * 3 / 4);  // most of the large ones meet
+  REQUIRE(brute.hits.size() > 100);
+  ThreadPool pool(3);
+  const Scheduler scheduler = pool.scheduler();
+  for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kAuto})
+    for (const bool threads : {false, true}) {
+      CAPTURE(static_cast<int>(strategy));
+      EngineDesc desc;
+      if (threads) desc.scheduler = &scheduler;
+      const EnginePtr engine = make_engine_for(world, desc);
+      const Outcome found = run_on(*engine, world, {Refit::kCab, strategy});
+      REQUIRE(engine->hit_store.frames_in_key_order == 0);
+      CHECK(same_hits(found.hits, brute.hits));
+      CHECK(found.stats.candidates == brute.stats.candidates);
+      // Sixteen of one kind with sixteen of another are 32 poses for 256 candidates.
+      MESSAGE(found.stats.instances_posed << " poses for " << found.stats.candidates << " candidates");
+      CHECK(found.stats.instances_posed * 4 < found.stats.candidates);
+    }
+}
+
+TEST_CASE("more waiting candidates than there is room for are tested in between") {
+  Random random(2);
+  World world;
+  world.members = {rods(random, 100, 200)};
+  world.rules = {{{1}, {1}, Pairing::kBetween}};
+  const Outcome brute = run_world(world, {Refit::kCab, Strategy::kRows});
+  REQUIRE(brute.stats.candidates > 2 * kWaitingCandidates);
+  const EnginePtr engine = make_engine_for(world);
+  engine->hit_store.frames_in_key_order = 1;
+  const Outcome keyed = run_on(*engine, world, {Refit::kCab, Strategy::kTree});
+  CHECK(same_hits(keyed.hits, brute.hits));
+  const Outcome spatial = run_on(*engine, world, {Refit::kCab, Strategy::kTree});
+  CHECK(same_hits(spatial.hits, brute.hits));
+  CHECK(same_counts(spatial.stats, keyed.stats));
+}
+
+}  // namespace cab::tests
