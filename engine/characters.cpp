@@ -295,6 +295,28 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
   return false;
 }
 
+// ------------------------------------------------------------------------------------------------ step 1: bounds
+
+// Takes the instances that are not given in this call for masked, and empties their chains of hits.
+void clear_not_given(InstanceBatch& batch) {
+  const std::uint32_t first = batch.input->instances.empty() ? tile_count(batch.instance_count) : 0;
+  for (std::uint32_t tile = first; tile < tile_count(batch.capacity); ++tile) batch.live[tile] = 0;
+  if (first == 0) std::fill(batch.hit_chains.begin(), batch.hit_chains.end(), HitChain{});
+}
+
+// Records which instances of a tile are live. Tasks of listed instances share words.
+void set_live(const TileInstances& instances, std::uint32_t live, InstanceBatch& batch) {
+  if (batch.input->instances.empty()) {
+    batch.live[instances.instance[0] / kLanes] = static_cast<std::uint16_t>(live);
+    return;
+  }
+  for (; live; live &= live - 1) {
+    const std::uint32_t instance = instances.instance[__builtin_ctz(live)];
+    __atomic_fetch_or(&batch.live[instance / kLanes], static_cast<std::uint16_t>(1u << instance % kLanes),
+                      __ATOMIC_RELAXED);
+  }
+}
+
 }  // namespace
 
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine) {
@@ -303,21 +325,21 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
   for (const BatchInput& input : inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
-    for (std::uint32_t tile = tile_count(batch.instance_count); tile < tile_count(batch.capacity); ++tile)
-      batch.live[tile] = 0;
-    engine.pool.tasks->for_each(tile_count(batch.instance_count), [&](std::uint32_t tile, std::uint32_t w) {
+    clear_not_given(batch);
+    engine.pool.tasks->for_each(tile_count(given_count(batch)), [&](std::uint32_t tile, std::uint32_t w) {
       Worker& worker = engine.pool[w];
       const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
-      for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(batch.instance_count, (tile + 2) * kLanes); ++i)
-        prefetch_pose(batch, i);
-      batch.live[tile] = static_cast<std::uint16_t>(update_and_flag_tile(
-          frame, {&batch, instances_of(batch, tile), scope, worker.boxes.data, worker.bounds.data}, worker));
+      for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(given_count(batch), (tile + 2) * kLanes); ++i)
+        prefetch_pose(batch, given_instance(batch, i));
+      const TileInstances instances = instances_of(batch, tile);
+      const std::uint32_t live =
+          update_and_flag_tile(frame, {&batch, instances, scope, worker.boxes.data, worker.bounds.data}, worker);
+      set_live(instances, live, batch);
       if (!needs_bounds) return;
       if (!is_axis_aligned(frame.policies.refit))
         frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
-      bound_instances(frame.kernels, batch, tile, worker.bounds.data, worker.histogram);
-      std::fill_n(batch.hit_chains.data + tile * kLanes, std::min(kLanes, batch.instance_count - tile * kLanes),
-                  HitChain{});
+      bound_instances(frame.kernels, batch, instances, live, worker.bounds.data, worker.histogram);
+      for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
     });
   }
 }

@@ -92,8 +92,7 @@ void add_contacts(const FrameContext& frame, WorkerPool& pool, FrameJob& job) {
 
 bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
   kernel::LaneChecks<float> checks = {true, true, true};
-  const kernel::RigidLanes<float> posed =
-      rotated_pose(batch.input->poses.format, pose_of(batch, instance, link), orientation_of(batch, instance), checks);
+  const kernel::RigidLanes<float> posed = placed_pose<float>(stored_pose(batch, instance, link), checks);
   return checks.finite && checks.rigid && kernel::in_range(posed.translation);
 }
 

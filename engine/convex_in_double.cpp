@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cab {
 namespace {
@@ -46,6 +47,49 @@ kernel::ConvexAnswer answer_about_ball(const ConvexPair& pair, bool is_of_a, dou
   return is_apart ? kernel::ConvexAnswer{1, 0} : answer;
 }
 
+// Whether the plane across v parts the shapes. support: the point of the difference farthest against v.
+bool separates(const ConvexPair& pair, double radius, const Double3& v, const Double3& support) {
+  const double v_sq = dot(v, v);
+  return v_sq > kLeastDirectionSqDouble && dot(v, support) > (radius + pair.slack()) * std::sqrt(v_sq);
+}
+
+// The answer for a pair that GJK leaves undecided, as it does needles and plates: the normals of its simplices come
+// from edges that are long and short by turns, and lose digits. The plane between a needle and another shape contains
+// the needle's axis, which is known to the last digit. So the best of GJK's directions is made square to each axis of
+// both shapes in turn, and turned about it. On the tangent of that circle the height of the difference is concave, and
+// its support point says on which side it is higher.
+kernel::ConvexAnswer answer_about_axes(const ConvexPair& pair, double radius) {
+  constexpr int kHalvings = 60;
+  constexpr double kAcrossSq = 1e-4;  // a direction that is nearer to an axis is not turned about it
+  Double3 best = {};
+  double best_gap = -std::numeric_limits<double>::infinity();
+  const auto support = [&](const Double3& d, std::uint32_t) {
+    const Double3 point = pair.farthest(d), v = kernel::normalized(Double3{-d.x, -d.y, -d.z});
+    if (const double gap = dot(v, point); gap > best_gap) {
+      best_gap = gap;
+      best = v;
+    }
+    return point;
+  };
+  kernel::gjk<double>({pair.t(), radius, pair.slack(), pair.rounding()}, kernel::kGjkInDouble, 1, support);
+  const auto& of_b = pair.axis_of_b();
+  for (const Double3& axis : {Double3{1, 0, 0}, Double3{0, 1, 0}, Double3{0, 0, 1}, of_b[0], of_b[1], of_b[2]}) {
+    Double3 across = best - dot(best, axis) * axis;
+    if (dot(across, across) < kAcrossSq) continue;
+    across = kernel::normalized(across);
+    across = kernel::normalized(across - dot(across, axis) * axis);
+    const Double3 along = kernel::cross(axis, across);
+    double lo = -1, hi = 1;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double at = 0.5 * (lo + hi);
+      const Double3 v = across + at * along, point = pair.farthest({-v.x, -v.y, -v.z});
+      if (separates(pair, radius, v, point)) return {1, 0};
+      (dot(along, point) > 0 ? lo : hi) = at;
+    }
+  }
+  return {};
+}
+
 // The answer for one half space, or two, which touch.
 kernel::ConvexAnswer answer_by_plane(const ConvexPair& pair, double radius) {
   if (pair.half_spaces() == 2) return {0, 1};
@@ -57,7 +101,7 @@ kernel::ConvexAnswer answer_by_plane(const ConvexPair& pair, double radius) {
 
 kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
   const auto placed = [lane](const kernel::ConvexSide& side) {
-    return PlacedShape{side.shape[lane], side.format, side.pose[lane], side.orientation[lane]};
+    return PlacedShape{side.shape[lane], {side.coding, side.pose[lane], side.orientation[lane], side.scales[lane]}};
   };
   const auto& by = block.shift.by;
   const ConvexPair pair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]});
@@ -69,7 +113,7 @@ kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uin
     if (undecided && (is_of_a ? pair.radii_of_a() : pair.radii_of_b()))
       answer = answer_about_ball(pair, is_of_a, radius);
   }
-  return answer;
+  return answer.apart == 0 && answer.touching == 0 ? answer_about_axes(pair, radius) : answer;
 }
 
 }  // namespace cab

@@ -41,9 +41,9 @@ double reach_of(Span<const float> vertices) {
 
 }  // namespace
 
-kernel::RigidLanes<double> pose_in_double(PoseFormat format, const float* pose, const float* orientation) {
+kernel::RigidLanes<double> pose_in_double(const StoredPose& from) {
   kernel::LaneChecks<double> checks = {true, true, true};  // not read
-  return rotated_pose(format, pose, orientation, checks);
+  return placed_pose(from, checks);
 }
 
 // The shape in the link's frame.
@@ -64,8 +64,13 @@ ConvexPair::Shape ConvexPair::local_shape(const ConvexShape& from) {
 }
 
 ConvexPair::Shape ConvexPair::posed_shape(const PlacedShape& from) {
-  const kernel::RigidLanes<double> pose = pose_in_double(from.format, from.pose, from.orientation);
+  const kernel::RigidLanes<double> pose = pose_in_double(from.at);
   Shape out = local_shape(*from.shape);
+  out.scale = pose.scale;
+  out.size = pose.scale * out.size;
+  out.center = pose.scale * out.center;
+  out.radius *= pose.scale;
+  out.reach *= pose.scale;
   out.away = kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(out.center));
   out.center = pose.translation + kernel::rotate(pose.column, out.center);
   for (Double3& column : out.column) column = kernel::rotate(pose.column, column);
@@ -95,7 +100,7 @@ ConvexPair::ConvexPair(const PlacedShape& a, const PlacedShape& b, const double 
 }
 
 Double3 ConvexPair::farthest_of(const Shape& shape, const Double3& d) const {
-  return shape.kind == ConvexKind::kHull ? scale_ * farthest_vertex(shape.vertices, d)
+  return shape.kind == ConvexKind::kHull ? (scale_ * shape.scale) * farthest_vertex(shape.vertices, d)
                                          : kernel::support_by_size(shape.kind, shape.size, d);
 }
 

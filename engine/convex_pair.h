@@ -10,26 +10,24 @@ namespace cab {
 
 using Double3 = kernel::Vec3<double>;
 
-// A shape, and the poses that place it.
+// A shape, and the pose of its link.
 struct PlacedShape {
   const ConvexShape* shape;
-  PoseFormat format;
-  const float* pose;         // of the shape's link, in the caller's layout
-  const float* orientation;  // of the instance, or null
+  StoredPose at;
 };
 
-// The pose of a link, rotated by the orientation of its instance, which may be null. T: float or double.
+// The pose of a link in its instance's frame, rotated by the instance's orientation. T: float or double.
 template <class T>
-kernel::RigidLanes<T> rotated_pose(PoseFormat format, const float* pose, const float* orientation,
-                                   kernel::LaneChecks<T>& checks) {
+kernel::RigidLanes<T> placed_pose(const StoredPose& from, kernel::LaneChecks<T>& checks) {
   kernel::RawPoses poses, orientations;
-  for (std::uint32_t f = 0; f < kernel::pose_float_count(format); ++f) poses.raw[f][0] = pose[f];
-  for (std::uint32_t f = 0; f < 4 && orientation; ++f) orientations.raw[f][0] = orientation[f];
-  return kernel::rotated_pose<T>(poses, orientation ? &orientations : nullptr, format, 0, checks);
+  for (std::uint32_t f = 0; f < kernel::pose_float_count(from.coding.format); ++f) poses.raw[f][0] = from.pose[f];
+  for (std::uint32_t f = 0; f < 4 && from.orientation; ++f) orientations.raw[f][0] = from.orientation[f];
+  return kernel::placed_pose<T>(poses, {from.coding, from.orientation ? &orientations : nullptr, &from.scale}, 0,
+                                checks);
 }
 
 // The same in double, of a pose that was checked when its instance was bounded.
-kernel::RigidLanes<double> pose_in_double(PoseFormat format, const float* pose, const float* orientation);
+kernel::RigidLanes<double> pose_in_double(const StoredPose& from);
 
 class ConvexPair {
  public:
@@ -65,7 +63,8 @@ class ConvexPair {
     ConvexKind kind;
     Double3 column[3], center;  // relative to the origin of its instance, in world axes
     Double3 size;
-    Span<const float> vertices;  // of a hull, relative to `center`
+    Span<const float> vertices;  // of a hull, relative to `center`, before it is scaled
+    double scale;                // of the link
     double radius;               // of the ball about a round shape's segment
     double reach, away;          // away: how far the centre is from the origins of its link and its instance
   };

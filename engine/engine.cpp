@@ -175,12 +175,12 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   Worker& worker = engine.pool[0];
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
   const bool axis_aligned = is_axis_aligned(policies.refit);
-  for (std::uint32_t tile = 0; tile < tile_count(batch.instance_count); ++tile) {
+  for (std::uint32_t tile = 0; tile < tile_count(given_count(batch)); ++tile) {
+    const TileInstances instances = instances_of(batch, tile);
     const std::uint32_t live = update_and_flag_tile(
-        frame, {&batch, instances_of(batch, tile), RefitScope::kAllNodes, worker.boxes.data, worker.bounds.data},
-        worker);
-    for (std::uint32_t lane = 0; lane < std::min(kLanes, batch.instance_count - tile * kLanes); ++lane) {
-      Box* to = boxes.data + (std::size_t{tile} * kLanes + lane) * nodes;
+        frame, {&batch, instances, RefitScope::kAllNodes, worker.boxes.data, worker.bounds.data}, worker);
+    for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
+      Box* to = boxes.data + instances.instance[lane] * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {
         to[n] = axis_aligned ? box_of(worker.bounds[n], lane) : box_of(worker.boxes[n], lane);
         if (!(live >> lane & 1)) to[n] = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};

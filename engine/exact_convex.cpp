@@ -23,22 +23,20 @@ float scale_of(float length) {
   return out;
 }
 
-// One side of a leaf pair: the shapes of the leaf, and the poses that place them.
+// One side of a leaf pair: the shapes of the leaf, the pose of its link, and the scale of that pose, rounded.
 struct LeafShapes {
   Span<const ConvexShape> shapes;
-  PoseFormat format;
-  const float* pose;
-  const float* orientation;  // null if instances have none
+  StoredPose at;
+  float scale;
 };
 
 LeafShapes shapes_of(const ExactLeaf& leaf) {
   const InstanceBatch& batch = *leaf.batch;
   const std::uint32_t begin = leaf.convex_shapes->leaf_begin[leaf.leaf],
                       end = leaf.convex_shapes->leaf_begin[leaf.leaf + 1];
-  return {{leaf.convex_shapes->shapes.data + begin, end - begin},
-          batch.input->poses.format,
-          pose_of(batch, leaf.instance, batch.articulation->leaf_link[leaf.leaf]),
-          orientation_of(batch, leaf.instance)};
+  const StoredPose at = stored_pose(batch, leaf.instance, batch.articulation->leaf_link[leaf.leaf]);
+  const float scale = at.coding.scaling == Scaling::kNone ? 1.0f : static_cast<float>(pose_in_double(at).scale);
+  return {{leaf.convex_shapes->shapes.data + begin, end - begin}, at, scale};
 }
 
 // Tells which parts of two leaves are far apart, by the balls about them. Where leaves have many parts, most pairs are.
@@ -48,8 +46,8 @@ class PartBalls {
   PartBalls(const LeafShapes& a, const LeafShapes& b, const double (&shift)[3], float margin)
       : several_(a.shapes.size * b.shapes.size > kFewPairs), margin_(static_cast<double>(margin)) {
     if (!several_) return;
-    pose_a_ = pose_in_double(a.format, a.pose, a.orientation);
-    pose_b_ = pose_in_double(b.format, b.pose, b.orientation);
+    pose_a_ = pose_in_double(a.at);
+    pose_b_ = pose_in_double(b.at);
     lengths_ = kernel::sum(kernel::abs(pose_a_.translation)) + kernel::sum(kernel::abs(pose_b_.translation));
     pose_b_.translation = pose_b_.translation + Double3{shift[0], shift[1], shift[2]};
   }
@@ -57,10 +55,11 @@ class PartBalls {
   // Whether two parts are apart by more than the margin, and by more than any rounding. False for half spaces.
   bool are_apart(const ConvexShape& a, const ConvexShape& b) const {
     if (!several_ || a.kind == ConvexKind::kHalfSpace || b.kind == ConvexKind::kHalfSpace) return false;
-    const Double3 at_a = position(a), at_b = position(b);
+    const Double3 at_a = pose_a_.scale * position(a), at_b = pose_b_.scale * position(b);
     const Double3 between = (pose_b_.translation + kernel::rotate(pose_b_.column, at_b)) -
                             (pose_a_.translation + kernel::rotate(pose_a_.column, at_a));
-    const double reach = static_cast<double>(a.reach) + static_cast<double>(b.reach) + margin_;
+    const double reach =
+        pose_a_.scale * static_cast<double>(a.reach) + pose_b_.scale * static_cast<double>(b.reach) + margin_;
     const double lengths = lengths_ + kernel::sum(kernel::abs(at_a)) + kernel::sum(kernel::abs(at_b));
     const double least = reach + kRounding * (reach + lengths + kernel::sum(kernel::abs(between)));
     return kernel::dot(between, between) > least * least;
@@ -81,14 +80,15 @@ class PartBalls {
 
 // Whether the poses of a leaf are stored like those of a side that is in use.
 bool poses_alike(const LeafShapes& leaf, const kernel::ConvexSide& side) {
-  return leaf.format == side.format && !leaf.orientation == !side.orientation[0];
+  return leaf.at.coding == side.coding && !leaf.at.orientation == !side.orientation[0];
 }
 
 void set_side(const LeafShapes& leaf, const ConvexShape& shape, std::uint32_t lane, kernel::ConvexSide& side) {
-  side.format = leaf.format;
+  side.coding = leaf.at.coding;
   side.shape[lane] = &shape;
-  side.pose[lane] = leaf.pose;
-  side.orientation[lane] = leaf.orientation;
+  side.pose[lane] = leaf.at.pose;
+  side.orientation[lane] = leaf.at.orientation;
+  side.scales[lane] = leaf.at.scale;
 }
 
 // Counts tested leaf pairs, and those of them that were removed. A frame counts leaf pairs before the exact test, but
@@ -116,7 +116,7 @@ class ConvexQueues {
     set_side(a, shape_a, lane, block.a);
     set_side(b, shape_b, lane, block.b);
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
-    block.scale[lane] = scale_of(std::max(shape_a.reach + shape_b.reach, kLeastConvexReach));
+    block.scale[lane] = scale_of(std::max(a.scale * shape_a.reach + b.scale * shape_b.reach, kLeastConvexReach));
     queue.asks[lane] = asks;
     queue.rank[lane] = rank;
     if (queue.count == kLanes) run(queue);
@@ -140,6 +140,7 @@ class ConvexQueues {
         side->shape[lane] = side->shape[0];
         side->pose[lane] = side->pose[0];
         side->orientation[lane] = side->orientation[0];
+        side->scales[lane] = side->scales[0];
       }
       for (auto& by : block.shift.by) by[lane] = by[0];
       block.scale[lane] = block.scale[0];

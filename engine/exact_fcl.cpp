@@ -134,10 +134,16 @@ FclPart box_part(const Box& box) {
   return {ShapeKind::kBox, half, {}, in_link, half.norm(), center.norm() + half.norm(), false};
 }
 
-// The pose of a link in world axes, relative to the origin of its instance, in double.
-Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
+// The pose of a link in world axes, relative to the origin of its instance, in double, and its scale.
+struct LinkPose {
+  Transform rigid;
+  double scale;
+};
+
+LinkPose link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
   const PoseFormat format = batch.input->poses.format;
   const float* const from = pose_of(batch, instance, link);
+  double scale = static_cast<double>(scale_of(batch, instance));
   Transform pose;
   if (format == PoseFormat::kQuaternionTranslation) {
     float f[7];
@@ -153,11 +159,13 @@ Transform link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uin
       for (int c = 0; c < 3; ++c) m(r, c) = static_cast<double>(rows ? f[4 * r + c] : f[4 * c + r]);
       t[r] = static_cast<double>(rows ? f[4 * r + 3] : f[12 + r]);
     }
+    if (batch.input->poses.has_scale) scale = m.col(0).norm();
     pose = make_transform(orthonormal(m), t);
   }
+  if (!batch.input->scales.empty()) pose.translation() *= scale;
   if (const float* const orientation = orientation_of(batch, instance))
     pose = make_transform(rotation_of(orientation), Vector::Zero()) * pose;
-  return pose;
+  return {pose, scale};
 }
 
 }  // namespace
@@ -239,10 +247,11 @@ void ccd_center(const void* part, ccd_vec3_t* out) {
   ccdVec3Set(out, center[0], center[1], center[2]);
 }
 
-// A part of a leaf in a frame. The pose is relative to the origin of instance a.
+// A part of a leaf in a frame. The pose is relative to the origin of instance a, and the scale is that of the link.
 struct PosedPart {
   const FclPart* part;
   Transform pose;
+  double scale;
   double reach;  // at least the sum of the lengths that a coordinate of one of its points is the sum of
 };
 
@@ -260,10 +269,10 @@ struct Query {
 
 Query make_query(const PosedPart& a, const PosedPart& b) {
   const Vector between = b.pose.translation() - a.pose.translation();
-  const double size = a.part->radius + b.part->radius + between.norm();
+  const double size = a.scale * a.part->radius + b.scale * b.part->radius + between.norm();
   const double unit = size > 0 ? std::ldexp(1.0, std::ilogb(size)) : 1, scale = 1 / unit;
-  return {{a.part, scale, query_axes(*a.part, a.pose.linear()), Vector::Zero()},
-          {b.part, scale, query_axes(*b.part, b.pose.linear()), between * scale},
+  return {{a.part, scale * a.scale, query_axes(*a.part, a.pose.linear()), Vector::Zero()},
+          {b.part, scale * b.scale, query_axes(*b.part, b.pose.linear()), between * scale},
           unit,
           a.pose.translation(),
           kGapRounding * (a.reach + b.reach) * scale};
@@ -272,18 +281,21 @@ Query make_query(const PosedPart& a, const PosedPart& b) {
 // Calls visit(query) for every part of leaf a with every part of leaf b, until visit returns true.
 template <class Visit>
 bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
-  const Transform pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.leaf]);
-  Transform pose_b = link_pose(*b.batch, b.instance, b.fcl_shapes->leaf_link[b.leaf]);
+  const LinkPose pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.leaf]);
+  LinkPose pose_b = link_pose(*b.batch, b.instance, b.fcl_shapes->leaf_link[b.leaf]);
   double by[3];
   origin_difference(a, b, by);
   const Vector shift(by[0], by[1], by[2]);
-  const double reach_a = pose_a.translation().norm(), reach_b = pose_b.translation().norm() + shift.norm();
-  pose_b.translation() += shift;
+  const double away_a = pose_a.rigid.translation().norm(), away_b = pose_b.rigid.translation().norm() + shift.norm();
+  pose_b.rigid.translation() += shift;
+  const auto posed = [](const FclPart& part, const LinkPose& pose, double away) {
+    Transform in_link = part.in_link;
+    in_link.translation() *= pose.scale;
+    return PosedPart{&part, pose.rigid * in_link, pose.scale, away + pose.scale * part.reach};
+  };
   for (const FclPart& part_a : a.fcl_shapes->leaves[a.leaf])
     for (const FclPart& part_b : b.fcl_shapes->leaves[b.leaf])
-      if (visit(make_query({&part_a, pose_a * part_a.in_link, reach_a + part_a.reach},
-                           {&part_b, pose_b * part_b.in_link, reach_b + part_b.reach})))
-        return true;
+      if (visit(make_query(posed(part_a, pose_a, away_a), posed(part_b, pose_b, away_b)))) return true;
   return false;
 }
 

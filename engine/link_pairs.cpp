@@ -52,9 +52,7 @@ void pose_leaves_of_link(const FrameContext& frame, const LinkSide& side, Worker
   PosedLinkSet& set = worker.posed_links;
   const std::uint32_t instance = worker.posed.tile_of(side.slot).instances.instance[side.slot % kLanes];
   kernel::PoseLink pose;
-  pose.format = side.batch->input->poses.format;
-  pose.pose = pose_of(*side.batch, instance, side.leaves->link);
-  pose.orientation = orientation_of(*side.batch, instance);
+  pose.at = stored_pose(*side.batch, instance, side.leaves->link);
   pose.local = side.batch->link_bounds->tiles.data + side.leaves->first_tile;
   pose.leaf_count = side.leaves->leaf_count;
   pose.margin = kMarginShare * frame.margin;

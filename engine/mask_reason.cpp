@@ -29,7 +29,7 @@ class MaskSearch {
       : batch_(batch),
         articulation_(*batch.articulation),
         instance_(instance),
-        format_(batch.input->poses.format),
+        coding_(coding_of(batch)),
         orientation_(orientation_of(batch, instance)) {}
 
   // Numbers that are not finite come before rotations that are not rigid, and these before boxes out of range, as
@@ -52,7 +52,7 @@ class MaskSearch {
   // The first of `count` numbers that is a NaN or beyond the range.
   bool find_number_in(const float* from, std::uint32_t count, MaskCause cause) {
     for (std::uint32_t i = 0; i < count; ++i) {
-      const bool is_read = format_ != PoseFormat::kMatrix4x4 || cause != MaskCause::kPoseNumber || i % 4 != 3;
+      const bool is_read = coding_.format != PoseFormat::kMatrix4x4 || cause != MaskCause::kPoseNumber || i % 4 != 3;
       if (is_read && !kernel::number_in_range(from[i]))
         return found(kInstanceNotFinite, cause, i, from[i], kMaxCoordinate);
     }
@@ -63,7 +63,7 @@ class MaskSearch {
     if (orientation_ && find_number_in(orientation_, 4, MaskCause::kOrientationNumber)) return true;
     for (const PosedLink& posed : articulation_.posed_links) {
       out_.link = posed.link;
-      if (find_number_in(pose_of(batch_, instance_, posed.link), kernel::pose_float_count(format_),
+      if (find_number_in(pose_of(batch_, instance_, posed.link), kernel::pose_float_count(coding_.format),
                          MaskCause::kPoseNumber))
         return true;
     }
@@ -77,18 +77,30 @@ class MaskSearch {
                  std::sqrt(length_sq < kQuaternionSqMin ? kQuaternionSqMin : kQuaternionSqMax));
   }
 
+  bool find_scale(float scale) {
+    if (scale >= kMinScale && scale <= kMaxScale) return false;
+    return found(kInstanceNotRigid, MaskCause::kScale, 0, scale, scale < kMinScale ? kMinScale : kMaxScale);
+  }
+
   bool find_rotation() {
     if (orientation_ && find_length(orientation_, MaskCause::kOrientationLength)) return true;
+    if (find_scale(scale_of(batch_, instance_))) return true;
     for (const PosedLink& posed : articulation_.posed_links) {
       const float* const pose = pose_of(batch_, instance_, posed.link);
       out_.link = posed.link;
-      if (format_ == PoseFormat::kQuaternionTranslation) {
+      if (coding_.format == PoseFormat::kQuaternionTranslation) {
         if (find_length(pose, MaskCause::kQuaternionLength)) return true;
         continue;
       }
-      const int step = format_ == PoseFormat::kMatrix3x4 ? 1 : 4, down = format_ == PoseFormat::kMatrix3x4 ? 4 : 1;
+      const int step = coding_.format == PoseFormat::kMatrix3x4 ? 1 : 4,
+                down = coding_.format == PoseFormat::kMatrix3x4 ? 4 : 1;
       kernel::Vec3<float> column[3];
       for (int k = 0; k < 3; ++k) column[k] = {pose[k * step], pose[k * step + down], pose[k * step + 2 * down]};
+      if (coding_.scaling == Scaling::kInMatrices) {
+        const float scale = kernel::sqrt(kernel::dot(column[0], column[0]));
+        if (find_scale(scale)) return true;
+        for (kernel::Vec3<float>& one : column) one = (1.0f / scale) * one;
+      }
       if (!kernel::is_rigid(column))
         return found(kInstanceNotRigid, MaskCause::kMatrix, 0, off_rotation(column), kRigidTolerance);
     }
@@ -100,17 +112,18 @@ class MaskSearch {
     const PosePad pad = kernel::pad_of(orientation_ != nullptr, 0, 1);
     for (const PosedLink& posed : articulation_.posed_links) {
       kernel::LaneChecks<float> checks = all;
-      const kernel::RigidLanes<float> pose =
-          rotated_pose(format_, pose_of(batch_, instance_, posed.link), orientation_, checks);
+      const kernel::RigidLanes<float> pose = placed_pose<float>(stored_pose(batch_, instance_, posed.link), checks);
       out_.link = posed.link;
       const float* const joint = articulation_.link_joint.data + 3 * posed.link;
       const kernel::Vec3<float> at =
-          pose.translation + kernel::rotate<float>(pose.column, {joint[0], joint[1], joint[2]});
+          pose.translation +
+          kernel::rotate<float>(pose.column, pose.scale * kernel::Vec3<float>{joint[0], joint[1], joint[2]});
       if (posed.needs_joint && !kernel::in_range(at))
         return found(kInstanceNotFinite, MaskCause::kJoint, posed.link, largest(at), kMaxCoordinate);
       for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
         const std::uint32_t leaf = articulation_.leaf_order[i];
-        const kernel::BoxLanes<float> box = kernel::pose_box(pose, articulation_.leaf_box[leaf], pad);
+        const kernel::BoxLanes<float> box =
+            kernel::pose_scaled_boxes(pose, kernel::spread_box<float>(articulation_.leaf_box[leaf]), pad);
         if (!kernel::in_range(box.center) || !kernel::in_range(box.half))
           return found(kInstanceNotFinite, MaskCause::kBox, leaf, std::max(largest(box.center), largest(box.half)),
                        kMaxCoordinate);
@@ -122,7 +135,7 @@ class MaskSearch {
   const InstanceBatch& batch_;
   const Articulation& articulation_;
   std::uint32_t instance_;
-  PoseFormat format_;
+  PoseCoding coding_;
   const float* orientation_;
   MaskReason out_;
 };
@@ -135,7 +148,7 @@ Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instanc
   const kernel::FloatMode mode;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
   const InstanceBatch& batch = engine.batch(input.batch);
-  if (instance >= batch.instance_count) return Status::kBadInstance;
+  if (!is_given(batch, instance)) return Status::kBadInstance;
   if (!out) return Status::kBadOutput;
   *out = MaskSearch(batch, instance).reason();
   return Status::kOk;

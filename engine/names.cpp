@@ -53,7 +53,11 @@ const char* to_string(Status status) noexcept {
     case Status::kBadFlags: return "flags must be empty or hold one byte per instance";
     case Status::kBadLayers: return "layers and layer_masks must each be empty or hold one word per instance";
     case Status::kBadInContact: return "in_contact must be empty or hold one byte per instance";
+    case Status::kBadScales:
+      return "scales must be empty or hold one float per instance, and be empty if matrices hold scales";
     case Status::kBadCount: return "count is above the batch's instance_count, or not all of a sequence";
+    case Status::kBadInstances:
+      return "instances must be empty or ascend, below count and instance_count; never of a sequence";
     case Status::kBadPairRule: return "rules names a batch without input, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "rules pairs the same two batches twice in the same way";
     case Status::kBadPolicy: return "policies holds a value that its enumeration lacks";

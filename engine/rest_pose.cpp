@@ -16,7 +16,7 @@ Status links_that_touch(const kernel::KernelTable& kernels, const Articulation& 
   std::uint8_t flags[kLanes];
   kernel::PoseTile tile = {};
   tile.articulation = &articulation;
-  tile.format = pose.format;
+  tile.coding = coding_of(pose);
   kernel::point_lanes(pose.data, 0, 1, tile.poses);
   tile.link_stride = pose.link_stride ? pose.link_stride / sizeof(float) : kernel::pose_float_count(pose.format);
   tile.leaves = leaves.data;

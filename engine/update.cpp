@@ -27,12 +27,13 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
   const InstanceBatch& batch = *tile.batch;
   kernel::PoseTile pose;
   pose.articulation = batch.active;
-  pose.format = batch.input->poses.format;
+  pose.coding = coding_of(batch);
   pose.link_stride = batch.link_stride / sizeof(float);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t instance = tile.instances.instance[std::min(lane, tile.instances.count - 1)];
     pose.poses[lane] = pose_of(batch, instance);
     pose.orientations[lane] = orientation_of(batch, instance);
+    pose.scales[lane] = scale_of(batch, instance);
   }
   pose.leaves = tile.boxes;
   pose.joints = worker.joints.data;
@@ -101,8 +102,9 @@ std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, 
 
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile) {
   TileInstances out;
-  out.count = std::min(kLanes, batch.instance_count - tile * kLanes);
-  for (std::uint32_t lane = 0; lane < out.count; ++lane) out.instance[lane] = tile * kLanes + lane;
+  out.count = std::min(kLanes, given_count(batch) - tile * kLanes);
+  for (std::uint32_t lane = 0; lane < out.count; ++lane)
+    out.instance[lane] = given_instance(batch, tile * kLanes + lane);
   return out;
 }
 

@@ -29,7 +29,7 @@ struct TileUpdate {
   AabbTile* bounds;  // likewise
 };
 
-// Returns the instances of a tile of a batch: up to sixteen with consecutive indices.
+// Returns the instances of a tile of a batch: up to sixteen of those that are given, in order.
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile);
 
 // Prefetches the pose of an instance that is posed soon.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace cab {
 namespace {
@@ -38,10 +39,23 @@ bool note_rule(Engine& engine, const PairRule& rule) {
   return true;
 }
 
+// Whether the origins of all instances up to `count`, or of those that are listed, are finite.
+bool are_finite(Span<const double> origins, std::size_t count, Span<const std::uint32_t> listed) {
+  if (origins.empty()) return true;
+  const auto all_finite = [&origins](std::size_t begin, std::size_t end) {
+    return std::all_of(origins.data + begin, origins.data + end, [](double value) { return std::isfinite(value); });
+  };
+  if (listed.empty()) return all_finite(0, 3 * count);
+  return std::all_of(listed.begin(), listed.end(), [&all_finite](std::uint32_t instance) {
+    return all_finite(3 * std::size_t{instance}, 3 * std::size_t{instance} + 3);
+  });
+}
+
 }  // namespace
 
 bool valid_poses(const PoseView& poses, std::size_t link_count) {
   if (!poses.data || poses.format > PoseFormat::kMatrix4x4) return false;
+  if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation) return false;
   const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
   const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
   if (link_stride % 4 || poses.instance_stride % 4 || link_stride < pose_bytes) return false;
@@ -60,11 +74,14 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   const auto fits = [=](const auto& span, std::size_t per_instance) {
     return span.empty() || (span.data && span.size >= per_instance * n && span.size <= per_instance * most);
   };
-  if (!fits(input.origins, 3)) return Status::kBadOrigins;
-  if (!input.origins.empty() &&
-      !std::all_of(input.origins.data, input.origins.data + 3 * n, [](double value) { return std::isfinite(value); }))
-    return Status::kBadOrigins;
+  const Span<const std::uint32_t> listed = input.instances;
+  if (!listed.empty()) {
+    const bool ascend = listed.data && std::is_sorted(listed.begin(), listed.end(), std::less_equal<>());
+    if (!ascend || listed[listed.size - 1] >= n || batch.kind == BatchKind::kSequence) return Status::kBadInstances;
+  }
+  if (!fits(input.origins, 3) || !are_finite(input.origins, n, listed)) return Status::kBadOrigins;
   if (!fits(input.orientations, 4)) return Status::kBadOrientations;
+  if (!fits(input.scales, 1) || (!input.scales.empty() && input.poses.has_scale)) return Status::kBadScales;
   if (!fits(input.flags, 1)) return Status::kBadFlags;
   if (!fits(input.layers, 1) || !fits(input.layer_masks, 1)) return Status::kBadLayers;
   if (!fits(input.in_contact, 1)) return Status::kBadInContact;
@@ -114,7 +131,7 @@ Status validate_pairs(const Engine& engine, Span<const Hit> pairs) {
   const auto is_link = [&engine](BatchId id, std::uint32_t instance, std::uint32_t link) {
     if (!has_input(engine, id)) return false;
     const InstanceBatch& batch = engine.batch(id);
-    return instance < batch.instance_count && !leaves_of(*batch.articulation, link).empty();
+    return is_given(batch, instance) && !leaves_of(*batch.articulation, link).empty();
   };
   for (const Hit& pair : pairs) {
     const bool twice =

@@ -6,6 +6,7 @@
 namespace cab {
 
 // Whether poses of link_count links have data, a known format, and strides that are wide enough and multiples of 4.
+// Only matrices can hold a scale.
 bool valid_poses(const PoseView& poses, std::size_t link_count);
 
 // Checks one input against its batch: the id, the poses, and the size of every array.

@@ -5,6 +5,7 @@
 #include "kernels/transpose.h"
 #include "layout/articulation.h"
 #include "layout/error_bounds.h"
+#include "layout/pose_coding.h"
 
 #include <type_traits>
 
@@ -14,10 +15,11 @@ namespace cab::kernel {
 // that merges need (indexed by link), the motions, and why each lane is masked (InstanceFlag bits).
 struct PoseTile {
   const Articulation* articulation;
-  PoseFormat format;
+  PoseCoding coding;
   const float* poses[kLanes];         // the pose of each instance's first link
   std::size_t link_stride;            // floats from one link's pose to the next
   const float* orientations[kLanes];  // 4 floats per instance, or all null
+  alignas(64) float scales[kLanes];   // with Scaling::kPerInstance
   BoxTile* leaves;
   PointTile* joints;
   MotionTile* motions;  // by link, or null if the caller needs no motions
@@ -36,11 +38,13 @@ inline void point_lanes(const float* first, std::size_t stride, std::uint32_t li
 
 inline bool is_rotated(const PoseTile& tile) { return tile.orientations[0] != nullptr; }
 
-// Rotation, mirrored or not, and translation of a link, one instance per lane.
+// Rotation, mirrored or not, translation and scale of a link, one instance per lane. A point p of the link is at
+// translation + R (scale p).
 template <class V>
 struct RigidLanes {
   Vec3<V> column[3];
   Vec3<V> translation;
+  V scale;
 };
 
 // The floats of one pose of 16 instances: raw[f] holds float f of each.
@@ -122,16 +126,20 @@ CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& lo
   return box;
 }
 
-// The same, padded so that it contains the exactly posed box and every point within by.margin of it.
+// A box in every lane.
+template <class V>
+CAB_INLINE BoxLanes<V> spread_box(const Box& box) {
+  const auto vector = [](const float* p) { return Vec3<V>{V(p[0]), V(p[1]), V(p[2])}; };
+  return {vector(box.center), {vector(box.axis[0]), vector(box.axis[1]), vector(box.axis[2])}, vector(box.half)};
+}
+
+// A posed leaf box, padded so that it contains the exactly posed box and every point within by.margin of it.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by) {
-  const auto vector = [](const float* p) { return Vec3<V>{V(p[0]), V(p[1]), V(p[2])}; };
   const float size = local.half[0] + local.half[1] + local.half[2];
   const float out = std::fabs(local.center[0]) + std::fabs(local.center[1]) + std::fabs(local.center[2]);
-  return pose_box<V>(
-      pose,
-      {vector(local.center), {vector(local.axis[0]), vector(local.axis[1]), vector(local.axis[2])}, vector(local.half)},
-      V((by.body * (size + out) + kMergePadTiny) + by.margin), by.translation);
+  return pose_box<V>(pose, spread_box<V>(local), V((by.body * (size + out) + kMergePadTiny) + by.margin),
+                     by.translation);
 }
 
 // The same with a different local box in every lane.
@@ -140,6 +148,14 @@ CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& 
   const Vec3<V> away = abs(local.center);
   const V size = local.half.x + local.half.y + local.half.z, out = away.x + away.y + away.z;
   return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + V(by.margin), by.translation);
+}
+
+// The same with lengths of the local boxes multiplied by the scale of the pose.
+template <class V>
+CAB_INLINE BoxLanes<V> pose_scaled_boxes(const RigidLanes<V>& pose, BoxLanes<V> local, PosePad by) {
+  local.center = pose.scale * local.center;
+  local.half = pose.scale * local.half;
+  return pose_boxes(pose, local, by);
 }
 
 // True lanes have every number within a limit (kMaxCoordinate unless `most` says otherwise), so no NaN and no infinity.
@@ -172,12 +188,20 @@ CAB_INLINE void read_quaternion(const RawPoses& poses, std::uint32_t lane, LaneC
   quaternion_columns(x, y, z, w, length_sq, column);
 }
 
-// Makes a rotation and a translation from the raw floats of one link.
+// Takes a scale that is out of range, or a NaN, for a rotation that is not rigid.
 template <class V>
-CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std::uint32_t lane,
+CAB_INLINE void check_scale(V scale, LaneChecks<V>& checks) {
+  checks.rigid = both(checks.rigid, both(scale >= V(kMinScale), scale <= V(kMaxScale)));
+}
+
+// Makes a rotation, a translation and a scale from the raw floats of one link. The scale is 1 unless matrices hold it.
+template <class V>
+CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseCoding coding, std::uint32_t lane,
                                    LaneChecks<V>& checks) {
   const auto at = [&](int f) { return Lanes<V>::load(poses.raw[f] + lane); };
+  const PoseFormat format = coding.format;
   RigidLanes<V> out;
+  out.scale = V(1.0f);
   if (format == PoseFormat::kQuaternionTranslation) {
     read_quaternion(poses, lane, checks, out.column);
     out.translation = {at(4), at(5), at(6)};
@@ -188,6 +212,12 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseFormat format, std
     out.translation = {at(3 * step), at(3 * step + down), at(3 * step + 2 * down)};
     checks.finite =
         both(checks.finite, both(in_range(out.column[0]), both(in_range(out.column[1]), in_range(out.column[2]))));
+    if (coding.scaling == Scaling::kInMatrices) {
+      out.scale = sqrt(dot(out.column[0], out.column[0]));
+      check_scale(out.scale, checks);
+      const V by = divide(V(1.0f), out.scale);
+      for (Vec3<V>& column : out.column) column = by * column;
+    }
     checks.rigid = both(checks.rigid, is_rigid(out.column));
     const V hand = select(dot(cross(out.column[0], out.column[1]), out.column[2]) < V(0.0f), V(-1.0f), V(1.0f));
     for (int i = 0; i < (kIsDouble<V> ? 4 : 2); ++i) polish(out.column);
@@ -212,12 +242,24 @@ CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   store_box(tile, lane, box);
 }
 
-// A link's pose in the instance's frame, rotated by the instance's orientation. rotations: the orientations, or null if
-// instances have no orientations.
+// What places sixteen instances besides the poses of their links.
+struct Placing {
+  PoseCoding coding;
+  const RawPoses* rotations;  // the orientations, or null if instances have none
+  const float* scales;        // by lane, with Scaling::kPerInstance
+};
+
+// A link's pose in the instance's frame, scaled, and rotated by the instance's orientation.
 template <class V>
-CAB_INLINE RigidLanes<V> rotated_pose(const RawPoses& raw, const RawPoses* rotations, PoseFormat format,
-                                      std::uint32_t lane, LaneChecks<V>& checks) {
-  RigidLanes<V> pose = link_pose(raw, format, lane, checks);
+CAB_INLINE RigidLanes<V> placed_pose(const RawPoses& raw, const Placing& placing, std::uint32_t lane,
+                                     LaneChecks<V>& checks) {
+  RigidLanes<V> pose = link_pose(raw, placing.coding, lane, checks);
+  if (placing.coding.scaling == Scaling::kPerInstance) {
+    pose.scale = Lanes<V>::load(placing.scales + lane);
+    check_scale(pose.scale, checks);
+    pose.translation = pose.scale * pose.translation;
+  }
+  const RawPoses* const rotations = placing.rotations;
   if (rotations) {
     Vec3<V> turn[3];
     read_quaternion(*rotations, lane, checks, turn);
@@ -233,26 +275,32 @@ inline PosePad pad_of(bool rotated, float margin, float pads) {
   return {pad.body * pads, pad.translation * pads, margin * pads};
 }
 
-// Poses one link and its leaves in the lanes that V covers.
-template <class V>
+// Poses one link and its leaves in the lanes that V covers. kScaled: whether args.coding has a scale.
+template <bool kScaled, class V>
 CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const RawPoses& raw, const RawPoses& rotations,
                           std::uint32_t lane, LaneChecks<V>& checks) {
   const Articulation& articulation = *args.articulation;
-  const RigidLanes<V> pose = rotated_pose(raw, is_rotated(args) ? &rotations : nullptr, args.format, lane, checks);
+  const PoseCoding coding = {args.coding.format, kScaled ? args.coding.scaling : Scaling::kNone};
+  const RigidLanes<V> pose =
+      placed_pose(raw, {coding, is_rotated(args) ? &rotations : nullptr, args.scales}, lane, checks);
   if (args.motions) {
     for (int k = 0; k < 3; ++k) store3(args.motions[posed.link].column[k], lane, pose.column[k]);
     store3(args.motions[posed.link].translation, lane, pose.translation);
+    Lanes<V>::store(args.motions[posed.link].scale + lane, pose.scale);
   }
   if (posed.needs_joint) {
     const float* joint = articulation.link_joint.data + 3 * posed.link;
-    const Vec3<V> at = pose.translation + rotate<V>(pose.column, {V(joint[0]), V(joint[1]), V(joint[2])});
+    Vec3<V> own = {V(joint[0]), V(joint[1]), V(joint[2])};
+    if (kScaled) own = pose.scale * own;
+    const Vec3<V> at = pose.translation + rotate<V>(pose.column, own);
     checks.in_range = both(checks.in_range, in_range(at));
     store3(args.joints[posed.link].at, lane, at);
   }
   const PosePad pad = pad_of(is_rotated(args), args.margin, args.pads);
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
-    const BoxLanes<V> box = pose_box(pose, articulation.leaf_box[leaf], pad);
+    const Box& local = articulation.leaf_box[leaf];
+    const BoxLanes<V> box = kScaled ? pose_scaled_boxes(pose, spread_box<V>(local), pad) : pose_box(pose, local, pad);
     checks.in_range =
         both(checks.in_range, both(in_range(box.center, V(args.range)), in_range(box.half, V(args.range))));
     store_box(args.leaves[leaf], lane, box);
@@ -285,13 +333,14 @@ CAB_INLINE void clear_links(const PoseTile& args, std::uint32_t lane, Mask<V> ke
     if (!args.motions) continue;
     MotionTile& motion = args.motions[posed.link];
     store3(motion.translation, lane, choose<V>(keep, load3<V>(motion.translation, lane), none));
+    Lanes<V>::store(motion.scale + lane, select(keep, Lanes<V>::load(motion.scale + lane), one));
     for (int c = 0; c < 3; ++c)
       store3(motion.column[c], lane, choose<V>(keep, load3<V>(motion.column[c], lane), world[c]));
   }
 }
 
-template <class V>
-void pose_leaves(const PoseTile& args) {
+template <bool kScaled, class V>
+void pose_tile(const PoseTile& args) {
   const Articulation& articulation = *args.articulation;
   const Mask<V> yes = V(0.0f) <= V(0.0f);
   LaneChecks<V> checks[kLanes / kWidth<V>];
@@ -300,9 +349,9 @@ void pose_leaves(const PoseTile& args) {
   if (is_rotated(args)) read_raw<V>(args.orientations, 0, 4, rotations);
 
   for (const PosedLink& posed : articulation.posed_links) {
-    read_raw<V>(args.poses, posed.link * args.link_stride, pose_float_count(args.format), raw);
+    read_raw<V>(args.poses, posed.link * args.link_stride, pose_float_count(args.coding.format), raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-      pose_link(args, posed, raw, rotations, lane, checks[lane / kWidth<V>]);
+      pose_link<kScaled>(args, posed, raw, rotations, lane, checks[lane / kWidth<V>]);
   }
 
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
@@ -312,6 +361,14 @@ void pose_leaves(const PoseTile& args) {
     for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) clear_lanes<V>(args.leaves[leaf], lane, keep);
     clear_links<V>(args, lane, keep);
   }
+}
+
+template <class V>
+void pose_leaves(const PoseTile& args) {
+  if (args.coding.scaling == Scaling::kNone)
+    pose_tile<false, V>(args);
+  else
+    pose_tile<true, V>(args);
 }
 
 }  // namespace cab::kernel

@@ -9,13 +9,10 @@
 
 namespace cab::kernel {
 
-// One link to pose. pose: the link's pose in the caller's layout. orientation: the instance's orientation, or null.
-// local: the leaf boxes in the link's frame, leaves as lanes. The kernel makes the same boxes as pose_leaves, bit for
-// bit. It writes them to `boxes` as records, and their bounds to leaf_bounds as arrays.
+// One link to pose. local: the leaf boxes in the link's frame, leaves as lanes. The kernel makes the same boxes as
+// pose_leaves, bit for bit. It writes them to `boxes` as records, and their bounds to leaf_bounds as arrays.
 struct PoseLink {
-  PoseFormat format;
-  const float* pose;
-  const float* orientation;
+  StoredPose at;
   const BoxTile* local;
   std::uint32_t leaf_count;
   float margin;
@@ -34,15 +31,18 @@ void pose_link_leaves(const PoseLink& args) {
   const Mask<V> yes = V(0.0f) <= V(0.0f);
   LaneChecks<V> checks = {yes, yes, yes};  // not read: pose_leaves checked the pose when the instance was bounded
   RawPoses raw, rotations;
-  spread_raw<V>(args.pose, pose_float_count(args.format), raw);
-  if (args.orientation) spread_raw<V>(args.orientation, 4, rotations);
-  const RigidLanes<V> pose = rotated_pose<V>(raw, args.orientation ? &rotations : nullptr, args.format, 0, checks);
-  const PosePad pad = pad_of(args.orientation != nullptr, args.margin, 1);
+  spread_raw<V>(args.at.pose, pose_float_count(args.at.coding.format), raw);
+  if (args.at.orientation) spread_raw<V>(args.at.orientation, 4, rotations);
+  alignas(64) float scales[kWidth<V>];
+  Lanes<V>::store(scales, V(args.at.scale));
+  const RigidLanes<V> pose =
+      placed_pose<V>(raw, {args.at.coding, args.at.orientation ? &rotations : nullptr, scales}, 0, checks);
+  const PosePad pad = pad_of(args.at.orientation != nullptr, args.margin, 1);
   const std::uint32_t width = leaf_bounds_width(args.leaf_count);
   for (std::uint32_t first = 0; first < args.leaf_count; first += kLanes) {
     BoxTile tile;
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-      const BoxLanes<V> box = pose_boxes(pose, load_box<V>(args.local[first / kLanes], lane), pad);
+      const BoxLanes<V> box = pose_scaled_boxes(pose, load_box<V>(args.local[first / kLanes], lane), pad);
       store_box(tile, lane, box);
       const AabbLanes<V> bounds = bounds_of(box);
       const V sides[6] = {bounds.lo.x, bounds.lo.y, bounds.lo.z, bounds.hi.x, bounds.hi.y, bounds.hi.z};

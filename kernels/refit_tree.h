@@ -237,6 +237,7 @@ CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t lea
   const Vec3<V> column[3] = {load3<V>(motion.column[0], lane), load3<V>(motion.column[1], lane),
                              load3<V>(motion.column[2], lane)};
   const Vec3<V> translation = load3<V>(motion.translation, lane);
+  const V scale = Lanes<V>::load(motion.scale + lane);
   const V largest(3.402823466e38f);
   AabbLanes<V> out = {{largest, largest, largest}, {-largest, -largest, -largest}};
   for (std::uint32_t v = articulation.leaf_vertex_begin[leaf]; v < articulation.leaf_vertex_begin[leaf + 1]; ++v) {
@@ -244,10 +245,10 @@ CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t lea
     const Vec3<V> at = V(vertex[0]) * column[0] + V(vertex[1]) * column[1] + V(vertex[2]) * column[2];
     out = merge_aabb(out, AabbLanes<V>{at, at});
   }
-  const V pad = V((tile.pad.body * articulation.leaf_vertex_reach[leaf] + kMergePadTiny) + tile.pad.margin) +
-                V(tile.pad.translation) * max_component(abs(translation));
+  const V body = V(tile.pad.body) * (scale * V(articulation.leaf_vertex_reach[leaf])) + V(kMergePadTiny);
+  const V pad = (body + V(tile.pad.margin)) + V(tile.pad.translation) * max_component(abs(translation));
   const Vec3<V> wide = {pad, pad, pad};
-  return {out.lo + translation - wide, out.hi + translation + wide};
+  return {scale * out.lo + translation - wide, scale * out.hi + translation + wide};
 }
 
 template <class V>

@@ -93,7 +93,7 @@ inline constexpr double kLinkGrowTranslation = 0x1p-17;  // 128 u; step 6.5: 58 
 
 // Added to S, so that links whose leaves are points keep some slack, as kOverlapTiny does for the overlap test; step
 // 6.6.
-inline constexpr double kLinkTiny = 0x1p-100;
+inline constexpr double kLinkTiny = 0x1p-90;
 
 // The padding and the margin of a link's box are those of a leaf, times this. At a corner a leaf's padding extends sqrt
 // 3 times as far, and the centres of both boxes are rounded. Step 6.4: 2.61.

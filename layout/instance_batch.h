@@ -3,7 +3,9 @@
 
 #include "layout/error_bounds.h"
 #include "layout/link_bounds.h"
+#include "layout/pose_coding.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cab {
@@ -60,6 +62,24 @@ struct InstanceBatch {
   std::size_t instance_stride = 0;  // bytes
 };
 
+// How many instances are given in the current call.
+inline std::uint32_t given_count(const InstanceBatch& batch) {
+  const std::size_t listed = batch.input->instances.size;
+  return listed ? static_cast<std::uint32_t>(listed) : batch.instance_count;
+}
+
+// The number of the instance that is given in the given place.
+inline std::uint32_t given_instance(const InstanceBatch& batch, std::uint32_t place) {
+  return batch.input->instances.empty() ? place : batch.input->instances[place];
+}
+
+// Whether an instance is given in the current call.
+inline bool is_given(const InstanceBatch& batch, std::uint32_t instance) {
+  const Span<const std::uint32_t> listed = batch.input->instances;
+  return instance < batch.instance_count &&
+         (listed.empty() || std::binary_search(listed.begin(), listed.end(), instance));
+}
+
 // Whether a refit makes axis-aligned boxes instead of oriented ones.
 inline bool is_axis_aligned(Refit refit) { return refit == Refit::kAabbHull || refit == Refit::kAabbVertices; }
 
@@ -73,6 +93,22 @@ inline const float* pose_of(const InstanceBatch& batch, std::uint32_t instance, 
 inline const float* orientation_of(const InstanceBatch& batch, std::uint32_t instance) {
   const Span<const float> all = batch.input->orientations;
   return all.empty() ? nullptr : all.data + 4 * std::size_t{instance};
+}
+
+// How the poses of a batch are stored and scaled.
+inline PoseCoding coding_of(const InstanceBatch& batch) {
+  PoseCoding out = coding_of(batch.input->poses);
+  if (!batch.input->scales.empty()) out.scaling = Scaling::kPerInstance;
+  return out;
+}
+
+// The factor of an instance: 1 if the caller gave none.
+inline float scale_of(const InstanceBatch& batch, std::uint32_t instance) {
+  return batch.input->scales.empty() ? 1.0f : batch.input->scales[instance];
+}
+
+inline StoredPose stored_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
+  return {coding_of(batch), pose_of(batch, instance, link), orientation_of(batch, instance), scale_of(batch, instance)};
 }
 
 // One component of the origin of an instance in the world: 0 if the caller gave no origins.

@@ -29,10 +29,11 @@ struct alignas(64) PointTile {
   float at[3][kLanes];
 };
 
-// One rigid motion per instance: the columns of the rotation, and the translation.
+// One motion per instance: the columns of the rotation, the translation, and the scale.
 struct alignas(64) MotionTile {
   float column[3][3][kLanes];
   float translation[3][kLanes];
+  float scale[kLanes];
 };
 
 // Mean and second moment of the corners of leaf boxes, for 16 instances. `second` holds xx yy zz xy xz yz about the

@@ -186,22 +186,21 @@ void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadP
   for (std::uint32_t w = 0; w < pool.working_count(); ++w) pool[w].histogram = {};
 }
 
-void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, std::uint32_t tile,
-                     const AabbTile* leaves, ExtentHistogram& histogram) {
+void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
+                     std::uint32_t live, const AabbTile* leaves, ExtentHistogram& histogram) {
   AabbTile all;
   kernels.bound_together(leaves, batch.active->leaf_count, &all);
-  const std::uint32_t first = tile * kLanes;
-  const std::uint32_t live = std::min(kLanes, batch.instance_count - first);
-  for (std::uint32_t lane = 0; lane < live; ++lane) {
-    InstanceBounds& out = batch.bounds[first + lane];
+  for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
+    const std::uint32_t instance = instances.instance[lane];
+    InstanceBounds& out = batch.bounds[instance];
     for (std::uint32_t c = 0; c < 3; ++c) {
-      const double origin = origin_of(batch, first + lane, c);
+      const double origin = origin_of(batch, instance, c);
       const double lo = static_cast<double>(all.lo[c][lane]), hi = static_cast<double>(all.hi[c][lane]);
       const double pad = kWorldPad * (std::fabs(origin) + std::max(std::fabs(lo), std::fabs(hi)));
       out.lo[c] = origin + lo - pad;
       out.hi[c] = origin + hi + pad;
     }
-    if (batch.pairs_between && (batch.live[tile] >> lane & 1)) add_to_histogram(out, histogram);
+    if (batch.pairs_between && (live >> lane & 1)) add_to_histogram(out, histogram);
   }
 }
 

@@ -16,10 +16,10 @@ void begin_broad_phase(Span<const PairRule> rules, Span<const std::unique_ptr<St
                        WorkerPool& pool);
 
 // Stores the world bounds of a tile's instances: the origin plus the bounds of the leaf boxes, widened by the rounding
-// of this sum in double. batch.live must be set for the tile. Adds every live instance that the grid will hold to the
-// histogram.
-void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, std::uint32_t tile,
-                     const AabbTile* leaves, ExtentHistogram& histogram);
+// of this sum in double. live: the bits of the lanes that are not masked. Adds every live instance that the grid will
+// hold to the histogram.
+void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
+                     std::uint32_t live, const AabbTile* leaves, ExtentHistogram& histogram);
 
 // Puts every live instance of the batches that some rule pairs with others into the grid.
 void build_grid(Span<const std::unique_ptr<StoredBatch>> batches, Grid& grid, WorkerPool& pool);

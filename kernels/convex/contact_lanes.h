@@ -82,6 +82,7 @@ struct ContactLanes {
   Vec3<D> column_a[3], center_a;  // of a's shape, relative to the origin of its instance, in world axes; not scaled
   Vec3<D> column[3], t;           // of b's shape
   Vec3<D> size_a, size_b;
+  D scale_a, scale_b;    // by which the lengths of each shape are multiplied
   D radius_a, radius_b;  // of the balls about round shapes, else 0
   D reach;               // of both shapes together
   D slack, rounding;     // PairLanes::slack, and of a product of three edges of the difference
@@ -107,11 +108,12 @@ struct ContactLanes {
   // The point of each shape farthest along d, for hulls to rounding in float. Lanes outside of `active` may hold
   // anything.
   CAB_INLINE Vec3<D> farthest_of_a(const Vec3<D>& d, std::uint32_t active) const {
-    return kind_a == ConvexKind::kHull ? scale * hull_points(shapes_a, d, active) : support_by_size(kind_a, size_a, d);
+    return kind_a == ConvexKind::kHull ? scale_a * hull_points(shapes_a, d, active)
+                                       : support_by_size(kind_a, size_a, d);
   }
   CAB_INLINE Vec3<D> farthest_of_b(const Vec3<D>& d, std::uint32_t active) const {
     const Vec3<D> local = {dot(column[0], d), dot(column[1], d), dot(column[2], d)};
-    return t + rotate(column, kind_b == ConvexKind::kHull ? scale * hull_points(shapes_b, local, active)
+    return t + rotate(column, kind_b == ConvexKind::kHull ? scale_b * hull_points(shapes_b, local, active)
                                                           : support_by_size(kind_b, size_b, local));
   }
 
@@ -153,6 +155,8 @@ CAB_INLINE ContactLanes<V> contact_lanes(const ConvexBlock& block, const Contact
   out.t = out.scale * in_a(between);
   out.size_a = out.scale * a.size;
   out.size_b = out.scale * b.size;
+  out.scale_a = out.scale * a.scale;
+  out.scale_b = out.scale * b.scale;
   const D zero(0.0);
   out.radius_a = out.kind_a == ConvexKind::kRound ? out.size_a.x : zero;
   out.radius_b = out.kind_b == ConvexKind::kRound ? out.size_b.x : zero;

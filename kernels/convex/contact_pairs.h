@@ -148,8 +148,8 @@ void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContact
     const Vec3<D>& normal = touching.normal;
     const Vec3<D> away = minus(normal);
     const Vec3<D> local_b = {dot(pair.column[0], away), dot(pair.column[1], away), dot(pair.column[2], away)};
-    const D core = (height_of(pair.kind_a, pair.size_a, pair.scale, pair.shapes_a, normal) +
-                    height_of(pair.kind_b, pair.size_b, pair.scale, pair.shapes_b, local_b)) -
+    const D core = (height_of(pair.kind_a, pair.size_a, pair.scale_a, pair.shapes_a, normal) +
+                    height_of(pair.kind_b, pair.size_b, pair.scale_b, pair.shapes_b, local_b)) -
                    dot(normal, pair.t);
     const D unit = divide(D(1.0), pair.scale);
     Lanes<D>::store(out.depth + lane, unit * (core + (pair.radius_a + pair.radius_b)));

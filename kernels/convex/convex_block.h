@@ -8,10 +8,11 @@ namespace cab::kernel {
 
 // One side of a block: a shape in each lane, and the poses that place it.
 struct ConvexSide {
-  PoseFormat format;                 // of all lanes
+  PoseCoding coding;                 // of all lanes
   const ConvexShape* shape[kLanes];  // all of one kind
   const float* pose[kLanes];         // of the shape's link, in the caller's layout
   const float* orientation[kLanes];  // of the instance; all null if instances have none
+  alignas(64) float scales[kLanes];  // of the instance, with Scaling::kPerInstance
 };
 
 // Sixteen pairs of shapes. Unused lanes repeat a used one.

@@ -12,6 +12,7 @@ struct PairLanes {
   Vec3<V> column[3];       // the axes of b's shape
   Vec3<V> t;               // its centre
   Vec3<V> size_a, size_b;  // ConvexShape::size
+  V scale_a, scale_b;      // by which the lengths of each shape are multiplied
   V reach;                 // the sum of both reaches
   V slack;                 // more than how far rounding may move a point of b against a
 };
@@ -40,16 +41,16 @@ struct RawSide {
 
 template <class V>
 CAB_INLINE void read_side(const ConvexSide& side, RawSide& raw) {
-  read_raw<V>(side.pose, 0, pose_float_count(side.format), raw.poses);
+  read_raw<V>(side.pose, 0, pose_float_count(side.coding.format), raw.poses);
   if (side.orientation[0]) read_raw<V>(side.orientation, 0, 4, raw.orientations);
 }
 
-// A shape relative to the origin of its instance, in world axes. away: |translation|_1 of its link + |position|_1.
-// V: a vector of floats or of doubles.
+// A shape relative to the origin of its instance, in world axes. scale: that of its link. away: |translation|_1 of its
+// link + |position|_1. V: a vector of floats or of doubles.
 template <class V>
 struct PosedShape {
   Vec3<V> column[3], center, size;
-  V reach, away;
+  V scale, reach, away;
 };
 
 // local: the shapes in the frames of their links, of the lanes that V covers from `lane` on.
@@ -58,14 +59,16 @@ CAB_INLINE PosedShape<V> pose_shape(const ConvexSide& side, const RawSide& raw, 
                                     const ShapeLanes<V>& local) {
   const Mask<V> yes = V(0) <= V(0);
   LaneChecks<V> checks = {yes, yes, yes};  // not read: pose_leaves checked the pose when the instance was bounded
-  const RigidLanes<V> pose =
-      rotated_pose<V>(raw.poses, side.orientation[0] ? &raw.orientations : nullptr, side.format, lane, checks);
+  const Placing placing = {side.coding, side.orientation[0] ? &raw.orientations : nullptr, side.scales};
+  const RigidLanes<V> pose = placed_pose<V>(raw.poses, placing, lane, checks);
+  const Vec3<V> position = pose.scale * local.position;
   PosedShape<V> out;
   for (int k = 0; k < 3; ++k) out.column[k] = rotate(pose.column, local.column[k]);
-  out.center = pose.translation + rotate(pose.column, local.position);
-  out.size = local.size;
-  out.reach = local.reach;
-  out.away = sum(abs(pose.translation)) + sum(abs(local.position));
+  out.center = pose.translation + rotate(pose.column, position);
+  out.scale = pose.scale;
+  out.size = pose.scale * local.size;
+  out.reach = pose.scale * local.reach;
+  out.away = sum(abs(pose.translation)) + sum(abs(position));
   return out;
 }
 
@@ -85,6 +88,8 @@ CAB_INLINE PairLanes<V> pair_lanes(const ConvexBlock& block, const RawSide& raw_
   out.t = scale * Vec3<V>{dot(a.column[0], between), dot(a.column[1], between), dot(a.column[2], between)};
   out.size_a = scale * a.size;
   out.size_b = scale * b.size;
+  out.scale_a = scale * a.scale;
+  out.scale_b = scale * b.scale;
   out.reach = scale * (a.reach + b.reach);
   out.slack = V(kConvexSlack) * (sum(abs(out.t)) + out.reach) + V(kConvexPoseSlack) * (scale * (a.away + b.away));
   return out;

@@ -9,9 +9,8 @@ namespace cab::kernel {
 // The two shapes of each lane.
 template <class V>
 CAB_INLINE Difference<V> difference_of(const ConvexBlock& block, const PairLanes<V>& pair, std::uint32_t lane) {
-  const V scale = Lanes<V>::load(block.scale + lane);
-  Difference<V> out = {{block.a.shape[0]->kind, pair.size_a, scale, {}},
-                       {block.b.shape[0]->kind, pair.size_b, scale, {}},
+  Difference<V> out = {{block.a.shape[0]->kind, pair.size_a, pair.scale_a, {}},
+                       {block.b.shape[0]->kind, pair.size_b, pair.scale_b, {}},
                        {pair.column[0], pair.column[1], pair.column[2]},
                        pair.t};
   if (out.a.kind == ConvexKind::kHull) out.a.hulls.find(block.a.shape + lane);

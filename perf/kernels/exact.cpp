@@ -195,7 +195,7 @@ struct ExactWork {
       const ExactPair& pair = pairs[list[std::min(i, list.size() - 1)]];
       kernel::ConvexBlock& block = out[i / kLanes];
       const std::uint32_t lane = i % kLanes;
-      block.a.format = block.b.format = PoseFormat::kQuaternionTranslation;
+      block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
       block.a.shape[lane] = &side_a.shapes.shapes[pair.a];
       block.b.shape[lane] = &side_b.shapes.shapes[pair.b];
       block.a.pose[lane] = pair.pose_a;

@@ -13,7 +13,7 @@ namespace cab::oracle {
 using ExactBox = OracleBox<Real>;
 
 // What a stored pose means: a quaternion of any length, or a matrix, mirrored or not, made orthonormal with its first
-// column kept.
+// column kept. The scale is that of the instance or the length of the matrix's first column.
 inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uint32_t link) {
   const float* const f = poses.pose(instance, link);
   ExactPose out{};
@@ -27,12 +27,18 @@ inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uin
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t c = 0; c < 3; ++c) m[k][c] = f[rows ? 4 * c + k : 4 * k + c];
     for (std::size_t c = 0; c < 3; ++c) out.at[c] = f[rows ? 4 * c + 3 : 12 + c];
+    if (poses.has_scale) out.scale = std::sqrt(dot(m[0], m[0]));
+    for (Point& column : m) column = (1 / out.scale) * column;
     m[0] = (1 / std::sqrt(dot(m[0], m[0]))) * m[0];
     m[1] = m[1] - dot(m[1], m[0]) * m[0];
     m[1] = (1 / std::sqrt(dot(m[1], m[1]))) * m[1];
     const Point right_handed = cross(m[0], m[1]);
     m[2] = (dot(right_handed, m[2]) < 0 ? Real{-1} : Real{1}) * right_handed;
     for (std::size_t k = 0; k < 3; ++k) store(m[k], out.column[k]);
+  }
+  if (!poses.scales.empty()) {
+    out.scale = poses.scales[instance];
+    out.at = out.scale * out.at;
   }
   if (!poses.orientations.empty()) {
     const float* const o = poses.orientations.data() + 4 * std::size_t{instance};
@@ -51,10 +57,10 @@ inline std::vector<ExactBox> exact_leaf_boxes(const Rig& rig, const Poses& poses
   for (const Leaf& leaf : rig.leaves) {
     const ExactPose pose = exact_pose(poses, instance, leaf.link);
     ExactBox box{};
-    store(pose.at + rotated(pose.column, convert<Real>(to_vec3(leaf.box.center))), box.center);
+    store(pose.at + rotated(pose.column, pose.scale * convert<Real>(to_vec3(leaf.box.center))), box.center);
     for (std::size_t k = 0; k < 3; ++k) {
       store(rotated(pose.column, convert<Real>(to_vec3(leaf.box.axis[k]))), box.axis[k]);
-      box.half[k] = leaf.box.half[k];
+      box.half[k] = pose.scale * leaf.box.half[k];
     }
     out.push_back(box);
   }

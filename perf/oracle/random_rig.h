@@ -99,6 +99,8 @@ struct Poses {
   std::vector<float> data;
   std::vector<double> origins;
   std::vector<float> orientations;
+  std::vector<float> scales;
+  bool has_scale = false;  // matrices hold a scale
 
   std::size_t floats_per_pose() const {
     return format == PoseFormat::kQuaternionTranslation ? 7 : format == PoseFormat::kMatrix3x4 ? 12 : 16;
@@ -116,6 +118,8 @@ struct Poses {
     out.poses.data = data.data();
     out.origins = {origins.data(), origins.size()};
     out.orientations = {orientations.data(), orientations.size()};
+    out.scales = {scales.data(), scales.size()};
+    out.poses.has_scale = has_scale;
     return out;
   }
 };
@@ -155,6 +159,12 @@ inline void write_pose(PoseFormat format, const double (&q)[4], const Vec3<doubl
     if (!rows) out[4 * c + 3] = 0;
   }
   if (!rows) out[15] = 1;
+}
+
+// Writes one matrix times a factor.
+inline void scale_matrix(PoseFormat format, float factor, float* pose) {
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t c = 0; c < 3; ++c) pose[format == PoseFormat::kMatrix3x4 ? 4 * c + k : 4 * k + c] *= factor;
 }
 
 // Random poses of a rig: every link has a new rotation, and links stay joined.

@@ -12,6 +12,7 @@ using Point = Vec3<Real>;
 struct ExactPose {
   Real column[3][3];
   Point at;
+  Real scale = 1;
 };
 
 inline Point rotated(const Real (&column)[3][3], const Point& p) {

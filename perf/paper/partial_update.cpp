@@ -66,7 +66,7 @@ class LazyTree {
     std::uint8_t flags[kLanes];
     kernel::PoseTile pose = {};
     pose.articulation = &articulation_;
-    pose.format = character_.pose_format;
+    pose.coding.format = character_.pose_format;
     if (character_.is_static) first = 0, live = 1;
     kernel::point_lanes(character_.poses.data() + first * floats, floats, live, pose.poses);
     pose.link_stride = scenes::pose_floats(character_.pose_format);

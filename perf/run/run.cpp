@@ -125,6 +125,7 @@ std::string words_of(const MaskReason& reason) {
       return "the orientation has the length " + number(reason.value) + "; the limit is " + number(reason.limit);
     case MaskCause::kMatrix:
       return "its matrix is off a rotation by " + number(reason.value) + "; it may be off by " + number(reason.limit);
+    case MaskCause::kScale: return "its scale is " + number(reason.value) + "; the limit is " + number(reason.limit);
     case MaskCause::kJoint:
       return "its joint lies at " + number(reason.value) + "; it must be within " + number(reason.limit);
     case MaskCause::kBox:

@@ -36,7 +36,7 @@ struct RandomBlock {
     articulation.parts = {parts.data(), parts.size()};
     articulation.leaf_part_begin = {begin, 2 * kLanes + 1};
     shapes = make_convex_shapes(articulation, arena);
-    block.a.format = block.b.format = PoseFormat::kQuaternionTranslation;
+    block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
     for (std::uint32_t i = 0; i < kLanes; ++i) {
       block.a.shape[i] = &shapes.shapes[2 * i];
       block.b.shape[i] = &shapes.shapes[2 * i + 1];

@@ -149,6 +149,14 @@ auto oriented(std::array<float, 4> q) {
   return [=](Random&, Poses& poses, std::uint32_t i) { std::copy(q.begin(), q.end(), &poses.orientations[4 * i]); };
 }
 
+// Gives one instance a scale, and all others 1.
+auto sized_instance(float scale) {
+  return [=](Random&, Poses& poses, std::uint32_t i) {
+    poses.scales.assign(poses.instance_count, 1.0f);
+    poses.scales[i] = scale;
+  };
+}
+
 std::vector<PoseRow> pose_rows() {
   const std::string not_rigid = "masked, `kInstanceNotRigid`", not_finite = "masked, `kInstanceNotFinite`";
   const std::vector<PoseFormat> matrices = {PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4},
@@ -172,7 +180,7 @@ std::vector<PoseRow> pose_rows() {
             for (double& v : column) v += random.uniform(-1e-7, 1e-7);
         })}},
       {{"matrix off by 1.01e-3 to 1e-2", not_rigid}, kInstanceNotRigid, matrices, {drifted(1.01e-3), drifted(1e-2)}},
-      {{"matrix with uniform scale beyond 5e-4, or zero", not_rigid},
+      {{"matrix with uniform scale beyond 5e-4, or zero, without `has_scale`", not_rigid},
        kInstanceNotRigid,
        matrices,
        {scaled(1.001, 1.001, 1.001), scaled(0.99, 0.99, 0.99), scaled(100, 100, 100), scaled(0, 0, 0),
@@ -235,6 +243,15 @@ std::vector<PoseRow> pose_rows() {
        kInstanceNotFinite,
        all,
        {oriented({kNan, 0, 0, 1}), oriented({0, kInfinity, 0, 1}), oriented({0, 0, 0, 2e18f})}},
+      {{"scale of an instance, 1e-3 to 1e3", "taken: its lengths are multiplied"},
+       kInstanceOk,
+       all,
+       {sized_instance(1e-3f), sized_instance(0.9f), sized_instance(1.1f), sized_instance(1e3f)}},
+      {{"scale of an instance beyond 1e-3 to 1e3, or NaN", not_rigid},
+       kInstanceNotRigid,
+       all,
+       {sized_instance(0), sized_instance(-1), sized_instance(9.99e-4f), sized_instance(1001),
+        sized_instance(kInfinity), sized_instance(kNan)}},
   };
 }
 
@@ -755,6 +772,69 @@ void check_bad_layers() {
     }
 }
 
+void check_bad_scales() {
+  const std::vector<float> ones(20, 1.0f);
+  for (const Span<const float> bad : {Span<const float>{ones.data(), 18}, {ones.data(), 20}, {nullptr, 19}}) {
+    Call call;
+    call.input.scales = bad;
+    CHECK(run_frame(*call.engine, call.job) == Status::kBadScales);
+    CHECK(call.job.hit_count == 0);
+  }
+  Call call;
+  call.input.scales = {ones.data(), 19};
+  CHECK(run_frame(*call.engine, call.job) == Status::kOk);
+  call.input.poses.format = PoseFormat::kMatrix3x4;
+  call.input.poses.has_scale = true;
+  CHECK(run_frame(*call.engine, call.job) == Status::kBadScales);
+}
+
+void check_scaled_quaternions() {
+  Call call;
+  call.input.poses.format = PoseFormat::kQuaternionTranslation;
+  call.input.poses.has_scale = true;
+  CHECK(run_frame(*call.engine, call.job) == Status::kBadPoses);
+}
+
+void check_scaled_matrices() {
+  for (const PoseFormat format : {PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4})
+    for (const bool mirrored : {false, true}) {
+      Random random(mirrored ? 8 : 9);
+      World world;
+      Member member;
+      member.rig = contract_rig(random);
+      member.poses = random_poses(random, member.rig, 18, format, {0.4, random.chance(0.5), true, {}});
+      member.poses.has_scale = true;
+      for (std::uint32_t i = 0; i < 18; ++i)
+        for (std::uint32_t link = 0; link < member.poses.link_count; ++link) {
+          scale_matrix(format, static_cast<float>(random.log_uniform(1.001e-3, 999)), member.poses.pose(i, link));
+          for (std::size_t c = 0; c < 3 && mirrored; ++c)
+            entry(member.poses.pose(i, link), format, c, 1) = -entry(member.poses.pose(i, link), format, c, 1);
+        }
+      world.members.push_back(member);
+      world.rules = {{{1}, {1}, Pairing::kBetween}};
+      for (const Isa isa : available_isas()) {
+        EngineDesc desc;
+        desc.isa = isa;
+        const EnginePtr engine = make_engine_for(world, desc);
+        for (const Policies& policies : {kCabTree, kHullTree, kObbLeaves}) {
+          const std::vector<Box> boxes = boxes_of(*engine, world, 1, policies);
+          for (std::uint32_t i = 0; i < 18; ++i) CHECK(leaves_hold(world, i, boxes));
+        }
+        const Outcome outcome = run_on(*engine, world, {});
+        CHECK(outcome.stats.instances_masked == 0);
+        CHECK(missing_from(judge_world(world), outcome.hits) == 0);
+      }
+    }
+}
+
+void check_bad_count() {
+  Call call;
+  call.input.count = 20;
+  CHECK(run_frame(*call.engine, call.job) == Status::kBadCount);
+  call.input.count = 19;
+  CHECK(run_frame(*call.engine, call.job) == Status::kOk);
+}
+
 void check_no_layers() {
   for (const auto layers : {&BatchInput::layers, &BatchInput::layer_masks}) {
     Call call;
@@ -892,6 +972,11 @@ std::vector<CallRow> call_rows() {
   return {
       {{"origins far out, 1e9 m and more", "taken: boxes as at 0, hits by differences in double"}, check_far_origins},
       {{"origin that is not finite", "refused, `kBadOrigins`"}, check_bad_origins},
+      {{"scales of another count than instances, or with `has_scale`", "refused, `kBadScales`"}, check_bad_scales},
+      {{"`has_scale` with quaternions", "refused, `kBadPoses`"}, check_scaled_quaternions},
+      {{"matrices times 1e-3 to 1e3, with `has_scale`", "taken: lengths of the link are multiplied"},
+       check_scaled_matrices},
+      {{"count above the batch's", "refused, `kBadCount`"}, check_bad_count},
       {{"layers or layer masks of another count than instances", "refused, `kBadLayers`"}, check_bad_layers},
       {{"layer 0, or layer mask 0", "in no pair with others; its own links are paired"}, check_no_layers},
       {{"margin negative, above 1e18, infinite or NaN", "refused, `kBadMargin`"}, check_bad_margin},

@@ -32,8 +32,8 @@ struct Body {
     std::uint8_t flags[kLanes];
     kernel::PoseTile pose = {};
     pose.articulation = &articulation;
-    pose.format = character->pose_format;
-    pose.link_stride = kernel::pose_float_count(pose.format);
+    pose.coding.format = character->pose_format;
+    pose.link_stride = kernel::pose_float_count(pose.coding.format);
     if (character->is_static) first = 0, live = 1;
     const std::size_t floats = articulation.link_count * pose.link_stride;
     kernel::point_lanes(character->poses.data() + first * floats, floats, live, pose.poses);

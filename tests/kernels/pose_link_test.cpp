@@ -20,6 +20,22 @@ struct TilePoses {
   PoseFormat format;
   std::uint32_t links;
   std::vector<float> data, rotations;
+  Scaling scaling = Scaling::kNone;
+  std::vector<float> scales = std::vector<float>(kLanes, 1.0f);
+
+  // Scales all instances by factors up to `most`: as a whole, or each matrix.
+  void scale(oracle::Random& random, double most) {
+    scaling = format == PoseFormat::kQuaternionTranslation || random.chance(0.5) ? Scaling::kPerInstance
+                                                                                 : Scaling::kInMatrices;
+    for (float& factor : scales) factor = static_cast<float>(random.log_uniform(1.001e-3, most));
+    if (scaling == Scaling::kPerInstance) return;
+    for (std::size_t pose = 0; pose < data.size(); pose += floats()) {
+      const auto factor = static_cast<float>(random.log_uniform(1.001e-3, most));
+      for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 3; ++column)
+          data[pose + (format == PoseFormat::kMatrix3x4 ? 4 * row + column : 4 * column + row)] *= factor;
+    }
+  }
 
   std::size_t floats() const { return kernel::pose_float_count(format); }
   const float* pose(std::uint32_t instance, std::uint32_t link) const {
@@ -29,7 +45,9 @@ struct TilePoses {
 
 // place: the length of all translations, whose directions are random.
 TilePoses random_tile(oracle::Random& random, PoseFormat format, std::uint32_t links, double place) {
-  TilePoses out = {format, links, {}, {}};
+  TilePoses out;
+  out.format = format;
+  out.links = links;
   for (std::uint32_t i = 0; i < kLanes; ++i) {
     for (int c = 0; c < 4; ++c) out.rotations.push_back(static_cast<float>(random.normal()));
     for (std::uint32_t link = 0; link < links; ++link) {
@@ -69,7 +87,8 @@ PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articul
   std::vector<PointTile> joints(articulation.link_count);
   kernel::PoseTile job = {};
   job.articulation = &articulation;
-  job.format = poses.format;
+  job.coding = {poses.format, poses.scaling};
+  std::copy(poses.scales.begin(), poses.scales.end(), job.scales);
   job.link_stride = poses.floats();
   kernel::point_lanes(poses.data.data(), poses.links * poses.floats(), kLanes, job.poses);
   if (rotated) kernel::point_lanes(poses.rotations.data(), 4, kLanes, job.orientations);
@@ -106,9 +125,10 @@ Demanded demand(const kernel::KernelTable& kernels, const LinkRig& rig, std::uin
   out.leaf_bounds.resize(leaf_bounds_floats(leaves.leaf_count) / kLanes);
   std::memset(static_cast<void*>(out.rows.data()), 0x5a, out.rows.size() * sizeof(BoxAos));
   kernel::PoseLink job;
-  job.format = poses.format;
-  job.pose = poses.pose(instance, leaves.link);
-  job.orientation = rotated ? poses.rotations.data() + 4 * instance : nullptr;
+  job.at = {{poses.format, poses.scaling},
+            poses.pose(instance, leaves.link),
+            rotated ? poses.rotations.data() + 4 * instance : nullptr,
+            poses.scales[instance]};
   job.local = &rig.link_bounds.tiles[leaves.first_tile];
   job.leaf_count = leaves.leaf_count;
   job.margin = margin;
@@ -131,7 +151,8 @@ TEST_CASE("a link posed on demand has the boxes and bounds of a whole tile, bit 
     for (const PoseFormat format : kFormats) {
       const bool rotated = random.chance(0.5);
       const float margin = random.chance(0.5) ? 0 : static_cast<float>(random.log_uniform(1e-6, 1));
-      const TilePoses poses = random_tile(random, format, rig.articulation.link_count, random.log_uniform(1e-2, 1e3));
+      TilePoses poses = random_tile(random, format, rig.articulation.link_count, random.log_uniform(1e-2, 1e3));
+      if (random.chance(0.5)) poses.scale(random, 999);
       const PosedTileOf all = pose(scalar, rig.articulation, poses, rotated, margin, false);
       std::vector<AabbTile> bounds(rig.articulation.leaf_count);
       scalar.bound_boxes(all.boxes.data(), rig.articulation.leaf_count, bounds.data());
@@ -184,7 +205,8 @@ TEST_CASE("a posed box of a link contains the posed and padded boxes of its leav
     for (const PoseFormat format : kFormats) {
       const bool rotated = random.chance(0.5);
       const auto margin = static_cast<float>(random.chance(0.6) ? 0 : size * random.log_uniform(1e-6, 10));
-      const TilePoses poses = random_tile(random, format, rig.articulation.link_count, far * size);
+      TilePoses poses = random_tile(random, format, rig.articulation.link_count, far * size);
+      if (random.chance(0.5)) poses.scale(random, size > 1e11 ? 1 : 999);
       const PosedTileOf leaves = pose(kernels, rig.articulation, poses, rotated, margin, false);
       const PosedTileOf links = pose(kernels, rig.link_bounds.links, poses, rotated, margin, true);
       for (std::uint32_t link = 0; link < rig.link_bounds.leaves.size; ++link) {

@@ -123,7 +123,7 @@ Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation,
   std::memset(static_cast<void*>(out.joints.data()), 0, out.joints.size() * sizeof(PointTile));
   kernel::PoseTile job = {};
   job.articulation = &articulation;
-  job.format = format;
+  job.coding = {format, Scaling::kNone};
   job.link_stride = kernel::pose_float_count(format);
   kernel::point_lanes(poses.data(), articulation.link_count * job.link_stride, live, job.poses);
   if (rotations) kernel::point_lanes(rotations, 4, live, job.orientations);

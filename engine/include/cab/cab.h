@@ -81,20 +81,21 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
-// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadCount, kBadPoses, kBadOrigins,
-// kBadOrientations, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice, kBadPolicy,
-// kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory
-// (TBB had no memory for its tasks). Thread: any, one call per engine at a time. It returns when all tasks have ended.
+// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances,
+// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice,
+// kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow,
+// kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time. It returns when all tasks
+// have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
-// Writes every box of every instance of one batch, relative to the instance's origin in the world's axes. Node n of
-// instance i goes to boxes[i * node_count + n], leaves first, the root last. `boxes` must have room for all of them.
+// Writes every box of every given instance of one batch, relative to the instance's origin in the world's axes. Node n
+// of instance i goes to boxes[i * node_count + n], leaves first, the root last. `boxes` must have room for all of them.
 // They have the bits that run_frame tests without a margin. With a refit of axis-aligned boxes, each Box lies along the
 // world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags says
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
-// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadCount, kBadPoses, kBadOrigins, kBadOrientations,
-// kBadFlags, kBadLayers, kBadInContact, kBadOutput (boxes is too small).
+// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins,
+// kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadOutput (boxes is too small).
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
@@ -106,9 +107,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
-// kBatchGivenTwice, kBadCount, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers, kBadInContact,
-// kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory for its tasks). Thread: any,
-// one call per engine at a time.
+// kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
+// kBadLayers, kBadInContact, kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory
+// for its tasks). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
 
@@ -116,8 +117,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // off. With MaskCause::kNone the instance takes part. A margin, which may take a box that is at the limit out of range,
 // is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
-// Statuses: kBusy, kUnknownBatch, kBadCount, kBadPoses, kBadOrigins, kBadOrientations, kBadFlags, kBadLayers,
-// kBadInContact, kBadInstance, kBadOutput (out is null).
+// Statuses: kBusy, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
+// kBadFlags, kBadLayers, kBadInContact, kBadInstance, kBadOutput (out is null).
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;

@@ -74,7 +74,9 @@ enum class Status : std::int32_t {
   kBadFlags,             // flags must be empty or hold one byte per instance
   kBadLayers,            // layers and layer_masks must each be empty or hold one word per instance
   kBadInContact,         // in_contact must be empty or hold one byte per instance
+  kBadScales,            // scales must be empty or hold one float per instance, and be empty if matrices hold scales
   kBadCount,             // count is above the batch's instance_count, or not all of a sequence
+  kBadInstances,         // instances must be empty or ascend, below count and instance_count; never of a sequence
   kBadPairRule,          // rules names a batch without input, or a pairing that its batches cannot have
   kPairRuleGivenTwice,   // rules pairs the same two batches twice in the same way
   kBadPolicy,            // policies holds a value that its enumeration lacks
@@ -103,6 +105,10 @@ inline constexpr std::uint32_t kMaxWorkers = 1024;
 // instance whose pose exceeds it is masked like one whose pose is not finite: products of the overlap test would
 // overflow float.
 inline constexpr float kMaxCoordinate = 1e18f;
+
+// The least and the largest scale of an instance or of a link.
+inline constexpr float kMinScale = 1e-3f;
+inline constexpr float kMaxScale = 1e3f;
 
 // ------------------------------------------------------------------------------------------------------ basic types
 
@@ -161,6 +167,11 @@ struct PoseView {
   // Bytes from one instance's first pose to the next instance's: a multiple of 4, at least as long as the poses of all
   // links, at most 2^38. 0 (default): link_stride times the number of links.
   std::size_t instance_stride = 0;
+
+  // Whether matrices hold a uniform scale: each is a rotation, mirrored or not, times a factor from kMinScale to
+  // kMaxScale. The factor is the length of the first column. It is that of the link's leaves, their boxes and shapes,
+  // and of its joint. Translations are taken as they are. With matrices only. Default: matrices are rotations.
+  bool has_scale = false;
 };
 
 // ----------------------------------------------------------------------------------------------------- articulation
@@ -309,8 +320,8 @@ struct BatchDesc {
 enum InstanceFlag : std::uint8_t {
   kInstanceOk = 0,         // the instance takes part
   kInstanceNotFinite = 1,  // a NaN, an infinity, or a coordinate above kMaxCoordinate
-  kInstanceNotRigid = 2,   // a quaternion shorter than 1e-3 or longer than 1e3, or a matrix off a rotation, mirrored or
-                           // not, by over 1e-3
+  kInstanceNotRigid = 2,   // a quaternion shorter than 1e-3 or longer than 1e3, a matrix off a rotation, mirrored or
+                           // not, by over 1e-3, or a scale that is not within kMinScale to kMaxScale
 };
 
 // What why_masked found wrong with an instance.
@@ -321,6 +332,7 @@ enum class MaskCause : std::uint8_t {
   kQuaternionLength,   // the quaternion of a link's pose is too short or too long
   kOrientationLength,  // the instance's orientation is too short or too long
   kMatrix,             // the matrix of a link's pose is no rotation, mirrored or not
+  kScale,              // the scale of the instance, or of a link's matrix, is a NaN, too small or too large
   kJoint,              // a posed joint is out of range
   kBox,                // a posed leaf box is out of range
 };
@@ -329,9 +341,9 @@ enum class MaskCause : std::uint8_t {
 struct MaskReason {
   InstanceFlag flag = kInstanceOk;     // the flag that the instance gets
   MaskCause cause = MaskCause::kNone;  // what is wrong
-  std::uint32_t link = 0;              // index of the link whose pose it is about; none with an orientation
+  std::uint32_t link = 0;              // index of the link whose pose it is about; 0 for the instance's own numbers
   std::uint32_t index = 0;             // of the number in the pose or orientation, of the leaf, or of the joint's link
-  float value = 0;  // the number; the quaternion's length; the largest entry of |R^T R - I|; or the largest coordinate
+  float value = 0;  // the number; the length; the scale; the largest entry of |R^T R - I|; or the largest coordinate
   float limit = 0;  // what the value must not exceed, or, if it is below this, not fall short of
 };
 
@@ -370,9 +382,20 @@ struct BatchInput {
   // else 0. Empty (default): nothing is written.
   Span<std::uint8_t> in_contact;
 
+  // One factor per instance, from kMinScale to kMaxScale, by which it is scaled about its origin: the translations of
+  // its poses, its joints, leaf boxes and shapes. Not together with PoseView::has_scale. Empty (default): no instance
+  // is scaled.
+  Span<const float> scales;
+
   // How many instances there are in this call, the first ones of the batch; 0 to its instance_count. The others take no
   // part, and nothing of theirs is read. kAllInstances (default): all. A sequence always has all.
   std::uint32_t count = kAllInstances;
+
+  // The numbers of the instances that are in this call, each above the one before and below `count`. The others take no
+  // part: nothing of theirs is read, and only their bytes of in_contact are written. All other spans are by the number
+  // of an instance, as without this list, and so are hits. Characters only. Empty (default): all instances up to
+  // `count`; for none, set `count` to 0.
+  Span<const std::uint32_t> instances;
 };
 
 // What a PairRule pairs.
