@@ -13,6 +13,7 @@
 #include "layout/fit_box.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -30,9 +31,44 @@ Status guarded(Body&& body) noexcept {
   }
 }
 
+// A number from 1 to 65535 that differs from those of the engines made before.
+std::uint16_t next_engine_number() {
+  static std::atomic<std::uint32_t> made{0};
+  return static_cast<std::uint16_t>(made.fetch_add(1, std::memory_order_relaxed) % 65535 + 1);
+}
+
+// The lowest slot that is not in use, or a new one. A slot that a failed call leaves behind is taken by the next.
+template <class Stored>
+std::size_t free_slot(const Allocator& allocator, std::vector<std::unique_ptr<Stored>>& slots) {
+  const auto free = std::find_if(slots.begin(), slots.end(), [](const auto& slot) { return !slot->in_use(); });
+  const auto index = static_cast<std::size_t>(free - slots.begin());
+  if (free == slots.end()) slots.push_back(std::make_unique<Stored>(allocator));
+  return index;
+}
+
+// Empties the slot of a batch.
+void clear_slot(StoredBatch& slot) {
+  slot.batch = {};
+  slot.fcl_shapes = nullptr;
+  slot.convex_shapes = nullptr;
+  slot.arena.release();
+}
+
+// Puts what was made in place of what a slot holds, in its next generation.
+template <class Stored>
+void fill_slot(std::unique_ptr<Stored> made, std::unique_ptr<Stored>& slot) {
+  made->generation = slot->generation;
+  slot = std::move(made);
+}
+
+const StoredArticulation* find_stored(const Engine& engine, ArticulationId id) {
+  const std::size_t index = index_of(id.value, engine, engine.articulations);
+  return index < engine.articulations.size() ? engine.articulations[index].get() : nullptr;
+}
+
 const Articulation* find_articulation(const Engine& engine, ArticulationId id) {
-  return id.value == 0 || id.value > engine.articulations.size() ? nullptr
-                                                                 : &engine.articulations[id.value - 1]->articulation;
+  const StoredArticulation* const stored = find_stored(engine, id);
+  return stored ? &stored->articulation : nullptr;
 }
 
 // The box of one lane.
@@ -72,6 +108,7 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
                            !desc.scheduler->parallel_for))
       return Status::kBadScheduler;
     auto engine = std::make_unique<Engine>();
+    engine->number = next_engine_number();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     engine->kernels = kernels;
     engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
@@ -116,8 +153,9 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
     slot->fcl_shapes = make_fcl_shapes(slot->articulation);
     build_link_bounds(slot->articulation, slot->arena, &slot->link_bounds);
     slot->convex_shapes = make_convex_shapes(slot->articulation, slot->arena);
-    engine.articulations.push_back(std::move(slot));
-    out->value = static_cast<std::uint32_t>(engine.articulations.size());
+    const std::size_t index = free_slot(engine.allocator, engine.articulations);
+    fill_slot(std::move(slot), engine.articulations[index]);
+    out->value = id_of(index, engine, engine.articulations);
     return Status::kOk;
   });
 }
@@ -127,21 +165,20 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     const Call call(engine);
     if (!call.admitted()) return Status::kBusy;
     if (!out) return Status::kBadOutput;
-    const Articulation* articulation = find_articulation(engine, desc.articulation);
-    if (!articulation) return Status::kUnknownArticulation;
+    const StoredArticulation* const stored = find_stored(engine, desc.articulation);
+    if (!stored) return Status::kUnknownArticulation;
     if (desc.kind > BatchKind::kSequence) return Status::kBadBatchKind;
     if (desc.instance_count == 0) return Status::kNoInstances;
-    if (desc.instance_count > kMaxInstances || engine.batches.size() == kMaxBatches) return Status::kTooManyInstances;
+    if (desc.instance_count > kMaxInstances) return Status::kTooManyInstances;
     // The indices of grid entries and the number of buckets have 32 bits. The number of buckets is a power of two that
     // is not below the number of characters.
     if (character_count(engine) + desc.instance_count > (std::size_t{1} << 31)) return Status::kTooManyInstances;
     auto slot = std::make_unique<StoredBatch>(engine.allocator);
     InstanceBatch& batch = slot->batch;
-    batch.articulation = articulation;
-    const StoredArticulation& articulation_slot = *engine.articulations[desc.articulation.value - 1];
-    batch.link_bounds = &articulation_slot.link_bounds;
-    slot->fcl_shapes = articulation_slot.fcl_shapes.get();
-    slot->convex_shapes = &articulation_slot.convex_shapes;
+    batch.articulation = &stored->articulation;
+    batch.link_bounds = &stored->link_bounds;
+    slot->fcl_shapes = stored->fcl_shapes.get();
+    slot->convex_shapes = &stored->convex_shapes;
     batch.kind = desc.kind;
     batch.capacity = batch.instance_count = desc.instance_count;
     if (desc.kind == BatchKind::kCharacters) {
@@ -151,16 +188,60 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
           slot->arena.allocate<std::size_t>((desc.instance_count + kWrittenPerTask - 1) / kWrittenPerTask);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
     }
-    engine.batches.push_back(std::move(slot));
+    const std::size_t index = free_slot(engine.allocator, engine.batches);
+    if (index == kMaxBatches) {
+      engine.batches.pop_back();
+      return Status::kTooManyInstances;
+    }
+    fill_slot(std::move(slot), engine.batches[index]);
     try {
       size_memory(engine);
     } catch (...) {
-      engine.batches.pop_back();
+      clear_slot(*engine.batches[index]);
       throw;
     }
-    out->value = static_cast<std::uint32_t>(engine.batches.size());
+    out->value = id_of(index, engine, engine.batches);
     return Status::kOk;
   });
+}
+
+Status reserve(Engine& engine, const ReserveDesc& desc) noexcept {
+  return guarded([&] {
+    const Call call(engine);
+    if (!call.admitted()) return Status::kBusy;
+    if (desc.batches > kMaxBatches || desc.characters > (1u << 31)) return Status::kTooManyInstances;
+    reserve_memory(desc, engine);
+    return Status::kOk;
+  });
+}
+
+Status remove_batch(Engine& engine, BatchId id) noexcept {
+  const Call call(engine);
+  if (!call.admitted()) return Status::kBusy;
+  if (!has_batch(engine, id)) return Status::kUnknownBatch;
+  StoredBatch& slot = *engine.batches[slot_of(id).value - 1];
+  clear_slot(slot);
+  ++slot.generation;
+  return Status::kOk;
+}
+
+Status remove_articulation(Engine& engine, ArticulationId id) noexcept {
+  const Call call(engine);
+  if (!call.admitted()) return Status::kBusy;
+  const std::size_t index = index_of(id.value, engine, engine.articulations);
+  if (index == engine.articulations.size()) return Status::kUnknownArticulation;
+  StoredArticulation& slot = *engine.articulations[index];
+  const bool in_use = std::any_of(engine.batches.begin(), engine.batches.end(), [&slot](const auto& batch) {
+    return batch->batch.articulation == &slot.articulation;
+  });
+  if (in_use) return Status::kArticulationInUse;
+  slot.articulation = {};
+  slot.link_bounds = {};
+  slot.convex_shapes = {};
+  slot.fcl_shapes.reset();
+  slot.arena.release();
+  ++slot.generation;
+  return Status::kOk;
 }
 
 Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept {

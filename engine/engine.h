@@ -18,30 +18,71 @@ namespace cab {
 struct StoredArticulation {
   explicit StoredArticulation(const Allocator& allocator) : arena(allocator) {}
 
-  Arena arena;  // owns the memory of `articulation`, `link_bounds` and `convex_shapes`
+  // Whether the slot holds an articulation.
+  bool in_use() const { return articulation.link_count != 0; }
+
+  std::uint16_t generation = 0;  // how many articulations the slot held before
+  Arena arena;                   // owns the memory of `articulation`, `link_bounds` and `convex_shapes`
   Articulation articulation;
   LinkBounds link_bounds;
   ConvexShapes convex_shapes;
   std::unique_ptr<FclShapes, FclShapesDelete> fcl_shapes;
 };
 
+// What sizes the memory that workers have and share: the worst-case counts over all batches of an engine.
+struct MemoryNeeds {
+  std::size_t nodes = 0;                // of one tile of all sequences, or of one tile of the largest character
+  std::size_t joints = 0;               // of the articulation with most links
+  std::size_t depth = 0;                // levels of the two deepest hierarchies together
+  std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
+  std::size_t character_instances = 0;  // over all batches of characters
+  std::size_t character_nodes = 0;      // of the largest character
+  std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
+  std::size_t character_tiles = 0;      // over all batches of characters
+  std::size_t batch_slots = 0;          // in use or not
+  bool several_leaves = false;          // whether a link of a character has several leaves
+  bool large = false;                   // whether a character is_large
+};
+
 // The state behind the public API (cab/cab.h).
 struct Engine {
   Allocator allocator;
+  std::uint16_t number = 0;                                        // tells engines apart; never 0
   const kernel::KernelTable* kernels = nullptr;                    // of the instruction set that the engine runs
-  std::vector<std::unique_ptr<StoredArticulation>> articulations;  // by ArticulationId::value - 1
-  std::vector<std::unique_ptr<StoredBatch>> batches;               // by BatchId::value - 1
+  std::vector<std::unique_ptr<StoredArticulation>> articulations;  // by slot - 1
+  std::vector<std::unique_ptr<StoredBatch>> batches;               // by slot - 1
   WorkerPool pool;
   BroadPhase broad_phase;
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;             // scratch of validate_job: one bit per possible rule
+  MemoryNeeds sized;                         // what the memory suffices for
   std::unique_ptr<Arena> shared_arena;       // owns the grid, paired_bits, the words of the hit store and rule_bits
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
 
   Span<const std::unique_ptr<StoredBatch>> stored_batches() const { return {batches.data(), batches.size()}; }
-  InstanceBatch& batch(BatchId id) { return batches[id.value - 1]->batch; }
-  const InstanceBatch& batch(BatchId id) const { return batches[id.value - 1]->batch; }
+  InstanceBatch& batch(BatchId id) { return batches[slot_of(id).value - 1]->batch; }
+  const InstanceBatch& batch(BatchId id) const { return batches[slot_of(id).value - 1]->batch; }
 };
+
+// The id of what is in a slot.
+template <class Slots>
+std::uint64_t id_of(std::size_t index, const Engine& engine, const Slots& slots) {
+  return (index + 1) | std::uint64_t{slots[index]->generation} << 32 | std::uint64_t{engine.number} << 48;
+}
+
+// The index of the slot that an id names, or the number of slots if it names none that is in use. slots: batches or
+// articulations of the engine. An id that is more than a slot must be the one that was given out last.
+template <class Slots>
+std::size_t index_of(std::uint64_t id, const Engine& engine, const Slots& slots) {
+  const auto index = static_cast<std::size_t>(static_cast<std::uint32_t>(id)) - 1;
+  if (index >= slots.size() || !slots[index]->in_use()) return slots.size();
+  return id >> 32 == 0 || id == id_of(index, engine, slots) ? index : slots.size();
+}
+
+// Whether an id names a batch of the engine.
+inline bool has_batch(const Engine& engine, BatchId id) {
+  return index_of(id.value, engine, engine.batches) < engine.batches.size();
+}
 
 // Returns what the steps of a frame read. run_frame passes resolved policies. compute_boxes passes those of the caller,
 // since its steps do not read the strategy.

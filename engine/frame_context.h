@@ -16,7 +16,11 @@ namespace cab {
 struct StoredBatch {
   explicit StoredBatch(const Allocator& allocator) : arena(allocator) {}
 
-  Arena arena;  // owns the arrays of `batch`
+  // Whether the slot holds a batch. If not, it has no instances.
+  bool in_use() const { return batch.articulation != nullptr; }
+
+  std::uint16_t generation = 0;  // how many batches the slot held before
+  Arena arena;                   // owns the arrays of `batch`
   InstanceBatch batch;
   const FclShapes* fcl_shapes = nullptr;        // owned by the articulation
   const ConvexShapes* convex_shapes = nullptr;  // likewise
@@ -26,7 +30,7 @@ struct StoredBatch {
 // of a batch are the exception, such as the caller's flags and in_contact: steps write them through `batches`.
 struct FrameContext {
   const kernel::KernelTable& kernels;
-  Span<const std::unique_ptr<StoredBatch>> batches;  // by BatchId::value - 1
+  Span<const std::unique_ptr<StoredBatch>> batches;  // by slot - 1
   const BroadPhase& broad_phase;
   // With resolved strategy; characters and sequences have a context each. kAuto: batches of characters have strategies
   // that differ.

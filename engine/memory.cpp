@@ -5,48 +5,77 @@
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace cab {
 namespace {
 
-// The worst-case counts over all batches of an engine.
-struct Needs {
-  std::size_t nodes = 0;                // of one tile of all sequences, or of one tile of the largest character
-  std::size_t joints = 0;               // of the articulation with most links
-  std::size_t depth = 0;                // levels of the two deepest hierarchies together
-  std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
-  std::size_t character_instances = 0;  // over all batches of characters
-  std::size_t character_nodes = 0;      // of the largest character
-  std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
-  std::size_t character_tiles = 0;      // over all batches of characters
-  bool several_leaves = false;          // whether a link of a character has several leaves
-  bool large = false;                   // whether a character is_large
-};
+// The most that one articulation asks for, over several of them.
+struct Extremes {
+  std::size_t leaves = 0, depth = 0;
 
-Needs needs_of(const Engine& engine) {
-  Needs needs;
-  std::size_t sequence_nodes = 0, leaves = 0, depth = 0;
-  for (const auto& slot : engine.batches) {
-    const InstanceBatch& batch = slot->batch;
-    const Articulation& articulation = *batch.articulation;
+  void add(const Articulation& articulation, MemoryNeeds& needs) {
     needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
     leaves = std::max<std::size_t>(leaves, articulation.leaf_count);
     depth = std::max<std::size_t>(depth, articulation.program.depth);
+    needs.depth = 2 * depth + 2;
+    needs.leaf_pairs = leaves * leaves;
+  }
+};
+
+// Counts an articulation as that of characters.
+void add_character(const Articulation& articulation, const LinkBounds& link_bounds, MemoryNeeds& needs) {
+  needs.several_leaves = needs.several_leaves || link_bounds.has_several_leaves;
+  needs.large = needs.large || is_large(articulation);
+  needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
+  needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));
+  needs.nodes = std::max(needs.nodes, needs.character_nodes);
+}
+
+MemoryNeeds needs_of(const Engine& engine) {
+  MemoryNeeds needs;
+  Extremes extremes;
+  std::size_t sequence_nodes = 0;
+  for (const auto& slot : engine.batches) {
+    if (!slot->in_use()) continue;
+    const InstanceBatch& batch = slot->batch;
+    extremes.add(*batch.articulation, needs);
     if (batch.kind == BatchKind::kSequence) {
-      sequence_nodes += articulation.node_count;
+      sequence_nodes += batch.articulation->node_count;
     } else {
       needs.character_instances += batch.capacity;
       needs.character_tiles += tile_count(batch.capacity);
-      needs.several_leaves = needs.several_leaves || batch.link_bounds->has_several_leaves;
-      needs.large = needs.large || is_large(articulation);
-      needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
-      needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));
+      add_character(*batch.articulation, *batch.link_bounds, needs);
     }
   }
-  needs.nodes = std::max(needs.character_nodes, sequence_nodes);
-  needs.depth = 2 * depth + 2;
-  needs.leaf_pairs = leaves * leaves;
+  needs.nodes = std::max(needs.nodes, sequence_nodes);
+  needs.batch_slots = engine.batches.size();
   return needs;
+}
+
+constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
+                                                 &MemoryNeeds::joints,
+                                                 &MemoryNeeds::depth,
+                                                 &MemoryNeeds::leaf_pairs,
+                                                 &MemoryNeeds::character_instances,
+                                                 &MemoryNeeds::character_nodes,
+                                                 &MemoryNeeds::leaf_bounds_floats,
+                                                 &MemoryNeeds::character_tiles,
+                                                 &MemoryNeeds::batch_slots};
+
+// The larger of each two counts.
+MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
+  MemoryNeeds out;
+  for (const auto count : kCounts) out.*count = std::max(x.*count, y.*count);
+  out.several_leaves = x.several_leaves || y.several_leaves;
+  out.large = x.large || y.large;
+  return out;
+}
+
+// Whether memory that is sized for x suffices for y.
+bool suffices(const MemoryNeeds& x, const MemoryNeeds& y) {
+  return std::all_of(std::begin(kCounts), std::end(kCounts), [&](const auto count) { return x.*count >= y.*count; }) &&
+         (x.several_leaves || !y.several_leaves) && (x.large || !y.large);
 }
 
 template <class T>
@@ -55,7 +84,7 @@ FixedList<T> make_list(Arena& arena, std::size_t capacity) {
 }
 
 // Sizes what a worker needs for characters: the posed instances and, if links have several leaves, the posed links.
-void size_posed_set(Worker& worker, const Needs& needs, std::size_t batch_count) {
+void size_posed_set(Worker& worker, const MemoryNeeds& needs) {
   constexpr std::size_t kEntries = 1024;
   static_assert(kEntries >= 2 * kPosedTiles * kLanes);
   PosedSet& set = worker.posed;
@@ -65,7 +94,7 @@ void size_posed_set(Worker& worker, const Needs& needs, std::size_t batch_count)
     return std::max(2 * of_tile, std::min(most, tiles * of_tile));
   };
   set.tiles = make_list<PosedTile>(worker.arena, tiles);
-  set.open = worker.arena.allocate<std::uint32_t>(batch_count);
+  set.open = worker.arena.allocate<std::uint32_t>(needs.batch_slots);
   set.entries = worker.arena.allocate<PosedEntry>(kEntries);
   set.boxes = make_list<BoxAos>(worker.arena, capacity(kLanes * needs.character_nodes, kPosedBoxes));
   set.leaf_bounds = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_bounds_floats, kPosedLeafFloats));
@@ -76,13 +105,13 @@ void size_posed_set(Worker& worker, const Needs& needs, std::size_t batch_count)
   worker.link_pairs = make_list<LeafPair>(worker.arena, worker.found.capacity);
 }
 
-void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
+void size_worker(Worker& worker, const MemoryNeeds& needs) {
   worker.boxes = worker.arena.allocate<BoxTile>(needs.nodes);
   worker.bounds = worker.arena.allocate<AabbTile>(needs.nodes);
   worker.joints = worker.arena.allocate<PointTile>(needs.joints);
   worker.motions = worker.arena.allocate<MotionTile>(needs.joints);
   worker.moments = worker.arena.allocate<MomentTile>(needs.nodes);
-  worker.live = worker.arena.allocate<std::uint32_t>(batch_count);
+  worker.live = worker.arena.allocate<std::uint32_t>(needs.batch_slots);
   worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
   worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
   worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
@@ -92,7 +121,7 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
   worker.candidates = make_list<Candidate>(worker.arena, kChunkCandidates);
   worker.waiting = make_list<EntryPair>(worker.arena, needs.large ? kWaitingCandidates : 0);
   worker.convex_queues = worker.arena.allocate<ConvexQueue>(kConvexQueues);
-  if (needs.character_instances) size_posed_set(worker, needs, batch_count);
+  if (needs.character_instances) size_posed_set(worker, needs);
   worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
   worker.words = make_list<std::uint32_t>(worker.arena, needs.character_instances ? kTaskWords : 0);
@@ -102,22 +131,18 @@ void size_worker(Worker& worker, const Needs& needs, std::size_t batch_count) {
 void place_sequences(Engine& engine) {
   std::uint32_t at = 0;
   for (const auto& slot : engine.batches) {
-    if (slot->batch.kind != BatchKind::kSequence) continue;
+    if (!slot->in_use() || slot->batch.kind != BatchKind::kSequence) continue;
     slot->batch.worker_nodes = at;
     at += slot->batch.articulation->node_count;
   }
 }
 
-}  // namespace
-
-std::size_t character_count(const Engine& engine) { return needs_of(engine).character_instances; }
-
-void size_memory(Engine& engine) {
-  const Needs needs = needs_of(engine);
+// Makes new workers and shared arrays for the given needs, then replaces the old ones.
+void make_memory(const MemoryNeeds& needs, Engine& engine) {
   std::vector<std::unique_ptr<Worker>> workers;
   for (std::uint32_t w = 0; w < engine.pool.tasks->worker_count(); ++w) {
     workers.push_back(std::make_unique<Worker>(engine.allocator));
-    size_worker(*workers.back(), needs, engine.batches.size());
+    size_worker(*workers.back(), needs);
   }
   auto shared = std::make_unique<Arena>(engine.allocator);
   std::size_t buckets = 16;
@@ -126,8 +151,9 @@ void size_memory(Engine& engine) {
   const auto placements = shared->allocate<Placement>(needs.character_instances);
   const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
   const auto store = shared->allocate<std::uint32_t>(store_words(needs.character_instances));
-  const auto paired = shared->allocate<std::uint64_t>((engine.batches.size() * engine.batches.size() + 63) / 64);
-  const auto rules = shared->allocate<std::uint64_t>((2 * engine.batches.size() * engine.batches.size() + 63) / 64);
+  const std::size_t pairs = needs.batch_slots * needs.batch_slots;
+  const auto paired = shared->allocate<std::uint64_t>((pairs + 63) / 64);
+  const auto rules = shared->allocate<std::uint64_t>((2 * pairs + 63) / 64);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
@@ -135,9 +161,50 @@ void size_memory(Engine& engine) {
   engine.broad_phase.grid.placements = placements;
   engine.broad_phase.grid.bucket = bucket;
   engine.broad_phase.paired_bits = paired;
-  engine.broad_phase.batch_count = engine.batches.size();
+  engine.broad_phase.batch_count = needs.batch_slots;
   engine.hit_store.words = store;
+  engine.sized = needs;
+}
+
+}  // namespace
+
+std::size_t character_count(const Engine& engine) { return needs_of(engine).character_instances; }
+
+void size_memory(Engine& engine) {
+  const MemoryNeeds needs = needs_of(engine);
+  if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
   place_sequences(engine);
+}
+
+void reserve_memory(const ReserveDesc& desc, Engine& engine) {
+  MemoryNeeds needs = needs_of(engine);
+  Extremes extremes;
+  for (const auto& slot : engine.articulations) {
+    if (!slot->in_use()) continue;
+    extremes.add(slot->articulation, needs);
+    add_character(slot->articulation, slot->link_bounds, needs);
+  }
+  needs.character_instances = std::max<std::size_t>(needs.character_instances, desc.characters);
+  // Each batch may end in a tile that is not full.
+  needs.character_tiles = std::max(needs.character_tiles, tile_count(desc.characters) + std::size_t{desc.batches});
+  needs.batch_slots = std::max<std::size_t>(needs.batch_slots, desc.batches);
+  if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
+  engine.batches.reserve(needs.batch_slots);
+}
+
+Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
+  if (!out) return Status::kBadOutput;
+  *out = {};
+  for (const auto& slot : engine.articulations) out->articulations += slot->arena.bytes();
+  for (const auto& slot : engine.batches) out->batches += slot->arena.bytes();
+  for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
+  const Grid& grid = engine.broad_phase.grid;
+  out->grid = grid.entries.size * sizeof(GridEntry) + grid.placements.size * sizeof(Placement) +
+              grid.bucket.size * sizeof(std::uint32_t);
+  out->hits = engine.hit_store.words.size * sizeof(std::uint32_t);
+  const std::size_t shared = engine.shared_arena ? engine.shared_arena->bytes() : 0;
+  out->total = out->articulations + out->batches + out->workers + shared;
+  return Status::kOk;
 }
 
 }  // namespace cab

@@ -8,8 +8,11 @@ namespace cab {
 // Returns the number of instances in all character batches.
 std::size_t character_count(const Engine& engine);
 
-// Makes new workers and shared arrays that suffice for every frame with the engine's batches, then replaces the old
-// ones. Changes nothing if memory runs out. Throws std::bad_alloc.
+// If the memory of the workers, and what they share, does not suffice for every frame with the engine's batches, makes
+// memory that does, and replaces the old one. Changes nothing if memory runs out. Throws std::bad_alloc.
 void size_memory(Engine& engine);
+
+// The same for batches that may be added.
+void reserve_memory(const ReserveDesc& desc, Engine& engine);
 
 }  // namespace cab

@@ -39,8 +39,10 @@ const char* to_string(Status status) noexcept {
     case Status::kBadIgnoredPair: return "ignored_pairs names a link that does not exist";
     case Status::kBadRestPose:
       return "rest_pose has an unknown format, an invalid stride, or values that are not a rigid pose";
-    case Status::kUnknownArticulation: return "the articulation id is not one of this engine";
-    case Status::kUnknownBatch: return "the batch id is not one of this engine";
+    case Status::kUnknownArticulation:
+      return "the articulation id is not one of this engine, or is of one that was removed";
+    case Status::kUnknownBatch: return "the batch id is not one of this engine, or is of one that was removed";
+    case Status::kArticulationInUse: return "the articulation has batches, which must be removed first";
     case Status::kBadBatchKind: return "kind is not a value of BatchKind";
     case Status::kNoInstances: return "instance_count is 0, but a batch needs at least one instance";
     case Status::kTooManyInstances:

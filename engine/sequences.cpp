@@ -40,7 +40,8 @@ struct PairedTiles {
 
 // The rule with the lower batch first, as hits have it.
 PairedTiles tiles_of(const FrameContext& frame, const PairRule& rule, std::uint32_t tile) {
-  const std::uint32_t a = std::min(rule.a.value, rule.b.value) - 1, b = std::max(rule.a.value, rule.b.value) - 1;
+  const std::uint32_t slot_a = slot_of(rule.a).value, slot_b = slot_of(rule.b).value;
+  const std::uint32_t a = std::min(slot_a, slot_b) - 1, b = std::max(slot_a, slot_b) - 1;
   return {a, b, frame.batch(a), frame.batch(b), tile, rule.pairing == Pairing::kWithin};
 }
 
@@ -162,7 +163,7 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
 void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, std::uint32_t tile, Worker& worker) {
   const RefitScope scope = refit_scope(frame.policies.strategy);
   for (const BatchInput& input : inputs) {
-    const std::uint32_t index = input.batch.value - 1;
+    const std::uint32_t index = slot_of(input.batch).value - 1;
     const InstanceBatch& batch = frame.batch(index);
     const std::uint32_t own_tile = tile_of(batch, tile);
     if (batch.kind != BatchKind::kSequence || own_tile >= tile_count(batch.instance_count)) continue;

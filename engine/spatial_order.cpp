@@ -67,7 +67,7 @@ Status spatial_order(Engine& engine, BatchId id, Span<std::uint32_t> order) noex
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
-  if (id.value == 0 || id.value > engine.batches.size()) return Status::kUnknownBatch;
+  if (!has_batch(engine, id)) return Status::kUnknownBatch;
   const InstanceBatch& batch = engine.batch(id);
   if (order.size < batch.instance_count || !order.data) return Status::kBadOutput;
   std::vector<Keyed> keyed(batch.instance_count);

@@ -12,26 +12,23 @@
 namespace cab {
 namespace {
 
-bool has_input(const Engine& engine, BatchId id) {
-  return id.value != 0 && id.value <= engine.batches.size() && engine.batches[id.value - 1]->batch.input;
-}
+bool has_input(const Engine& engine, BatchId id) { return has_batch(engine, id) && engine.batch(id).input; }
 
 bool valid_rule(const Engine& engine, const PairRule& rule) {
   if (!has_input(engine, rule.a) || !has_input(engine, rule.b)) return false;
-  const InstanceBatch& a = engine.batches[rule.a.value - 1]->batch;
-  const InstanceBatch& b = engine.batches[rule.b.value - 1]->batch;
-  if (rule.pairing == Pairing::kWithin) return rule.a.value == rule.b.value;
+  const InstanceBatch &a = engine.batch(rule.a), &b = engine.batch(rule.b);
+  if (rule.pairing == Pairing::kWithin) return &a == &b;
   if (rule.pairing != Pairing::kBetween || a.kind != b.kind) return false;
   if (a.kind == BatchKind::kCharacters) return true;
-  return rule.a.value != rule.b.value &&
-         (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
+  return &a != &b && (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
 }
 
 // Records a valid rule in engine.rule_bits. False if a rule with the same pairing and the same two batches, in either
 // order, was recorded before.
 bool note_rule(Engine& engine, const PairRule& rule) {
   const std::size_t count = engine.batches.size();
-  const std::size_t a = std::min(rule.a.value, rule.b.value) - 1, b = std::max(rule.a.value, rule.b.value) - 1;
+  const std::uint32_t slot_a = slot_of(rule.a).value, slot_b = slot_of(rule.b).value;
+  const std::size_t a = std::min(slot_a, slot_b) - 1, b = std::max(slot_a, slot_b) - 1;
   const std::size_t bit = (rule.pairing == Pairing::kWithin ? count * count : 0) + a * count + b;
   const std::uint64_t mask = std::uint64_t{1} << (bit & 63);
   if (engine.rule_bits[bit >> 6] & mask) return false;
@@ -65,8 +62,8 @@ bool valid_poses(const PoseView& poses, std::size_t link_count) {
 }
 
 Status validate_input(const Engine& engine, const BatchInput& input) {
-  if (input.batch.value == 0 || input.batch.value > engine.batches.size()) return Status::kUnknownBatch;
-  const InstanceBatch& batch = engine.batches[input.batch.value - 1]->batch;
+  if (!has_batch(engine, input.batch)) return Status::kUnknownBatch;
+  const InstanceBatch& batch = engine.batch(input.batch);
   if (!valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
   if (n > most || (n < most && batch.kind == BatchKind::kSequence)) return Status::kBadCount;
@@ -128,7 +125,8 @@ Status validate_job(Engine& engine, const FrameJob& job) {
 
 Status validate_pairs(const Engine& engine, Span<const Hit> pairs) {
   if (pairs.size && !pairs.data) return Status::kBadPairs;
-  const auto is_link = [&engine](BatchId id, std::uint32_t instance, std::uint32_t link) {
+  const auto is_link = [&engine](BatchSlot slot, std::uint32_t instance, std::uint32_t link) {
+    const BatchId id = {slot.value};
     if (!has_input(engine, id)) return false;
     const InstanceBatch& batch = engine.batch(id);
     return is_given(batch, instance) && !leaves_of(*batch.articulation, link).empty();

@@ -117,7 +117,7 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
 void note_rules(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad) {
   std::fill(broad.paired_bits.begin(), broad.paired_bits.end(), std::uint64_t{0});
   for (const PairRule& rule : rules) {
-    const std::uint32_t a = rule.a.value - 1, b = rule.b.value - 1;
+    const std::uint32_t a = slot_of(rule.a).value - 1, b = slot_of(rule.b).value - 1;
     if (batches[a]->batch.kind != BatchKind::kCharacters) continue;
     if (rule.pairing == Pairing::kWithin) {
       batches[a]->batch.pairs_within = true;

@@ -137,8 +137,8 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
   }
   require(status, "frames " + std::to_string(first) + ":" + std::to_string(first + count));
 
-  const auto character_of = [&set](BatchId id) {
-    const auto same = [id](BatchId batch) { return batch.value == id.value; };
+  const auto character_of = [&set](BatchSlot slot) {
+    const auto same = [slot](BatchId batch) { return slot_of(batch).value == slot.value; };
     return static_cast<std::uint32_t>(std::find_if(set.batches.begin(), set.batches.end(), same) - set.batches.begin());
   };
   result.stats = job.stats;

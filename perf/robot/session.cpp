@@ -97,7 +97,7 @@ FrameStats RobotSession::run(const StateSource& states, const std::vector<LinkPa
     named.clear();
     for (std::uint32_t s = 0; s < count; ++s)
       for (const LinkPair& pair : pairs)
-        named.push_back({input.batch, s, input.batch, s, static_cast<std::uint16_t>(pair.a),
+        named.push_back({slot_of(input.batch), s, slot_of(input.batch), s, static_cast<std::uint16_t>(pair.a),
                          static_cast<std::uint16_t>(pair.b), 0, 0});
     contacts.resize(named.size());
     if (!named.empty())

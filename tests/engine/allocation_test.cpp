@@ -333,7 +333,7 @@ TEST_CASE("an allocator that fails at any call of an add gives kOutOfMemory, and
       ++expected_id;
       ArticulationId articulation = {99};
       BatchId batch = {99};
-      const auto until_it_works = [&](auto&& add, std::uint32_t& id) {
+      const auto until_it_works = [&](auto&& add, std::uint64_t& id) {
         for (std::int64_t k = 0;; ++k) {
           REQUIRE(k < 1000);
           ledger.fail_after(k);
@@ -344,7 +344,7 @@ TEST_CASE("an allocator that fails at any call of an add gives kOutOfMemory, and
           CHECK(id == 99);
           ++failures;
         }
-        CHECK(id == expected_id);
+        CHECK(static_cast<std::uint32_t>(id) == expected_id);  // the slot
       };
       std::vector<float> rest;
       const ArticulationDesc masked = with_rest_pose(member.rig, rest);

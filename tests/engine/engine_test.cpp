@@ -80,8 +80,8 @@ TEST_CASE("ids count up from 1, and info tells what was added") {
   Random random(5);
   for (std::uint32_t id = 1; id <= 5; ++id) {
     const Rig rig = any_rig(random, 32);
-    CHECK(add_rig(*engine, rig).value == id);
-    CHECK(add_instances(*engine, {id}, 7).value == id);
+    CHECK(static_cast<std::uint32_t>(add_rig(*engine, rig).value) == id);
+    CHECK(slot_of(add_instances(*engine, {id}, 7)).value == id);
     ArticulationInfo info;
     REQUIRE(articulation_info(*engine, {id}, &info) == Status::kOk);
     CHECK(info.link_count == rig.link_count());
@@ -139,7 +139,7 @@ TEST_CASE("a batch needs 1 to kMaxInstances instances, and an engine holds kMaxB
   }
   for (std::uint32_t i = 0; i < kMaxBatches; ++i)
     REQUIRE(add_batch(*engine, {{1}, 1, BatchKind::kSequence}, &batch) == Status::kOk);
-  CHECK(batch.value == kMaxBatches);
+  CHECK(slot_of(batch).value == kMaxBatches);
   CHECK(add_batch(*engine, {{1}, 1, BatchKind::kSequence}, &batch) == Status::kTooManyInstances);
 }
 
@@ -153,7 +153,7 @@ TEST_CASE("a bad articulation is refused with the element at fault, and takes no
   CHECK(id.value == 42);
   CHECK(element == rig.leaf_count() - 1);
   CHECK(add_articulation(*engine, rig.desc(), &id) == Status::kBadLeafBox);
-  CHECK(add_rig(*engine, simple_rig()).value == 1);
+  CHECK(static_cast<std::uint32_t>(add_rig(*engine, simple_rig()).value) == 1);
 }
 
 TEST_CASE("a call inside another call on the same engine is refused as busy, and the outer call goes on") {

@@ -535,7 +535,7 @@ TEST_CASE("every row of the input table about articulations has its answer, and 
       const Outcome before = run_on(*engine, bystander, {});
       ArticulationId id = {77};
       CHECK(add_articulation(*engine, rig.desc(), &id) == row.status);
-      CHECK(id.value == (row.status == Status::kOk ? 2 : 77));
+      CHECK(static_cast<std::uint32_t>(id.value) == (row.status == Status::kOk ? 2 : 77));
       const std::vector<Box> after = boxes_of(*engine, bystander, 1, {});
       CHECK(same_bits(boxes.data(), after.data(), boxes.size()));
       CHECK(same_hits(before.hits, run_on(*engine, bystander, {}).hits));
@@ -696,7 +696,7 @@ void check_rest(Status status, const std::function<void(Random&, Poses&, PoseVie
     const EnginePtr engine = make_engine();
     ArticulationId id = {77};
     CHECK(add_articulation(*engine, desc, &id) == status);
-    CHECK(id.value == (status == Status::kOk ? 1 : 77));
+    CHECK(static_cast<std::uint32_t>(id.value) == (status == Status::kOk ? 1 : 77));
     ArticulationInfo info;
     CHECK(articulation_info(*engine, {1}, &info) ==
           (status == Status::kOk ? Status::kOk : Status::kUnknownArticulation));

@@ -521,11 +521,11 @@ TEST_CASE("frames run together have the hits and counts that they have one at a 
       // Only rules with a sequence of all frames: a rule between two sequences of one frame would hold in every frame.
       const Policies policies = {refit, Strategy::kTree, Exact::kNone};
       INFO(name_of(policies));
-      const auto count_of = [&](BatchId batch) { return world.members[batch.value - 1].poses.instance_count; };
+      const auto count_of = [&](BatchSlot batch) { return world.members[batch.value - 1].poses.instance_count; };
       World some = world;
       some.rules.clear();
       for (const PairRule& rule : world.rules)
-        if (std::max(count_of(rule.a), count_of(rule.b)) == frames) some.rules.push_back(rule);
+        if (std::max(count_of(slot_of(rule.a)), count_of(slot_of(rule.b))) == frames) some.rules.push_back(rule);
       one.rules = some.rules;
       std::vector<Hit> sum;
       FrameStats stats;

@@ -101,7 +101,7 @@ struct Session {
       return;
     }
     articulations.emplace_back();
-    FUZZ_CHECK(id.value == articulations.size());
+    FUZZ_CHECK(static_cast<std::uint32_t>(id.value) == articulations.size());
     FUZZ_CHECK(articulation_info(engine, id, &articulations.back()) == Status::kOk);
     std::vector<MergeStep> steps(articulations.back().leaf_count - 1);
     FUZZ_CHECK(merge_steps(engine, id, spoiled(bytes, Span<MergeStep>{steps.data(), steps.size()})) <=
@@ -122,8 +122,28 @@ struct Session {
       return;
     }
     const ArticulationInfo& info = articulations.at(articulation - 1);
-    batches.push_back({info.link_count, info.node_count, count});
-    FUZZ_CHECK(id.value == batches.size());
+    const auto free = std::find_if(batches.begin(), batches.end(), [](const Known& k) { return k.instances == 0; });
+    FUZZ_CHECK(slot_of(id).value == static_cast<std::size_t>(free - batches.begin()) + 1);
+    if (free == batches.end()) batches.emplace_back();
+    batches[slot_of(id).value - 1] = {info.link_count, info.node_count, count};
+    FUZZ_CHECK(remove_articulation(engine, {articulation}) == Status::kArticulationInUse);
+  }
+
+  void remove() {
+    const std::uint32_t slot = bytes.below(6);
+    const bool is_there = slot > 0 && slot <= batches.size() && batches[slot - 1].instances > 0;
+    const BatchId id = {bytes.rarely() ? bytes.raw<std::uint64_t>() : slot};
+    if (id.value != slot) return (void)spatial_order(engine, id, {});
+    FUZZ_CHECK(remove_batch(engine, id) == (is_there ? Status::kOk : Status::kUnknownBatch));
+    if (is_there) batches[slot - 1] = {1, 1, 0};
+  }
+
+  void make_room() {
+    const Status status = reserve(engine, {bytes.below(8), bytes.below(200)});
+    FUZZ_CHECK(status == Status::kOk || status == Status::kOutOfMemory);
+    EngineMemory memory;
+    FUZZ_CHECK(engine_memory(engine, &memory) == Status::kOk);
+    FUZZ_CHECK(memory.articulations + memory.batches + memory.workers + memory.grid + memory.hits <= memory.total);
   }
 
   // The memory that an input points to. It is exactly as large as the strides require.
@@ -131,11 +151,13 @@ struct Session {
     std::vector<float> poses, orientations;
     std::vector<double> origins;
     std::vector<std::uint8_t> flags, in_contact;
-    std::vector<std::uint32_t> layers;
+    std::vector<std::uint32_t> layers, instances;
+    std::vector<float> scales;
   };
 
   BatchInput make_input(std::uint32_t batch, Arrays& arrays) {
-    const Known known = batch > 0 && batch <= batches.size() ? batches[batch - 1] : Known{1, 1, 1};
+    const bool is_there = batch > 0 && batch <= batches.size() && batches[batch - 1].instances > 0;
+    const Known known = is_there ? batches[batch - 1] : Known{1, 1, 1};
     BatchInput input;
     input.batch = {batch};
     input.poses.format = static_cast<PoseFormat>(bytes.below(4));
@@ -174,6 +196,18 @@ struct Session {
       (bytes.below(2) ? input.layers : input.layer_masks) =
           spoiled(bytes, Span<const std::uint32_t>{arrays.layers.data(), arrays.layers.size()});
     }
+    input.poses.has_scale = bytes.rarely();
+    if (bytes.rarely()) {
+      for (std::size_t i = 0; i < known.instances; ++i) arrays.scales.push_back(std::fabs(bytes.number()));
+      input.scales = spoiled(bytes, Span<const float>{arrays.scales.data(), arrays.scales.size()});
+    }
+    if (bytes.rarely()) input.count = bytes.below(static_cast<std::uint32_t>(known.instances) + 2);
+    if (bytes.rarely()) {
+      for (std::uint32_t i = 0; i < known.instances; ++i)
+        if (bytes.below(2)) arrays.instances.push_back(i);
+      if (bytes.rarely()) arrays.instances.push_back(bytes.below(70));
+      input.instances = spoiled(bytes, Span<const std::uint32_t>{arrays.instances.data(), arrays.instances.size()});
+    }
     input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
     return input;
   }
@@ -208,7 +242,7 @@ struct Session {
                     static_cast<Sat>(bytes.rarely() ? 1 + bytes.below(2) : 0),
                     static_cast<Depth>(bytes.rarely() ? 1 + bytes.below(2) : 0)};
     if (!inputs.empty()) {
-      const std::uint32_t batch = inputs[0].batch.value;
+      const std::uint32_t batch = slot_of(inputs[0].batch).value;
       std::vector<Box> boxes(
           batch > 0 && batch <= batches.size() ? batches[batch - 1].nodes * batches[batch - 1].instances : 1);
       (void)compute_boxes(engine, inputs[0], job.policies, spoiled(bytes, Span<Box>{boxes.data(), boxes.size()}));
@@ -240,7 +274,7 @@ struct Session {
       return;
     }
     for (std::uint32_t b = 0; b < batches.size(); ++b) {
-      if (batches[b].instances > 64) continue;
+      if (batches[b].instances > 64 || batches[b].instances == 0) continue;
       std::vector<std::uint32_t> order(batches[b].instances);
       FUZZ_CHECK(spatial_order(engine, {b + 1}, {order.data(), order.size()}) == Status::kOk);
       std::sort(order.begin(), order.end());
@@ -273,10 +307,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   session.add_rig(false);
   session.add_instances();
   for (bool ran = false; !ran || !session.bytes.empty(); ran = true) {
-    const std::uint32_t call = session.bytes.below(4);
+    const std::uint32_t call = session.bytes.below(6);
     if (call == 0) session.add_rig(true);
     if (call == 1 && session.batches.size() < 4) session.add_instances();
-    if (call > 1) session.run();
+    if (call == 2) session.remove();
+    if (call == 3) session.make_room();
+    if (call > 3) session.run();
   }
   destroy_engine(engine);
   FUZZ_CHECK(budget.used == 0);

@@ -103,7 +103,8 @@ class SceneOnEngine {
     oracle::require(run_frame(*engine_, job));
     for (std::size_t h = 0; h < job.hit_count; ++h) {
       const Hit& hit = hits[h];
-      const std::uint32_t a = hit.batch_a.value - batches[0].value, b = hit.batch_b.value - batches[0].value;
+      const std::uint32_t first_slot = slot_of(batches[0]).value, a = hit.batch_a.value - first_slot,
+                          b = hit.batch_b.value - first_slot;
       const std::uint32_t frame = first + (scene_.characters[a].is_static ? hit.instance_b : hit.instance_a);
       touches.push_back({frame, a, hit.link_a, b, hit.link_b});
     }

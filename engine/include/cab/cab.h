@@ -64,9 +64,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Thread: any, at any time; no engine is involved.
 [[nodiscard]] CAB_API Status fit_box(Span<const float> vertices, Box* out) noexcept;
 
-// Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances, and replaces
-// the memory of every worker by memory that is large enough for all batches so far. run_frame and compute_boxes
-// allocate nothing for it.
+// Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances. If it is more
+// than the engine has had at a time, and has reserved, it replaces the memory of every worker by memory that is large
+// enough. run_frame and compute_boxes allocate nothing for it.
 // Cost: about 295 bytes per character and nothing per instance of a sequence. Each worker takes 0.4 to 35 MB, which
 // depends on the largest articulation (docs/layout.md). All memory is zeroed. The workers' old memory is freed after
 // the new memory is made.
@@ -74,6 +74,23 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // kOutOfMemory.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept;
+
+// Makes room for as many batches and characters as `desc` says, of any articulations that the engine has. add_batch
+// then allocates only what its own instances take, about 60 bytes per character, as long as there are no more.
+// Sequences still may need more memory of the workers. What the engine has is never made smaller.
+// Cost: as that of add_batch for the largest batch. Statuses: kBusy, kTooManyInstances, kOutOfMemory.
+// Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status reserve(Engine& engine, const ReserveDesc& desc) noexcept;
+
+// Removes a batch and gives back what its instances took. Workers keep their memory. The id becomes invalid, and the
+// next add_batch takes the slot.
+// Cost: frees a few blocks. Statuses: kBusy, kUnknownBatch. Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status remove_batch(Engine& engine, BatchId id) noexcept;
+
+// Removes an articulation that no batch uses, and gives back its memory. The id becomes invalid.
+// Cost: frees a few blocks; looks at all batches. Statuses: kBusy, kUnknownArticulation, kArticulationInUse.
+// Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status remove_articulation(Engine& engine, ArticulationId id) noexcept;
 
 // Runs one frame: poses every batch with input, finds the instances whose bounds overlap, tests their boxes, applies
 // the exact test if there is one, and writes the hits. FrameJob says what is read and written. No answer depends on
@@ -159,6 +176,12 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kUnknownArticulation, kBadOutput (pairs is too small).
 // Thread: any, while no call adds to this engine.
 [[nodiscard]] CAB_API Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> pairs) noexcept;
+
+// Writes how many bytes the engine holds for what to *out, which must not be null. The engine object itself, and the
+// shapes of Exact::kFcl, come from operator new and are not counted.
+// Cost: a sum over articulations, batches and workers; allocates nothing. Statuses: kBadOutput (out is null).
+// Thread: any, while no other call changes this engine.
+[[nodiscard]] CAB_API Status engine_memory(const Engine& engine, EngineMemory* out) noexcept;
 
 // Returns how many workers an engine has: the caller's worker_count, or the threads of the built-in scheduler.
 // Cost: constant time; allocates nothing. Thread: any.

@@ -62,8 +62,9 @@ enum class Status : std::int32_t {
   kBadVertices,          // vertices must hold x y z of at least one point, each number finite and at most 1e18
   kBadIgnoredPair,       // ignored_pairs names a link that does not exist
   kBadRestPose,          // rest_pose has an unknown format, an invalid stride, or values that are not a rigid pose
-  kUnknownArticulation,  // the articulation id is not one of this engine
-  kUnknownBatch,         // the batch id is not one of this engine
+  kUnknownArticulation,  // the articulation id is not one of this engine, or is of one that was removed
+  kUnknownBatch,         // the batch id is not one of this engine, or is of one that was removed
+  kArticulationInUse,    // the articulation has batches, which must be removed first
   kBadBatchKind,         // kind is not a value of BatchKind
   kNoInstances,          // instance_count is 0, but a batch needs at least one instance
   kTooManyInstances,     // instance_count is above 2^24, or the engine would exceed 4096 batches or 2^31 characters
@@ -112,15 +113,22 @@ inline constexpr float kMaxScale = 1e3f;
 
 // ------------------------------------------------------------------------------------------------------ basic types
 
-// An articulation of one engine. It stays valid until the engine is destroyed.
+// An articulation and a batch of one engine. An id holds a slot in its lower 32 bits, then 16 bits that tell apart what
+// was in the slot one after the other, and 16 bits that tell engines apart. An id whose articulation or batch has been
+// removed, or that is of another engine, is refused. A bare slot is an id too: that of whatever is in the slot. What is
+// added takes the lowest free slot; slots count from 1. The value 0 (default) names nothing.
 struct ArticulationId {
-  std::uint32_t value = 0;  // counts from 1 in the order of add_articulation; 0 (default) is no articulation
+  std::uint64_t value = 0;
+};
+struct BatchId {
+  std::uint64_t value = 0;
 };
 
-// A batch of one engine. It stays valid until the engine is destroyed.
-struct BatchId {
-  std::uint32_t value = 0;  // counts from 1 in the order of add_batch; 0 (default) is no batch
+// The slot of a batch. Hits name their batches by it, so that they do not depend on what a process did before.
+struct BatchSlot {
+  std::uint32_t value = 0;
 };
+inline constexpr BatchSlot slot_of(BatchId id) { return {static_cast<std::uint32_t>(id.value)}; }
 
 // The instruction set that kernels use. All give the same bits. kIsaCount counts the values, kAuto included.
 enum class Isa : std::uint8_t {
@@ -315,6 +323,22 @@ struct BatchDesc {
   BatchKind kind = BatchKind::kCharacters;
 };
 
+// What reserve makes room for, counting what the engine has already.
+struct ReserveDesc {
+  std::uint32_t batches = 0;     // most batches at a time
+  std::uint32_t characters = 0;  // most instances of all batches of characters together
+};
+
+// How many bytes an engine holds through its allocator. Written by engine_memory.
+struct EngineMemory {
+  std::size_t articulations = 0;  // topology, merge orders, boxes, shapes
+  std::size_t batches = 0;        // bounds and chains of hits of characters
+  std::size_t workers = 0;        // boxes and lists of the threads
+  std::size_t grid = 0;           // of the broad phase
+  std::size_t hits = 0;           // the store, until they are written
+  std::size_t total = 0;          // all of these, and what rules take
+};
+
 // Why an instance is masked. A masked instance is in no pair of the frame, and changes no bit of other instances.
 // compute_boxes writes boxes with half extents 0 for it. The values are bits of BatchInput::flags.
 enum InstanceFlag : std::uint8_t {
@@ -430,9 +454,9 @@ enum class Report : std::uint8_t {
 // Two links that touch, or are at most the frame's margin apart. (batch_a, instance_a, link_a) is lower than
 // (batch_b, instance_b, link_b). One hit stands for all leaves of the two links.
 struct Hit {
-  BatchId batch_a;           // batch of the first link
+  BatchSlot batch_a;         // batch of the first link
   std::uint32_t instance_a;  // index of its instance in batch_a; for a sequence the frame, or 0 for a fixed object
-  BatchId batch_b;           // batch of the second link
+  BatchSlot batch_b;         // batch of the second link
   std::uint32_t instance_b;  // index of its instance in batch_b, likewise
   std::uint16_t link_a;      // index of the first link
   std::uint16_t link_b;      // index of the second link
