@@ -6,6 +6,7 @@
 #include "engine/exact_convex.h"
 #include "engine/in_contact.h"
 #include "engine/link_pairs.h"
+#include "engine/live_instances.h"
 #include "engine/timed.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
@@ -297,23 +298,16 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
 
 // ------------------------------------------------------------------------------------------------ step 1: bounds
 
-// Takes the instances that are not given in this call for masked, and empties their chains of hits.
-void clear_not_given(InstanceBatch& batch) {
-  const std::uint32_t first = batch.input->instances.empty() ? tile_count(batch.instance_count) : 0;
-  for (std::uint32_t tile = first; tile < tile_count(batch.capacity); ++tile) batch.live[tile] = 0;
-  if (first == 0) std::fill(batch.hit_chains.begin(), batch.hit_chains.end(), HitChain{});
-}
-
-// Records which instances of a tile are live. Tasks of listed instances share words.
-void set_live(const TileInstances& instances, std::uint32_t live, InstanceBatch& batch) {
-  if (batch.input->instances.empty()) {
-    batch.live[instances.instance[0] / kLanes] = static_cast<std::uint16_t>(live);
-    return;
-  }
+// Counts the instances whose bounds leave those that the caller gives. Boxes of links are larger and say nothing.
+void count_beyond_bounds(const FrameContext& frame, const InstanceBatch& batch, const TileInstances& instances,
+                         std::uint32_t live, FrameStats& stats) {
+  if (batch.input->bounds.empty() || batch.active != batch.articulation) return;
   for (; live; live &= live - 1) {
     const std::uint32_t instance = instances.instance[__builtin_ctz(live)];
-    __atomic_fetch_or(&batch.live[instance / kLanes], static_cast<std::uint16_t>(1u << instance % kLanes),
-                      __ATOMIC_RELAXED);
+    const InstanceBounds &is = batch.bounds[instance], given = given_bounds(batch, instance, frame.margin);
+    bool inside = true;
+    for (int c = 0; c < 3; ++c) inside = inside && is.lo[c] >= given.lo[c] && is.hi[c] <= given.hi[c];
+    stats.instances_beyond_bounds += !inside;
   }
 }
 
@@ -339,6 +333,7 @@ void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, 
       if (!is_axis_aligned(frame.policies.refit))
         frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
       bound_instances(frame.kernels, batch, instances, live, worker.bounds.data, worker.histogram);
+      count_beyond_bounds(frame, batch, instances, live, worker.stats);
       for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
     });
   }

@@ -60,6 +60,8 @@ const char* to_string(Status status) noexcept {
     case Status::kBadCount: return "count is above the batch's instance_count, or not all of a sequence";
     case Status::kBadInstances:
       return "instances must be empty or ascend, below count and instance_count; never of a sequence";
+    case Status::kBadBounds:
+      return "bounds must be empty or hold six finite floats per instance, none below its lower one";
     case Status::kBadPairRule: return "rules names a batch without input, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "rules pairs the same two batches twice in the same way";
     case Status::kBadPolicy: return "policies holds a value that its enumeration lacks";
@@ -75,6 +77,7 @@ const char* to_string(Status status) noexcept {
       return "pairs names a batch without input, a missing instance, a link without leaves, or a link twice";
     case Status::kBadOutput: return "an output is null or too small";
     case Status::kHitsOverflow: return "hits is too small for all hits";
+    case Status::kPairsOverflow: return "pairs is too small for all candidates";
     case Status::kUnsortedHits: return "a list of hits has a size and no data, or is not in the order of run_frame";
   }
   return "unknown status";

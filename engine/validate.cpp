@@ -48,6 +48,16 @@ bool are_finite(Span<const double> origins, std::size_t count, Span<const std::u
   });
 }
 
+// Whether the bounds of all given instances are finite, with upper sides that are not below the lower ones.
+bool have_sides(const InstanceBatch& batch) {
+  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
+    const float* const at = batch.input->bounds.data + 6 * std::size_t{given_instance(batch, place)};
+    for (int c = 0; c < 3; ++c)
+      if (!(std::fabs(at[c]) <= kMaxCoordinate && at[c] <= at[3 + c] && at[3 + c] <= kMaxCoordinate)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool valid_poses(const PoseView& poses, std::size_t link_count) {
@@ -61,10 +71,10 @@ bool valid_poses(const PoseView& poses, std::size_t link_count) {
   return poses.instance_stride == 0 || poses.instance_stride >= span;
 }
 
-Status validate_input(const Engine& engine, const BatchInput& input) {
+Status validate_input(const Engine& engine, const BatchInput& input, Needs needs) {
   if (!has_batch(engine, input.batch)) return Status::kUnknownBatch;
   const InstanceBatch& batch = engine.batch(input.batch);
-  if (!valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
+  if (needs == Needs::kPoses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
   if (n > most || (n < most && batch.kind == BatchKind::kSequence)) return Status::kBadCount;
   // Whether an array is empty, or has data and `per_instance` entries for each instance.
@@ -82,15 +92,17 @@ Status validate_input(const Engine& engine, const BatchInput& input) {
   if (!fits(input.flags, 1)) return Status::kBadFlags;
   if (!fits(input.layers, 1) || !fits(input.layer_masks, 1)) return Status::kBadLayers;
   if (!fits(input.in_contact, 1)) return Status::kBadInContact;
+  if (!fits(input.bounds, 6) || (needs == Needs::kBounds && input.bounds.empty() && n > 0)) return Status::kBadBounds;
   return Status::kOk;
 }
 
-Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs) {
+Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs, Needs needs) {
   if (inputs.size && !inputs.data) return Status::kUnknownBatch;
   for (const BatchInput& input : inputs) {
-    if (const Status status = validate_input(engine, input); status != Status::kOk) return status;
+    if (const Status status = validate_input(engine, input, needs); status != Status::kOk) return status;
     if (engine.batch(input.batch).input) return Status::kBatchGivenTwice;
     call.bind(input);
+    if (!input.bounds.empty() && !have_sides(engine.batch(input.batch))) return Status::kBadBounds;
   }
   return Status::kOk;
 }

@@ -9,11 +9,14 @@ namespace cab {
 // Only matrices can hold a scale.
 bool valid_poses(const PoseView& poses, std::size_t link_count);
 
-// Checks one input against its batch: the id, the poses, and the size of every array.
-Status validate_input(const Engine& engine, const BatchInput& input);
+// What a call reads of every instance.
+enum class Needs : std::uint8_t { kPoses, kBounds };
+
+// Checks one input against its batch: the id, what the call needs, and the size of every array.
+Status validate_input(const Engine& engine, const BatchInput& input, Needs needs);
 
 // Checks every input and binds its batch to it for the rest of the call. Refuses a batch that has two inputs.
-Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs);
+Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs, Needs needs = Needs::kPoses);
 
 // Checks that every policy has a value of its enumeration.
 Status validate_policies(const Policies& policies);

@@ -59,6 +59,11 @@ inline constexpr float kBoundsPad = 0x1p-20f;
 // 2^-52.
 inline constexpr double kWorldPad = 0x1p-51;
 
+// Bounds that the caller gives for an instance grow by this share of their largest coordinate, 1024 u, and by this
+// share of the margin; step 4.7: 130 u, and 0.867.
+inline constexpr double kGivenPad = 0x1p-14;
+inline constexpr double kGivenMargin = 0.875;
+
 // A bound in double first moves outwards by this share of itself, then becomes a float. 4 u; step 4.5: a little over u.
 inline constexpr double kOutwards = 0x1p-22;
 

@@ -204,6 +204,29 @@ void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, c
   }
 }
 
+InstanceBounds given_bounds(const InstanceBatch& batch, std::uint32_t instance, float margin) {
+  const float* const given = batch.input->bounds.data + 6 * std::size_t{instance};
+  double most = 0;
+  for (int side = 0; side < 6; ++side) most = std::max(most, std::fabs(static_cast<double>(given[side])));
+  InstanceBounds out;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    const double origin = origin_of(batch, instance, c);
+    const double pad =
+        kGivenPad * most + kGivenMargin * static_cast<double>(margin) + kWorldPad * (std::fabs(origin) + most);
+    out.lo[c] = origin + static_cast<double>(given[c]) - pad;
+    out.hi[c] = origin + static_cast<double>(given[3 + c]) + pad;
+  }
+  return out;
+}
+
+void take_given_bounds(InstanceBatch& batch, const TileInstances& instances, float margin, ExtentHistogram& histogram) {
+  for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
+    InstanceBounds& out = batch.bounds[instances.instance[lane]];
+    out = given_bounds(batch, instances.instance[lane], margin);
+    if (batch.pairs_between) add_to_histogram(out, histogram);
+  }
+}
+
 void build_grid(StoredBatches batches, Grid& grid, WorkerPool& pool) {
   const ExtentHistogram histogram = total_histogram(pool);
   grid.count = histogram.count;

@@ -21,6 +21,13 @@ void begin_broad_phase(Span<const PairRule> rules, Span<const std::unique_ptr<St
 void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
                      std::uint32_t live, const AabbTile* leaves, ExtentHistogram& histogram);
 
+// The world bounds of an instance by the bounds that the caller gives for it. They hold those of bound_instances with a
+// margin, if the caller's hold the leaf boxes of compute_boxes.
+InstanceBounds given_bounds(const InstanceBatch& batch, std::uint32_t instance, float margin);
+
+// Stores the given bounds of a tile's instances, and adds them to the histogram as bound_instances does.
+void take_given_bounds(InstanceBatch& batch, const TileInstances& instances, float margin, ExtentHistogram& histogram);
+
 // Puts every live instance of the batches that some rule pairs with others into the grid.
 void build_grid(Span<const std::unique_ptr<StoredBatch>> batches, Grid& grid, WorkerPool& pool);
 

@@ -152,7 +152,7 @@ struct Session {
     std::vector<double> origins;
     std::vector<std::uint8_t> flags, in_contact;
     std::vector<std::uint32_t> layers, instances;
-    std::vector<float> scales;
+    std::vector<float> scales, bounds;
   };
 
   BatchInput make_input(std::uint32_t batch, Arrays& arrays) {
@@ -200,6 +200,11 @@ struct Session {
     if (bytes.rarely()) {
       for (std::size_t i = 0; i < known.instances; ++i) arrays.scales.push_back(std::fabs(bytes.number()));
       input.scales = spoiled(bytes, Span<const float>{arrays.scales.data(), arrays.scales.size()});
+    }
+    if (bytes.rarely()) {
+      for (std::size_t i = 0; i < 6 * std::size_t{known.instances}; ++i)
+        arrays.bounds.push_back(i % 6 < 3 ? -std::fabs(pattern[i % 16]) : std::fabs(pattern[i % 16]));
+      input.bounds = spoiled(bytes, Span<const float>{arrays.bounds.data(), arrays.bounds.size()});
     }
     if (bytes.rarely()) input.count = bytes.below(static_cast<std::uint32_t>(known.instances) + 2);
     if (bytes.rarely()) {
@@ -251,6 +256,13 @@ struct Session {
     if (bytes.rarely()) job.margin = bytes.number();
     if (bytes.rarely()) job.min_depth = bytes.number();
     if (bytes.rarely()) job.report = static_cast<Report>(bytes.below(4));
+    if (bytes.rarely()) {
+      std::vector<InstancePair> pairs(bytes.below(64));
+      CandidateList list;
+      list.pairs = spoiled(bytes, Span<InstancePair>{pairs.data(), pairs.size()});
+      const Status found = find_candidates(engine, job, list);
+      FUZZ_CHECK(found != Status::kOk || (list.count == list.needed && list.count <= list.pairs.size));
+    }
     job.hit_count = 77;
     const auto in_order = [](const Hit& a, const Hit& b) { return !oracle::link_less(a, b); };
     std::vector<Hit> hits(bytes.below(64));

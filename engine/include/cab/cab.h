@@ -99,11 +99,22 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
 // Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances,
-// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadPairRule, kPairRuleGivenTwice,
-// kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow,
-// kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time. It returns when all tasks
-// have ended.
+// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadPairRule,
+// kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer,
+// kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine
+// at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
+
+// Finds the instances that run_frame would have to test against each other, from BatchInput::bounds alone: no pose is
+// read. A caller then samples only instances that are in a pair, lists them in BatchInput::instances, and has the hits
+// of a frame of all. Uses the job's inputs, its rules between characters, layers and margin, and sets their in_contact,
+// if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no pair by that.
+// Writes the pairs in order, and their number, to `out`. After kPairsOverflow its pairs are unspecified and `needed` is
+// right.
+// Cost: the grid and its search, about 200 ns per character; allocates nothing.
+// Statuses: as of run_frame, without kBadPoses and kHitsOverflow; kBadBounds (also without bounds), kBadOutput (pairs
+// has a size and no data), kPairsOverflow. Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;
 
 // Writes every box of every given instance of one batch, relative to the instance's origin in the world's axes. Node n
 // of instance i goes to boxes[i * node_count + n], leaves first, the root last. `boxes` must have room for all of them.
@@ -112,7 +123,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
 // Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins,
-// kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadOutput (boxes is too small).
+// kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadOutput (boxes is too small).
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
@@ -125,8 +136,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
 // kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
-// kBadLayers, kBadInContact, kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory
-// for its tasks). Thread: any, one call per engine at a time.
+// kBadLayers, kBadInContact, kBadBounds, kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had
+// no memory for its tasks). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
 
@@ -135,7 +146,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
 // Statuses: kBusy, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
-// kBadFlags, kBadLayers, kBadInContact, kBadInstance, kBadOutput (out is null).
+// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadInstance, kBadOutput (out is null).
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;

@@ -78,6 +78,7 @@ enum class Status : std::int32_t {
   kBadScales,            // scales must be empty or hold one float per instance, and be empty if matrices hold scales
   kBadCount,             // count is above the batch's instance_count, or not all of a sequence
   kBadInstances,         // instances must be empty or ascend, below count and instance_count; never of a sequence
+  kBadBounds,            // bounds must be empty or hold six finite floats per instance, none below its lower one
   kBadPairRule,          // rules names a batch without input, or a pairing that its batches cannot have
   kPairRuleGivenTwice,   // rules pairs the same two batches twice in the same way
   kBadPolicy,            // policies holds a value that its enumeration lacks
@@ -88,10 +89,11 @@ enum class Status : std::int32_t {
   kBadHitBuffer,         // hits has a size and no data, or contacts is not as long as hits where it must be
   kContactsNeedExact,    // contacts, distances and min_depth need an exact test, such as convex
   kBadInstance,          // instance is not one of the batch's instances in this call
-  kBadPairs,      // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
-  kBadOutput,     // an output is null or too small
-  kHitsOverflow,  // hits is too small for all hits
-  kUnsortedHits,  // a list of hits has a size and no data, or is not in the order of run_frame
+  kBadPairs,       // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
+  kBadOutput,      // an output is null or too small
+  kHitsOverflow,   // hits is too small for all hits
+  kPairsOverflow,  // pairs is too small for all candidates
+  kUnsortedHits,   // a list of hits has a size and no data, or is not in the order of run_frame
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -420,6 +422,11 @@ struct BatchInput {
   // of an instance, as without this list, and so are hits. Characters only. Empty (default): all instances up to
   // `count`; for none, set `count` to 0.
   Span<const std::uint32_t> instances;
+
+  // Input of find_candidates: six floats per instance, its lower x y z and its upper x y z, relative to its origin
+  // along the world's axes, that hold its leaf boxes as compute_boxes gives them. run_frame counts the instances whose
+  // boxes leave them (FrameStats::instances_beyond_bounds). Empty (default): no bounds are given.
+  Span<const float> bounds;
 };
 
 // What a PairRule pairs.
@@ -464,6 +471,21 @@ struct Hit {
   std::uint16_t leaf_b;      // index of a leaf on link_b
 };
 
+// Two instances that a frame has to test. (batch_a, instance_a) is lower than (batch_b, instance_b).
+struct InstancePair {
+  BatchSlot batch_a;
+  std::uint32_t instance_a;
+  BatchSlot batch_b;
+  std::uint32_t instance_b;
+};
+
+// The candidates of find_candidates.
+struct CandidateList {
+  Span<InstancePair> pairs;  // receives the pairs, in order
+  std::size_t count = 0;     // of pairs that were written
+  std::size_t needed = 0;    // of all pairs
+};
+
 // What changed between two lists of hits. Written by diff_hits.
 struct HitChanges {
   Span<Hit> began;              // receives the hits that only the second list has, in order
@@ -494,18 +516,19 @@ struct Contact {
 // on threads, because a task skips what another task has already reported. Seconds are sums over threads, except
 // seconds_total.
 struct FrameStats {
-  std::uint64_t candidates = 0;        // pairs of characters whose bounds overlap, and characters tested within
-  std::uint64_t box_tests = 0;         // overlap tests of two boxes, inner ones and leaves
-  std::uint64_t leaf_pairs = 0;        // leaf pairs whose boxes overlap: #coll in the paper
-  std::uint64_t exact_tests = 0;       // leaf pairs that went to the exact test, at most leaf_pairs
-  std::uint64_t false_positives = 0;   // exact tests that found the leaves apart: #false in the paper
-  std::uint64_t instances_masked = 0;  // instances that took no part (InstanceFlag says why)
-  double seconds_update = 0;           // posing and refit: t[upd]
-  double seconds_broad = 0;            // broad phase: finding characters whose bounds overlap
-  double seconds_test = 0;             // box tests: t[test]
-  double seconds_query = 0;            // exact tests, reporting hits, and contacts: t[query]
-  double seconds_contact = 0;          // contacts, which seconds_query includes
-  double seconds_total = 0;            // wall time of the call
+  std::uint64_t candidates = 0;               // pairs of characters whose bounds overlap, and characters tested within
+  std::uint64_t box_tests = 0;                // overlap tests of two boxes, inner ones and leaves
+  std::uint64_t leaf_pairs = 0;               // leaf pairs whose boxes overlap: #coll in the paper
+  std::uint64_t exact_tests = 0;              // leaf pairs that went to the exact test, at most leaf_pairs
+  std::uint64_t false_positives = 0;          // exact tests that found the leaves apart: #false in the paper
+  std::uint64_t instances_masked = 0;         // instances that took no part (InstanceFlag says why)
+  std::uint64_t instances_beyond_bounds = 0;  // characters whose leaf boxes leave BatchInput::bounds; 0 by `links`
+  double seconds_update = 0;                  // posing and refit: t[upd]
+  double seconds_broad = 0;                   // broad phase: finding characters whose bounds overlap
+  double seconds_test = 0;                    // box tests: t[test]
+  double seconds_query = 0;                   // exact tests, reporting hits, and contacts: t[query]
+  double seconds_contact = 0;                 // contacts, which seconds_query includes
+  double seconds_total = 0;                   // wall time of the call
 
   // Where the time of characters goes. The rest of each phase is: posing again, searching, box tests, sorting and exact
   // tests.
