@@ -1,11 +1,16 @@
 // The test in double of two convex shapes against the judge.
 #include "engine/convex_in_double.h"
 
+#include "engine/convex_pair.h"
+#include "kernels/convex/gjk.h"
 #include "kernels/float_mode.h"
 #include "tests/kernels/convex/random_block.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace {
 
@@ -75,4 +80,42 @@ TEST_CASE("in double few pairs with an ellipsoid stay undecided, however close t
         }
   MESSAGE(undecided << " of " << tested << " pairs undecided");
   CHECK(undecided * 50 <= tested);  // 6 % without the space in which the ellipsoid is a ball
+}
+
+TEST_CASE("in double GJK parts needles by a plane whose direction rounding has made shorter than their distance") {
+  // The first pair of "needles that part by a few millionths of a millionth" in exact_convex_test.cpp.
+  const kernel::FloatMode mode;
+  ConvexPart parts[2];
+  parts[0] = {ShapeKind::kCylinder,
+              {-0.055021558f, -0.054245263f, -0.010690664f},
+              {0.16760945f, 0.681701f, 0.11267388f, 0.7032037f},
+              {0.0003328304f, 0.0011187089f, 0},
+              {}};
+  parts[1] = {ShapeKind::kBox,
+              {-0.041469958f, -0.056077916f, 0.05470544f},
+              {0.43538946f, 0.8213352f, 0.16381548f, 0.33016512f},
+              {1.4809393e-05f, 3.260492e-06f, 0.26652226f},
+              {}};
+  const float poses[2][7] = {
+      {-0.42636168f, 0.43694288f, -0.082196645f, 0.7877438f, 0.20597573f, -0.07790722f, 0.14401731f},
+      {-0.82586f, -0.55338f, -0.015877284f, -0.10711527f, 0.25735548f, 0.048485976f, 0.3726343f}};
+  const std::uint32_t begin[] = {0, 1, 2};
+  Articulation articulation;
+  articulation.leaf_count = 2;
+  articulation.parts = {parts, 2};
+  articulation.leaf_part_begin = {begin, 3};
+  Arena arena(default_allocator());
+  const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+  const PoseCoding coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
+  const ConvexPair pair({&shapes.shapes[0], {coding, poses[0], nullptr, 1}},
+                        {&shapes.shapes[1], {coding, poses[1], nullptr, 1}},
+                        {-4.4269831497194875e-09, 2.2152789270575492e-09, -7.846692474109459e-09});
+  double shortest = 1;
+  const auto support = [&](const Double3& d, std::uint32_t) {
+    shortest = std::min(shortest, std::sqrt(kernel::dot(d, d)));
+    return pair.farthest(d);
+  };
+  const kernel::GjkPair<double> lengths = {pair.t(), 0, pair.slack(), pair.rounding()};
+  CHECK(kernel::gjk<double>(lengths, kernel::kGjkInDouble, 1, support).apart == 1);
+  CHECK(shortest < pair.slack());
 }
