@@ -13,6 +13,7 @@ Call::~Call() {
     slot->batch.input = nullptr;
     slot->batch.instance_count = slot->batch.capacity;
     slot->batch.pairs_between = slot->batch.pairs_within = false;
+    slot->batch.skips_within = slot->batch.may_rest = false;
   }
   engine_.busy.clear(std::memory_order_release);
 }

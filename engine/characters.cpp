@@ -7,6 +7,7 @@
 #include "engine/in_contact.h"
 #include "engine/link_pairs.h"
 #include "engine/live_instances.h"
+#include "engine/rest.h"
 #include "engine/timed.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
@@ -169,12 +170,24 @@ struct CandidateCollector {
   }
 };
 
+// Whether no rule tests an instance within itself in this frame.
+bool skips_within(const InstanceBatch& batch, std::uint32_t instance) {
+  return !batch.pairs_within || (batch.skips_within && rests(batch, instance));
+}
+
+// Whether the rule of two instances skips them, since both rest.
+bool skips_resting(const FrameContext& frame, std::uint32_t batch_x, std::uint32_t x, std::uint32_t batch_y,
+                   std::uint32_t y) {
+  return rests(frame.batch(batch_x), x) && rests(frame.batch(batch_y), y) &&
+         frame.broad_phase.skips_resting(batch_x, batch_y);
+}
+
 // Collects all candidates with `one` as instance a: with itself, then with its partners of higher keys in the order of
 // keys.
 void collect_in_key_order(CandidateCollector& collector, const PlacedInstance& one) {
   const FrameContext& frame = collector.frame;
   const InstanceBatch& batch = frame.batch(one.batch);
-  if (batch.pairs_within) collector.add(one, one);
+  if (!skips_within(batch, one.instance)) collector.add(one, one);
   if (!batch.pairs_between) return;
   FixedList<Partner>& partners = collector.worker.partners;
   std::uint64_t after = instance_key(one.batch, one.instance);
@@ -186,6 +199,7 @@ void collect_in_key_order(CandidateCollector& collector, const PlacedInstance& o
                  instance = static_cast<std::uint32_t>(partner.key);
       const InstanceBatch& other = frame.batch(index);
       if (!layers_match(batch, one.instance, other, instance)) continue;
+      if (skips_resting(frame, one.batch, one.instance, index, instance)) continue;
       const Placement placement =
           partner.entry == kNoEntry ? placement_of(other, instance) : frame.broad_phase.grid.placements[partner.entry];
       collector.add(one, {index, instance, placement});
@@ -194,18 +208,31 @@ void collect_in_key_order(CandidateCollector& collector, const PlacedInstance& o
   }
 }
 
-// Collects the candidates that a grid entry reports: its instance with itself, and with the instances that
-// for_each_later finds.
+// Collects the candidates that a grid entry reports: its instance with itself, with the instances that for_each_later
+// finds in its grid, and with those of the kept grid if it is not in that itself.
 void collect_in_spatial_order(CandidateCollector& collector, std::uint32_t entry) {
   const FrameContext& frame = collector.frame;
-  const GridEntry* const entries = frame.broad_phase.grid.entries.data;
+  const BroadPhase& broad = frame.broad_phase;
+  const GridEntry* const entries = broad.grid.entries.data;
   const GridEntry& one = entries[entry];
   const InstanceBatch& batch = frame.batch(one.batch);
-  if (batch.pairs_within) collector.add_or_wait({entry, entry});
-  for_each_later(frame, entry, [&](std::uint32_t other) {
-    if (layers_match(batch, one.instance, frame.batch(entries[other].batch), entries[other].instance))
+  const auto take = [&](std::uint32_t other) {
+    const GridEntry& found = entries[other];
+    if (layers_match(batch, one.instance, frame.batch(found.batch), found.instance) &&
+        !skips_resting(frame, one.batch, one.instance, found.batch, found.instance))
       collector.add_or_wait({entry, other});
-  });
+  };
+  const bool in_kept = entry < broad.kept.count;
+  if (in_kept && !is_kept(frame, one)) return;
+  if (!skips_within(batch, one.instance)) collector.add_or_wait({entry, entry});
+  if (in_kept) {
+    for_each_later(frame, broad.kept, entry, [&](std::uint32_t other) {
+      if (is_kept(frame, entries[other])) take(other);
+    });
+  } else {
+    for_each_later(frame, broad.grid, entry, take);
+    for_each_kept(frame, one.batch, broad.grid.placements[entry].bounds, take);
+  }
 }
 
 // How many instances one task pairs with others.
@@ -268,13 +295,13 @@ void pair_in_key_order(const FrameContext& frame, Engine& engine, HitSink& sink)
 bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
   sink.in_spatial_order = true;
   for (const auto& worker : pool.workers) worker->stats_before = worker->stats;
-  const std::uint32_t entries = frame.broad_phase.grid.count;
-  pool.tasks->for_each(task_count(entries), [&](std::uint32_t task, std::uint32_t w) {
+  const BroadPhase& broad = frame.broad_phase;
+  const std::uint32_t begin = broad.tests_resting ? 0 : broad.kept.count, entries = broad.kept.count + broad.grid.count;
+  pool.tasks->for_each(task_count(entries - begin), [&](std::uint32_t task, std::uint32_t w) {
     if (sink.store_full) return;
     run_task(frame, task, pool[w], sink, [&](CandidateCollector& collector) {
-      const std::uint32_t end = std::min(entries, (task + 1) * kInstancesPerTask);
-      for (std::uint32_t entry = task * kInstancesPerTask; entry < end; ++entry)
-        collect_in_spatial_order(collector, entry);
+      const std::uint32_t first = begin + task * kInstancesPerTask, end = std::min(entries, first + kInstancesPerTask);
+      for (std::uint32_t entry = first; entry < end; ++entry) collect_in_spatial_order(collector, entry);
     });
     store_groups(frame, pool[w], sink);
   });
@@ -298,43 +325,86 @@ bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink&
 
 // ------------------------------------------------------------------------------------------------ step 1: bounds
 
-// Counts the instances whose bounds leave those that the caller gives. Boxes of links are larger and say nothing.
-void count_beyond_bounds(const FrameContext& frame, const InstanceBatch& batch, const TileInstances& instances,
-                         std::uint32_t live, FrameStats& stats) {
+// Counts an instance whose bounds leave those that the caller gives. Boxes of links are larger and say nothing.
+void count_beyond_bounds(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t instance,
+                         FrameStats& stats) {
   if (batch.input->bounds.empty() || batch.active != batch.articulation) return;
-  for (; live; live &= live - 1) {
-    const std::uint32_t instance = instances.instance[__builtin_ctz(live)];
-    const InstanceBounds &is = batch.bounds[instance], given = given_bounds(batch, instance, frame.margin);
-    bool inside = true;
-    for (int c = 0; c < 3; ++c) inside = inside && is.lo[c] >= given.lo[c] && is.hi[c] <= given.hi[c];
-    stats.instances_beyond_bounds += !inside;
+  const InstanceBounds &is = batch.bounds[instance], given = given_bounds(batch, instance, frame.margin);
+  bool inside = true;
+  for (int c = 0; c < 3; ++c) inside = inside && is.lo[c] >= given.lo[c] && is.hi[c] <= given.hi[c];
+  stats.instances_beyond_bounds += !inside;
+}
+
+// Whether bounds are found and searched: Strategy::kExactAll tests all pairs.
+bool needs_bounds(const FrameContext& frame) { return frame.policies.strategy != Strategy::kExactAll; }
+
+// Poses one tile, and stores which instances are live and their bounds.
+void bound_tile(const FrameContext& frame, const TileInstances& instances, InstanceBatch& batch, Worker& worker) {
+  const RefitScope scope = needs_bounds(frame) ? RefitScope::kLeaves : RefitScope::kNone;
+  const std::uint32_t live =
+      update_and_flag_tile(frame, {&batch, instances, scope, worker.boxes.data, worker.bounds.data}, worker);
+  set_live(instances, live, batch);
+  for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
+  if (!needs_bounds(frame)) return;
+  if (!is_axis_aligned(frame.policies.refit))
+    frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
+  bound_instances(frame.kernels, batch, instances, live, worker.bounds.data, worker.histogram);
+  for (std::uint32_t left = live; left; left &= left - 1)
+    count_beyond_bounds(frame, batch, instances.instance[__builtin_ctz(left)], worker.stats);
+}
+
+// Keeps the bounds of an instance that rests.
+void keep_instance(const FrameContext& frame, std::uint32_t instance, InstanceBatch& batch, Worker& worker) {
+  batch.rest[instance] |= kRests;
+  batch.hit_chains[instance] = {};
+  if (!batch.input->flags.empty()) batch.input->flags[instance] = kInstanceOk;
+  ++worker.stats.instances_resting;
+  if (!needs_bounds(frame)) return;
+  keep_bounds(batch, instance, worker);
+  count_beyond_bounds(frame, batch, instance, worker.stats);
+}
+
+// How many instances one task looks at where some rest. A multiple of kLanes, so that no two tasks share a word of live
+// bits.
+constexpr std::uint32_t kRestingPerTask = 32 * kLanes;
+
+// Bounds the instances of one task in a batch where some rest: those that have moved, by tiles of sixteen.
+void bound_moved(const FrameContext& frame, std::uint32_t task, InstanceBatch& batch, Worker& worker) {
+  TileInstances moved;
+  moved.count = 0;
+  const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kRestingPerTask);
+  for (std::uint32_t i = task * kRestingPerTask; i < end; ++i) {
+    if (goes_on_resting(batch, i)) {
+      keep_instance(frame, i, batch, worker);
+      continue;
+    }
+    batch.rest[i] = 0;
+    batch.live[i / kLanes] = static_cast<std::uint16_t>(batch.live[i / kLanes] & ~(1u << i % kLanes));
+    prefetch_pose(batch, i);
+    moved.instance[moved.count++] = i;
+    if (moved.count < kLanes) continue;
+    bound_tile(frame, moved, batch, worker);
+    moved.count = 0;
   }
+  if (moved.count > 0) bound_tile(frame, moved, batch, worker);
 }
 
 }  // namespace
 
 void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine) {
-  const bool needs_bounds = frame.policies.strategy != Strategy::kExactAll;
-  const RefitScope scope = needs_bounds ? RefitScope::kLeaves : RefitScope::kNone;
   for (const BatchInput& input : inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
     clear_not_given(batch);
-    engine.pool.tasks->for_each(tile_count(given_count(batch)), [&](std::uint32_t tile, std::uint32_t w) {
+    const std::uint32_t tasks = batch.may_rest ? (batch.instance_count + kRestingPerTask - 1) / kRestingPerTask
+                                               : tile_count(given_count(batch));
+    engine.pool.tasks->for_each(tasks, [&](std::uint32_t tile, std::uint32_t w) {
       Worker& worker = engine.pool[w];
       const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
+      if (batch.may_rest) return bound_moved(frame, tile, batch, worker);
       for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(given_count(batch), (tile + 2) * kLanes); ++i)
         prefetch_pose(batch, given_instance(batch, i));
-      const TileInstances instances = instances_of(batch, tile);
-      const std::uint32_t live =
-          update_and_flag_tile(frame, {&batch, instances, scope, worker.boxes.data, worker.bounds.data}, worker);
-      set_live(instances, live, batch);
-      if (!needs_bounds) return;
-      if (!is_axis_aligned(frame.policies.refit))
-        frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
-      bound_instances(frame.kernels, batch, instances, live, worker.bounds.data, worker.histogram);
-      count_beyond_bounds(frame, batch, instances, live, worker.stats);
-      for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
+      bound_tile(frame, instances_of(batch, tile), batch, worker);
     });
   }
 }

@@ -5,6 +5,7 @@
 #include "engine/contacts.h"
 #include "engine/convex_hull.h"
 #include "engine/memory.h"
+#include "engine/rest.h"
 #include "engine/rest_pose.h"
 #include "engine/update.h"
 #include "engine/validate.h"
@@ -187,6 +188,8 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
       batch.stored_before =
           slot->arena.allocate<std::size_t>((desc.instance_count + kWrittenPerTask - 1) / kWrittenPerTask);
       batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
+      batch.rest = slot->arena.allocate<std::uint8_t>(desc.instance_count);
+      if (kChecksRest) batch.checksums = slot->arena.allocate<std::uint64_t>(desc.instance_count);
     }
     const std::size_t index = free_slot(engine.allocator, engine.batches);
     if (index == kMaxBatches) {
@@ -200,6 +203,7 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
       clear_slot(*engine.batches[index]);
       throw;
     }
+    forget_rest(engine);
     out->value = id_of(index, engine, engine.batches);
     return Status::kOk;
   });
@@ -220,6 +224,7 @@ Status remove_batch(Engine& engine, BatchId id) noexcept {
   if (!call.admitted()) return Status::kBusy;
   if (!has_batch(engine, id)) return Status::kUnknownBatch;
   StoredBatch& slot = *engine.batches[slot_of(id).value - 1];
+  forget_rest(engine);
   clear_slot(slot);
   ++slot.generation;
   return Status::kOk;

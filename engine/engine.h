@@ -44,6 +44,16 @@ struct MemoryNeeds {
   bool large = false;                   // whether a character is_large
 };
 
+// What the engine knows of the last frame, so that characters can rest in the next one (engine/rest.h).
+struct RestState {
+  std::uint64_t epoch = 1;  // grows whenever all instances count as moved
+  bool known = false;       // whether the settings below are those of the last frame
+  Policies policies;
+  float margin = 0, min_depth = 0;
+  Report report = Report::kHits;
+  Span<std::uint64_t> rule_bits;  // as Engine::rule_bits
+};
+
 // The state behind the public API (cab/cab.h).
 struct Engine {
   Allocator allocator;
@@ -54,9 +64,10 @@ struct Engine {
   WorkerPool pool;
   BroadPhase broad_phase;
   HitStore hit_store;
-  Span<std::uint64_t> rule_bits;             // scratch of validate_job: one bit per possible rule
+  Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
+  RestState rest;
   MemoryNeeds sized;                         // what the memory suffices for
-  std::unique_ptr<Arena> shared_arena;       // owns the grid, paired_bits, the words of the hit store and rule_bits
+  std::unique_ptr<Arena> shared_arena;       // owns the grids, bits of pairs and rules, the words of the hit store
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
 
   Span<const std::unique_ptr<StoredBatch>> stored_batches() const { return {batches.data(), batches.size()}; }

@@ -4,6 +4,7 @@
 #include "engine/call.h"
 #include "engine/in_contact.h"
 #include "engine/live_instances.h"
+#include "engine/rest.h"
 #include "engine/update.h"
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
@@ -51,7 +52,7 @@ void search_entries(const FrameContext& frame, std::uint32_t begin, std::uint32_
   std::size_t count = 0;
   const GridEntry* const entries = frame.broad_phase.grid.entries.data;
   for (std::uint32_t at = begin; at < end; ++at)
-    for_each_later(frame, at, [&](std::uint32_t other) {
+    for_each_later(frame, frame.broad_phase.grid, at, [&](std::uint32_t other) {
       const GridEntry &x = entries[at], &y = entries[other];
       if (!layers_match(frame.batch(x.batch), x.instance, frame.batch(y.batch), y.instance)) return;
       for (const GridEntry* entry : {&x, &y}) set_in_contact(frame, entry->batch, entry->instance);
@@ -83,6 +84,7 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   if (out.pairs.size && !out.pairs.data) return Status::kBadOutput;
   clear_in_contact(job.inputs);
+  forget_rest(engine);  // the bounds are others afterwards
   std::uint64_t given = 0;
   for (const BatchInput& input : job.inputs) given += given_count(engine.batch(input.batch));
   engine.pool.tasks->alone = given <= kInstancesAlone;
@@ -90,7 +92,7 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   for (const BatchInput& input : job.inputs)
     if (InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
       take_bounds(job, batch, engine.pool);
-  build_grid(engine.stored_batches(), engine.broad_phase.grid, engine.pool);
+  build_grids(engine.stored_batches(), engine.broad_phase, engine.pool);
 
   const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);
   const std::uint32_t entries = engine.broad_phase.grid.count;

@@ -4,6 +4,7 @@
 #include "engine/call.h"
 #include "engine/characters.h"
 #include "engine/in_contact.h"
+#include "engine/rest.h"
 #include "engine/sequences.h"
 #include "engine/timed.h"
 #include "engine/validate.h"
@@ -40,11 +41,12 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   const kernel::FloatMode mode;  // before the checks: they compare floats, which must not trap
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
+  if (const Status status = begin_rest(engine, job); status != Status::kOk) return status;
   clear_results(engine, job.inputs);
   HitSink sink{&job, &engine.hit_store};
 
-  // Characters: every instance is bounded. The grid finds the instances whose bounds overlap, and only those are posed
-  // again and tested.
+  // Characters: every instance that does not rest is bounded. The grids find the instances whose bounds overlap, and
+  // only those are posed again and tested.
   const Policies policies = resolve_characters(engine, job);
   const FrameContext characters = context_of(engine, policies, job.margin, job.report);
   engine.pool.tasks->alone = runs_on_one_thread(engine, job, policies);
@@ -53,7 +55,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   {
     FrameStats& stats = engine.pool[0].stats;
     const Timed timed(stats.seconds_broad), built(stats.seconds_grid);
-    build_grid(engine.stored_batches(), engine.broad_phase.grid, engine.pool);
+    build_grids(engine.stored_batches(), engine.broad_phase, engine.pool);
   }
   pair_characters(characters, engine, sink);
 
@@ -62,6 +64,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
 
   // Results: sorted hits, contacts, counts.
   const Status status = finish_hits(characters, engine.pool, sink);
+  if (status == Status::kOk) end_rest(engine, job);
   job.stats = total_stats(engine.pool, start);
   return status;
 } catch (const std::exception&) {

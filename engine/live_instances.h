@@ -15,9 +15,10 @@ inline void clear_not_given(InstanceBatch& batch) {
   if (first == 0) std::fill(batch.hit_chains.begin(), batch.hit_chains.end(), HitChain{});
 }
 
-// Records which instances of a tile are live. Tasks of listed instances share words.
+// Records which instances of a tile are live. The bits of tiles that are not consecutive instances are clear before,
+// and tasks may share their words.
 inline void set_live(const TileInstances& instances, std::uint32_t live, InstanceBatch& batch) {
-  if (batch.input->instances.empty()) {
+  if (batch.input->instances.empty() && !batch.may_rest) {
     batch.live[instances.instance[0] / kLanes] = static_cast<std::uint16_t>(live);
     return;
   }

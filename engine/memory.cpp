@@ -1,6 +1,7 @@
 // Sizes the memory of the workers, and the memory that they share, from worst-case counts over all batches.
 #include "engine/memory.h"
 
+#include "engine/rest.h"
 #include "engine/traverse.h"
 #include "layout/leaf_bounds_soa.h"
 
@@ -147,23 +148,35 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   auto shared = std::make_unique<Arena>(engine.allocator);
   std::size_t buckets = 16;
   while (buckets < needs.character_instances) buckets *= 2;
-  const auto entries = shared->allocate<GridEntry>(needs.character_instances ? needs.character_instances + 1 : 0);
-  const auto placements = shared->allocate<Placement>(needs.character_instances);
+  const std::size_t most_entries =
+      needs.character_instances ? needs.character_instances + spare_entries(needs.character_instances) : 0;
+  const auto entries = shared->allocate<GridEntry>(most_entries + 1);
+  const auto placements = shared->allocate<Placement>(most_entries);
   const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
+  const auto kept_bucket = shared->allocate<std::uint32_t>(bucket.size);
   const auto store = shared->allocate<std::uint32_t>(store_words(needs.character_instances));
   const std::size_t pairs = needs.batch_slots * needs.batch_slots;
   const auto paired = shared->allocate<std::uint64_t>((pairs + 63) / 64);
-  const auto rules = shared->allocate<std::uint64_t>((2 * pairs + 63) / 64);
+  const auto skipped = shared->allocate<std::uint64_t>(paired.size);
+  const auto rules = shared->allocate<std::uint64_t>((4 * pairs + 63) / 64);
+  const auto last_rules = shared->allocate<std::uint64_t>(rules.size);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
-  engine.broad_phase.grid.entries = entries;
-  engine.broad_phase.grid.placements = placements;
+  engine.rest.rule_bits = last_rules;
+  for (Grid* const grid : {&engine.broad_phase.grid, &engine.broad_phase.kept}) {
+    grid->entries = entries;
+    grid->placements = placements;
+  }
   engine.broad_phase.grid.bucket = bucket;
+  engine.broad_phase.kept.bucket = kept_bucket;
+  engine.broad_phase.instances = needs.character_instances;
   engine.broad_phase.paired_bits = paired;
+  engine.broad_phase.skipped_bits = skipped;
   engine.broad_phase.batch_count = needs.batch_slots;
   engine.hit_store.words = store;
   engine.sized = needs;
+  forget_rest(engine);
 }
 
 }  // namespace
@@ -200,7 +213,7 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
   const Grid& grid = engine.broad_phase.grid;
   out->grid = grid.entries.size * sizeof(GridEntry) + grid.placements.size * sizeof(Placement) +
-              grid.bucket.size * sizeof(std::uint32_t);
+              2 * grid.bucket.size * sizeof(std::uint32_t);
   out->hits = engine.hit_store.words.size * sizeof(std::uint32_t);
   const std::size_t shared = engine.shared_arena ? engine.shared_arena->bytes() : 0;
   out->total = out->articulations + out->batches + out->workers + shared;

@@ -62,6 +62,9 @@ const char* to_string(Status status) noexcept {
       return "instances must be empty or ascend, below count and instance_count; never of a sequence";
     case Status::kBadBounds:
       return "bounds must be empty or hold six finite floats per instance, none below its lower one";
+    case Status::kBadMoved: return "moved must be empty or hold one byte per instance; never of a sequence";
+    case Status::kMovedAtRest:
+      return "moved is 0 for an instance whose pose, place, scale or layers changed (checked builds only)";
     case Status::kBadPairRule: return "rules names a batch without input, or a pairing that its batches cannot have";
     case Status::kPairRuleGivenTwice: return "rules pairs the same two batches twice in the same way";
     case Status::kBadPolicy: return "policies holds a value that its enumeration lacks";

@@ -15,7 +15,7 @@ namespace {
 bool has_input(const Engine& engine, BatchId id) { return has_batch(engine, id) && engine.batch(id).input; }
 
 bool valid_rule(const Engine& engine, const PairRule& rule) {
-  if (!has_input(engine, rule.a) || !has_input(engine, rule.b)) return false;
+  if (!has_input(engine, rule.a) || !has_input(engine, rule.b) || rule.resting > Resting::kSkipped) return false;
   const InstanceBatch &a = engine.batch(rule.a), &b = engine.batch(rule.b);
   if (rule.pairing == Pairing::kWithin) return &a == &b;
   if (rule.pairing != Pairing::kBetween || a.kind != b.kind) return false;
@@ -23,8 +23,9 @@ bool valid_rule(const Engine& engine, const PairRule& rule) {
   return &a != &b && (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
 }
 
-// Records a valid rule in engine.rule_bits. False if a rule with the same pairing and the same two batches, in either
-// order, was recorded before.
+// Records a valid rule in engine.rule_bits, which has one bit per pairing and two batches, and as many again for rules
+// that skip what rests. False if a rule with the same pairing and the same two batches, in either order, was recorded
+// before.
 bool note_rule(Engine& engine, const PairRule& rule) {
   const std::size_t count = engine.batches.size();
   const std::uint32_t slot_a = slot_of(rule.a).value, slot_b = slot_of(rule.b).value;
@@ -33,6 +34,8 @@ bool note_rule(Engine& engine, const PairRule& rule) {
   const std::uint64_t mask = std::uint64_t{1} << (bit & 63);
   if (engine.rule_bits[bit >> 6] & mask) return false;
   engine.rule_bits[bit >> 6] |= mask;
+  const std::size_t skips = bit + 2 * count * count;
+  if (rule.resting == Resting::kSkipped) engine.rule_bits[skips >> 6] |= std::uint64_t{1} << (skips & 63);
   return true;
 }
 
@@ -92,6 +95,7 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
   if (!fits(input.flags, 1)) return Status::kBadFlags;
   if (!fits(input.layers, 1) || !fits(input.layer_masks, 1)) return Status::kBadLayers;
   if (!fits(input.in_contact, 1)) return Status::kBadInContact;
+  if (!fits(input.moved, 1) || (!input.moved.empty() && batch.kind == BatchKind::kSequence)) return Status::kBadMoved;
   if (!fits(input.bounds, 6) || (needs == Needs::kBounds && input.bounds.empty() && n > 0)) return Status::kBadBounds;
   return Status::kOk;
 }
@@ -117,7 +121,7 @@ Status validate_policies(const Policies& policies) {
 
 Status validate_job(Engine& engine, const FrameJob& job) {
   if (job.rules.size && !job.rules.data) return Status::kBadPairRule;
-  if (job.rules.size) std::fill(engine.rule_bits.begin(), engine.rule_bits.end(), std::uint64_t{0});
+  std::fill(engine.rule_bits.begin(), engine.rule_bits.end(), std::uint64_t{0});
   for (const PairRule& rule : job.rules) {
     if (!valid_rule(engine, rule)) return Status::kBadPairRule;
     if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;

@@ -54,6 +54,8 @@ struct alignas(64) Worker {
   FixedList<Hit> hits;              // key order and sequences: hits of that task, until its turn comes
   FixedList<std::uint32_t> words;   // spatial order: groups of hits, until they are stored (engine/hit_store.cpp)
   ExtentHistogram histogram;        // of the instances that this worker bounded
+  ExtentHistogram resting;          // of those that rest, and are not in the kept grid
+  std::uint32_t kept = 0;           // how many instances rest and are in the kept grid
   FrameStats stats;                 // of this frame
   FrameStats stats_before;          // before pairing in spatial order, in case its hits do not fit into the store
 };

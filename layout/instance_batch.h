@@ -34,6 +34,12 @@ struct HitChain {
   std::uint32_t count = 0;    // of hits
 };
 
+// Bits of InstanceBatch::rest.
+enum RestBit : std::uint8_t {
+  kRests = 1,  // nothing of the instance has changed since the last frame
+  kKept = 2,   // its entry is in the grid that is kept between frames
+};
+
 struct InstanceBatch {
   const Articulation* articulation = nullptr;
   const LinkBounds* link_bounds = nullptr;
@@ -46,6 +52,11 @@ struct InstanceBatch {
   Span<std::uint16_t> live;  // one word per tile, one bit per instance: set if it is not masked
   Span<HitChain> hit_chains;
   Span<std::size_t> stored_before;  // per task that writes hits: how many hits come before its own
+  Span<std::uint8_t> rest;          // RestBits per instance, of the current frame; between frames of the last one
+  bool has_rest = false;            // whether a rest bit may be set
+  Span<std::uint64_t> checksums;    // checked builds: of what must not change while an instance rests
+  std::uint64_t rest_epoch = 0;     // RestState::epoch of the last frame with this batch; 0: none
+  std::uint32_t rest_count = 0;     // given_count in that frame
 
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;
@@ -56,6 +67,8 @@ struct InstanceBatch {
   const Articulation* active = nullptr;
   bool pairs_between = false;    // a rule tests its instances against others
   bool pairs_within = false;     // a rule tests the links of each instance against each other
+  bool skips_within = false;     // not those of an instance that rests
+  bool may_rest = false;         // its instances rest where BatchInput::moved says so
   std::uint32_t first_task = 0;  // index of the first task that pairs its characters
   const BatchInput* input = nullptr;
   std::size_t link_stride = 0;      // bytes
@@ -72,6 +85,9 @@ inline std::uint32_t given_count(const InstanceBatch& batch) {
 inline std::uint32_t given_instance(const InstanceBatch& batch, std::uint32_t place) {
   return batch.input->instances.empty() ? place : batch.input->instances[place];
 }
+
+// Whether nothing of an instance has changed since the last frame.
+inline bool rests(const InstanceBatch& batch, std::uint32_t instance) { return batch.rest[instance] & kRests; }
 
 // Whether an instance is given in the current call.
 inline bool is_given(const InstanceBatch& batch, std::uint32_t instance) {

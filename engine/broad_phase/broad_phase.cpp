@@ -24,24 +24,26 @@ constexpr double kLeastCells = 4;
 
 using StoredBatches = Span<const std::unique_ptr<StoredBatch>>;
 
-// Records that a rule pairs batch a with batch b, and so that batch a belongs into the grid.
-void set_paired(StoredBatches batches, std::uint32_t a, std::uint32_t b, BroadPhase& broad) {
+// Records that a rule pairs batch a with batch b, and so that batch a belongs into a grid.
+void set_paired(StoredBatches batches, std::uint32_t a, std::uint32_t b, Resting resting, BroadPhase& broad) {
   const std::size_t bit = a * broad.batch_count + b;
-  broad.paired_bits[bit >> 6] |= std::uint64_t{1} << (bit & 63);
+  const std::uint64_t mask = std::uint64_t{1} << (bit & 63);
+  broad.paired_bits[bit >> 6] |= mask;
+  if (resting == Resting::kSkipped) broad.skipped_bits[bit >> 6] |= mask;
   batches[a]->batch.pairs_between = true;
 }
 
-// Calls body(batch index, instance) for every live instance of the batches that some rule pairs with others.
+// Calls body(batch index, instance, worker) for every live instance of the batches that some rule pairs with others.
 template <class Body>
 void for_each_instance(StoredBatches batches, WorkerPool& pool, Body&& body) {
   for (std::uint32_t index = 0; index < batches.size; ++index) {
     const InstanceBatch& batch = batches[index]->batch;
     if (!batch.pairs_between) continue;
     pool.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
-                         [&](std::uint32_t task, std::uint32_t) {
+                         [&](std::uint32_t task, std::uint32_t w) {
                            const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
                            for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
-                             if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i);
+                             if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, w);
                          });
   }
 }
@@ -65,20 +67,15 @@ void add_to_histogram(const InstanceBounds& bounds, ExtentHistogram& histogram) 
   ++histogram.count;
 }
 
-// Returns the sum of the histograms of all workers.
-ExtentHistogram total_histogram(const WorkerPool& pool) {
-  ExtentHistogram all = pool[0].histogram;
-  for (std::uint32_t w = 1; w < pool.working_count(); ++w) {
-    const ExtentHistogram& part = pool[w].histogram;
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      all.lo[c] = std::min(all.lo[c], part.lo[c]);
-      all.hi[c] = std::max(all.hi[c], part.hi[c]);
-      for (std::uint32_t e = 0; e < ExtentHistogram::kExponents; ++e)
-        all.count_by_exponent[c][e] += part.count_by_exponent[c][e];
-    }
-    all.count += part.count;
+void add_histogram(const ExtentHistogram& part, ExtentHistogram& sum) {
+  if (part.count == 0) return;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    sum.lo[c] = std::min(sum.lo[c], part.lo[c]);
+    sum.hi[c] = std::max(sum.hi[c], part.hi[c]);
+    for (std::uint32_t e = 0; e < ExtentHistogram::kExponents; ++e)
+      sum.count_by_exponent[c][e] += part.count_by_exponent[c][e];
   }
-  return all;
+  sum.count += part.count;
 }
 
 // Chooses the used axes and the widths of the cells. An axis is unused if the instances spread over few cells along it
@@ -113,17 +110,56 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
   for (bool& unused : grid.unused_axis) unused = unused || endless;
 }
 
+// Puts the live instances with this kKept bit into a grid, whose histogram is theirs.
+void build_grid(StoredBatches batches, const ExtentHistogram& histogram, std::uint8_t kept, Grid& grid,
+                WorkerPool& pool) {
+  grid.count = histogram.count;
+  if (histogram.count == 0) return;
+  choose_levels(histogram, grid);
+  grid.mask = 15;
+  while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
+  const bool alone = pool.working_count() == 1;
+  std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
+  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    if ((batches[index]->batch.rest[instance] & kKept) != kept) return;
+    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
+    const std::uint32_t level = level_of(grid, bounds);
+    if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
+    shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
+  });
+  grid.level_count = 0;
+  for (std::uint32_t level = 0; level < kGridLevels; ++level)
+    if (grid.used[level]) grid.levels[grid.level_count++] = level;
+  grid.order_axis = !grid.unused_axis[2] ? 2 : !grid.unused_axis[1] ? 1 : 0;
+  std::uint32_t sum = grid.first;
+  for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
+  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
+  // grid.bucket[b] is now the end of bucket b. Each entry is inserted one below, so that afterwards it is the
+  // beginning.
+  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
+    if ((batches[index]->batch.rest[instance] & kKept) != kept) return;
+    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
+    const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
+    set_entry(grid, bounds, index, instance, grid.entries[at]);
+    grid.placements[at] = placement_of(batches[index]->batch, instance);
+  });
+}
+
 // Records the rules of characters in their batches and in `broad`.
 void note_rules(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad) {
   std::fill(broad.paired_bits.begin(), broad.paired_bits.end(), std::uint64_t{0});
+  std::fill(broad.skipped_bits.begin(), broad.skipped_bits.end(), std::uint64_t{0});
+  broad.tests_resting = false;
   for (const PairRule& rule : rules) {
     const std::uint32_t a = slot_of(rule.a).value - 1, b = slot_of(rule.b).value - 1;
     if (batches[a]->batch.kind != BatchKind::kCharacters) continue;
+    broad.tests_resting = broad.tests_resting || rule.resting == Resting::kTested;
     if (rule.pairing == Pairing::kWithin) {
       batches[a]->batch.pairs_within = true;
+      batches[a]->batch.skips_within = rule.resting == Resting::kSkipped;
     } else {
-      set_paired(batches, a, b, broad);
-      set_paired(batches, b, a, broad);
+      set_paired(batches, a, b, rule.resting, broad);
+      set_paired(batches, b, a, rule.resting, broad);
     }
   }
 }
@@ -153,14 +189,6 @@ void keep_lower_half(PartnerList& list) {
   list.complete = false;
 }
 
-// Whether to search these cells one by one instead of scanning all entries: there are not many more cells than entries,
-// and a line along x is short enough for for_each_run.
-bool is_worth_searching(const Grid& grid, const CellRange& cells) {
-  double count = 1;
-  for (std::uint32_t c = 0; c < 3; ++c) count *= static_cast<double>(cells.hi[c] - cells.lo[c] + 1);
-  return count <= 64 + static_cast<double>(grid.count) && cells.hi[0] - cells.lo[0] < std::int64_t{grid.mask};
-}
-
 // Lists partners without the grid: compares the query with every instance in the order of keys. Returns false when the
 // list is full; the next query then goes on after its last key.
 bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
@@ -179,11 +207,43 @@ bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, Fix
   return true;
 }
 
+// Adds the partners in one grid to the list. Returns false if that takes a scan of all entries, and they do not fit:
+// the order of keys is then faster.
+bool search_grid(const FrameContext& frame, const PartnerQuery& query, const Grid& grid, PartnerList& list) {
+  if (grid.count == 0) return true;
+  const bool kept = &grid == &frame.broad_phase.kept;
+  const bool every_entry = !is_worth_searching(grid, query.bounds);
+  GridEntry own;
+  set_entry(grid, query.bounds, query.batch, 0, own);
+  const auto take = [&](std::uint32_t entry) {
+    const GridEntry& other = grid.entries[entry];
+    const std::uint64_t key = instance_key(other.batch, other.instance);
+    if (key <= list.above || key >= list.below || !frame.broad_phase.paired(query.batch, other.batch) ||
+        (kept && !is_kept(frame, other)) || !overlap(query.bounds, grid.placements[entry].bounds))
+      return true;
+    list.found.push({key, entry});
+    if (list.found.size < list.found.capacity) return true;
+    if (every_entry) return false;
+    keep_lower_half(list);
+    return true;
+  };
+  if (every_entry) return scan_entries(frame, own, grid.first, grid.first + grid.count, take);
+  for (std::uint32_t l = 0; l < grid.level_count; ++l)
+    for_each_run(grid, grid.levels[l], cells_to_search(grid, grid.levels[l], query.bounds),
+                 [&](std::uint32_t first, std::uint32_t end, std::int64_t, std::int64_t) {
+                   return scan_entries(frame, own, first, end, take);
+                 });
+  return true;
+}
+
 }  // namespace
 
 void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
   note_rules(rules, batches, broad);
-  for (std::uint32_t w = 0; w < pool.working_count(); ++w) pool[w].histogram = {};
+  for (std::uint32_t w = 0; w < pool.working_count(); ++w) {
+    pool[w].histogram = pool[w].resting = {};
+    pool[w].kept = 0;
+  }
 }
 
 void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
@@ -227,71 +287,45 @@ void take_given_bounds(InstanceBatch& batch, const TileInstances& instances, flo
   }
 }
 
-void build_grid(StoredBatches batches, Grid& grid, WorkerPool& pool) {
-  const ExtentHistogram histogram = total_histogram(pool);
-  grid.count = histogram.count;
-  if (histogram.count == 0) return;
-  choose_levels(histogram, grid);
-  grid.mask = 15;
-  while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
-  const bool alone = pool.working_count() == 1;
-  std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
-  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance) {
-    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
-    const std::uint32_t level = level_of(grid, bounds);
-    if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
-    shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
-  });
-  grid.level_count = 0;
-  for (std::uint32_t level = 0; level < kGridLevels; ++level)
-    if (grid.used[level]) grid.levels[grid.level_count++] = level;
-  grid.order_axis = !grid.unused_axis[2] ? 2 : !grid.unused_axis[1] ? 1 : 0;
-  std::uint32_t sum = 0;
-  for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
-  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
-  // grid.bucket[b] is now the end of bucket b. Each entry is inserted one below, so that afterwards it is the
-  // beginning.
-  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance) {
-    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
-    const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
-    set_entry(grid, bounds, index, instance, grid.entries[at]);
-    grid.placements[at] = placement_of(batches[index]->batch, instance);
-  });
+void keep_bounds(const InstanceBatch& batch, std::uint32_t instance, Worker& worker) {
+  if (!batch.pairs_between) return;
+  if (batch.rest[instance] & kKept)
+    ++worker.kept;
+  else
+    add_to_histogram(batch.bounds[instance], worker.resting);
 }
 
+void build_grids(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
+  ExtentHistogram moving, resting;
+  std::uint32_t kept = 0;
+  for (std::uint32_t w = 0; w < pool.working_count(); ++w) {
+    add_histogram(pool[w].histogram, moving);
+    add_histogram(pool[w].resting, resting);
+    kept += pool[w].kept;
+  }
+  const std::size_t spare = spare_entries(broad.instances);
+  if (resting.count > spare || broad.kept.count - kept > spare) {
+    for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t w) {
+      InstanceBatch& batch = batches[index]->batch;
+      if (!rests(batch, instance)) return;
+      if (batch.rest[instance] & kKept) add_to_histogram(batch.bounds[instance], pool[w].resting);
+      batch.rest[instance] |= kKept;
+    });
+    resting = {};
+    for (std::uint32_t w = 0; w < pool.working_count(); ++w) add_histogram(pool[w].resting, resting);
+    build_grid(batches, resting, kKept, broad.kept, pool);
+  } else {
+    add_histogram(resting, moving);
+  }
+  broad.grid.first = broad.kept.count;
+  build_grid(batches, moving, 0, broad.grid, pool);
+}
 bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
   if (query.all) return list_in_key_order(frame, query, found);
-  const Grid& grid = frame.broad_phase.grid;
-  GridEntry own;
-  set_entry(grid, query.bounds, query.batch, 0, own);
   found.clear();
   PartnerList list = {found, query.after, ~std::uint64_t{0}};
-  bool every_entry = false;  // whether all entries are scanned instead of cells; a full list then ends the scan
-  const auto take = [&](std::uint32_t entry) {
-    const GridEntry& other = grid.entries[entry];
-    const std::uint64_t key = instance_key(other.batch, other.instance);
-    if (key <= list.above || key >= list.below || !frame.broad_phase.paired(query.batch, other.batch) ||
-        !overlap(query.bounds, grid.placements[entry].bounds))
-      return true;
-    found.push({key, entry});
-    if (found.size < found.capacity) return true;
-    if (every_entry) return false;
-    keep_lower_half(list);
-    return true;
-  };
-  for (std::uint32_t l = 0; l < grid.level_count && !every_entry; ++l) {
-    const CellRange cells = cells_to_search(grid, grid.levels[l], query.bounds);
-    every_entry = !is_worth_searching(grid, cells);
-    if (!every_entry)
-      for_each_run(grid, grid.levels[l], cells,
-                   [&](std::uint32_t first, std::uint32_t end) { return scan_entries(frame, own, first, end, take); });
-  }
-  if (every_entry) {  // a scan is faster for few partners, the order of keys for more than fit the list
-    found.clear();
-    list.below = ~std::uint64_t{0};
-    list.complete = true;
-    if (!scan_entries(frame, own, 0, grid.count, take)) return list_in_key_order(frame, query, found);
-  }
+  for (const Grid* const grid : {&frame.broad_phase.grid, &frame.broad_phase.kept})
+    if (!search_grid(frame, query, *grid, list)) return list_in_key_order(frame, query, found);
   sort_partners(found);
   return list.complete;
 }

@@ -28,8 +28,11 @@ InstanceBounds given_bounds(const InstanceBatch& batch, std::uint32_t instance, 
 // Stores the given bounds of a tile's instances, and adds them to the histogram as bound_instances does.
 void take_given_bounds(InstanceBatch& batch, const TileInstances& instances, float margin, ExtentHistogram& histogram);
 
-// Puts every live instance of the batches that some rule pairs with others into the grid.
-void build_grid(Span<const std::unique_ptr<StoredBatch>> batches, Grid& grid, WorkerPool& pool);
+// The same for one live instance that rests, and whose bounds are those of an earlier frame.
+void keep_bounds(const InstanceBatch& batch, std::uint32_t instance, Worker& worker);
+
+// Puts every live instance of the batches that some rule pairs with others into one of the grids.
+void build_grids(Span<const std::unique_ptr<StoredBatch>> batches, BroadPhase& broad, WorkerPool& pool);
 
 // What find_partners looks for: live instances of the batches that a rule pairs with `batch`, with a key above `after`
 // and with bounds that overlap `bounds`.

@@ -32,11 +32,13 @@ struct ExtentHistogram {
   std::uint32_t count_by_exponent[3][kExponents] = {};
 };
 
-// The entries of all instances in the grid, grouped by bucket, and the cells they were grouped by.
+// The entries of instances in a grid, grouped by bucket, and the cells they were grouped by. Grids share the arrays of
+// entries and placements: each has the entries from `first` to first + count - 1.
 struct Grid {
-  Span<GridEntry> entries;                   // grouped by bucket; one more than instances, since a kernel may read it
-  Span<Placement> placements;                // placements[i] is of the instance of entries[i]
-  Span<std::uint32_t> bucket;                // bucket b holds the entries bucket[b] to bucket[b + 1] - 1
+  Span<GridEntry> entries;     // grouped by bucket; one more than is used, since a kernel may read it
+  Span<Placement> placements;  // placements[i] is of the instance of entries[i]
+  Span<std::uint32_t> bucket;  // bucket b holds the entries bucket[b] to bucket[b + 1] - 1
+  std::uint32_t first = 0;
   std::uint32_t mask = 0;                    // number of buckets, a power of two, less one
   std::uint32_t count = 0;                   // number of entries in use
   double origin[3] = {};                     // entries hold bounds relative to this point
@@ -49,16 +51,25 @@ struct Grid {
   std::uint32_t order_axis = 0;  // a used axis, if there is one; orders the pairs within a level (is_before)
 };
 
-// What searches read: the grid, and which batches the rules pair with each other.
-struct BroadPhase {
-  Grid grid;
-  Span<std::uint64_t> paired_bits;  // bit a * batch_count + b: whether a rule pairs batches a and b
-  std::size_t batch_count = 0;
+// How many entries the shared arrays have beyond one per instance: the kept grid may have that many whose instances no
+// longer rest.
+inline std::size_t spare_entries(std::size_t instances) { return instances / 16 + 64; }
 
-  bool paired(std::uint32_t a, std::uint32_t b) const {
-    const std::size_t bit = a * batch_count + b;
-    return paired_bits[bit >> 6] >> (bit & 63) & 1;
-  }
+// What searches read: the grids, and which batches the rules pair with each other.
+struct BroadPhase {
+  Grid grid;  // built in every frame
+  // Of instances that rest, kept from frame to frame. An entry counts while its instance has kKept. It is built again
+  // when more than spare_entries rest without being in it, or have left it.
+  Grid kept;
+  Span<std::uint64_t> paired_bits;   // bit a * batch_count + b: whether a rule pairs batches a and b
+  Span<std::uint64_t> skipped_bits;  // the same: whether not those instances of which both rest
+  std::size_t batch_count = 0;
+  std::size_t instances = 0;   // most that the grids have room for together
+  bool tests_resting = false;  // whether a rule tests instances that rest
+
+  static bool has_bit(Span<std::uint64_t> bits, std::size_t bit) { return bits[bit >> 6] >> (bit & 63) & 1; }
+  bool paired(std::uint32_t a, std::uint32_t b) const { return has_bit(paired_bits, a * batch_count + b); }
+  bool skips_resting(std::uint32_t a, std::uint32_t b) const { return has_bit(skipped_bits, a * batch_count + b); }
 };
 
 // The smallest e with extent < 2^e, within the range of ExtentHistogram.

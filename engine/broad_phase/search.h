@@ -14,6 +14,11 @@ inline bool overlap(const InstanceBounds& a, const InstanceBounds& b) {
          (a.lo[2] <= b.hi[2]) & (b.lo[2] <= a.hi[2]);
 }
 
+// Whether the instance of an entry of the kept grid still rests.
+inline bool is_kept(const FrameContext& frame, const GridEntry& entry) {
+  return frame.batch(entry.batch).rest[entry.instance] & kKept;
+}
+
 // How many entries one call of the kernel compares.
 inline constexpr std::uint32_t kEntriesPerCall = 128;
 
@@ -48,9 +53,9 @@ inline CellRange cells_to_search(const Grid& grid, std::uint32_t level, const In
   return out;
 }
 
-// Calls scan(first, end) for every run of entries that holds a line of cells along x. A line is split into two runs
-// where the buckets wrap around, and must not have more cells than there are buckets. Since cells share buckets, runs
-// may overlap and hold entries of other cells. Stops and returns false when scan returns false.
+// Calls scan(first, end, y, z) for every run of entries that holds a line of cells along x. A line is split into two
+// runs where the buckets wrap around, and must not have more cells than there are buckets. Since cells share buckets,
+// runs may overlap and hold entries of other cells. Stops and returns false when scan returns false.
 template <class Scan>
 bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells, Scan&& scan) {
   const std::uint32_t length = static_cast<std::uint32_t>(cells.hi[0] - cells.lo[0] + 1);
@@ -58,8 +63,8 @@ bool for_each_run(const Grid& grid, std::uint32_t level, const CellRange& cells,
     for (std::int64_t y = cells.lo[1]; y <= cells.hi[1]; ++y) {
       const std::uint32_t first = bucket_of(grid, level, cells.lo[0], y, z);
       const std::uint32_t fits = std::min(length, grid.mask + 1 - first);
-      if (!scan(grid.bucket[first], grid.bucket[first + fits])) return false;
-      if (fits < length && !scan(0u, grid.bucket[length - fits])) return false;
+      if (!scan(grid.bucket[first], grid.bucket[first + fits], y, z)) return false;
+      if (fits < length && !scan(grid.first, grid.bucket[length - fits], y, z)) return false;
     }
   return true;
 }
@@ -77,14 +82,14 @@ inline bool is_before(const Grid& grid, std::uint32_t x, std::uint32_t y) {
   return instance_key(entry_x.batch, entry_x.instance) < instance_key(entry_y.batch, entry_y.instance);
 }
 
-// Calls take(other) for every entry that overlaps `entry`, whose batch a rule pairs with its batch, and whose pair
-// `entry` reports. Each pair is reported once: by the entry on the lower level, or as is_before says on one level. No
-// instance is larger than the cells of its level and the levels above, so it searches at most three cells per axis. On
-// its own level it leaves out the first cell along order_axis, whose instances report their pairs with it themselves.
+// Calls take(other) for every entry of a grid that overlaps its entry `entry`, whose batch a rule pairs with its batch,
+// and whose pair `entry` reports. Each pair is reported once: by the entry on the lower level, or as is_before says on
+// one level. No instance is larger than the cells of its level and the levels above, so it searches at most three cells
+// per axis. On its own level it leaves out the first cell along order_axis, whose instances report their pairs with it
+// themselves.
 template <class Take>
-void for_each_later(const FrameContext& frame, std::uint32_t entry, Take&& take) {
+void for_each_later(const FrameContext& frame, const Grid& grid, std::uint32_t entry, Take&& take) {
   constexpr std::uint32_t kMostRuns = 18;  // 3 x 3 lines of cells along x, each in two runs if the buckets wrap around
-  const Grid& grid = frame.broad_phase.grid;
   const GridEntry* const entries = grid.entries.data;
   const GridEntry& query = entries[entry];
   const InstanceBounds& bounds = grid.placements[entry].bounds;
@@ -96,7 +101,7 @@ void for_each_later(const FrameContext& frame, std::uint32_t entry, Take&& take)
     CellRange cells = cells_to_search(grid, level, bounds);
     if (level == own && !grid.unused_axis[grid.order_axis]) ++cells.lo[grid.order_axis];
     std::uint32_t begin[kMostRuns], end[kMostRuns], runs = 0;
-    for_each_run(grid, level, cells, [&](std::uint32_t run_begin, std::uint32_t run_end) {
+    for_each_run(grid, level, cells, [&](std::uint32_t run_begin, std::uint32_t run_end, std::int64_t, std::int64_t) {
       scan_entries(frame, query, run_begin, run_end, [&](std::uint32_t other) {
         if (level == own && !is_before(grid, entry, other)) return true;
         const InstanceBounds& others = grid.placements[other].bounds;
@@ -111,6 +116,57 @@ void for_each_later(const FrameContext& frame, std::uint32_t entry, Take&& take)
       begin[runs] = run_begin;
       end[runs++] = run_end;
       return true;
+    });
+  }
+}
+
+// Whether to search these cells one by one instead of scanning all entries: there are not many more cells than entries,
+// and a line along x is short enough for for_each_run.
+inline bool is_worth_searching(const Grid& grid, const CellRange& cells) {
+  double count = 1;
+  for (std::uint32_t c = 0; c < 3; ++c) count *= static_cast<double>(cells.hi[c] - cells.lo[c] + 1);
+  return count <= 64 + static_cast<double>(grid.count) && cells.hi[0] - cells.lo[0] < std::int64_t{grid.mask};
+}
+
+// Whether the cells that `bounds` reach into are worth searching on every level.
+inline bool is_worth_searching(const Grid& grid, const InstanceBounds& bounds) {
+  for (std::uint32_t l = 0; l < grid.level_count; ++l)
+    if (!is_worth_searching(grid, cells_to_search(grid, grid.levels[l], bounds))) return false;
+  return true;
+}
+
+// Calls take(other) once for every entry of the kept grid whose instance still rests, whose bounds overlap those of an
+// instance that is not in it, and whose batch a rule pairs with its batch.
+template <class Take>
+void for_each_kept(const FrameContext& frame, std::uint32_t batch, const InstanceBounds& bounds, Take&& take) {
+  const Grid& grid = frame.broad_phase.kept;
+  if (grid.count == 0) return;
+  GridEntry query;
+  set_entry(grid, bounds, batch, 0, query);
+  const auto take_kept = [&](std::uint32_t other) {
+    const GridEntry& entry = grid.entries[other];
+    if (frame.broad_phase.paired(batch, entry.batch) && is_kept(frame, entry) &&
+        overlap(bounds, grid.placements[other].bounds))
+      take(other);
+    return true;
+  };
+  if (!is_worth_searching(grid, bounds)) {
+    scan_entries(frame, query, grid.first, grid.first + grid.count, take_kept);
+    return;
+  }
+  for (std::uint32_t l = 0; l < grid.level_count; ++l) {
+    const std::uint32_t level = grid.levels[l];
+    const CellRange cells = cells_to_search(grid, level, bounds);
+    for_each_run(grid, level, cells, [&](std::uint32_t first, std::uint32_t end, std::int64_t y, std::int64_t z) {
+      return scan_entries(frame, query, first, end, [&](std::uint32_t other) {
+        // Cells share buckets: an entry is taken where its own cell is searched.
+        const InstanceBounds& others = grid.placements[other].bounds;
+        if (level_of(grid, others) != level || cell_of(grid, level, 1, others.lo[1]) != y ||
+            cell_of(grid, level, 2, others.lo[2]) != z)
+          return true;
+        const std::int64_t x = cell_of(grid, level, 0, others.lo[0]);
+        return x < cells.lo[0] || x > cells.hi[0] || take_kept(other);
+      });
     });
   }
 }

@@ -41,10 +41,15 @@ class CountedMemory {
   std::atomic<std::size_t> held_{0}, most_{0};
 };
 
+// What a session does with characters that the scene leaves at rest.
+enum class AtRest : std::uint8_t { kMoved, kTested, kSkipped };
+
 // A crowd in an engine: one batch per group, every two characters paired.
 class CrowdSession {
  public:
-  CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count) {
+  CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count, AtRest at_rest = AtRest::kMoved)
+      : at_rest_(at_rest) {
+    const Resting resting = at_rest == AtRest::kSkipped ? Resting::kSkipped : Resting::kTested;
     const Allocator allocator = memory_.allocator();
     EngineDesc desc;
     desc.isa = isa;
@@ -59,7 +64,7 @@ class CrowdSession {
       BatchId id;
       require(add_batch(*engine_, batch, &id), group.figure.name);
       batches_.push_back(id);
-      for (const BatchId other : batches_) rules_.push_back({other, id, Pairing::kBetween});
+      for (const BatchId other : batches_) rules_.push_back({other, id, Pairing::kBetween, resting});
     }
   }
 
@@ -74,6 +79,7 @@ class CrowdSession {
       inputs[g].poses.data = posed[g].poses.data();
       inputs[g].origins = {posed[g].origins.data(), posed[g].origins.size()};
       inputs[g].orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
+      if (at_rest_ != AtRest::kMoved) inputs[g].moved = {posed[g].moved.data(), posed[g].moved.size()};
       if (!only_in_contact) continue;
       in_contact_[g].resize(posed[g].origins.size() / 3);
       inputs[g].in_contact = {in_contact_[g].data(), in_contact_[g].size()};
@@ -110,6 +116,7 @@ class CrowdSession {
 
  private:
   CountedMemory memory_;  // outlives the engine
+  AtRest at_rest_;
   oracle::EnginePtr engine_;
   std::vector<BatchId> batches_;
   std::vector<PairRule> rules_;

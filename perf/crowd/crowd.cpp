@@ -46,6 +46,7 @@ constexpr Counted kCounts[] = {
     {"exact tests", "exact_tests", &FrameStats::exact_tests},
     {"false positives", "false_positives", &FrameStats::false_positives},
     {"masked instances", "instances_masked", &FrameStats::instances_masked},
+    {"resting instances", "instances_resting", &FrameStats::instances_resting},
 };
 
 // ------------------------------------------------------------------------------------------------------- the order
@@ -71,6 +72,7 @@ void reorder(const std::vector<Order>& orders, std::vector<scenes::PosedGroup>& 
     reorder(orders[g], posed[g].poses);
     reorder(orders[g], posed[g].origins);
     reorder(orders[g], posed[g].orientations);
+    reorder(orders[g], posed[g].moved);
   }
 }
 
@@ -170,8 +172,10 @@ std::uint64_t add_in_contact(scenes::BitHash& hash, const std::vector<Order>& or
 }
 
 CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
-  CrowdSession session(crowd, options.isa, options.thread_count);
   FramePoses poses(crowd, options.frame_count);
+  const bool has_rest = !poses.at(0)[0].moved.empty();
+  CrowdSession session(crowd, options.isa, options.thread_count,
+                       has_rest ? options.at_rest.value_or(AtRest::kSkipped) : AtRest::kMoved);
   CrowdRun run;
   run.character_count = crowd.count();
   run.isa = session.isa();
@@ -185,6 +189,9 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
       orders.push_back(session.spatial_order(g, crowd.groups[g].count));
     poses.store_in(std::move(orders));
   }
+
+  // Everyone counts as moved in the first frame.
+  if (has_rest) session.run(poses.at(options.frame_count - 1), options.policies, options.in_contact);
 
   // The round that warms up also counts, and finds how many hits the buffer must hold.
   scenes::BitHash hash;
@@ -425,6 +432,7 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
     throw UsageError("--shape and --spacing are for --scene ropes, not for " + name);
   if (name != "ropes" && name != "rigs" && options.link_count)
     throw UsageError("--links is for --scene ropes and --scene rigs, not for " + name);
+  if (options.at_rest && name != "city") throw UsageError("--at-rest is for --scene city, not for " + name);
   if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
     throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));
   check_given("--units", options.metres_per_unit.size(), options.clips.size(), "clip");

@@ -53,8 +53,21 @@ scenes::RopeShape read_rope_shape(const std::string& option, const std::string& 
   reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
 }
 
-// Adds the options that only the scenes `detailed`, `ropes` and `rigs` have.
-void add_detail_ropes_and_rigs(CLI::App& command, CrowdOptions& o) {
+constexpr const char* kAtRestNames[] = {"moved", "tested", "skipped"};  // in the order of AtRest
+
+AtRest read_at_rest(const std::string& option, const std::string& text) {
+  for (std::uint8_t i = 0; i < std::size(kAtRestNames); ++i)
+    if (text == kAtRestNames[i]) return static_cast<AtRest>(i);
+  reject(option, text, "what is done with those who rest; choose moved, tested, skipped");
+}
+
+// Adds the options that only the scenes `city`, `detailed`, `ropes` and `rigs` have.
+void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
+  command
+      .add_option_function<std::string>(
+          "--at-rest", [&o](const std::string& text) { o.at_rest = read_at_rest("--at-rest", text); },
+          "city: those at rest count as moved, or two of them are tested, or skipped (default skipped)")
+      ->type_name("moved|tested|skipped");
   command
       .add_option_function<std::string>(
           "--boxes-per-link",
@@ -113,7 +126,7 @@ Command add_crowd(CLI::App& app) {
           "--fps", [&o](const std::string& text) { o.frames_per_second = read_positive("--fps", text); },
           "frames a second of trajectories that do not say it")
       ->type_name("N");
-  add_detail_ropes_and_rigs(command, o);
+  add_options_of_scenes(command, o);
   add_policies(command, o.policies);
   command.add_flag("--in-contact", o.in_contact, "report which characters touch anything, instead of hits");
   command.add_flag("--profile", o.profile, "print where the time goes: the parts of each phase, and what causes them");

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "perf/base/crowd_session.h"
 #include "perf/base/options.h"
 #include "scenes/crowd/ropes.h"
 #include "scenes/import/limits.h"
@@ -29,6 +30,7 @@ struct CrowdOptions {
   std::optional<scenes::RopeShape> rope_shape;
   std::optional<double> rope_spacing;
   Policies policies;
+  std::optional<AtRest> at_rest;  // what is done with those who stand; empty: the scene's default
   bool in_contact = false;  // ask only which characters touch anything
   bool profile = false;     // print where the time goes within the phases
   Isa isa = Isa::kAuto;

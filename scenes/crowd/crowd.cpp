@@ -25,6 +25,7 @@ constexpr double kLineStep = .5;        // metres
 constexpr double kFarSide = 1e7;        // metres
 constexpr float kGiant = 100;           // times as large
 constexpr float kMixedGiant = 4;        // likewise, in `mixed`
+constexpr std::uint32_t kCityWalkers = 10;  // one in how many walks, in `city`
 constexpr double kTileGap = 2;          // metres between copies of a recording, farther than anyone reaches
 
 // The links of the bodies in `mixed`, and one in how many is a giant.
@@ -32,19 +33,22 @@ constexpr std::array<std::uint32_t, 3> kMixedLinks = {20, 48, 100};
 constexpr std::uint32_t kMixedGiants = 20;
 
 // A crowd of humanoids. places holds x y per humanoid: the pelvis is above that point at time 0. The random numbers of
-// a humanoid are drawn again whenever it is posed, because they would take as much memory as its poses.
-Crowd humanoid_crowd(std::vector<double> places) {
+// a humanoid are drawn again whenever it is posed, because they would take as much memory as its poses. One in
+// `walkers` moves, and the others are as at time 0.
+Crowd humanoid_crowd(std::vector<double> places, std::uint32_t walkers = 1) {
   CrowdGroup group;
   group.figure = make_humanoid();
   group.count = static_cast<std::uint32_t>(places.size() / 2);
-  group.pose = [places = std::move(places)](double seconds, PosedGroup& posed) {
+  group.pose = [places = std::move(places), walkers](double seconds, PosedGroup& posed) {
     const std::size_t count = places.size() / 2;
+    posed.moved.assign(walkers > 1 ? count : 0, 1);
+    for (std::size_t i = 0; i < posed.moved.size(); ++i) posed.moved[i] = i % walkers == 0;
     posed.poses.resize(count * kHumanoidPoseFloats);
     posed.origins.resize(count * 3);
     posed.orientations.clear();
     for (std::size_t i = 0; i < count; ++i) {
       Random random = Random::of(kMotionSeed, i);
-      pose_humanoid(draw_humanoid(random), places[2 * i], places[2 * i + 1], seconds,
+      pose_humanoid(draw_humanoid(random), places[2 * i], places[2 * i + 1], i % walkers == 0 ? seconds : 0,
                     posed.poses.data() + i * kHumanoidPoseFloats, posed.origins.data() + i * 3);
     }
   };
@@ -148,6 +152,8 @@ std::uint32_t Crowd::count() const {
 }
 
 Crowd make_uniform(std::uint32_t count, CrowdSources) { return humanoid_crowd(uniform_places(count, 1)); }
+
+Crowd make_city(std::uint32_t count, CrowdSources) { return humanoid_crowd(uniform_places(count, 1), kCityWalkers); }
 
 Crowd make_jitter(std::uint32_t count, CrowdSources) { return humanoid_crowd(jitter_places(count)); }
 

@@ -19,6 +19,7 @@ struct PosedGroup {
   std::vector<float> poses;         // [character][link][7], kQuaternionTranslation
   std::vector<double> origins;      // [character][3]
   std::vector<float> orientations;  // [character][4], or empty: all identity
+  std::vector<std::uint8_t> moved;  // [character]: 0 if it is the same at any time; or empty: all move
 };
 
 // Characters of one articulation. Their order has no relation to their places.
@@ -59,6 +60,7 @@ Crowd make_detailed(std::uint32_t count, CrowdSources sources);
 Crowd make_ropes(std::uint32_t count, CrowdSources sources);
 Crowd make_rigs(std::uint32_t count, CrowdSources sources);
 Crowd make_mixed(std::uint32_t count, CrowdSources sources);
+Crowd make_city(std::uint32_t count, CrowdSources sources);
 Crowd make_far(std::uint32_t count, CrowdSources sources);
 
 // Poses the whole crowd at one time. posed[g] belongs to group g.

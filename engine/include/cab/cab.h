@@ -93,14 +93,15 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status remove_articulation(Engine& engine, ArticulationId id) noexcept;
 
 // Runs one frame: poses every batch with input, finds the instances whose bounds overlap, tests their boxes, applies
-// the exact test if there is one, and writes the hits. FrameJob says what is read and written. No answer depends on
-// earlier frames, so frames may come in any order. Inner boxes are made only for strategies that descend them.
+// the exact test if there is one, and writes the hits. FrameJob says what is read and written. Without
+// BatchInput::moved no answer depends on earlier frames, so frames may come in any order. Inner boxes are made only for
+// strategies that descend them.
 // Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
 // Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances,
-// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadPairRule,
-// kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer,
+// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kMovedAtRest,
+// kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer,
 // kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine
 // at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
@@ -123,8 +124,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
 // Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins,
-// kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadOutput (boxes is too small).
-// Thread: any, one call per engine at a time.
+// kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadOutput (boxes is too
+// small). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
 
@@ -136,8 +137,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
 // kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
-// kBadLayers, kBadInContact, kBadBounds, kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had
-// no memory for its tasks). Thread: any, one call per engine at a time.
+// kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadPairs, kBadOutput (contacts is shorter than pairs),
+// kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
 
@@ -146,8 +147,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
 // Statuses: kBusy, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
-// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadInstance, kBadOutput (out is null).
-// Thread: any, one call per engine at a time.
+// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadInstance, kBadOutput (out is null). Thread: any, one
+// call per engine at a time.
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;
 

@@ -20,9 +20,9 @@
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
 //             overlap anything else that it writes or reads. add_articulation copies what it keeps.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
-//             earlier frames or the caller's floating-point mode. With Exact::kFcl, hits are the same in every run of
-//             one build, but another build of FCL may decide otherwise. docs/embedding.md, "What is promised", has the
-//             details.
+//             earlier frames (but for BatchInput::moved) or the caller's floating-point mode. With Exact::kFcl, hits
+//             are the same in every run of one build, but another build of FCL may decide otherwise. docs/embedding.md,
+//             "What is promised", has the details.
 // Defaults    A span is empty by default, an id is that of no object, and other members show their default. Plain
 //             results, such as Hit and Contact, have no defaults.
 #pragma once
@@ -79,6 +79,8 @@ enum class Status : std::int32_t {
   kBadCount,             // count is above the batch's instance_count, or not all of a sequence
   kBadInstances,         // instances must be empty or ascend, below count and instance_count; never of a sequence
   kBadBounds,            // bounds must be empty or hold six finite floats per instance, none below its lower one
+  kBadMoved,             // moved must be empty or hold one byte per instance; never of a sequence
+  kMovedAtRest,          // moved is 0 for an instance whose pose, place, scale or layers changed (checked builds only)
   kBadPairRule,          // rules names a batch without input, or a pairing that its batches cannot have
   kPairRuleGivenTwice,   // rules pairs the same two batches twice in the same way
   kBadPolicy,            // policies holds a value that its enumeration lacks
@@ -427,6 +429,21 @@ struct BatchInput {
   // along the world's axes, that hold its leaf boxes as compute_boxes gives them. run_frame counts the instances whose
   // boxes leave them (FrameStats::instances_beyond_bounds). Empty (default): no bounds are given.
   Span<const float> bounds;
+
+  // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, layers and layer
+  // mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid again. Any
+  // other value states nothing. All instances count as moved in the first frame with `moved`, after a frame that did
+  // not answer kOk or had other rules, policies, margin, min_depth or report, and after find_candidates, add_batch and
+  // remove_batch; those of a batch if its count is another than in the last frame, or `instances` is given. A build
+  // without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest. Characters only. Empty
+  // (default): all have moved.
+  Span<const std::uint8_t> moved;
+};
+
+// What a rule does with two instances that both rest, and with one that rests and is tested within itself.
+enum class Resting : std::uint8_t {
+  kTested,   // they are tested like all others
+  kSkipped,  // they are not tested: their hits are those of the frame before, and are not reported again
 };
 
 // What a PairRule pairs.
@@ -447,6 +464,9 @@ struct PairRule {
 
   // Whether different instances are paired, or the links of each instance. Default: different instances.
   Pairing pairing = Pairing::kBetween;
+
+  // What is done with instances that rest (BatchInput::moved). Default: they are tested.
+  Resting resting = Resting::kTested;
 };
 
 // ------------------------------------------------------------------------------------------------------------ frame
@@ -523,6 +543,7 @@ struct FrameStats {
   std::uint64_t false_positives = 0;          // exact tests that found the leaves apart: #false in the paper
   std::uint64_t instances_masked = 0;         // instances that took no part (InstanceFlag says why)
   std::uint64_t instances_beyond_bounds = 0;  // characters whose leaf boxes leave BatchInput::bounds; 0 by `links`
+  std::uint64_t instances_resting = 0;        // characters that rest, and so were not bounded again
   double seconds_update = 0;                  // posing and refit: t[upd]
   double seconds_broad = 0;                   // broad phase: finding characters whose bounds overlap
   double seconds_test = 0;                    // box tests: t[test]

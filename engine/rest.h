@@ -1,0 +1,31 @@
+// Which characters rest: what the engine keeps from one frame to the next.
+#pragma once
+
+#include "engine/engine.h"
+
+namespace cab {
+
+// Whether frames compare what rests with the frame before.
+#ifdef NDEBUG
+inline constexpr bool kChecksRest = false;
+#else
+inline constexpr bool kChecksRest = true;
+#endif
+
+// Starts a frame whose inputs are bound and whose job is valid: decides in which batches instances may rest. Answers
+// kMovedAtRest if a check finds one that has changed; then all count as moved in the next frame.
+Status begin_rest(Engine& engine, const FrameJob& job);
+
+// Ends a frame that answered kOk: its instances may rest in the next one.
+void end_rest(Engine& engine, const FrameJob& job);
+
+// Lets every instance count as moved in the next frame.
+void forget_rest(Engine& engine);
+
+// Whether an instance of a batch that may_rest rests in this frame too. A masked instance never does, so that its flags
+// are found again.
+inline bool goes_on_resting(const InstanceBatch& batch, std::uint32_t instance) {
+  return batch.may_rest && !batch.input->moved[instance] && (batch.live[instance / kLanes] >> instance % kLanes & 1);
+}
+
+}  // namespace cab

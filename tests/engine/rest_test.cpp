@@ -1,0 +1,420 @@
+// BatchInput::moved and PairRule::resting: frames in which some characters rest.
+#include "engine/rest.h"
+
+#include "perf/oracle/random_world.h"
+#include "perf/oracle/world.h"
+#include "tests/engine/thread_pool.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+Member crowd_of(Random& random, std::uint32_t count, PoseFormat format, double spread) {
+  Member member;
+  member.rig = random_rig(random, Topology::kTree, 4, 2);
+  member.poses = random_poses(random, member.rig, count, format, {spread, random.chance(0.5), true, {}});
+  return member;
+}
+
+// Two batches, enough of them to fill the kept grid more than once.
+World two_crowds(Random& random, Resting resting) {
+  World world;
+  world.members.push_back(crowd_of(random, 230, PoseFormat::kQuaternionTranslation, 2.5));
+  world.members.push_back(crowd_of(random, 120, PoseFormat::kMatrix3x4, 2.5));
+  world.rules = {{{1}, {1}, Pairing::kBetween, resting},
+                 {{1}, {2}, Pairing::kBetween, resting},
+                 {{2}, {2}, Pairing::kWithin, resting}};
+  return world;
+}
+
+// Copies the pose and the place of an instance from another crowd of the same rig.
+void take_instance(const Poses& from, std::uint32_t instance, Poses& to) {
+  const auto copy = [instance, &to](const auto& source, auto& target) {
+    const std::size_t per = source.size() / to.instance_count;
+    std::copy_n(source.begin() + static_cast<std::ptrdiff_t>(instance * per), per,
+                target.begin() + static_cast<std::ptrdiff_t>(instance * per));
+  };
+  copy(from.data, to.data);
+  copy(from.origins, to.origins);
+  copy(from.orientations, to.orientations);
+}
+
+// A world that goes on: which instances move in a frame, and what the engine says of it.
+struct Story {
+  World world;
+  std::vector<std::vector<std::uint8_t>> moved, flags, in_contact;
+  std::vector<std::vector<std::uint32_t>> lists = {{}, {}};
+  Report report = Report::kHits;
+
+  explicit Story(const World& start) : world(start) {
+    for (const Member& member : world.members) moved.emplace_back(member.poses.instance_count, std::uint8_t{1});
+  }
+
+  // Moves about this share of the instances to another place, in another pose.
+  void move(Random& random, double share) {
+    for (std::size_t m = 0; m < world.members.size(); ++m) {
+      Poses& poses = world.members[m].poses;
+      const Poses next = random_poses(random, world.members[m].rig, poses.instance_count, poses.format,
+                                      {2.5, !poses.orientations.empty(), true, {}});
+      for (std::uint32_t i = 0; i < poses.instance_count; ++i) {
+        moved[m][i] = random.chance(share) ? static_cast<std::uint8_t>(1 + random.index(255)) : std::uint8_t{0};
+        if (moved[m][i]) take_instance(next, i, poses);
+      }
+    }
+  }
+  void all_rest() {
+    for (auto& bytes : moved) std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
+  }
+
+  bool rests(BatchSlot batch, std::uint32_t instance) const { return moved[batch.value - 1][instance] == 0; }
+
+  Status try_run(Engine& engine, const Policies& policies, std::size_t room, Outcome& out) {
+    std::vector<BatchInput> inputs;
+    flags.clear();
+    in_contact.clear();
+    for (const Member& member : world.members) {
+      flags.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+      in_contact.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
+    }
+    for (std::uint32_t m = 0; m < world.members.size(); ++m) {
+      inputs.push_back(world.members[m].poses.input({m + 1}));
+      inputs[m].moved = {moved[m].data(), moved[m].size()};
+      inputs[m].flags = {flags[m].data(), flags[m].size()};
+      inputs[m].in_contact = {in_contact[m].data(), in_contact[m].size()};
+      inputs[m].instances = {lists[m].data(), lists[m].size()};
+      inputs[m].layers = {world.members[m].layers.data(), world.members[m].layers.size()};
+      inputs[m].layer_masks = {world.members[m].layer_masks.data(), world.members[m].layer_masks.size()};
+    }
+    out.hits.assign(room, {});
+    FrameJob job;
+    job.inputs = {inputs.data(), inputs.size()};
+    job.rules = {world.rules.data(), world.rules.size()};
+    job.policies = policies;
+    job.margin = world.margin;
+    job.min_depth = world.min_depth;
+    job.report = report;
+    job.hits = {out.hits.data(), out.hits.size()};
+    const Status status = run_frame(engine, job);
+    out.hits.resize(status == Status::kOk ? job.hit_count : 0);
+    out.stats = job.stats;
+    return status;
+  }
+  Outcome run(Engine& engine, const Policies& policies = {}) {
+    Outcome out;
+    REQUIRE(try_run(engine, policies, 60000, out) == Status::kOk);
+    return out;
+  }
+};
+
+// The hits without those of two instances that both rest.
+std::vector<Hit> without_resting(const Story& story, std::vector<Hit> hits) {
+  hits.erase(std::remove_if(hits.begin(), hits.end(),
+                            [&story](const Hit& hit) {
+                              return story.rests(hit.batch_a, hit.instance_a) &&
+                                     story.rests(hit.batch_b, hit.instance_b);
+                            }),
+             hits.end());
+  return hits;
+}
+
+std::uint64_t resting_count(const Story& story) {
+  std::uint64_t count = 0;
+  for (const auto& bytes : story.moved)
+    count += static_cast<std::uint64_t>(std::count(bytes.begin(), bytes.end(), std::uint8_t{0}));
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("a frame in which some rest has the hits of one in which all have moved, without those that a rule skips") {
+  std::size_t hits = 0, skipped = 0, kept = 0;
+  ThreadPool pool(4);
+  const Scheduler scheduler = pool.scheduler();
+  for (std::uint64_t seed = 1; seed <= rounds(4); ++seed)
+    for (const Resting resting : {Resting::kTested, Resting::kSkipped})
+      for (const Strategy strategy :
+           {Strategy::kAuto, Strategy::kTree, Strategy::kLinks, Strategy::kBrute, Strategy::kExactAll}) {
+        CAPTURE(seed);
+        CAPTURE(static_cast<int>(strategy));
+        Random random(seed);
+        Story story(two_crowds(random, resting));
+        if (random.chance(0.5)) story.world.margin = 0.05f;
+        if (random.chance(0.3))
+          for (Member& member : story.world.members) {
+            for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
+              member.layers.push_back(1u << random.index(3)), member.layer_masks.push_back(1 + random.index(7));
+          }
+        const Policies policies = {Refit::kCab, strategy,
+                                   strategy == Strategy::kExactAll ? Exact::kConvex : Exact::kNone};
+        EngineDesc desc;
+        if (random.chance(0.5)) desc.scheduler = &scheduler;
+        const EnginePtr engine = make_engine_for(story.world, desc);
+        for (int frame = 0; frame < 8; ++frame) {
+          CAPTURE(frame);
+          const double shares[] = {1, 0, 0.1, 0.02, 0, 0.5, 0.9, 0.1};
+          if (frame > 0) story.move(random, shares[frame]);
+          const Outcome found = story.run(*engine, policies), all = run_world(story.world, policies);
+          const bool skips = resting == Resting::kSkipped && frame > 0;
+          const std::vector<Hit> expected = skips ? without_resting(story, all.hits) : all.hits;
+          CHECK(same_hits(found.hits, expected));
+          CHECK(story.in_contact == in_contact_by(story.world, expected));
+          CHECK(found.stats.instances_resting == (frame > 0 ? resting_count(story) : 0));
+          CHECK(found.stats.instances_masked == 0);
+          if (!skips) {
+            CHECK(found.stats.candidates == all.stats.candidates);
+            CHECK(same_counts(found.stats, all.stats));
+          }
+          for (const auto& flags : story.flags)
+            CHECK(std::all_of(flags.begin(), flags.end(), [](std::uint8_t flag) { return flag == kInstanceOk; }));
+          hits += found.hits.size();
+          skipped += all.hits.size() - found.hits.size();
+          kept += engine->broad_phase.kept.count;
+        }
+      }
+  CHECK(hits > least_count(10000, 4));
+  CHECK(skipped > least_count(2000, 4));
+  CHECK(kept > least_count(10000, 4));
+}
+
+TEST_CASE("characters of very different sizes find each other whoever rests") {
+  std::size_t hits = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(8); ++seed)
+    for (const Resting resting : {Resting::kTested, Resting::kSkipped}) {
+      CAPTURE(seed);
+      Random random(seed);
+      World world = two_crowds(random, resting);
+      for (Member& member : world.members)
+        for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
+          member.poses.scales.push_back(
+              static_cast<float>(random.chance(0.05) ? random.uniform(20, 300) : random.uniform(0.01, 1)));
+      Story story(world);
+      const EnginePtr engine = make_engine_for(world);
+      for (int frame = 0; frame < 5; ++frame) {
+        if (frame > 0) story.move(random, 0.2);
+        const Outcome found = story.run(*engine), all = run_world(story.world);
+        const bool skips = resting == Resting::kSkipped && frame > 0;
+        CHECK(same_hits(found.hits, skips ? without_resting(story, all.hits) : all.hits));
+        hits += found.hits.size();
+      }
+    }
+  CHECK(hits > least_count(10000, 8));
+}
+
+TEST_CASE("hits that do not fit into the store are found in key order, whoever rests") {
+  Random random(8);
+  for (const Resting resting : {Resting::kTested, Resting::kSkipped}) {
+    World world = two_crowds(random, resting);
+    for (Member& member : world.members) std::fill(member.poses.origins.begin(), member.poses.origins.end(), 0.25);
+    Story story(world);
+    const EnginePtr engine = make_engine_for(world);
+    engine->hit_store.words.size = 1000;
+    for (int frame = 0; frame < 4; ++frame) {
+      if (frame > 0) {
+        story.move(random, 0.15);
+        for (Member& member : story.world.members)
+          std::fill(member.poses.origins.begin(), member.poses.origins.end(), 0.25);
+      }
+      Outcome found;
+      REQUIRE(story.try_run(*engine, {}, 1000000, found) == Status::kOk);
+      const Outcome all = run_world(story.world);
+      const bool skips = resting == Resting::kSkipped && frame > 0;
+      const std::vector<Hit> expected = skips ? without_resting(story, all.hits) : all.hits;
+      CHECK(expected.size() > 5000);
+      CHECK(same_hits(found.hits, expected));
+    }
+  }
+}
+
+TEST_CASE("all instances count as moved after a frame that failed, or that had other settings") {
+  Random random(9);
+  const World start = two_crowds(random, Resting::kSkipped);
+  // Runs two frames, then `change`, then a frame in which nothing moves. Returns how many rest in that.
+  const auto resting_after = [&](auto&& change) {
+    Story story(start);
+    const EnginePtr engine = make_engine_for(start);
+    story.run(*engine);
+    story.all_rest();
+    CHECK(story.run(*engine).stats.instances_resting == 350);
+    change(*engine, story);
+    const Outcome found = story.run(*engine);
+    if (found.stats.instances_resting == 0) CHECK(same_hits(found.hits, run_world(story.world).hits));
+    CHECK(story.run(*engine).stats.instances_resting == 350);
+    return found.stats.instances_resting;
+  };
+  CHECK(resting_after([](Engine&, Story&) {}) == 350);
+  CHECK(resting_after([](Engine&, Story& story) { story.world.margin = 0.25f; }) == 0);
+  CHECK(resting_after([](Engine&, Story& story) { story.world.rules.pop_back(); }) == 0);
+  CHECK(resting_after([](Engine&, Story& story) { story.world.rules[1].resting = Resting::kTested; }) == 0);
+  CHECK(resting_after(
+            [](Engine&, Story& story) { std::reverse(story.world.rules.begin(), story.world.rules.end()); }) == 350);
+  CHECK(resting_after([](Engine& engine, Story& story) { story.run(engine, {Refit::kAabbHull}); }) == 0);
+  CHECK(resting_after([](Engine& engine, Story& story) {
+          story.report = Report::kInContact;
+          Outcome out;
+          CHECK(story.try_run(engine, {}, 0, out) == Status::kOk);
+          story.report = Report::kHits;
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story& story) {
+          Policies policies;
+          policies.exact = Exact::kConvex;
+          story.world.min_depth = 0.01f;
+          story.run(engine, policies);
+          story.world.min_depth = 0;
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story& story) {
+          story.world.rules[0].resting = story.world.rules[1].resting = story.world.rules[2].resting = Resting::kTested;
+          Outcome out;
+          CHECK(story.try_run(engine, {}, 1, out) == Status::kHitsOverflow);
+          CHECK(story.try_run(engine, {}, 1, out) == Status::kHitsOverflow);
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story&) {
+          BatchId id;
+          REQUIRE(add_batch(engine, {{1}, 3}, &id) == Status::kOk);
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story&) {
+          BatchId id;
+          REQUIRE(add_batch(engine, {{1}, 3}, &id) == Status::kOk);
+          REQUIRE(remove_batch(engine, id) == Status::kOk);
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story& story) {  // bounds that are not those of the boxes
+          std::vector<float> bounds[2];
+          std::vector<BatchInput> inputs;
+          for (std::uint32_t m = 0; m < 2; ++m) {
+            inputs.push_back(story.world.members[m].poses.input({m + 1}));
+            bounds[m].assign(6 * std::size_t{story.world.members[m].poses.instance_count}, 0);
+            inputs[m].bounds = {bounds[m].data(), bounds[m].size()};
+          }
+          FrameJob job;
+          job.inputs = {inputs.data(), inputs.size()};
+          job.rules = {story.world.rules.data(), story.world.rules.size()};
+          CandidateList list;
+          const Status status = find_candidates(engine, job, list);
+          CHECK((status == Status::kOk || status == Status::kPairsOverflow));
+        }) == 0);
+  // A refused frame changes nothing.
+  CHECK(resting_after([](Engine& engine, Story& story) {
+          Outcome out;
+          story.world.margin = -1;
+          CHECK(story.try_run(engine, {}, 1, out) == Status::kBadMargin);
+          story.world.margin = 0;
+        }) == 350);
+}
+
+TEST_CASE("a list of instances, another count or no statement make the instances of that batch count as moved") {
+  Random random(10);
+  const World start = two_crowds(random, Resting::kSkipped);
+  Story story(start);
+  const EnginePtr engine = make_engine_for(start);
+  story.run(*engine);
+  story.all_rest();
+  CHECK(story.run(*engine).stats.instances_resting == 350);
+  for (std::uint32_t i = 0; i < 230; i += 2) story.lists[0].push_back(i);
+  CHECK(story.run(*engine).stats.instances_resting == 120);
+  CHECK(story.run(*engine).stats.instances_resting == 120);
+  story.lists[0].clear();
+  CHECK(story.run(*engine).stats.instances_resting == 120);
+  CHECK(story.run(*engine).stats.instances_resting == 350);
+  const std::vector<std::uint8_t> bytes = story.moved[0];
+  story.moved[0].clear();
+  CHECK(story.run(*engine).stats.instances_resting == 120);
+  story.moved[0] = bytes;
+  CHECK(story.run(*engine).stats.instances_resting == 350);
+  story.moved[0].clear();
+  story.moved[1].clear();
+  CHECK(story.run(*engine).stats.instances_resting == 0);
+  story.moved = {bytes, std::vector<std::uint8_t>(120, 0)};
+  CHECK(same_hits(story.run(*engine).hits, run_world(story.world).hits));  // the first frame with `moved`
+  CHECK(story.run(*engine).hits.empty());
+}
+
+TEST_CASE("a masked instance never rests, and rests once its pose is good") {
+  Random random(11);
+  Story story(two_crowds(random, Resting::kTested));
+  const float good = story.world.members[0].poses.data[0];
+  story.world.members[0].poses.data[0] = std::nanf("");
+  const EnginePtr engine = make_engine_for(story.world);
+  story.run(*engine);
+  story.all_rest();
+  for (int frame = 0; frame < 3; ++frame) {
+    const Outcome found = story.run(*engine);
+    CHECK(found.stats.instances_resting == 349);
+    CHECK(found.stats.instances_masked == 1);
+    CHECK(story.flags[0][0] == kInstanceNotFinite);
+    CHECK(same_hits(found.hits, run_world(story.world).hits));
+  }
+  story.world.members[0].poses.data[0] = good;
+  story.moved[0][0] = 1;
+  CHECK(story.run(*engine).stats.instances_resting == 349);
+  story.moved[0][0] = 0;
+  const Outcome found = story.run(*engine);
+  CHECK(found.stats.instances_resting == 350);
+  CHECK(same_hits(found.hits, run_world(story.world).hits));
+}
+
+TEST_CASE("moved is refused for sequences and with too few bytes, and so is an unknown value of resting") {
+  Random random(12);
+  World world = two_crowds(random, Resting::kTested);
+  world.members[1].kind = BatchKind::kSequence;
+  world.rules = {{{1}, {1}, Pairing::kBetween, Resting::kTested}};
+  const EnginePtr engine = make_engine_for(world);
+  Story story(world);
+  Outcome out;
+  CHECK(story.try_run(*engine, {}, 60000, out) == Status::kBadMoved);
+  story.moved[1].clear();
+  CHECK(story.try_run(*engine, {}, 60000, out) == Status::kOk);
+  story.moved[0].pop_back();
+  CHECK(story.try_run(*engine, {}, 60000, out) == Status::kBadMoved);
+  story.moved[0].clear();
+  CHECK(story.try_run(*engine, {}, 60000, out) == Status::kOk);
+  story.world.rules[0].resting = static_cast<Resting>(2);
+  CHECK(story.try_run(*engine, {}, 60000, out) == Status::kBadPairRule);
+}
+
+TEST_CASE("a checked build finds an instance that is said to rest and has changed") {
+  if (!kChecksRest) {
+    MESSAGE("skipped: this build does not compare what rests (NDEBUG is defined)");
+    return;
+  }
+  Random random(13);
+  const World start = two_crowds(random, Resting::kTested);
+  const auto status_after = [&](auto&& change) {
+    Story story(start);
+    for (Member& member : story.world.members) {
+      member.layers.assign(member.poses.instance_count, 1);
+      member.layer_masks.assign(member.poses.instance_count, 1);
+      member.poses.scales.assign(member.poses.instance_count, 1);
+    }
+    const EnginePtr engine = make_engine_for(start);
+    story.run(*engine);
+    story.all_rest();
+    story.run(*engine);
+    change(story);
+    Outcome out;
+    const Status status = story.try_run(*engine, {}, 60000, out);
+    if (status != Status::kOk) {
+      CHECK(story.try_run(*engine, {}, 60000, out) == Status::kOk);
+      CHECK(out.stats.instances_resting == 0);
+    }
+    return status;
+  };
+  CHECK(status_after([](Story&) {}) == Status::kOk);
+  CHECK(status_after([](Story& story) { story.world.members[1].poses.data.back() += 1; }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) { story.world.members[0].poses.origins.back() += 1; }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) { story.world.members[0].poses.scales[5] = 2; }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) { story.world.members[0].layers[5] = 3; }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) { story.world.members[0].layer_masks[5] = 3; }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) { story.world.members[0].layers.clear(); }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) {
+          story.world.members[1].poses.data.back() += 1;
+          story.moved[1].back() = 1;
+        }) == Status::kOk);
+}
+
+}  // namespace cab::tests
