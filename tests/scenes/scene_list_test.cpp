@@ -36,12 +36,12 @@ scenes::CrowdSources sources() {
   return sources;
 }
 
-// A hash of every figure's leaf boxes and of all poses at time 0.
+// A hash of every figure's leaf boxes and of all poses at time 1 s.
 std::uint64_t fingerprint(const Crowd& crowd) {
   scenes::BitHash hash;
   for (const scenes::CrowdGroup& group : crowd.groups)
     for (const scenes::BodyLeaf& leaf : group.figure.leaves) hash.add(leaf.box);
-  hash.add(pose_hash(posed_at(crowd, 0)));
+  hash.add(pose_hash(posed_at(crowd, 1)));
   return hash.value();
 }
 
@@ -181,9 +181,9 @@ TEST_CASE("a name that is not in the list is an error that lists the names") {
   for (const std::string name : {"party", "", "uniform-100", "chains3", "Uniform"}) {
     CAPTURE(name);
     const std::string text = refusal([&] { scenes::make_crowd(name, 10, sources()); });
-    CHECK(text ==
-          "no crowd scene is called '" + name +
-              "'; choose uniform, jitter, bottleneck, battle, spot, line, city, giant, detailed, ropes, rigs, mixed, far");
+    CHECK(text == "no crowd scene is called '" + name +
+                      "'; choose uniform, jitter, bottleneck, battle, spot, line, city, giant, detailed, ropes, rigs, "
+                      "mixed, far");
     CHECK(refusal([&] { scenes::crowd_scene(name); }) == text);
   }
 }
