@@ -3,6 +3,8 @@
 
 #include "engine/engine.h"
 
+#include <utility>
+
 namespace cab {
 
 // Locks the engine for the duration of one call. The destructor unlocks it and clears the bindings, so that no pointer
@@ -11,6 +13,7 @@ class Call {
  public:
   explicit Call(Engine& engine);
   ~Call();
+  Call(Call&& other) noexcept : engine_(other.engine_), admitted_(std::exchange(other.admitted_, false)) {}
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
   // False if another call on the engine is running; then the engine must not be used.

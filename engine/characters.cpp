@@ -1,6 +1,7 @@
 // Steps 1 to 6 of a frame for characters: bounds, collecting candidates, and the order in which tasks pair instances.
 #include "engine/characters.h"
 
+#include "engine/batch_tasks.h"
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/broad_phase/search.h"
 #include "engine/exact_convex.h"
@@ -252,6 +253,14 @@ void collect_run(CandidateCollector& collector, std::uint32_t index, std::uint32
   }
 }
 
+// The entries of the grids that are paired with others: those of the kept grid only if a rule tests instances that rest.
+struct EntryRange {
+  std::uint32_t begin, end;
+};
+EntryRange entries_to_pair(const BroadPhase& broad) {
+  return {broad.tests_resting ? 0 : broad.kept.count, broad.kept.count + broad.grid.count};
+}
+
 // Runs one task: collect(collector) adds its candidates, and the last ones are tested at its end. Time outside of steps
 // 3 to 6 counts as broad phase.
 template <class Collect>
@@ -267,60 +276,6 @@ void run_task(const FrameContext& frame, std::uint32_t task, Worker& worker, Hit
   collector.add_waiting();
   test_candidates(frame, worker, sink);
   worker.stats.seconds_broad += seconds_since(start) - (others() - before);
-}
-
-// ------------------------------------------------------------------------------------------------- all characters
-
-// Pairs all characters in key order. Tasks append their hits to the caller's buffer in turn.
-void pair_in_key_order(const FrameContext& frame, Engine& engine, HitSink& sink) {
-  std::uint32_t tasks = 0;
-  for (const auto& slot : engine.batches) {
-    slot->batch.first_task = tasks;
-    if (slot->batch.pairs_within || slot->batch.pairs_between) tasks += task_count(slot->batch.instance_count);
-  }
-  engine.pool.tasks->for_each_in_turn(tasks, [&](std::uint32_t task, std::uint32_t w) {
-    const auto above = std::upper_bound(engine.batches.begin(), engine.batches.end(), task,
-                                        [](std::uint32_t t, const auto& slot) { return t < slot->batch.first_task; });
-    const std::uint32_t index = static_cast<std::uint32_t>(above - engine.batches.begin()) - 1;
-    const std::uint32_t run = task - frame.batch(index).first_task;
-    Worker& worker = engine.pool[w];
-    run_task(frame, task, worker, sink, [&](CandidateCollector& collector) { collect_run(collector, index, run); });
-    finish_task(worker, sink);
-  });
-}
-
-// Pairs all characters in spatial order, the order of the grid's entries: poses and bounds that one character needs are
-// still in cache for the next. Returns false if the hits did not fit into the store. Then all hits and counts of this
-// pass are dropped.
-bool pair_in_spatial_order(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
-  sink.in_spatial_order = true;
-  for (const auto& worker : pool.workers) worker->stats_before = worker->stats;
-  const BroadPhase& broad = frame.broad_phase;
-  const std::uint32_t begin = broad.tests_resting ? 0 : broad.kept.count, entries = broad.kept.count + broad.grid.count;
-  pool.tasks->for_each(task_count(entries - begin), [&](std::uint32_t task, std::uint32_t w) {
-    if (sink.store_full) return;
-    run_task(frame, task, pool[w], sink, [&](CandidateCollector& collector) {
-      const std::uint32_t first = begin + task * kInstancesPerTask, end = std::min(entries, first + kInstancesPerTask);
-      for (std::uint32_t entry = first; entry < end; ++entry) collect_in_spatial_order(collector, entry);
-    });
-    store_groups(frame, pool[w], sink);
-  });
-  for (std::uint32_t index = 0; index < frame.batches.size; ++index) {
-    const InstanceBatch& batch = frame.batch(index);
-    if (!batch.pairs_within || batch.pairs_between) continue;  // its instances are in the grid, or in no rule
-    pool.tasks->for_each(task_count(batch.instance_count), [&](std::uint32_t task, std::uint32_t w) {
-      if (sink.store_full) return;
-      run_task(frame, task, pool[w], sink, [&](CandidateCollector& collector) { collect_run(collector, index, task); });
-      store_groups(frame, pool[w], sink);
-    });
-  }
-  sink.in_spatial_order = false;
-  if (!sink.store_full) return true;
-  for (const auto& worker : pool.workers) {
-    worker->stats = worker->stats_before;
-    worker->words.clear();
-  }
-  return false;
 }
 
 // ------------------------------------------------------------------------------------------------ step 1: bounds
@@ -391,40 +346,90 @@ void bound_moved(const FrameContext& frame, std::uint32_t task, InstanceBatch& b
 
 }  // namespace
 
-void bound_characters(const FrameContext& frame, Span<const BatchInput> inputs, Engine& engine) {
-  for (const BatchInput& input : inputs) {
-    InstanceBatch& batch = engine.batch(input.batch);
-    if (batch.kind != BatchKind::kCharacters) continue;
-    clear_not_given(batch);
-    const std::uint32_t tasks = batch.may_rest ? (batch.instance_count + kRestingPerTask - 1) / kRestingPerTask
-                                               : tile_count(given_count(batch));
-    engine.pool.tasks->for_each(tasks, [&](std::uint32_t tile, std::uint32_t w) {
-      Worker& worker = engine.pool[w];
-      const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
-      if (batch.may_rest) return bound_moved(frame, tile, batch, worker);
-      for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(given_count(batch), (tile + 2) * kLanes); ++i)
-        prefetch_pose(batch, given_instance(batch, i));
-      bound_tile(frame, instances_of(batch, tile), batch, worker);
-    });
-  }
+std::uint32_t begin_bounding(FrameRun& run) {
+  for (const BatchInput& input : run.job.inputs)
+    if (InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
+      clear_not_given(batch);
+  return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
+    if (!batch.input || batch.kind != BatchKind::kCharacters) return 0u;
+    return batch.may_rest ? (batch.instance_count + kRestingPerTask - 1) / kRestingPerTask
+                          : tile_count(given_count(batch));
+  });
 }
 
-void pair_characters(const FrameContext& frame, Engine& engine, HitSink& sink) {
+void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+  const FrameContext& frame = *run.characters;
+  const BatchTask of = batch_task(frame.batches, task);
+  InstanceBatch& batch = run.engine.batches[of.batch]->batch;
+  Worker& worker = run.worker(w);
+  const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
+  if (batch.may_rest) return bound_moved(frame, of.run, batch, worker);
+  for (std::uint32_t i = (of.run + 1) * kLanes; i < std::min(given_count(batch), (of.run + 2) * kLanes); ++i)
+    prefetch_pose(batch, given_instance(batch, i));
+  bound_tile(frame, instances_of(batch, of.run), batch, worker);
+}
+
+std::uint32_t begin_spatial_order(FrameRun& run) {
+  std::uint32_t& frames_in_key_order = run.engine.hit_store.frames_in_key_order;
+  run.in_key_order = !needs_bounds(*run.characters) || frames_in_key_order > 0;
+  if (run.in_key_order) {
+    if (needs_bounds(*run.characters)) --frames_in_key_order;
+    return 0;
+  }
+  run.sink.in_spatial_order = true;
+  for (const auto& worker : run.engine.pool.workers) worker->stats_before = worker->stats;
+  const EntryRange entries = entries_to_pair(run.engine.broad_phase);
+  return lay_out_tasks(
+      run.engine.stored_batches(),
+      [](const InstanceBatch& batch) {  // those that are in no grid
+        return batch.pairs_within && !batch.pairs_between ? task_count(batch.instance_count) : 0;
+      },
+      task_count(entries.end - entries.begin));
+}
+
+void pair_in_spatial_order(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+  if (run.sink.store_full) return;
+  const FrameContext& frame = *run.characters;
+  const EntryRange entries = entries_to_pair(frame.broad_phase);
+  const std::uint32_t first = entries.begin + task * kInstancesPerTask;
+  run_task(frame, task, run.worker(w), run.sink, [&](CandidateCollector& collector) {
+    if (task < task_count(entries.end - entries.begin)) {
+      const std::uint32_t end = std::min(entries.end, first + kInstancesPerTask);
+      for (std::uint32_t entry = first; entry < end; ++entry) collect_in_spatial_order(collector, entry);
+    } else {
+      const BatchTask of = batch_task(frame.batches, task);
+      collect_run(collector, of.batch, of.run);
+    }
+  });
+  store_groups(frame, run.worker(w), run.sink);
+}
+
+std::uint32_t begin_key_order(FrameRun& run) {
+  if (!run.in_key_order) return 0;
+  begin_turns(run.sink);
+  return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
+    return batch.pairs_within || batch.pairs_between ? task_count(batch.instance_count) : 0;
+  });
+}
+
+void pair_in_key_order(FrameRun& run, std::uint32_t, std::uint32_t w) {
+  const std::uint32_t task = run.sink.next++;
+  const BatchTask of = batch_task(run.characters->batches, task);
+  run_task(*run.characters, task, run.worker(w), run.sink,
+           [&](CandidateCollector& collector) { collect_run(collector, of.batch, of.run); });
+  finish_task(run.worker(w), run.sink);
+}
+
+void end_spatial_order(FrameRun& run) {
   constexpr std::uint32_t kFramesInKeyOrder = 16;  // frames to pair in key order after hits did not fit into the store
-  if (frame.policies.strategy == Strategy::kExactAll) {  // tests all pairs, so the grid is empty
-    pair_in_key_order(frame, engine, sink);
-    return;
+  run.sink.in_spatial_order = false;
+  if (!run.sink.store_full) return;
+  for (const auto& worker : run.engine.pool.workers) {
+    worker->stats = worker->stats_before;
+    worker->words.clear();
   }
-  std::uint32_t& frames_in_key_order = engine.hit_store.frames_in_key_order;
-  if (frames_in_key_order > 0) {
-    --frames_in_key_order;
-  } else if (pair_in_spatial_order(frame, engine.pool, sink)) {
-    write_stored_hits(frame, engine.pool, sink);
-    return;
-  } else {
-    frames_in_key_order = kFramesInKeyOrder;
-  }
-  pair_in_key_order(frame, engine, sink);
+  run.in_key_order = true;
+  run.engine.hit_store.frames_in_key_order = kFramesInKeyOrder;
 }
 
 }  // namespace cab

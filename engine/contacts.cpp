@@ -13,14 +13,9 @@
 namespace cab {
 namespace {
 
-// Calls body(begin, end, worker) for all hits in runs of up to kContactsPerTask.
-template <class Body>
-void for_each_run(std::size_t count, WorkerPool& pool, Body&& body) {
-  const auto tasks = static_cast<std::uint32_t>((count + kContactsPerTask - 1) / kContactsPerTask);
-  pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
-    const std::size_t begin = std::size_t{task} * kContactsPerTask;
-    body(begin, std::min(begin + kContactsPerTask, count), pool[w]);
-  });
+// How many tasks take kContactsPerTask hits each.
+std::uint32_t run_count(std::size_t hits) {
+  return static_cast<std::uint32_t>((hits + kContactsPerTask - 1) / kContactsPerTask);
 }
 
 // Whether two hits are of the same two instances.
@@ -74,20 +69,31 @@ void mark_in_contact(const FrameContext& frame, const FrameJob& job) {
 
 bool needs_contacts(const FrameJob& job) { return !job.contacts.empty() || job.min_depth > 0; }
 
-void add_contacts(const FrameContext& frame, WorkerPool& pool, FrameJob& job) {
-  const ExactTest& test = *find_exact_test(frame.policies.exact);
-  for_each_run(job.hit_count, pool, [&](std::size_t begin, std::size_t end, Worker& worker) {
-    const Timed query(worker.stats.seconds_query), timed(worker.stats.seconds_contact);
-    Contact own[kContactsPerTask];
-    Contact* const contacts = job.contacts.empty() ? own : job.contacts.data + begin;
-    test.contacts(frame, {job.hits.data + begin, end - begin}, contacts, worker);
-    for (std::size_t i = begin; i < end && job.min_depth > 0; ++i)
-      if (contacts[i - begin].depth < job.min_depth) drop(job.hits[i]);
-  });
-  if (frame.report == Report::kDistances) keep_deepest(job);
-  if (job.min_depth == 0 && frame.report != Report::kDistances) return;
+std::uint32_t begin_contacts(FrameRun& run) {
+  finish_hits(run.sink);
+  return needs_contacts(run.job) ? run_count(run.job.hit_count) : 0;
+}
+
+void add_contacts(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+  const FrameJob& job = run.job;
+  const FrameContext& frame = *run.characters;
+  Worker& worker = run.worker(w);
+  const Timed query(worker.stats.seconds_query), timed(worker.stats.seconds_contact);
+  const std::size_t begin = std::size_t{task} * kContactsPerTask,
+                    end = std::min(begin + kContactsPerTask, job.hit_count);
+  Contact own[kContactsPerTask];
+  Contact* const contacts = job.contacts.empty() ? own : job.contacts.data + begin;
+  find_exact_test(frame.policies.exact)->contacts(frame, {job.hits.data + begin, end - begin}, contacts, worker);
+  for (std::size_t i = begin; i < end && job.min_depth > 0; ++i)
+    if (contacts[i - begin].depth < job.min_depth) drop(job.hits[i]);
+}
+
+void drop_hits(FrameRun& run) {
+  FrameJob& job = run.job;
+  if (job.hits_needed > job.hits.size || (job.min_depth == 0 && job.report != Report::kDistances)) return;
+  if (job.report == Report::kDistances) keep_deepest(job);
   close_gaps(job);
-  mark_in_contact(frame, job);
+  mark_in_contact(*run.characters, job);
 }
 
 bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
@@ -98,8 +104,10 @@ bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint
 
 void measure_pairs(const FrameContext& frame, WorkerPool& pool, Span<const Hit> pairs, Contact* contacts) {
   const ExactTest& test = *find_exact_test(frame.policies.exact);
-  for_each_run(pairs.size, pool, [&](std::size_t begin, std::size_t end, Worker& worker) {
-    test.contacts(frame, {pairs.data + begin, end - begin}, contacts + begin, worker);
+  pool.tasks->for_each(run_count(pairs.size), [&](std::uint32_t task, std::uint32_t w) {
+    const std::size_t begin = std::size_t{task} * kContactsPerTask,
+                      end = std::min(begin + kContactsPerTask, pairs.size);
+    test.contacts(frame, {pairs.data + begin, end - begin}, contacts + begin, pool[w]);
     for (std::size_t i = begin; i < end; ++i) {
       const Hit& pair = pairs[i];
       if (is_valid_pose(frame.batch(pair.batch_a.value - 1), pair.instance_a, pair.link_a) &&

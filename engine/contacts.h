@@ -1,20 +1,21 @@
 // Step 6 of a frame: the contacts of hits, and the hits that are dropped because of them.
 #pragma once
 
-#include "engine/frame_context.h"
+#include "engine/frame_run.h"
 
 namespace cab {
-
-struct Worker;
-struct WorkerPool;
 
 // Whether the results of a job depend on contacts.
 bool needs_contacts(const FrameJob& job);
 
-// Fills job.contacts unless it is empty. Drops hits that are not as deep as job.min_depth, and with Report::kDistances
-// all but the nearest links of two instances; then sets job.hit_count and the in_contact bytes anew. job.hits holds all
-// hits of the frame, sorted.
-void add_contacts(const FrameContext& frame, WorkerPool& pool, FrameJob& job);
+// Sorts the hits, and fills FrameJob::contacts unless it is empty. Marks hits that are not as deep as
+// FrameJob::min_depth.
+std::uint32_t begin_contacts(FrameRun& run);
+void add_contacts(FrameRun& run, std::uint32_t task, std::uint32_t worker);
+
+// Drops the marked hits, and with Report::kDistances all but the nearest links of two instances; then sets
+// FrameJob::hit_count and the in_contact bytes anew.
+void drop_hits(FrameRun& run);
 
 // Whether the pose of a link and the orientation of its instance are finite, in range and rigid.
 bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link);

@@ -112,6 +112,7 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     engine->number = next_engine_number();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     engine->kernels = kernels;
+    engine->frame = make_frame_in_progress();
     engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
                          : desc.thread_count == 1 || !has_tbb() ? make_serial_task_runner()
                                                                 : make_tbb_task_runner(desc.thread_count);

@@ -54,6 +54,14 @@ struct RestState {
   Span<std::uint64_t> rule_bits;  // as Engine::rule_bits
 };
 
+// Room for a frame that begin_frame has begun (engine/frame.cpp).
+struct FrameInProgress;
+struct FrameInProgressDelete {
+  void operator()(FrameInProgress* frame) const;
+};
+using FrameInProgressPtr = std::unique_ptr<FrameInProgress, FrameInProgressDelete>;
+FrameInProgressPtr make_frame_in_progress();
+
 // The state behind the public API (cab/cab.h).
 struct Engine {
   Allocator allocator;
@@ -69,8 +77,9 @@ struct Engine {
   MemoryNeeds sized;                         // what the memory suffices for
   std::unique_ptr<Arena> shared_arena;       // owns the grids, bits of pairs and rules, the words of the hit store
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
+  FrameInProgressPtr frame;                  // holds a Call itself, so it is destroyed first
 
-  Span<const std::unique_ptr<StoredBatch>> stored_batches() const { return {batches.data(), batches.size()}; }
+  StoredBatches stored_batches() const { return {batches.data(), batches.size()}; }
   InstanceBatch& batch(BatchId id) { return batches[slot_of(id).value - 1]->batch; }
   const InstanceBatch& batch(BatchId id) const { return batches[slot_of(id).value - 1]->batch; }
 };

@@ -74,6 +74,17 @@ void take_bounds(const FrameJob& job, InstanceBatch& batch, WorkerPool& pool) {
   });
 }
 
+// Puts the instances into the grid. Nothing rests, so the kept grid stays empty.
+void build_grid(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
+  begin_keeping(batches, broad, pool);
+  pool.tasks->for_each(begin_counting(batches, broad, pool), [&](std::uint32_t task, std::uint32_t w) {
+    count_entries(batches, broad, broad.grid, task, pool[w]);
+  });
+  pool.tasks->for_each(begin_inserting(batches, broad, broad.grid, pool), [&](std::uint32_t task, std::uint32_t w) {
+    insert_entries(batches, broad, broad.grid, task, pool[w]);
+  });
+}
+
 }  // namespace
 
 Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept try {
@@ -92,7 +103,7 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   for (const BatchInput& input : job.inputs)
     if (InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
       take_bounds(job, batch, engine.pool);
-  build_grids(engine.stored_batches(), engine.broad_phase, engine.pool);
+  build_grid(engine.stored_batches(), engine.broad_phase, engine.pool);
 
   const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);
   const std::uint32_t entries = engine.broad_phase.grid.count;

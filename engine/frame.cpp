@@ -1,21 +1,23 @@
 // One frame, from the caller's poses to the sorted hits: the steps in their order.
 #include "engine/auto_strategy.h"
 #include "engine/broad_phase/broad_phase.h"
-#include "engine/call.h"
 #include "engine/characters.h"
+#include "engine/contacts.h"
+#include "engine/frame_run.h"
 #include "engine/in_contact.h"
 #include "engine/rest.h"
 #include "engine/sequences.h"
-#include "engine/timed.h"
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
 #include "layout/frame_stats.h"
 
-#include <algorithm>
 #include <exception>
+#include <iterator>
 
 namespace cab {
 namespace {
+
+// ------------------------------------------------------------------------------------------------ before the steps
 
 // Sets the counts of all workers and the caller's in_contact bytes to 0.
 void clear_results(Engine& engine, Span<const BatchInput> inputs) {
@@ -23,52 +25,173 @@ void clear_results(Engine& engine, Span<const BatchInput> inputs) {
   clear_in_contact(inputs);
 }
 
-FrameStats total_stats(const WorkerPool& pool, Clock::time_point start) {
-  FrameStats total;
-  for (const auto& worker : pool.workers) add_stats(total, worker->stats);
-  total.seconds_total = seconds_since(start);
-  return total;
+// Checks the job and makes the frame ready for its first step. A refused job changes nothing. caller_runs_tasks:
+// whether workers other than the calling thread take part in any case.
+Status start(FrameRun& run, bool caller_runs_tasks) {
+  Engine& engine = run.engine;
+  const FrameJob& job = run.job;
+  if (const Status status = bind_inputs(engine, run.call, job.inputs); status != Status::kOk) return status;
+  if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
+  if (const Status status = begin_rest(engine, job); status != Status::kOk) return status;
+  clear_results(engine, job.inputs);
+  const Policies policies = resolve_characters(engine, job);
+  run.characters.emplace(context_of(engine, policies, job.margin, job.report));
+  run.sequences.emplace(context_of(engine, resolve_sequences(engine, job), job.margin, job.report));
+  engine.pool.tasks->alone = !caller_runs_tasks && runs_on_one_thread(engine, job, policies);
+  begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
+  return Status::kOk;
+}
+
+// ------------------------------------------------------------------------------------------------------- the steps
+
+std::uint32_t begin_keeping(FrameRun& run) {
+  return begin_keeping(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
+}
+void keep_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+  keep_entries(run.engine.stored_batches(), task, run.worker(w));
+}
+std::uint32_t begin_counting_kept(FrameRun& run) {
+  return begin_counting_kept(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
+}
+std::uint32_t begin_counting(FrameRun& run) {
+  return begin_counting(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
+}
+template <Grid BroadPhase::*kGrid>
+void count_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+  BroadPhase& broad = run.engine.broad_phase;
+  count_entries(run.engine.stored_batches(), broad, broad.*kGrid, task, run.worker(w));
+}
+template <Grid BroadPhase::*kGrid>
+std::uint32_t begin_inserting(FrameRun& run) {
+  BroadPhase& broad = run.engine.broad_phase;
+  return begin_inserting(run.engine.stored_batches(), broad, broad.*kGrid, run.engine.pool);
+}
+template <Grid BroadPhase::*kGrid>
+void insert_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+  BroadPhase& broad = run.engine.broad_phase;
+  insert_entries(run.engine.stored_batches(), broad, broad.*kGrid, task, run.worker(w));
+}
+
+constexpr FrameStep kFrameSteps[] = {
+    // Characters: every instance that does not rest is bounded. The grids find the instances whose bounds overlap, and
+    // only those are posed again and tested.
+    {begin_bounding, bound_characters},
+    {begin_keeping, keep_entries},
+    {begin_counting_kept, count_entries<&BroadPhase::kept>},
+    {begin_inserting<&BroadPhase::kept>, insert_entries<&BroadPhase::kept>},
+    {begin_counting, count_entries<&BroadPhase::grid>},
+    {begin_inserting<&BroadPhase::grid>, insert_entries<&BroadPhase::grid>},
+    {begin_spatial_order, pair_in_spatial_order},
+    {begin_counting_hits, count_hits},
+    {begin_writing_hits, write_hits},
+    {begin_key_order, pair_in_key_order},
+
+    // Sequences: instance f of one sequence is tested against instance f of another, sixteen at a time.
+    {begin_sequences, run_sequence_tile},
+
+    // Results: sorted hits, contacts.
+    {begin_contacts, add_contacts},
+};
+constexpr std::uint32_t kStepCount = std::size(kFrameSteps);
+
+// Goes on to the next step that has tasks. Returns false if there is none.
+bool next_step(FrameRun& run) {
+  run.tasks_ended = 0;
+  std::uint32_t tasks = 0;
+  while (tasks == 0 && run.steps_begun < kStepCount) tasks = kFrameSteps[run.steps_begun++].begin(run);
+  run.task_count = tasks;
+  return tasks > 0;
+}
+
+void run_step_task(FrameRun& run, std::uint32_t task, std::uint32_t worker) {
+  kFrameSteps[run.steps_begun - 1].task(run, task, worker);
+}
+
+// ------------------------------------------------------------------------------------------------- after the steps
+
+Status finish(FrameRun& run) {
+  FrameJob& job = run.job;
+  drop_hits(run);
+  const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
+  if (status == Status::kOk) end_rest(run.engine, job);
+  job.stats = {};
+  for (const auto& worker : run.engine.pool.workers) add_stats(job.stats, worker->stats);
+  job.stats.seconds_total = seconds_since(run.start);
+  return status;
 }
 
 }  // namespace
 
 Status run_frame(Engine& engine, FrameJob& job) noexcept try {
-  const Clock::time_point start = Clock::now();
-
-  // Check: a refused job changes nothing.
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;  // before the checks: they compare floats, which must not trap
-  if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
-  if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
-  if (const Status status = begin_rest(engine, job); status != Status::kOk) return status;
-  clear_results(engine, job.inputs);
-  HitSink sink{&job, &engine.hit_store};
-
-  // Characters: every instance that does not rest is bounded. The grids find the instances whose bounds overlap, and
-  // only those are posed again and tested.
-  const Policies policies = resolve_characters(engine, job);
-  const FrameContext characters = context_of(engine, policies, job.margin, job.report);
-  engine.pool.tasks->alone = runs_on_one_thread(engine, job, policies);
-  begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
-  bound_characters(characters, job.inputs, engine);
-  {
-    FrameStats& stats = engine.pool[0].stats;
-    const Timed timed(stats.seconds_broad), built(stats.seconds_grid);
-    build_grids(engine.stored_batches(), engine.broad_phase, engine.pool);
-  }
-  pair_characters(characters, engine, sink);
-
-  // Sequences: instance f of one sequence is tested against instance f of another, sixteen at a time.
-  run_sequences(context_of(engine, resolve_sequences(engine, job), job.margin, job.report), job, engine, sink);
-
-  // Results: sorted hits, contacts, counts.
-  const Status status = finish_hits(characters, engine.pool, sink);
-  if (status == Status::kOk) end_rest(engine, job);
-  job.stats = total_stats(engine.pool, start);
-  return status;
+  FrameRun run(std::move(call), engine, job);
+  if (const Status status = start(run, false); status != Status::kOk) return status;
+  while (next_step(run))
+    engine.pool.tasks->for_each(run.task_count,
+                                [&run](std::uint32_t task, std::uint32_t worker) { run_step_task(run, task, worker); });
+  return finish(run);
 } catch (const std::exception&) {
   return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
+}
+
+// ------------------------------------------------------------------------------------ frames whose tasks are handed out
+
+struct FrameInProgress {
+  std::optional<FrameRun> run;
+
+  // Lets go of the frame, and then of the engine.
+  void end() {
+    const Call held = std::move(run->call);
+    run.reset();
+  }
+};
+
+void FrameInProgressDelete::operator()(FrameInProgress* frame) const { delete frame; }
+
+FrameInProgressPtr make_frame_in_progress() { return FrameInProgressPtr(new FrameInProgress); }
+
+Status begin_frame(Engine& engine, FrameJob& job) noexcept {
+  Call call(engine);
+  if (!call.admitted()) return Status::kBusy;
+  const kernel::FloatMode mode;
+  FrameInProgress& frame = *engine.frame;
+  frame.run.emplace(std::move(call), engine, job);
+  const Status status = start(*frame.run, true);
+  if (status != Status::kOk) frame.end();
+  return status;
+}
+
+Status next_tasks(Engine& engine, std::uint32_t* count) noexcept {
+  if (!engine.frame->run) return Status::kNoFrame;
+  if (!count) return Status::kBadOutput;
+  FrameRun& run = *engine.frame->run;
+  if (run.tasks_ended != run.task_count) return Status::kTasksLeft;
+  const kernel::FloatMode mode;
+  next_step(run);
+  *count = run.task_count;
+  return Status::kOk;
+}
+
+Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept {
+  if (!engine.frame->run) return Status::kNoFrame;
+  FrameRun& run = *engine.frame->run;
+  if (task >= run.task_count || worker >= engine.pool.workers.size()) return Status::kBadTask;
+  const kernel::FloatMode mode;
+  run_step_task(run, task, worker);
+  ++run.tasks_ended;
+  return Status::kOk;
+}
+
+Status end_frame(Engine& engine) noexcept {
+  if (!engine.frame->run) return Status::kNoFrame;
+  FrameRun& run = *engine.frame->run;
+  const kernel::FloatMode mode;
+  const bool complete = run.tasks_ended == run.task_count && run.steps_begun == kStepCount;
+  const Status status = complete ? finish(run) : Status::kTasksLeft;
+  engine.frame->end();
+  return status;
 }
 
 }  // namespace cab

@@ -26,11 +26,14 @@ struct StoredBatch {
   const ConvexShapes* convex_shapes = nullptr;  // likewise
 };
 
+// The batches of an engine, by slot - 1.
+using StoredBatches = Span<const std::unique_ptr<StoredBatch>>;
+
 // What every step of a frame reads. What a step writes is passed separately: a worker, the grid, the hit sink. Arrays
 // of a batch are the exception, such as the caller's flags and in_contact: steps write them through `batches`.
 struct FrameContext {
   const kernel::KernelTable& kernels;
-  Span<const std::unique_ptr<StoredBatch>> batches;  // by slot - 1
+  StoredBatches batches;
   const BroadPhase& broad_phase;
   // With resolved strategy; characters and sequences have a context each. kAuto: batches of characters have strategies
   // that differ.

@@ -1,8 +1,9 @@
 // Step 6 of a frame for characters in spatial order: the layout of the hit store, and the merge sort of its chains.
 #include "engine/hit_store.h"
 
-#include "engine/report.h"
-#include "engine/timed.h"
+#include "engine/batch_tasks.h"
+#include "engine/characters.h"
+#include "engine/frame_run.h"
 #include "engine/touching_links.h"
 #include "engine/worker.h"
 
@@ -66,8 +67,8 @@ std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
 }
 
 // Writes the hits whose instance a is the given one, sorted by instance b, until `room` is full.
-void write_hits(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, Span<std::uint32_t> store,
-                Span<Hit> room) {
+void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, Span<std::uint32_t> store,
+                 Span<Hit> room) {
   const InstanceBatch& a = frame.batch(index);
   std::size_t at = 0;
   for (std::uint32_t group = sort_chain(store.data, a.hit_chains[instance].head); at < room.size;
@@ -83,6 +84,20 @@ void write_hits(const FrameContext& frame, std::uint32_t index, std::uint32_t in
       room[at++] = {{index + 1}, instance, {batch_b + 1}, instance_b, link_a[leaf_a], link_b[leaf_b], leaf_a, leaf_b};
     }
   }
+}
+
+// The instances whose hits one task counts or writes.
+struct InstanceRun {
+  InstanceBatch& batch;
+  std::uint32_t index, run;  // of the batch; of the task among those of the batch
+  std::uint32_t begin, end;
+};
+
+InstanceRun instance_run(const FrameRun& run, std::uint32_t task) {
+  const BatchTask of = batch_task(run.engine.stored_batches(), task);
+  InstanceBatch& batch = run.engine.batches[of.batch]->batch;
+  return {batch, of.batch, of.run, of.run * kWrittenPerTask,
+          std::min(batch.instance_count, (of.run + 1) * kWrittenPerTask)};
 }
 
 }  // namespace
@@ -124,44 +139,51 @@ void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
   words.clear();
 }
 
-void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
-  constexpr std::uint32_t kPrefetched = 16;  // how many instances ahead the first group is prefetched
-  FrameJob& job = *sink.job;
-  const Span<std::uint32_t> store = sink.store->words;
-  std::size_t found = sink.found;
-  for (std::uint32_t index = 0; index < frame.batches.size; ++index) {
-    const InstanceBatch& batch = frame.batch(index);
-    if (!batch.pairs_between && !batch.pairs_within) continue;
-    const std::uint32_t tasks = (batch.instance_count + kWrittenPerTask - 1) / kWrittenPerTask;
-    const auto run = [&](std::uint32_t task, auto&& each) {
-      const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kWrittenPerTask);
-      for (std::uint32_t i = task * kWrittenPerTask; i < end; ++i) each(i);
-    };
-    pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t) {
-      std::uint32_t count = 0;
-      run(task, [&](std::uint32_t i) { count += batch.hit_chains[i].count; });
-      batch.stored_before[task] = count;
-    });
-    for (std::uint32_t task = 0; task < tasks; ++task) {
-      const std::size_t count = batch.stored_before[task];
-      batch.stored_before[task] = found;
-      found += count;
-    }
-    pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
-      FrameStats& stats = pool[w].stats;
-      const Timed timed(stats.seconds_query), written(stats.seconds_write);
-      std::size_t at = batch.stored_before[task];
-      run(task, [&](std::uint32_t i) {
-        const std::uint32_t ahead = std::min(i + kPrefetched, batch.instance_count - 1);
-        if (const HitChain& next = batch.hit_chains[ahead]; next.count) __builtin_prefetch(store.data + next.head);
-        const std::size_t count = batch.hit_chains[i].count;
-        if (at < job.hits.size)
-          write_hits(frame, index, i, store, {job.hits.data + at, std::min(count, job.hits.size - at)});
-        at += count;
-      });
-    });
+std::uint32_t begin_counting_hits(FrameRun& run) {
+  if (!run.in_key_order) end_spatial_order(run);
+  if (run.in_key_order) return 0;
+  return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
+    const bool has_hits = batch.pairs_between || batch.pairs_within;
+    return has_hits ? (batch.instance_count + kWrittenPerTask - 1) / kWrittenPerTask : 0;
+  });
+}
+
+void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t) {
+  const InstanceRun of = instance_run(run, task);
+  std::uint32_t count = 0;
+  for (std::uint32_t i = of.begin; i < of.end; ++i) count += of.batch.hit_chains[i].count;
+  of.batch.stored_before[of.run] = count;
+}
+
+std::uint32_t begin_writing_hits(FrameRun& run) {
+  if (run.in_key_order) return 0;
+  std::size_t found = run.sink.found;
+  for (std::uint32_t task = 0; task < run.task_count; ++task) {
+    const InstanceRun of = instance_run(run, task);
+    const std::size_t count = of.batch.stored_before[of.run];
+    of.batch.stored_before[of.run] = found;
+    found += count;
   }
-  sink.found = found;
+  run.sink.found = found;
+  return run.task_count;
+}
+
+void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+  constexpr std::uint32_t kPrefetched = 16;  // how many instances ahead the first group is prefetched
+  FrameStats& stats = run.worker(w).stats;
+  const Timed timed(stats.seconds_query), written(stats.seconds_write);
+  const FrameJob& job = run.job;
+  const Span<std::uint32_t> store = run.sink.store->words;
+  const InstanceRun of = instance_run(run, task);
+  std::size_t at = of.batch.stored_before[of.run];
+  for (std::uint32_t i = of.begin; i < of.end; ++i) {
+    const std::uint32_t ahead = std::min(i + kPrefetched, of.batch.instance_count - 1);
+    if (const HitChain& next = of.batch.hit_chains[ahead]; next.count) __builtin_prefetch(store.data + next.head);
+    const std::size_t count = of.batch.hit_chains[i].count;
+    if (at < job.hits.size)
+      write_chain(*run.characters, of.index, i, store, {job.hits.data + at, std::min(count, job.hits.size - at)});
+    at += count;
+  }
 }
 
 }  // namespace cab

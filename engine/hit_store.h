@@ -10,9 +10,9 @@
 namespace cab {
 
 struct Candidate;
+struct FrameRun;
 struct HitSink;
 struct Worker;
-struct WorkerPool;
 
 // The hits of a frame in groups, one group per candidate. Groups with the same first instance form a chain, which
 // starts in the HitChain of that instance.
@@ -43,8 +43,12 @@ void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafP
 // HitSink::store_full.
 void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink);
 
-// Adds the number of all stored hits to HitSink::found, and writes to the caller's buffer, in key order, those for
-// which it has room.
-void write_stored_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink);
+// Counts the stored hits. Without tasks in a frame in key order.
+std::uint32_t begin_counting_hits(FrameRun& run);
+void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t worker);
+
+// Adds their number to HitSink::found, and writes to the caller's buffer, in key order, those for which it has room.
+std::uint32_t begin_writing_hits(FrameRun& run);
+void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
 }  // namespace cab

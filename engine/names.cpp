@@ -81,6 +81,9 @@ const char* to_string(Status status) noexcept {
     case Status::kBadOutput: return "an output is null or too small";
     case Status::kHitsOverflow: return "hits is too small for all hits";
     case Status::kPairsOverflow: return "pairs is too small for all candidates";
+    case Status::kNoFrame: return "no frame has begun";
+    case Status::kBadTask: return "task or worker is out of range";
+    case Status::kTasksLeft: return "not all tasks of the frame have ended";
     case Status::kUnsortedHits: return "a list of hits has a size and no data, or is not in the order of run_frame";
   }
   return "unknown status";

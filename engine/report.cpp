@@ -1,7 +1,6 @@
 // Steps 5 and 6 of a frame: reports candidates, appends hits in task order, and sorts them.
 #include "engine/report.h"
 
-#include "engine/contacts.h"
 #include "engine/timed.h"
 #include "engine/touching_links.h"
 #include "engine/worker.h"
@@ -72,17 +71,15 @@ void finish_task(Worker& worker, HitSink& sink) {
   sink.turn.store(worker.task + 1, std::memory_order_release);
 }
 
-Status finish_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink) {
+void finish_hits(HitSink& sink) {
   FrameJob& job = *sink.job;
   job.hits_needed = sink.found.load();
   job.hit_count = 0;
-  if (job.hits_needed > job.hits.size) return Status::kHitsOverflow;
+  if (job.hits_needed > job.hits.size) return;
   job.hit_count = job.hits_needed;
   if (!sink.sorted)
     std::sort(job.hits.data, job.hits.data + job.hit_count,
               [](const Hit& x, const Hit& y) { return key_order(x) < key_order(y); });
-  if (needs_contacts(job)) add_contacts(frame, pool, job);
-  return Status::kOk;
 }
 
 }  // namespace cab

@@ -11,7 +11,6 @@ namespace cab {
 
 struct Candidate;
 struct Worker;
-struct WorkerPool;
 
 // Where the hits of a frame go. Tasks in key order append to the caller's buffer in task order, whichever thread ran
 // them. Tasks in spatial order put their hits into the store, from which they are written in key order at the end.
@@ -19,6 +18,7 @@ struct HitSink {
   FrameJob* job;
   HitStore* store;
   std::atomic<std::size_t> found{0};           // number of hits counted for the caller's buffer; may exceed its size
+  std::atomic<std::uint32_t> next{0};          // key order and sequences: index of the task that begins next
   std::atomic<std::uint32_t> turn{0};          // index of the task whose hits are appended next
   bool sorted = true;                          // whether the hits in the buffer are already in the promised order
   bool in_spatial_order = false;               // whether tasks put their hits into the store at present
@@ -32,12 +32,16 @@ struct HitSink {
 void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
                       HitSink& sink);
 
+// Begins a step whose tasks append their hits in turn. Each takes the lowest number that no other has taken
+// (HitSink::next), so all lower ones are running or done, and it may wait for them.
+inline void begin_turns(HitSink& sink) { sink.next = sink.turn = 0; }
+
 // Waits for the turn of the worker's task, appends its hits to the caller's buffer, and passes the turn to the next
 // task.
 void finish_task(Worker& worker, HitSink& sink);
 
-// Ends a frame: sets FrameJob::hit_count and hits_needed, sorts the hits if they are not sorted yet, and fills
-// FrameJob::contacts unless it is empty. Returns kHitsOverflow, with hit_count 0, if the caller's buffer was too small.
-Status finish_hits(const FrameContext& frame, WorkerPool& pool, HitSink& sink);
+// Ends the search for hits: sets FrameJob::hit_count and hits_needed, and sorts the hits if they are not sorted yet. If
+// the caller's buffer was too small, hit_count is 0.
+void finish_hits(HitSink& sink);
 
 }  // namespace cab

@@ -177,22 +177,25 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
 
 }  // namespace
 
-void run_sequences(const FrameContext& frame, const FrameJob& job, Engine& engine, HitSink& sink) {
+std::uint32_t begin_sequences(FrameRun& run) {
   std::uint32_t tiles = 0;
-  for (const BatchInput& input : job.inputs)
-    if (const InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kSequence)
+  for (const BatchInput& input : run.job.inputs)
+    if (const InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kSequence)
       tiles = std::max(tiles, tile_count(batch.instance_count));
-  if (tiles == 0) return;
-  sink.turn = 0;
-  sink.sorted = false;
-  engine.pool.tasks->for_each_in_turn(tiles, [&](std::uint32_t tile, std::uint32_t w) {
-    Worker& worker = engine.pool[w];
-    worker.task = tile;
-    update_sequences(frame, job.inputs, tile, worker);
-    for (const PairRule& rule : job.rules)
-      if (engine.batch(rule.a).kind == BatchKind::kSequence) test_sequences(frame, rule, tile, worker, sink);
-    finish_task(worker, sink);
-  });
+  if (tiles == 0) return 0;
+  begin_turns(run.sink);
+  run.sink.sorted = false;
+  return tiles;
+}
+
+void run_sequence_tile(FrameRun& run, std::uint32_t, std::uint32_t w) {
+  Worker& worker = run.worker(w);
+  worker.task = run.sink.next++;
+  update_sequences(*run.sequences, run.job.inputs, worker.task, worker);
+  for (const PairRule& rule : run.job.rules)
+    if (run.engine.batch(rule.a).kind == BatchKind::kSequence)
+      test_sequences(*run.sequences, rule, worker.task, worker, run.sink);
+  finish_task(worker, run.sink);
 }
 
 }  // namespace cab

@@ -2,13 +2,13 @@
 // lanes, through all steps.
 #pragma once
 
-#include "engine/engine.h"
-#include "engine/report.h"
+#include "engine/frame_run.h"
 
 namespace cab {
 
-// Tests all rules between and within sequences, one task per tile. The boxes of a tile stay in cache from posing to
-// testing.
-void run_sequences(const FrameContext& frame, const FrameJob& job, Engine& engine, HitSink& sink);
+// All rules between and within sequences, one task per tile, taken in turn. The boxes of a tile stay in cache from posing
+// to testing.
+std::uint32_t begin_sequences(FrameRun& run);
+void run_sequence_tile(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
 }  // namespace cab

@@ -3,8 +3,6 @@
 
 #include <cab/types.h>
 
-#include <algorithm>
-#include <atomic>
 #include <memory>
 
 namespace cab {
@@ -36,16 +34,6 @@ class TaskRunner {
         task_count,
         [](void* context, std::uint32_t task, std::uint32_t worker) { (*static_cast<Body*>(context))(task, worker); },
         &body);
-  }
-
-  // The same, with tasks started in ascending order: each worker takes the lowest task that no other has taken. So all
-  // lower tasks are running or done when a task runs, and it may wait for them.
-  template <class Body>
-  void for_each_in_turn(std::uint32_t task_count, Body&& body) {
-    std::atomic<std::uint32_t> next{0};
-    for_each(alone ? 1 : std::min(worker_count(), task_count), [&](std::uint32_t, std::uint32_t worker) {
-      for (std::uint32_t task = next++; task < task_count; task = next++) body(task, worker);
-    });
   }
 };
 

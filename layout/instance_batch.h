@@ -69,7 +69,7 @@ struct InstanceBatch {
   bool pairs_within = false;     // a rule tests the links of each instance against each other
   bool skips_within = false;     // not those of an instance that rests
   bool may_rest = false;         // its instances rest where BatchInput::moved says so
-  std::uint32_t first_task = 0;  // index of the first task that pairs its characters
+  std::uint32_t first_task = 0;  // index of its first task in the current step
   const BatchInput* input = nullptr;
   std::size_t link_stride = 0;      // bytes
   std::size_t instance_stride = 0;  // bytes

@@ -1,7 +1,9 @@
 // Step 2 of a frame: builds the grid from the bounds of the instances, and lists partners in the order of keys.
 #include "engine/broad_phase/broad_phase.h"
 
+#include "engine/batch_tasks.h"
 #include "engine/broad_phase/search.h"
+#include "engine/timed.h"
 #include "layout/error_bounds.h"
 
 #include <algorithm>
@@ -22,8 +24,6 @@ constexpr std::uint32_t kLargeShare = 32;
 // The grid does not use an axis along which the instances spread over at most this many cells.
 constexpr double kLeastCells = 4;
 
-using StoredBatches = Span<const std::unique_ptr<StoredBatch>>;
-
 // Records that a rule pairs batch a with batch b, and so that batch a belongs into a grid.
 void set_paired(StoredBatches batches, std::uint32_t a, std::uint32_t b, Resting resting, BroadPhase& broad) {
   const std::size_t bit = a * broad.batch_count + b;
@@ -33,20 +33,28 @@ void set_paired(StoredBatches batches, std::uint32_t a, std::uint32_t b, Resting
   batches[a]->batch.pairs_between = true;
 }
 
-// Calls body(batch index, instance, worker) for every live instance of the batches that some rule pairs with others.
-template <class Body>
-void for_each_instance(StoredBatches batches, WorkerPool& pool, Body&& body) {
-  for (std::uint32_t index = 0; index < batches.size; ++index) {
-    const InstanceBatch& batch = batches[index]->batch;
-    if (!batch.pairs_between) continue;
-    pool.tasks->for_each((batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask,
-                         [&](std::uint32_t task, std::uint32_t w) {
-                           const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kInstancesPerTask);
-                           for (std::uint32_t i = task * kInstancesPerTask; i < end; ++i)
-                             if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(index, i, w);
-                         });
-  }
+// One task for every kInstancesPerTask instances of the batches that some rule pairs with others.
+std::uint32_t instance_tasks(StoredBatches batches) {
+  return lay_out_tasks(batches, [](const InstanceBatch& batch) {
+    return batch.pairs_between ? (batch.instance_count + kInstancesPerTask - 1) / kInstancesPerTask : 0;
+  });
 }
+
+// Calls body(batch index, batch, instance) for every live instance of a task.
+template <class Body>
+void for_each_instance(StoredBatches batches, std::uint32_t task, Body&& body) {
+  const BatchTask of = batch_task(batches, task);
+  InstanceBatch& batch = batches[of.batch]->batch;
+  const std::uint32_t end = std::min(batch.instance_count, (of.run + 1) * kInstancesPerTask);
+  for (std::uint32_t i = of.run * kInstancesPerTask; i < end; ++i)
+    if (batch.live[i / kLanes] >> (i % kLanes) & 1) body(of.batch, batch, i);
+}
+
+// Counts the time of a scope for the grids.
+struct TimedGrid {
+  explicit TimedGrid(FrameStats& stats) : broad(stats.seconds_broad), grid(stats.seconds_grid) {}
+  Timed broad, grid;
+};
 
 // Adds to a counter that all workers share, and returns its value before the addition. If the worker is alone, a plain
 // addition suffices.
@@ -110,39 +118,18 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
   for (bool& unused : grid.unused_axis) unused = unused || endless;
 }
 
-// Puts the live instances with this kKept bit into a grid, whose histogram is theirs.
-void build_grid(StoredBatches batches, const ExtentHistogram& histogram, std::uint8_t kept, Grid& grid,
-                WorkerPool& pool) {
+// Chooses the cells of a grid for the instances of a histogram, and empties its buckets. Returns the number of tasks that
+// count the instances of each bucket.
+std::uint32_t begin_grid(StoredBatches batches, const ExtentHistogram& histogram, Grid& grid, const WorkerPool& pool) {
   grid.count = histogram.count;
-  if (histogram.count == 0) return;
+  if (histogram.count == 0) return 0;
   choose_levels(histogram, grid);
+  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
   grid.mask = 15;
   while (grid.mask + 1 < histogram.count) grid.mask = 2 * grid.mask + 1;
-  const bool alone = pool.working_count() == 1;
   std::fill(grid.bucket.data, grid.bucket.data + grid.mask + 2, 0u);
-  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
-    if ((batches[index]->batch.rest[instance] & kKept) != kept) return;
-    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
-    const std::uint32_t level = level_of(grid, bounds);
-    if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
-    shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, alone);
-  });
-  grid.level_count = 0;
-  for (std::uint32_t level = 0; level < kGridLevels; ++level)
-    if (grid.used[level]) grid.levels[grid.level_count++] = level;
-  grid.order_axis = !grid.unused_axis[2] ? 2 : !grid.unused_axis[1] ? 1 : 0;
-  std::uint32_t sum = grid.first;
-  for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
-  for (std::uint32_t c = 0; c < 3; ++c) grid.origin[c] = 0.5 * histogram.lo[c] + 0.5 * histogram.hi[c];
-  // grid.bucket[b] is now the end of bucket b. Each entry is inserted one below, so that afterwards it is the
-  // beginning.
-  for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t) {
-    if ((batches[index]->batch.rest[instance] & kKept) != kept) return;
-    const InstanceBounds& bounds = batches[index]->batch.bounds[instance];
-    const std::uint32_t at = shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, alone) - 1;
-    set_entry(grid, bounds, index, instance, grid.entries[at]);
-    grid.placements[at] = placement_of(batches[index]->batch, instance);
-  });
+  grid.alone = pool.working_count() == 1;
+  return instance_tasks(batches);
 }
 
 // Records the rules of characters in their batches and in `broad`.
@@ -295,31 +282,85 @@ void keep_bounds(const InstanceBatch& batch, std::uint32_t instance, Worker& wor
     add_to_histogram(batch.bounds[instance], worker.resting);
 }
 
-void build_grids(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
-  ExtentHistogram moving, resting;
+std::uint32_t begin_keeping(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
+  const TimedGrid timed(pool[0].stats);
+  ExtentHistogram resting;
   std::uint32_t kept = 0;
+  broad.histogram = {};
   for (std::uint32_t w = 0; w < pool.working_count(); ++w) {
-    add_histogram(pool[w].histogram, moving);
+    add_histogram(pool[w].histogram, broad.histogram);
     add_histogram(pool[w].resting, resting);
     kept += pool[w].kept;
   }
   const std::size_t spare = spare_entries(broad.instances);
-  if (resting.count > spare || broad.kept.count - kept > spare) {
-    for_each_instance(batches, pool, [&](std::uint32_t index, std::uint32_t instance, std::uint32_t w) {
-      InstanceBatch& batch = batches[index]->batch;
-      if (!rests(batch, instance)) return;
-      if (batch.rest[instance] & kKept) add_to_histogram(batch.bounds[instance], pool[w].resting);
-      batch.rest[instance] |= kKept;
-    });
-    resting = {};
-    for (std::uint32_t w = 0; w < pool.working_count(); ++w) add_histogram(pool[w].resting, resting);
-    build_grid(batches, resting, kKept, broad.kept, pool);
-  } else {
-    add_histogram(resting, moving);
-  }
-  broad.grid.first = broad.kept.count;
-  build_grid(batches, moving, 0, broad.grid, pool);
+  broad.keeps = resting.count > spare || broad.kept.count - kept > spare;
+  if (broad.keeps) return instance_tasks(batches);
+  add_histogram(resting, broad.histogram);
+  return 0;
 }
+
+void keep_entries(StoredBatches batches, std::uint32_t task, Worker& worker) {
+  const TimedGrid timed(worker.stats);
+  for_each_instance(batches, task, [&](std::uint32_t, InstanceBatch& batch, std::uint32_t instance) {
+    if (!rests(batch, instance)) return;
+    if (batch.rest[instance] & kKept) add_to_histogram(batch.bounds[instance], worker.resting);
+    batch.rest[instance] |= kKept;
+  });
+}
+
+std::uint32_t begin_counting_kept(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
+  const TimedGrid timed(pool[0].stats);
+  if (!broad.keeps) return 0;
+  ExtentHistogram resting;
+  for (std::uint32_t w = 0; w < pool.working_count(); ++w) add_histogram(pool[w].resting, resting);
+  return begin_grid(batches, resting, broad.kept, pool);
+}
+
+std::uint32_t begin_counting(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
+  const TimedGrid timed(pool[0].stats);
+  broad.grid.first = broad.kept.count;
+  return begin_grid(batches, broad.histogram, broad.grid, pool);
+}
+
+void count_entries(StoredBatches batches, const BroadPhase& broad, Grid& grid, std::uint32_t task, Worker& worker) {
+  const TimedGrid timed(worker.stats);
+  const std::uint8_t kept = &grid == &broad.kept ? kKept : 0;
+  for_each_instance(batches, task, [&](std::uint32_t, const InstanceBatch& batch, std::uint32_t instance) {
+    if ((batch.rest[instance] & kKept) != kept) return;
+    const InstanceBounds& bounds = batch.bounds[instance];
+    const std::uint32_t level = level_of(grid, bounds);
+    if (!grid.used[level].load(std::memory_order_relaxed)) grid.used[level].store(true, std::memory_order_relaxed);
+    shared_add(grid.bucket[bucket_of(grid, bounds, level)], 1, grid.alone);
+  });
+}
+
+std::uint32_t begin_inserting(StoredBatches batches, const BroadPhase& broad, Grid& grid, WorkerPool& pool) {
+  if (grid.count == 0 || (&grid == &broad.kept && !broad.keeps)) return 0;
+  const TimedGrid timed(pool[0].stats);
+  grid.level_count = 0;
+  for (std::uint32_t level = 0; level < kGridLevels; ++level)
+    if (grid.used[level]) grid.levels[grid.level_count++] = level;
+  grid.order_axis = !grid.unused_axis[2] ? 2 : !grid.unused_axis[1] ? 1 : 0;
+  std::uint32_t sum = grid.first;
+  for (std::uint32_t b = 0; b <= grid.mask + 1; ++b) sum = grid.bucket[b] += sum;
+  return instance_tasks(batches);
+}
+
+// grid.bucket[b] is the end of bucket b at first. Each entry is inserted one below, so that afterwards it is the
+// beginning.
+void insert_entries(StoredBatches batches, const BroadPhase& broad, Grid& grid, std::uint32_t task, Worker& worker) {
+  const TimedGrid timed(worker.stats);
+  const std::uint8_t kept = &grid == &broad.kept ? kKept : 0;
+  for_each_instance(batches, task, [&](std::uint32_t index, const InstanceBatch& batch, std::uint32_t instance) {
+    if ((batch.rest[instance] & kKept) != kept) return;
+    const InstanceBounds& bounds = batch.bounds[instance];
+    const std::uint32_t at =
+        shared_add(grid.bucket[bucket_of(grid, bounds, level_of(grid, bounds))], ~0u, grid.alone) - 1;
+    set_entry(grid, bounds, index, instance, grid.entries[at]);
+    grid.placements[at] = placement_of(batch, instance);
+  });
+}
+
 bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
   if (query.all) return list_in_key_order(frame, query, found);
   found.clear();

@@ -12,8 +12,7 @@ namespace cab {
 
 // Starts the step: records which batches the rules pair and clears the histograms of the workers. bound_instances comes
 // next.
-void begin_broad_phase(Span<const PairRule> rules, Span<const std::unique_ptr<StoredBatch>> batches, BroadPhase& broad,
-                       WorkerPool& pool);
+void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad, WorkerPool& pool);
 
 // Stores the world bounds of a tile's instances: the origin plus the bounds of the leaf boxes, widened by the rounding
 // of this sum in double. live: the bits of the lanes that are not masked. Adds every live instance that the grid will
@@ -31,8 +30,19 @@ void take_given_bounds(InstanceBatch& batch, const TileInstances& instances, flo
 // The same for one live instance that rests, and whose bounds are those of an earlier frame.
 void keep_bounds(const InstanceBatch& batch, std::uint32_t instance, Worker& worker);
 
-// Puts every live instance of the batches that some rule pairs with others into one of the grids.
-void build_grids(Span<const std::unique_ptr<StoredBatch>> batches, BroadPhase& broad, WorkerPool& pool);
+// The steps that put every live instance of the batches that some rule pairs with others into one of the grids. Where a
+// step begins, the tasks of the one before have ended; it returns its number of tasks.
+//
+// First, in some frames, the instances that rest are noted for the kept grid. It is then built as the other grid is.
+std::uint32_t begin_keeping(StoredBatches batches, BroadPhase& broad, WorkerPool& pool);
+void keep_entries(StoredBatches batches, std::uint32_t task, Worker& worker);
+std::uint32_t begin_counting_kept(StoredBatches batches, BroadPhase& broad, WorkerPool& pool);
+
+// Counts the entries of each bucket. Then entries are inserted.
+std::uint32_t begin_counting(StoredBatches batches, BroadPhase& broad, WorkerPool& pool);
+void count_entries(StoredBatches batches, const BroadPhase& broad, Grid& grid, std::uint32_t task, Worker& worker);
+std::uint32_t begin_inserting(StoredBatches batches, const BroadPhase& broad, Grid& grid, WorkerPool& pool);
+void insert_entries(StoredBatches batches, const BroadPhase& broad, Grid& grid, std::uint32_t task, Worker& worker);
 
 // What find_partners looks for: live instances of the batches that a rule pairs with `batch`, with a key above `after`
 // and with bounds that overlap `bounds`.

@@ -47,6 +47,7 @@ struct Grid {
   std::atomic<bool> used[kGridLevels] = {};  // by level: whether it holds an instance
   std::uint32_t levels[kGridLevels] = {};    // the first level_count are the used levels, ascending
   std::uint32_t level_count = 0;
+  bool alone = false;            // whether one worker builds it
   bool unused_axis[3] = {};      // by axis: whether all cells have index 0 along it, as the instances spread over few
   std::uint32_t order_axis = 0;  // a used axis, if there is one; orders the pairs within a level (is_before)
 };
@@ -66,6 +67,8 @@ struct BroadPhase {
   std::size_t batch_count = 0;
   std::size_t instances = 0;   // most that the grids have room for together
   bool tests_resting = false;  // whether a rule tests instances that rest
+  bool keeps = false;          // whether the kept grid is built in this frame
+  ExtentHistogram histogram;   // of the instances that go into `grid`
 
   static bool has_bit(Span<std::uint64_t> bits, std::size_t bit) { return bits[bit >> 6] >> (bit & 63) & 1; }
   bool paired(std::uint32_t a, std::uint32_t b) const { return has_bit(paired_bits, a * batch_count + b); }

@@ -106,6 +106,37 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
+// Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
+// between the steps of a frame. `job`, and all that it names, must stay as it is until end_frame. Every other call on
+// the engine that changes it answers kBusy until then.
+//
+//   begin_frame(engine, job);
+//   while (next_tasks(engine, &count) == Status::kOk && count > 0)
+//     run_task(engine, t, worker);    // for every t < count, in any order, on any threads
+//   status = end_frame(engine);       // what run_frame answers
+//
+// Hits and counts are those of run_frame. Small frames have as many steps as large ones.
+// Cost: that of the checks of run_frame. Statuses: those of run_frame without kHitsOverflow and kOutOfMemory.
+// Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status begin_frame(Engine& engine, FrameJob& job) noexcept;
+
+// Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
+// *count: 0 when the frame has no more. There are about seven steps with tasks.
+// Cost: the work between two steps, such as sums over the buckets of the grid. Statuses: kNoFrame, kBadOutput (count is
+// null), kTasksLeft. Thread: any, one at a time, after run_task has returned for all tasks.
+[[nodiscard]] CAB_API Status next_tasks(Engine& engine, std::uint32_t* count) noexcept;
+
+// Runs one task of the step, each number below the count once. worker: below engine_thread_count; calls that run at the
+// same time must have different workers. In frames that run short of memory for hits, and in those with sequences, a
+// task may wait for one that began before it, so a thread must not suspend a task to run another.
+// Cost: some 10 to 100 microseconds. Statuses: kNoFrame, kBadTask. Thread: any, at the same time as other tasks.
+[[nodiscard]] CAB_API Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept;
+
+// Ends the frame: completes `job` and lets the engine go. If tasks are left, the frame is given up: `hits`, `contacts`,
+// flags and in_contact are unspecified, and the engine is ready for another frame.
+// Cost: little. Statuses: kNoFrame, kTasksLeft, kHitsOverflow. Thread: any, after all tasks have returned.
+[[nodiscard]] CAB_API Status end_frame(Engine& engine) noexcept;
+
 // Finds the instances that run_frame would have to test against each other, from BatchInput::bounds alone: no pose is
 // read. A caller then samples only instances that are in a pair, lists them in BatchInput::instances, and has the hits
 // of a frame of all. Uses the job's inputs, its rules between characters, layers and margin, and sets their in_contact,

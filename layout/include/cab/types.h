@@ -95,6 +95,9 @@ enum class Status : std::int32_t {
   kBadOutput,      // an output is null or too small
   kHitsOverflow,   // hits is too small for all hits
   kPairsOverflow,  // pairs is too small for all candidates
+  kNoFrame,        // no frame has begun
+  kBadTask,        // task or worker is out of range
+  kTasksLeft,      // not all tasks of the frame have ended
   kUnsortedHits,   // a list of hits has a size and no data, or is not in the order of run_frame
 };
 

@@ -1,0 +1,40 @@
+// A frame in progress: what its steps share, and what a step is.
+#pragma once
+
+#include "engine/call.h"
+#include "engine/report.h"
+#include "engine/timed.h"
+
+#include <atomic>
+#include <optional>
+#include <utility>
+
+namespace cab {
+
+struct FrameRun {
+  FrameRun(Call held, Engine& of, FrameJob& what)
+      : engine(of), job(what), call(std::move(held)), sink{&what, &of.hit_store} {}
+
+  Worker& worker(std::uint32_t index) const { return engine.pool[index]; }
+
+  Engine& engine;
+  FrameJob& job;
+  Call call;
+  const Clock::time_point start = Clock::now();
+  HitSink sink;
+  std::optional<FrameContext> characters, sequences;
+  bool in_key_order = false;                  // whether characters are paired in key order
+  std::uint32_t steps_begun = 0;              // of kFrameSteps (engine/frame.cpp)
+  std::uint32_t task_count = 0;               // of the last of them
+  std::atomic<std::uint32_t> tasks_ended{0};  // likewise
+};
+
+// A step of a frame: tasks that may run at the same time.
+struct FrameStep {
+  // What is done on one thread after the tasks of the step before, and how many tasks there are; 0: the step is not
+  // needed.
+  std::uint32_t (*begin)(FrameRun& run);
+  void (*task)(FrameRun& run, std::uint32_t task, std::uint32_t worker);
+};
+
+}  // namespace cab
