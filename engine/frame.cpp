@@ -97,10 +97,10 @@ constexpr std::uint32_t kStepCount = std::size(kFrameSteps);
 // Goes on to the next step that has tasks. Returns false if there is none.
 bool next_step(FrameRun& run) {
   run.tasks_ended = 0;
-  std::uint32_t tasks = 0;
-  while (tasks == 0 && run.steps_begun < kStepCount) tasks = kFrameSteps[run.steps_begun++].begin(run);
-  run.task_count = tasks;
-  return tasks > 0;
+  run.task_count = 0;
+  while (run.task_count == 0 && run.steps_begun < kStepCount)
+    run.task_count = kFrameSteps[run.steps_begun++].begin(run);
+  return run.task_count > 0;
 }
 
 void run_step_task(FrameRun& run, std::uint32_t task, std::uint32_t worker) {

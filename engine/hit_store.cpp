@@ -86,6 +86,14 @@ void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t i
   }
 }
 
+// Lays out the tasks that count or write hits.
+std::uint32_t lay_out_writing(const FrameRun& run) {
+  return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
+    const bool has_hits = batch.pairs_between || batch.pairs_within;
+    return has_hits ? (batch.instance_count + kWrittenPerTask - 1) / kWrittenPerTask : 0;
+  });
+}
+
 // The instances whose hits one task counts or writes.
 struct InstanceRun {
   InstanceBatch& batch;
@@ -142,10 +150,7 @@ void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
 std::uint32_t begin_counting_hits(FrameRun& run) {
   if (!run.in_key_order) end_spatial_order(run);
   if (run.in_key_order) return 0;
-  return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
-    const bool has_hits = batch.pairs_between || batch.pairs_within;
-    return has_hits ? (batch.instance_count + kWrittenPerTask - 1) / kWrittenPerTask : 0;
-  });
+  return lay_out_writing(run);
 }
 
 void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t) {
@@ -157,15 +162,16 @@ void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t) {
 
 std::uint32_t begin_writing_hits(FrameRun& run) {
   if (run.in_key_order) return 0;
+  const std::uint32_t tasks = lay_out_writing(run);
   std::size_t found = run.sink.found;
-  for (std::uint32_t task = 0; task < run.task_count; ++task) {
+  for (std::uint32_t task = 0; task < tasks; ++task) {
     const InstanceRun of = instance_run(run, task);
     const std::size_t count = of.batch.stored_before[of.run];
     of.batch.stored_before[of.run] = found;
     found += count;
   }
   run.sink.found = found;
-  return run.task_count;
+  return tasks;
 }
 
 void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t w) {

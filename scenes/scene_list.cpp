@@ -56,6 +56,8 @@ constexpr std::array kRows = {
                CrowdScene{make_battle, ClipUse::kNeeded}},
     NamedScene{"spot", "humanoids all in one spot", kCrowdCommand, CrowdScene{make_spot}},
     NamedScene{"line", "humanoids in one line, 0.5 m apart", kCrowdCommand, CrowdScene{make_line}},
+    NamedScene{"churn", "uniform, one in a hundred replaced by another in every frame", kCrowdCommand,
+               CrowdScene{make_churn}},
     NamedScene{"city", "uniform, nine in ten of them at rest", kCrowdCommand, CrowdScene{make_city}},
     NamedScene{"giant", "uniform, one of them 100 times as large as the others", kCrowdCommand, CrowdScene{make_giant}},
     NamedScene{"detailed", "uniform, each link of each humanoid or clip in many boxes", kCrowdCommand,

@@ -86,6 +86,18 @@ void add_histogram(const ExtentHistogram& part, ExtentHistogram& sum) {
   sum.count += part.count;
 }
 
+// Adds the histograms of all workers to that of the first, which it returns, and empties the others.
+ExtentHistogram& take_histograms(const WorkerPool& pool, ExtentHistogram Worker::*member) {
+  ExtentHistogram& sum = pool[0].*member;
+  for (std::uint32_t w = 1; w < pool.working_count(); ++w) {
+    ExtentHistogram& part = pool[w].*member;
+    if (part.count == 0) continue;
+    add_histogram(part, sum);
+    part = {};
+  }
+  return sum;
+}
+
 // Chooses the used axes and the widths of the cells. An axis is unused if the instances spread over few cells along it
 // (kLeastCells). Along the other axes, the cells of the lowest level hold nearly all instances (kLargeShare).
 void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
@@ -227,9 +239,10 @@ bool search_grid(const FrameContext& frame, const PartnerQuery& query, const Gri
 
 void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
   note_rules(rules, batches, broad);
-  for (std::uint32_t w = 0; w < pool.working_count(); ++w) {
-    pool[w].histogram = pool[w].resting = {};
-    pool[w].kept = 0;
+  for (const auto& worker : pool.workers) {
+    for (ExtentHistogram* const histogram : {&worker->histogram, &worker->resting})
+      if (histogram->count > 0) *histogram = {};
+    worker->kept = 0;
   }
 }
 
@@ -284,18 +297,14 @@ void keep_bounds(const InstanceBatch& batch, std::uint32_t instance, Worker& wor
 
 std::uint32_t begin_keeping(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
   const TimedGrid timed(pool[0].stats);
-  ExtentHistogram resting;
   std::uint32_t kept = 0;
-  broad.histogram = {};
-  for (std::uint32_t w = 0; w < pool.working_count(); ++w) {
-    add_histogram(pool[w].histogram, broad.histogram);
-    add_histogram(pool[w].resting, resting);
-    kept += pool[w].kept;
-  }
+  for (std::uint32_t w = 0; w < pool.working_count(); ++w) kept += pool[w].kept;
+  ExtentHistogram& moving = take_histograms(pool, &Worker::histogram);
+  const ExtentHistogram& resting = take_histograms(pool, &Worker::resting);
   const std::size_t spare = spare_entries(broad.instances);
   broad.keeps = resting.count > spare || broad.kept.count - kept > spare;
   if (broad.keeps) return instance_tasks(batches);
-  add_histogram(resting, broad.histogram);
+  add_histogram(resting, moving);
   return 0;
 }
 
@@ -311,15 +320,13 @@ void keep_entries(StoredBatches batches, std::uint32_t task, Worker& worker) {
 std::uint32_t begin_counting_kept(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
   const TimedGrid timed(pool[0].stats);
   if (!broad.keeps) return 0;
-  ExtentHistogram resting;
-  for (std::uint32_t w = 0; w < pool.working_count(); ++w) add_histogram(pool[w].resting, resting);
-  return begin_grid(batches, resting, broad.kept, pool);
+  return begin_grid(batches, take_histograms(pool, &Worker::resting), broad.kept, pool);
 }
 
 std::uint32_t begin_counting(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
   const TimedGrid timed(pool[0].stats);
   broad.grid.first = broad.kept.count;
-  return begin_grid(batches, broad.histogram, broad.grid, pool);
+  return begin_grid(batches, pool[0].histogram, broad.grid, pool);
 }
 
 void count_entries(StoredBatches batches, const BroadPhase& broad, Grid& grid, std::uint32_t task, Worker& worker) {

@@ -68,7 +68,6 @@ struct BroadPhase {
   std::size_t instances = 0;   // most that the grids have room for together
   bool tests_resting = false;  // whether a rule tests instances that rest
   bool keeps = false;          // whether the kept grid is built in this frame
-  ExtentHistogram histogram;   // of the instances that go into `grid`
 
   static bool has_bit(Span<std::uint64_t> bits, std::size_t bit) { return bits[bit >> 6] >> (bit & 63) & 1; }
   bool paired(std::uint32_t a, std::uint32_t b) const { return has_bit(paired_bits, a * batch_count + b); }

@@ -31,8 +31,8 @@ struct CrowdOptions {
   std::optional<double> rope_spacing;
   Policies policies;
   std::optional<AtRest> at_rest;  // what is done with those who stand; empty: the scene's default
-  bool in_contact = false;  // ask only which characters touch anything
-  bool profile = false;     // print where the time goes within the phases
+  bool in_contact = false;        // ask only which characters touch anything
+  bool profile = false;           // print where the time goes within the phases
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: no file

@@ -19,14 +19,16 @@ namespace {
 // Seeds that keep the streams of draws apart.
 constexpr std::uint64_t kMotionSeed = 1, kPlaceSeed = 2, kOrderSeed = 3;
 
-constexpr double kJitter = .25;         // metres
-constexpr double kBattleDensity = 1.5;  // characters per square metre
-constexpr double kLineStep = .5;        // metres
-constexpr double kFarSide = 1e7;        // metres
-constexpr float kGiant = 100;           // times as large
-constexpr float kMixedGiant = 4;        // likewise, in `mixed`
+constexpr double kJitter = .25;             // metres
+constexpr double kBattleDensity = 1.5;      // characters per square metre
+constexpr double kLineStep = .5;            // metres
+constexpr double kFarSide = 1e7;            // metres
+constexpr float kGiant = 100;               // times as large
+constexpr float kMixedGiant = 4;            // likewise, in `mixed`
 constexpr std::uint32_t kCityWalkers = 10;  // one in how many walks, in `city`
-constexpr double kTileGap = 2;          // metres between copies of a recording, farther than anyone reaches
+constexpr double kChurnFramesPerSecond = 30;
+constexpr std::uint32_t kLifetime = 100;  // frames that a character of `churn` lives
+constexpr double kTileGap = 2;            // metres between copies of a recording, farther than anyone reaches
 
 // The links of the bodies in `mixed`, and one in how many is a giant.
 constexpr std::array<std::uint32_t, 3> kMixedLinks = {20, 48, 100};
@@ -154,6 +156,30 @@ std::uint32_t Crowd::count() const {
 Crowd make_uniform(std::uint32_t count, CrowdSources) { return humanoid_crowd(uniform_places(count, 1)); }
 
 Crowd make_city(std::uint32_t count, CrowdSources) { return humanoid_crowd(uniform_places(count, 1), kCityWalkers); }
+
+// In every frame one character in kLifetime is replaced by another at another place.
+Crowd make_churn(std::uint32_t count, CrowdSources) {
+  CrowdGroup group;
+  group.figure = make_humanoid();
+  group.count = count;
+  group.pose = [count, side = std::sqrt(count)](double seconds, PosedGroup& posed) {
+    posed.poses.resize(std::size_t{count} * kHumanoidPoseFloats);
+    posed.origins.resize(std::size_t{count} * 3);
+    posed.orientations.clear();
+    const auto frame = static_cast<std::uint64_t>(std::llround(seconds * kChurnFramesPerSecond));
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint64_t life = (frame + i) / kLifetime;
+      Random place = Random::of(kPlaceSeed, life * count + i), motion = Random::of(kMotionSeed, life * count + i);
+      const double x = place.uniform(0, side), y = place.uniform(0, side);
+      pose_humanoid(
+          draw_humanoid(motion), x, y, seconds - static_cast<double>(life) * kLifetime / kChurnFramesPerSecond,
+          posed.poses.data() + std::size_t{i} * kHumanoidPoseFloats, posed.origins.data() + std::size_t{i} * 3);
+    }
+  };
+  Crowd crowd;
+  crowd.groups.push_back(std::move(group));
+  return crowd;
+}
 
 Crowd make_jitter(std::uint32_t count, CrowdSources) { return humanoid_crowd(jitter_places(count)); }
 

@@ -60,6 +60,7 @@ Crowd make_detailed(std::uint32_t count, CrowdSources sources);
 Crowd make_ropes(std::uint32_t count, CrowdSources sources);
 Crowd make_rigs(std::uint32_t count, CrowdSources sources);
 Crowd make_mixed(std::uint32_t count, CrowdSources sources);
+Crowd make_churn(std::uint32_t count, CrowdSources sources);
 Crowd make_city(std::uint32_t count, CrowdSources sources);
 Crowd make_far(std::uint32_t count, CrowdSources sources);
 

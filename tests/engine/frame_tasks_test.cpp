@@ -8,9 +8,6 @@
 
 #include <doctest/doctest.h>
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <numeric>
 
@@ -46,11 +43,8 @@ struct StepRunner {
       of.failed += run_task(of.engine, of.order[t], worker) != Status::kOk;
     };
     if (way == Way::kTbb) {
-      tbb::task_arena arena(static_cast<int>(engine_thread_count(engine)));
-      arena.execute([&] {
-        tbb::parallel_for(0u, count, [&](std::uint32_t t) {
-          one(&step, t, static_cast<std::uint32_t>(tbb::this_task_arena::current_thread_index()));
-        });
+      make_tbb_task_runner(engine_thread_count(engine))->for_each(count, [&](std::uint32_t t, std::uint32_t worker) {
+        one(&step, t, worker);
       });
     } else if (way == Way::kRandomThreads) {
       const Scheduler scheduler = pool->scheduler();

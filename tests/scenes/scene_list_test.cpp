@@ -84,7 +84,7 @@ TEST_CASE("every scene stands in the list once, and the commands offer what they
     CHECK(!std::get<CrowdScene>(scene.source).needs_trajectories);
   }
   CHECK(scenes::scene_names(kCrowdCommand, "|") ==
-        "uniform|jitter|bottleneck|battle|spot|line|city|giant|detailed|ropes|rigs|mixed|far");
+        "uniform|jitter|bottleneck|battle|spot|line|churn|city|giant|detailed|ropes|rigs|mixed|far");
   CHECK(scenes::scene_names(kPeersCommand, ", ") == "uniform, jitter, rigs");
   CHECK(scenes::scene_names(kSweepByDefault, " ") ==
         "chains3 chains6 dented braid hand cmu uniform-1000 detailed-256 rigs-100 ropes-64");
@@ -181,9 +181,10 @@ TEST_CASE("a name that is not in the list is an error that lists the names") {
   for (const std::string name : {"party", "", "uniform-100", "chains3", "Uniform"}) {
     CAPTURE(name);
     const std::string text = refusal([&] { scenes::make_crowd(name, 10, sources()); });
-    CHECK(text == "no crowd scene is called '" + name +
-                      "'; choose uniform, jitter, bottleneck, battle, spot, line, city, giant, detailed, ropes, rigs, "
-                      "mixed, far");
+    CHECK(text ==
+          "no crowd scene is called '" + name +
+              "'; choose uniform, jitter, bottleneck, battle, spot, line, churn, city, giant, detailed, ropes, rigs, "
+              "mixed, far");
     CHECK(refusal([&] { scenes::crowd_scene(name); }) == text);
   }
 }

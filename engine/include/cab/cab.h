@@ -67,7 +67,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances. If it is more
 // than the engine has had at a time, and has reserved, it replaces the memory of every worker by memory that is large
 // enough. run_frame and compute_boxes allocate nothing for it.
-// Cost: about 295 bytes per character and nothing per instance of a sequence. Each worker takes 0.4 to 35 MB, which
+// Cost: about 305 bytes per character and nothing per instance of a sequence. Each worker takes 0.4 to 35 MB, which
 // depends on the largest articulation (docs/layout.md). All memory is zeroed. The workers' old memory is freed after
 // the new memory is made.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownArticulation, kBadBatchKind, kNoInstances, kTooManyInstances,

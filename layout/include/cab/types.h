@@ -436,8 +436,8 @@ struct BatchInput {
   // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, layers and layer
   // mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid again. Any
   // other value states nothing. All instances count as moved in the first frame with `moved`, after a frame that did
-  // not answer kOk or had other rules, policies, margin, min_depth or report, and after find_candidates, add_batch and
-  // remove_batch; those of a batch if its count is another than in the last frame, or `instances` is given. A build
+  // not answer kOk or had other rules, policies, margin, min_depth or report, and after find_candidates, add_batch,
+  // reserve and remove_batch; those of a batch if its count is another than in the last frame, or `instances` is given. A build
   // without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest. Characters only. Empty
   // (default): all have moved.
   Span<const std::uint8_t> moved;
@@ -616,8 +616,8 @@ struct FrameJob {
 
 // ----------------------------------------------------------------------------------------------------------- engine
 
-// Where an engine takes its memory from. create_engine copies this struct. Only add_articulation, add_batch and
-// destroy_engine call the functions, on their own thread. Neither function may throw.
+// Where an engine takes its memory from. create_engine copies this struct. Only add_articulation, add_batch, reserve,
+// the calls that remove, and destroy_engine call the functions, on their own thread. Neither function may throw.
 struct Allocator {
   // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
@@ -629,8 +629,9 @@ struct Allocator {
   void (*release)(void* user, void* memory, std::size_t bytes, std::size_t alignment) = nullptr;
 };
 
-// How an engine runs its tasks. create_engine copies this struct. Only run_frame calls parallel_for, about five times
-// per frame.
+// How an engine runs its tasks. create_engine copies this struct. Only run_frame, find_candidates and compute_contacts
+// call parallel_for, run_frame about seven times. A caller with a task graph may run a frame's tasks itself
+// (begin_frame); worker_count then is the number of threads that do.
 struct Scheduler {
   // Passed to parallel_for. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
