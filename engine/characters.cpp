@@ -253,7 +253,8 @@ void collect_run(CandidateCollector& collector, std::uint32_t index, std::uint32
   }
 }
 
-// The entries of the grids that are paired with others: those of the kept grid only if a rule tests instances that rest.
+// The entries of the grids that are paired with others: those of the kept grid only if a rule tests instances that
+// rest.
 struct EntryRange {
   std::uint32_t begin, end;
 };

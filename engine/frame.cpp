@@ -136,7 +136,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
 }
 
-// ------------------------------------------------------------------------------------ frames whose tasks are handed out
+// ------------------------------------------------------------------------------- frames whose tasks the caller runs
 
 struct FrameInProgress {
   std::optional<FrameRun> run;

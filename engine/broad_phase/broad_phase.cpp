@@ -130,8 +130,8 @@ void choose_levels(const ExtentHistogram& histogram, Grid& grid) {
   for (bool& unused : grid.unused_axis) unused = unused || endless;
 }
 
-// Chooses the cells of a grid for the instances of a histogram, and empties its buckets. Returns the number of tasks that
-// count the instances of each bucket.
+// Chooses the cells of a grid for the instances of a histogram, and empties its buckets. Returns the number of tasks
+// that count the instances of each bucket.
 std::uint32_t begin_grid(StoredBatches batches, const ExtentHistogram& histogram, Grid& grid, const WorkerPool& pool) {
   grid.count = histogram.count;
   if (histogram.count == 0) return 0;
