@@ -328,14 +328,15 @@ constexpr std::uint32_t kRestingPerTask = 32 * kLanes;
 void bound_moved(const FrameContext& frame, std::uint32_t task, InstanceBatch& batch, Worker& worker) {
   TileInstances moved;
   moved.count = 0;
-  const std::uint32_t end = std::min(batch.instance_count, (task + 1) * kRestingPerTask);
-  for (std::uint32_t i = task * kRestingPerTask; i < end; ++i) {
+  const std::uint32_t end = std::min(given_count(batch), (task + 1) * kRestingPerTask);
+  for (std::uint32_t place = task * kRestingPerTask; place < end; ++place) {
+    const std::uint32_t i = given_instance(batch, place);
     if (goes_on_resting(batch, i)) {
       keep_instance(frame, i, batch, worker);
       continue;
     }
     batch.rest[i] = 0;
-    batch.live[i / kLanes] = static_cast<std::uint16_t>(batch.live[i / kLanes] & ~(1u << i % kLanes));
+    clear_live(i, batch);
     prefetch_pose(batch, i);
     moved.instance[moved.count++] = i;
     if (moved.count < kLanes) continue;
@@ -353,7 +354,7 @@ std::uint32_t begin_bounding(FrameRun& run) {
       clear_not_given(batch);
   return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
     if (!batch.input || batch.kind != BatchKind::kCharacters) return 0u;
-    return batch.may_rest ? (batch.instance_count + kRestingPerTask - 1) / kRestingPerTask
+    return batch.may_rest ? (given_count(batch) + kRestingPerTask - 1) / kRestingPerTask
                           : tile_count(given_count(batch));
   });
 }

@@ -8,8 +8,35 @@
 
 namespace cab {
 
+// Takes an instance for masked. Tasks of listed instances share words.
+inline void clear_live(std::uint32_t instance, InstanceBatch& batch) {
+  const auto others = static_cast<std::uint16_t>(~(1u << instance % kLanes));
+  std::uint16_t& word = batch.live[instance / kLanes];
+  if (batch.input->instances.empty())
+    word = static_cast<std::uint16_t>(word & others);
+  else
+    __atomic_fetch_and(&word, others, __ATOMIC_RELAXED);
+}
+
+// The same for the instances that are not given in this call, where others may rest: their live bits are those of the
+// last frame.
+inline void clear_not_given_at_rest(InstanceBatch& batch) {
+  const Span<const std::uint32_t> listed = batch.input->instances;
+  const std::uint32_t* next = listed.begin();
+  for (std::uint32_t i = listed.empty() ? batch.instance_count : 0; i < batch.capacity; ++i) {
+    if (next != listed.end() && *next == i) {
+      ++next;
+      continue;
+    }
+    clear_live(i, batch);
+    batch.rest[i] = 0;
+    batch.hit_chains[i] = {};
+  }
+}
+
 // Takes the instances that are not given in this call for masked, and empties their chains of hits.
 inline void clear_not_given(InstanceBatch& batch) {
+  if (batch.may_rest) return clear_not_given_at_rest(batch);
   const std::uint32_t first = batch.input->instances.empty() ? tile_count(batch.instance_count) : 0;
   for (std::uint32_t tile = first; tile < tile_count(batch.capacity); ++tile) batch.live[tile] = 0;
   if (first == 0) std::fill(batch.hit_chains.begin(), batch.hit_chains.end(), HitChain{});

@@ -87,8 +87,7 @@ Status begin_rest(Engine& engine, const FrameJob& job) {
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
-    batch.may_rest = !input.moved.empty() && input.instances.empty() && batch.rest_epoch == state.epoch &&
-                     batch.rest_count == given_count(batch);
+    batch.may_rest = !input.moved.empty() && batch.rest_epoch == state.epoch;
     batch.rest_epoch = 0;
     if (kChecksRest) same = check_rest(batch) && same;
     if (batch.may_rest)
@@ -103,11 +102,7 @@ Status begin_rest(Engine& engine, const FrameJob& job) {
 
 void end_rest(Engine& engine, const FrameJob& job) {
   if (!engine.rest.known) return;
-  for (const BatchInput& input : job.inputs) {
-    InstanceBatch& batch = engine.batch(input.batch);
-    batch.rest_epoch = engine.rest.epoch;
-    batch.rest_count = given_count(batch);
-  }
+  for (const BatchInput& input : job.inputs) engine.batch(input.batch).rest_epoch = engine.rest.epoch;
 }
 
 void forget_rest(Engine& engine) {

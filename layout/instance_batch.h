@@ -56,7 +56,6 @@ struct InstanceBatch {
   bool has_rest = false;            // whether a rest bit may be set
   Span<std::uint64_t> checksums;    // checked builds: of what must not change while an instance rests
   std::uint64_t rest_epoch = 0;     // RestState::epoch of the last frame with this batch; 0: none
-  std::uint32_t rest_count = 0;     // given_count in that frame
 
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;

@@ -51,6 +51,7 @@ struct Story {
   World world;
   std::vector<std::vector<std::uint8_t>> moved, flags, in_contact;
   std::vector<std::vector<std::uint32_t>> lists = {{}, {}};
+  std::vector<std::uint32_t> counts = {kAllInstances, kAllInstances};
   Report report = Report::kHits;
 
   explicit Story(const World& start) : world(start) {
@@ -89,6 +90,7 @@ struct Story {
       inputs[m].flags = {flags[m].data(), flags[m].size()};
       inputs[m].in_contact = {in_contact[m].data(), in_contact[m].size()};
       inputs[m].instances = {lists[m].data(), lists[m].size()};
+      inputs[m].count = counts[m];
       inputs[m].layers = {world.members[m].layers.data(), world.members[m].layers.size()};
       inputs[m].layer_masks = {world.members[m].layer_masks.data(), world.members[m].layer_masks.size()};
     }
@@ -307,19 +309,63 @@ TEST_CASE("all instances count as moved after a frame that failed, or that had o
         }) == 350);
 }
 
-TEST_CASE("a list of instances, another count or no statement make the instances of that batch count as moved") {
+TEST_CASE("an instance rests if it was in its batch's last frame, whatever list or count it is given by") {
+  std::size_t hits = 0, resting = 0;
+  ThreadPool pool(4);
+  const Scheduler scheduler = pool.scheduler();
+  for (std::uint64_t seed = 1; seed <= rounds(6); ++seed)
+    for (const Resting rule : {Resting::kTested, Resting::kSkipped}) {
+      CAPTURE(seed);
+      Random random(seed);
+      Story story(two_crowds(random, rule));
+      EngineDesc desc;
+      if (random.chance(0.5)) desc.scheduler = &scheduler;
+      const EnginePtr engine = make_engine_for(story.world, desc);
+      std::vector<std::vector<std::uint8_t>> before, given;
+      for (int frame = 0; frame < 12; ++frame) {
+        CAPTURE(frame);
+        if (frame > 0) story.move(random, random.chance(0.3) ? 0 : 0.2);
+        before = given;
+        given.clear();
+        for (std::size_t m = 0; m < 2; ++m) {
+          const std::uint32_t all = story.world.members[m].poses.instance_count;
+          story.lists[m].clear();
+          story.counts[m] = random.chance(0.3) ? 1 + random.index(all) : all;
+          given.emplace_back(all, std::uint8_t{0});
+          const double share = random.chance(0.5) ? 1 : 0.8;
+          for (std::uint32_t i = 0; i < story.counts[m]; ++i)
+            if ((given[m][i] = random.chance(share))) story.lists[m].push_back(i);
+          if (story.lists[m].empty()) story.lists[m].push_back(0), given[m][0] = 1;
+          if (share == 1) story.lists[m].clear();
+        }
+        Story fresh = story;
+        for (auto& bytes : fresh.moved) std::fill(bytes.begin(), bytes.end(), std::uint8_t{1});
+        const Outcome found = story.run(*engine), all = fresh.run(*make_engine_for(story.world));
+        std::uint64_t rest = 0;
+        for (std::size_t m = 0; m < 2; ++m)
+          for (std::size_t i = 0; i < given[m].size(); ++i) {
+            if (before.empty() || !before[m][i] || !given[m][i]) story.moved[m][i] = 1;
+            rest += !story.moved[m][i];
+          }
+        CHECK(found.stats.instances_resting == rest);
+        CHECK(same_hits(found.hits, rule == Resting::kSkipped ? without_resting(story, all.hits) : all.hits));
+        CHECK(story.flags == fresh.flags);
+        if (rule == Resting::kTested) CHECK(story.in_contact == fresh.in_contact);
+        hits += found.hits.size();
+        resting += rest;
+      }
+    }
+  CHECK(hits > least_count(5000, 6));
+  CHECK(resting > least_count(10000, 6));
+}
+
+TEST_CASE("without a statement all instances of a batch count as moved, of all batches in the next frame too") {
   Random random(10);
   const World start = two_crowds(random, Resting::kSkipped);
   Story story(start);
   const EnginePtr engine = make_engine_for(start);
   story.run(*engine);
   story.all_rest();
-  CHECK(story.run(*engine).stats.instances_resting == 350);
-  for (std::uint32_t i = 0; i < 230; i += 2) story.lists[0].push_back(i);
-  CHECK(story.run(*engine).stats.instances_resting == 120);
-  CHECK(story.run(*engine).stats.instances_resting == 120);
-  story.lists[0].clear();
-  CHECK(story.run(*engine).stats.instances_resting == 120);
   CHECK(story.run(*engine).stats.instances_resting == 350);
   const std::vector<std::uint8_t> bytes = story.moved[0];
   story.moved[0].clear();
@@ -356,6 +402,12 @@ TEST_CASE("a masked instance never rests, and rests once its pose is good") {
   const Outcome found = story.run(*engine);
   CHECK(found.stats.instances_resting == 350);
   CHECK(same_hits(found.hits, run_world(story.world).hits));
+
+  story.moved[0][0] = 1;
+  story.world.members[0].poses.data[0] = std::nanf("");
+  const Outcome masked = story.run(*engine);
+  CHECK(masked.stats.instances_masked == 1);
+  CHECK(same_hits(masked.hits, run_world(story.world).hits));
 }
 
 TEST_CASE("moved is refused for sequences and with too few bytes, and so is an unknown value of resting") {

@@ -150,7 +150,7 @@ struct Session {
   struct Arrays {
     std::vector<float> poses, orientations;
     std::vector<double> origins;
-    std::vector<std::uint8_t> flags, in_contact;
+    std::vector<std::uint8_t> flags, in_contact, moved;
     std::vector<std::uint32_t> layers, instances;
     std::vector<float> scales, bounds;
   };
@@ -206,6 +206,11 @@ struct Session {
         arrays.bounds.push_back(i % 6 < 3 ? -std::fabs(pattern[i % 16]) : std::fabs(pattern[i % 16]));
       input.bounds = spoiled(bytes, Span<const float>{arrays.bounds.data(), arrays.bounds.size()});
     }
+    if (bytes.rarely()) {
+      for (std::size_t i = 0; i < known.instances; ++i)
+        arrays.moved.push_back(static_cast<std::uint8_t>(bytes.below(2)));
+      input.moved = spoiled(bytes, Span<const std::uint8_t>{arrays.moved.data(), arrays.moved.size()});
+    }
     if (bytes.rarely()) input.count = bytes.below(static_cast<std::uint32_t>(known.instances) + 2);
     if (bytes.rarely()) {
       for (std::uint32_t i = 0; i < known.instances; ++i)
@@ -215,6 +220,43 @@ struct Session {
     }
     input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
     return input;
+  }
+
+  // A frame by run_frame, or by tasks that are run in descending order, and sometimes given up.
+  Status run_any(FrameJob& job) {
+    if (!bytes.rarely()) return run_frame(engine, job);
+    Status status = begin_frame(engine, job);
+    if (status != Status::kOk) return status;
+    std::uint32_t count = 1;
+    for (bool gives_up = false; count > 0 && !gives_up;) {
+      status = next_tasks(engine, &count);
+      FUZZ_CHECK(status == Status::kOk);
+      for (std::uint32_t t = count; t-- > 0 && !gives_up;) {
+        gives_up = bytes.below(200) == 0;
+        if (!gives_up) FUZZ_CHECK(run_task(engine, t, engine_thread_count(engine) - 1) == Status::kOk);
+      }
+    }
+    status = end_frame(engine);
+    return status == Status::kTasksLeft ? run_frame(engine, job) : status;
+  }
+
+  // Runs the frame of a job twice more, with nothing that moves in the second.
+  void run_at_rest(FrameJob job, std::vector<BatchInput> inputs, std::vector<Hit> hits) {
+    const std::vector<std::uint8_t> none(64, 0);
+    for (BatchInput& input : inputs) {
+      input.moved = {none.data(), batches[slot_of(input.batch).value - 1].instances};
+      input.flags = {};
+    }
+    std::vector<Hit> again(hits.size());
+    job.inputs = {inputs.data(), inputs.size()};
+    job.hits = {again.data(), again.size()};
+    job.contacts = {};
+    if (job.report == Report::kDistances || run_frame(engine, job) != Status::kOk) return;  // a sequence has no rest
+    const std::size_t first = job.hit_count;
+    FUZZ_CHECK(run_frame(engine, job) == Status::kOk);
+    const bool skips = std::any_of(job.rules.begin(), job.rules.end(),
+                                   [](const PairRule& rule) { return rule.resting == Resting::kSkipped; });
+    FUZZ_CHECK(skips ? job.hit_count <= first : job.hit_count == first);
   }
 
   void run() {
@@ -233,7 +275,10 @@ struct Session {
       const std::uint32_t a = bytes.rarely() ? bytes.below(6) : 1 + bytes.below(std::clamp(count, 1u, 256u));
       const std::uint32_t b = bytes.rarely() ? bytes.below(6) : 1 + bytes.below(std::clamp(count, 1u, 256u));
       const auto pairing = static_cast<Pairing>(bytes.rarely() ? 2 : bytes.below(2));
-      rules.push_back({{a}, {pairing == Pairing::kWithin && !bytes.rarely() ? a : b}, pairing});
+      rules.push_back({{a},
+                       {pairing == Pairing::kWithin && !bytes.rarely() ? a : b},
+                       pairing,
+                       static_cast<Resting>(bytes.rarely() ? 2 : bytes.below(2))});
     }
     FrameJob job;
     job.inputs = spoiled(bytes, Span<const BatchInput>{inputs.data(), inputs.size()});
@@ -269,7 +314,7 @@ struct Session {
     std::vector<Contact> contacts(bytes.rarely() ? hits.size() : 0);
     job.hits = spoiled(bytes, Span<Hit>{hits.data(), hits.size()});
     job.contacts = spoiled(bytes, Span<Contact>{contacts.data(), contacts.size()});
-    Status status = run_frame(engine, job);
+    Status status = run_any(job);
     if (status == Status::kHitsOverflow) {
       FUZZ_CHECK(job.hit_count == 0 && job.hits_needed > job.hits.size);
       hits.resize(job.hits_needed);
@@ -295,6 +340,8 @@ struct Session {
     FUZZ_CHECK(job.hit_count <= job.hits.size);
     hits.resize(job.hit_count);
     FUZZ_CHECK(std::adjacent_find(hits.begin(), hits.end(), in_order) == hits.end());
+    if (bytes.rarely() && job.inputs.data == inputs.data() && job.inputs.size == inputs.size())
+      run_at_rest(job, inputs, hits);
   }
 };
 

@@ -437,9 +437,9 @@ struct BatchInput {
   // mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid again. Any
   // other value states nothing. All instances count as moved in the first frame with `moved`, after a frame that did
   // not answer kOk or had other rules, policies, margin, min_depth or report, and after find_candidates, add_batch,
-  // reserve and remove_batch; those of a batch if its count is another than in the last frame, or `instances` is given.
-  // A build without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest. Characters only. Empty
-  // (default): all have moved.
+  // reserve and remove_batch; an instance does that was not in its batch's last frame, by `count` or `instances`, or
+  // was masked there. A build without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest.
+  // Characters only. Empty (default): all have moved.
   Span<const std::uint8_t> moved;
 };
 
