@@ -29,9 +29,9 @@ int main() {
   check(cab::add_articulation(*engine, {{parents, kLinks}, {}, {leaves, 2}, {}}, &body));
   cab::BatchId crowd;
   check(cab::add_batch(*engine, {body, kSlots, cab::BatchKind::kCharacters}, &crowd));
-
   std::vector<float> matrices(16 * kLinks * kSlots);
   std::vector<double> origins(3 * kSlots);
+  const std::vector<std::uint8_t> moved = {0, 1, 1, 1, 1, 1, 1, 1};  // slot 0 rests
   std::vector<std::uint32_t> alive;
   std::vector<cab::Hit> hits(1), last, began(16), ended(16);
   const cab::PairRule rule = {crowd, crowd, cab::Pairing::kBetween};
@@ -57,6 +57,7 @@ int main() {
     input.poses = {cab::PoseFormat::kMatrix4x4, matrices.data(), 0, 0, true};  // true: matrices hold a scale
     input.origins = {origins.data(), origins.size()};
     input.instances = {alive.data(), alive.size()};
+    input.moved = {moved.data(), moved.size()};
     cab::FrameJob job;
     job.inputs = {&input, 1};
     job.rules = {&rule, 1};
@@ -68,7 +69,6 @@ int main() {
     check(status);
     cab::MaskReason reason;
     if (job.stats.instances_masked) check(cab::why_masked(*engine, input, alive[0], &reason));  // log it: it is a bug
-
     cab::HitChanges changes = {{began.data(), began.size()}, {ended.data(), ended.size()}};
     check(cab::diff_hits({last.data(), last.size()}, {hits.data(), hits.size()}, changes));
     begun += changes.began_count, over += changes.ended_count;
