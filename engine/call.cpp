@@ -18,8 +18,10 @@ Call::~Call() {
   engine_.busy.clear(std::memory_order_release);
 }
 
-void Call::bind(const BatchInput& input) {
-  InstanceBatch& batch = engine_.batch(input.batch);
+void Call::bind(const BatchInput& given, bool by_bounds) {
+  InstanceBatch& batch = engine_.batch(given.batch);
+  const std::unique_ptr<StaticBodies>& statics = engine_.batches[slot_of(given.batch).value - 1]->statics;
+  const BatchInput& input = statics ? statics->complete(given, by_bounds) : given;
   batch.input = &input;
   batch.active = batch.articulation;
   batch.instance_count = input.count == kAllInstances ? batch.capacity : input.count;

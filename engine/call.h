@@ -19,8 +19,9 @@ class Call {
   // False if another call on the engine is running; then the engine must not be used.
   bool admitted() const { return admitted_; }
 
-  // Binds a batch to its input, which must be valid, and computes the strides that the input leaves at 0.
-  void bind(const BatchInput& input);
+  // Binds a batch to its input, which must be valid, and computes the strides that the input leaves at 0. by_bounds:
+  // whether the call reads bounds instead of poses.
+  void bind(const BatchInput& input, bool by_bounds);
 
  private:
   Engine& engine_;

@@ -52,6 +52,7 @@ void clear_slot(StoredBatch& slot) {
   slot.batch = {};
   slot.fcl_shapes = nullptr;
   slot.convex_shapes = nullptr;
+  slot.statics.reset();
   slot.arena.release();
 }
 
@@ -60,6 +61,40 @@ template <class Stored>
 void fill_slot(std::unique_ptr<Stored> made, std::unique_ptr<Stored>& slot) {
   made->generation = slot->generation;
   slot = std::move(made);
+}
+
+// Makes room for the instances of a batch whose articulation and shapes are set, and puts it into a slot of the engine.
+Status store_batch(Engine& engine, BatchKind kind, std::uint32_t count, std::unique_ptr<StoredBatch> slot,
+                   BatchId* out) {
+  // The indices of grid entries and the number of buckets have 32 bits. The number of buckets is a power of two that is
+  // not below the number of characters.
+  if (character_count(engine) + count > (std::size_t{1} << 31)) return Status::kTooManyInstances;
+  InstanceBatch& batch = slot->batch;
+  batch.kind = kind;
+  batch.capacity = batch.instance_count = count;
+  if (kind == BatchKind::kCharacters) {
+    batch.bounds = slot->arena.allocate<InstanceBounds>(count);
+    batch.hit_chains = slot->arena.allocate<HitChain>(count);
+    batch.stored_before = slot->arena.allocate<std::size_t>((count + kWrittenPerTask - 1) / kWrittenPerTask);
+    batch.live = slot->arena.allocate<std::uint16_t>(tile_count(count));
+    batch.rest = slot->arena.allocate<std::uint8_t>(count);
+    if (kChecksRest) batch.checksums = slot->arena.allocate<std::uint64_t>(count);
+  }
+  const std::size_t index = free_slot(engine.allocator, engine.batches);
+  if (index == kMaxBatches) {
+    engine.batches.pop_back();
+    return Status::kTooManyInstances;
+  }
+  fill_slot(std::move(slot), engine.batches[index]);
+  try {
+    size_memory(engine);
+  } catch (...) {
+    clear_slot(*engine.batches[index]);
+    throw;
+  }
+  forget_rest(engine);
+  out->value = id_of(index, engine, engine.batches);
+  return Status::kOk;
 }
 
 const StoredArticulation* find_stored(const Engine& engine, ArticulationId id) {
@@ -172,41 +207,32 @@ Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept {
     if (desc.kind > BatchKind::kSequence) return Status::kBadBatchKind;
     if (desc.instance_count == 0) return Status::kNoInstances;
     if (desc.instance_count > kMaxInstances) return Status::kTooManyInstances;
-    // The indices of grid entries and the number of buckets have 32 bits. The number of buckets is a power of two that
-    // is not below the number of characters.
-    if (character_count(engine) + desc.instance_count > (std::size_t{1} << 31)) return Status::kTooManyInstances;
     auto slot = std::make_unique<StoredBatch>(engine.allocator);
-    InstanceBatch& batch = slot->batch;
-    batch.articulation = &stored->articulation;
-    batch.link_bounds = &stored->link_bounds;
+    slot->batch.articulation = &stored->articulation;
+    slot->batch.link_bounds = &stored->link_bounds;
     slot->fcl_shapes = stored->fcl_shapes.get();
     slot->convex_shapes = &stored->convex_shapes;
-    batch.kind = desc.kind;
-    batch.capacity = batch.instance_count = desc.instance_count;
-    if (desc.kind == BatchKind::kCharacters) {
-      batch.bounds = slot->arena.allocate<InstanceBounds>(desc.instance_count);
-      batch.hit_chains = slot->arena.allocate<HitChain>(desc.instance_count);
-      batch.stored_before =
-          slot->arena.allocate<std::size_t>((desc.instance_count + kWrittenPerTask - 1) / kWrittenPerTask);
-      batch.live = slot->arena.allocate<std::uint16_t>(tile_count(desc.instance_count));
-      batch.rest = slot->arena.allocate<std::uint8_t>(desc.instance_count);
-      if (kChecksRest) batch.checksums = slot->arena.allocate<std::uint64_t>(desc.instance_count);
-    }
-    const std::size_t index = free_slot(engine.allocator, engine.batches);
-    if (index == kMaxBatches) {
-      engine.batches.pop_back();
-      return Status::kTooManyInstances;
-    }
-    fill_slot(std::move(slot), engine.batches[index]);
-    try {
-      size_memory(engine);
-    } catch (...) {
-      clear_slot(*engine.batches[index]);
-      throw;
-    }
-    forget_rest(engine);
-    out->value = id_of(index, engine, engine.batches);
-    return Status::kOk;
+    return store_batch(engine, desc.kind, desc.instance_count, std::move(slot), out);
+  });
+}
+
+Status add_static_batch(Engine& engine, const StaticDesc& desc, BatchId* out, std::uint32_t* bad_element) noexcept {
+  return guarded([&] {
+    const Call call(engine);
+    if (!call.admitted()) return Status::kBusy;
+    if (!out) return Status::kBadOutput;
+    const kernel::FloatMode mode;
+    auto slot = std::make_unique<StoredBatch>(engine.allocator);
+    slot->statics = std::make_unique<StaticBodies>(engine.allocator);
+    StaticBodies& bodies = *slot->statics;
+    if (const Status status = build_static_bodies(desc, *engine.kernels, &bodies, bad_element); status != Status::kOk)
+      return status;
+    slot->batch.articulation = &bodies.one;
+    slot->batch.link_bounds = &bodies.link_bounds;
+    slot->batch.own_boxes = bodies.leaves.leaf_box;
+    slot->fcl_shapes = bodies.fcl_shapes.get();
+    slot->convex_shapes = &bodies.convex_shapes;
+    return store_batch(engine, BatchKind::kCharacters, bodies.leaves.leaf_count, std::move(slot), out);
   });
 }
 

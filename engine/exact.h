@@ -14,11 +14,12 @@ inline constexpr std::uint32_t kContactsPerTask = 256;
 
 // One leaf of one instance whose batch is bound to an input.
 struct ExactLeaf {
-  const FclShapes* fcl_shapes;        // of the batch's articulation
+  const FclShapes* fcl_shapes;        // of the batch's articulation, or of all its static bodies
   const ConvexShapes* convex_shapes;  // likewise
   const InstanceBatch* batch;
   std::uint32_t instance;  // index in the batch
   std::uint32_t leaf;      // index in the articulation
+  std::uint32_t shape;     // index of its shapes: the leaf, or of a static body the instance
 };
 
 // Writes the origin of b's instance less that of a's instance.

@@ -32,8 +32,8 @@ struct LeafShapes {
 
 LeafShapes shapes_of(const ExactLeaf& leaf) {
   const InstanceBatch& batch = *leaf.batch;
-  const std::uint32_t begin = leaf.convex_shapes->leaf_begin[leaf.leaf],
-                      end = leaf.convex_shapes->leaf_begin[leaf.leaf + 1];
+  const std::uint32_t begin = leaf.convex_shapes->leaf_begin[leaf.shape],
+                      end = leaf.convex_shapes->leaf_begin[leaf.shape + 1];
   const StoredPose at = stored_pose(batch, leaf.instance, batch.articulation->leaf_link[leaf.leaf]);
   const float scale = at.coding.scaling == Scaling::kNone ? 1.0f : static_cast<float>(pose_in_double(at).scale);
   return {{leaf.convex_shapes->shapes.data + begin, end - begin}, at, scale};

@@ -281,8 +281,8 @@ Query make_query(const PosedPart& a, const PosedPart& b) {
 // Calls visit(query) for every part of leaf a with every part of leaf b, until visit returns true.
 template <class Visit>
 bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
-  const LinkPose pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.leaf]);
-  LinkPose pose_b = link_pose(*b.batch, b.instance, b.fcl_shapes->leaf_link[b.leaf]);
+  const LinkPose pose_a = link_pose(*a.batch, a.instance, a.fcl_shapes->leaf_link[a.shape]);
+  LinkPose pose_b = link_pose(*b.batch, b.instance, b.fcl_shapes->leaf_link[b.shape]);
   double by[3];
   origin_difference(a, b, by);
   const Vector shift(by[0], by[1], by[2]);
@@ -293,8 +293,8 @@ bool visit_parts(const ExactLeaf& a, const ExactLeaf& b, Visit&& visit) {
     in_link.translation() *= pose.scale;
     return PosedPart{&part, pose.rigid * in_link, pose.scale, away + pose.scale * part.reach};
   };
-  for (const FclPart& part_a : a.fcl_shapes->leaves[a.leaf])
-    for (const FclPart& part_b : b.fcl_shapes->leaves[b.leaf])
+  for (const FclPart& part_a : a.fcl_shapes->leaves[a.shape])
+    for (const FclPart& part_b : b.fcl_shapes->leaves[b.shape])
       if (visit(make_query(posed(part_a, pose_a, away_a), posed(part_b, pose_b, away_b)))) return true;
   return false;
 }

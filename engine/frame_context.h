@@ -3,16 +3,16 @@
 
 #include "engine/broad_phase/grid.h"
 #include "engine/exact.h"
+#include "engine/static_bodies.h"
 #include "kernels/kernel_table.h"
 #include "layout/arena.h"
-#include "layout/convex_shapes.h"
 #include "layout/instance_batch.h"
 
 #include <memory>
 
 namespace cab {
 
-// A batch of the engine, with the exact shapes of its articulation.
+// A batch of the engine, with the exact shapes of its articulation or of its static bodies.
 struct StoredBatch {
   explicit StoredBatch(const Allocator& allocator) : arena(allocator) {}
 
@@ -22,7 +22,8 @@ struct StoredBatch {
   std::uint16_t generation = 0;  // how many batches the slot held before
   Arena arena;                   // owns the arrays of `batch`
   InstanceBatch batch;
-  const FclShapes* fcl_shapes = nullptr;        // owned by the articulation
+  std::unique_ptr<StaticBodies> statics;        // null unless the instances are static bodies
+  const FclShapes* fcl_shapes = nullptr;        // owned by the articulation or by `statics`
   const ConvexShapes* convex_shapes = nullptr;  // likewise
 };
 
@@ -50,7 +51,7 @@ struct FrameContext {
   // The arguments of an exact test for one leaf of one instance.
   ExactLeaf exact_leaf(std::uint32_t batch_index, std::uint32_t instance, std::uint32_t leaf) const {
     const StoredBatch& stored = *batches[batch_index];
-    return {stored.fcl_shapes, stored.convex_shapes, &stored.batch, instance, leaf};
+    return {stored.fcl_shapes, stored.convex_shapes, &stored.batch, instance, leaf, stored.statics ? instance : leaf};
   }
 };
 

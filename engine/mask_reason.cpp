@@ -123,7 +123,7 @@ class MaskSearch {
       for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
         const std::uint32_t leaf = articulation_.leaf_order[i];
         const kernel::BoxLanes<float> box =
-            kernel::pose_scaled_boxes(pose, kernel::spread_box<float>(articulation_.leaf_box[leaf]), pad);
+            kernel::pose_scaled_boxes(pose, kernel::spread_box<float>(leaf_box_of(batch_, instance_, leaf)), pad);
         if (!kernel::in_range(box.center) || !kernel::in_range(box.half))
           return found(kInstanceNotFinite, MaskCause::kBox, leaf, std::max(largest(box.center), largest(box.half)),
                        kMaxCoordinate);

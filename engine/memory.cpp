@@ -209,7 +209,8 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   if (!out) return Status::kBadOutput;
   *out = {};
   for (const auto& slot : engine.articulations) out->articulations += slot->arena.bytes();
-  for (const auto& slot : engine.batches) out->batches += slot->arena.bytes();
+  for (const auto& slot : engine.batches)
+    out->batches += slot->arena.bytes() + (slot->statics ? slot->statics->arena.bytes() : 0);
   for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
   const Grid& grid = engine.broad_phase.grid;
   out->grid = grid.entries.size * sizeof(GridEntry) + grid.placements.size * sizeof(Placement) +

@@ -45,11 +45,17 @@ const char* to_string(Status status) noexcept {
     case Status::kArticulationInUse: return "the articulation has batches, which must be removed first";
     case Status::kBadBatchKind: return "kind is not a value of BatchKind";
     case Status::kNoInstances: return "instance_count is 0, but a batch needs at least one instance";
+    case Status::kBadStaticBody:
+      return "a static body needs a finite origin, a quaternion that is not 0, and a box within 1e18";
+    case Status::kBadTriangles:
+      return "triangles must be three indices each of vertices, which are finite and at most 1e18";
     case Status::kTooManyInstances:
       return "instance_count is above 2^24, or the engine would exceed 4096 batches or 2^31 characters";
     case Status::kBatchGivenTwice: return "inputs holds the same batch twice";
     case Status::kBadPoses:
       return "poses has no data, an unknown format, or a stride that is too small or not a multiple of 4";
+    case Status::kStaticInput:
+      return "a batch of static bodies takes no poses, origins, orientations, scales, moved and bounds";
     case Status::kBadOrigins: return "origins must be empty or hold three finite doubles per instance";
     case Status::kBadOrientations: return "orientations must be empty or hold four floats per instance";
     case Status::kBadFlags: return "flags must be empty or hold one byte per instance";

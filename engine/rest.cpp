@@ -73,8 +73,9 @@ void clear_rest(InstanceBatch& batch) {
 
 Status begin_rest(Engine& engine, const FrameJob& job) {
   RestState& state = engine.rest;
-  const bool asked =
-      std::any_of(job.inputs.begin(), job.inputs.end(), [](const BatchInput& input) { return !input.moved.empty(); });
+  const bool asked = std::any_of(job.inputs.begin(), job.inputs.end(), [&engine](const BatchInput& input) {
+    return !engine.batch(input.batch).input->moved.empty();
+  });
   if (!asked || !same_settings(state, job, {engine.rule_bits.data, engine.rule_bits.size})) forget_rest(engine);
   if (!asked) return Status::kOk;
   state.known = true;
@@ -87,7 +88,7 @@ Status begin_rest(Engine& engine, const FrameJob& job) {
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
-    batch.may_rest = !input.moved.empty() && batch.rest_epoch == state.epoch;
+    batch.may_rest = !batch.input->moved.empty() && batch.rest_epoch == state.epoch;
     batch.rest_epoch = 0;
     if (kChecksRest) same = check_rest(batch) && same;
     if (batch.may_rest)

@@ -22,8 +22,9 @@ bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
   return out;
 }
 
-// The arguments of the posing kernel for a tile. Unused lanes repeat its last instance.
-kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Worker& worker, std::uint8_t* flags) {
+// The arguments of the posing kernel for a tile. Unused lanes repeat its last instance. own: room for own boxes.
+kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Worker& worker, std::uint8_t* flags,
+                          BoxTile& own) {
   const InstanceBatch& batch = *tile.batch;
   kernel::PoseTile pose;
   pose.articulation = batch.active;
@@ -34,7 +35,9 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
     pose.poses[lane] = pose_of(batch, instance);
     pose.orientations[lane] = orientation_of(batch, instance);
     pose.scales[lane] = scale_of(batch, instance);
+    if (is_static(batch)) set_lane(batch.own_boxes[instance], lane, own);
   }
+  if (is_static(batch)) pose.own_boxes = &own;
   pose.leaves = tile.boxes;
   pose.joints = worker.joints.data;
   pose.motions = frame.policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
@@ -68,11 +71,11 @@ void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::Pose
   const Articulation& articulation = *tile.batch->active;
   const std::size_t extents = static_cast<std::size_t>(frame.policies.extents);
   const bool all = tile.scope == RefitScope::kAllNodes;
-  if (frame.policies.refit == Refit::kAabbVertices) {
+  if (frame.policies.refit == Refit::kAabbVertices && !is_static(*tile.batch)) {
     const PosePad pad = kernel::pad_of(kernel::is_rotated(pose), pose.margin, 1);
     kernels.fit_vertices({&articulation, all ? articulation.node_count : articulation.leaf_count, worker.motions.data,
                           tile.bounds, pad});
-  } else if (frame.policies.refit == Refit::kAabbHull) {
+  } else if (is_axis_aligned(frame.policies.refit)) {
     kernels.bound_boxes(tile.boxes, articulation.leaf_count, tile.bounds);
     if (all) kernels.refit_aabbs[extents](articulation.program, tile.bounds);
   } else if (all) {
@@ -88,7 +91,8 @@ enum class FlagsOf : std::uint8_t { kPosedBoxes, kLeaves };
 // the bits of the lanes whose instances are not masked.
 std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, Worker& worker,
                              std::uint8_t (&flags)[kLanes], FlagsOf flags_of) {
-  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags);
+  BoxTile own;
+  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags, own);
   frame.kernels.pose_leaves(pose);
   if (flags_of == FlagsOf::kLeaves) mask_by_leaves(frame, *tile.batch, pose);
   if (tile.scope != RefitScope::kNone) refit(frame, tile, pose, worker);

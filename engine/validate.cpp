@@ -17,9 +17,9 @@ bool has_input(const Engine& engine, BatchId id) { return has_batch(engine, id) 
 bool valid_rule(const Engine& engine, const PairRule& rule) {
   if (!has_input(engine, rule.a) || !has_input(engine, rule.b) || rule.resting > Resting::kSkipped) return false;
   const InstanceBatch &a = engine.batch(rule.a), &b = engine.batch(rule.b);
-  if (rule.pairing == Pairing::kWithin) return &a == &b;
+  if (rule.pairing == Pairing::kWithin) return &a == &b && !is_static(a);
   if (rule.pairing != Pairing::kBetween || a.kind != b.kind) return false;
-  if (a.kind == BatchKind::kCharacters) return true;
+  if (a.kind == BatchKind::kCharacters) return !(is_static(a) && is_static(b));
   return &a != &b && (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
 }
 
@@ -51,6 +51,12 @@ bool are_finite(Span<const double> origins, std::size_t count, Span<const std::u
   });
 }
 
+// Whether an input has what only characters and sequences take.
+bool has_poses(const BatchInput& input) {
+  return input.poses.data || input.origins.size || input.orientations.size || input.scales.size || input.moved.size ||
+         input.bounds.size;
+}
+
 // Whether the bounds of all given instances are finite, with upper sides that are not below the lower ones.
 bool have_sides(const InstanceBatch& batch) {
   for (std::uint32_t place = 0; place < given_count(batch); ++place) {
@@ -77,6 +83,10 @@ bool valid_poses(const PoseView& poses, std::size_t link_count) {
 Status validate_input(const Engine& engine, const BatchInput& input, Needs needs) {
   if (!has_batch(engine, input.batch)) return Status::kUnknownBatch;
   const InstanceBatch& batch = engine.batch(input.batch);
+  if (is_static(batch)) {
+    if (has_poses(input)) return Status::kStaticInput;
+    needs = Needs::kNothing;
+  }
   if (needs == Needs::kPoses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
   if (n > most || (n < most && batch.kind == BatchKind::kSequence)) return Status::kBadCount;
@@ -105,7 +115,7 @@ Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs, Ne
   for (const BatchInput& input : inputs) {
     if (const Status status = validate_input(engine, input, needs); status != Status::kOk) return status;
     if (engine.batch(input.batch).input) return Status::kBatchGivenTwice;
-    call.bind(input);
+    call.bind(input, needs == Needs::kBounds);
     if (!input.bounds.empty() && !have_sides(engine.batch(input.batch))) return Status::kBadBounds;
   }
   return Status::kOk;

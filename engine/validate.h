@@ -9,8 +9,8 @@ namespace cab {
 // Only matrices can hold a scale.
 bool valid_poses(const PoseView& poses, std::size_t link_count);
 
-// What a call reads of every instance.
-enum class Needs : std::uint8_t { kPoses, kBounds };
+// What a call needs to know of every instance from its caller.
+enum class Needs : std::uint8_t { kNothing, kPoses, kBounds };
 
 // Checks one input against its batch: the id, what the call needs, and the size of every array.
 Status validate_input(const Engine& engine, const BatchInput& input, Needs needs);

@@ -28,6 +28,8 @@ struct PoseTile {
   // For boxes of links: `pads` is a factor of the padding and of `margin`, `range` the largest allowed number.
   float pads = 1;
   float range = kMaxCoordinate;
+  // Static bodies: the box of each instance's only leaf, in the frame of its link. Else null: the articulation's.
+  const BoxTile* own_boxes = nullptr;
 };
 
 // Makes lanes point at `live` instances that follow each other, `stride` floats apart. The remaining lanes repeat the
@@ -300,7 +302,9 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
     const Box& local = articulation.leaf_box[leaf];
-    const BoxLanes<V> box = kScaled ? pose_scaled_boxes(pose, spread_box<V>(local), pad) : pose_box(pose, local, pad);
+    const BoxLanes<V> box = kScaled          ? pose_scaled_boxes(pose, spread_box<V>(local), pad)
+                            : args.own_boxes ? pose_boxes(pose, load_box<V>(*args.own_boxes, lane), pad)
+                                             : pose_box(pose, local, pad);
     checks.in_range =
         both(checks.in_range, both(in_range(box.center, V(args.range)), in_range(box.half, V(args.range))));
     store_box(args.leaves[leaf], lane, box);

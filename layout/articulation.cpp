@@ -275,23 +275,45 @@ void set_ignored(std::vector<IgnoredPair>& pairs, Arena& arena, Articulation& ar
   articulation.ignored_bits = constant(bits);
 }
 
-void copy_parts(const ArticulationDesc& desc, Articulation& articulation, Arena& arena) {
+void copy_parts(Span<const Leaf> leaves, Articulation& articulation, Arena& arena) {
   std::size_t part_count = 0;
-  for (const Leaf& leaf : desc.leaves) part_count += leaf.parts.size;
+  for (const Leaf& leaf : leaves) part_count += leaf.parts.size;
   auto parts = arena.allocate<ConvexPart>(part_count);
-  auto begin = arena.allocate<std::uint32_t>(desc.leaves.size + 1);
+  auto begin = arena.allocate<std::uint32_t>(leaves.size + 1);
   std::uint32_t at = 0;
-  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
+  for (std::size_t leaf = 0; leaf < leaves.size; ++leaf) {
     begin[leaf] = at;
-    for (const ConvexPart& part : desc.leaves[leaf].parts) {
+    for (const ConvexPart& part : leaves[leaf].parts) {
       parts[at] = part;
       parts[at++].vertices =
           part.kind == ShapeKind::kConvexHull ? constant(arena.copy(part.vertices)) : Span<const float>{};
     }
   }
-  begin[desc.leaves.size] = at;
+  begin[leaves.size] = at;
   articulation.parts = constant(parts);
   articulation.leaf_part_begin = constant(begin);
+}
+
+// Checks leaves and copies them, with their parts.
+Fault copy_leaves(Span<const Leaf> leaves, std::size_t link_count, Arena& arena, Articulation& articulation) {
+  auto boxes = arena.allocate<Box>(leaves.size);
+  auto links = arena.allocate<std::uint16_t>(leaves.size);
+  for (std::size_t leaf = 0; leaf < leaves.size; ++leaf) {
+    if (const Fault fault = check_leaf(leaves[leaf], leaf, link_count, &boxes[leaf]); fault.status != Status::kOk)
+      return fault;
+    links[leaf] = static_cast<std::uint16_t>(leaves[leaf].link);
+  }
+  articulation.leaf_count = static_cast<std::uint32_t>(leaves.size);
+  articulation.leaf_link = constant(links);
+  articulation.leaf_box = constant(boxes);
+  copy_parts(leaves, articulation, arena);
+  return {};
+}
+
+// Returns the status of a fault. *bad_element, if not null, receives the element.
+Status report(const Fault& fault, std::uint32_t* bad_element) {
+  if (fault.status != Status::kOk && bad_element) *bad_element = static_cast<std::uint32_t>(fault.element);
+  return fault.status;
 }
 
 // Appends the point center + sum of size[k] axes[k]. If bit k of i is clear, size[k] is negated.
@@ -363,32 +385,23 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
   if (const Fault fault = check_links(desc); fault.status != Status::kOk) return fault;
   if (desc.leaves.size == 0 || !desc.leaves.data) return {Status::kNoLeaves, 0};
   if (desc.leaves.size > kMaxLeaves) return {Status::kTooManyLeaves, kMaxLeaves};
-  auto boxes = arena.allocate<Box>(desc.leaves.size);
-  auto leaf_links = arena.allocate<std::uint16_t>(desc.leaves.size);
-  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
-    if (const Fault fault = check_leaf(desc.leaves[leaf], leaf, desc.link_parents.size, &boxes[leaf]);
-        fault.status != Status::kOk)
-      return fault;
-    leaf_links[leaf] = static_cast<std::uint16_t>(desc.leaves[leaf].link);
-  }
+  if (const Fault fault = copy_leaves(desc.leaves, desc.link_parents.size, arena, articulation);
+      fault.status != Status::kOk)
+    return fault;
   if (desc.ignored_pairs.size > 0 && !desc.ignored_pairs.data) return {Status::kBadIgnoredPair, 0};
   for (std::size_t pair = 0; pair < desc.ignored_pairs.size; ++pair)
     if (desc.ignored_pairs[pair].a >= desc.link_parents.size || desc.ignored_pairs[pair].b >= desc.link_parents.size)
       return {Status::kBadIgnoredPair, pair};
 
   articulation.link_count = static_cast<std::uint32_t>(desc.link_parents.size);
-  articulation.leaf_count = static_cast<std::uint32_t>(desc.leaves.size);
   articulation.node_count = 2 * articulation.leaf_count - 1;
   articulation.link_parent = constant(arena.copy(desc.link_parents));
   articulation.link_joint = constant(desc.link_joints.size ? arena.copy(desc.link_joints)
                                                            : arena.allocate<float>(3 * desc.link_parents.size));
-  articulation.leaf_link = constant(leaf_links);
-  articulation.leaf_box = constant(boxes);
   std::vector<IgnoredPair> ignored;
   append_ignored(desc.ignored_pairs, kIgnoredExplicitly, ignored);
   append_within_hops(desc.link_parents, desc.ignored_hops, ignored);
   set_ignored(ignored, arena, articulation);
-  copy_parts(desc, articulation, arena);
   list_vertices(articulation, arena);
   articulation.program = build_merge_program(articulation.link_parent, articulation.leaf_link, arena);
   plan_posing(articulation, arena);
@@ -409,11 +422,16 @@ Span<const std::uint16_t> leaves_of(const Articulation& articulation, std::uint3
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element) {
   Articulation articulation;
   const Fault fault = build(desc, arena, articulation);
-  if (fault.status == Status::kOk)
-    *out = articulation;
-  else if (bad_element)
-    *bad_element = static_cast<std::uint32_t>(fault.element);
-  return fault.status;
+  if (fault.status == Status::kOk) *out = articulation;
+  return report(fault, bad_element);
+}
+
+Status build_leaves(Span<const Leaf> leaves, Arena& arena, Articulation* out, std::uint32_t* bad_leaf) {
+  Articulation articulation;
+  articulation.link_count = 1;
+  const Fault fault = copy_leaves(leaves, 1, arena, articulation);
+  if (fault.status == Status::kOk) *out = articulation;
+  return report(fault, bad_leaf);
 }
 
 bool rotation_columns(const float* q, double columns[3][3]) {

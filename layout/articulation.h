@@ -55,6 +55,10 @@ Span<const std::uint16_t> leaves_of(const Articulation& articulation, std::uint3
 // not null) receives the index of the link, leaf or ignored pair at fault. Throws std::bad_alloc.
 Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulation* out, std::uint32_t* bad_element);
 
+// Checks leaves of one link, any number of them, and copies them into the arena: sets leaf_count, leaf_link, leaf_box,
+// parts and leaf_part_begin. Errors are those of build_articulation. Throws std::bad_alloc.
+Status build_leaves(Span<const Leaf> leaves, Arena& arena, Articulation* out, std::uint32_t* bad_leaf);
+
 // Writes the rotation of a unit quaternion x y z w: columns[k] is the image of axis k. Returns false if the quaternion
 // is not of unit length, to the tolerance of ConvexPart::rotation.
 bool rotation_columns(const float* q, double columns[3][3]);

@@ -44,6 +44,7 @@ struct InstanceBatch {
   const Articulation* articulation = nullptr;
   const LinkBounds* link_bounds = nullptr;
   BatchKind kind = BatchKind::kCharacters;
+  Span<const Box> own_boxes;         // static bodies: the leaf box of each instance; else empty
   std::uint32_t capacity = 0;        // BatchDesc::instance_count
   std::uint32_t instance_count = 0;  // of the current call; between calls the capacity
 
@@ -73,6 +74,14 @@ struct InstanceBatch {
   std::size_t link_stride = 0;      // bytes
   std::size_t instance_stride = 0;  // bytes
 };
+
+// Whether the instances of a batch are static bodies.
+inline bool is_static(const InstanceBatch& batch) { return !batch.own_boxes.empty(); }
+
+// The box of a leaf of an instance, in its link's frame.
+inline const Box& leaf_box_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t leaf) {
+  return is_static(batch) ? batch.own_boxes[instance] : batch.articulation->leaf_box[leaf];
+}
 
 // How many instances are given in the current call.
 inline std::uint32_t given_count(const InstanceBatch& batch) {

@@ -95,12 +95,7 @@ void build_link_bounds(const Articulation& articulation, Arena& arena, LinkBound
       for (std::uint32_t i = 0; i < tile_count(count) * kLanes; ++i) {
         const Box& box = boxes[std::min<std::size_t>(i, boxes.size() - 1)];
         if (i % kLanes == 0) tiles.emplace_back();
-        BoxTile& tile = tiles.back();
-        for (int c = 0; c < 3; ++c) {
-          tile.center[c][i % kLanes] = box.center[c];
-          tile.half[c][i % kLanes] = box.half[c];
-          for (int k = 0; k < 3; ++k) tile.axis[k][c][i % kLanes] = box.axis[k][c];
-        }
+        set_lane(box, i % kLanes, tiles.back());
       }
       link_boxes.push_back(box_about(boxes));
       links.push_back(link.link);

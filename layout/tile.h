@@ -1,6 +1,8 @@
 // Tiles: one quantity of 16 instances as a structure of arrays. A lane is an instance, never a coordinate.
 #pragma once
 
+#include <cab/types.h>
+
 #include <cstdint>
 
 namespace cab {
@@ -47,6 +49,15 @@ struct alignas(64) MomentTile {
 struct alignas(64) ShiftTile {
   double by[3][kLanes];
 };
+
+// Writes a box to one lane of a tile.
+inline void set_lane(const Box& box, std::uint32_t lane, BoxTile& tile) {
+  for (int c = 0; c < 3; ++c) {
+    tile.center[c][lane] = box.center[c];
+    tile.half[c][lane] = box.half[c];
+    for (int k = 0; k < 3; ++k) tile.axis[k][c][lane] = box.axis[k][c];
+  }
+}
 
 inline constexpr std::uint32_t tile_count(std::uint32_t instances) { return (instances + kLanes - 1) / kLanes; }
 

@@ -152,7 +152,8 @@ void note_rules(Span<const PairRule> rules, StoredBatches batches, BroadPhase& b
   for (const PairRule& rule : rules) {
     const std::uint32_t a = slot_of(rule.a).value - 1, b = slot_of(rule.b).value - 1;
     if (batches[a]->batch.kind != BatchKind::kCharacters) continue;
-    broad.tests_resting = broad.tests_resting || rule.resting == Resting::kTested;
+    const bool may_rest = batches[a]->batch.may_rest && batches[b]->batch.may_rest;
+    broad.tests_resting = broad.tests_resting || (may_rest && rule.resting == Resting::kTested);
     if (rule.pairing == Pairing::kWithin) {
       batches[a]->batch.pairs_within = true;
       batches[a]->batch.skips_within = rule.resting == Resting::kSkipped;

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -44,7 +45,7 @@ class CountedMemory {
 // What a session does with characters that the scene leaves at rest.
 enum class AtRest : std::uint8_t { kMoved, kTested, kSkipped };
 
-// A crowd in an engine: one batch per group, every two characters paired.
+// A crowd in an engine: one batch per group, every two characters paired, and then the level, if there is one.
 class CrowdSession {
  public:
   CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count, AtRest at_rest = AtRest::kMoved)
@@ -66,6 +67,9 @@ class CrowdSession {
       batches_.push_back(id);
       for (const BatchId other : batches_) rules_.push_back({other, id, Pairing::kBetween, resting});
     }
+    if (crowd.level.count() == 0) return;
+    require(add_static_batch(*engine_, crowd.level.desc(), &level_.emplace()), "level");
+    for (const BatchId other : batches_) rules_.push_back({other, *level_, Pairing::kBetween, resting});
   }
 
   // Runs one frame and returns its stats. The hits stay until the next frame. If their buffer is too small, it grows
@@ -83,6 +87,10 @@ class CrowdSession {
       if (!only_in_contact) continue;
       in_contact_[g].resize(posed[g].origins.size() / 3);
       inputs[g].in_contact = {in_contact_[g].data(), in_contact_[g].size()};
+    }
+    if (level_) {
+      inputs.emplace_back();
+      inputs.back().batch = *level_;
     }
     FrameJob job;
     job.inputs = {inputs.data(), inputs.size()};
@@ -119,6 +127,7 @@ class CrowdSession {
   AtRest at_rest_;
   oracle::EnginePtr engine_;
   std::vector<BatchId> batches_;
+  std::optional<BatchId> level_;
   std::vector<PairRule> rules_;
   std::vector<Hit> hits_;
   std::size_t hit_count_ = 0;

@@ -82,7 +82,7 @@ std::vector<Hit> scene_hits(const std::vector<Order>& orders, Span<const Hit> hi
   if (orders.empty()) return out;
   for (Hit& hit : out) {
     hit.instance_a = orders[hit.batch_a.value - 1][hit.instance_a];
-    hit.instance_b = orders[hit.batch_b.value - 1][hit.instance_b];
+    if (hit.batch_b.value <= orders.size()) hit.instance_b = orders[hit.batch_b.value - 1][hit.instance_b];
     if (hit.batch_a.value == hit.batch_b.value && hit.instance_b < hit.instance_a) {
       std::swap(hit.instance_a, hit.instance_b);
       std::swap(hit.link_a, hit.link_b);
@@ -433,6 +433,7 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   if (name != "ropes" && name != "rigs" && options.link_count)
     throw UsageError("--links is for --scene ropes and --scene rigs, not for " + name);
   if (options.at_rest && name != "city") throw UsageError("--at-rest is for --scene city, not for " + name);
+  if (options.level && name != "level") throw UsageError("--level is for --scene level, not for " + name);
   if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
     throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));
   check_given("--units", options.metres_per_unit.size(), options.clips.size(), "clip");
@@ -448,6 +449,7 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
   sources.boxes_per_link = options.boxes_per_link.value_or(sources.boxes_per_link);
   sources.ropes.link_count = options.link_count.value_or(sources.ropes.link_count);
   sources.rig_links = options.link_count.value_or(sources.rig_links);
+  sources.level = options.level.value_or(sources.level);
   sources.ropes.shape = options.rope_shape.value_or(sources.ropes.shape);
   sources.ropes.spacing = options.rope_spacing.value_or(sources.ropes.spacing);
   for (std::size_t c = 0; c < options.clips.size(); ++c) {

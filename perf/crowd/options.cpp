@@ -61,7 +61,13 @@ AtRest read_at_rest(const std::string& option, const std::string& text) {
   reject(option, text, "what is done with those who rest; choose moved, tested, skipped");
 }
 
-// Adds the options that only the scenes `city`, `detailed`, `ropes` and `rigs` have.
+scenes::LevelKind read_level_kind(const std::string& option, const std::string& text) {
+  for (std::size_t i = 0; i < scenes::kLevelKindNames.size(); ++i)
+    if (text == scenes::kLevelKindNames[i]) return static_cast<scenes::LevelKind>(i);
+  reject(option, text, "what a level is made of; choose boxes, triangles");
+}
+
+// Adds the options that only the scenes `city`, `detailed`, `level`, `ropes` and `rigs` have.
 void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
   command
       .add_option_function<std::string>(
@@ -74,6 +80,11 @@ void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
           [&o](const std::string& text) { o.boxes_per_link = read_boxes_per_link("--boxes-per-link", text); },
           "detailed: boxes per link (default 16)")
       ->type_name(boxes_per_link_names("|"));
+  command
+      .add_option_function<std::string>(
+          "--level", [&o](const std::string& text) { o.level = read_level_kind("--level", text); },
+          "level: what it is made of (default boxes)")
+      ->type_name("boxes|triangles");
   command
       .add_option("--links", o.link_count,
                   "ropes: links per rope, 2 to 1024 (default 64); rigs: links per body, 16 to 1024 (default 100)")

@@ -157,6 +157,13 @@ Crowd make_uniform(std::uint32_t count, CrowdSources) { return humanoid_crowd(un
 
 Crowd make_city(std::uint32_t count, CrowdSources) { return humanoid_crowd(uniform_places(count, 1), kCityWalkers); }
 
+// As many static bodies as characters.
+Crowd make_level(std::uint32_t count, CrowdSources sources) {
+  Crowd crowd = humanoid_crowd(uniform_places(count, 1));
+  crowd.level = level_of(sources.level, count, std::sqrt(count));
+  return crowd;
+}
+
 // In every frame one character in kLifetime is replaced by another at another place.
 Crowd make_churn(std::uint32_t count, CrowdSources) {
   CrowdGroup group;

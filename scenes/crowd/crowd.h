@@ -3,6 +3,7 @@
 #pragma once
 
 #include "scenes/crowd/detailed.h"
+#include "scenes/crowd/level.h"
 #include "scenes/crowd/ropes.h"
 #include "scenes/import/import.h"
 #include "scenes/import/trajectories.h"
@@ -33,6 +34,7 @@ struct CrowdGroup {
 
 struct Crowd {
   std::vector<CrowdGroup> groups;
+  Level level;  // what all characters are tested against; empty in most scenes
   std::uint32_t count() const;
 };
 
@@ -43,7 +45,8 @@ struct CrowdSources {
   char up = 0;  // the clips' up axis: 'x', 'y', 'z', or 0 for the axis along which each figure is tallest
   std::uint32_t boxes_per_link = kDefaultBoxesPerLink;  // of `detailed`
   RopeOptions ropes;
-  std::uint32_t rig_links = 100;  // of each body of `rigs`: 16 to kMaxLinks
+  std::uint32_t rig_links = 100;        // of each body of `rigs`: 16 to kMaxLinks
+  LevelKind level = LevelKind::kBoxes;  // of `level`
 };
 
 // The functions that make the crowd scenes; scene_list.cpp says what each scene is. count is at least 1, and the
@@ -62,6 +65,7 @@ Crowd make_rigs(std::uint32_t count, CrowdSources sources);
 Crowd make_mixed(std::uint32_t count, CrowdSources sources);
 Crowd make_churn(std::uint32_t count, CrowdSources sources);
 Crowd make_city(std::uint32_t count, CrowdSources sources);
+Crowd make_level(std::uint32_t count, CrowdSources sources);
 Crowd make_far(std::uint32_t count, CrowdSources sources);
 
 // Poses the whole crowd at one time. posed[g] belongs to group g.

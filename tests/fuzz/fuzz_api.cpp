@@ -46,6 +46,7 @@ Span<T> spoiled(fuzz::Bytes& bytes, Span<T> span) {
 // What the test knows of a batch of the engine.
 struct Known {
   std::uint32_t links, nodes, instances;
+  bool is_static = false;
 };
 
 struct Session {
@@ -122,11 +123,49 @@ struct Session {
       return;
     }
     const ArticulationInfo& info = articulations.at(articulation - 1);
+    note_batch(id, {info.link_count, info.node_count, count});
+    FUZZ_CHECK(remove_articulation(engine, {articulation}) == Status::kArticulationInUse);
+  }
+
+  // A batch is in the first slot that is free.
+  void note_batch(BatchId id, const Known& known) {
     const auto free = std::find_if(batches.begin(), batches.end(), [](const Known& k) { return k.instances == 0; });
     FUZZ_CHECK(slot_of(id).value == static_cast<std::size_t>(free - batches.begin()) + 1);
     if (free == batches.end()) batches.emplace_back();
-    batches[slot_of(id).value - 1] = {info.link_count, info.node_count, count};
-    FUZZ_CHECK(remove_articulation(engine, {articulation}) == Status::kArticulationInUse);
+    batches[slot_of(id).value - 1] = known;
+  }
+
+  void add_level() {
+    std::vector<StaticBody> bodies(bytes.below(20));
+    std::vector<float> mesh(3 * bytes.below(8));
+    std::vector<std::uint32_t> triangles(3 * bytes.below(8));
+    std::vector<ConvexPart> parts;
+    std::list<std::vector<float>> vertices;
+    while (bytes.rarely()) add_shape(parts, vertices);
+    for (StaticBody& body : bodies) {
+      body.box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}};
+      if (bytes.rarely()) body.box.half[bytes.below(3)] = bytes.number();
+      if (bytes.rarely()) body.box.axis[bytes.below(3)][bytes.below(3)] = bytes.number();
+      if (bytes.rarely()) body.rotation[bytes.below(4)] = bytes.number();
+      for (double& at : body.origin) at = static_cast<double>(bytes.number());
+      if (bytes.rarely()) body.parts = spoiled(bytes, Span<const ConvexPart>{parts.data(), parts.size()});
+    }
+    for (float& value : mesh) value = bytes.number();
+    const auto corners = static_cast<std::uint32_t>(mesh.size() / 3);
+    for (std::uint32_t& corner : triangles)
+      corner = bytes.rarely() ? bytes.raw<std::uint32_t>() : bytes.below(std::max(corners, 1u));
+    StaticDesc desc;
+    desc.bodies = spoiled(bytes, Span<const StaticBody>{bodies.data(), bodies.size()});
+    desc.vertices = spoiled(bytes, Span<const float>{mesh.data(), mesh.size()});
+    desc.triangles = spoiled(bytes, Span<const std::uint32_t>{triangles.data(), triangles.size()});
+    if (bytes.rarely()) desc.origin[bytes.below(3)] = static_cast<double>(bytes.number());
+    BatchId id = {77};
+    const auto count = static_cast<std::uint32_t>(desc.bodies.size + desc.triangles.size / 3);
+    std::uint32_t bad_element = count;
+    const Status status = add_static_batch(engine, desc, &id, &bad_element);
+    if (status == Status::kOk) return note_batch(id, {1, 1, count, true});
+    FUZZ_CHECK(id.value == 77);
+    FUZZ_CHECK(bad_element <= count);
   }
 
   void remove() {
@@ -160,6 +199,12 @@ struct Session {
     const Known known = is_there ? batches[batch - 1] : Known{1, 1, 1};
     BatchInput input;
     input.batch = {batch};
+    if (known.is_static && !bytes.rarely()) {
+      arrays.flags.assign(known.instances, 0xee);
+      input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
+      if (bytes.rarely()) input.count = bytes.below(known.instances + 2);
+      return input;
+    }
     input.poses.format = static_cast<PoseFormat>(bytes.below(4));
     const std::size_t pose = input.poses.format == PoseFormat::kQuaternionTranslation ? 28
                              : input.poses.format == PoseFormat::kMatrix3x4           ? 48
@@ -244,7 +289,8 @@ struct Session {
   void run_at_rest(FrameJob job, std::vector<BatchInput> inputs, std::vector<Hit> hits) {
     const std::vector<std::uint8_t> none(64, 0);
     for (BatchInput& input : inputs) {
-      input.moved = {none.data(), batches[slot_of(input.batch).value - 1].instances};
+      const Known& known = batches[slot_of(input.batch).value - 1];
+      if (!known.is_static) input.moved = {none.data(), known.instances};
       input.flags = {};
     }
     std::vector<Hit> again(hits.size());
@@ -366,12 +412,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   session.add_rig(false);
   session.add_instances();
   for (bool ran = false; !ran || !session.bytes.empty(); ran = true) {
-    const std::uint32_t call = session.bytes.below(6);
+    const std::uint32_t call = session.bytes.below(7);
     if (call == 0) session.add_rig(true);
     if (call == 1 && session.batches.size() < 4) session.add_instances();
     if (call == 2) session.remove();
     if (call == 3) session.make_room();
-    if (call > 3) session.run();
+    if (call == 4 && session.batches.size() < 4) session.add_level();
+    if (call > 4) session.run();
   }
   destroy_engine(engine);
   FUZZ_CHECK(budget.used == 0);

@@ -41,6 +41,7 @@ std::uint64_t fingerprint(const Crowd& crowd) {
   scenes::BitHash hash;
   for (const scenes::CrowdGroup& group : crowd.groups)
     for (const scenes::BodyLeaf& leaf : group.figure.leaves) hash.add(leaf.box);
+  for (const StaticBody& body : crowd.level.bodies) hash.add(body.box);
   hash.add(pose_hash(posed_at(crowd, 1)));
   return hash.value();
 }
@@ -84,7 +85,7 @@ TEST_CASE("every scene stands in the list once, and the commands offer what they
     CHECK(!std::get<CrowdScene>(scene.source).needs_trajectories);
   }
   CHECK(scenes::scene_names(kCrowdCommand, "|") ==
-        "uniform|jitter|bottleneck|battle|spot|line|churn|city|giant|detailed|ropes|rigs|mixed|far");
+        "uniform|jitter|bottleneck|battle|spot|line|churn|city|level|giant|detailed|ropes|rigs|mixed|far");
   CHECK(scenes::scene_names(kPeersCommand, ", ") == "uniform, jitter, rigs");
   CHECK(scenes::scene_names(kSweepByDefault, " ") ==
         "chains3 chains6 dented braid hand cmu uniform-1000 detailed-256 rigs-100 ropes-64");
@@ -183,8 +184,8 @@ TEST_CASE("a name that is not in the list is an error that lists the names") {
     const std::string text = refusal([&] { scenes::make_crowd(name, 10, sources()); });
     CHECK(text ==
           "no crowd scene is called '" + name +
-              "'; choose uniform, jitter, bottleneck, battle, spot, line, churn, city, giant, detailed, ropes, rigs, "
-              "mixed, far");
+              "'; choose uniform, jitter, bottleneck, battle, spot, line, churn, city, level, giant, detailed, ropes, "
+              "rigs, mixed, far");
     CHECK(refusal([&] { scenes::crowd_scene(name); }) == text);
   }
 }

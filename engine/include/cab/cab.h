@@ -3,9 +3,10 @@
 // An Engine owns articulations (shapes that do not change) and batches (room for instances of one articulation). In
 // every frame the caller hands in poses and rules, and gets back the sorted list of links that touch:
 //
-//   create_engine, add_articulation, add_batch     once, in this order
+//   create_engine, add_articulation, add_batch     in this order; add_static_batch for what never moves
 //   run_frame                                      every frame
-//   destroy_engine                                 at the end; nothing can be removed before
+//   remove_batch, remove_articulation              when something goes
+//   destroy_engine                                 at the end
 //
 // Errors      No call throws. A call that fails says why by its Status and changes nothing (Status names the
 //             exceptions). The comment of each call lists every status that it can answer besides kOk.
@@ -75,6 +76,19 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept;
 
+// Adds a batch of static bodies, such as the boxes and triangles of a level, and writes its id to *out, which must not
+// be null. All of desc is checked and copied. If desc is refused, *bad_element (may be null) receives the number of the
+// instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
+// frame changes that BatchInput::moved names. Their layers must not change either, where a rule skips what rests.
+// With Refit::kAabbVertices the bounds are those of their boxes.
+// Cost: some 10 microseconds per triangle, and about 700 bytes per body besides those of a character.
+// Statuses: kBusy, kBadOutput (out is null), kNoInstances, kTooManyInstances, kBadStaticBody (also for bodies without
+// data), kBadTriangles, kBadLeafBox, kBadLeafAxes, kBadShape (also for a triangle without an area),
+// kShapeOutsideLeafBox, kOutOfMemory.
+// Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status add_static_batch(Engine& engine, const StaticDesc& desc, BatchId* out,
+                                              std::uint32_t* bad_element = nullptr) noexcept;
+
 // Makes room for as many batches and characters as `desc` says, of any articulations that the engine has. add_batch
 // then allocates only what its own instances take, about 60 bytes per character, as long as there are no more.
 // Sequences still may need more memory of the workers. What the engine has is never made smaller.
@@ -99,11 +113,11 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
-// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances,
-// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kMovedAtRest,
-// kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer,
-// kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine
-// at a time. It returns when all tasks have ended.
+// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount,
+// kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds,
+// kBadMoved, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin,
+// kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -154,9 +168,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags says
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
-// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins,
-// kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadOutput (boxes is too
-// small). Thread: any, one call per engine at a time.
+// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances,
+// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadOutput
+// (boxes is too small). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
 
@@ -167,8 +181,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
-// kBatchGivenTwice, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
-// kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadPairs, kBadOutput (contacts is shorter than pairs),
+// kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
+// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadPairs, kBadOutput (contacts is shorter than pairs),
 // kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
@@ -177,9 +191,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // off. With MaskCause::kNone the instance takes part. A margin, which may take a box that is at the limit out of range,
 // is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
-// Statuses: kBusy, kUnknownBatch, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
-// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadInstance, kBadOutput (out is null). Thread: any, one
-// call per engine at a time.
+// Statuses: kBusy, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations,
+// kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadInstance, kBadOutput (out is null).
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;
 

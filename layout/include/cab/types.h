@@ -67,9 +67,12 @@ enum class Status : std::int32_t {
   kArticulationInUse,    // the articulation has batches, which must be removed first
   kBadBatchKind,         // kind is not a value of BatchKind
   kNoInstances,          // instance_count is 0, but a batch needs at least one instance
+  kBadStaticBody,        // a static body needs a finite origin, a quaternion that is not 0, and a box within 1e18
+  kBadTriangles,         // triangles must be three indices each of vertices, which are finite and at most 1e18
   kTooManyInstances,     // instance_count is above 2^24, or the engine would exceed 4096 batches or 2^31 characters
   kBatchGivenTwice,      // inputs holds the same batch twice
   kBadPoses,             // poses has no data, an unknown format, or a stride that is too small or not a multiple of 4
+  kStaticInput,          // a batch of static bodies takes no poses, origins, orientations, scales, moved and bounds
   kBadOrigins,           // origins must be empty or hold three finite doubles per instance
   kBadOrientations,      // orientations must be empty or hold four floats per instance
   kBadFlags,             // flags must be empty or hold one byte per instance
@@ -330,6 +333,34 @@ struct BatchDesc {
   BatchKind kind = BatchKind::kCharacters;
 };
 
+// A body that never moves, such as a wall or a crate that is bolted down: one convex body, or several that are one.
+struct StaticBody {
+  double origin[3] = {0, 0, 0};      // x y z of the origin of its frame in the world
+  float rotation[4] = {0, 0, 0, 1};  // quaternion x y z w from its frame to the world; its length is divided out
+
+  // The box, in the body's frame. Required: the default has no axes. As Leaf::box.
+  Box box = {};
+
+  // The exact shape, in the body's frame. As Leaf::parts. Empty (default): the shape is the box itself.
+  Span<const ConvexPart> parts;
+};
+
+// A batch of static bodies, such as the geometry of a level. Body i of `bodies` is instance i. Triangle t is the
+// instance behind them, bodies.size + t. Each has one link, 0, with one leaf, 0.
+struct StaticDesc {
+  // Bodies, in any order. Together with the triangles there are 1 to kMaxInstances.
+  Span<const StaticBody> bodies;
+
+  // x y z per vertex of a mesh, relative to `origin`, along the world's axes.
+  Span<const float> vertices;
+
+  // Three indices of vertices per triangle. A triangle has two sides and no inside. It must have an area.
+  Span<const std::uint32_t> triangles;
+
+  // x y z in the world to which vertices are relative. Sums are rounded to double.
+  double origin[3] = {0, 0, 0};
+};
+
 // What reserve makes room for, counting what the engine has already.
 struct ReserveDesc {
   std::uint32_t batches = 0;     // most batches at a time
@@ -339,7 +370,7 @@ struct ReserveDesc {
 // How many bytes an engine holds through its allocator. Written by engine_memory.
 struct EngineMemory {
   std::size_t articulations = 0;  // topology, merge orders, boxes, shapes
-  std::size_t batches = 0;        // bounds and chains of hits of characters
+  std::size_t batches = 0;        // bounds and chains of hits of characters; static bodies
   std::size_t workers = 0;        // boxes and lists of the threads
   std::size_t grid = 0;           // of the broad phase
   std::size_t hits = 0;           // the store, until they are written
@@ -381,8 +412,9 @@ struct MaskReason {
 // The value of BatchInput::count for all instances of the batch.
 inline constexpr std::uint32_t kAllInstances = 0xffffffff;
 
-// The input and the outputs of one batch for one call. Every span has entries for all instances, in their order, or is
-// empty. With a count, spans may end anywhere behind its instances.
+// The input and the outputs of one batch for one call. Of a batch of static bodies it has no poses, origins,
+// orientations, scales, moved and bounds: they are known, and the bodies rest. Every span has entries for all
+// instances, in their order, or is empty. With a count, spans may end anywhere behind its instances.
 struct BatchInput {
   // Which batch this is. It must be a batch of the same engine. Required.
   BatchId batch;
@@ -461,8 +493,8 @@ struct PairRule {
   BatchId a;
 
   // With kBetween: a batch that has input in the frame and is of the same kind as `a`. For characters it may be `a`
-  // itself. Two sequences must differ, and must have equally many instances unless one has a single instance.
-  // With kWithin: `a` itself.
+  // itself. Static bodies count as characters, but are paired neither among themselves nor within. Two sequences must
+  // differ, and must have equally many instances unless one has a single instance. With kWithin: `a` itself.
   BatchId b;
 
   // Whether different instances are paired, or the links of each instance. Default: different instances.
@@ -546,7 +578,7 @@ struct FrameStats {
   std::uint64_t false_positives = 0;          // exact tests that found the leaves apart: #false in the paper
   std::uint64_t instances_masked = 0;         // instances that took no part (InstanceFlag says why)
   std::uint64_t instances_beyond_bounds = 0;  // characters whose leaf boxes leave BatchInput::bounds; 0 by `links`
-  std::uint64_t instances_resting = 0;        // characters that rest, and so were not bounded again
+  std::uint64_t instances_resting = 0;        // characters and static bodies that were not bounded again
   double seconds_update = 0;                  // posing and refit: t[upd]
   double seconds_broad = 0;                   // broad phase: finding characters whose bounds overlap
   double seconds_test = 0;                    // box tests: t[test]
