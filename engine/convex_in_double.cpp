@@ -105,7 +105,7 @@ kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uin
   };
   const auto& by = block.shift.by;
   const ConvexPair pair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]});
-  const double radius = pair.radius() + pair.scale() * static_cast<double>(block.margin);
+  const double radius = pair.radius() + pair.scale() * static_cast<double>(block.margin[lane]);
   if (pair.half_spaces() > 0) return answer_by_plane(pair, radius);
   kernel::ConvexAnswer answer = answer_of(pair, radius);
   for (const bool is_of_a : {true, false}) {

@@ -28,6 +28,11 @@ inline void origin_difference(const ExactLeaf& a, const ExactLeaf& b, double (&s
     shift[c] = origin_of(*b.batch, b.instance, c) - origin_of(*a.batch, a.instance, c);
 }
 
+// The margin of the instances of two leaves.
+inline float margin_between(const ExactLeaf& a, const ExactLeaf& b, float frame_margin) {
+  return margin_between(*a.batch, a.instance, *b.batch, b.instance, frame_margin);
+}
+
 struct FrameContext;
 struct Worker;
 

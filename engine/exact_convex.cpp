@@ -107,15 +107,18 @@ class ConvexQueues {
 
   // Queues a pair of shapes, and runs its block once that is full. shift: the origin of b less that of a.
   void add(const LeafShapes& a, const ConvexShape& shape_a, const LeafShapes& b, const ConvexShape& shape_b,
-           const double (&shift)[3]) {
+           const double (&shift)[3], float margin) {
     ConvexQueue& queue = worker_.convex_queues[static_cast<std::uint32_t>(shape_a.kind) * kConvexKindCount +
                                                static_cast<std::uint32_t>(shape_b.kind)];
     kernel::ConvexBlock& block = queue.block;
-    if (queue.count > 0 && !(poses_alike(a, block.a) && poses_alike(b, block.b))) run(queue);
+    if (queue.count > 0 && !(poses_alike(a, block.a) && poses_alike(b, block.b) &&
+                             (margin == 0) == (block.margin[0] == 0)))
+      run(queue);
     const std::uint32_t lane = queue.count++;
     set_side(a, shape_a, lane, block.a);
     set_side(b, shape_b, lane, block.b);
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
+    block.margin[lane] = margin;
     block.scale[lane] = scale_of(std::max(a.scale * shape_a.reach + b.scale * shape_b.reach, kLeastConvexReach));
     queue.asks[lane] = asks;
     queue.rank[lane] = rank;
@@ -144,6 +147,7 @@ class ConvexQueues {
       }
       for (auto& by : block.shift.by) by[lane] = by[0];
       block.scale[lane] = block.scale[0];
+      block.margin[lane] = block.margin[0];
     }
     run_(queue);
     queue.count = 0;
@@ -170,11 +174,12 @@ class ConvexTester {
     double shift[3];
     origin_difference(at_a, at_b, shift);
     queues_.asks = id;
-    const PartBalls balls(a, b, shift, frame_.margin);
+    const float margin = margin_between(at_a, at_b, frame_.margin);
+    const PartBalls balls(a, b, shift, margin);
     for (const ConvexShape& shape_a : a.shapes)
       for (const ConvexShape& shape_b : b.shapes) {
         if (touching_.is_touching(id)) return;
-        if (!balls.are_apart(shape_a, shape_b)) queues_.add(a, shape_a, b, shape_b, shift);
+        if (!balls.are_apart(shape_a, shape_b)) queues_.add(a, shape_a, b, shape_b, shift, margin);
       }
   }
 
@@ -188,7 +193,6 @@ class ConvexTester {
 
     void operator()(ConvexQueue& queue) const {
       kernel::ConvexBlock& block = queue.block;
-      block.margin = frame.margin;
       const kernel::ConvexAnswer answer = frame.kernels.test_convex_pairs(block);
       for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
         const std::uint32_t id = queue.asks[lane];
@@ -204,6 +208,12 @@ class ConvexTester {
   Touching touching_;
   ConvexQueues<Test> queues_;
 };
+
+// The margin of the two instances of a hit.
+float margin_of(const FrameContext& frame, const Hit& hit) {
+  return margin_between(frame.batch(hit.batch_a.value - 1), hit.instance_a, frame.batch(hit.batch_b.value - 1),
+                        hit.instance_b, frame.margin);
+}
 
 // The leaf pairs of worker.found, named by index. The highest bit of LeafPair::candidate says which of them touch.
 struct FoundPairs {
@@ -291,18 +301,18 @@ void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* c
       origin_difference(at_a, at_b, shift);
       queues.rank = std::uint64_t{at_a.leaf} << 48 | std::uint64_t{at_b.leaf} << 32;
       // Of links that touch, parts whose balls are apart are not the deepest.
-      const PartBalls balls(a, b, shift, frame.margin);
+      const PartBalls balls(a, b, shift, margin_between(at_a, at_b, frame.margin));
       for (const ConvexShape& shape_a : a.shapes)
         for (const ConvexShape& shape_b : b.shapes) {
-          if (!balls.are_apart(shape_a, shape_b)) queues.add(a, shape_a, b, shape_b, shift);
+          if (!balls.are_apart(shape_a, shape_b)) queues.add(a, shape_a, b, shape_b, shift, 0);
           ++queues.rank;
         }
     });
   }
   queues.finish();
   // Shapes that could not be shown to be apart touch.
-  if (frame.margin == 0)
-    for (std::size_t i = 0; i < hits.size; ++i) contacts[i].depth = std::max(contacts[i].depth, 0.0f);
+  for (std::size_t i = 0; i < hits.size; ++i)
+    if (margin_of(frame, hits[i]) == 0) contacts[i].depth = std::max(contacts[i].depth, 0.0f);
 }
 
 }  // namespace cab

@@ -55,7 +55,7 @@ void pose_leaves_of_link(const FrameContext& frame, const LinkSide& side, Worker
   pose.at = stored_pose(*side.batch, instance, side.leaves->link);
   pose.local = side.batch->link_bounds->tiles.data + side.leaves->first_tile;
   pose.leaf_count = side.leaves->leaf_count;
-  pose.margin = kMarginShare * frame.margin;
+  pose.margin = kMarginShare * margin_of(*side.batch, instance, frame.margin);
   pose.boxes = set.boxes.end();
   pose.leaf_bounds = set.leaf_bounds.end();
   frame.kernels.pose_link_leaves(pose);

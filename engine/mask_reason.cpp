@@ -109,7 +109,7 @@ class MaskSearch {
 
   bool find_out_of_range() {
     const kernel::LaneChecks<float> all = {true, true, true};
-    const PosePad pad = kernel::pad_of(orientation_ != nullptr, 0, 1);
+    const PosePad pad = kernel::pad_of(orientation_ != nullptr, 1);
     for (const PosedLink& posed : articulation_.posed_links) {
       kernel::LaneChecks<float> checks = all;
       const kernel::RigidLanes<float> pose = placed_pose<float>(stored_pose(batch_, instance_, posed.link), checks);
@@ -123,7 +123,7 @@ class MaskSearch {
       for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
         const std::uint32_t leaf = articulation_.leaf_order[i];
         const kernel::BoxLanes<float> box =
-            kernel::pose_scaled_boxes(pose, kernel::spread_box<float>(leaf_box_of(batch_, instance_, leaf)), pad);
+            kernel::pose_scaled_boxes(pose, kernel::spread_box<float>(leaf_box_of(batch_, instance_, leaf)), pad, 0.0f);
         if (!kernel::in_range(box.center) || !kernel::in_range(box.half))
           return found(kInstanceNotFinite, MaskCause::kBox, leaf, std::max(largest(box.center), largest(box.half)),
                        kMaxCoordinate);

@@ -111,6 +111,7 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   worker.bounds = worker.arena.allocate<AabbTile>(needs.nodes);
   worker.joints = worker.arena.allocate<PointTile>(needs.joints);
   worker.motions = worker.arena.allocate<MotionTile>(needs.joints);
+  worker.last_motions = worker.arena.allocate<MotionTile>(needs.joints);
   worker.moments = worker.arena.allocate<MomentTile>(needs.nodes);
   worker.live = worker.arena.allocate<std::uint32_t>(needs.batch_slots);
   worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);

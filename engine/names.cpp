@@ -55,7 +55,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadPoses:
       return "poses has no data, an unknown format, or a stride that is too small or not a multiple of 4";
     case Status::kStaticInput:
-      return "a batch of static bodies takes no poses, origins, orientations, scales, moved and bounds";
+      return "a batch of static bodies takes nothing that says where instances are or how they move";
     case Status::kBadOrigins: return "origins must be empty or hold three finite doubles per instance";
     case Status::kBadOrientations: return "orientations must be empty or hold four floats per instance";
     case Status::kBadFlags: return "flags must be empty or hold one byte per instance";
@@ -69,6 +69,8 @@ const char* to_string(Status status) noexcept {
     case Status::kBadBounds:
       return "bounds must be empty or hold six finite floats per instance, none below its lower one";
     case Status::kBadMoved: return "moved must be empty or hold one byte per instance; never of a sequence";
+    case Status::kBadMargins:
+      return "margins must be empty or hold one float per instance, each 0 to 1e18; never of a sequence";
     case Status::kMovedAtRest:
       return "moved is 0 for an instance whose pose, place, scale or layers changed (checked builds only)";
     case Status::kBadPairRule: return "rules names a batch without input, or a pairing that its batches cannot have";

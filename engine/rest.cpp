@@ -48,6 +48,7 @@ std::uint64_t checksum_of(const InstanceBatch& batch, std::uint32_t instance) {
   sum = add_entry(sum, input.origins, instance, 3);
   sum = add_entry(sum, input.orientations, instance, 4);
   sum = add_entry(sum, input.scales, instance, 1);
+  sum = add_entry(sum, input.margins, instance, 1);
   sum = add_entry(sum, input.layers, instance, 1);
   return add_entry(sum, input.layer_masks, instance, 1);
 }

@@ -100,6 +100,7 @@ std::uint32_t bound_tile(const kernel::KernelTable& kernels, std::uint32_t first
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     pose.orientations[lane] = nullptr;
     pose.scales[lane] = 1;
+    pose.margins[lane] = 0;
     set_lane(bodies.leaves.leaf_box[first + std::min(lane, count - 1)], lane, own);
   }
   pose.leaves = &box;

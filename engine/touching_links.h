@@ -41,9 +41,9 @@ inline void sort_by_links(const Articulation& a, const Articulation& b, bool wit
 inline bool confirm(const FrameContext& frame, const ExactTest& test, const Candidate& candidate,
                     const LinkedPair& pair, FrameStats& stats) {
   ++stats.exact_tests;
-  if (test.touch(frame.exact_leaf(candidate.batch_a, candidate.instance_a, pair.leaf_a),
-                 frame.exact_leaf(candidate.batch_b, candidate.instance_b, pair.leaf_b), frame.margin))
-    return true;
+  const ExactLeaf a = frame.exact_leaf(candidate.batch_a, candidate.instance_a, pair.leaf_a),
+                  b = frame.exact_leaf(candidate.batch_b, candidate.instance_b, pair.leaf_b);
+  if (test.touch(a, b, margin_between(a, b, frame.margin))) return true;
   ++stats.false_positives;
   return false;
 }

@@ -11,6 +11,11 @@
 namespace cab {
 namespace {
 
+// The instance that a lane poses: unused lanes repeat the last one.
+std::uint32_t instance_in_lane(const TileInstances& instances, std::uint32_t lane) {
+  return instances.instance[std::min(lane, instances.count - 1)];
+}
+
 // Whether a centre or half extent of a tile's link boxes is so large that a leaf box in them may exceed kMaxCoordinate.
 bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
   constexpr float kNear = kMaxCoordinate / 16;
@@ -22,19 +27,14 @@ bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
   return out;
 }
 
-// The arguments of the posing kernel for a tile. Unused lanes repeat its last instance. own: room for own boxes.
+// The arguments of the posing kernel for a tile. own: room for own boxes.
 kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Worker& worker, std::uint8_t* flags,
                           BoxTile& own) {
   const InstanceBatch& batch = *tile.batch;
-  kernel::PoseTile pose;
-  pose.articulation = batch.active;
-  pose.coding = coding_of(batch);
-  pose.link_stride = batch.link_stride / sizeof(float);
+  kernel::PoseTile pose = instances_to_pose(batch, tile.instances);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    const std::uint32_t instance = tile.instances.instance[std::min(lane, tile.instances.count - 1)];
-    pose.poses[lane] = pose_of(batch, instance);
-    pose.orientations[lane] = orientation_of(batch, instance);
-    pose.scales[lane] = scale_of(batch, instance);
+    const std::uint32_t instance = instance_in_lane(tile.instances, lane);
+    pose.margins[lane] = kMarginShare * margin_of(batch, instance, frame.margin);
     if (is_static(batch)) set_lane(batch.own_boxes[instance], lane, own);
   }
   if (is_static(batch)) pose.own_boxes = &own;
@@ -42,7 +42,6 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
   pose.joints = worker.joints.data;
   pose.motions = frame.policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
   pose.flags = flags;
-  pose.margin = kMarginShare * frame.margin;
   if (batch.active != batch.articulation) {
     pose.pads = kLinkPads;
     pose.range = kLinkRange * kMaxCoordinate;
@@ -72,9 +71,9 @@ void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::Pose
   const std::size_t extents = static_cast<std::size_t>(frame.policies.extents);
   const bool all = tile.scope == RefitScope::kAllNodes;
   if (frame.policies.refit == Refit::kAabbVertices && !is_static(*tile.batch)) {
-    const PosePad pad = kernel::pad_of(kernel::is_rotated(pose), pose.margin, 1);
+    const PosePad pad = kernel::pad_of(kernel::is_rotated(pose), 1);
     kernels.fit_vertices({&articulation, all ? articulation.node_count : articulation.leaf_count, worker.motions.data,
-                          tile.bounds, pad});
+                          tile.bounds, pad, pose.margins});
   } else if (is_axis_aligned(frame.policies.refit)) {
     kernels.bound_boxes(tile.boxes, articulation.leaf_count, tile.bounds);
     if (all) kernels.refit_aabbs[extents](articulation.program, tile.bounds);
@@ -103,6 +102,20 @@ std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, 
 }
 
 }  // namespace
+
+kernel::PoseTile instances_to_pose(const InstanceBatch& batch, const TileInstances& instances) {
+  kernel::PoseTile pose;
+  pose.articulation = batch.active;
+  pose.coding = coding_of(batch);
+  pose.link_stride = batch.link_stride / sizeof(float);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t instance = instance_in_lane(instances, lane);
+    pose.poses[lane] = pose_of(batch, instance);
+    pose.orientations[lane] = orientation_of(batch, instance);
+    pose.scales[lane] = scale_of(batch, instance);
+  }
+  return pose;
+}
 
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile) {
   TileInstances out;

@@ -3,6 +3,7 @@
 
 #include "engine/candidate.h"
 #include "engine/frame_context.h"
+#include "kernels/pose_leaves.h"
 
 namespace cab {
 
@@ -31,6 +32,9 @@ struct TileUpdate {
 
 // Returns the instances of a tile of a batch: up to sixteen of those that are given, in order.
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile);
+
+// The arguments of the posing kernel that place the instances of a tile; the others are the caller's to set.
+kernel::PoseTile instances_to_pose(const InstanceBatch& batch, const TileInstances& instances);
 
 // Prefetches the pose of an instance that is posed soon.
 void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance);

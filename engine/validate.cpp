@@ -51,10 +51,19 @@ bool are_finite(Span<const double> origins, std::size_t count, Span<const std::u
   });
 }
 
+// Whether the margins of all given instances are in range.
+bool are_margins(const InstanceBatch& batch) {
+  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
+    const float margin = batch.input->margins[given_instance(batch, place)];
+    if (!(margin >= 0 && margin <= kMaxCoordinate)) return false;
+  }
+  return true;
+}
+
 // Whether an input has what only characters and sequences take.
 bool has_poses(const BatchInput& input) {
   return input.poses.data || input.origins.size || input.orientations.size || input.scales.size || input.moved.size ||
-         input.bounds.size;
+         input.margins.size || input.bounds.size;
 }
 
 // Whether the bounds of all given instances are finite, with upper sides that are not below the lower ones.
@@ -106,6 +115,8 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
   if (!fits(input.layers, 1) || !fits(input.layer_masks, 1)) return Status::kBadLayers;
   if (!fits(input.in_contact, 1)) return Status::kBadInContact;
   if (!fits(input.moved, 1) || (!input.moved.empty() && batch.kind == BatchKind::kSequence)) return Status::kBadMoved;
+  if (!fits(input.margins, 1) || (!input.margins.empty() && batch.kind == BatchKind::kSequence))
+    return Status::kBadMargins;
   if (!fits(input.bounds, 6) || (needs == Needs::kBounds && input.bounds.empty() && n > 0)) return Status::kBadBounds;
   return Status::kOk;
 }
@@ -116,6 +127,7 @@ Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs, Ne
     if (const Status status = validate_input(engine, input, needs); status != Status::kOk) return status;
     if (engine.batch(input.batch).input) return Status::kBatchGivenTwice;
     call.bind(input, needs == Needs::kBounds);
+    if (!input.margins.empty() && !are_margins(engine.batch(input.batch))) return Status::kBadMargins;
     if (!input.bounds.empty() && !have_sides(engine.batch(input.batch))) return Status::kBadBounds;
   }
   return Status::kOk;

@@ -36,7 +36,8 @@ struct alignas(64) Worker {
   Span<BoxTile> boxes;              // by node: one tile of every sequence, or one tile of characters
   Span<AabbTile> bounds;            // the same, axis-aligned
   Span<PointTile> joints;           // by link: the joints of the tile that is updated
-  Span<MotionTile> motions;         // by link: the poses of that tile, for Refit::kAabbVertices
+  Span<MotionTile> motions;         // by link: the poses of that tile, for Refit::kAabbVertices and sweep_margins
+  Span<MotionTile> last_motions;    // by link: the poses of a tile in the frame before, for sweep_margins
   Span<MomentTile> moments;         // by node: scratch of Refit::kCovarianceLeaves
   Span<std::uint32_t> live;         // by batch index: bits of the live lanes in the current tile of a sequence
   FixedList<NodePair> stack;        // characters: node pairs that a traversal has yet to test

@@ -24,8 +24,8 @@ struct PoseTile {
   PointTile* joints;
   MotionTile* motions;  // by link, or null if the caller needs no motions
   std::uint8_t* flags;  // 16
-  float margin = 0;     // how much leaf boxes grow in addition to their padding
-  // For boxes of links: `pads` is a factor of the padding and of `margin`, `range` the largest allowed number.
+  alignas(64) float margins[kLanes];  // how much leaf boxes grow in addition to their padding
+  // For boxes of links: `pads` is a factor of the padding and of `margins`, `range` the largest allowed number.
   float pads = 1;
   float range = kMaxCoordinate;
   // Static bodies: the box of each instance's only leaf, in the frame of its link. Else null: the articulation's.
@@ -135,29 +135,28 @@ CAB_INLINE BoxLanes<V> spread_box(const Box& box) {
   return {vector(box.center), {vector(box.axis[0]), vector(box.axis[1]), vector(box.axis[2])}, vector(box.half)};
 }
 
-// A posed leaf box, padded so that it contains the exactly posed box and every point within by.margin of it.
+// A posed leaf box, padded so that it contains the exactly posed box and every point within the margin of it.
 template <class V>
-CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by) {
+CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by, V margin) {
   const float size = local.half[0] + local.half[1] + local.half[2];
   const float out = std::fabs(local.center[0]) + std::fabs(local.center[1]) + std::fabs(local.center[2]);
-  return pose_box<V>(pose, spread_box<V>(local), V((by.body * (size + out) + kMergePadTiny) + by.margin),
-                     by.translation);
+  return pose_box<V>(pose, spread_box<V>(local), V(by.body * (size + out) + kMergePadTiny) + margin, by.translation);
 }
 
 // The same with a different local box in every lane.
 template <class V>
-CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& local, PosePad by) {
+CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& local, PosePad by, V margin) {
   const Vec3<V> away = abs(local.center);
   const V size = local.half.x + local.half.y + local.half.z, out = away.x + away.y + away.z;
-  return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + V(by.margin), by.translation);
+  return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + margin, by.translation);
 }
 
 // The same with lengths of the local boxes multiplied by the scale of the pose.
 template <class V>
-CAB_INLINE BoxLanes<V> pose_scaled_boxes(const RigidLanes<V>& pose, BoxLanes<V> local, PosePad by) {
+CAB_INLINE BoxLanes<V> pose_scaled_boxes(const RigidLanes<V>& pose, BoxLanes<V> local, PosePad by, V margin) {
   local.center = pose.scale * local.center;
   local.half = pose.scale * local.half;
-  return pose_boxes(pose, local, by);
+  return pose_boxes(pose, local, by, margin);
 }
 
 // True lanes have every number within a limit (kMaxCoordinate unless `most` says otherwise), so no NaN and no infinity.
@@ -272,9 +271,9 @@ CAB_INLINE RigidLanes<V> placed_pose(const RawPoses& raw, const Placing& placing
 }
 
 // The padding of posed leaf boxes. rotated: whether instances have orientations. pads: PoseTile::pads.
-inline PosePad pad_of(bool rotated, float margin, float pads) {
+inline PosePad pad_of(bool rotated, float pads) {
   const PosePad pad = rotated ? kPosePadRotated : kPosePad;
-  return {pad.body * pads, pad.translation * pads, margin * pads};
+  return {pad.body * pads, pad.translation * pads};
 }
 
 // Poses one link and its leaves in the lanes that V covers. kScaled: whether args.coding has a scale.
@@ -298,13 +297,14 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
     checks.in_range = both(checks.in_range, in_range(at));
     store3(args.joints[posed.link].at, lane, at);
   }
-  const PosePad pad = pad_of(is_rotated(args), args.margin, args.pads);
+  const PosePad pad = pad_of(is_rotated(args), args.pads);
+  const V margin = Lanes<V>::load(args.margins + lane) * V(args.pads);
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
     const Box& local = articulation.leaf_box[leaf];
-    const BoxLanes<V> box = kScaled          ? pose_scaled_boxes(pose, spread_box<V>(local), pad)
-                            : args.own_boxes ? pose_boxes(pose, load_box<V>(*args.own_boxes, lane), pad)
-                                             : pose_box(pose, local, pad);
+    const BoxLanes<V> box = kScaled          ? pose_scaled_boxes(pose, spread_box<V>(local), pad, margin)
+                            : args.own_boxes ? pose_boxes(pose, load_box<V>(*args.own_boxes, lane), pad, margin)
+                                             : pose_box(pose, local, pad, margin);
     checks.in_range =
         both(checks.in_range, both(in_range(box.center, V(args.range)), in_range(box.half, V(args.range))));
     store_box(args.leaves[leaf], lane, box);

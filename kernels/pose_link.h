@@ -37,12 +37,12 @@ void pose_link_leaves(const PoseLink& args) {
   Lanes<V>::store(scales, V(args.at.scale));
   const RigidLanes<V> pose =
       placed_pose<V>(raw, {args.at.coding, args.at.orientation ? &rotations : nullptr, scales}, 0, checks);
-  const PosePad pad = pad_of(args.at.orientation != nullptr, args.margin, 1);
+  const PosePad pad = pad_of(args.at.orientation != nullptr, 1);
   const std::uint32_t width = leaf_bounds_width(args.leaf_count);
   for (std::uint32_t first = 0; first < args.leaf_count; first += kLanes) {
     BoxTile tile;
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-      const BoxLanes<V> box = pose_scaled_boxes(pose, load_box<V>(args.local[first / kLanes], lane), pad);
+      const BoxLanes<V> box = pose_scaled_boxes(pose, load_box<V>(args.local[first / kLanes], lane), pad, V(args.margin));
       store_box(tile, lane, box);
       const AabbLanes<V> bounds = bounds_of(box);
       const V sides[6] = {bounds.lo.x, bounds.lo.y, bounds.lo.z, bounds.hi.x, bounds.hi.y, bounds.hi.z};

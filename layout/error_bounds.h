@@ -9,11 +9,10 @@ namespace cab {
 
 // How much a posed leaf box grows: half += body (S + |c|_1) + translation max|t| + kMergePadTiny + margin. c is the
 // box's centre in the link's frame. t is the link's translation after the rotation by the instance's orientation.
-// margin is kMarginShare times the frame's margin.
+// margin is kMarginShare times that of the frame plus twice the instance's own.
 struct PosePad {
   float body;
   float translation;
-  float margin = 0;
 };
 // Without an orientation 32 u and 4 u; steps 2.5 and 2.6: 31.3 u and 2 u.
 inline constexpr PosePad kPosePad = {0x1p-19f, 0x1p-22f};
@@ -22,6 +21,10 @@ inline constexpr PosePad kPosePadRotated = {0x1.cp-19f, 0x1.8p-19f};
 
 // Each of two boxes grows by half of a margin, and by 16 u of that half; step 2.9: 15.3 u.
 inline constexpr float kMarginShare = 0x1.00002p-1f;
+
+// How far an instance moves between two frames grows by this share of all lengths that it is made of. 128 u; step 2.11:
+// 54 u.
+inline constexpr double kSweepPad = 0x1p-17;
 
 // Axes of a leaf box that are closer to orthonormal than this keep their bits. 4 u; steps 2.1 and 2.5 allow for it.
 inline constexpr double kAxesExact = 0x1p-22;

@@ -4,6 +4,7 @@
 #include "layout/error_bounds.h"
 #include "layout/link_bounds.h"
 #include "layout/pose_coding.h"
+#include "layout/rounded_up.h"
 
 #include <algorithm>
 #include <cmath>
@@ -129,6 +130,23 @@ inline PoseCoding coding_of(const InstanceBatch& batch) {
 // The factor of an instance: 1 if the caller gave none.
 inline float scale_of(const InstanceBatch& batch, std::uint32_t instance) {
   return batch.input->scales.empty() ? 1.0f : batch.input->scales[instance];
+}
+
+// An instance's own margin: 0 if the caller gave none.
+inline double own_margin(const InstanceBatch& batch, std::uint32_t instance) {
+  return batch.input->margins.empty() ? 0.0 : static_cast<double>(batch.input->margins[instance]);
+}
+
+// The margin of two instances: the frame's and their own.
+inline float margin_between(const InstanceBatch& a, std::uint32_t instance_a, const InstanceBatch& b,
+                            std::uint32_t instance_b, float frame_margin) {
+  return rounded_up(static_cast<double>(frame_margin) + own_margin(a, instance_a) + own_margin(b, instance_b));
+}
+
+// The margin that the boxes of an instance are posed with: that of two instances like it, of which each has half
+// (docs/proof.md, step 2.9).
+inline float margin_of(const InstanceBatch& batch, std::uint32_t instance, float frame_margin) {
+  return margin_between(batch, instance, batch, instance, frame_margin);
 }
 
 inline StoredPose stored_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {

@@ -20,7 +20,7 @@ struct ConvexBlock {
   ConvexSide a, b;
   ShiftTile shift;                  // the origin of b less the origin of a
   alignas(64) float scale[kLanes];  // a power of two by which lengths are multiplied, so that a pair has size 1
-  float margin = 0;                 // see ConvexAnswer
+  alignas(64) float margin[kLanes] = {};  // see ConvexAnswer; 0 in all lanes or in none
 };
 
 // The most directions from which the search for a depth starts.

@@ -38,14 +38,14 @@ ConvexAnswer test_convex_pairs(const ConvexBlock& block) {
   const ConvexKind kind_a = block.a.shape[0]->kind, kind_b = block.b.shape[0]->kind;
   const bool half_space = kind_a == ConvexKind::kHalfSpace || kind_b == ConvexKind::kHalfSpace;
   const bool closed = kind_a == kind_b && kind_a != ConvexKind::kHull && kind_a != ConvexKind::kCylinder &&
-                      (block.margin == 0 || kind_a == ConvexKind::kRound);
+                      (block.margin[0] == 0 || kind_a == ConvexKind::kRound);
   RawSide raw_a, raw_b;
   read_side<V>(block.a, raw_a);
   read_side<V>(block.b, raw_b);
   ConvexAnswer answer;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     const PairLanes<V> pair = pair_lanes<V>(block, raw_a, raw_b, lane);
-    const V margin = Lanes<V>::load(block.scale + lane) * V(block.margin);
+    const V margin = Lanes<V>::load(block.scale + lane) * Lanes<V>::load(block.margin + lane);
     ConvexAnswer part;
     if (half_space || !closed) {
       const Difference<V> shapes = difference_of(block, pair, lane);

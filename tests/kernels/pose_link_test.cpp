@@ -95,7 +95,7 @@ PosedTileOf pose(const kernel::KernelTable& kernels, const Articulation& articul
   job.leaves = out.boxes.data();
   job.joints = joints.data();
   job.flags = out.flags;
-  job.margin = margin;
+  std::fill_n(job.margins, kLanes, margin);
   job.pads = link_boxes ? kLinkPads : 1;
   job.range = (link_boxes ? kLinkRange : 1) * kMaxCoordinate;
   kernels.pose_leaves(job);

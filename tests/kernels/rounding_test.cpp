@@ -281,7 +281,7 @@ bool pose_case(const Numbers& n, Source source, bool rotated, PosedCase& out) {
     for (auto& column : motion.column) column = kernel::rotate(by, column);
     motion.translation = kernel::rotate(by, motion.translation);
   }
-  out.got = kernel::pose_box(motion, out.local, rotated ? kPosePadRotated : kPosePad);
+  out.got = kernel::pose_box(motion, out.local, rotated ? kPosePadRotated : kPosePad, float(0.0f));
   return true;
 }
 

@@ -115,9 +115,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // their own means.
 // Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount,
 // kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds,
-// kBadMoved, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport, kBadMargin,
-// kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks).
-// Thread: any, one call per engine at a time. It returns when all tasks have ended.
+// kBadMargins, kBadMoved, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport,
+// kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its
+// tasks). Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -162,6 +162,19 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // has a size and no data), kPairsOverflow. Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;
 
+// Writes a margin for each given instance of `input`, so that a frame with BatchInput::margins finds all links that may
+// have touched since `last`, the same batch in an earlier frame: how far any point of its leaf boxes can have been from
+// where it is now. That holds if every link moves along a straight line, or on an arc of at most half a turn, and turns
+// about one axis by at most half a turn; shapes in between are not compared, so the frame reports pairs that have
+// passed each other at a distance too. Instances that `last` does not have, or that are masked in one of the two, get
+// 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags. Cost: poses every
+// instance twice, on all threads; allocates nothing. Statuses: kBusy, kUnknownBatch, kStaticInput, kBadPoses,
+// kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact,
+// kBadBounds, kBadMargins, kBadMoved, kBadBatchKind (the two are not one batch of characters), kBadOutput (margins is
+// too small), kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input,
+                                           Span<float> margins) noexcept;
+
 // Writes every box of every given instance of one batch, relative to the instance's origin in the world's axes. Node n
 // of instance i goes to boxes[i * node_count + n], leaves first, the root last. `boxes` must have room for all of them.
 // They have the bits that run_frame tests without a margin. With a refit of axis-aligned boxes, each Box lies along the
@@ -169,8 +182,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
 // Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances,
-// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadOutput
-// (boxes is too small). Thread: any, one call per engine at a time.
+// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved,
+// kBadOutput (boxes is too small). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
 
@@ -182,8 +195,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
 // kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
-// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadPairs, kBadOutput (contacts is shorter than pairs),
-// kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadPairs, kBadOutput (contacts is shorter
+// than pairs), kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
 
@@ -192,8 +205,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
 // Statuses: kBusy, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations,
-// kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMoved, kBadInstance, kBadOutput (out is null).
-// Thread: any, one call per engine at a time.
+// kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadInstance, kBadOutput (out
+// is null). Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;
 

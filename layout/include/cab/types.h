@@ -72,7 +72,7 @@ enum class Status : std::int32_t {
   kTooManyInstances,     // instance_count is above 2^24, or the engine would exceed 4096 batches or 2^31 characters
   kBatchGivenTwice,      // inputs holds the same batch twice
   kBadPoses,             // poses has no data, an unknown format, or a stride that is too small or not a multiple of 4
-  kStaticInput,          // a batch of static bodies takes no poses, origins, orientations, scales, moved and bounds
+  kStaticInput,          // a batch of static bodies takes nothing that says where instances are or how they move
   kBadOrigins,           // origins must be empty or hold three finite doubles per instance
   kBadOrientations,      // orientations must be empty or hold four floats per instance
   kBadFlags,             // flags must be empty or hold one byte per instance
@@ -83,6 +83,7 @@ enum class Status : std::int32_t {
   kBadInstances,         // instances must be empty or ascend, below count and instance_count; never of a sequence
   kBadBounds,            // bounds must be empty or hold six finite floats per instance, none below its lower one
   kBadMoved,             // moved must be empty or hold one byte per instance; never of a sequence
+  kBadMargins,           // margins must be empty or hold one float per instance, each 0 to 1e18; never of a sequence
   kMovedAtRest,          // moved is 0 for an instance whose pose, place, scale or layers changed (checked builds only)
   kBadPairRule,          // rules names a batch without input, or a pairing that its batches cannot have
   kPairRuleGivenTwice,   // rules pairs the same two batches twice in the same way
@@ -413,7 +414,7 @@ struct MaskReason {
 inline constexpr std::uint32_t kAllInstances = 0xffffffff;
 
 // The input and the outputs of one batch for one call. Of a batch of static bodies it has no poses, origins,
-// orientations, scales, moved and bounds: they are known, and the bodies rest. Every span has entries for all
+// orientations, scales, margins, moved and bounds: they are known, and the bodies rest. Every span has entries for all
 // instances, in their order, or is empty. With a count, spans may end anywhere behind its instances.
 struct BatchInput {
   // Which batch this is. It must be a batch of the same engine. Required.
@@ -465,13 +466,18 @@ struct BatchInput {
   // boxes leave them (FrameStats::instances_beyond_bounds). Empty (default): no bounds are given.
   Span<const float> bounds;
 
-  // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, layers and layer
-  // mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid again. Any
-  // other value states nothing. All instances count as moved in the first frame with `moved`, after a frame that did
-  // not answer kOk or had other rules, policies, margin, min_depth or report, and after find_candidates, add_batch,
-  // reserve and remove_batch; an instance does that was not in its batch's last frame, by `count` or `instances`, or
-  // was masked there. A build without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest.
-  // Characters only. Empty (default): all have moved.
+  // One length per instance, from 0 to kMaxCoordinate, in the caller's unit: its own margin. Two instances are tested
+  // with the frame's margin and those of both. sweep_margins fills it so that fast bodies do not pass through each
+  // other between two frames. Characters only. Empty (default): instances have no margin of their own.
+  Span<const float> margins;
+
+  // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and
+  // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid
+  // again. Any other value states nothing. All instances count as moved in the first frame with `moved`, after a frame
+  // that did not answer kOk or had other rules, policies, margin, min_depth or report, and after find_candidates,
+  // add_batch, reserve and remove_batch; an instance does that was not in its batch's last frame, by `count` or
+  // `instances`, or was masked there. A build without NDEBUG compares what rests with the last frame, and may answer
+  // kMovedAtRest. Characters only. Empty (default): all have moved.
   Span<const std::uint8_t> moved;
 };
 
