@@ -21,7 +21,7 @@ class Call {
 
   // Binds a batch to its input, which must be valid, and computes the strides that the input leaves at 0. by_bounds:
   // whether the call reads bounds instead of poses.
-  void bind(const BatchInput& input, bool by_bounds);
+  void bind(const BatchInput& input, bool by_bounds = false);
 
  private:
   Engine& engine_;
