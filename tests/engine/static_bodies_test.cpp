@@ -1,6 +1,7 @@
 // Static bodies: frames with them report what frames report in which every body is a character of its own.
 #include "engine/static_bodies.h"
 
+#include "engine/engine.h"
 #include "perf/oracle/convex_pairs.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
@@ -112,6 +113,13 @@ BatchId add_level(Engine& engine, const StaticDesc& desc) {
   return id;
 }
 
+// What a frame gets of static bodies.
+BatchInput input_of(BatchId level) {
+  BatchInput out;
+  out.batch = level;
+  return out;
+}
+
 // An engine with the members of a world and a level, and its frames.
 struct Scene {
   World world;
@@ -139,8 +147,7 @@ struct Scene {
       inputs[m].in_contact = {touches[m].data(), touches[m].size()};
       inputs[m].moved = {moved[m].data(), moved[m].size()};
     }
-    BatchInput own;
-    own.batch = level;
+    BatchInput own = input_of(level);
     flags.assign(bodies, 0xee);
     in_contact.assign(bodies, 0xee);
     own.flags = {flags.data(), flags.size()};
@@ -223,7 +230,7 @@ TEST_CASE("static bodies are hit like characters of one leaf, by every strategy,
            {Strategy::kAuto, Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute, Strategy::kExactAll})
         for (const Exact exact : {Exact::kNone, Exact::kConvex, Exact::kFcl}) {
           if (strategy == Strategy::kExactAll && exact != Exact::kConvex) continue;
-          if (exact == Exact::kFcl && (!build_info().has_fcl || strategy != Strategy::kRows)) continue;
+          if (exact == Exact::kFcl && (!build_info().fcl || strategy != Strategy::kRows)) continue;
           CAPTURE(seed);
           CAPTURE(static_cast<int>(refit));
           CAPTURE(static_cast<int>(strategy));
@@ -441,7 +448,7 @@ TEST_CASE("a triangle mesh is hit where the hulls of its triangles are, wherever
       hits += hits_of(scene.level, found.hits);
     }
     // The boxes of distant vertices are no larger for their distance.
-    const BatchInput input = {scene.level};
+    const BatchInput input = input_of(scene.level);
     std::vector<Box> boxes(80);
     REQUIRE(compute_boxes(*scene.engine, input, {}, {boxes.data(), boxes.size()}) == Status::kOk);
     for (std::size_t t = 0; t < 80; ++t)
@@ -473,7 +480,7 @@ TEST_CASE("candidates of static bodies are found by the bounds that the engine h
     }
     inputs[m].bounds = {bounds[m].data(), bounds[m].size()};
   }
-  inputs.push_back({scene.level});
+  inputs.push_back(input_of(scene.level));
   std::vector<PairRule> rules;
   for (std::uint32_t m = 1; m <= 2; ++m) rules.push_back({{m}, scene.level, Pairing::kBetween});
   FrameJob job;
@@ -568,7 +575,7 @@ TEST_CASE("a batch of static bodies takes no poses, and no rule pairs it with it
   const double places[15] = {};
   const std::uint8_t bytes[5] = {};
   const auto status = [&](auto&& spoil) {
-    BatchInput inputs[2] = {{scene.level}, {second}};
+    BatchInput inputs[2] = {input_of(scene.level), input_of(second)};
     PairRule rule = {scene.level, second, Pairing::kBetween};
     FrameJob job;
     job.inputs = {inputs, 2};
@@ -608,7 +615,7 @@ TEST_CASE("some of the static bodies take part: the first ones, or those that ar
   for (int frame = 0; frame < 6; ++frame) {
     std::vector<BatchInput> inputs;
     for (std::uint32_t m = 0; m < 2; ++m) inputs.push_back(world.members[m].poses.input({m + 1}));
-    inputs.push_back({scene.level});
+    inputs.push_back(input_of(scene.level));
     const std::uint32_t count = frame == 3 ? 21 : kAllInstances;
     inputs.back().count = count;
     if (frame < 2) inputs.back().instances = {listed.data(), listed.size()};

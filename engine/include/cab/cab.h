@@ -81,7 +81,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
 // frame changes that BatchInput::moved names. Their layers must not change either, where a rule skips what rests.
 // With Refit::kAabbVertices the bounds are those of their boxes.
-// Cost: some 10 microseconds per triangle, and about 700 bytes per body besides those of a character.
+// Cost: some 10 microseconds per triangle, and about 800 bytes per body besides those of a character.
 // Statuses: kBusy, kBadOutput (out is null), kNoInstances, kTooManyInstances, kBadStaticBody (also for bodies without
 // data), kBadTriangles, kBadLeafBox, kBadLeafAxes, kBadShape (also for a triangle without an area),
 // kShapeOutsideLeafBox, kOutOfMemory.
