@@ -111,8 +111,8 @@ class ConvexQueues {
     ConvexQueue& queue = worker_.convex_queues[static_cast<std::uint32_t>(shape_a.kind) * kConvexKindCount +
                                                static_cast<std::uint32_t>(shape_b.kind)];
     kernel::ConvexBlock& block = queue.block;
-    if (queue.count > 0 && !(poses_alike(a, block.a) && poses_alike(b, block.b) &&
-                             (margin == 0) == (block.margin[0] == 0)))
+    if (queue.count > 0 &&
+        !(poses_alike(a, block.a) && poses_alike(b, block.b) && (margin == 0) == (block.margin[0] == 0)))
       run(queue);
     const std::uint32_t lane = queue.count++;
     set_side(a, shape_a, lane, block.a);

@@ -464,8 +464,9 @@ void keep_contacts(const ExactLeaf& a, const ExactLeaf& b, float margin, Deepest
 void fcl_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker&) {
   for (std::size_t i = 0; i < hits.size; ++i) {
     DeepestContact deepest;
-    for_each_leaf_pair(frame, hits[i],
-                       [&](const ExactLeaf& a, const ExactLeaf& b) { keep_contacts(a, b, margin_between(a, b, frame.margin), deepest); });
+    for_each_leaf_pair(frame, hits[i], [&](const ExactLeaf& a, const ExactLeaf& b) {
+      keep_contacts(a, b, margin_between(a, b, frame.margin), deepest);
+    });
     contacts[i] = deepest.contact();
   }
 }

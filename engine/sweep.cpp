@@ -37,9 +37,8 @@ void add_turned(const MotionTile& from, const MotionTile& to, const float (&v)[3
   for (std::uint32_t k = 0; k < 3; ++k)
     for (std::uint32_t c = 0; c < 3; ++c)
       for (std::uint32_t lane = 0; lane < kLanes; ++lane)
-        difference[c][lane] +=
-            static_cast<double>(v[k]) *
-            (static_cast<double>(to.column[k][c][lane]) - static_cast<double>(from.column[k][c][lane]));
+        difference[c][lane] += static_cast<double>(v[k]) * (static_cast<double>(to.column[k][c][lane]) -
+                                                            static_cast<double>(from.column[k][c][lane]));
   Lane1 lengths;
   lengths_of(difference, lengths);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) sum[lane] += by * lengths[lane];
@@ -52,8 +51,7 @@ void raise_by_link(const Articulation& articulation, const PosedLink& link, cons
   Lane3 moved, places;
   for (std::uint32_t c = 0; c < 3; ++c)
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      const double a = static_cast<double>(from.translation[c][lane]),
-                   b = static_cast<double>(to.translation[c][lane]);
+      const double a = static_cast<double>(from.translation[c][lane]), b = static_cast<double>(to.translation[c][lane]);
       moved[c][lane] = (b - a) + shift[c][lane];
       places[c][lane] = std::fabs(a) + std::fabs(b);
     }
@@ -101,8 +99,8 @@ struct Sweep {
 
   // Writes the margins of up to sixteen instances that both frames have.
   void measure(const TileInstances& instances, Worker& worker) const {
-    const std::uint32_t valid = pose(last, instances, worker, worker.last_motions.data) &
-                                pose(now, instances, worker, worker.motions.data);
+    const std::uint32_t valid =
+        pose(last, instances, worker, worker.last_motions.data) & pose(now, instances, worker, worker.motions.data);
     Lane3 shift = {};
     for (std::uint32_t lane = 0; lane < instances.count; ++lane)
       for (std::uint32_t c = 0; c < 3; ++c)
@@ -112,8 +110,7 @@ struct Sweep {
     for (const PosedLink& link : articulation.posed_links)
       raise_by_link(articulation, link, worker.last_motions[link.link], worker.motions[link.link], shift, most);
     for (std::uint32_t lane = 0; lane < instances.count; ++lane)
-      margins[instances.instance[lane]] =
-          valid >> lane & 1 ? std::min(rounded_up(most[lane]), kMaxCoordinate) : 0.0f;
+      margins[instances.instance[lane]] = valid >> lane & 1 ? std::min(rounded_up(most[lane]), kMaxCoordinate) : 0.0f;
   }
 
   // The same for a tile of the second frame, of which some may be missing in the first.
@@ -131,7 +128,8 @@ struct Sweep {
 
 }  // namespace
 
-Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input, Span<float> margins) noexcept try {
+Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input, Span<float> margins) noexcept
+    try {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;

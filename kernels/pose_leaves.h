@@ -22,8 +22,8 @@ struct PoseTile {
   alignas(64) float scales[kLanes];   // with Scaling::kPerInstance
   BoxTile* leaves;
   PointTile* joints;
-  MotionTile* motions;  // by link, or null if the caller needs no motions
-  std::uint8_t* flags;  // 16
+  MotionTile* motions;                // by link, or null if the caller needs no motions
+  std::uint8_t* flags;                // 16
   alignas(64) float margins[kLanes];  // how much leaf boxes grow in addition to their padding
   // For boxes of links: `pads` is a factor of the padding and of `margins`, `range` the largest allowed number.
   float pads = 1;

@@ -42,7 +42,8 @@ void pose_link_leaves(const PoseLink& args) {
   for (std::uint32_t first = 0; first < args.leaf_count; first += kLanes) {
     BoxTile tile;
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-      const BoxLanes<V> box = pose_scaled_boxes(pose, load_box<V>(args.local[first / kLanes], lane), pad, V(args.margin));
+      const BoxLanes<V> box =
+          pose_scaled_boxes(pose, load_box<V>(args.local[first / kLanes], lane), pad, V(args.margin));
       store_box(tile, lane, box);
       const AabbLanes<V> bounds = bounds_of(box);
       const V sides[6] = {bounds.lo.x, bounds.lo.y, bounds.lo.z, bounds.hi.x, bounds.hi.y, bounds.hi.z};

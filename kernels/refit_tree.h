@@ -247,7 +247,8 @@ CAB_INLINE AabbLanes<V> bound_vertices(const VertexTile& tile, std::uint32_t lea
     out = merge_aabb(out, AabbLanes<V>{at, at});
   }
   const V body = V(tile.pad.body) * (scale * V(articulation.leaf_vertex_reach[leaf])) + V(kMergePadTiny);
-  const V pad = (body + Lanes<V>::load(tile.margins + lane)) + V(tile.pad.translation) * max_component(abs(translation));
+  const V pad =
+      (body + Lanes<V>::load(tile.margins + lane)) + V(tile.pad.translation) * max_component(abs(translation));
   const Vec3<V> wide = {pad, pad, pad};
   return {scale * out.lo + translation - wide, scale * out.hi + translation + wide};
 }

@@ -272,8 +272,8 @@ InstanceBounds given_bounds(const InstanceBatch& batch, std::uint32_t instance, 
   InstanceBounds out;
   for (std::uint32_t c = 0; c < 3; ++c) {
     const double origin = origin_of(batch, instance, c);
-    const double pad =
-        kGivenPad * most + kGivenMargin * static_cast<double>(margin_of(batch, instance, margin)) + kWorldPad * (std::fabs(origin) + most);
+    const double pad = kGivenPad * most + kGivenMargin * static_cast<double>(margin_of(batch, instance, margin)) +
+                       kWorldPad * (std::fabs(origin) + most);
     out.lo[c] = origin + static_cast<double>(given[c]) - pad;
     out.hi[c] = origin + static_cast<double>(given[3 + c]) + pad;
   }

@@ -18,8 +18,8 @@ struct ConvexSide {
 // Sixteen pairs of shapes. Unused lanes repeat a used one.
 struct ConvexBlock {
   ConvexSide a, b;
-  ShiftTile shift;                  // the origin of b less the origin of a
-  alignas(64) float scale[kLanes];  // a power of two by which lengths are multiplied, so that a pair has size 1
+  ShiftTile shift;                        // the origin of b less the origin of a
+  alignas(64) float scale[kLanes];        // a power of two by which lengths are multiplied, so that a pair has size 1
   alignas(64) float margin[kLanes] = {};  // see ConvexAnswer; 0 in all lanes or in none
 };
 
