@@ -191,7 +191,7 @@ struct Session {
     std::vector<double> origins;
     std::vector<std::uint8_t> flags, in_contact, moved;
     std::vector<std::uint32_t> layers, instances;
-    std::vector<float> scales, bounds;
+    std::vector<float> scales, bounds, margins;
   };
 
   BatchInput make_input(std::uint32_t batch, Arrays& arrays) {
@@ -202,6 +202,10 @@ struct Session {
     if (known.is_static && !bytes.rarely()) {
       arrays.flags.assign(known.instances, 0xee);
       input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
+      if (bytes.rarely()) {
+        for (std::size_t i = 0; i < known.instances; ++i) arrays.margins.push_back(std::fabs(bytes.number()));
+        input.margins = spoiled(bytes, Span<const float>{arrays.margins.data(), arrays.margins.size()});
+      }
       if (bytes.rarely()) input.count = bytes.below(known.instances + 2);
       return input;
     }
@@ -343,6 +347,14 @@ struct Session {
           batch > 0 && batch <= batches.size() ? batches[batch - 1].nodes * batches[batch - 1].instances : 1);
       (void)compute_boxes(engine, inputs[0], job.policies, spoiled(bytes, Span<Box>{boxes.data(), boxes.size()}));
       for (Arrays& each : arrays) each.flags.assign(each.flags.size(), 0xee);
+    }
+    if (inputs.size() > 1 && bytes.rarely()) {
+      const BatchInput& now = inputs[bytes.below(2)];
+      const std::uint32_t batch = slot_of(now.batch).value;
+      std::vector<float> margins(batch > 0 && batch <= batches.size() ? batches[batch - 1].instances : 1, -1.0f);
+      if (sweep_margins(engine, inputs[0], now, spoiled(bytes, Span<float>{margins.data(), margins.size()})) ==
+          Status::kOk)
+        for (const float margin : margins) FUZZ_CHECK(margin == -1 || (margin >= 0 && margin <= kMaxCoordinate));
     }
     if (bytes.rarely()) job.margin = bytes.number();
     if (bytes.rarely()) job.min_depth = bytes.number();
