@@ -4,6 +4,7 @@
 #include <cab/cab.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -72,6 +73,18 @@ class CrowdSession {
     for (const BatchId other : batches_) rules_.push_back({other, *level_, Pairing::kBetween, resting});
   }
 
+  // Gives the next frame margins, so that it finds what may have touched since the frame before. Returns the seconds.
+  double sweep(const std::vector<scenes::PosedGroup>& last, const std::vector<scenes::PosedGroup>& posed) {
+    const auto start = std::chrono::steady_clock::now();
+    margins_.resize(posed.size());
+    for (std::size_t g = 0; g < posed.size(); ++g) {
+      margins_[g].resize(posed[g].origins.size() / 3);
+      require(sweep_margins(*engine_, input_of(last, g), input_of(posed, g), {margins_[g].data(), margins_[g].size()}),
+              "sweep");
+    }
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
   // Runs one frame and returns its stats. The hits stay until the next frame. If their buffer is too small, it grows
   // and the frame runs again; the stats are then those of the second run. With only_in_contact there are no hits, but
   // one byte per character.
@@ -79,10 +92,8 @@ class CrowdSession {
     std::vector<BatchInput> inputs(posed.size());
     in_contact_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
-      inputs[g].batch = batches_[g];
-      inputs[g].poses.data = posed[g].poses.data();
-      inputs[g].origins = {posed[g].origins.data(), posed[g].origins.size()};
-      inputs[g].orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
+      inputs[g] = input_of(posed, g);
+      if (!margins_.empty()) inputs[g].margins = {margins_[g].data(), margins_[g].size()};
       if (at_rest_ != AtRest::kMoved) inputs[g].moved = {posed[g].moved.data(), posed[g].moved.size()};
       if (!only_in_contact) continue;
       in_contact_[g].resize(posed[g].origins.size() / 3);
@@ -123,12 +134,22 @@ class CrowdSession {
   std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
 
  private:
+  BatchInput input_of(const std::vector<scenes::PosedGroup>& posed, std::size_t g) const {
+    BatchInput out;
+    out.batch = batches_[g];
+    out.poses.data = posed[g].poses.data();
+    out.origins = {posed[g].origins.data(), posed[g].origins.size()};
+    out.orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
+    return out;
+  }
+
   CountedMemory memory_;  // outlives the engine
   AtRest at_rest_;
   oracle::EnginePtr engine_;
   std::vector<BatchId> batches_;
   std::optional<BatchId> level_;
   std::vector<PairRule> rules_;
+  std::vector<std::vector<float>> margins_;  // of each group, if frames are swept
   std::vector<Hit> hits_;
   std::size_t hit_count_ = 0;
   std::vector<std::vector<std::uint8_t>> in_contact_;  // of each group, if asked for

@@ -117,6 +117,7 @@ class FramePoses {
     }
     return posed;
   }
+  bool all_kept() const { return !kept_.empty(); }
   // Stores the characters of all frames in another order, by group.
   void store_in(std::vector<Order> orders) {
     orders_ = std::move(orders);
@@ -171,8 +172,22 @@ std::uint64_t add_in_contact(scenes::BitHash& hash, const std::vector<Order>& or
   return count;
 }
 
+// One frame; the time of sweeping from the frame before is part of it.
+FrameStats run_frame_of(const CrowdOptions& options, std::uint32_t frame, FramePoses& poses, CrowdSession& session) {
+  const std::vector<scenes::PosedGroup>& posed = poses.at(frame);
+  const double seconds = options.sweep ? session.sweep(poses.at(frame > 0 ? frame - 1 : 0), posed) : 0;
+  FrameStats stats = session.run(posed, options.policies, options.in_contact);
+  stats.seconds_update += seconds;
+  stats.seconds_bound += seconds;
+  stats.seconds_total += seconds;
+  return stats;
+}
+
 CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   FramePoses poses(crowd, options.frame_count);
+  if (options.sweep && !poses.all_kept())
+    throw std::runtime_error(
+        "--sweep keeps the poses of all frames, which are too large; lower --frames or --characters");
   const bool has_rest = !poses.at(0)[0].moved.empty();
   CrowdSession session(crowd, options.isa, options.thread_count,
                        has_rest ? options.at_rest.value_or(AtRest::kSkipped) : AtRest::kMoved);
@@ -197,7 +212,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   scenes::BitHash hash;
   std::vector<std::size_t> hit_counts;
   for (std::uint32_t f = 0; f < options.frame_count; ++f) {
-    const FrameStats stats = session.run(poses.at(f), options.policies, options.in_contact);
+    const FrameStats stats = run_frame_of(options, f, poses, session);
     add_stats(run.stats, stats);
     if (f == 0) run.first = stats;
     add_hits(hash, f, scene_hits(poses.orders(), session.hits()));
@@ -211,7 +226,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   for (std::uint32_t r = 0; r < options.rounds; ++r) {
     FrameStats sum;
     for (std::uint32_t f = 0; f < options.frame_count; ++f) {
-      add_stats(sum, session.run(poses.at(f), options.policies, options.in_contact));
+      add_stats(sum, run_frame_of(options, f, poses, session));
       if (session.hits().size != hit_counts[f])
         throw std::runtime_error("frame " + std::to_string(f) + " gave another number of hits when it ran again");
       bar.advance(1);
@@ -257,7 +272,8 @@ std::string expectation(const CrowdRun& run) {
 void print_table(const CrowdOptions& options, const CrowdRun& run) {
   std::cout << options.scene << ": " << run.character_count << " characters of " << run.most_leaves << " boxes, "
             << options.frame_count << " frames, " << options.rounds << " rounds (" << to_string(run.isa) << ", threads "
-            << run.thread_count << (options.spatial_order ? ", in spatial order" : "");
+            << run.thread_count << (options.spatial_order ? ", in spatial order" : "")
+            << (options.sweep ? ", swept" : "");
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     std::cout << ", " << policy_table()[f].name << ' '
               << policy_table()[f].values[policy_get(options.policies, f)].name;
@@ -371,6 +387,7 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["isa"] = to_string(run.isa);
   json["threads"] = run.thread_count;
   json["spatial_order"] = options.spatial_order;
+  json["sweep"] = options.sweep;
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json[policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
   const auto add_seconds = [&json](const std::string& key, const Spread& s) {

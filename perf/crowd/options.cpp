@@ -116,6 +116,7 @@ Command add_crowd(CLI::App& app) {
   add_number(command, "--characters", o.character_count, "number of characters (default 10000)", 1, kMaxCrowd);
   command.add_flag("--spatial-order", o.spatial_order,
                    "store the characters so that neighbours are near each other, in the order of the first frame");
+  command.add_flag("--sweep", o.sweep, "find what may have touched since the frame before too (cab::sweep_margins)");
   add_number(command, "--frames", o.frame_count, "different frames per round, 1/30 s apart (default 8)", 1,
              kMaxCrowdFrames);
   add_rounds(command, o.rounds, "rounds after one to warm up; times are their medians (default 7)");

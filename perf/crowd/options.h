@@ -30,6 +30,7 @@ struct CrowdOptions {
   std::optional<scenes::RopeShape> rope_shape;
   std::optional<double> rope_spacing;
   Policies policies;
+  bool sweep = false;  // find what may have touched since the frame before
   std::optional<scenes::LevelKind> level;
   std::optional<AtRest> at_rest;  // what is done with those who stand; empty: the scene's default
   bool in_contact = false;        // ask only which characters touch anything

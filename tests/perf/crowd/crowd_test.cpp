@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -222,6 +223,33 @@ TEST_CASE("cab crowd makes bodies of many links, and several kinds of bodies") {
   CHECK(mixed["hits_hash"] == figures({"--scene", "mixed", "--strategy", "brute"})["hits_hash"]);
 }
 
+TEST_CASE("cab crowd --scene level has static boxes or triangles among the crowd of `uniform`") {
+  const Json plain = figures({"--scene", "uniform"});
+  std::set<std::string> hashes = {plain["hits_hash"]};
+  for (const char* kind : {"boxes", "triangles"}) {
+    CAPTURE(std::string(kind));
+    const Json level = figures({"--scene", "level", "--level", kind});
+    CHECK(level["hits"] > plain["hits"]);
+    CHECK(level["instances_resting"] >= 100);
+    CHECK(hashes.insert(level["hits_hash"]).second);
+    for (const char* word : {"--spatial-order", "--in-contact"}) {
+      const Json other = figures({"--scene", "level", "--level", kind, word});
+      CHECK((other["hits_hash"] == level["hits_hash"]) == (std::string(word) == "--spatial-order"));
+    }
+    CHECK(figures({"--scene", "level", "--level", kind, "--strategy", "brute"})["hits_hash"] == level["hits_hash"]);
+    CHECK(figures({"--scene", "level", "--level", kind, "--threads", "2"})["hits_hash"] == level["hits_hash"]);
+  }
+  CHECK(figures({"--scene", "level"})["hits_hash"] == figures({"--scene", "level", "--level", "boxes"})["hits_hash"]);
+}
+
+TEST_CASE("cab crowd --sweep finds what may have touched since the frame before, and all that touches now") {
+  const Json plain = figures({"--scene", "uniform"}), swept = figures({"--scene", "uniform", "--sweep"});
+  CHECK(plain["sweep"] == false);
+  CHECK(swept["sweep"] == true);
+  CHECK(swept["hits"] > plain["hits"]);
+  CHECK(swept["hits_hash"] == figures({"--scene", "uniform", "--sweep", "--threads", "2"})["hits_hash"]);
+}
+
 TEST_CASE("cab crowd says what was wrong and how to do it right") {
   const Sources sources;
   const TemporaryFolder folder;
@@ -232,6 +260,10 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
   const std::vector<Misuse> misuses = {
       {{}, "--scene"},
       {{"--scene", "party"}, "choose uniform, jitter, bottleneck, battle"},
+      {{"--scene", "uniform", "--level", "boxes"}, "--level is for --scene level"},
+      {{"--scene", "level", "--level", "sand"}, "choose boxes, triangles"},
+      {{"--scene", "uniform", "--at-rest", "tested"}, "--at-rest is for --scene city"},
+      {{"--scene", "city", "--at-rest", "asleep"}, "choose moved, tested, skipped"},
       {{"--scene", "uniform", "--characters", "0"}, "--characters"},
       {{"--scene", "uniform", "--characters", "many"}, "--characters"},
       {{"--scene", "uniform", "--frames", "0"}, "--frames"},
