@@ -32,11 +32,11 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
                           BoxTile& own) {
   const InstanceBatch& batch = *tile.batch;
   kernel::PoseTile pose = instances_to_pose(batch, tile.instances);
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    const std::uint32_t instance = instance_in_lane(tile.instances, lane);
-    pose.margins[lane] = kMarginShare * margin_of(batch, instance, frame.margin);
-    if (is_static(batch)) set_lane(batch.own_boxes[instance], lane, own);
-  }
+  std::fill_n(pose.margins, kLanes, kMarginShare * frame.margin);
+  for (std::uint32_t lane = 0; lane < kLanes && !batch.input->margins.empty(); ++lane)
+    pose.margins[lane] = kMarginShare * margin_of(batch, instance_in_lane(tile.instances, lane), frame.margin);
+  for (std::uint32_t lane = 0; lane < kLanes && is_static(batch); ++lane)
+    set_lane(batch.own_boxes[instance_in_lane(tile.instances, lane)], lane, own);
   if (is_static(batch)) pose.own_boxes = &own;
   pose.leaves = tile.boxes;
   pose.joints = worker.joints.data;

@@ -276,11 +276,15 @@ inline PosePad pad_of(bool rotated, float pads) {
   return {pad.body * pads, pad.translation * pads};
 }
 
-// Poses one link and its leaves in the lanes that V covers. kScaled: whether args.coding has a scale.
-template <bool kScaled, class V>
+// How the leaf boxes of a tile are posed: those of the articulation, these scaled, or PoseTile::own_boxes.
+enum class PosedAs : std::uint8_t { kGiven, kScaled, kOwn };
+
+// Poses one link and its leaves in the lanes that V covers.
+template <PosedAs kAs, class V>
 CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const RawPoses& raw, const RawPoses& rotations,
                           std::uint32_t lane, LaneChecks<V>& checks) {
   const Articulation& articulation = *args.articulation;
+  constexpr bool kScaled = kAs == PosedAs::kScaled;
   const PoseCoding coding = {args.coding.format, kScaled ? args.coding.scaling : Scaling::kNone};
   const RigidLanes<V> pose =
       placed_pose(raw, {coding, is_rotated(args) ? &rotations : nullptr, args.scales}, lane, checks);
@@ -302,9 +306,13 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
     const std::uint32_t leaf = articulation.leaf_order[i];
     const Box& local = articulation.leaf_box[leaf];
-    const BoxLanes<V> box = kScaled          ? pose_scaled_boxes(pose, spread_box<V>(local), pad, margin)
-                            : args.own_boxes ? pose_boxes(pose, load_box<V>(*args.own_boxes, lane), pad, margin)
-                                             : pose_box(pose, local, pad, margin);
+    BoxLanes<V> box;
+    if constexpr (kAs == PosedAs::kGiven)
+      box = pose_box(pose, local, pad, margin);
+    else if constexpr (kScaled)
+      box = pose_scaled_boxes(pose, spread_box<V>(local), pad, margin);
+    else
+      box = pose_boxes(pose, load_box<V>(*args.own_boxes, lane), pad, margin);
     checks.in_range =
         both(checks.in_range, both(in_range(box.center, V(args.range)), in_range(box.half, V(args.range))));
     store_box(args.leaves[leaf], lane, box);
@@ -343,7 +351,7 @@ CAB_INLINE void clear_links(const PoseTile& args, std::uint32_t lane, Mask<V> ke
   }
 }
 
-template <bool kScaled, class V>
+template <PosedAs kAs, class V>
 void pose_tile(const PoseTile& args) {
   const Articulation& articulation = *args.articulation;
   const Mask<V> yes = V(0.0f) <= V(0.0f);
@@ -355,7 +363,7 @@ void pose_tile(const PoseTile& args) {
   for (const PosedLink& posed : articulation.posed_links) {
     read_raw<V>(args.poses, posed.link * args.link_stride, pose_float_count(args.coding.format), raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-      pose_link<kScaled>(args, posed, raw, rotations, lane, checks[lane / kWidth<V>]);
+      pose_link<kAs>(args, posed, raw, rotations, lane, checks[lane / kWidth<V>]);
   }
 
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
@@ -369,10 +377,12 @@ void pose_tile(const PoseTile& args) {
 
 template <class V>
 void pose_leaves(const PoseTile& args) {
-  if (args.coding.scaling == Scaling::kNone)
-    pose_tile<false, V>(args);
+  if (args.own_boxes)
+    pose_tile<PosedAs::kOwn, V>(args);
+  else if (args.coding.scaling == Scaling::kNone)
+    pose_tile<PosedAs::kGiven, V>(args);
   else
-    pose_tile<true, V>(args);
+    pose_tile<PosedAs::kScaled, V>(args);
 }
 
 }  // namespace cab::kernel
