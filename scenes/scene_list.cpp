@@ -66,8 +66,8 @@ constexpr std::array kRows = {
     NamedScene{"ropes", "long chains side by side, all slanting the same way", kCrowdCommand, CrowdScene{make_ropes}},
     NamedScene{"rigs", "uniform, each humanoid of many links with one box each", kCrowdCommand | kPeersCommand,
                CrowdScene{make_rigs}},
-    NamedScene{"mixed", "humanoids of 20, 48 and 100 links, one in twenty four times as large", kCrowdCommand,
-               CrowdScene{make_mixed}},
+    NamedScene{"mixed", "humanoids of 20, 48 and 100 links, one in twenty four times as large",
+               kCrowdCommand | kPeersCommand, CrowdScene{make_mixed}},
     NamedScene{"far", "humanoids at random places of a square of 1e7 m", kCrowdCommand, CrowdScene{make_far}},
 
     NamedScene{"uniform-100", "100 humanoids at random places", kSweepCommand, of_characters(make_uniform, 100)},

@@ -62,13 +62,13 @@ class Ellipsoid : public btConvexInternalShape {
 
 using Shapes = std::vector<std::unique_ptr<btConvexShape>>;
 
-// What each leaf is: its shape, or its box if it has none.
+// What each kind of leaf is: its shape, or its box if it has none.
 template <class Real>
-Shapes make_shapes(const LeafPoser<Real>& poser) {
+Shapes make_shapes(const LeafPoser<Real>& leaves) {
   Shapes out;
-  for (std::uint32_t leaf = 0; leaf < poser.leaf_count(); ++leaf) {
-    const float(&half)[3] = poser.local_box(leaf).half;
-    const ConvexPart* const shape = poser.local_shape(leaf);
+  for (std::uint32_t kind = 0; kind < leaves.kind_count(); ++kind) {
+    const float(&half)[3] = leaves.local_box(kind).half;
+    const ConvexPart* const shape = leaves.local_shape(kind);
     if (shape == nullptr)
       out.push_back(std::make_unique<btBoxShape>(btVector3(half[0], half[1], half[2])));
     else if (shape->kind == ShapeKind::kCapsule)
@@ -79,30 +79,36 @@ Shapes make_shapes(const LeafPoser<Real>& poser) {
   return out;
 }
 
-// Keeps pairs of objects of one character out of the pair cache.
+// The number of an object: of its leaf, or of its character if it is a compound.
+std::uint32_t number_of(const btCollisionObject* object) { return static_cast<std::uint32_t>(object->getUserIndex()); }
+
+// Keeps pairs of leaves of one character out of the pair cache.
 struct BetweenCharacters : btOverlapFilterCallback {
-  int objects_per_character = 1;
-  static int number(const btBroadphaseProxy* proxy) {
-    return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getUserIndex();
+  const CrowdLeaves& leaves;
+
+  explicit BetweenCharacters(const CrowdLeaves& of) : leaves(of) {}
+  std::uint32_t character_of(const btBroadphaseProxy* proxy) const {
+    return leaves.character_of(number_of(static_cast<const btCollisionObject*>(proxy->m_clientObject)));
   }
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
-    return number(a) / objects_per_character != number(b) / objects_per_character;
+    return character_of(a) != character_of(b);
   }
 };
 
 // Records which boxes have a contact with depth, and keeps no contact.
 struct PairResult : btManifoldResult {
   std::vector<LeafPair>& pairs;
-  std::uint32_t leaves;
+  const CrowdLeaves& leaves;
 
   PairResult(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, std::vector<LeafPair>& out,
-             std::uint32_t leaf_count)
-      : btManifoldResult(a, b), pairs(out), leaves(leaf_count) {}
+             const CrowdLeaves& of)
+      : btManifoldResult(a, b), pairs(out), leaves(of) {}
 
   // An object is a box, or a compound of all boxes of a character.
   std::uint32_t leaf_of(const btCollisionObjectWrapper& wrapper) const {
-    const auto object = static_cast<std::uint32_t>(wrapper.getCollisionObject()->getUserIndex());
-    return wrapper.m_index < 0 ? object : object * leaves + static_cast<std::uint32_t>(wrapper.m_index);
+    const std::uint32_t number = number_of(wrapper.getCollisionObject());
+    if (wrapper.m_index < 0) return number;
+    return leaves.character(number).first_leaf + static_cast<std::uint32_t>(wrapper.m_index);
   }
   void addContactPoint(const btVector3&, const btVector3&, btScalar depth) override {
     if (depth > 0) return;  // the distance, below zero inside
@@ -113,9 +119,10 @@ struct PairResult : btManifoldResult {
 
 struct PairDispatcher : btCollisionDispatcher {
   std::vector<LeafPair>* pairs = nullptr;
-  std::uint32_t leaves = 1;
+  const CrowdLeaves& leaves;
 
-  explicit PairDispatcher(btCollisionConfiguration* configuration) : btCollisionDispatcher(configuration) {
+  PairDispatcher(btCollisionConfiguration* configuration, const CrowdLeaves& of)
+      : btCollisionDispatcher(configuration), leaves(of) {
     setNearCallback(pair_found);
   }
   // The same as btCollisionDispatcher::defaultNearCallback, but with our result. Algorithms are kept with their pairs.
@@ -136,19 +143,25 @@ struct PairDispatcher : btCollisionDispatcher {
 // One object per link, or one per character with a compound of its leaves as its shape.
 class World {
  public:
-  World(const scenes::Character& figure, std::uint32_t count, bool per_link)
-      : poser_(figure), dispatcher_(&configuration_), world_(&dispatcher_, &broadphase_, &configuration_) {
-    const std::uint32_t leaves = poser_.leaf_count();
+  World(const scenes::Crowd& crowd, bool per_link)
+      : leaves_(crowd),
+        filter_(leaves_),
+        dispatcher_(&configuration_, leaves_),
+        world_(&dispatcher_, &broadphase_, &configuration_),
+        shapes_(make_shapes(leaves_)) {
     gContactBreakingThreshold = 0;  // otherwise all bounds grow by it, for contacts that are kept
     // Pairs are found in one pass over the trees at the end, not object by object: all objects move.
     broadphase_.m_deferedcollide = true;
-    filter_.objects_per_character = per_link ? static_cast<int>(leaves) : 1;
-    world_.getPairCache()->setOverlapFilterCallback(&filter_);
-    dispatcher_.leaves = leaves;
-    shapes_ = make_shapes(poser_);
-    for (std::uint32_t i = 0; !per_link && i < count; ++i)
-      compounds_.push_back(std::make_unique<btCompoundShape>(true, static_cast<int>(leaves)));
-    objects_.resize(per_link ? std::size_t{count} * leaves : count);
+    if (per_link) {
+      world_.getPairCache()->setOverlapFilterCallback(&filter_);
+      objects_.resize(leaves_.leaf_count());
+      return;
+    }
+    for (std::uint32_t i = 0; i < leaves_.character_count(); ++i) {
+      const std::uint32_t children = leaves_.end_leaf(i) - leaves_.character(i).first_leaf;
+      compounds_.push_back(std::make_unique<btCompoundShape>(true, static_cast<int>(children)));
+    }
+    objects_.resize(compounds_.size());
   }
   ~World() {
     if (!added_) return;
@@ -157,7 +170,7 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+  void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     if (compounds_.empty())
       set_links(posed);
     else
@@ -168,23 +181,22 @@ class World {
   }
 
  private:
-  void set_links(const scenes::PosedGroup& posed) {
-    const std::uint32_t leaves = poser_.leaf_count();
+  void set_links(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t n = 0; n < objects_.size(); ++n) {
-      if (!added_) objects_[n] = make_object(shapes_[n % leaves].get(), n);
-      objects_[n]->setWorldTransform(transform_of(poser_.pose(posed, n / leaves, n % leaves)));
+      if (!added_) objects_[n] = make_object(shapes_[leaves_.kind_of(n)].get(), n);
+      objects_[n]->setWorldTransform(transform_of(leaves_.pose(posed, n)));
     }
   }
   // The boxes are placed in the world, and their object stays at its origin.
-  void set_compounds(const scenes::PosedGroup& posed) {
-    const std::uint32_t leaves = poser_.leaf_count();
+  void set_compounds(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t i = 0; i < compounds_.size(); ++i) {
-      for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
-        const btTransform transform = transform_of(poser_.pose(posed, i, leaf));
+      const std::uint32_t first = leaves_.character(i).first_leaf, end = leaves_.end_leaf(i);
+      for (std::uint32_t n = first; n < end; ++n) {
+        const btTransform transform = transform_of(leaves_.pose(posed, n));
         if (!added_)
-          compounds_[i]->addChildShape(transform, shapes_[leaf].get());
+          compounds_[i]->addChildShape(transform, shapes_[leaves_.kind_of(n)].get());
         else
-          compounds_[i]->updateChildTransform(static_cast<int>(leaf), transform, false);
+          compounds_[i]->updateChildTransform(static_cast<int>(n - first), transform, false);
       }
       compounds_[i]->recalculateLocalAabb();
       if (!added_) objects_[i] = make_object(compounds_[i].get(), i);
@@ -202,7 +214,7 @@ class World {
     added_ = true;
   }
 
-  LeafPoser<btScalar> poser_;
+  LeafPoser<btScalar> leaves_;
   BetweenCharacters filter_;
   btDefaultCollisionConfiguration configuration_;
   PairDispatcher dispatcher_;
@@ -218,25 +230,25 @@ class World {
 
 class TreeWorld : btDbvt::ICollide {
  public:
-  TreeWorld(const scenes::Character& figure, std::uint32_t count, bool per_link)
-      : boxes_(figure, count),
+  TreeWorld(const scenes::Crowd& crowd, bool per_link)
+      : boxes_(crowd),
         per_link_(per_link),
-        leaves_(per_link ? std::size_t{count} * boxes_.leaf_count() : count) {
-    if (boxes_.poser().local_shape(0) != nullptr) shapes_ = make_shapes(boxes_.poser());
+        nodes_(per_link ? boxes_.leaves().leaf_count() : boxes_.leaves().character_count()) {
+    if (boxes_.leaves().local_shape(0) != nullptr) shapes_ = make_shapes(boxes_.leaves());
   }
 
-  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+  void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     boxes_.pose(posed);
     const bool built = !tree_.empty();
-    for (std::uint32_t n = 0; n < leaves_.size(); ++n) {
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
       const WorldBounds& b = per_link_ ? boxes_.bounds(n) : boxes_.character(n);
       btDbvtVolume volume =
           btDbvtVolume::FromMM(btVector3(b.low[0], b.low[1], b.low[2]), btVector3(b.high[0], b.high[1], b.high[2]));
       if (!built)
-        leaves_[n] = tree_.insert(volume, reinterpret_cast<void*>(std::uintptr_t{n}));
-      else if (!leaves_[n]->volume.Contain(volume)) {
+        nodes_[n] = tree_.insert(volume, reinterpret_cast<void*>(std::uintptr_t{n}));
+      else if (!nodes_[n]->volume.Contain(volume)) {
         volume.Expand(btVector3(kMargin, kMargin, kMargin));
-        tree_.update(leaves_[n], volume);
+        tree_.update(nodes_[n], volume);
       }
     }
     pairs_ = &out;
@@ -249,7 +261,8 @@ class TreeWorld : btDbvt::ICollide {
 
   // GJK on the shapes without their margins: a capsule is a segment, and its margin is its radius.
   bool shapes_touch(std::uint32_t a, std::uint32_t b) const {
-    const btConvexShape &shape_a = *shapes_[a % boxes_.leaf_count()], &shape_b = *shapes_[b % boxes_.leaf_count()];
+    const LeafPoser<float>& leaves = boxes_.leaves();
+    const btConvexShape &shape_a = *shapes_[leaves.kind_of(a)], &shape_b = *shapes_[leaves.kind_of(b)];
     const btTransform at_a = transform_of(boxes_.box(a)), at_b = transform_of(boxes_.box(b));
     btGjkEpaSolver2::sResults results;
     return !btGjkEpaSolver2::Distance(&shape_a, at_a, &shape_b, at_b, at_b.getOrigin() - at_a.getOrigin(), results) ||
@@ -273,22 +286,20 @@ class TreeWorld : btDbvt::ICollide {
   }
 
   CrowdBoxes boxes_;
-  Shapes shapes_;  // of a character's leaves; empty: leaves are boxes
+  Shapes shapes_;  // of each kind of leaf; empty: leaves are boxes
   bool per_link_;
   btDbvt tree_;
-  std::vector<btDbvtNode*> leaves_;
+  std::vector<btDbvtNode*> nodes_;
   std::vector<LeafPair>* pairs_ = nullptr;
 };
 
 template <bool per_link>
-PeerFrame make_world(const scenes::Character& figure, std::uint32_t count) {
-  const auto world = std::make_shared<World>(figure, count, per_link);
-  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+PeerFrame make_world(const scenes::Crowd& crowd) {
+  return frame_of<World>(crowd, per_link);
 }
 template <bool per_link>
-PeerFrame make_tree(const scenes::Character& figure, std::uint32_t count) {
-  const auto world = std::make_shared<TreeWorld>(figure, count, per_link);
-  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+PeerFrame make_tree(const scenes::Crowd& crowd) {
+  return frame_of<TreeWorld>(crowd, per_link);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Embree: a tree over user primitives, and rtcCollide of the scene with itself.
 #include <embree3/rtcore.h>
 
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -14,8 +13,7 @@ namespace {
 
 class World {
  public:
-  World(const scenes::Character& figure, std::uint32_t count, bool per_link)
-      : boxes_(figure, count), per_link_(per_link) {
+  World(const scenes::Crowd& crowd, bool per_link) : boxes_(crowd), per_link_(per_link) {
     device_ = rtcNewDevice("threads=1");
     if (device_ == nullptr) throw std::runtime_error("embree: no device");
     scene_ = rtcNewScene(device_);
@@ -24,7 +22,8 @@ class World {
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
     geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_REFIT);
-    rtcSetGeometryUserPrimitiveCount(geometry_, per_link ? count * boxes_.leaf_count() : count);
+    rtcSetGeometryUserPrimitiveCount(geometry_,
+                                     per_link ? boxes_.leaves().leaf_count() : boxes_.leaves().character_count());
     rtcSetGeometryUserData(geometry_, this);
     rtcSetGeometryBoundsFunction(geometry_, bound, this);
     rtcAttachGeometry(scene_, geometry_);
@@ -37,7 +36,7 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+  void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     boxes_.pose(posed);
     rtcCommitGeometry(geometry_);
     rtcCommitScene(scene_);
@@ -90,9 +89,8 @@ class World {
 };
 
 template <bool per_link>
-PeerFrame make(const scenes::Character& figure, std::uint32_t count) {
-  const auto world = std::make_shared<World>(figure, count, per_link);
-  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+PeerFrame make(const scenes::Crowd& crowd) {
+  return frame_of<World>(crowd, per_link);
 }
 
 }  // namespace

@@ -31,12 +31,12 @@ std::uint32_t number_of(const fcl::CollisionObjectf* object) { return static_cas
 
 using Geometry = std::shared_ptr<fcl::CollisionGeometryf>;
 
-// The geometry of each leaf: its shape, or its box if it has none.
-std::vector<Geometry> make_geometries(const LeafPoser<float>& poser) {
+// The geometry of each kind of leaf: its shape, or its box if it has none.
+std::vector<Geometry> make_geometries(const LeafPoser<float>& leaves) {
   std::vector<Geometry> out;
-  for (std::uint32_t leaf = 0; leaf < poser.leaf_count(); ++leaf) {
-    const float(&half)[3] = poser.local_box(leaf).half;
-    const ConvexPart* const shape = poser.local_shape(leaf);
+  for (std::uint32_t kind = 0; kind < leaves.kind_count(); ++kind) {
+    const float(&half)[3] = leaves.local_box(kind).half;
+    const ConvexPart* const shape = leaves.local_shape(kind);
     if (shape == nullptr)
       out.push_back(std::make_shared<fcl::Boxf>(2 * half[0], 2 * half[1], 2 * half[2]));
     else if (shape->kind == ShapeKind::kCapsule)
@@ -92,30 +92,29 @@ fcl::OBBf obb_of(const WorldBox<float>& box) {
 // --------------------------------------------------------------------------------- one object per link, and collide()
 
 struct LinkWorld {
-  LeafPoser<float> poser;
+  LeafPoser<float> leaves;
   Tree tree;
   fcl::CollisionRequestf request;  // by default: one contact, no contact information, no cost
   std::vector<LeafPair>* pairs = nullptr;
 
-  LinkWorld(const scenes::Character& figure, std::uint32_t count) : poser(figure) {
-    const std::vector<Geometry> geometries = make_geometries(poser);
-    tree.objects.reserve(std::size_t{count} * geometries.size());
-    for (std::uint32_t i = 0; i < count; ++i)
-      for (const Geometry& geometry : geometries) tree.add(geometry);
+  explicit LinkWorld(const scenes::Crowd& crowd) : leaves(crowd) {
+    const std::vector<Geometry> geometries = make_geometries(leaves);
+    tree.objects.reserve(leaves.leaf_count());
+    for (std::uint32_t n = 0; n < leaves.leaf_count(); ++n) tree.add(geometries[leaves.kind_of(n)]);
   }
 
   static bool pair_found(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
     auto& self = *static_cast<LinkWorld*>(user);
-    const std::uint32_t na = number_of(a), nb = number_of(b), leaves = self.poser.leaf_count();
-    if (na / leaves == nb / leaves) return false;
+    const std::uint32_t na = number_of(a), nb = number_of(b);
+    if (self.leaves.character_of(na) == self.leaves.character_of(nb)) return false;
     fcl::CollisionResultf result;
     if (fcl::collide(a, b, self.request, result) > 0) self.pairs->push_back(ordered_pair(na, nb));
     return false;  // go on
   }
 
-  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+  void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     tree.update([&](Object& object, std::uint32_t n) {
-      object.setTransform(transform_of(poser.pose(posed, n / poser.leaf_count(), n % poser.leaf_count())));
+      object.setTransform(transform_of(leaves.pose(posed, n)));
       object.computeAABB();
     });
     pairs = &out;
@@ -130,23 +129,23 @@ struct BoundsWorld {
   std::vector<fcl::OBBf> obbs;
   Tree tree;
   bool link_objects;             // one object per link, else one per character
-  std::vector<Geometry> shapes;  // of a character's leaves; empty: leaves are boxes
+  std::vector<Geometry> shapes;  // of each kind of leaf; empty: leaves are boxes
   fcl::CollisionRequestf request;
   std::vector<LeafPair>* pairs = nullptr;
 
-  BoundsWorld(const scenes::Character& figure, std::uint32_t count, bool per_link)
-      : boxes(figure, count), obbs(std::size_t{count} * boxes.leaf_count()), link_objects(per_link) {
+  BoundsWorld(const scenes::Crowd& crowd, bool per_link)
+      : boxes(crowd), obbs(boxes.leaves().leaf_count()), link_objects(per_link) {
     const auto any = std::make_shared<fcl::Boxf>(1.f, 1.f, 1.f);  // only the bounds count
-    const std::size_t objects = per_link ? obbs.size() : count;
+    const std::size_t objects = per_link ? obbs.size() : boxes.leaves().character_count();
     tree.objects.reserve(objects);
     for (std::size_t n = 0; n < objects; ++n) tree.add(any);
-    if (boxes.poser().local_shape(0) != nullptr) shapes = make_geometries(boxes.poser());
+    if (boxes.leaves().local_shape(0) != nullptr) shapes = make_geometries(boxes.leaves());
   }
 
   bool shapes_touch(std::uint32_t a, std::uint32_t b) const {
-    const std::uint32_t leaves = boxes.leaf_count();
+    const LeafPoser<float>& leaves = boxes.leaves();
     fcl::CollisionResultf result;
-    return fcl::collide(shapes[a % leaves].get(), transform_of(boxes.box(a)), shapes[b % leaves].get(),
+    return fcl::collide(shapes[leaves.kind_of(a)].get(), transform_of(boxes.box(a)), shapes[leaves.kind_of(b)].get(),
                         transform_of(boxes.box(b)), request, result) > 0;
   }
   void test(std::uint32_t a, std::uint32_t b) {
@@ -165,7 +164,7 @@ struct BoundsWorld {
     return false;
   }
 
-  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
+  void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     boxes.pose(posed);
     for (std::uint32_t n = 0; n < obbs.size(); ++n) obbs[n] = obb_of(boxes.box(n));
     tree.update([&](Object& object, std::uint32_t n) {
@@ -176,14 +175,10 @@ struct BoundsWorld {
   }
 };
 
-PeerFrame make_link(const scenes::Character& figure, std::uint32_t count) {
-  const auto world = std::make_shared<LinkWorld>(figure, count);
-  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
-}
+PeerFrame make_link(const scenes::Crowd& crowd) { return frame_of<LinkWorld>(crowd); }
 template <bool per_link>
-PeerFrame make_bounds(const scenes::Character& figure, std::uint32_t count) {
-  const auto world = std::make_shared<BoundsWorld>(figure, count, per_link);
-  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+PeerFrame make_bounds(const scenes::Crowd& crowd) {
+  return frame_of<BoundsWorld>(crowd, per_link);
 }
 
 }  // namespace

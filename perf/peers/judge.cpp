@@ -29,17 +29,22 @@ void add_example(const JudgedCrowd& judge, const LeafPair& pair, const char* wha
 
 }  // namespace
 
-JudgedCrowd::JudgedCrowd(const scenes::Character& figure, const scenes::PosedGroup& posed)
-    : leaves_(static_cast<std::uint32_t>(figure.leaves.size())), origins_(posed.origins) {
+JudgedCrowd::JudgedCrowd(const scenes::Crowd& crowd, const std::vector<scenes::PosedGroup>& posed) : leaves_(crowd) {
+  boxes_.reserve(leaves_.leaf_count());
+  for (std::size_t g = 0; g < crowd.groups.size(); ++g) add(crowd.groups[g], posed[g]);
+}
+
+void JudgedCrowd::add(const scenes::CrowdGroup& group, const scenes::PosedGroup& posed) {
+  const scenes::Character& figure = group.figure;
   oracle::Rig rig;
   rig.parents = figure.link_parents;
   for (const scenes::BodyLeaf& leaf : figure.leaves) rig.leaves.push_back({leaf.link, leaf.box, {}});
   oracle::Poses poses;
   poses.link_count = rig.link_count();
-  poses.instance_count = static_cast<std::uint32_t>(posed.origins.size() / 3);
+  poses.instance_count = group.count;
   poses.data = posed.poses;
-  boxes_.reserve(std::size_t{poses.instance_count} * leaves_);
-  for (std::uint32_t i = 0; i < poses.instance_count; ++i) {
+  origins_.insert(origins_.end(), posed.origins.begin(), posed.origins.end());
+  for (std::uint32_t i = 0; i < group.count; ++i) {
     for (const oracle::ExactBox& box : exact_leaf_boxes(rig, poses, i)) boxes_.push_back(oracle::convert<double>(box));
     for (const scenes::BodyLeaf& leaf : figure.leaves) {
       if (leaf.parts.empty()) continue;
@@ -50,7 +55,7 @@ JudgedCrowd::JudgedCrowd(const scenes::Character& figure, const scenes::PosedGro
 }
 
 oracle::Vec3<double> JudgedCrowd::place_of(std::uint32_t leaf) const {
-  const double* const origin = origins_.data() + std::size_t{leaf / leaves_} * 3;
+  const double* const origin = origin_of(leaf);
   return oracle::Vec3<double>{{origin[0], origin[1], origin[2]}} + center_of(boxes_[leaf]);
 }
 
@@ -63,9 +68,7 @@ bool JudgedCrowd::boxes_overlap(const LeafPair& pair) const {
 
 oracle::ConvexCase JudgedCrowd::case_of(const LeafPair& pair) const {
   oracle::ConvexCase out = {parts_[pair.a], parts_[pair.b], {}};
-  const double* const a = origins_.data() + std::size_t{pair.a / leaves_} * 3;
-  const double* const b = origins_.data() + std::size_t{pair.b / leaves_} * 3;
-  for (std::size_t c = 0; c < 3; ++c) out.shift[c] = b[c] - a[c];
+  for (std::size_t c = 0; c < 3; ++c) out.shift[c] = origin_of(pair.b)[c] - origin_of(pair.a)[c];
   bind_vertices(out);
   return out;
 }
@@ -91,7 +94,7 @@ Pairs JudgedCrowd::touching_pairs() const {
   Pairs pairs;
   const auto count = static_cast<std::uint32_t>(boxes_.size());
   for (std::uint32_t a = 0; a < count; ++a)
-    for (std::uint32_t b = (a / leaves_ + 1) * leaves_; b < count; ++b) {
+    for (std::uint32_t b = leaves_.end_leaf(leaves_.character_of(a)); b < count; ++b) {
       if (!boxes_overlap({a, b})) continue;
       if (parts_.empty() || !are_apart(judge_case(case_of({a, b}), oracle::Effort::kDecide).verdict))
         pairs.push_back({a, b});

@@ -8,6 +8,7 @@
 
 #include "perf/oracle/convex_pairs.h"
 #include "perf/oracle/oracle_box.h"
+#include "perf/peers/crowd_leaves.h"
 #include "perf/peers/peer.h"
 
 namespace cab::perf {
@@ -20,7 +21,7 @@ enum class LeafVerdict { kTouch, kApart, kThreshold };
 // All leaves of a posed crowd. They are judged by their one part, or by their boxes if they have none.
 class JudgedCrowd {
  public:
-  JudgedCrowd(const scenes::Character& figure, const scenes::PosedGroup& posed);
+  JudgedCrowd(const scenes::Crowd& crowd, const std::vector<scenes::PosedGroup>& posed);
 
   LeafVerdict verdict(const LeafPair& pair) const;
 
@@ -32,13 +33,15 @@ class JudgedCrowd {
   Pairs touching_pairs() const;
 
  private:
+  void add(const scenes::CrowdGroup& group, const scenes::PosedGroup& posed);
+  const double* origin_of(std::uint32_t leaf) const { return &origins_[std::size_t{leaves_.character_of(leaf)} * 3]; }
   oracle::Vec3<double> place_of(std::uint32_t leaf) const;
   oracle::Vec3<double> between(const LeafPair& pair) const { return place_of(pair.b) - place_of(pair.a); }
   bool boxes_overlap(const LeafPair& pair) const;
   oracle::ConvexCase case_of(const LeafPair& pair) const;
 
-  std::uint32_t leaves_;
-  std::vector<double> origins_;
+  CrowdLeaves leaves_;
+  std::vector<double> origins_;                   // of all characters
   std::vector<oracle::OracleBox<double>> boxes_;  // relative to their characters' origins
   std::vector<oracle::PosedPart> parts_;          // likewise; empty: leaves are boxes
 };

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "perf/peers/crowd_leaves.h"
 #include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
@@ -23,25 +24,33 @@ struct WorldBounds {
   float low[3], high[3];
 };
 
-// Leaf boxes of one figure: from a character's poses to the world. The figure's boxes lie along their links' axes.
+// Leaf boxes of a crowd: from poses to the world. The figures' boxes lie along their links' axes.
 template <class Real>
-class LeafPoser {
+class LeafPoser : public CrowdLeaves {
  public:
-  explicit LeafPoser(const scenes::Character& figure) : links_(figure.link_parents.size()), leaves_(figure.leaves) {}
+  explicit LeafPoser(const scenes::Crowd& crowd) : CrowdLeaves(crowd) {
+    for (const scenes::CrowdGroup& group : crowd.groups) {
+      link_counts_.push_back(group.figure.link_parents.size());
+      kinds_.insert(kinds_.end(), group.figure.leaves.begin(), group.figure.leaves.end());
+    }
+  }
 
-  std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(leaves_.size()); }
-  const Box& local_box(std::uint32_t leaf) const { return leaves_[leaf].box; }
+  std::uint32_t kind_count() const { return static_cast<std::uint32_t>(kinds_.size()); }
+  const Box& local_box(std::uint32_t kind) const { return kinds_[kind].box; }
 
-  // The exact shape of a leaf, along its box's axes about its centre. Null: the box.
-  const ConvexPart* local_shape(std::uint32_t leaf) const {
-    return leaves_[leaf].parts.empty() ? nullptr : &leaves_[leaf].parts.front().shape;
+  // The exact shape of a kind of leaf, along its box's axes about its centre. Null: the box.
+  const ConvexPart* local_shape(std::uint32_t kind) const {
+    return kinds_[kind].parts.empty() ? nullptr : &kinds_[kind].parts.front().shape;
   }
 
   // Poses are unit quaternions, which the scenes make. The origin is added in double and rounded once.
-  WorldBox<Real> pose(const scenes::PosedGroup& posed, std::uint32_t character, std::uint32_t leaf) const {
-    const float* const f = posed.poses.data() + (character * links_ + leaves_[leaf].link) * 7;
-    const double* const origin = posed.origins.data() + std::size_t{character} * 3;
-    const Box& local = leaves_[leaf].box;
+  WorldBox<Real> pose(const std::vector<scenes::PosedGroup>& posed, std::uint32_t leaf) const {
+    const Character& owner = character(character_of(leaf));
+    const scenes::PosedGroup& group = posed[owner.group];
+    const scenes::BodyLeaf& kind = kinds_[kind_of(leaf)];
+    const float* const f = group.poses.data() + (owner.instance * link_counts_[owner.group] + kind.link) * 7;
+    const double* const origin = group.origins.data() + std::size_t{owner.instance} * 3;
+    const Box& local = kind.box;
     const Real x = f[0], y = f[1], z = f[2], w = f[3];
     WorldBox<Real> box = {{},
                           {{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
@@ -57,8 +66,8 @@ class LeafPoser {
   }
 
  private:
-  std::size_t links_;
-  std::vector<scenes::BodyLeaf> leaves_;
+  std::vector<std::size_t> link_counts_;  // of each group's figure
+  std::vector<scenes::BodyLeaf> kinds_;
 };
 
 template <class Real>
@@ -123,26 +132,24 @@ inline bool boxes_overlap(const WorldBox<float>& a, const WorldBox<float>& b) {
 // only bounds.
 class CrowdBoxes {
  public:
-  CrowdBoxes(const scenes::Character& figure, std::uint32_t count)
-      : poser_(figure),
-        leaves_(poser_.leaf_count()),
-        boxes_(std::size_t{count} * leaves_),
-        bounds_(boxes_.size()),
-        characters_(count) {}
+  explicit CrowdBoxes(const scenes::Crowd& crowd)
+      : leaves_(crowd),
+        boxes_(leaves_.leaf_count()),
+        bounds_(leaves_.leaf_count()),
+        characters_(leaves_.character_count()) {}
 
-  void pose(const scenes::PosedGroup& posed) {
+  void pose(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t i = 0, n = 0; i < characters_.size(); ++i)
-      for (std::uint32_t leaf = 0; leaf < leaves_; ++leaf, ++n) {
-        boxes_[n] = poser_.pose(posed, i, leaf);
+      for (const std::uint32_t first = n, end = leaves_.end_leaf(i); n < end; ++n) {
+        boxes_[n] = leaves_.pose(posed, n);
         bounds_[n] = bounds_of(boxes_[n]);
-        if (leaf == 0) characters_[i] = bounds_[n];
+        if (n == first) characters_[i] = bounds_[n];
         grow(characters_[i], bounds_[n]);
       }
   }
 
-  std::uint32_t leaf_count() const { return leaves_; }
-  const LeafPoser<float>& poser() const { return poser_; }
-  std::uint32_t character_of(std::uint32_t number) const { return number / leaves_; }
+  const LeafPoser<float>& leaves() const { return leaves_; }
+  std::uint32_t character_of(std::uint32_t number) const { return leaves_.character_of(number); }
   const WorldBox<float>& box(std::uint32_t number) const { return boxes_[number]; }
   const WorldBounds& bounds(std::uint32_t number) const { return bounds_[number]; }
   const WorldBounds& character(std::uint32_t i) const { return characters_[i]; }
@@ -151,16 +158,17 @@ class CrowdBoxes {
   // that overlap the other character's bounds.
   template <class Found>
   void for_leaves(std::uint32_t i, std::uint32_t j, Found&& found) const {
-    for (std::uint32_t a = i * leaves_; a < (i + 1) * leaves_; ++a) {
+    const std::uint32_t first_a = leaves_.character(i).first_leaf, end_a = leaves_.end_leaf(i);
+    const std::uint32_t first_b = leaves_.character(j).first_leaf, end_b = leaves_.end_leaf(j);
+    for (std::uint32_t a = first_a; a < end_a; ++a) {
       if (!bounds_overlap(bounds_[a], characters_[j])) continue;
-      for (std::uint32_t b = j * leaves_; b < (j + 1) * leaves_; ++b)
+      for (std::uint32_t b = first_b; b < end_b; ++b)
         if (bounds_overlap(bounds_[a], bounds_[b])) found(a, b);
     }
   }
 
  private:
-  LeafPoser<float> poser_;
-  std::uint32_t leaves_;
+  LeafPoser<float> leaves_;
   std::vector<WorldBox<float>> boxes_;
   std::vector<WorldBounds> bounds_;
   std::vector<WorldBounds> characters_;

@@ -1,7 +1,6 @@
 // ODE: its spaces, with its own test of two boxes and with our test.
 #include <ode/ode.h>
 
-#include <memory>
 #include <stdexcept>
 #include <vector>
 
@@ -19,16 +18,16 @@ void require_ode() {
 // One geom per link, in one space per character, in one outer space.
 class World {
  public:
-  World(const scenes::Character& figure, std::uint32_t count, dSpaceID outer, bool own_test)
-      : poser_(figure), boxes_(std::size_t{count} * poser_.leaf_count()), own_test_(own_test), outer_(outer) {
+  World(const scenes::Crowd& crowd, dSpaceID outer, bool own_test)
+      : leaves_(crowd), boxes_(leaves_.leaf_count()), own_test_(own_test), outer_(outer) {
     geoms_.reserve(boxes_.size());
-    for (std::uint32_t i = 0; i < count; ++i) {
+    for (std::uint32_t i = 0; i < leaves_.character_count(); ++i) {
       const dSpaceID inner = dSimpleSpaceCreate(outer_);
       dSpaceSetSublevel(inner, 1);
-      for (std::uint32_t leaf = 0; leaf < poser_.leaf_count(); ++leaf) {
-        const float(&half)[3] = poser_.local_box(leaf).half;
+      for (std::uint32_t n = leaves_.character(i).first_leaf; n < leaves_.end_leaf(i); ++n) {
+        const float(&half)[3] = leaves_.local_box(leaves_.kind_of(n)).half;
         geoms_.push_back(dCreateBox(inner, 2 * half[0], 2 * half[1], 2 * half[2]));
-        dGeomSetData(geoms_.back(), reinterpret_cast<void*>(std::uintptr_t{geoms_.size() - 1}));
+        dGeomSetData(geoms_.back(), reinterpret_cast<void*>(std::uintptr_t{n}));
       }
     }
   }
@@ -36,10 +35,9 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  void run(const scenes::PosedGroup& posed, std::vector<LeafPair>& out) {
-    const std::uint32_t leaves = poser_.leaf_count();
+  void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     for (std::uint32_t n = 0; n < geoms_.size(); ++n) {
-      const WorldBox<float>& box = boxes_[n] = poser_.pose(posed, n / leaves, n % leaves);
+      const WorldBox<float>& box = boxes_[n] = leaves_.pose(posed, n);
       dMatrix3 rotation = {};  // three rows of four
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t c = 0; c < 3; ++c) rotation[4 * c + k] = box.axis[k][c];
@@ -69,7 +67,7 @@ class World {
       self.pairs_->push_back(ordered_pair(na, nb));
   }
 
-  LeafPoser<float> poser_;
+  LeafPoser<float> leaves_;
   std::vector<WorldBox<float>> boxes_;
   bool own_test_;
   std::vector<dGeomID> geoms_;
@@ -77,23 +75,18 @@ class World {
   std::vector<LeafPair>* pairs_ = nullptr;
 };
 
-PeerFrame frame_in(const scenes::Character& figure, std::uint32_t count, dSpaceID outer, bool own_test) {
-  const auto world = std::make_shared<World>(figure, count, outer, own_test);
-  return [world](const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
-}
-
 template <bool own_test>
-PeerFrame make_sweep(const scenes::Character& figure, std::uint32_t count) {
+PeerFrame make_sweep(const scenes::Crowd& crowd) {
   require_ode();
-  return frame_in(figure, count, dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ), own_test);
+  return frame_of<World>(crowd, dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ), own_test);
 }
 
 // Cells of 1 to 4 m: a character is about 2 m high.
-PeerFrame make_hash(const scenes::Character& figure, std::uint32_t count) {
+PeerFrame make_hash(const scenes::Crowd& crowd) {
   require_ode();
   const dSpaceID outer = dHashSpaceCreate(nullptr);
   dHashSpaceSetLevels(outer, 0, 2);
-  return frame_in(figure, count, outer, false);
+  return frame_of<World>(crowd, outer, false);
 }
 
 }  // namespace

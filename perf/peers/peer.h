@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "scenes/crowd/crowd.h"
@@ -16,7 +18,7 @@ namespace cab::perf {
 enum class Leaves : std::uint8_t { kBoxes, kShapes };
 inline const char* name_of(Leaves leaves) { return leaves == Leaves::kBoxes ? "boxes" : "shapes"; }
 
-// Two leaves of different characters that touch, a < b. A leaf's number is character * leaves + leaf.
+// Two leaves of different characters that touch, a < b, by their numbers in CrowdLeaves.
 struct LeafPair {
   std::uint32_t a;
   std::uint32_t b;
@@ -28,18 +30,25 @@ inline LeafPair ordered_pair(std::uint32_t a, std::uint32_t b) { return a < b ? 
 
 // One frame, the measured time: sets every box from the poses, updates the trees that it keeps, and appends the
 // touching pairs in any order. It owns its world and is called frame after frame.
-using PeerFrame = std::function<void(const scenes::PosedGroup& posed, std::vector<LeafPair>& pairs)>;
+using PeerFrame = std::function<void(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& pairs)>;
+
+// The frame of a World that is made from the arguments, by its run(posed, pairs).
+template <class World, class... Arguments>
+PeerFrame frame_of(Arguments&&... arguments) {
+  const auto world = std::make_shared<World>(std::forward<Arguments>(arguments)...);
+  return
+      [world](const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& pairs) { world->run(posed, pairs); };
+}
 
 // One way to use a library. alone: the library finds the pairs by its own bounds and tests. Otherwise our code does
 // part of the work (leaf_boxes.h), as an experienced user would write it around the library's broad phase. make builds
-// the world for `count` characters, outside of the measured time.
+// the world of a crowd, outside of the measured time.
 struct PeerSetup {
   const char* name;
   bool alone;
   const char* meaning;
-  PeerFrame (*make)(const scenes::Character& figure, std::uint32_t count);
-  Leaves leaves =
-      Leaves::kBoxes;  // what it tests; of shapes, each leaf of the figure has one part, at its box's centre
+  PeerFrame (*make)(const scenes::Crowd& crowd);
+  Leaves leaves = Leaves::kBoxes;  // what it tests; of shapes, each leaf of a figure has one part, at its box's centre
 };
 
 struct Peer {

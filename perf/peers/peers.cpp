@@ -14,6 +14,7 @@
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
 #include "perf/base/usage.h"
+#include "perf/peers/crowd_leaves.h"
 #include "perf/peers/judge.h"
 #include "perf/peers/options.h"
 #include "perf/peers/peer.h"
@@ -72,14 +73,12 @@ struct Contestant {
 // A contestant with a world. `run` is measured; sorted_pairs gives the pairs of the last run.
 class Runner {
  public:
-  Runner(const Contestant& contestant, const scenes::Crowd& crowd) {
-    const scenes::CrowdGroup& group = crowd.groups.front();
-    leaves_ = static_cast<std::uint32_t>(group.figure.leaves.size());
+  Runner(const Contestant& contestant, const scenes::Crowd& crowd) : leaves_(crowd) {
     if (contestant.ours()) {
       session_ = std::make_unique<CrowdSession>(crowd, contestant.isa, 1);
       policies_.exact = contestant.exact;
     } else {
-      frame_ = contestant.setup.make(group.figure, group.count);
+      frame_ = contestant.setup.make(crowd);
     }
   }
 
@@ -90,7 +89,7 @@ class Runner {
       session_->run(posed, policies_);
     } else {
       pairs_.clear();
-      frame_(posed.front(), pairs_);
+      frame_(posed, pairs_);
     }
     return processor_seconds() - start;
   }
@@ -100,13 +99,14 @@ class Runner {
     Pairs pairs = pairs_;
     if (session_)
       for (const Hit& hit : session_->hits())
-        pairs.push_back(ordered_pair(hit.instance_a * leaves_ + hit.leaf_a, hit.instance_b * leaves_ + hit.leaf_b));
+        pairs.push_back(ordered_pair(leaves_.number_of(hit.batch_a.value - 1, hit.instance_a, hit.leaf_a),
+                                     leaves_.number_of(hit.batch_b.value - 1, hit.instance_b, hit.leaf_b)));
     std::sort(pairs.begin(), pairs.end());
     return pairs;
   }
 
  private:
-  std::uint32_t leaves_ = 0;
+  CrowdLeaves leaves_;
   std::unique_ptr<CrowdSession> session_;
   Policies policies_;
   PeerFrame frame_;
@@ -153,25 +153,29 @@ std::vector<Peer> choose_peers(const PeersOptions& options) {
   return chosen;
 }
 
-// The crowd of a scene. Of shapes, each leaf has one: a capsule where its box is round about z and longer along it,
-// else the ellipsoid that touches all faces of its box.
+// The shape of a leaf: a capsule where its box is round about z and longer along it, else the ellipsoid that touches all
+// faces of its box.
+scenes::ShapePart shape_in(const Box& box) {
+  scenes::ShapePart part;
+  std::copy_n(box.center, 3, part.shape.position);
+  const float(&half)[3] = box.half;
+  if (half[0] == half[1] && half[0] < half[2]) {
+    part.shape.kind = ShapeKind::kCapsule;
+    part.shape.size[0] = half[0];
+    part.shape.size[1] = half[2] - half[0];
+  } else {
+    part.shape.kind = ShapeKind::kEllipsoid;
+    std::copy_n(half, 3, part.shape.size);
+  }
+  return part;
+}
+
+// The crowd of a scene. Of shapes, each leaf has one.
 scenes::Crowd make_crowd(const std::string& scene, std::uint32_t count, Leaves leaves) {
   scenes::Crowd crowd = scenes::make_crowd(scene, count);
   if (leaves == Leaves::kBoxes) return crowd;
-  for (scenes::BodyLeaf& leaf : crowd.groups.front().figure.leaves) {
-    scenes::ShapePart part;
-    std::copy_n(leaf.box.center, 3, part.shape.position);
-    const float(&half)[3] = leaf.box.half;
-    if (half[0] == half[1] && half[0] < half[2]) {
-      part.shape.kind = ShapeKind::kCapsule;
-      part.shape.size[0] = half[0];
-      part.shape.size[1] = half[2] - half[0];
-    } else {
-      part.shape.kind = ShapeKind::kEllipsoid;
-      std::copy_n(half, 3, part.shape.size);
-    }
-    leaf.parts.push_back(part);
-  }
+  for (scenes::CrowdGroup& group : crowd.groups)
+    for (scenes::BodyLeaf& leaf : group.figure.leaves) leaf.parts.push_back(shape_in(leaf.box));
   return crowd;
 }
 
@@ -269,7 +273,7 @@ void verify(const std::string& scene, Leaves leaves, std::vector<Contestant>& co
   for (const Contestant& contestant : contestants) runners.emplace_back(contestant, crowd);
   const auto frames = pose_frames(crowd);
   for (const std::uint32_t f : kFrameOrder) {
-    const JudgedCrowd judge(crowd.groups.front().figure, frames[f].front());
+    const JudgedCrowd judge(crowd, frames[f]);
     const Pairs expected = judge.touching_pairs();
     for (std::size_t c = 0; c < runners.size(); ++c) {
       runners[c].run(frames[f]);
@@ -299,7 +303,7 @@ Run measure(const RunPlan& plan, const std::vector<Contestant>& contestants, con
   // Every contestant first runs all frames once. This builds its world and makes room for the most pairs. The pairs of
   // the last of these frames are compared, when each world has been updated.
   {
-    const JudgedCrowd judge(crowd.groups.front().figure, frames.back().front());
+    const JudgedCrowd judge(crowd, frames.back());
     Pairs ours;
     for (auto& [c, runner] : runners) {
       for (const auto& frame : frames) runner.run(frame);
