@@ -153,8 +153,8 @@ std::vector<Peer> choose_peers(const PeersOptions& options) {
   return chosen;
 }
 
-// The shape of a leaf: a capsule where its box is round about z and longer along it, else the ellipsoid that touches all
-// faces of its box.
+// The shape of a leaf: a capsule where its box is round about z and longer along it, else the ellipsoid that touches
+// all faces of its box.
 scenes::ShapePart shape_in(const Box& box) {
   scenes::ShapePart part;
   std::copy_n(box.center, 3, part.shape.position);
