@@ -408,6 +408,11 @@ TEST_CASE("a masked instance never rests, and rests once its pose is good") {
   const Outcome masked = story.run(*engine);
   CHECK(masked.stats.instances_masked == 1);
   CHECK(same_hits(masked.hits, run_world(story.world).hits));
+  story.moved[0][0] = 0;
+  const Outcome still = story.run(*engine);
+  CHECK(still.stats.instances_resting == 349);
+  CHECK(still.stats.instances_masked == 1);
+  CHECK(story.flags[0][0] == kInstanceNotFinite);
 }
 
 TEST_CASE("moved is refused for sequences and with too few bytes, and so is an unknown value of resting") {
