@@ -9,13 +9,17 @@ Call::Call(Engine& engine) : engine_(engine), admitted_(!engine.busy.test_and_se
 
 Call::~Call() {
   if (!admitted_) return;
+  unbind();
+  engine_.busy.clear(std::memory_order_release);
+}
+
+void Call::unbind() {
   for (const auto& slot : engine_.batches) {
     slot->batch.input = nullptr;
     slot->batch.instance_count = slot->batch.capacity;
     slot->batch.pairs_between = slot->batch.pairs_within = false;
     slot->batch.skips_within = slot->batch.may_rest = false;
   }
-  engine_.busy.clear(std::memory_order_release);
 }
 
 void Call::bind(const BatchInput& given, bool by_bounds) {

@@ -23,6 +23,9 @@ class Call {
   // whether the call reads bounds instead of poses.
   void bind(const BatchInput& input, bool by_bounds = false);
 
+  // Lets go of all bindings, as the end of the call does.
+  void unbind();
+
  private:
   Engine& engine_;
   bool admitted_;

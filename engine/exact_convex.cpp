@@ -13,16 +13,6 @@
 namespace cab {
 namespace {
 
-// The power of two that scales a length, which must be at least kLeastConvexReach, to between 1/2 and 1.
-float scale_of(float length) {
-  std::uint32_t bits;
-  std::memcpy(&bits, &length, sizeof(bits));
-  bits = (253 - (bits >> 23)) << 23;
-  float out;
-  std::memcpy(&out, &bits, sizeof(out));
-  return out;
-}
-
 // One side of a leaf pair: the shapes of the leaf, the pose of its link, and the scale of that pose, rounded.
 struct LeafShapes {
   Span<const ConvexShape> shapes;
@@ -119,7 +109,7 @@ class ConvexQueues {
     set_side(b, shape_b, lane, block.b);
     for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
     block.margin[lane] = margin;
-    block.scale[lane] = scale_of(std::max(a.scale * shape_a.reach + b.scale * shape_b.reach, kLeastConvexReach));
+    block.scale[lane] = scale_of_reach(a.scale * shape_a.reach + b.scale * shape_b.reach);
     queue.asks[lane] = asks;
     queue.rank[lane] = rank;
     if (queue.count == kLanes) run(queue);
@@ -196,10 +186,7 @@ class ConvexTester {
       const kernel::ConvexAnswer answer = frame.kernels.test_convex_pairs(block);
       for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
         const std::uint32_t id = queue.asks[lane];
-        const bool tiny = block.a.shape[lane]->reach + block.b.shape[lane]->reach < kLeastConvexReach;
-        const bool apart = !tiny && (answer.apart >> lane & 1), touching = !tiny && (answer.touching >> lane & 1);
-        if (!apart && !touching_pairs.is_touching(id) && (touching || touch_in_double(block, lane)))
-          touching_pairs.set_touching(id);
+        if (!touching_pairs.is_touching(id) && lane_touches(block, answer, lane)) touching_pairs.set_touching(id);
       }
     }
   };
@@ -233,6 +220,23 @@ struct FoundLanes {
 };
 
 }  // namespace
+
+float scale_of_reach(float reach) {
+  const float length = std::max(reach, kLeastConvexReach);
+  std::uint32_t bits;
+  std::memcpy(&bits, &length, sizeof(bits));
+  bits = (253 - (bits >> 23)) << 23;
+  float out;
+  std::memcpy(&out, &bits, sizeof(out));
+  return out;
+}
+
+bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& answer, std::uint32_t lane) {
+  const bool tiny = block.a.shape[lane]->reach + block.b.shape[lane]->reach < kLeastConvexReach;
+  if (!tiny && (answer.apart >> lane & 1)) return false;
+  if (!tiny && (answer.touching >> lane & 1)) return true;
+  return touch_in_double(block, lane);
+}
 
 void keep_touching(const FrameContext& frame, Worker& worker) {
   FixedList<LeafPair>& found = worker.found;

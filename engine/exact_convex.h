@@ -22,6 +22,13 @@ struct ConvexQueue {
 // A worker has one queue for each kind of a's shape and each kind of b's shape.
 inline constexpr std::uint32_t kConvexQueues = kConvexKindCount * kConvexKindCount;
 
+// The power of two that scales the sum of the reaches of two shapes to between 1/2 and 1, for ConvexBlock::scale. Sums
+// below kLeastConvexReach count as that.
+float scale_of_reach(float reach);
+
+// Whether the pair of a lane touches: by the answer of the kernel, or in double where that decides nothing.
+bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& answer, std::uint32_t lane);
+
 // Removes from worker.found the leaf pairs whose shapes do not touch. LeafPair::candidate is an index into
 // worker.candidates. Every other pair touches, or could not be shown to be apart.
 void keep_touching(const FrameContext& frame, Worker& worker);

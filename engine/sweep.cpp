@@ -136,7 +136,7 @@ Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& i
   if (const Status status = bind_inputs(engine, call, {&last, 1}); status != Status::kOk) return status;
   InstanceBatch& batch = engine.batch(last.batch);
   const InstanceBatch before = batch;
-  batch.input = nullptr;
+  call.unbind();
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
   if (&engine.batch(input.batch) != &batch || batch.kind != BatchKind::kCharacters || is_static(batch))
     return Status::kBadBatchKind;

@@ -356,6 +356,18 @@ struct Session {
           Status::kOk)
         for (const float margin : margins) FUZZ_CHECK(margin == -1 || (margin >= 0 && margin <= kMaxCoordinate));
     }
+    if (!inputs.empty() && bytes.rarely()) {
+      Hit pair = {};
+      pair.batch_a = {1 + bytes.below(2)}, pair.batch_b = {1 + bytes.below(2)};
+      pair.instance_a = bytes.below(8), pair.instance_b = bytes.below(8);
+      pair.link_a = static_cast<std::uint16_t>(bytes.below(3)),
+      pair.link_b = static_cast<std::uint16_t>(bytes.below(3));
+      const Span<const BatchInput> all = {inputs.data(), inputs.size()};
+      float moment = -1;
+      const Status found =
+          find_touching_moments(engine, spoiled(bytes, all), all, bytes.below(40), {&pair, 1}, {&moment, 1});
+      FUZZ_CHECK(found == Status::kOk ? (moment >= 0 && moment <= 1) || moment == kNeverTouch : moment == -1);
+    }
     if (bytes.rarely()) job.margin = bytes.number();
     if (bytes.rarely()) job.min_depth = bytes.number();
     if (bytes.rarely()) job.report = static_cast<Report>(bytes.below(4));

@@ -96,6 +96,7 @@ enum class Status : std::int32_t {
   kContactsNeedExact,    // contacts, distances and min_depth need an exact test, such as convex
   kBadInstance,          // instance is not one of the batch's instances in this call
   kBadPairs,       // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
+  kBadSteps,       // steps must be 1 to 4096
   kBadOutput,      // an output is null or too small
   kHitsOverflow,   // hits is too small for all hits
   kPairsOverflow,  // pairs is too small for all candidates
@@ -554,6 +555,10 @@ struct HitChanges {
   std::size_t began_count = 0;  // how many there are, also if `began` is too small
   std::size_t ended_count = 0;  // likewise
 };
+
+// What find_touching_moments writes for links that touch at none of its moments, and the most steps that it takes.
+inline constexpr float kNeverTouch = 2;
+inline constexpr std::uint32_t kMaxSteps = 4096;
 
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
