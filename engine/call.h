@@ -3,6 +3,7 @@
 
 #include "engine/engine.h"
 
+#include <exception>
 #include <utility>
 
 namespace cab {
@@ -30,5 +31,13 @@ class Call {
   Engine& engine_;
   bool admitted_;
 };
+
+// Calls body(), which may allocate, and turns an exception into kOutOfMemory.
+template <class Body>
+Status guarded(Body&& body) noexcept {
+  try {
+    return body();
+  } catch (const std::exception&) { return Status::kOutOfMemory; }
+}
 
 }  // namespace cab

@@ -303,7 +303,7 @@ void bound_tile(const FrameContext& frame, const TileInstances& instances, Insta
   for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
   if (!needs_bounds(frame)) return;
   if (!is_axis_aligned(frame.policies.refit))
-    frame.kernels.bound_boxes(worker.boxes.data, batch.active->leaf_count, worker.bounds.data);
+    frame.kernels.bound_boxes(worker.boxes.data, posed_articulation(*batch.active).leaf_count, worker.bounds.data);
   bound_instances(frame.kernels, batch, instances, live, worker.bounds.data, worker.histogram);
   for (std::uint32_t left = live; left; left &= left - 1)
     count_beyond_bounds(frame, batch, instances.instance[__builtin_ctz(left)], worker.stats);

@@ -97,9 +97,7 @@ void drop_hits(FrameRun& run) {
 }
 
 bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
-  kernel::LaneChecks<float> checks = {true, true, true};
-  const kernel::RigidLanes<float> posed = placed_pose<float>(stored_pose(batch, instance, link), checks);
-  return checks.finite && checks.rigid && kernel::in_range(posed.translation);
+  return is_valid(stored_pose(batch, instance, link));
 }
 
 void measure_pairs(const FrameContext& frame, WorkerPool& pool, Span<const Hit> pairs, Contact* contacts) {

@@ -26,7 +26,14 @@ kernel::RigidLanes<T> placed_pose(const StoredPose& from, kernel::LaneChecks<T>&
                                 checks);
 }
 
-// The same in double, of a pose that was checked when its instance was bounded.
+// Whether a pose and its instance's orientation are finite, in range and rigid.
+inline bool is_valid(const StoredPose& from) {
+  kernel::LaneChecks<float> checks = {true, true, true};
+  const kernel::RigidLanes<float> posed = placed_pose<float>(from, checks);
+  return checks.finite && checks.rigid && kernel::in_range(posed.translation);
+}
+
+// placed_pose in double, of a pose that was checked when its instance was bounded.
 kernel::RigidLanes<double> pose_in_double(const StoredPose& from);
 
 class ConvexPair {

@@ -7,6 +7,7 @@
 #include "engine/memory.h"
 #include "engine/rest.h"
 #include "engine/rest_pose.h"
+#include "engine/slots.h"
 #include "engine/update.h"
 #include "engine/validate.h"
 #include "kernels/find_kernels.h"
@@ -22,29 +23,10 @@
 namespace cab {
 namespace {
 
-// Calls body(), which may allocate, and turns an exception into kOutOfMemory.
-template <class Body>
-Status guarded(Body&& body) noexcept {
-  try {
-    return body();
-  } catch (const std::bad_alloc&) { return Status::kOutOfMemory; } catch (const std::exception&) {
-    return Status::kOutOfMemory;
-  }
-}
-
 // A number from 1 to 65535 that differs from those of the engines made before.
 std::uint16_t next_engine_number() {
   static std::atomic<std::uint32_t> made{0};
   return static_cast<std::uint16_t>(made.fetch_add(1, std::memory_order_relaxed) % 65535 + 1);
-}
-
-// The lowest slot that is not in use, or a new one. A slot that a failed call leaves behind is taken by the next.
-template <class Stored>
-std::size_t free_slot(const Allocator& allocator, std::vector<std::unique_ptr<Stored>>& slots) {
-  const auto free = std::find_if(slots.begin(), slots.end(), [](const auto& slot) { return !slot->in_use(); });
-  const auto index = static_cast<std::size_t>(free - slots.begin());
-  if (free == slots.end()) slots.push_back(std::make_unique<Stored>(allocator));
-  return index;
 }
 
 // Empties the slot of a batch.
@@ -54,13 +36,6 @@ void clear_slot(StoredBatch& slot) {
   slot.convex_shapes = nullptr;
   slot.statics.reset();
   slot.arena.release();
-}
-
-// Puts what was made in place of what a slot holds, in its next generation.
-template <class Stored>
-void fill_slot(std::unique_ptr<Stored> made, std::unique_ptr<Stored>& slot) {
-  made->generation = slot->generation;
-  slot = std::move(made);
 }
 
 // Makes room for the instances of a batch whose articulation and shapes are set, and puts it into a slot of the engine.
@@ -95,16 +70,6 @@ Status store_batch(Engine& engine, BatchKind kind, std::uint32_t count, std::uni
   forget_rest(engine);
   out->value = id_of(index, engine, engine.batches);
   return Status::kOk;
-}
-
-const StoredArticulation* find_stored(const Engine& engine, ArticulationId id) {
-  const std::size_t index = index_of(id.value, engine, engine.articulations);
-  return index < engine.articulations.size() ? engine.articulations[index].get() : nullptr;
-}
-
-const Articulation* find_articulation(const Engine& engine, ArticulationId id) {
-  const StoredArticulation* const stored = find_stored(engine, id);
-  return stored ? &stored->articulation : nullptr;
 }
 
 // The box of one lane.
@@ -187,12 +152,7 @@ Status add_articulation(Engine& engine, const ArticulationDesc& desc, Articulati
         return status;
       ignore_at_rest(touching, slot->arena, slot->articulation);
     }
-    slot->fcl_shapes = make_fcl_shapes(slot->articulation);
-    build_link_bounds(slot->articulation, slot->arena, &slot->link_bounds);
-    slot->convex_shapes = make_convex_shapes(slot->articulation, slot->arena);
-    const std::size_t index = free_slot(engine.allocator, engine.articulations);
-    fill_slot(std::move(slot), engine.articulations[index]);
-    out->value = id_of(index, engine, engine.articulations);
+    store_articulation(std::move(slot), engine, out);
     return Status::kOk;
   });
 }
@@ -263,10 +223,12 @@ Status remove_articulation(Engine& engine, ArticulationId id) noexcept {
   const std::size_t index = index_of(id.value, engine, engine.articulations);
   if (index == engine.articulations.size()) return Status::kUnknownArticulation;
   StoredArticulation& slot = *engine.articulations[index];
-  const bool in_use = std::any_of(engine.batches.begin(), engine.batches.end(), [&slot](const auto& batch) {
-    return batch->batch.articulation == &slot.articulation;
-  });
-  if (in_use) return Status::kArticulationInUse;
+  const auto is_of = [&slot](const Articulation* one) { return one == &slot.articulation; };
+  const bool has_batches = std::any_of(engine.batches.begin(), engine.batches.end(),
+                                       [&](const auto& batch) { return is_of(batch->batch.articulation); });
+  const bool has_levels = std::any_of(engine.articulations.begin(), engine.articulations.end(),
+                                      [&](const auto& other) { return is_of(other->articulation.lod.posed); });
+  if (has_batches || has_levels) return Status::kArticulationInUse;
   slot.articulation = {};
   slot.link_bounds = {};
   slot.convex_shapes = {};

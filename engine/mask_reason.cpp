@@ -27,7 +27,7 @@ class MaskSearch {
  public:
   MaskSearch(const InstanceBatch& batch, std::uint32_t instance)
       : batch_(batch),
-        articulation_(*batch.articulation),
+        articulation_(posed_articulation(*batch.articulation)),
         instance_(instance),
         coding_(coding_of(batch)),
         orientation_(orientation_of(batch, instance)) {}

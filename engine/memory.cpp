@@ -30,7 +30,7 @@ void add_character(const Articulation& articulation, const LinkBounds& link_boun
   needs.large = needs.large || is_large(articulation);
   needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
   needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));
-  needs.nodes = std::max(needs.nodes, needs.character_nodes);
+  needs.nodes = std::max<std::size_t>(needs.nodes, posed_articulation(articulation).node_count);
 }
 
 MemoryNeeds needs_of(const Engine& engine) {
@@ -42,7 +42,7 @@ MemoryNeeds needs_of(const Engine& engine) {
     const InstanceBatch& batch = slot->batch;
     extremes.add(*batch.articulation, needs);
     if (batch.kind == BatchKind::kSequence) {
-      sequence_nodes += batch.articulation->node_count;
+      sequence_nodes += posed_articulation(*batch.articulation).node_count;
     } else {
       needs.character_instances += batch.capacity;
       needs.character_tiles += tile_count(batch.capacity);
@@ -135,7 +135,7 @@ void place_sequences(Engine& engine) {
   for (const auto& slot : engine.batches) {
     if (!slot->in_use() || slot->batch.kind != BatchKind::kSequence) continue;
     slot->batch.worker_nodes = at;
-    at += slot->batch.articulation->node_count;
+    at += posed_articulation(*slot->batch.articulation).node_count;
   }
 }
 

@@ -42,7 +42,12 @@ const char* to_string(Status status) noexcept {
     case Status::kUnknownArticulation:
       return "the articulation id is not one of this engine, or is of one that was removed";
     case Status::kUnknownBatch: return "the batch id is not one of this engine, or is of one that was removed";
-    case Status::kArticulationInUse: return "the articulation has batches, which must be removed first";
+    case Status::kArticulationInUse:
+      return "the articulation has batches or levels of nodes, which must be removed first";
+    case Status::kBadLod:
+      return "a level needs an articulation that is no level, leaves for all links, and a finite play";
+    case Status::kTooFewLeaves: return "max_leaves is 0, above 1024, or below the number of trees that have leaves";
+    case Status::kLodLeafTooSmall: return "the box of a level's leaf does not hold all that its links can reach";
     case Status::kBadBatchKind: return "kind is not a value of BatchKind";
     case Status::kNoInstances: return "instance_count is 0, but a batch needs at least one instance";
     case Status::kBadStaticBody:
@@ -83,6 +88,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadHitBuffer:
       return "hits has a size and no data, or contacts is not as long as hits where it must be";
     case Status::kContactsNeedExact: return "contacts, distances and min_depth need an exact test, such as convex";
+    case Status::kLodWithoutShapes: return "an exact test needs shapes, but a batch with input is of a level of nodes";
     case Status::kBadInstance: return "instance is not one of the batch's instances in this call";
     case Status::kBadPairs:
       return "pairs names a batch without input, a missing instance, a link without leaves, or a link twice";

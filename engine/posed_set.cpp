@@ -94,8 +94,10 @@ void pose_set(const FrameContext& frame, Worker& worker) {
     const InstanceBatch& batch = frame.batch(tile.batch);
     const std::uint32_t leaves = batch.active->leaf_count;
     worker.stats.instances_posed += tile.instances.count;
-    update_tile(frame, {&batch, tile.instances, refit_scope(batch.strategy), worker.boxes.data, worker.bounds.data},
-                worker);
+    update_tile(
+        frame,
+        {&batch, tile.instances, refit_scope(batch.strategy, *batch.active), worker.boxes.data, worker.bounds.data},
+        worker);
     if (is_axis_aligned(policies.refit))
       kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.instances.count, reinterpret_cast<AabbAos*>(tile.boxes),
                            tile.nodes);

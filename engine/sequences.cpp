@@ -161,13 +161,13 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
 // Steps 1 and 3 for one tile of every sequence. A table is posed again for every tile, but reports its flags only with
 // the first.
 void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, std::uint32_t tile, Worker& worker) {
-  const RefitScope scope = refit_scope(frame.policies.strategy);
   for (const BatchInput& input : inputs) {
     const std::uint32_t index = slot_of(input.batch).value - 1;
     const InstanceBatch& batch = frame.batch(index);
     const std::uint32_t own_tile = tile_of(batch, tile);
     if (batch.kind != BatchKind::kSequence || own_tile >= tile_count(batch.instance_count)) continue;
     const Timed timed(worker.stats.seconds_update);
+    const RefitScope scope = refit_scope(frame.policies.strategy, *batch.articulation);
     const TileUpdate update = {&batch, instances_of(batch, own_tile), scope, worker.boxes.data + batch.worker_nodes,
                                worker.bounds.data + batch.worker_nodes};
     worker.live[index] =

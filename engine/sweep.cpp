@@ -106,7 +106,7 @@ struct Sweep {
       for (std::uint32_t c = 0; c < 3; ++c)
         shift[c][lane] = origin_of(now, instances.instance[lane], c) - origin_of(last, instances.instance[lane], c);
     Lane1 most = {};
-    const Articulation& articulation = *now.articulation;
+    const Articulation& articulation = posed_articulation(*now.articulation);
     for (const PosedLink& link : articulation.posed_links)
       raise_by_link(articulation, link, worker.last_motions[link.link], worker.motions[link.link], shift, most);
     for (std::uint32_t lane = 0; lane < instances.count; ++lane)

@@ -11,6 +11,7 @@
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cab {
 namespace {
@@ -238,10 +239,11 @@ CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t
   const InstanceBounds &bounds_a = placement_a.bounds, &bounds_b = placement_b.bounds;
   origin_difference(set, candidate, sides.shift);
   set_shift(sides.shift, filter);
+  const bool within_bounds = !a.active->lod.posed && !b.active->lod.posed;  // nodes extend beyond the leaves below them
   for (std::uint32_t c = 0; c < 3; ++c) {
     const double origin = placement_a.origin[c];
-    filter.region_lo[c] = float_below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin);
-    filter.region_hi[c] = float_above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin);
+    filter.region_lo[c] = within_bounds ? float_below(std::max(bounds_a.lo[c], bounds_b.lo[c]) - origin) : -HUGE_VALF;
+    filter.region_hi[c] = within_bounds ? float_above(std::min(bounds_a.hi[c], bounds_b.hi[c]) - origin) : HUGE_VALF;
   }
   filter.candidate = index;
   filter.self = sides.within;

@@ -42,10 +42,9 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
   pose.joints = worker.joints.data;
   pose.motions = frame.policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
   pose.flags = flags;
-  if (batch.active != batch.articulation) {
-    pose.pads = kLinkPads;
-    pose.range = kLinkRange * kMaxCoordinate;
-  }
+  const bool of_links = batch.active != batch.articulation;
+  if (of_links) pose.range = kLinkRange * kMaxCoordinate;
+  if (of_links || is_reach_lod(*batch.articulation)) pose.pads = kLinkPads;
   return pose;
 }
 
@@ -67,7 +66,7 @@ void mask_by_leaves(const FrameContext& frame, const InstanceBatch& batch, const
 // Makes the nodes that tile.scope names from the posed leaf boxes, by the refit policy.
 void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::PoseTile& pose, Worker& worker) {
   const kernel::KernelTable& kernels = frame.kernels;
-  const Articulation& articulation = *tile.batch->active;
+  const Articulation& articulation = *pose.articulation;
   const std::size_t extents = static_cast<std::size_t>(frame.policies.extents);
   const bool all = tile.scope == RefitScope::kAllNodes;
   if (frame.policies.refit == Refit::kAabbVertices && !is_static(*tile.batch)) {
@@ -83,6 +82,18 @@ void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::Pose
   }
 }
 
+// Moves the nodes of a level to the front, out of those of the articulation that was refitted. None is overwritten
+// before it is moved: each is at the index of its node there or before.
+void keep_lod(const FrameContext& frame, const TileUpdate& tile) {
+  const Span<const std::uint16_t> nodes = tile.batch->active->lod.node;
+  for (std::size_t n = 0; n < nodes.size; ++n) {
+    if (is_axis_aligned(frame.policies.refit))
+      tile.bounds[n] = tile.bounds[nodes[n]];
+    else
+      tile.boxes[n] = tile.boxes[nodes[n]];
+  }
+}
+
 // Which boxes decide the flags: those that were posed, leaves or link boxes, or always the leaves.
 enum class FlagsOf : std::uint8_t { kPosedBoxes, kLeaves };
 
@@ -95,6 +106,7 @@ std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, 
   frame.kernels.pose_leaves(pose);
   if (flags_of == FlagsOf::kLeaves) mask_by_leaves(frame, *tile.batch, pose);
   if (tile.scope != RefitScope::kNone) refit(frame, tile, pose, worker);
+  if (tile.scope == RefitScope::kAllNodes) keep_lod(frame, tile);
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < tile.instances.count; ++lane)
     if (flags[lane] == kInstanceOk) out |= 1u << lane;
@@ -105,7 +117,7 @@ std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, 
 
 kernel::PoseTile instances_to_pose(const InstanceBatch& batch, const TileInstances& instances) {
   kernel::PoseTile pose;
-  pose.articulation = batch.active;
+  pose.articulation = &posed_articulation(*batch.active);
   pose.coding = coding_of(batch);
   pose.link_stride = batch.link_stride / sizeof(float);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {

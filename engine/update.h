@@ -13,14 +13,15 @@ struct Worker;
 // policy keeps them, as boxes or as axis-aligned bounds. kAllNodes: all nodes.
 enum class RefitScope : std::uint8_t { kNone, kLeaves, kAllNodes };
 
-// What a strategy tests. kExactAll tests no box; its leaves are posed to find the masked instances.
-inline RefitScope refit_scope(Strategy strategy) {
-  return strategy == Strategy::kExactAll ? RefitScope::kNone
-         : strategy == Strategy::kTree   ? RefitScope::kAllNodes
-                                         : RefitScope::kLeaves;
+// What a strategy tests. kExactAll tests no box; its leaves are posed to find the masked instances. The leaves of a
+// level of nodes are inner nodes.
+inline RefitScope refit_scope(Strategy strategy, const Articulation& articulation) {
+  if (strategy == Strategy::kExactAll) return RefitScope::kNone;
+  return strategy == Strategy::kTree || articulation.lod.posed ? RefitScope::kAllNodes : RefitScope::kLeaves;
 }
 
-// One tile to update, and where its nodes go. An axis-aligned refit writes the nodes to `bounds`, and `boxes` receives
+// One tile to update, and where its nodes go. Of a level of nodes, kLeaves makes the leaves of its articulation, and
+// kAllNodes the nodes of the level. An axis-aligned refit writes the nodes to `bounds`, and `boxes` receives
 // the posed leaf boxes alone.
 struct TileUpdate {
   const InstanceBatch* batch;  // bound to an input

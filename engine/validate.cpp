@@ -157,8 +157,12 @@ Status validate_job(Engine& engine, const FrameJob& job) {
   const bool distances = job.report == Report::kDistances;
   if (distances && job.contacts.size != job.hits.size) return Status::kBadHitBuffer;
   if (!job.contacts.empty() && (!job.contacts.data || job.contacts.size != job.hits.size)) return Status::kBadHitBuffer;
-  if ((distances || needs_contacts(job)) && job.policies.exact == Exact::kNone) return Status::kContactsNeedExact;
-  return Status::kOk;
+  if (job.policies.exact == Exact::kNone)
+    return distances || needs_contacts(job) ? Status::kContactsNeedExact : Status::kOk;
+  const bool all_have_shapes = std::all_of(job.inputs.begin(), job.inputs.end(), [&engine](const BatchInput& input) {
+    return !engine.batch(input.batch).articulation->lod.posed;
+  });
+  return all_have_shapes ? Status::kOk : Status::kLodWithoutShapes;
 }
 
 Status validate_pairs(const Engine& engine, Span<const Hit> pairs) {

@@ -447,6 +447,12 @@ bool rotation_columns(const float* q, double columns[3][3]) {
   return true;
 }
 
+void ignore_pairs(Span<const LinkPair> pairs, Arena& arena, Articulation& articulation) {
+  std::vector<IgnoredPair> ignored;
+  append_ignored(pairs, kIgnoredExplicitly, ignored);
+  set_ignored(ignored, arena, articulation);
+}
+
 void ignore_at_rest(Span<const LinkPair> touching, Arena& arena, Articulation& articulation) {
   std::vector<IgnoredPair> pairs(articulation.ignored_pairs.begin(), articulation.ignored_pairs.end());
   append_ignored(touching, kIgnoredAtRest, pairs);

@@ -16,6 +16,17 @@ struct PosedLink {
   bool needs_joint;
 };
 
+struct Articulation;
+
+// What an articulation that is a coarser level has in addition (LodDesc).
+struct Lod {
+  Span<const std::uint16_t> leaf_of_link;  // by link: the leaf that stands for it, kNoLeaf without leaves; or empty
+  // Of a level of nodes: the articulation whose leaves are posed, and by node of the level its node there, ascending
+  // among leaves and among inner nodes.
+  const Articulation* posed = nullptr;
+  Span<const std::uint16_t> node;
+};
+
 struct Articulation {
   std::uint32_t link_count = 0;
   std::uint32_t leaf_count = 0;
@@ -39,7 +50,18 @@ struct Articulation {
   Span<const ConvexPart> parts;
   Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 indices into parts
   MergeProgram program;
+  Lod lod;
 };
+
+// Whether the leaves are boxes with room for whatever their links can reach.
+inline bool is_reach_lod(const Articulation& articulation) {
+  return !articulation.lod.leaf_of_link.empty() && !articulation.lod.posed;
+}
+
+// The articulation whose leaves are posed for another's boxes: that itself, unless it is a level of nodes.
+inline const Articulation& posed_articulation(const Articulation& articulation) {
+  return articulation.lod.posed ? *articulation.lod.posed : articulation;
+}
 
 // Returns whether links a and b of one instance are never reported as a pair: they are the same link or an ignored
 // pair.
@@ -62,6 +84,9 @@ Status build_leaves(Span<const Leaf> leaves, Arena& arena, Articulation* out, st
 // Writes the rotation of a unit quaternion x y z w: columns[k] is the image of axis k. Returns false if the quaternion
 // is not of unit length, to the tolerance of ConvexPart::rotation.
 bool rotation_columns(const float* q, double columns[3][3]);
+
+// Makes these pairs of links the ignored pairs of an articulation, whose memory `arena` owns. Throws std::bad_alloc.
+void ignore_pairs(Span<const LinkPair> pairs, Arena& arena, Articulation& articulation);
 
 // Adds the pairs of links that touch in the rest pose to the ignored pairs of an articulation, whose memory `arena`
 // owns. `touching` may hold a pair more than once and in either order. Throws std::bad_alloc.

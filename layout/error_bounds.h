@@ -110,6 +110,17 @@ inline constexpr float kLinkPads = 2.75f;
 // The numbers of a posed link box may be this many times as large as those of a leaf box. Step 6.7: 3.99.
 inline constexpr float kLinkRange = 4;
 
+// ------------------------------------------------------------------------------------------------ boxes of levels
+
+// How far links can reach grows by this share of the lengths that it is a sum of, for poses that are rotations only to
+// kRigidTolerance and for the slack of the leaf predicate. 3.91e-3; step 10.2: 2.07e-3.
+inline constexpr double kReachGrow = 0x1p-8;
+
+// The half extents of a box about what is reached grow by this share of its size and centre, since the centre is
+// rounded. 16 u; step 10.3: 3 u. And by as much as kLinkTiny, for levels whose leaves are points.
+inline constexpr double kReachRounding = 0x1p-20;
+inline constexpr double kReachTiny = 0x1p-90;
+
 // ---------------------------------------------------------------------------------------------- the box of a mesh
 
 // Widths that differ by less than this share of the longest count as equal, since vertices are rounded. 16 u; step 7.1.

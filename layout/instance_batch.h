@@ -79,9 +79,9 @@ struct InstanceBatch {
 // Whether the instances of a batch are static bodies.
 inline bool is_static(const InstanceBatch& batch) { return !batch.own_boxes.empty(); }
 
-// The box of a leaf of an instance, in its link's frame.
+// The box of a posed leaf of an instance, in its link's frame.
 inline const Box& leaf_box_of(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t leaf) {
-  return is_static(batch) ? batch.own_boxes[instance] : batch.articulation->leaf_box[leaf];
+  return is_static(batch) ? batch.own_boxes[instance] : posed_articulation(*batch.articulation).leaf_box[leaf];
 }
 
 // How many instances are given in the current call.

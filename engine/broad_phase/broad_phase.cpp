@@ -250,7 +250,7 @@ void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadP
 void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
                      std::uint32_t live, const AabbTile* leaves, ExtentHistogram& histogram) {
   AabbTile all;
-  kernels.bound_together(leaves, batch.active->leaf_count, &all);
+  kernels.bound_together(leaves, posed_articulation(*batch.active).leaf_count, &all);
   for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
     const std::uint32_t instance = instances.instance[lane];
     InstanceBounds& out = batch.bounds[instance];

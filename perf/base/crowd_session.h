@@ -3,12 +3,15 @@
 
 #include <cab/cab.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "layout/arena.h"
@@ -46,12 +49,18 @@ class CountedMemory {
 // What a session does with characters that the scene leaves at rest.
 enum class AtRest : std::uint8_t { kMoved, kTested, kSkipped };
 
+// Which characters are at a coarser level of detail: a share of each group, those farthest from the group's middle.
+struct CoarseShare {
+  double share = 0;
+  LodKind kind = LodKind::kReach;
+  std::uint32_t leaves = 1;  // most leaves of a character
+};
+
 // A crowd in an engine: one batch per group, every two characters paired, and then the level, if there is one.
 class CrowdSession {
  public:
   CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count, AtRest at_rest = AtRest::kMoved)
-      : at_rest_(at_rest) {
-    const Resting resting = at_rest == AtRest::kSkipped ? Resting::kSkipped : Resting::kTested;
+      : at_rest_(at_rest), resting_(at_rest == AtRest::kSkipped ? Resting::kSkipped : Resting::kTested) {
     const Allocator allocator = memory_.allocator();
     EngineDesc desc;
     desc.isa = isa;
@@ -65,12 +74,37 @@ class CrowdSession {
       require(add_articulation(*engine_, storage.desc(), &batch.articulation), group.figure.name);
       BatchId id;
       require(add_batch(*engine_, batch, &id), group.figure.name);
+      articulations_.push_back(batch.articulation);
       batches_.push_back(id);
-      for (const BatchId other : batches_) rules_.push_back({other, id, Pairing::kBetween, resting});
+      for (const BatchId other : batches_) rules_.push_back({other, id, Pairing::kBetween, resting_});
     }
     if (crowd.level.count() == 0) return;
     require(add_static_batch(*engine_, crowd.level.desc(), &level_.emplace()), "level");
-    for (const BatchId other : batches_) rules_.push_back({other, *level_, Pairing::kBetween, resting});
+    for (const BatchId other : batches_) rules_.push_back({other, *level_, Pairing::kBetween, resting_});
+  }
+
+  // Puts characters at a coarser level in all later frames. posed: the first frame, which says where joints are and who
+  // is far away.
+  void use_coarse(const CoarseShare& coarse, const std::vector<scenes::PosedGroup>& posed) {
+    std::vector<BatchId> all = batches_;
+    for (std::size_t g = 0; g < batches_.size(); ++g) {
+      const auto count = static_cast<std::uint32_t>(posed[g].origins.size() / 3);
+      LodDesc lod;
+      lod.of = articulations_[g];
+      lod.kind = coarse.kind;
+      lod.max_leaves = coarse.leaves;
+      lod.rest_poses.data = posed[g].poses.data();
+      BatchDesc batch;
+      batch.instance_count = count;
+      require(add_lod(*engine_, lod, &batch.articulation), "level of detail");
+      BatchId id;
+      require(add_batch(*engine_, batch, &id), "level of detail");
+      coarse_batches_.push_back(id);
+      all.push_back(id);
+      for (const BatchId other : all) rules_.push_back({other, id, Pairing::kBetween, resting_});
+      if (level_) rules_.push_back({id, *level_, Pairing::kBetween, resting_});
+      split(posed[g], static_cast<std::uint32_t>(std::llround(coarse.share * count)));
+    }
   }
 
   // Gives the next frame margins, so that it finds what may have touched since the frame before. Returns the seconds.
@@ -98,6 +132,12 @@ class CrowdSession {
       if (!only_in_contact) continue;
       in_contact_[g].resize(posed[g].origins.size() / 3);
       inputs[g].in_contact = {in_contact_[g].data(), in_contact_[g].size()};
+    }
+    for (std::size_t g = 0; g < coarse_batches_.size(); ++g) {
+      inputs.push_back(inputs[g]);
+      inputs.back().batch = coarse_batches_[g];
+      list(far_[g], inputs.back());
+      list(near_[g], inputs[g]);
     }
     if (level_) {
       inputs.emplace_back();
@@ -134,6 +174,35 @@ class CrowdSession {
   std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
 
  private:
+  // Lists the `far_count` characters of a group that are farthest from its middle, and the others.
+  void split(const scenes::PosedGroup& posed, std::uint32_t far_count) {
+    const std::size_t count = posed.origins.size() / 3;
+    double middle[3] = {0, 0, 0};
+    for (std::size_t i = 0; i < posed.origins.size(); ++i)
+      middle[i % 3] += posed.origins[i] / static_cast<double>(count);
+    std::vector<std::pair<double, std::uint32_t>> away;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      double square = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double from_middle = posed.origins[3 * std::size_t{i} + c] - middle[c];
+        square += from_middle * from_middle;
+      }
+      away.emplace_back(square, i);
+    }
+    std::sort(away.begin(), away.end());
+    std::vector<std::uint32_t> near, far;
+    for (std::size_t i = 0; i < count; ++i) (i < count - far_count ? near : far).push_back(away[i].second);
+    std::sort(near.begin(), near.end());
+    std::sort(far.begin(), far.end());
+    near_.push_back(std::move(near));
+    far_.push_back(std::move(far));
+  }
+
+  static void list(const std::vector<std::uint32_t>& instances, BatchInput& input) {
+    input.instances = {instances.data(), instances.size()};
+    if (instances.empty()) input.count = 0;
+  }
+
   BatchInput input_of(const std::vector<scenes::PosedGroup>& posed, std::size_t g) const {
     BatchInput out;
     out.batch = batches_[g];
@@ -145,8 +214,12 @@ class CrowdSession {
 
   CountedMemory memory_;  // outlives the engine
   AtRest at_rest_;
+  Resting resting_;
   oracle::EnginePtr engine_;
-  std::vector<BatchId> batches_;
+  std::vector<ArticulationId> articulations_;           // by group
+  std::vector<BatchId> batches_;                        // by group
+  std::vector<BatchId> coarse_batches_;                 // by group, if some are at a coarser level
+  std::vector<std::vector<std::uint32_t>> near_, far_;  // by group, likewise: who is in which batch
   std::optional<BatchId> level_;
   std::vector<PairRule> rules_;
   std::vector<std::vector<float>> margins_;  // of each group, if frames are swept

@@ -89,6 +89,14 @@ std::string isa_names(const char* separator, bool available_only) {
   return joined(names, separator);
 }
 
+LodKind read_lod_kind(const std::string& option, const std::string& text) {
+  for (const LodKind kind : {LodKind::kReach, LodKind::kNodes})
+    if (text == lod_kind_name(kind)) return kind;
+  reject(option, text, "a kind of levels of detail; choose reach, nodes");
+}
+
+const char* lod_kind_name(LodKind kind) { return kind == LodKind::kReach ? "reach" : "nodes"; }
+
 Isa read_isa(const std::string& option, const std::string& text) {
   for (std::uint8_t i = 0; i < kIsaCount; ++i) {
     const Isa isa = static_cast<Isa>(i);

@@ -47,6 +47,10 @@ std::vector<std::string> split_commas(const std::string& text);
 // The names of all instruction sets except auto, or only of those that run here, joined by a separator.
 std::string isa_names(const char* separator, bool available_only);
 
+// The kind of a level of detail by its name, `reach` or `nodes`, and back.
+LodKind read_lod_kind(const std::string& option, const std::string& text);
+const char* lod_kind_name(LodKind kind);
+
 // About one row of policy_table(): the names of its values, joined by a separator; a help text with its meaning, its
 // default and one line per value.
 std::string policy_names(std::uint32_t field, const char* separator);

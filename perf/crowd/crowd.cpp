@@ -14,6 +14,7 @@
 
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_session.h"
+#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
 #include "perf/base/usage.h"
@@ -144,6 +145,7 @@ struct CrowdRun {
   FrameStats stats;                // counts: the sum of all frames, once
   FrameStats first;                // counts of the first frame
   std::uint64_t hits = 0;          // of all frames, once
+  std::uint64_t pairs = 0;         // of characters that have a hit, likewise
   std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, if asked for
   std::uint64_t hits_hash = 0;     // of all frames; or of the bytes of in_contact
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
@@ -154,6 +156,18 @@ void add_hits(scenes::BitHash& hash, std::uint32_t frame, const std::vector<Hit>
     for (const std::uint32_t number : {frame, hit.batch_a.value, hit.instance_a, std::uint32_t{hit.link_a},
                                        hit.batch_b.value, hit.instance_b, std::uint32_t{hit.link_b}})
       hash.add(number);
+}
+
+// How many pairs of characters sorted hits are of.
+std::uint64_t pair_count(Span<const Hit> hits) {
+  std::uint64_t out = 0;
+  for (std::size_t i = 0; i < hits.size; ++i) {
+    const auto pair = [&hits](std::size_t at) {
+      return std::make_tuple(hits[at].batch_a.value, hits[at].instance_a, hits[at].batch_b.value, hits[at].instance_b);
+    };
+    out += i == 0 || pair(i) != pair(i - 1);
+  }
+  return out;
 }
 
 // Adds a frame's bytes; returns how many are set.
@@ -191,6 +205,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   const bool has_rest = !poses.at(0)[0].moved.empty();
   CrowdSession session(crowd, options.isa, options.thread_count,
                        has_rest ? options.at_rest.value_or(AtRest::kSkipped) : AtRest::kMoved);
+  if (options.coarse.share > 0) session.use_coarse(options.coarse, poses.at(0));
   CrowdRun run;
   run.character_count = crowd.count();
   run.isa = session.isa();
@@ -219,6 +234,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
     if (options.in_contact) run.in_contact += add_in_contact(hash, poses.orders(), session.in_contact());
     hit_counts.push_back(session.hits().size);
     run.hits += session.hits().size;
+    run.pairs += pair_count(session.hits());
     bar.advance(1);
   }
   run.hits_hash = hash.value();
@@ -263,8 +279,8 @@ bool is_expected(const CrowdRun& run) {
 }
 
 // How the pairs of the first frame compare with the expected number.
-std::string expectation(const CrowdRun& run) {
-  if (run.scene->pairs_per_character == 0) return "no expected value";
+std::string expectation(const CrowdOptions& options, const CrowdRun& run) {
+  if (run.scene->pairs_per_character == 0 || options.coarse.share > 0 || options.area) return "no expected value";
   return std::string(is_expected(run) ? "within " : "outside ") + fixed(100 * run.scene->tolerance, 0) + " % of " +
          shortest(run.scene->pairs_per_character);
 }
@@ -274,6 +290,9 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
             << options.frame_count << " frames, " << options.rounds << " rounds (" << to_string(run.isa) << ", threads "
             << run.thread_count << (options.spatial_order ? ", in spatial order" : "")
             << (options.sweep ? ", swept" : "");
+  if (options.coarse.share > 0)
+    std::cout << ", " << shortest(options.coarse.share) << " at a level of at most " << options.coarse.leaves << ' '
+              << lod_kind_name(options.coarse.kind) << " leaves";
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     std::cout << ", " << policy_table()[f].name << ' '
               << policy_table()[f].values[policy_get(options.policies, f)].name;
@@ -303,6 +322,10 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
   }
   const double found = per_frame(options, options.in_contact ? run.in_contact : run.hits);
   counts.add_row({options.in_contact ? "in_contact" : "hits", fixed(found, 1), fixed(per_character(run, found), 3)});
+  if (!options.in_contact) {
+    const double pairs = per_frame(options, run.pairs);
+    counts.add_row({"pairs of characters", fixed(pairs, 1), fixed(per_character(run, pairs), 3)});
+  }
   counts.add_row({"engine's bytes", std::to_string(run.engine_bytes),
                   fixed(per_character(run, static_cast<double>(run.engine_bytes)), 1)});
   counts.print(std::cout);
@@ -311,7 +334,7 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
     return;
   }
   std::cout << "\npairs per character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
-            << expectation(run) << "\nhash of all frames' hits: " << hex(run.hits_hash) << '\n';
+            << expectation(options, run) << "\nhash of all frames' hits: " << hex(run.hits_hash) << '\n';
 }
 
 // A part of a phase: its time, and what it is done for.
@@ -388,6 +411,10 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["threads"] = run.thread_count;
   json["spatial_order"] = options.spatial_order;
   json["sweep"] = options.sweep;
+  json["area_per_character"] = options.area ? Json(*options.area) : Json();
+  json["coarse"] = options.coarse.share;
+  json["lod"] = lod_kind_name(options.coarse.kind);
+  json["lod_leaves"] = options.coarse.leaves;
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json[policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
   const auto add_seconds = [&json](const std::string& key, const Spread& s) {
@@ -415,11 +442,12 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["report"] = options.in_contact ? "in_contact" : "hits";
   json["in_contact"] = options.in_contact ? Json(run.in_contact) : Json();
   json["hits"] = run.hits;
+  json["character_pairs"] = run.pairs;
   json["hits_per_character"] = per_character(run, per_frame(options, run.hits));
   json["pairs_per_character"] = pairs_in_first_frame(run);
   json["expected_pairs_per_character"] = Json();
   json["pairs_as_expected"] = Json();
-  if (run.scene->pairs_per_character > 0 && !options.in_contact) {
+  if (run.scene->pairs_per_character > 0 && !options.in_contact && options.coarse.share == 0 && !options.area) {
     json["expected_pairs_per_character"] = run.scene->pairs_per_character;
     json["pairs_as_expected"] = is_expected(run);
   }
@@ -450,6 +478,10 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   if (name != "ropes" && name != "rigs" && options.link_count)
     throw UsageError("--links is for --scene ropes and --scene rigs, not for " + name);
   if (options.at_rest && name != "city") throw UsageError("--at-rest is for --scene city, not for " + name);
+  if (options.coarse.share > 0 && (options.spatial_order || options.sweep || options.in_contact))
+    throw UsageError("--coarse has no figures with --spatial-order, --sweep and --in-contact");
+  if (options.area && name != "uniform" && name != "rigs")
+    throw UsageError("--area is for --scene uniform and --scene rigs, not for " + name);
   if (options.level && name != "level") throw UsageError("--level is for --scene level, not for " + name);
   if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
     throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));
@@ -467,6 +499,7 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
   sources.ropes.link_count = options.link_count.value_or(sources.ropes.link_count);
   sources.rig_links = options.link_count.value_or(sources.rig_links);
   sources.level = options.level.value_or(sources.level);
+  sources.area = options.area.value_or(sources.area);
   sources.ropes.shape = options.rope_shape.value_or(sources.ropes.shape);
   sources.ropes.spacing = options.rope_spacing.value_or(sources.ropes.spacing);
   for (std::size_t c = 0; c < options.clips.size(); ++c) {

@@ -67,8 +67,13 @@ scenes::LevelKind read_level_kind(const std::string& option, const std::string& 
   reject(option, text, "what a level is made of; choose boxes, triangles");
 }
 
-// Adds the options that only the scenes `city`, `detailed`, `level`, `ropes` and `rigs` have.
+// Adds the options that only some scenes have.
 void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
+  command
+      .add_option_function<std::string>(
+          "--area", [&o](const std::string& text) { o.area = read_positive("--area", text); },
+          "uniform, rigs: square metres per character (default 1)")
+      ->type_name("M2");
   command
       .add_option_function<std::string>(
           "--at-rest", [&o](const std::string& text) { o.at_rest = read_at_rest("--at-rest", text); },
@@ -117,6 +122,20 @@ Command add_crowd(CLI::App& app) {
   command.add_flag("--spatial-order", o.spatial_order,
                    "store the characters so that neighbours are near each other, in the order of the first frame");
   command.add_flag("--sweep", o.sweep, "find what may have touched since the frame before too (cab::sweep_margins)");
+  command
+      .add_option("--coarse", o.coarse.share,
+                  "share of the characters, those farthest from the middle of their group, that are at a coarser level "
+                  "of detail, 0 to 1 (default 0)")
+      ->type_name("X")
+      ->check(CLI::Range(0.0, 1.0).description(""));
+  command
+      .add_option_function<std::string>(
+          "--lod", [&o](const std::string& text) { o.coarse.kind = read_lod_kind("--lod", text); },
+          "what the leaves of that level are: boxes that hold what their links can reach, or nodes of the hierarchy "
+          "(default reach)")
+      ->type_name("reach|nodes");
+  add_number(command, "--lod-leaves", o.coarse.leaves, "most leaves of a character at that level (default 1)", 1,
+             kMaxLeaves);
   add_number(command, "--frames", o.frame_count, "different frames per round, 1/30 s apart (default 8)", 1,
              kMaxCrowdFrames);
   add_rounds(command, o.rounds, "rounds after one to warm up; times are their medians (default 7)");

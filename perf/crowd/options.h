@@ -30,7 +30,9 @@ struct CrowdOptions {
   std::optional<scenes::RopeShape> rope_shape;
   std::optional<double> rope_spacing;
   Policies policies;
-  bool sweep = false;  // find what may have touched since the frame before
+  CoarseShare coarse;
+  bool sweep = false;          // find what may have touched since the frame before
+  std::optional<double> area;  // square metres per character; empty: the scene's default
   std::optional<scenes::LevelKind> level;
   std::optional<AtRest> at_rest;  // what is done with those who stand; empty: the scene's default
   bool in_contact = false;        // ask only which characters touch anything

@@ -153,7 +153,9 @@ std::uint32_t Crowd::count() const {
   return sum;
 }
 
-Crowd make_uniform(std::uint32_t count, CrowdSources) { return humanoid_crowd(uniform_places(count, 1)); }
+Crowd make_uniform(std::uint32_t count, CrowdSources sources) {
+  return humanoid_crowd(uniform_places(count, 1 / sources.area));
+}
 
 Crowd make_city(std::uint32_t count, CrowdSources) { return humanoid_crowd(uniform_places(count, 1), kCityWalkers); }
 
@@ -240,7 +242,7 @@ Crowd make_giant(std::uint32_t count, CrowdSources) {
 }
 
 Crowd make_rigs(std::uint32_t count, CrowdSources sources) {
-  Crowd crowd = humanoid_crowd(uniform_places(count, 1));
+  Crowd crowd = humanoid_crowd(uniform_places(count, 1 / sources.area));
   crowd.groups[0] = with_links(std::move(crowd.groups[0]), sources.rig_links);
   return crowd;
 }

@@ -47,6 +47,7 @@ struct CrowdSources {
   RopeOptions ropes;
   std::uint32_t rig_links = 100;        // of each body of `rigs`: 16 to kMaxLinks
   LevelKind level = LevelKind::kBoxes;  // of `level`
+  double area = 1;                      // of `uniform` and `rigs`: square metres per character
 };
 
 // The functions that make the crowd scenes; scene_list.cpp says what each scene is. count is at least 1, and the

@@ -112,6 +112,43 @@ struct Session {
                Status::kBadOutput);
   }
 
+  void add_level_of_detail() {
+    const std::uint32_t of = bytes.rarely() ? bytes.below(5) : 1 + bytes.below(3);
+    const bool is_there = of > 0 && of <= articulations.size();
+    const std::uint32_t links = is_there ? articulations[of - 1].link_count : 1;
+    std::vector<float> rest(std::size_t{links} * 7 * 2);
+    for (std::size_t i = 0; i < rest.size(); ++i) rest[i] = bytes.rarely() ? bytes.number() : i % 7 == 3 ? 1.0f : 0.0f;
+    std::vector<std::uint32_t> all(links);
+    for (std::uint32_t l = 0; l < links; ++l) all[l] = bytes.rarely() ? bytes.raw<std::uint32_t>() : l;
+    std::vector<LodLeaf> leaves(bytes.rarely() ? bytes.below(3) : 0);
+    for (LodLeaf& leaf : leaves) {
+      leaf.link = bytes.below(links + 1);
+      const float half = bytes.rarely() ? bytes.number() : 1e6f;
+      leaf.box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {half, half, half}};
+      leaf.links = spoiled(bytes, Span<const std::uint32_t>{all.data(), all.size()});
+    }
+    LodDesc desc;
+    desc.of = {of};
+    desc.kind = static_cast<LodKind>(bytes.rarely() ? 2 : bytes.below(2));
+    desc.max_leaves = bytes.rarely() ? bytes.raw<std::uint32_t>() : 1 + bytes.below(8);
+    desc.leaves = spoiled(bytes, Span<const LodLeaf>{leaves.data(), leaves.size()});
+    desc.rest_poses.data = rest.data();
+    desc.rest_pose_count = bytes.below(3);
+    if (bytes.rarely()) desc.joint_play = bytes.number();
+    ArticulationId id = {77};
+    std::uint32_t bad_leaf = 0;
+    if (add_lod(engine, desc, &id, &bad_leaf) != Status::kOk) {
+      FUZZ_CHECK(id.value == 77);
+      return;
+    }
+    articulations.emplace_back();
+    FUZZ_CHECK(static_cast<std::uint32_t>(id.value) == articulations.size());
+    FUZZ_CHECK(articulation_info(engine, id, &articulations.back()) == Status::kOk);
+    std::vector<std::uint16_t> leaf_of_link(links);
+    FUZZ_CHECK(lod_leaves(engine, id, {leaf_of_link.data(), leaf_of_link.size()}) == Status::kOk);
+    for (const std::uint16_t leaf : leaf_of_link) FUZZ_CHECK(leaf == kNoLeaf || leaf < articulations.back().leaf_count);
+  }
+
   void add_instances() {
     const std::uint32_t articulation =
         bytes.rarely() ? bytes.below(5) : static_cast<std::uint32_t>(articulations.size());
@@ -442,6 +479,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (call == 2) session.remove();
     if (call == 3) session.make_room();
     if (call == 4 && session.batches.size() < 4) session.add_level();
+    if (call == 4 && session.articulations.size() < 5) session.add_level_of_detail();
     if (call > 4) session.run();
   }
   destroy_engine(engine);

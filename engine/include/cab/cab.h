@@ -65,6 +65,27 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Thread: any, at any time; no engine is involved.
 [[nodiscard]] CAB_API Status fit_box(Span<const float> vertices, Box* out) noexcept;
 
+// Adds a coarser level of an articulation (LodDesc), and writes its id to *out, which must not be null. All of desc is
+// checked and copied. If a leaf that the caller made is refused, *bad_leaf (may be null) receives its index. A level
+// has the links of its articulation, so its batches take the same poses; a level of boxes on links reads only those of
+// links that carry a box, and of joints between them, and an instance is masked for what is wrong with these alone. It
+// works with all policies; a level of nodes without exact tests, contacts and find_touching_moments. Cost: as
+// add_articulation, and with kReach up to 0.3 s for 1024 links. Statuses: kBusy, kBadOutput (out is null),
+// kUnknownArticulation, kBadLod (also for a link with leaves in no leaf of the level or in two, for two leaves on one
+// link, and for a leaf whose links are not in its link's tree), kBadRestPose, kTooFewLeaves, kTooManyLeaves,
+// kBadLeafLink, kBadLeafBox (also for a reach beyond 1e18), kBadLeafAxes, kLodLeafTooSmall, kOutOfMemory. Thread: any,
+// one call per engine at a time.
+[[nodiscard]] CAB_API Status add_lod(Engine& engine, const LodDesc& desc, ArticulationId* out,
+                                     std::uint32_t* bad_leaf = nullptr) noexcept;
+
+// Writes for each link of a level the index of the leaf that stands for it, or kNoLeaf if the link has no leaves in the
+// level's articulation. `leaf_of_link` must have room for all links. Hits of a level name its leaves: Hit::leaf_a is
+// the leaf, and Hit::link_a the link that carries its box, or for a node the lowest link below it. Statuses:
+// kUnknownArticulation, kBadLod (the articulation is no level), kBadOutput. Thread: any, but not while an articulation
+// or batch is added or removed.
+[[nodiscard]] CAB_API Status lod_leaves(const Engine& engine, ArticulationId level,
+                                        Span<std::uint16_t> leaf_of_link) noexcept;
+
 // Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances. If it is more
 // than the engine has had at a time, and has reserved, it replaces the memory of every worker by memory that is large
 // enough. run_frame and compute_boxes allocate nothing for it.
@@ -116,8 +137,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount,
 // kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds,
 // kBadMargins, kBadMoved, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport,
-// kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kHitsOverflow, kOutOfMemory (TBB had no memory for its
-// tasks). Thread: any, one call per engine at a time. It returns when all tasks have ended.
+// kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kLodWithoutShapes, kHitsOverflow, kOutOfMemory (TBB
+// had no memory for its tasks). Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another

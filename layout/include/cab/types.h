@@ -64,7 +64,10 @@ enum class Status : std::int32_t {
   kBadRestPose,          // rest_pose has an unknown format, an invalid stride, or values that are not a rigid pose
   kUnknownArticulation,  // the articulation id is not one of this engine, or is of one that was removed
   kUnknownBatch,         // the batch id is not one of this engine, or is of one that was removed
-  kArticulationInUse,    // the articulation has batches, which must be removed first
+  kArticulationInUse,    // the articulation has batches or levels of nodes, which must be removed first
+  kBadLod,               // a level needs an articulation that is no level, leaves for all links, and a finite play
+  kTooFewLeaves,         // max_leaves is 0, above 1024, or below the number of trees that have leaves
+  kLodLeafTooSmall,      // the box of a level's leaf does not hold all that its links can reach
   kBadBatchKind,         // kind is not a value of BatchKind
   kNoInstances,          // instance_count is 0, but a batch needs at least one instance
   kBadStaticBody,        // a static body needs a finite origin, a quaternion that is not 0, and a box within 1e18
@@ -94,6 +97,7 @@ enum class Status : std::int32_t {
   kBadMinDepth,          // min_depth must be finite, not negative, and 0 if only in_contact is reported
   kBadHitBuffer,         // hits has a size and no data, or contacts is not as long as hits where it must be
   kContactsNeedExact,    // contacts, distances and min_depth need an exact test, such as convex
+  kLodWithoutShapes,     // an exact test needs shapes, but a batch with input is of a level of nodes
   kBadInstance,          // instance is not one of the batch's instances in this call
   kBadPairs,       // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
   kBadSteps,       // steps must be 1 to 4096
@@ -278,6 +282,59 @@ struct ArticulationDesc {
   // The pose of one instance. Two links are ignored if their oriented leaf boxes touch in this pose, without an
   // orientation or an exact test. Without data (default): no pair is ignored for this reason.
   PoseView rest_pose = {};
+};
+
+// What the leaves of a coarser level are.
+enum class LodKind : std::uint8_t {
+  kReach,  // boxes on some links, each with room for whatever its links can reach; no other links are posed
+  kNodes,  // nodes of the articulation's hierarchy, made in every frame from all leaves; without shapes
+};
+
+// What lod_leaves writes for a link without leaves.
+inline constexpr std::uint16_t kNoLeaf = 0xffff;
+
+// A leaf of a coarser level: a box on one link that stands for several links.
+struct LodLeaf {
+  // Index of the link that carries the box. No two leaves of a level are on the same link.
+  std::uint32_t link = 0;
+
+  // The box, in that link's frame. Required. As Leaf::box. It must hold the leaf boxes of `link`, if the leaf stands
+  // for it, and at each joint of `link` the ball that its other links can reach from there, with 2^-8 of all lengths to
+  // spare.
+  Box box = {};
+
+  // The links that it stands for, in any order. They are in one tree with `link`, which need not be one of them.
+  Span<const std::uint32_t> links;
+};
+
+// A coarser level of an articulation, for instances that are far away or matter little: the same links with fewer
+// leaves. Every two instances of which leaves touch have leaves of coarser levels that touch and stand for these links.
+// A level is an articulation too, with batches of its own: BatchInput::instances says which instances are at which
+// level in a frame. Links that one leaf stands for are not reported against each other.
+struct LodDesc {
+  // The articulation, which is no level itself. It must stay as long as its levels of nodes. Required.
+  ArticulationId of;
+
+  // What the leaves are. Default: boxes that are fixed to links.
+  LodKind kind = LodKind::kReach;
+
+  // How many leaves there may be, 1 (default) to kMaxLeaves, if the library makes them. It cuts the articulation at
+  // joints, so that few leaves stand for many links. With kReach each tree that has leaves takes at least one.
+  std::uint32_t max_leaves = 1;
+
+  // Leaves that the caller makes, for kReach only. Each link that has leaves is in one of them. Empty (default): the
+  // library makes them.
+  Span<const LodLeaf> leaves;
+
+  // For kReach: poses of `rest_pose_count` instances, such as a rest pose or a clip. They say where each joint is in
+  // the frame of its link's parent: in their middle, and as far from there as they are. Required for kReach.
+  PoseView rest_poses = {};
+  std::uint32_t rest_pose_count = 1;
+
+  // For kReach: a length in the links' unit, from 0 (default) to kMaxCoordinate, by which a joint may be farther away
+  // from there. Poses in which one is farther away, as where bones stretch, or whose links have scales of their own,
+  // may lose hits.
+  float joint_play = 0;
 };
 
 // Why two links of one instance are never reported against each other. IgnoredPair::reasons combines these bits.
