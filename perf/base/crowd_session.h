@@ -167,6 +167,15 @@ class CrowdSession {
     return order;
   }
 
+  // The group whose characters a batch has, at whichever level; the number of groups for the level's static bodies.
+  std::uint32_t group_of(BatchSlot slot) const {
+    for (std::uint32_t g = 0; g < batches_.size(); ++g)
+      if (slot_of(batches_[g]).value == slot.value ||
+          (!coarse_batches_.empty() && slot_of(coarse_batches_[g]).value == slot.value))
+        return g;
+    return static_cast<std::uint32_t>(batches_.size());
+  }
+
   const std::vector<std::vector<std::uint8_t>>& in_contact() const { return in_contact_; }
   Span<const Hit> hits() const { return {hits_.data(), hit_count_}; }
   std::size_t engine_bytes() const { return memory_.most(); }

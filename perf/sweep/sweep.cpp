@@ -7,6 +7,7 @@
 #include "perf/base/usage.h"
 #include "perf/run/run_world.h"
 #include "perf/sweep/cells.h"
+#include "perf/sweep/lods.h"
 #include "perf/sweep/options.h"
 #include "perf/sweep/output.h"
 #include "perf/sweep/plot.h"
@@ -82,9 +83,14 @@ int sweep_command(const SweepOptions& options) {
          "that turning each box finds.\n*: no other of the same isa, threads and exact is as fast with as few false "
          "positives.\n=: the same work as a cell with another strategy, whose times it has.\n\n";
   std::vector<SweepRun> runs;
+  std::uint64_t misses = 0;
   const auto run = [&](const SweepScene& scene, bool all_policies) {
     runs.push_back(run_sweep(scene, all_policies ? plan : strategies));
     print_sweep(runs.back());
+    if (!options.lods || !scene.crowd) return;
+    const std::vector<LodRow> rows = sweep_lods(scene, options.rounds);
+    print_lods(scene, rows);
+    for (const LodRow& row : rows) misses += row.misses;
   };
   if (!options.world.files.empty()) {
     const SweepScene scene = make_files_scene(options.world);
@@ -102,7 +108,6 @@ int sweep_command(const SweepOptions& options) {
     std::cout << '\n';
   }
 
-  std::uint64_t misses = 0;
   for (const SweepRun& done : runs)
     for (const SweepCell& cell : done.cells) misses += cell.misses;
   if (misses > 0) std::cerr << "cab sweep: " << misses << " true hits were missed\n";

@@ -250,6 +250,32 @@ TEST_CASE("cab crowd --sweep finds what may have touched since the frame before,
   CHECK(swept["hits_hash"] == figures({"--scene", "uniform", "--sweep", "--threads", "2"})["hits_hash"]);
 }
 
+TEST_CASE("cab crowd --coarse puts characters at a coarser level, in which no pair of characters is lost") {
+  const Json finest = figures({"--scene", "uniform"});
+  for (const char* kind : {"reach", "nodes"})
+    for (const char* leaves : {"1", "6"}) {
+      CAPTURE(kind);
+      CAPTURE(leaves);
+      const Words options = {"--scene", "uniform", "--lod", kind, "--lod-leaves", leaves, "--coarse", "0.8"};
+      const Json mixed = figures(options);
+      CHECK(mixed["coarse"] == 0.8);
+      CHECK(mixed["lod"] == kind);
+      CHECK(mixed["character_pairs"].get<int>() > finest["character_pairs"].get<int>());
+      CHECK(mixed["instances_masked"] == 0);
+      Words threads = options;
+      threads.insert(threads.end(), {"--threads", "2"});
+      CHECK(figures(threads)["hits_hash"] == mixed["hits_hash"]);
+    }
+  CHECK(figures({"--scene", "uniform", "--coarse", "0"})["hits_hash"] == finest["hits_hash"]);
+}
+
+TEST_CASE("cab crowd --area spreads the crowd, and fewer touch") {
+  const Json dense = figures({"--scene", "uniform"}), sparse = figures({"--scene", "uniform", "--area", "9"});
+  CHECK(figures({"--scene", "uniform", "--area", "1"})["hits_hash"] == dense["hits_hash"]);
+  CHECK(sparse["area_per_character"] == 9);
+  CHECK(2 * sparse["hits"].get<int>() < dense["hits"].get<int>());
+}
+
 TEST_CASE("cab crowd says what was wrong and how to do it right") {
   const Sources sources;
   const TemporaryFolder folder;
@@ -261,6 +287,12 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
       {{}, "--scene"},
       {{"--scene", "party"}, "choose uniform, jitter, bottleneck, battle"},
       {{"--scene", "uniform", "--level", "boxes"}, "--level is for --scene level"},
+      {{"--scene", "churn", "--area", "4"}, "--area is for --scene uniform and --scene rigs"},
+      {{"--scene", "uniform", "--area", "0"}, "--area"},
+      {{"--scene", "uniform", "--coarse", "2"}, "--coarse"},
+      {{"--scene", "uniform", "--coarse", "0.5", "--lod", "blobs"}, "choose reach, nodes"},
+      {{"--scene", "uniform", "--coarse", "0.5", "--sweep"}, "--coarse has no figures with"},
+      {{"--scene", "uniform", "--coarse", "0.5", "--lod-leaves", "0"}, "--lod-leaves"},
       {{"--scene", "level", "--level", "sand"}, "choose boxes, triangles"},
       {{"--scene", "uniform", "--at-rest", "tested"}, "--at-rest is for --scene city"},
       {{"--scene", "city", "--at-rest", "asleep"}, "choose moved, tested, skipped"},

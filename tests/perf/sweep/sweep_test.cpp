@@ -355,6 +355,36 @@ TEST_CASE("no policy's inner boxes are smaller than the limit, and the best are 
   }
 }
 
+TEST_CASE("cab sweep --lods has a row per level of detail, and none misses two characters that touch") {
+  const Outcome outcome = sweep({"--scene", "uniform-100", "--strategy", "auto", "--refit", "cab", "--extents",
+                                 "children", "--sat", "all_15", "--rounds", "1", "--lods"});
+  CHECK(outcome.exit_code == 0);
+  std::istringstream lines(outcome.out);
+  std::string line;
+  std::map<std::string, std::vector<std::uint64_t>> rows;  // candidates, hits, pairs, false pairs, misses
+  while (std::getline(lines, line) && line.rfind("Levels of detail of uniform-100", 0) != 0) {}
+  std::getline(lines, line);
+  while (std::getline(lines, line) && !line.empty()) {
+    std::istringstream words(line);
+    std::string kind, leaves;
+    double milliseconds, ratio;
+    words >> kind;
+    if (kind != "finest") words >> leaves;
+    words >> milliseconds >> ratio;
+    for (std::uint64_t count; words >> count;) rows[kind + leaves].push_back(count);
+  }
+  CHECK(rows.size() == 9);
+  for (const auto& [name, counts] : rows) {
+    CAPTURE(name);
+    REQUIRE(counts.size() == 5);
+    CHECK(counts[2] - counts[3] == rows["finest"][2] - rows["finest"][3]);  // pairs that touch
+    CHECK(counts[2] >= rows["finest"][2]);
+    CHECK(counts[4] == 0);
+  }
+  CHECK(rows["reach1"][3] > rows["reach8"][3]);
+  CHECK(rows["nodes1"][3] > rows["nodes8"][3]);
+}
+
 TEST_CASE("cab sweep --plot draws pictures that name their axes, units and policies, or says what to install") {
   const TemporaryFolder folder;
   const std::string plots = folder / "new/plots";
