@@ -266,8 +266,8 @@ TEST_CASE("what touches at the finest level touches at any level, by leaves that
     CHECK(missing == 0);
     coarse_hits += at_own.size();
   }
-  CHECK(covered > least_count(20000, 40));
-  CHECK(coarse_hits > least_count(10000, 40));
+  CHECK(covered >= least_count(20000, 40));
+  CHECK(coarse_hits >= least_count(10000, 40));
 }
 
 TEST_CASE(
@@ -321,7 +321,7 @@ TEST_CASE(
         }
     }
   MESSAGE(judged, " judged pairs of links, ", reported, " pairs of leaves reported");
-  CHECK(judged > least_count(20000, 1));
+  CHECK(judged >= least_count(20000, 1));
 }
 
 TEST_CASE("shapes that touch at the finest level are found at a level of boxes, by both exact tests") {
@@ -351,7 +351,7 @@ TEST_CASE("shapes that touch at the finest level are found at a level of boxes, 
       CHECK(missing == 0);
     }
   }
-  CHECK(covered > least_count(1000, 10));
+  CHECK(covered >= least_count(1000, 10));
 }
 
 TEST_CASE("hits of levels are the same by every strategy, instruction set and number of threads") {
@@ -385,7 +385,7 @@ TEST_CASE("hits of levels are the same by every strategy, instruction set and nu
           }
       hits += expected.size();
     }
-  CHECK(hits > least_count(2000, 4));
+  CHECK(hits >= least_count(2000, 4));
 }
 
 TEST_CASE("a level of nodes has boxes of the hierarchy, bit by bit, as many as asked for") {
@@ -466,7 +466,7 @@ TEST_CASE("sequences may be at levels too") {
           covered += found;
         }
       }
-  CHECK(covered > least_count(1000, 20));
+  CHECK(covered >= least_count(1000, 20));
 }
 
 TEST_CASE("a joint may be off by its play and no farther") {
