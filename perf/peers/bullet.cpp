@@ -183,6 +183,7 @@ class World {
  private:
   void set_links(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t n = 0; n < objects_.size(); ++n) {
+      if (added_ && leaves_.rests(posed, leaves_.character_of(n))) continue;
       if (!added_) objects_[n] = make_object(shapes_[leaves_.kind_of(n)].get(), n);
       objects_[n]->setWorldTransform(transform_of(leaves_.pose(posed, n)));
     }
@@ -190,6 +191,7 @@ class World {
   // The boxes are placed in the world, and their object stays at its origin.
   void set_compounds(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t i = 0; i < compounds_.size(); ++i) {
+      if (added_ && leaves_.rests(posed, i)) continue;
       const std::uint32_t first = leaves_.character(i).first_leaf, end = leaves_.end_leaf(i);
       for (std::uint32_t n = first; n < end; ++n) {
         const btTransform transform = transform_of(leaves_.pose(posed, n));
@@ -241,6 +243,7 @@ class TreeWorld : btDbvt::ICollide {
     boxes_.pose(posed);
     const bool built = !tree_.empty();
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      if (built && boxes_.leaves().rests(posed, per_link_ ? boxes_.character_of(n) : n)) continue;
       const WorldBounds& b = per_link_ ? boxes_.bounds(n) : boxes_.character(n);
       btDbvtVolume volume =
           btDbvtVolume::FromMM(btVector3(b.low[0], b.low[1], b.low[2]), btVector3(b.high[0], b.high[1], b.high[2]));

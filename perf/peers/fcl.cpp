@@ -47,7 +47,7 @@ std::vector<Geometry> make_geometries(const LeafPoser<float>& leaves) {
   return out;
 }
 
-// Objects in a tree that is refitted by update().
+// Objects in a tree that is refitted by update(). If some rest, those that move are put in anew instead.
 struct Tree {
   std::vector<Object> objects;
   fcl::DynamicAABBTreeCollisionManagerf manager;
@@ -57,18 +57,25 @@ struct Tree {
     objects.back().setUserData(reinterpret_cast<void*>(std::uintptr_t{objects.size() - 1}));
   }
 
-  // Places every object by set(object, number). The first call builds the tree, later ones refit it.
-  template <class Set>
-  void update(Set&& set) {
-    for (std::uint32_t n = 0; n < objects.size(); ++n) set(objects[n], n);
-    if (!manager.empty()) {
-      manager.update();
-      return;
+  // Places every object by set(object, number), but those for which rests(number) only in the first call, which builds
+  // the tree.
+  template <class Rests, class Set>
+  void update(Rests&& rests, Set&& set) {
+    const bool built = !manager.empty();
+    std::vector<fcl::CollisionObjectf*> moved;
+    for (std::uint32_t n = 0; n < objects.size(); ++n) {
+      if (built && rests(n)) continue;
+      set(objects[n], n);
+      moved.push_back(&objects[n]);
     }
-    std::vector<fcl::CollisionObjectf*> pointers;
-    for (Object& object : objects) pointers.push_back(&object);
-    manager.registerObjects(pointers);
-    manager.setup();
+    if (!built) {
+      manager.registerObjects(moved);
+      manager.setup();
+    } else if (moved.size() == objects.size()) {
+      manager.update();
+    } else {
+      manager.update(moved);
+    }
   }
 };
 
@@ -113,10 +120,11 @@ struct LinkWorld {
   }
 
   void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
-    tree.update([&](Object& object, std::uint32_t n) {
-      object.setTransform(transform_of(leaves.pose(posed, n)));
-      object.computeAABB();
-    });
+    tree.update([&](std::uint32_t n) { return leaves.rests(posed, leaves.character_of(n)); },
+                [&](Object& object, std::uint32_t n) {
+                  object.setTransform(transform_of(leaves.pose(posed, n)));
+                  object.computeAABB();
+                });
     pairs = &out;
     tree.manager.collide(this, pair_found);
   }
@@ -165,11 +173,14 @@ struct BoundsWorld {
   }
 
   void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
+    const auto rests = [&](std::uint32_t leaf) { return boxes.leaves().rests(posed, boxes.character_of(leaf)); };
     boxes.pose(posed);
-    for (std::uint32_t n = 0; n < obbs.size(); ++n) obbs[n] = obb_of(boxes.box(n));
-    tree.update([&](Object& object, std::uint32_t n) {
-      object.set_bounds(link_objects ? boxes.bounds(n) : boxes.character(n));
-    });
+    for (std::uint32_t n = 0; n < obbs.size(); ++n)
+      if (tree.manager.empty() || !rests(n)) obbs[n] = obb_of(boxes.box(n));
+    tree.update([&](std::uint32_t n) { return link_objects ? rests(n) : boxes.leaves().rests(posed, n); },
+                [&](Object& object, std::uint32_t n) {
+                  object.set_bounds(link_objects ? boxes.bounds(n) : boxes.character(n));
+                });
     pairs = &out;
     tree.manager.collide(this, link_objects ? test_links_overlap : pair_characters_overlap);
   }

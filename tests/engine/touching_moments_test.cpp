@@ -195,7 +195,7 @@ TEST_CASE("rods that pass through each other touch half way, and rods that pass 
   }
   World now = last;
   for (Member& member : now.members)
-    for (const std::size_t y : {1, 4}) member.poses.origins[y] = -member.poses.origins[y];
+    for (const std::size_t y : {std::size_t{1}, std::size_t{4}}) member.poses.origins[y] = -member.poses.origins[y];
   const EnginePtr engine = make_engine_for(last);
   const std::vector<Hit> pairs = {{{1}, 0, {2}, 0, 0, 0, 0, 0}, {{1}, 1, {2}, 1, 0, 0, 0, 0}};
   CHECK(moments_of(*engine, last, now, 64, pairs) == std::vector<float>{31 / 64.0f, kNeverTouch});

@@ -374,8 +374,9 @@ TEST_CASE("cab sweep --lods has a row per level of detail, and none misses two c
     for (std::uint64_t count; words >> count;) rows[kind + leaves].push_back(count);
   }
   CHECK(rows.size() == 9);
-  for (const auto& [name, counts] : rows) {
-    CAPTURE(name);
+  for (const auto& row : rows) {
+    CAPTURE(row.first);
+    const std::vector<std::uint64_t>& counts = row.second;
     REQUIRE(counts.size() == 5);
     CHECK(counts[2] - counts[3] == rows["finest"][2] - rows["finest"][3]);  // pairs that touch
     CHECK(counts[2] >= rows["finest"][2]);
