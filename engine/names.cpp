@@ -100,6 +100,9 @@ const char* to_string(Status status) noexcept {
     case Status::kBadTask: return "task or worker is out of range";
     case Status::kTasksLeft: return "not all tasks of the frame have ended";
     case Status::kUnsortedHits: return "a list of hits has a size and no data, or is not in the order of run_frame";
+    case Status::kBadQuery:
+      return "a query has a value of no enumeration, a number that is not finite or out of range, or no direction";
+    case Status::kNoQueryRoom: return "reserve has made no room for queries";
   }
   return "unknown status";
 }

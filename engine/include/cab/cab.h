@@ -19,6 +19,7 @@
 //             FCL's shapes and temporary lists of calls come from operator new.
 #pragma once
 
+#include <cab/query.h>
 #include <cab/types.h>
 #include <cab/version.h>
 
@@ -182,6 +183,20 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: as of run_frame, without kBadPoses and kHitsOverflow; kBadBounds (also without bounds), kBadOutput (pairs
 // has a size and no data), kPairsOverflow. Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;
+
+// Answers many queries: which links rays meet, shapes overlap, points are near, regions contain. The job says what is
+// asked, and receives the hits, sorted by query, distance, batch, instance and link. Every link is found that a query
+// meets in exact arithmetic, by its leaf boxes as given or by its shapes; docs/queries.md says how far off a distance
+// may be. No answer depends on the other queries of the call. The call changes nothing that frames keep: characters go
+// on resting.
+// Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with
+// reuse_bounds only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes the room.
+// Statuses: kBusy, kNoQueryRoom, kUnknownBatch (also for inputs without data), kBadBatchKind (a sequence),
+// kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
+// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadQuery, kExactNotBuilt (exact is
+// neither kNone nor kConvex), kLodWithoutShapes, kBadHitBuffer, kBadOutput (found is neither empty nor as long as
+// queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
 
 // Writes a margin for each given instance of `input`, so that a frame with BatchInput::margins finds all links that may
 // have touched since `last`, the same batch in an earlier frame: how far any point of its leaf boxes can have been from

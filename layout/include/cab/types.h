@@ -108,6 +108,8 @@ enum class Status : std::int32_t {
   kBadTask,        // task or worker is out of range
   kTasksLeft,      // not all tasks of the frame have ended
   kUnsortedHits,   // a list of hits has a size and no data, or is not in the order of run_frame
+  kBadQuery,     // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
+  kNoQueryRoom,  // reserve has made no room for queries
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -424,6 +426,7 @@ struct StaticDesc {
 struct ReserveDesc {
   std::uint32_t batches = 0;     // most batches at a time
   std::uint32_t characters = 0;  // most instances of all batches of characters together
+  std::uint32_t queries = 0;     // how many queries run_queries works on at a time, in as many goes as it takes
 };
 
 // How many bytes an engine holds through its allocator. Written by engine_memory.
@@ -433,6 +436,7 @@ struct EngineMemory {
   std::size_t workers = 0;        // boxes and lists of the threads
   std::size_t grid = 0;           // of the broad phase
   std::size_t hits = 0;           // the store, until they are written
+  std::size_t queries = 0;        // the index of instances, and what is kept per query
   std::size_t total = 0;          // all of these, and what rules take
 };
 
