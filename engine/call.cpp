@@ -16,6 +16,7 @@ Call::~Call() {
 void Call::unbind() {
   for (const auto& slot : engine_.batches) {
     slot->batch.input = nullptr;
+    slot->batch.margins = {};
     slot->batch.instance_count = slot->batch.capacity;
     slot->batch.pairs_between = slot->batch.pairs_within = false;
     slot->batch.skips_within = slot->batch.may_rest = false;
@@ -28,6 +29,7 @@ void Call::bind(const BatchInput& given, bool by_bounds) {
   const BatchInput& input = statics ? statics->complete(given, by_bounds) : given;
   batch.input = &input;
   batch.active = batch.articulation;
+  batch.margins = input.margins;
   batch.instance_count = input.count == kAllInstances ? batch.capacity : input.count;
   const std::size_t pose_bytes = kernel::pose_float_count(input.poses.format) * sizeof(float);
   batch.link_stride = input.poses.link_stride ? input.poses.link_stride : pose_bytes;

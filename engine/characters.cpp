@@ -291,9 +291,6 @@ void count_beyond_bounds(const FrameContext& frame, const InstanceBatch& batch, 
   stats.instances_beyond_bounds += !inside;
 }
 
-// Whether bounds are found and searched: Strategy::kExactAll tests all pairs.
-bool needs_bounds(const FrameContext& frame) { return frame.policies.strategy != Strategy::kExactAll; }
-
 // Poses one tile, and stores which instances are live and their bounds.
 void bound_tile(const FrameContext& frame, const TileInstances& instances, InstanceBatch& batch, Worker& worker) {
   const RefitScope scope = needs_bounds(frame) ? RefitScope::kLeaves : RefitScope::kNone;

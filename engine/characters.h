@@ -24,4 +24,7 @@ void end_spatial_order(FrameRun& run);
 std::uint32_t begin_key_order(FrameRun& run);
 void pair_in_key_order(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
+// Whether bounds are found and searched: Strategy::kExactAll tests all pairs.
+inline bool needs_bounds(const FrameContext& frame) { return frame.policies.strategy != Strategy::kExactAll; }
+
 }  // namespace cab

@@ -99,13 +99,8 @@ kernel::ConvexAnswer answer_by_plane(const ConvexPair& pair, double radius) {
 
 }  // namespace
 
-kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
-  const auto placed = [lane](const kernel::ConvexSide& side) {
-    return PlacedShape{side.shape[lane], {side.coding, side.pose[lane], side.orientation[lane], side.scales[lane]}};
-  };
-  const auto& by = block.shift.by;
-  const ConvexPair pair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]});
-  const double radius = pair.radius() + pair.scale() * static_cast<double>(block.margin[lane]);
+kernel::ConvexAnswer answer_in_double(const ConvexPair& pair, double margin) {
+  const double radius = pair.radius() + pair.scale() * margin;
   if (pair.half_spaces() > 0) return answer_by_plane(pair, radius);
   kernel::ConvexAnswer answer = answer_of(pair, radius);
   for (const bool is_of_a : {true, false}) {
@@ -114,6 +109,15 @@ kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uin
       answer = answer_about_ball(pair, is_of_a, radius);
   }
   return answer.apart == 0 && answer.touching == 0 ? answer_about_axes(pair, radius) : answer;
+}
+
+kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane) {
+  const auto placed = [lane](const kernel::ConvexSide& side) {
+    return PlacedShape{side.shape[lane], {side.coding, side.pose[lane], side.orientation[lane], side.scales[lane]}};
+  };
+  const auto& by = block.shift.by;
+  return answer_in_double(ConvexPair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]}),
+                          static_cast<double>(block.margin[lane]));
 }
 
 }  // namespace cab

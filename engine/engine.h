@@ -3,6 +3,7 @@
 
 #include "engine/exact_fcl.h"
 #include "engine/hit_store.h"
+#include "engine/queries/query_room.h"
 #include "engine/worker.h"
 #include "layout/articulation.h"
 
@@ -40,6 +41,7 @@ struct MemoryNeeds {
   std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
   std::size_t character_tiles = 0;      // over all batches of characters
   std::size_t batch_slots = 0;          // in use or not
+  std::size_t queries = 0;              // of one go of run_queries
   bool several_leaves = false;          // whether a link of a character has several leaves
   bool large = false;                   // whether a character is_large
 };
@@ -74,6 +76,8 @@ struct Engine {
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;
+  std::uint64_t bounds_of_frame = 0;  // number of the last frame, or of what has changed bounds since
+  std::unique_ptr<QueryRoom> queries;  // null until reserve asks for it
   MemoryNeeds sized;                         // what the memory suffices for
   std::unique_ptr<Arena> shared_arena;       // owns the grids, bits of pairs and rules, the words of the hit store
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine

@@ -96,6 +96,7 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   if (out.pairs.size && !out.pairs.data) return Status::kBadOutput;
   clear_in_contact(job.inputs);
   forget_rest(engine);  // the bounds are others afterwards
+  ++engine.bounds_of_frame;
   std::uint64_t given = 0;
   for (const BatchInput& input : job.inputs) given += given_count(engine.batch(input.batch));
   engine.pool.tasks->alone = given <= kInstancesAlone;

@@ -34,6 +34,7 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   if (const Status status = begin_rest(engine, job); status != Status::kOk) return status;
   clear_results(engine, job.inputs);
+  ++engine.bounds_of_frame;
   const Policies policies = resolve_characters(engine, job);
   run.characters.emplace(context_of(engine, policies, job.margin, job.report));
   run.sequences.emplace(context_of(engine, resolve_sequences(engine, job), job.margin, job.report));
@@ -109,11 +110,20 @@ void run_step_task(FrameRun& run, std::uint32_t task, std::uint32_t worker) {
 
 // ------------------------------------------------------------------------------------------------- after the steps
 
+// Notes whose bounds this frame has stored, for QueryJob::reuse_bounds. Those of Refit::kAabbVertices do not hold boxes.
+void note_bounds(Engine& engine, const FrameContext& frame, Span<const BatchInput> inputs) {
+  if (!needs_bounds(frame) || frame.policies.refit == Refit::kAabbVertices) return;
+  for (const BatchInput& input : inputs) engine.batch(input.batch).bounded_by = engine.bounds_of_frame;
+}
+
 Status finish(FrameRun& run) {
   FrameJob& job = run.job;
   drop_hits(run);
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
-  if (status == Status::kOk) end_rest(run.engine, job);
+  if (status == Status::kOk) {
+    end_rest(run.engine, job);
+    note_bounds(run.engine, *run.characters, job.inputs);
+  }
   job.stats = {};
   for (const auto& worker : run.engine.pool.workers) add_stats(job.stats, worker->stats);
   job.stats.seconds_total = seconds_since(run.start);

@@ -62,7 +62,8 @@ constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
                                                  &MemoryNeeds::character_nodes,
                                                  &MemoryNeeds::leaf_bounds_floats,
                                                  &MemoryNeeds::character_tiles,
-                                                 &MemoryNeeds::batch_slots};
+                                                 &MemoryNeeds::batch_slots,
+                                                 &MemoryNeeds::queries};
 
 // The larger of each two counts.
 MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
@@ -161,6 +162,7 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   const auto skipped = shared->allocate<std::uint64_t>(paired.size);
   const auto rules = shared->allocate<std::uint64_t>((4 * pairs + 63) / 64);
   const auto last_rules = shared->allocate<std::uint64_t>(rules.size);
+  if (needs.queries) engine.queries = make_query_room(needs, workers.size(), engine.allocator);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
@@ -202,6 +204,7 @@ void reserve_memory(const ReserveDesc& desc, Engine& engine) {
   // Each batch may end in a tile that is not full.
   needs.character_tiles = std::max(needs.character_tiles, tile_count(desc.characters) + std::size_t{desc.batches});
   needs.batch_slots = std::max<std::size_t>(needs.batch_slots, desc.batches);
+  needs.queries = desc.queries;
   if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
   engine.batches.reserve(needs.batch_slots);
 }
@@ -217,8 +220,9 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   out->grid = grid.entries.size * sizeof(GridEntry) + grid.placements.size * sizeof(Placement) +
               2 * grid.bucket.size * sizeof(std::uint32_t);
   out->hits = engine.hit_store.words.size * sizeof(std::uint32_t);
+  out->queries = engine.queries ? bytes_of(*engine.queries) : 0;
   const std::size_t shared = engine.shared_arena ? engine.shared_arena->bytes() : 0;
-  out->total = out->articulations + out->batches + out->workers + shared;
+  out->total = out->articulations + out->batches + out->workers + out->queries + shared;
   return Status::kOk;
 }
 

@@ -1,5 +1,6 @@
 // The order of a batch's characters in which neighbours are near each other.
 #include "engine/call.h"
+#include "engine/z_order.h"
 #include "kernels/float_mode.h"
 
 #include <algorithm>
@@ -16,13 +17,6 @@ constexpr std::uint64_t kLastKey = std::numeric_limits<std::uint64_t>::max();  /
 
 bool is_live(const InstanceBatch& batch, std::uint32_t instance) {
   return batch.live[instance / kLanes] >> (instance % kLanes) & 1;
-}
-
-// The bits of an index, with two zeros above each.
-std::uint64_t spread_bits(std::uint64_t index) {
-  std::uint64_t out = 0;
-  for (int bit = 0; bit < kBitsPerAxis; ++bit) out |= (index >> bit & 1) << (3 * bit);
-  return out;
 }
 
 // A cube that holds the lower bounds of the live characters. Lengths are halved, since their differences could
@@ -43,7 +37,7 @@ struct Cube {
     for (int c = 0; c < 3; ++c) half_width = std::max(half_width, hi[c] - half_lo[c]);
   }
 
-  // The number of the cell of a point along a Z-order curve (Morton 1966).
+  // The number of the cell of a point along a Z-order curve.
   std::uint64_t key_of(const double (&point)[3]) const {
     if (half_width == 0) return 0;
     std::uint64_t key = 0;

@@ -58,6 +58,14 @@ template <class V>
 ConvexAnswer test_convex_pairs(const ConvexBlock& block);
 template <class V>
 void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContacts& out);
+template <class V>
+std::uint32_t ray_bounds(const BoundsRow& row, const RayLanes& ray, float* entry);
+template <class V>
+std::uint32_t point_bounds(const BoundsRow& row, const PointLanes& point, float* distance_sq);
+template <class V>
+std::uint32_t overlap_bounds(const BoundsRow& row, const float (&lo)[3], const float (&hi)[3]);
+template <class V>
+std::uint32_t plane_bounds(const BoundsRow& row, const float (&normal)[3], float offset);
 
 namespace {
 
@@ -87,7 +95,11 @@ constexpr KernelTable table_of(Isa isa) {
           {overlap_boxes<V, Sat::kAll15>, overlap_boxes<V, Sat::kFaces6>},
           overlap_aabbs<V>,
           test_convex_pairs<V>,
-          contact_pairs<V>};
+          contact_pairs<V>,
+          ray_bounds<V>,
+          point_bounds<V>,
+          overlap_bounds<V>,
+          plane_bounds<V>};
 }
 
 struct BuiltIsa {

@@ -15,6 +15,9 @@ struct PoseLink;
 struct RefitTile;
 struct VertexTile;
 struct RowFilter;
+struct BoundsRow;
+struct RayLanes;
+struct PointLanes;
 struct ConvexBlock;
 struct ConvexAnswer;
 struct ConvexContacts;
@@ -50,6 +53,10 @@ struct KernelTable {
   std::uint32_t (*overlap_aabbs)(const BoxPairs<AabbAos>&);
   ConvexAnswer (*test_convex_pairs)(const ConvexBlock&);
   void (*contact_pairs)(const ConvexBlock&, std::uint32_t starts, ConvexContacts&);
+  std::uint32_t (*ray_bounds)(const BoundsRow&, const RayLanes&, float* entry);
+  std::uint32_t (*point_bounds)(const BoundsRow&, const PointLanes&, float* distance_sq);
+  std::uint32_t (*overlap_bounds)(const BoundsRow&, const float (&lo)[3], const float (&hi)[3]);
+  std::uint32_t (*plane_bounds)(const BoundsRow&, const float (&normal)[3], float offset);
 };
 
 }  // namespace cab::kernel

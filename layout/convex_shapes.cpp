@@ -140,7 +140,9 @@ ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
   return shape;
 }
 
-ConvexShape shape_of(const Box& box) {
+}  // namespace
+
+ConvexShape shape_of_box(const Box& box) {
   ConvexShape shape = {};
   shape.unit = 1;
   shape.kind = ConvexKind::kBox;
@@ -152,8 +154,6 @@ ConvexShape shape_of(const Box& box) {
   return shape;
 }
 
-}  // namespace
-
 ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena) {
   const Span<const std::uint32_t> part_begin = articulation.leaf_part_begin;
   std::vector<ConvexShape> shapes;
@@ -162,7 +162,7 @@ ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena) 
     begin[leaf] = static_cast<std::uint32_t>(shapes.size());
     for (std::uint32_t p = part_begin[leaf]; p < part_begin[leaf + 1]; ++p)
       shapes.push_back(shape_of(articulation.parts[p], arena));
-    if (part_begin[leaf] == part_begin[leaf + 1]) shapes.push_back(shape_of(articulation.leaf_box[leaf]));
+    if (part_begin[leaf] == part_begin[leaf + 1]) shapes.push_back(shape_of_box(articulation.leaf_box[leaf]));
   }
   begin[articulation.leaf_count] = static_cast<std::uint32_t>(shapes.size());
   return {constant(arena.copy(Span<const ConvexShape>{shapes.data(), shapes.size()})), constant(begin)};

@@ -14,6 +14,9 @@ struct ConvexShapes {
   Span<const std::uint32_t> leaf_begin;  // leaf_count + 1 indices
 };
 
+// The shape of a box, with axes that are orthonormal to rounding in double.
+ConvexShape shape_of_box(const Box& box);
+
 // Makes the shapes of an articulation in the arena. Throws std::bad_alloc.
 ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena);
 

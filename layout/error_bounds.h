@@ -110,6 +110,22 @@ inline constexpr float kLinkPads = 2.75f;
 // The numbers of a posed link box may be this many times as large as those of a leaf box. Step 6.7: 3.99.
 inline constexpr float kLinkRange = 4;
 
+// ------------------------------------------------------------------------------------------------------- queries
+
+// The index of run_queries holds positions between -1 and 1. Its bounds are larger by kQueryPad, 64 u; step 12.1: 13 u.
+// Where a ray or a point is moves by up to kQueryRayPad, 16 u, when it becomes floats; step 12.2: 7 u.
+inline constexpr double kQueryPad = 0x1p-18;
+inline constexpr double kQueryRayPad = 0x1p-20;
+
+// The same for the leaves of an instance, as a share of all coordinates there. 32 u; step 12.3: 14 u.
+inline constexpr double kQueryLeafPad = 0x1p-19;
+
+// What rounding in double may move, as a share of the lengths from a query to an instance; step 12.2: 2^-51.
+inline constexpr double kQueryRounding = 0x1p-49;
+
+// A component of a ray's direction counts as this if it is smaller; step 12.2.
+inline constexpr double kQueryLeastDirection = 0x1p-40;
+
 // ------------------------------------------------------------------------------------------------ boxes of levels
 
 // How far links can reach grows by this share of the lengths that it is a sum of, for poses that are rotations only to
@@ -186,6 +202,10 @@ inline constexpr double kParallelInDouble = 0x1p-50;   // segments with a smalle
 inline constexpr double kMeetingSegments = 0x1p-66;    // the square of a distance of segments that meet
 inline constexpr double kLeastCurvature = 0x1p-7;      // Newton's lower eigenvalue over the greater one
 inline constexpr double kLeastDamping = 0x1p-12;       // Newton stops below this share of a step
+
+// A ray that touches a shape touches it grown by at most this many times the slack of step 11.1. Four of them are where
+// the search for the parameter ends; step 11.4.
+inline constexpr double kRayGrowth = 5;
 
 // A hull whose vertices are within this share of its extent from one line has no area. 2^-46; step 8.1: 2^-49.
 inline constexpr double kThinHull = 0x1p-46;

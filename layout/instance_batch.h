@@ -57,6 +57,7 @@ struct InstanceBatch {
   Span<std::uint8_t> rest;          // RestBits per instance, of the current frame; between frames of the last one
   bool has_rest = false;            // whether a rest bit may be set
   Span<std::uint64_t> checksums;    // checked builds: of what must not change while an instance rests
+  std::uint64_t bounded_by = 0;     // number of the frame that `bounds` and `live` are of; 0: of none
   std::uint64_t rest_epoch = 0;     // RestState::epoch of the last frame with this batch; 0: none
 
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
@@ -72,6 +73,7 @@ struct InstanceBatch {
   bool may_rest = false;         // its instances rest where BatchInput::moved says so
   std::uint32_t first_task = 0;  // index of its first task in the current step
   const BatchInput* input = nullptr;
+  Span<const float> margins;        // those of the input, or none where a call does not read them
   std::size_t link_stride = 0;      // bytes
   std::size_t instance_stride = 0;  // bytes
 };
@@ -134,7 +136,7 @@ inline float scale_of(const InstanceBatch& batch, std::uint32_t instance) {
 
 // An instance's own margin: 0 if the caller gave none.
 inline double own_margin(const InstanceBatch& batch, std::uint32_t instance) {
-  return batch.input->margins.empty() ? 0.0 : static_cast<double>(batch.input->margins[instance]);
+  return batch.margins.empty() ? 0.0 : static_cast<double>(batch.margins[instance]);
 }
 
 // The margin of two instances: the frame's and their own.

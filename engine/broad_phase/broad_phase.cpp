@@ -247,6 +247,19 @@ void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadP
   }
 }
 
+InstanceBounds world_bounds(const InstanceBatch& batch, std::uint32_t instance, const AabbTile& all,
+                            std::uint32_t lane) {
+  InstanceBounds out;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    const double origin = origin_of(batch, instance, c);
+    const double lo = static_cast<double>(all.lo[c][lane]), hi = static_cast<double>(all.hi[c][lane]);
+    const double pad = kWorldPad * (std::fabs(origin) + std::max(std::fabs(lo), std::fabs(hi)));
+    out.lo[c] = origin + lo - pad;
+    out.hi[c] = origin + hi + pad;
+  }
+  return out;
+}
+
 void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
                      std::uint32_t live, const AabbTile* leaves, ExtentHistogram& histogram) {
   AabbTile all;
@@ -254,13 +267,7 @@ void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, c
   for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
     const std::uint32_t instance = instances.instance[lane];
     InstanceBounds& out = batch.bounds[instance];
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      const double origin = origin_of(batch, instance, c);
-      const double lo = static_cast<double>(all.lo[c][lane]), hi = static_cast<double>(all.hi[c][lane]);
-      const double pad = kWorldPad * (std::fabs(origin) + std::max(std::fabs(lo), std::fabs(hi)));
-      out.lo[c] = origin + lo - pad;
-      out.hi[c] = origin + hi + pad;
-    }
+    out = world_bounds(batch, instance, all, lane);
     if (batch.pairs_between && (live >> lane & 1)) add_to_histogram(out, histogram);
   }
 }

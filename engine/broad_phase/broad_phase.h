@@ -14,6 +14,11 @@ namespace cab {
 // next.
 void begin_broad_phase(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad, WorkerPool& pool);
 
+// The bounds of an instance in the world: its origin plus `all`, the bounds of its leaf boxes relative to the origin in
+// one lane of a tile, widened by the rounding of these sums.
+InstanceBounds world_bounds(const InstanceBatch& batch, std::uint32_t instance, const AabbTile& all,
+                            std::uint32_t lane);
+
 // Stores the world bounds of a tile's instances: the origin plus the bounds of the leaf boxes, widened by the rounding
 // of this sum in double. live: the bits of the lanes that are not masked. Adds every live instance that the grid will
 // hold to the histogram.

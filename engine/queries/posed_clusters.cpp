@@ -1,0 +1,65 @@
+// The clusters that a worker has posed: the leaf boxes of sixteen instances that are near each other.
+#include "engine/queries/search.h"
+#include "engine/update.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab {
+namespace {
+
+// Poses the leaf boxes of a cluster into the worker's lists, which have room.
+void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster& out) {
+  const kernel::KernelTable& kernels = run.frame.kernels;
+  const InstanceBatch& batch = run.frame.batch(cluster.batch);
+  const std::uint32_t leaves = batch.active->leaf_count;
+  const std::size_t floats = leaf_bounds_floats(leaves);
+  Worker& worker = run.worker;
+  PosedClusters& posed = run.own.posed;
+  const TileInstances instances = run.index.instances_of(cluster);
+  out.generation = posed.generation;
+  out.live = update_tile(run.frame,
+                         {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data,
+                          worker.bounds.data},
+                         worker);
+  out.boxes = posed.boxes.end();
+  out.leaf_bounds = posed.leaf_bounds.end();
+  kernels.boxes_to_aos(worker.boxes.data, leaves, instances.count, posed.boxes.end(), leaves);
+  kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
+  kernels.bounds_to_soa(worker.bounds.data, leaves, instances.count, posed.leaf_bounds.end());
+  AabbTile all;
+  kernels.bound_together(worker.bounds.data, leaves, &all);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    out.reach[lane] = 0;
+    for (int c = 0; c < 3; ++c)
+      out.reach[lane] =
+          std::max(out.reach[lane], std::max(std::fabs(all.lo[c][lane]), std::fabs(all.hi[c][lane])));
+  }
+  posed.boxes.size += instances.count * leaves;
+  posed.leaf_bounds.size += static_cast<std::uint32_t>(instances.count * floats);
+  run.own.stats.instances_posed += instances.count;
+}
+
+}  // namespace
+
+const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
+  PosedClusters& posed = run.own.posed;
+  PosedCluster& out = posed.clusters[cluster];
+  if (out.generation == posed.generation) return out;
+  const QueryCluster& of = run.index.clusters.data[cluster];
+  const std::uint32_t leaves = run.frame.batch(of.batch).active->leaf_count;
+  const bool has_room =
+      posed.boxes.size + of.count * leaves <= posed.boxes.capacity &&
+      posed.leaf_bounds.size + of.count * leaf_bounds_floats(leaves) <= posed.leaf_bounds.capacity;
+  if (!has_room) forget_clusters(posed);
+  pose_cluster(run, of, out);
+  return out;
+}
+
+void forget_clusters(PosedClusters& posed) {
+  posed.boxes.clear();
+  posed.leaf_bounds.clear();
+  begin_generation(posed.generation, posed.clusters);
+}
+
+}  // namespace cab

@@ -1,0 +1,237 @@
+// The index of run_queries: the order of instances along a curve, clusters of sixteen, and the levels above them.
+#include "engine/queries/query_index.h"
+
+#include "engine/worker.h"
+#include "engine/z_order.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cab {
+namespace {
+
+constexpr int kBitsPerAxis = 10;  // of a key
+constexpr std::uint32_t kNodesPerTask = 64;
+
+// Bounds of instances, while the index is made. No bounds have no effect.
+struct Hull {
+  double lo[3], hi[3];
+
+  Hull() {
+    for (int c = 0; c < 3; ++c) lo[c] = std::numeric_limits<double>::infinity(), hi[c] = -lo[c];
+  }
+  void add(const InstanceBounds& bounds) {
+    for (int c = 0; c < 3; ++c) {
+      lo[c] = std::min(lo[c], bounds.lo[c]);
+      hi[c] = std::max(hi[c], bounds.hi[c]);
+    }
+  }
+};
+
+bool has_bounds(const InstanceBounds& bounds) { return bounds.lo[0] <= bounds.hi[0]; }
+
+// Sets the centre and the scale: a power of two that brings the larger half width of all bounds to between 1/2 and 1.
+void place(const Hull& all, QueryIndex& index) {
+  constexpr int kMostExponent = 900;  // the scale of a world without extent stays finite
+  double width = 0;
+  for (int c = 0; c < 3; ++c) {
+    index.center[c] = 0.5 * all.lo[c] + 0.5 * all.hi[c];
+    width = std::max(width, 0.5 * all.hi[c] - 0.5 * all.lo[c]);
+  }
+  int exponent = 0;
+  std::frexp(width, &exponent);
+  index.scale = std::ldexp(1.0, -std::max(exponent, -kMostExponent));
+}
+
+// The centre of bounds in the index.
+IndexedPoint point_of(const InstanceBounds& bounds, std::uint32_t number, const QueryIndex& index) {
+  IndexedPoint out = {{}, number};
+  for (int c = 0; c < 3; ++c)
+    out.at[c] = static_cast<float>(index.scale * (0.5 * bounds.lo[c] + 0.5 * bounds.hi[c] - index.center[c]));
+  return out;
+}
+
+// The axis along which points spread most.
+int widest_axis(Span<const IndexedPoint> points) {
+  float width[3];
+  for (int c = 0; c < 3; ++c) {
+    const auto [lo, hi] = std::minmax_element(
+        points.begin(), points.end(), [c](const IndexedPoint& x, const IndexedPoint& y) { return x.at[c] < y.at[c]; });
+    width[c] = hi->at[c] - lo->at[c];
+  }
+  return static_cast<int>(std::max_element(width, width + 3) - width);
+}
+
+// Halves points along the axis of most spread until sixteen are left, so that every run of 16, 32, 64 ... points from a
+// multiple of its length on is a box of its own. Sixteen points are in the order of their numbers.
+void order_points(Span<IndexedPoint> points) {
+  while (points.size > kLanes) {
+    std::size_t half = kLanes;
+    while (2 * half < points.size) half *= 2;
+    const int axis = widest_axis({points.data, points.size});
+    std::nth_element(points.begin(), points.begin() + half, points.end(),
+                     [axis](const IndexedPoint& x, const IndexedPoint& y) {
+                       return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.number < y.number;
+                     });
+    order_points({points.data, half});
+    points = {points.data + half, points.size - half};
+  }
+  std::sort(points.begin(), points.end(),
+            [](const IndexedPoint& x, const IndexedPoint& y) { return x.number < y.number; });
+}
+
+// Lists the instances of one batch that have bounds, and cuts them into clusters.
+void add_batch(const InstanceBatch& batch, std::uint32_t slot, bool sorted, QueryIndex& index) {
+  const std::uint32_t begin = index.batch_begin[slot];
+  std::uint32_t count = 0;
+  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
+    const std::uint32_t instance = given_instance(batch, place);
+    const InstanceBounds& bounds = index.bounds[begin + instance];
+    if (has_bounds(bounds)) index.order[begin + count++] = point_of(bounds, instance, index);
+  }
+  if (sorted) order_points({index.order.data + begin, count});
+  for (std::uint32_t first = 0; first < count; first += kLanes)
+    index.clusters.push({slot, begin + first, std::min(kLanes, count - first)});
+}
+
+// Puts clusters near each other together.
+void order_clusters(QueryIndex& index) {
+  const FixedList<QueryCluster>& clusters = index.clusters;
+  for (std::uint32_t i = 0; i < clusters.size; ++i) {
+    const QueryCluster& of = clusters.data[i];
+    index.cluster_order[i] = index.order[of.first + of.count / 2];
+    index.cluster_order[i].number = i;
+    index.unordered.data[i] = of;
+  }
+  order_points({index.cluster_order.data, clusters.size});
+  for (std::uint32_t i = 0; i < clusters.size; ++i)
+    clusters.data[i] = index.unordered.data[index.cluster_order[i].number];
+}
+
+// Writes one child of a node. Rounding to float is less than half of kQueryPad.
+void set_child(const double (&lo)[3], const double (&hi)[3], std::uint32_t lane, AabbTile& node) {
+  for (int c = 0; c < 3; ++c) {
+    node.lo[c][lane] = static_cast<float>(lo[c] - kQueryPad);
+    node.hi[c][lane] = static_cast<float>(hi[c] + kQueryPad);
+  }
+}
+
+void make_cluster_node(const QueryIndex& index, std::uint32_t cluster) {
+  const QueryCluster& of = index.clusters.data[cluster];
+  const std::uint32_t begin = index.batch_begin[of.batch];
+  for (std::uint32_t lane = 0; lane < of.count; ++lane) {
+    const InstanceBounds& bounds = index.bounds[begin + index.order[of.first + lane].number];
+    double lo[3], hi[3];
+    for (int c = 0; c < 3; ++c) {
+      lo[c] = index.scale * (bounds.lo[c] - index.center[c]);
+      hi[c] = index.scale * (bounds.hi[c] - index.center[c]);
+    }
+    set_child(lo, hi, lane, index.nodes.data[cluster]);
+  }
+}
+
+// Makes a node of a level above from the nodes below it, whose bounds are floats already.
+void make_inner_node(const QueryIndex& index, std::uint32_t level, std::uint32_t node) {
+  AabbTile& out = index.nodes.data[index.level_begin[level] + node];
+  for (std::uint32_t lane = 0; lane < index.child_count(level, node); ++lane) {
+    const std::uint32_t child = node * kLanes + lane;
+    const AabbTile& from = index.nodes.data[index.level_begin[level - 1] + child];
+    const std::uint32_t count = index.child_count(level - 1, child);
+    for (int c = 0; c < 3; ++c) {
+      out.lo[c][lane] = *std::min_element(from.lo[c], from.lo[c] + count);
+      out.hi[c][lane] = *std::max_element(from.hi[c], from.hi[c] + count);
+    }
+  }
+}
+
+// Lays out levels until one has a single node.
+void lay_out_levels(QueryIndex& index) {
+  std::uint32_t count = index.clusters.size;
+  index.levels = 0;
+  index.level_begin[0] = 0;
+  while (count > 0) {
+    index.level_begin[index.levels + 1] = index.level_begin[index.levels] + count;
+    ++index.levels;
+    count = count == 1 ? 0 : tile_count(count);
+  }
+  index.nodes.size = index.level_begin[index.levels];
+}
+
+}  // namespace
+
+std::uint32_t curve_key(const QueryIndex& index, const double* point) {
+  constexpr double kCells = 1 << kBitsPerAxis;
+  std::uint64_t key = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double at = index.scale * (point[c] - index.center[c]);
+    const double cell = std::min(std::max(0.5 * (at + 1) * kCells, 0.0), kCells - 1);
+    key |= spread_bits(static_cast<std::uint64_t>(cell)) << c;
+  }
+  return static_cast<std::uint32_t>(key);
+}
+
+void sort_by_key(Span<KeyedNumber> order, Span<KeyedNumber> other) {
+  constexpr int kDigitBits = 10, kDigits = 3;
+  constexpr std::uint32_t kValues = 1 << kDigitBits;
+  static_assert(kDigits * kDigitBits == 3 * kBitsPerAxis);
+  std::uint32_t begin[kDigits][kValues] = {};
+  const auto digit_of = [](const KeyedNumber& one, int digit) {
+    return one.key >> (digit * kDigitBits) & (kValues - 1);
+  };
+  for (const KeyedNumber& one : order)
+    for (int d = 0; d < kDigits; ++d) ++begin[d][digit_of(one, d)];
+  Span<KeyedNumber> from = order, to = other;
+  for (int d = 0; d < kDigits; ++d) {
+    std::uint32_t next = 0;
+    for (std::uint32_t& at : begin[d]) {
+      const std::uint32_t count = at;
+      at = next;
+      next += count;
+    }
+    for (const KeyedNumber& one : from) to[begin[d][digit_of(one, d)]++] = one;
+    std::swap(from, to);
+  }
+  std::copy(from.begin(), from.end(), order.begin());
+}
+
+std::size_t most_nodes(std::size_t clusters) { return clusters + clusters / (kLanes - 1) + QueryIndex::kMostLevels; }
+
+void lay_out_index(StoredBatches batches, QueryIndex& index) {
+  std::uint32_t begin = 0;
+  for (std::size_t slot = 0; slot < batches.size; ++slot) {
+    const InstanceBatch& batch = batches[slot]->batch;
+    index.batch_begin[slot] = begin;
+    if (batches[slot]->in_use() && batch.kind == BatchKind::kCharacters) begin += batch.capacity;
+  }
+}
+
+void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryIndex& index) {
+  Hull all;
+  const auto for_each_given = [&](auto&& take) {
+    for (std::uint32_t slot = 0; slot < batches.size; ++slot)
+      if (batches[slot]->batch.input) take(batches[slot]->batch, slot);
+  };
+  for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) {
+    for (std::uint32_t place = 0; place < given_count(batch); ++place) {
+      const InstanceBounds& bounds = index.bounds[index.batch_begin[slot] + given_instance(batch, place)];
+      if (has_bounds(bounds)) all.add(bounds);
+    }
+  });
+  place(all, index);
+  index.clusters.clear();
+  for_each_given(
+      [&](const InstanceBatch& batch, std::uint32_t slot) { add_batch(batch, slot, sorted, index); });
+  if (sorted) order_clusters(index);
+  lay_out_levels(index);
+  const std::uint32_t clusters = index.clusters.size;
+  pool.tasks->for_each((clusters + kNodesPerTask - 1) / kNodesPerTask, [&](std::uint32_t task, std::uint32_t) {
+    const std::uint32_t end = std::min(clusters, (task + 1) * kNodesPerTask);
+    for (std::uint32_t cluster = task * kNodesPerTask; cluster < end; ++cluster) make_cluster_node(index, cluster);
+  });
+  for (std::uint32_t level = 1; level < index.levels; ++level)
+    for (std::uint32_t node = 0; node < index.node_count(level); ++node) make_inner_node(index, level, node);
+  index.is_sorted = sorted;
+}
+
+}  // namespace cab

@@ -1,0 +1,89 @@
+// The index of run_queries: a tree over the bounds of all instances, sixteen children a node, in one array per level.
+#pragma once
+
+#include "engine/candidate.h"
+#include "engine/frame_context.h"
+#include "layout/pair_list.h"
+#include "layout/tile.h"
+
+namespace cab {
+
+struct WorkerPool;
+
+// An instance or a cluster by where it is: its centre in the index.
+struct IndexedPoint {
+  float at[3];
+  std::uint32_t number;
+};
+
+// A number with a key to sort it by.
+struct KeyedNumber {
+  std::uint32_t key;
+  std::uint32_t number;
+};
+
+// Up to sixteen instances of one batch that are near each other: the children of a node of the lowest level.
+struct QueryCluster {
+  std::uint32_t batch;  // index of the batch
+  std::uint32_t first;  // index of its first instance in QueryIndex::order
+  std::uint32_t count;
+};
+
+// The bounds of the children of node i of level k are nodes[level_begin[k] + i], with children as lanes: on level 0 the
+// instances of cluster i, on others the nodes 16 i to 16 i + 15 of the level below. Positions are relative to `center`
+// and multiplied by `scale`, so that all are between -1 and 1, and bounds are larger by kQueryPad.
+struct QueryIndex {
+  static constexpr std::uint32_t kMostLevels = 8;  // 16^8 instances
+
+  std::uint64_t of_frame = 0;  // Engine::bounds_of_frame, if it holds the instances of that frame
+  bool is_sorted = false;
+  std::uint32_t levels = 0;
+  std::uint32_t level_begin[kMostLevels + 1] = {};
+  double center[3] = {}, scale = 1;
+  FixedList<QueryCluster> clusters;
+  FixedList<AabbTile> nodes;
+  Span<IndexedPoint> order;                  // the instances, by batch, then by cluster
+  Span<IndexedPoint> cluster_order;          // scratch: the clusters
+  FixedList<QueryCluster> unordered;         // scratch: the clusters as batches have them
+  Span<InstanceBounds> bounds;               // by batch, then by instance: those of this call
+  Span<std::uint32_t> given;                 // by index of the batch: how many of its instances were given
+  Span<std::uint32_t> batch_begin;           // by index of the batch: where its instances begin in `order`, `bounds`
+
+  std::uint32_t node_count(std::uint32_t level) const { return level_begin[level + 1] - level_begin[level]; }
+
+  // How many children a node has.
+  std::uint32_t child_count(std::uint32_t level, std::uint32_t node) const {
+    if (level == 0) return clusters.data[node].count;
+    const std::uint32_t left = node_count(level - 1) - node * kLanes;
+    return left < kLanes ? left : kLanes;
+  }
+
+  TileInstances instances_of(const QueryCluster& cluster) const {
+    TileInstances out;
+    out.count = cluster.count;
+    for (std::uint32_t lane = 0; lane < cluster.count; ++lane)
+      out.instance[lane] = order[cluster.first + lane].number;
+    return out;
+  }
+};
+
+// Most nodes of an index with so many clusters.
+std::size_t most_nodes(std::size_t clusters);
+
+// The bounds of an instance that takes no part.
+inline constexpr InstanceBounds kNoBounds = {{1, 1, 1}, {-1, -1, -1}};
+
+// The number of a point's cell along a curve that fills the index.
+std::uint32_t curve_key(const QueryIndex& index, const double* point);
+
+// Sorts by key; equal keys stay in their order. `other` is scratch of the same size.
+void sort_by_key(Span<KeyedNumber> order, Span<KeyedNumber> other);
+
+// Sets where the instances of each batch begin: before their bounds are stored.
+void lay_out_index(StoredBatches batches, QueryIndex& index);
+
+// Makes the index of all given instances whose bounds are not kNoBounds. sorted: whether instances near each other are
+// put together, which pays where many queries are asked; else they stay in the order of their numbers.
+void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryIndex& index);
+
+}  // namespace cab

@@ -1,0 +1,62 @@
+// Sizes the memory of run_queries.
+#include "engine/queries/query_room.h"
+
+#include "engine/engine.h"
+#include "layout/leaf_bounds_soa.h"
+
+#include <algorithm>
+
+namespace cab {
+namespace {
+
+// A worker keeps so many clusters of instances with sixteen leaves, and at least one of the largest articulation.
+constexpr std::size_t kPosedClusters = 1024, kLeaves = 16;
+
+template <class T>
+FixedList<T> make_list(Arena& arena, std::size_t capacity) {
+  return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
+}
+
+}  // namespace
+
+std::unique_ptr<QueryRoom> make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator) {
+  auto room = std::make_unique<QueryRoom>(allocator);
+  Arena& arena = room->arena;
+  room->queries = needs.queries;
+  room->order = arena.allocate<KeyedNumber>(needs.queries);
+  room->other_order = arena.allocate<KeyedNumber>(needs.queries);
+  room->results = arena.allocate<QueryResult>(needs.queries);
+  room->hit_begin = arena.allocate<std::size_t>(needs.queries);
+  QueryIndex& index = room->index;
+  const std::size_t clusters = needs.character_tiles, instances = needs.character_instances;
+  index.clusters = make_list<QueryCluster>(arena, clusters);
+  index.nodes = make_list<AabbTile>(arena, most_nodes(clusters));
+  index.order = arena.allocate<IndexedPoint>(instances);
+  index.cluster_order = arena.allocate<IndexedPoint>(clusters);
+  index.unordered = make_list<QueryCluster>(arena, clusters);
+  index.bounds = arena.allocate<InstanceBounds>(instances);
+  index.batch_begin = arena.allocate<std::uint32_t>(needs.batch_slots);
+  index.given = arena.allocate<std::uint32_t>(needs.batch_slots);
+  for (std::size_t w = 0; w < workers; ++w) {
+    auto worker = std::make_unique<QueryWorker>(allocator);
+    Arena& own = worker->arena;
+    const std::size_t posed = std::min(kPosedClusters, clusters) * kLanes;
+    worker->posed.clusters = own.allocate<PosedCluster>(clusters);
+    worker->posed.boxes = make_list<BoxAos>(own, std::max(posed * kLeaves, kLanes * needs.character_nodes));
+    worker->posed.leaf_bounds =
+        make_list<float>(own, std::max(posed * leaf_bounds_floats(kLeaves), kLanes * needs.leaf_bounds_floats));
+    worker->hits = make_list<QueryHit>(own, 2 * needs.queries + kMaxLinks);
+    worker->of_instance = make_list<QueryHit>(own, needs.joints);
+    worker->at_link = own.allocate<std::uint32_t>(needs.joints);
+    room->workers.push_back(std::move(worker));
+  }
+  return room;
+}
+
+std::size_t bytes_of(const QueryRoom& room) {
+  std::size_t out = room.arena.bytes();
+  for (const auto& worker : room.workers) out += worker->arena.bytes();
+  return out;
+}
+
+}  // namespace cab

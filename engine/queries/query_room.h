@@ -1,0 +1,72 @@
+// The memory of run_queries: the index, what is kept per query, and what each worker keeps.
+#pragma once
+
+#include "engine/queries/query_index.h"
+#include "layout/box_aos.h"
+
+#include <cab/query.h>
+
+#include <memory>
+#include <vector>
+
+namespace cab {
+
+// A cluster whose leaf boxes a worker has posed. Lane i has boxes[i * leaves] and the following, and leaf bounds as
+// structures of arrays one after the other (layout/leaf_bounds_soa.h).
+struct PosedCluster {
+  std::uint32_t generation;  // of the worker's set; any other: not posed
+  std::uint32_t live;        // bits of the lanes whose pose is valid
+  const BoxAos* boxes;
+  const float* leaf_bounds;
+  float reach[kLanes];  // the largest coordinate of any leaf's bounds
+};
+
+// The clusters that a worker has posed, until there is no room for another.
+struct PosedClusters {
+  Span<PosedCluster> clusters;  // by index of the cluster
+  FixedList<BoxAos> boxes;
+  FixedList<float> leaf_bounds;
+  std::uint32_t generation = 1;
+};
+
+
+// What one worker keeps for run_queries. Worker has the memory for posing.
+struct QueryWorker {
+  explicit QueryWorker(const Allocator& allocator) : arena(allocator) {}
+
+  Arena arena;
+  PosedClusters posed;
+  FixedList<QueryHit> hits;          // of the queries of a go, until they are written in order
+  FixedList<QueryHit> of_instance;   // of one query and instance: one per link
+  Span<std::uint32_t> at_link;       // by link: 1 + its index in of_instance; 0 between instances
+  QueryStats stats;
+};
+
+// Where the hits of a query are.
+struct QueryResult {
+  std::uint32_t worker, begin;  // in QueryWorker::hits, if `is_stored`
+  std::uint32_t count;
+  bool is_stored, is_found;
+};
+
+struct QueryRoom {
+  explicit QueryRoom(const Allocator& allocator) : arena(allocator) {}
+
+  Arena arena;
+  std::size_t queries = 0;  // how many are worked on in one go
+  QueryIndex index;
+  Span<KeyedNumber> order, other_order;  // of the queries of a go along the index's curve
+  Span<QueryResult> results;                 // by query of a go
+  Span<std::size_t> hit_begin;               // by query of a go: how many hits of the job come before its own
+  std::vector<std::unique_ptr<QueryWorker>> workers;
+};
+
+struct MemoryNeeds;
+
+// Makes room for goes of MemoryNeeds::queries queries. Throws std::bad_alloc.
+std::unique_ptr<QueryRoom> make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator);
+
+// What the room takes.
+std::size_t bytes_of(const QueryRoom& room);
+
+}  // namespace cab

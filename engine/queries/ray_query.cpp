@@ -1,0 +1,181 @@
+// Rays, and spheres that are moved along them. The parameter of a ray is its length from the start.
+#include "engine/queries/ray_query.h"
+
+#include "engine/exact_convex.h"
+#include "engine/convex_queues.h"
+#include "layout/error_bounds.h"
+#include "layout/rounded_up.h"
+
+#include <cmath>
+
+namespace cab {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Double3 unit_direction(const float (&direction)[3]) {
+  const Double3 d = {direction[0], direction[1], direction[2]};
+  const double most = kernel::max_component(kernel::abs(d));
+  if (!(most > 0)) return {1, 0, 0};  // a ray of length 0
+  return kernel::normalized(Double3{d.x / most, d.y / most, d.z / most});
+}
+
+// Sets where a ray begins in some frame. pad: the radius and what rounding may move.
+void set_start(const Double3& from, double pad, kernel::RayLanes& lanes) {
+  const double at[3] = {from.x, from.y, from.z};
+  for (int c = 0; c < 3; ++c) {
+    lanes.above[c] = static_cast<float>(at[c] + pad);
+    lanes.below[c] = static_cast<float>(at[c] - pad);
+  }
+}
+
+Double3 double3(const float* v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+double sum_of(const Double3& v) { return kernel::sum(kernel::abs(v)); }
+
+// Where a ray without a radius enters a posed box, by its faces. Half extents grow by what the axes are skew, and by the
+// rounding of where the ray is.
+bool enter_box(const LocalRay& ray, const BoxAos& box, RayTouch* out) {
+  const Double3 to = double3(box.center) - ray.at;
+  const double sum =
+      (static_cast<double>(box.half[0]) + static_cast<double>(box.half[1])) + static_cast<double>(box.half[2]);
+  const double grow = kQueryRayPad * sum + (ray.error + kQueryRounding * sum_of(to));
+  double near = ray.begin, far = ray.end;
+  int face = -1;
+  double side = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Double3 axis = double3(box.axis + 3 * k);
+    const double middle = kernel::dot(axis, to), speed = kernel::dot(axis, ray.direction);
+    const double half = static_cast<double>(box.half[k]) + grow;
+    if (std::fabs(speed) < kQueryLeastDirection) {
+      if (std::fabs(middle) > half + kQueryLeastDirection * (sum_of(to) + sum)) return false;
+      continue;
+    }
+    const double by = 1 / speed, x = (middle - half) * by, y = (middle + half) * by;
+    if (const double enters = std::min(x, y); enters > near) {
+      near = enters;
+      face = k;
+      side = speed;
+    }
+    far = std::min(far, std::max(x, y));
+    if (near > far) return false;
+  }
+  out->at = near;
+  out->point = ray.at + near * ray.direction;
+  out->inside = face < 0;
+  const Double3 normal = double3(box.axis + 3 * std::max(face, 0));
+  out->normal = face < 0 ? Double3{0, 0, 0} : side > 0 ? -1.0 * normal : normal;
+  return true;
+}
+
+}  // namespace
+
+RayQuery::RayQuery(const QueryRun& run, const Query& query, LinkHits& hits)
+    : run_(run),
+      query_(query),
+      hits_(hits),
+      direction_(unit_direction(query.direction)),
+      length_(static_cast<double>(query.length)) {
+  const double along[3] = {direction_.x, direction_.y, direction_.z};
+  for (int c = 0; c < 3; ++c) {
+    const double least = std::max(std::fabs(along[c]), kQueryLeastDirection);
+    inverse_[c] = 1 / (along[c] < 0 ? -least : least);
+    lanes_.inverse[c] = static_cast<float>(inverse_[c]);
+  }
+}
+
+// Moves the start to where the ray enters the cube of the index. Returns false if it passes by (docs/proof.md, step
+// 12.2).
+bool RayQuery::enter_index() {
+  const QueryIndex& index = run_.index;
+  const double* const at = query_.position;
+  const Double3 from = {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
+                        index.scale * (at[2] - index.center[2])};
+  const double radius = index.scale * static_cast<double>(query_.radius), away = sum_of(from);
+  const double half = 1.01 + radius + 4 * kQueryLeastDirection * away;
+  const double position[3] = {from.x, from.y, from.z};
+  double near = 0, far = index.scale * length_;
+  for (int c = 0; c < 3; ++c) {
+    const double x = (-half - position[c]) * inverse_[c], y = (half - position[c]) * inverse_[c];
+    near = std::max(near, std::min(x, y));
+    far = std::min(far, std::max(x, y));
+  }
+  if (near > far) return false;
+  entered_ = near;
+  set_start(from + near * direction_, radius + kQueryRayPad + kQueryRounding * (away + near), lanes_);
+  lanes_.begin = 0;
+  lanes_.end = float_above((far - near) + kQueryPad);
+  return true;
+}
+
+// Leaves out what is farther than the links that were found.
+void RayQuery::shorten() {
+  const double most = static_cast<double>(hits_.most());
+  if (most == kInfinity) return;
+  const double end = (1 + kOutwards) * (run_.index.scale * most) - entered_;
+  lanes_.end = std::min(lanes_.end, float_above(end + kQueryPad * (1 + std::fabs(end))));
+}
+
+void RayQuery::search() {
+  if (enter_index()) search_index(run_, query_, *this);
+}
+
+// Casts the ray against the box or the shapes of a leaf, and writes the first touch.
+bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, RayTouch* out) const {
+  if (run_.job.exact == Exact::kNone)
+    return ray.radius == 0 ? enter_box(ray, one.boxes[leaf], out) : cast_ray(ray, one.boxes[leaf], out);
+  ++run_.own.stats.exact_tests;
+  const LeafShapes shapes = shapes_of(run_.frame.exact_leaf(one.slot, one.instance, leaf));
+  bool touches = false;
+  for (const ConvexShape& shape : shapes.shapes) {
+    RayTouch touch;
+    if (!cast_ray(ray, shape, shapes.at, &touch)) continue;
+    if (!touches || touch.at < out->at) *out = touch;
+    touches = true;
+  }
+  return touches;
+}
+
+void RayQuery::test(const PosedInstance& one) {
+  const double* const from = query_.position;
+  const Double3 to = {one.origin[0] - from[0], one.origin[1] - from[1], one.origin[2] - from[2]};
+  const double nearest = std::min(std::max(kernel::dot(to, direction_), 0.0), length_);
+  LocalRay ray;
+  ray.at = nearest * direction_ - to;
+  ray.direction = direction_;
+  ray.begin = -nearest;
+  ray.radius = static_cast<double>(query_.radius);
+  ray.error = kQueryRounding * (sum_of(to) + nearest);
+  const double size = sum_of(ray.at) + static_cast<double>(one.reach);
+  if (!(size < kInfinity)) return;  // farther out than kMaxQueryCoordinate
+  kernel::RayLanes lanes = lanes_;
+  set_start(ray.at, (ray.radius + ray.error) + kQueryLeafPad * (size + ray.radius), lanes);
+  lanes.begin = float_below(ray.begin);
+  const auto set_end = [&] {
+    const double most = (1 + kOutwards) * static_cast<double>(hits_.most());
+    ray.end = std::min(length_, most) - nearest;
+    lanes.end = float_above(ray.end);
+  };
+  set_end();
+  for_each_leaf(
+      run_, one,
+      [&](const kernel::BoundsRow& row, float* entry) { return run_.frame.kernels.ray_bounds(row, lanes, entry); },
+      [&](std::uint32_t leaf, float entry) {
+        RayTouch touch;
+        if (entry > lanes.end || !cast(one, ray, leaf, &touch)) return;
+        const Double3 point = touch.point + to;
+        hits_.add(one, leaf, static_cast<float>(std::max(nearest + touch.at, 0.0)),
+                  {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)},
+                  {static_cast<float>(touch.normal.x), static_cast<float>(touch.normal.y),
+                   static_cast<float>(touch.normal.z)},
+                  touch.inside);
+        set_end();
+      },
+      [&] { return hits_.is_done(); });
+  hits_.finish();
+  shorten();
+}
+
+}  // namespace cab

@@ -1,0 +1,31 @@
+// Regions: the links whose boxes are not wholly outside of any of several planes.
+#pragma once
+
+#include "engine/convex_pair.h"
+#include "engine/queries/search.h"
+
+namespace cab {
+
+class RegionQuery {
+ public:
+  RegionQuery(const QueryRun& run, const Query& query, LinkHits& hits) : run_(run), query_(query), hits_(hits) {}
+
+  // Answers the query.
+  void search() { search_index(run_, query_, *this); }
+
+  // A probe of search_index.
+  std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const;
+  bool skips(float) const { return false; }
+  void test(const PosedInstance& one);
+  bool is_done() const { return hits_.is_done(); }
+
+ private:
+  Span<const QueryPlane> planes() const { return {run_.job.planes.data + query_.first_plane, query_.plane_count}; }
+  std::uint32_t meets(const kernel::BoundsRow& row, const Double3& position, double scale, double reach) const;
+
+  const QueryRun& run_;
+  const Query& query_;
+  LinkHits& hits_;
+};
+
+}  // namespace cab

@@ -1,0 +1,278 @@
+// run_queries: the index of all instances, then the queries in goes of as many as there is room for.
+#include "engine/broad_phase/broad_phase.h"
+#include "engine/call.h"
+#include "engine/queries/ray_query.h"
+#include "engine/queries/region_query.h"
+#include "engine/queries/shape_query.h"
+#include "engine/queries/validate_queries.h"
+#include "engine/rest.h"
+#include "engine/timed.h"
+#include "engine/update.h"
+#include "engine/validate.h"
+#include "engine/z_order.h"
+#include "kernels/float_mode.h"
+
+#include <algorithm>
+#include <exception>
+
+namespace cab {
+namespace {
+
+constexpr std::uint32_t kTilesPerTask = 8, kQueriesPerTask = 64;
+constexpr std::uint32_t kPrefetched = 4;  // how many queries ahead one is prefetched
+
+// Up to this many instances and queries the calling thread works alone.
+constexpr std::size_t kInstancesAlone = 256, kQueriesAlone = 32;
+
+// Instances are put in order along the curve if there are more queries than this. For fewer, the search of clusters
+// that are in no order costs less than the order.
+constexpr std::size_t kQueriesUnsorted = 64;
+
+// --------------------------------------------------------------------------------------------------------- checks
+
+Status validate(Engine& engine, QueryJob& job) {
+  const auto any_input = [&](auto&& is) {
+    return std::any_of(job.inputs.begin(), job.inputs.end(),
+                       [&](const BatchInput& input) { return is(engine.batch(input.batch)); });
+  };
+  if (any_input([](const InstanceBatch& batch) { return batch.kind != BatchKind::kCharacters; }))
+    return Status::kBadBatchKind;
+  if (job.exact != Exact::kNone && job.exact != Exact::kConvex) return Status::kExactNotBuilt;
+  if (job.exact != Exact::kNone &&
+      any_input([](const InstanceBatch& batch) { return batch.articulation->lod.posed != nullptr; }))
+    return Status::kLodWithoutShapes;
+  if (job.queries.size && !job.queries.data) return Status::kBadQuery;
+  if (const std::size_t bad = first_bad_query(job); bad < job.queries.size) {
+    job.bad_query = bad;
+    return Status::kBadQuery;
+  }
+  if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
+  if (!job.found.empty() && (!job.found.data || job.found.size != job.queries.size)) return Status::kBadOutput;
+  return Status::kOk;
+}
+
+// ---------------------------------------------------------------------------------------------------------- index
+
+// Whether the bounds that the last frame stored for a batch are those of its leaf boxes as they are now, if the caller
+// says so. A level of nodes is asked for nodes, but bounded by leaves.
+bool has_frame_bounds(const Engine& engine, const InstanceBatch& batch) {
+  return batch.bounded_by == engine.bounds_of_frame && !batch.articulation->lod.posed;
+}
+
+// Stores the bounds of the instances of one batch as the last frame had them.
+void take_frame_bounds(const InstanceBatch& batch, std::uint32_t slot, QueryIndex& index) {
+  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
+    const std::uint32_t i = given_instance(batch, place);
+    const bool is_live = batch.live[i / kLanes] >> (i % kLanes) & 1;
+    index.bounds[index.batch_begin[slot] + i] = is_live ? batch.bounds[i] : kNoBounds;
+  }
+}
+
+// Poses one tile, and stores the bounds of its instances.
+void bound_tile(const FrameContext& frame, std::uint32_t slot, std::uint32_t tile, Worker& worker, QueryWorker& own,
+                QueryIndex& index) {
+  const InstanceBatch& batch = frame.batch(slot);
+  const TileInstances instances = instances_of(batch, tile);
+  const std::uint32_t leaves = batch.active->leaf_count;
+  const std::uint32_t live =
+      update_tile(frame,
+                  {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data,
+                   worker.bounds.data},
+                  worker);
+  AabbTile all;
+  frame.kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
+  frame.kernels.bound_together(worker.bounds.data, leaves, &all);
+  for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
+    const std::uint32_t i = instances.instance[lane];
+    const bool is_live = live >> lane & 1;
+    index.bounds[index.batch_begin[slot] + i] = is_live ? world_bounds(batch, i, all, lane) : kNoBounds;
+    own.stats.instances_masked += !is_live;
+  }
+}
+
+// Whether the index that is there is that of the job.
+bool has_index(const Engine& engine, const QueryJob& job) {
+  const QueryIndex& index = engine.queries->index;
+  if (!job.reuse_bounds || index.of_frame != engine.bounds_of_frame) return false;
+  if (!index.is_sorted && job.queries.size > kQueriesUnsorted) return false;
+  for (std::uint32_t slot = 0; slot < engine.batches.size(); ++slot) {
+    const InstanceBatch& batch = engine.batches[slot]->batch;
+    if (index.given[slot] != (batch.input ? given_count(batch) : 0)) return false;
+    if (batch.input && !has_frame_bounds(engine, batch)) return false;
+  }
+  return true;
+}
+
+void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) {
+  QueryRoom& room = *engine.queries;
+  QueryIndex& index = room.index;
+  QueryStats& stats = room.workers[0]->stats;
+  {
+    const Timed timed(stats.seconds_bound);
+    lay_out_index(frame.batches, index);
+    for (std::uint32_t slot = 0; slot < frame.batches.size; ++slot) {
+      const InstanceBatch& batch = frame.batch(slot);
+      index.given[slot] = batch.input ? given_count(batch) : 0;
+      if (!batch.input) continue;
+      if (job.reuse_bounds && has_frame_bounds(engine, batch)) {
+        take_frame_bounds(batch, slot, index);
+        continue;
+      }
+      const std::uint32_t tiles = tile_count(given_count(batch));
+      engine.pool.tasks->for_each(
+          (tiles + kTilesPerTask - 1) / kTilesPerTask, [&](std::uint32_t task, std::uint32_t w) {
+            const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
+            for (std::uint32_t tile = task * kTilesPerTask; tile < end; ++tile)
+              bound_tile(frame, slot, tile, engine.pool[w], *room.workers[w], index);
+          });
+    }
+  }
+  const Timed timed(stats.seconds_index);
+  build_index(frame.batches, job.queries.size > kQueriesUnsorted, engine.pool, index);
+  index.of_frame = job.reuse_bounds ? engine.bounds_of_frame : 0;
+}
+
+// -------------------------------------------------------------------------------------------------------- queries
+
+// The queries of a job from `first` on that are answered together.
+struct Go {
+  const FrameContext& frame;
+  const QueryJob& job;
+  QueryRoom& room;
+  WorkerPool& pool;
+  std::size_t first;
+  std::uint32_t count;
+
+  QueryRun run(std::uint32_t worker) const {
+    return {frame, room.index, job, pool[worker], *room.workers[worker]};
+  }
+};
+
+// Answers one query, whose hits go to `to`. Returns how many there are and whether they are sorted there.
+QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to) {
+  const Query& query = run.job.queries[number];
+  const std::size_t wanted = query.want == QueryWant::kAny ? 0 : query.want == QueryWant::kAll ? query.max_hits : 1;
+  HitRoom room(to, wanted);
+  LinkHits hits(run, query, static_cast<std::uint32_t>(number), room);
+  switch (query.kind) {
+    case QueryKind::kRay: RayQuery(run, query, hits).search(); break;
+    case QueryKind::kRegion: RegionQuery(run, query, hits).search(); break;
+    default: ShapeQuery(run, query, hits).search(); break;
+  }
+  if (room.is_complete()) room.sort();
+  return {0, 0, static_cast<std::uint32_t>(room.count()), room.is_complete(), hits.is_found()};
+}
+
+// Puts the queries of a go in the order of the index's curve, so that those that follow each other meet the same
+// instances.
+void order_queries(const Go& go) {
+  const QueryIndex& index = go.room.index;
+  for (std::uint32_t i = 0; i < go.count; ++i) {
+    const double* const at = go.job.queries[go.first + i].position;
+    go.room.order[i] = {go.count > kQueriesPerTask ? curve_key(index, at) : 0, i};
+  }
+  if (go.count > kQueriesPerTask) sort_by_key({go.room.order.data, go.count}, {go.room.other_order.data, go.count});
+}
+
+// Answers the queries of one task, and keeps their hits as long as the worker has room.
+void answer_task(const Go& go, std::uint32_t task, std::uint32_t w) {
+  const QueryRun run = go.run(w);
+  const Timed timed(run.own.stats.seconds_search);
+  FixedList<QueryHit>& hits = run.own.hits;
+  const std::uint32_t end = std::min(go.count, (task + 1) * kQueriesPerTask);
+  for (std::uint32_t i = task * kQueriesPerTask; i < end; ++i) {
+    const std::uint32_t query = go.room.order[i].number;
+    const std::uint32_t ahead = go.room.order[std::min(i + kPrefetched, go.count - 1)].number;
+    prefetch(&go.job.queries[go.first + ahead], sizeof(Query));
+    QueryResult& result = go.room.results[query];
+    result = answer(run, go.first + query, {hits.end(), hits.capacity - hits.size});
+    result.worker = w;
+    result.begin = hits.size;
+    if (result.is_stored) hits.size += result.count;
+    if (!go.job.found.empty()) go.job.found[go.first + query] = result.is_found;
+  }
+}
+
+// Writes the hits of the queries of one task to the job's. Those for which the worker had no room are found again.
+void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
+  const QueryRun run = go.run(w);
+  const QueryStats counted = run.own.stats;
+  const std::uint32_t end = std::min(go.count, (task + 1) * kQueriesPerTask);
+  for (std::uint32_t query = task * kQueriesPerTask; query < end; ++query) {
+    const QueryResult& result = go.room.results[query];
+    QueryHit* const to = go.job.hits.data + go.room.hit_begin[query];
+    if (result.is_stored)
+      std::copy_n(go.room.workers[result.worker]->hits.data + result.begin, result.count, to);
+    else
+      answer(run, go.first + query, {to, result.count});
+  }
+  run.own.stats = counted;
+}
+
+void run_go(const Go& go, QueryJob& job) {
+  for (const auto& worker : go.room.workers) worker->hits.clear();
+  order_queries(go);
+  const std::uint32_t tasks = (go.count + kQueriesPerTask - 1) / kQueriesPerTask;
+  go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { answer_task(go, task, w); });
+  for (std::uint32_t query = 0; query < go.count; ++query) {
+    go.room.hit_begin[query] = job.hits_needed;
+    job.hits_needed += go.room.results[query].count;
+  }
+  if (job.hits_needed > job.hits.size) return;
+  go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { write_task(go, task, w); });
+}
+
+void add_stats(QueryStats& sum, const QueryStats& of) {
+  sum.nodes += of.nodes;
+  sum.instances += of.instances;
+  sum.leaf_tests += of.leaf_tests;
+  sum.exact_tests += of.exact_tests;
+  sum.instances_posed += of.instances_posed;
+  sum.instances_masked += of.instances_masked;
+  sum.seconds_bound += of.seconds_bound;
+  sum.seconds_index += of.seconds_index;
+  sum.seconds_search += of.seconds_search;
+}
+
+}  // namespace
+
+Status run_queries(Engine& engine, QueryJob& job) noexcept try {
+  const Clock::time_point start = Clock::now();
+  Call call(engine);
+  if (!call.admitted()) return Status::kBusy;
+  const kernel::FloatMode mode;
+  if (!engine.queries) return Status::kNoQueryRoom;
+  if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
+  if (const Status status = validate(engine, job); status != Status::kOk) return status;
+  QueryRoom& room = *engine.queries;
+  std::size_t given = 0;
+  for (const BatchInput& input : job.inputs) {
+    InstanceBatch& batch = engine.batch(input.batch);
+    batch.margins = {};
+    given += given_count(batch);
+  }
+  for (const auto& worker : room.workers) {
+    worker->stats = {};
+    forget_clusters(worker->posed);
+  }
+  engine.pool.tasks->alone = given <= kInstancesAlone && job.queries.size <= kQueriesAlone;
+  Policies policies;
+  policies.exact = job.exact;
+  const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
+  if (!has_index(engine, job)) make_index(engine, frame, job);
+  job.hits_needed = 0;
+  for (std::size_t first = 0; first < job.queries.size; first += room.queries) {
+    const auto count = static_cast<std::uint32_t>(std::min(room.queries, job.queries.size - first));
+    run_go({frame, job, room, engine.pool, first, count}, job);
+  }
+  const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
+  job.hit_count = status == Status::kOk ? job.hits_needed : 0;
+  job.stats = {};
+  for (const auto& worker : room.workers) add_stats(job.stats, worker->stats);
+  job.stats.seconds_total = seconds_since(start);
+  return status;
+} catch (const std::exception&) {
+  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
+}
+
+}  // namespace cab

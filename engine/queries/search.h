@@ -1,0 +1,191 @@
+// How a query goes through the index, from the top to the instances whose bounds it meets.
+#pragma once
+
+#include "engine/queries/hit_room.h"
+#include "engine/queries/query_room.h"
+#include "engine/worker.h"
+#include "kernels/query_bounds.h"
+#include "layout/leaf_bounds_soa.h"
+
+namespace cab {
+
+// What every query of a call reads, and the memory of the worker that answers it.
+struct QueryRun {
+  const FrameContext& frame;
+  const QueryIndex& index;
+  const QueryJob& job;
+  Worker& worker;
+  QueryWorker& own;
+};
+
+// An instance whose leaf boxes are posed.
+struct PosedInstance {
+  const InstanceBatch* batch;
+  std::uint32_t slot, instance;  // slot: index of the batch
+  std::uint32_t leaves;
+  const BoxAos* boxes;
+  const float* leaf_bounds;
+  float reach;       // the largest coordinate of any leaf's bounds
+  double origin[3];  // in the world
+};
+
+// Poses a cluster, unless it is posed already.
+const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster);
+
+// Forgets all posed clusters: when there is no room for another, and between calls.
+void forget_clusters(PosedClusters& posed);
+
+// Whether a query looks at an instance at all.
+inline bool looks_at(const Query& query, const InstanceBatch& batch, std::uint32_t slot, std::uint32_t instance) {
+  const Span<const std::uint32_t> layers = batch.input->layers;
+  const bool is_ignored = slot_of(query.ignored_batch).value == slot + 1 && query.ignored_instance == instance;
+  return !is_ignored && (query.layer_mask & (layers.empty() ? ~0u : layers[instance])) != 0;
+}
+
+// The lane of those that are set in `lanes` with the least entry; of equal ones the lowest. lanes: not 0.
+inline std::uint32_t nearest_lane(std::uint32_t lanes, const float (&entry)[kLanes]) {
+  auto out = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+  for (lanes &= lanes - 1; lanes; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+    if (entry[lane] < entry[out]) out = lane;
+  }
+  return out;
+}
+
+// Prefetches memory that is read soon.
+inline void prefetch(const void* from, std::size_t bytes) {
+  constexpr std::size_t kLine = 64;
+  for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(static_cast<const char*>(from) + at);
+}
+inline constexpr std::size_t kPrefetchedFloats = 6 * kLanes;  // of an instance's leaf bounds
+
+// Calls probe.test(instance) for every instance whose bounds the query meets, the nearest first, until
+// probe.is_done(). A probe has:
+//   meets(row, entry)   the lanes of sixteen bounds of the index that the query meets, and when it enters each, or less
+//   skips(entry)        whether what is entered then is not wanted any more
+//   test(instance)      tests the leaves
+//   is_done()           whether nothing more is wanted
+template <class Probe>
+void search_index(const QueryRun& run, const Query& query, Probe&& probe) {
+  struct Visit {
+    float entry;
+    std::uint32_t level, node;
+  };
+  const QueryIndex& index = run.index;
+  if (index.levels == 0) return;
+  QueryStats& stats = run.own.stats;
+  Visit stack[QueryIndex::kMostLevels * kLanes];
+  std::uint32_t size = 0;
+  stack[size++] = {0, index.levels - 1, 0};
+  while (size > 0 && !probe.is_done()) {
+    const Visit visit = stack[--size];
+    if (probe.skips(visit.entry)) continue;
+    const AabbTile& node = index.nodes.data[index.level_begin[visit.level] + visit.node];
+    alignas(64) float entry[kLanes];
+    ++stats.nodes;
+    const std::uint32_t used = (1u << index.child_count(visit.level, visit.node)) - 1;
+    std::uint32_t met = probe.meets({&node.lo[0][0], kLanes}, entry) & used;
+    if (visit.level > 0) {
+      const Visit* const first = stack + size;
+      for (; met; met &= met - 1) {  // the nearest comes to the top
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(met));
+        Visit* at = stack + size++;
+        for (; at > first && at[-1].entry < entry[lane]; --at) *at = at[-1];
+        *at = {entry[lane], visit.level - 1, visit.node * kLanes + lane};
+      }
+      if (stack + size > first)
+        prefetch(index.nodes.data + index.level_begin[visit.level - 1] + stack[size - 1].node, sizeof(AabbTile));
+      continue;
+    }
+    const QueryCluster& cluster = index.clusters.data[visit.node];
+    const InstanceBatch& batch = run.frame.batch(cluster.batch);
+    const PosedCluster* posed = nullptr;
+    while (met && !probe.is_done()) {
+      const std::uint32_t lane = nearest_lane(met, entry);
+      met &= ~(1u << lane);
+      if (probe.skips(entry[lane])) break;
+      const std::uint32_t instance = index.order[cluster.first + lane].number;
+      if (!looks_at(query, batch, cluster.batch, instance)) continue;
+      if (!posed) posed = &posed_cluster(run, visit.node);
+      if (!(posed->live >> lane & 1)) continue;
+      ++stats.instances;
+      const std::uint32_t leaves = batch.active->leaf_count;
+      prefetch(posed->leaf_bounds + lane * leaf_bounds_floats(leaves),
+               std::min<std::size_t>(leaf_bounds_floats(leaves), kPrefetchedFloats) * sizeof(float));
+      PosedInstance one = {&batch, cluster.batch, instance, leaves, posed->boxes + std::size_t{lane} * leaves,
+                           posed->leaf_bounds + lane * leaf_bounds_floats(leaves), posed->reach[lane], {}};
+      for (std::uint32_t c = 0; c < 3; ++c) one.origin[c] = origin_of(batch, instance, c);
+      probe.test(one);
+    }
+  }
+}
+
+// Calls test(leaf, entry) for the leaves of an instance whose bounds a query meets, in ascending order. meets(row,
+// entry): as of a probe. Stops when is_done().
+template <class Meets, class Test, class IsDone>
+void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets, Test&& test, IsDone&& is_done) {
+  const std::uint32_t width = leaf_bounds_width(one.leaves);
+  for (std::uint32_t first = 0; first < one.leaves && !is_done(); first += kLanes) {
+    alignas(64) float entry[kLanes];
+    const std::uint32_t count = std::min(kLanes, one.leaves - first);
+    std::uint32_t met = meets({one.leaf_bounds + first, width}, entry) & ((1u << count) - 1);
+    run.own.stats.leaf_tests += static_cast<std::uint32_t>(__builtin_popcount(met));
+    for (; met && !is_done(); met &= met - 1) {
+      const auto lane = static_cast<std::uint32_t>(__builtin_ctz(met));
+      test(first + lane, entry[lane]);
+    }
+  }
+}
+
+// Collects the hits of one query, one per link.
+class LinkHits {
+ public:
+  LinkHits(const QueryRun& run, const Query& query, std::uint32_t number, HitRoom& room)
+      : run_(run), query_(query), number_(number), room_(room) {}
+
+  // A leaf that the query meets. Distances are at least 0, or at most for depths.
+  void add(const PosedInstance& one, std::uint32_t leaf, float distance, const float (&point)[3],
+           const float (&normal)[3], bool inside) {
+    is_found_ = true;
+    if (query_.want == QueryWant::kAny) return;
+    QueryHit hit = {number_, {one.slot + 1}, one.instance, one.batch->articulation->leaf_link[leaf],
+                    static_cast<std::uint16_t>(leaf), distance, {}, {}, inside};
+    std::copy_n(point, 3, hit.point);
+    std::copy_n(normal, 3, hit.normal);
+    if (!one.batch->link_bounds->has_several_leaves) return room_.add(hit);
+    std::uint32_t& at = run_.own.at_link[hit.link];
+    FixedList<QueryHit>& hits = run_.own.of_instance;
+    if (at == 0) {
+      hits.push(hit);
+      at = hits.size;
+    } else if (QueryHit& other = hits.data[at - 1];
+               distance < other.distance || (distance == other.distance && hit.leaf < other.leaf)) {
+      other = hit;
+    }
+  }
+
+  // Ends an instance.
+  void finish() {
+    FixedList<QueryHit>& hits = run_.own.of_instance;
+    for (const QueryHit& hit : hits) {
+      run_.own.at_link[hit.link] = 0;
+      room_.add(hit);
+    }
+    hits.clear();
+  }
+
+  bool is_found() const { return is_found_; }
+  bool is_done() const { return is_found_ && query_.want == QueryWant::kAny; }
+
+  // No link that is farther is wanted any more.
+  float most() const { return room_.most(); }
+
+ private:
+  const QueryRun& run_;
+  const Query& query_;
+  std::uint32_t number_;
+  HitRoom& room_;
+  bool is_found_ = false;
+};
+
+}  // namespace cab

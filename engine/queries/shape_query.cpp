@@ -1,0 +1,243 @@
+// Spheres, boxes and capsules that overlap links, and points that are near them.
+#include "engine/queries/shape_query.h"
+
+#include "engine/convex_in_double.h"
+#include "layout/convex_shapes.h"
+#include "layout/error_bounds.h"
+
+#include <cmath>
+
+namespace cab {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double sum_of(const Double3& v) { return kernel::sum(kernel::abs(v)); }
+
+Double3 double3(const float* v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+// A length and its square as floats that are not smaller.
+float square_above(double length) {
+  return float_above(length * length * (1 + kQueryRayPad)) + 4 * std::numeric_limits<float>::min();
+}
+
+// The shape of a query, about its position.
+ConvexShape shape_of(const Query& query) {
+  const bool is_box = query.kind == QueryKind::kBox;
+  const float* const half = query.half;
+  ConvexShape out = {};
+  out.unit = 1;
+  for (int k = 0; k < 3; ++k) {
+    out.column[k][k] = 1;
+    out.axis[k][k] = 1;
+  }
+  out.kind = is_box ? ConvexKind::kBox : ConvexKind::kRound;
+  const Double3 extent = double3(half);
+  if (is_box) {
+    std::copy_n(half, 3, out.size);
+    out.reach = rounded_up(std::sqrt(kernel::dot(extent, extent)));
+  } else {
+    out.size[0] = query.kind == QueryKind::kPoint ? 0 : query.radius;
+    out.size[2] = query.kind == QueryKind::kCapsule ? half[2] : 0;
+    out.reach = rounded_up(static_cast<double>(out.size[0]) + static_cast<double>(out.size[2]));
+  }
+  return out;
+}
+
+// How far a query's shape extends along each axis of the world.
+void bound_shape(const Query& query, const ConvexShape& shape, const float (&pose)[7], double (&half)[3]) {
+  const StoredPose at = {{PoseFormat::kQuaternionTranslation, Scaling::kNone}, pose, nullptr, 1};
+  const bool is_box = shape.kind == ConvexKind::kBox;
+  const bool is_turned = is_box || query.kind == QueryKind::kCapsule;
+  const double radius = is_box ? 0 : static_cast<double>(shape.size[0]);
+  for (double& h : half) h = radius;
+  if (!is_turned) return;
+  const kernel::RigidLanes<double> posed = pose_in_double(at);
+  for (int k = is_box ? 0 : 2; k < 3; ++k) {
+    const Double3 along = static_cast<double>(shape.size[k]) * posed.column[k];
+    half[0] += std::fabs(along.x);
+    half[1] += std::fabs(along.y);
+    half[2] += std::fabs(along.z);
+  }
+}
+
+// A posed leaf box as a shape in the frame of its instance. It is larger by the errors of its axes, 16 u.
+ConvexShape posed_box(const BoxAos& from) {
+  Box box;
+  const float sum = from.half[0] + from.half[1] + from.half[2];
+  for (int k = 0; k < 3; ++k) {
+    box.center[k] = from.center[k];
+    box.half[k] = from.half[k] + static_cast<float>(kQueryRayPad) * sum;
+    for (int c = 0; c < 3; ++c) box.axis[k][c] = from.axis[3 * k + c];
+  }
+  return shape_of_box(box);
+}
+
+constexpr float kIdentity[7] = {0, 0, 0, 1, 0, 0, 0};
+
+}  // namespace
+
+ShapeQuery::ShapeQuery(const QueryRun& run, const Query& query, LinkHits& hits)
+    : run_(run), query_(query), hits_(hits), shape_(shape_of(query)) {
+  std::copy_n(query.orientation, 4, pose_);
+  std::fill_n(pose_ + 4, 3, 0.0f);
+  if (is_round()) std::copy_n(kIdentity, 4, pose_);
+  bound_shape(query, shape_, pose_, half_);
+}
+
+// The distance beyond which a sphere or a point wants nothing.
+double ShapeQuery::most() const {
+  if (query_.kind == QueryKind::kSphere) return static_cast<double>(query_.radius);
+  return static_cast<double>(std::min(query_.length, hits_.most()));
+}
+
+// Takes the query to a frame: `at` is its position, `scale` what lengths are multiplied by, and `pad` how far rounding
+// may move anything.
+void ShapeQuery::set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const {
+  const double center[3] = {at.x, at.y, at.z};
+  for (int c = 0; c < 3; ++c) {
+    lanes.point.above[c] = float_above(center[c] + pad);
+    lanes.point.below[c] = float_below(center[c] - pad);
+    lanes.lo[c] = float_below(center[c] - (scale * half_[c] + pad));
+    lanes.hi[c] = float_above(center[c] + (scale * half_[c] + pad));
+  }
+  lanes.point.most_sq = square_above(scale * most() + pad);
+}
+
+std::uint32_t ShapeQuery::meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const {
+  if (is_round()) return run_.frame.kernels.point_bounds(row, lanes.point, entry);
+  std::fill_n(entry, kLanes, 0.0f);
+  return run_.frame.kernels.overlap_bounds(row, lanes.lo, lanes.hi);
+}
+
+void ShapeQuery::search() {
+  const QueryIndex& index = run_.index;
+  const double* const at = query_.position;
+  const Double3 in_index = {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
+                            index.scale * (at[2] - index.center[2])};
+  const double pad = kQueryRayPad * (1 + sum_of(in_index));
+  set_lanes(in_index, pad, index.scale, index_);
+  search_index(run_, query_, *this);
+}
+
+// The posed box of a leaf, which decides without shapes for spheres and points.
+void ShapeQuery::test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) {
+  const BoxAos& box = one.boxes[leaf];
+  const Double3 center = double3(box.center), from = local.at - center;
+  Double3 outside = {0, 0, 0};
+  double distance_sq = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Double3 axis = double3(box.axis + 3 * k);
+    const double along = kernel::dot(axis, from), half = static_cast<double>(box.half[k]);
+    const double beyond = along > half ? along - half : along < -half ? along + half : 0.0;
+    outside = outside + beyond * axis;
+    distance_sq += beyond * beyond;
+  }
+  const double distance = std::sqrt(distance_sq);
+  if (!(distance <= most() + local.error)) return;
+  if (query_.kind == QueryKind::kSphere) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
+  const double by = distance > 0 ? 1 / distance : 0;
+  hits_.add(one, leaf, static_cast<float>(distance),
+            {static_cast<float>(-outside.x), static_cast<float>(-outside.y), static_cast<float>(-outside.z)},
+            {static_cast<float>(by * outside.x), static_cast<float>(by * outside.y),
+             static_cast<float>(by * outside.z)},
+            distance == 0);
+}
+
+// What is done with a full queue of shapes: which of them the query meets.
+struct ShapeQuery::Run {
+  ShapeQuery& query;
+  const PosedInstance& one;
+
+  void operator()(ConvexQueue& queue) const {
+    const kernel::KernelTable& kernels = query.run_.frame.kernels;
+    const bool is_point = query.query_.kind == QueryKind::kPoint;
+    kernel::ConvexAnswer answer;
+    kernel::ConvexContacts contacts;
+    if (!is_point) answer = kernels.test_convex_pairs(queue.block);
+    if (is_point || query.query_.with_depth) kernels.contact_pairs(queue.block, 1, contacts);
+    for (std::uint32_t lane = 0; lane < queue.count && !query.is_done(); ++lane) {
+      const std::uint32_t leaf = queue.asks[lane];
+      if (is_point)
+        add_near(contacts, lane, leaf);
+      else if (lane_touches(queue.block, answer, lane))
+        add_touching(contacts, lane, leaf);
+    }
+  }
+
+  void add_near(const kernel::ConvexContacts& contacts, std::uint32_t lane, std::uint32_t leaf) const {
+    const double distance = std::max(-contacts.depth[lane], 0.0);
+    if (!(distance <= query.most())) return;
+    const bool inside = distance == 0;
+    add(contacts, lane, leaf, inside ? 0.0f : static_cast<float>(distance), inside);
+  }
+
+  void add_touching(const kernel::ConvexContacts& contacts, std::uint32_t lane, std::uint32_t leaf) const {
+    if (!query.query_.with_depth) return query.hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
+    add(contacts, lane, leaf, -std::max(rounded_up(contacts.depth[lane]), 0.0f), false);
+  }
+
+  void add(const kernel::ConvexContacts& contacts, std::uint32_t lane, std::uint32_t leaf, float distance,
+           bool inside) const {
+    float point[3], normal[3];
+    for (int c = 0; c < 3; ++c) {
+      point[c] = static_cast<float>(inside ? 0 : contacts.point_b[c][lane]);
+      normal[c] = static_cast<float>(inside ? 0 : -contacts.normal[c][lane]);
+    }
+    query.hits_.add(one, leaf, distance, point, normal, inside);
+  }
+};
+
+// The shapes of the leaves whose bounds the query meets, sixteen at a time. Without an exact test they are the leaves'
+// boxes.
+void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
+  const bool is_exact = run_.job.exact != Exact::kNone;
+  const LeafShapes own = {{&shape_, 1}, {{PoseFormat::kQuaternionTranslation, Scaling::kNone}, pose_, nullptr, 1}, 1};
+  const double shift[3] = {-local.at.x, -local.at.y, -local.at.z};
+  ConvexShape boxes[kLanes];  // of the leaves that wait in the queue, which runs when it has sixteen
+  std::uint32_t count = 0;
+  ConvexQueues queues(run_.worker, Run{*this, one});
+  for_each_leaf(
+      run_, one,
+      [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
+      [&](std::uint32_t leaf, float) {
+        queues.asks = leaf;
+        if (!is_exact) {
+          ConvexShape& box = boxes[count++ % kLanes];
+          box = posed_box(one.boxes[leaf]);
+          const LeafShapes leaf_box = {{&box, 1}, {own.at.coding, kIdentity, nullptr, 1}, 1};
+          return queues.add(own, shape_, leaf_box, box, shift, 0);
+        }
+        ++run_.own.stats.exact_tests;
+        const LeafShapes shapes = shapes_of(run_.frame.exact_leaf(one.slot, one.instance, leaf));
+        for (const ConvexShape& shape : shapes.shapes) queues.add(own, shape_, shapes, shape, shift, 0);
+      },
+      [&] { return hits_.is_done(); });
+  queues.finish();
+}
+
+void ShapeQuery::test(const PosedInstance& one) {
+  const double* const at = query_.position;
+  Local local;
+  local.at = {at[0] - one.origin[0], at[1] - one.origin[1], at[2] - one.origin[2]};
+  const double size = sum_of(local.at) + static_cast<double>(one.reach);
+  if (!(size < kInfinity)) return;  // farther out than kMaxQueryCoordinate
+  local.error = kQueryRounding * (size + (half_[0] + half_[1] + half_[2]));
+  set_lanes(local.at, local.error + kQueryLeafPad * size, 1, local.lanes);
+  if (run_.job.exact == Exact::kNone && is_round() && !query_.with_depth) {
+    for_each_leaf(
+        run_, one, [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
+        [&](std::uint32_t leaf, float) { test_box(one, local, leaf); }, [&] { return hits_.is_done(); });
+  } else {
+    test_shapes(one, local);
+  }
+  hits_.finish();
+  if (query_.kind == QueryKind::kPoint) {
+    const double pad = kQueryPad + kQueryRayPad * std::fabs(run_.index.scale * most());
+    index_.point.most_sq = std::min(index_.point.most_sq, square_above(run_.index.scale * most() + pad));
+  }
+}
+
+}  // namespace cab

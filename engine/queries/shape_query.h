@@ -1,0 +1,52 @@
+// Spheres, boxes and capsules that overlap links, and points that are near them.
+#pragma once
+
+#include "engine/convex_queues.h"
+#include "engine/queries/search.h"
+
+namespace cab {
+
+class ShapeQuery {
+ public:
+  ShapeQuery(const QueryRun& run, const Query& query, LinkHits& hits);
+
+  // Answers the query.
+  void search();
+
+  // A probe of search_index.
+  std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const { return meets(row, index_, entry); }
+  bool skips(float entry) const { return is_round() && entry > index_.point.most_sq; }
+  void test(const PosedInstance& one);
+  bool is_done() const { return hits_.is_done(); }
+
+ private:
+  // The query in some frame, as the kernels of bounds take it.
+  struct Lanes {
+    kernel::PointLanes point;  // of a sphere or point
+    float lo[3], hi[3];        // of others
+  };
+  // The query next to an instance.
+  struct Local {
+    Double3 at;    // its position relative to the instance's origin
+    double error;  // how far rounding may have moved it
+    Lanes lanes;
+  };
+  struct Run;
+
+  bool is_round() const { return query_.kind == QueryKind::kSphere || query_.kind == QueryKind::kPoint; }
+  double most() const;
+  void set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const;
+  std::uint32_t meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const;
+  void test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf);
+  void test_shapes(const PosedInstance& one, const Local& local);
+
+  const QueryRun& run_;
+  const Query& query_;
+  LinkHits& hits_;
+  ConvexShape shape_;
+  float pose_[7];   // of the shape: the query's orientation alone
+  double half_[3];  // of the shape's bounds, along the world's axes
+  Lanes index_;
+};
+
+}  // namespace cab
