@@ -4,7 +4,7 @@
 #include "perf/oracle/random.h"
 #include "perf/oracle/real.h"
 
-#include <cab/cab.h>
+#include <cab/types.h>
 
 #include <cstdint>
 #include <vector>
