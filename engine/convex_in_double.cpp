@@ -99,7 +99,7 @@ kernel::ConvexAnswer answer_by_plane(const ConvexPair& pair, double radius) {
 
 }  // namespace
 
-kernel::ConvexAnswer answer_in_double(const ConvexPair& pair, double margin) {
+kernel::ConvexAnswer answer_pair_in_double(const ConvexPair& pair, double margin) {
   const double radius = pair.radius() + pair.scale() * margin;
   if (pair.half_spaces() > 0) return answer_by_plane(pair, radius);
   kernel::ConvexAnswer answer = answer_of(pair, radius);
@@ -116,7 +116,7 @@ kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uin
     return PlacedShape{side.shape[lane], {side.coding, side.pose[lane], side.orientation[lane], side.scales[lane]}};
   };
   const auto& by = block.shift.by;
-  return answer_in_double(ConvexPair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]}),
+  return answer_pair_in_double(ConvexPair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]}),
                           static_cast<double>(block.margin[lane]));
 }
 

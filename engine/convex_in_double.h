@@ -6,7 +6,7 @@
 namespace cab {
 
 // The answer for two shapes, in bit 0: whether they are more than a margin apart.
-kernel::ConvexAnswer answer_in_double(const ConvexPair& pair, double margin);
+kernel::ConvexAnswer answer_pair_in_double(const ConvexPair& pair, double margin);
 
 // The answer for the two shapes of one lane, in bit 0.
 kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uint32_t lane);

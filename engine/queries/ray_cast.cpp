@@ -16,7 +16,8 @@ using kernel::dot;
 
 constexpr int kAdvances = 80;  // at most this many planes, before a ray counts as touching where it has got to
 constexpr int kHullAdvances = 120;
-constexpr int kNewtonSteps = 20;  // for the closest point of an ellipsoid
+constexpr int kFaceSteps = 6;     // every so many steps the planes along faces are tried
+constexpr int kNewtonSteps = 60;  // for the closest point of an ellipsoid
 
 double length(const Double3& v) { return std::sqrt(dot(v, v)); }
 
@@ -57,6 +58,12 @@ struct Chord {
 
   // Whether a distance of a point of the core from the sphere's centre is a touch. One slack of the growth is left.
   bool touches(double distance) const { return distance <= radius + (kRayGrowth - 1) * slack; }
+
+  // Takes the direction from the core's closest point as the normal where the sphere touches. About a core alone it is
+  // rounding, and the normal of the plane stays.
+  void face(const Double3& n) {
+    if (radius > kRayGrowth * slack) normal = n;
+  }
 };
 
 // Cores of shapes. height: how far the core reaches along a direction. offset: the distance of a point from the core;
@@ -98,8 +105,8 @@ struct Ellipsoid {
   // below on 1 - 1 / |a x / (t + a^2)|, which is concave and nearly straight.
   double offset(const Double3& x, Double3* n) const {
     const double a[3] = {radii.x, radii.y, radii.z}, at[3] = {x.x, x.y, x.z};
-    const double least = std::min({a[0], a[1], a[2]});
-    double t = std::max(0.0, least * (length(x) - least));
+    double t = 0;  // no weight of the closest point is above 1
+    for (int k = 0; k < 3; ++k) t = std::max(t, a[k] * (std::fabs(at[k]) - a[k]));
     for (int i = 0; i < kNewtonSteps; ++i) {
       double square = 0, slope = 0;
       for (int k = 0; k < 3; ++k) {
@@ -142,9 +149,10 @@ struct Brick {
     double y[3] = {};
     for (int sweep = 0; sweep < (is_skew ? 4 : 2); ++sweep)
       for (int k = 0; k < 3; ++k) {
-        const double best = std::clamp(y[k] + dot(axis[k], v) / dot(axis[k], axis[k]), -half[k], half[k]);
-        v = v - (best - y[k]) * axis[k];
-        y[k] = best;
+        const double free = dot(axis[k], v) / dot(axis[k], axis[k]);
+        const double by = std::clamp(free, -half[k] - y[k], half[k] - y[k]);
+        v = v - by * axis[k];
+        y[k] += by;
       }
     const double distance = length(v);
     if (distance > 0) *n = (1 / distance) * v;
@@ -159,7 +167,10 @@ bool advance(Chord& chord, const Core& core) {
   for (int i = 0; i < kAdvances; ++i) {
     Double3 n;
     const double distance = core.offset(chord.at(chord.first), &n), before = chord.first;
-    if (chord.touches(distance)) return true;
+    if (chord.touches(distance)) {
+      chord.face(n);
+      return true;
+    }
     if (!chord.cut(n, core.height(n))) return false;
     if (!(chord.first > before)) return true;
   }
@@ -263,6 +274,28 @@ struct Hull {
   }
 };
 
+// The plane along a triangle, on the side that the ray comes from. Its normal is made square to the longest edge once
+// more: in a thin triangle rounding turns it that way. Returns whether anything is left.
+bool cut_along_face(Chord& chord, const Hull& hull, const Double3& a, const Double3& b, const Double3& c) {
+  Double3 longest = b - a;
+  for (const Double3& edge : {c - a, c - b})
+    if (dot(edge, edge) > dot(longest, longest)) longest = edge;
+  if (!(dot(longest, longest) > 0)) return true;
+  const Double3 v = kernel::across(cross(b - a, c - a), longest, dot(longest, longest));
+  const double distance = length(v);
+  if (!(distance > 0)) return true;
+  const Double3 n = ((dot(v, chord.along) < 0 ? 1 : -1) / distance) * v;
+  return chord.cut(n, dot(n, hull.farthest(n)));
+}
+
+// The planes along the faces of a simplex and a point.
+bool cut_along_faces(Chord& chord, const Hull& hull, const Double3 (&corner)[3], const Double3& point) {
+  return cut_along_face(chord, hull, corner[0], corner[1], corner[2]) &&
+         cut_along_face(chord, hull, corner[0], corner[1], point) &&
+         cut_along_face(chord, hull, corner[1], corner[2], point) &&
+         cut_along_face(chord, hull, corner[2], corner[0], point);
+}
+
 // As advance, with GJK's simplex in the place of the core's closest point. The simplex moves as the chord's beginning
 // does. size: of the hull and its distance; reach: of the hull.
 bool advance(Chord& chord, const Hull& hull, Double3 v, double size) {
@@ -277,20 +310,28 @@ bool advance(Chord& chord, const Hull& hull, Double3 v, double size) {
     if (!chord.cut(n, dot(n, p))) return false;
     const bool is_ahead = chord.first > before;
     kernel::Simplex<double>&last = simplices[1 - step % 2], &simplex = simplices[step % 2];
-    if (is_ahead) {
+    const auto follow = [&] {
       const Double3 to = chord.at(chord.first), by = to - x;
       for (Double3& corner : last.corner) corner = corner - by;
       x = to;
-    }
-    const Double3 w = p - x;
+    };
+    if (is_ahead) follow();
     if (step == 0) {
-      simplex.set(w);
+      simplex.set(p - x);
     } else {
-      if (!is_ahead && v_sq - dot(v, w) <= kGjkProgressDouble * v_sq) return true;
-      if (kernel::add_point<double>(w, chord.slack, rounding, last, simplex)) return true;
+      if (!is_ahead && v_sq - dot(v, p - x) <= kGjkProgressDouble * v_sq) return true;
+      // v loses digits close to a thin triangle, whose normal has kept them, and steps may then go in a circle.
+      if (step % kFaceSteps == 0) {
+        if (!cut_along_faces(chord, hull, last.corner, p - x)) return false;
+        if (chord.first > before) follow();
+      }
+      if (kernel::add_point<double>(p - x, chord.slack, rounding, last, simplex)) return true;
     }
-    if (chord.touches(std::sqrt(simplex.length_sq))) return true;
     v = simplex.normal;
+    if (const double distance = std::sqrt(simplex.length_sq); chord.touches(distance)) {
+      if (distance > 0) chord.face((-1 / length(v)) * v);
+      return true;
+    }
   }
   return true;
 }
@@ -322,6 +363,13 @@ double reach_of(const ConvexShape& shape) {
   const Double3 middle = double3(shape.position);
   return reach + norm_1(middle - double3(shape.part->position)) +
          std::numeric_limits<float>::epsilon() * norm_1(middle);
+}
+
+// How far a box reaches from its centre. Its axes may be a little longer than 1.
+double reach_of(const BoxAos& box) {
+  constexpr double kLonger = 1 + 128 * static_cast<double>(std::numeric_limits<float>::epsilon());
+  return kLonger *
+         (static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) + static_cast<double>(box.half[2]));
 }
 
 double slack_of(const LocalRay& ray, double reach, double away) {
@@ -356,8 +404,9 @@ void report_inside(const LocalRay& ray, RayTouch* out) {
 void report(const LocalRay& ray, const Chord& chord, const Double3& center, double shift, RayTouch* out) {
   if (chord.first <= ray.begin - shift) return report_inside(ray, out);
   out->at = std::clamp(shift + chord.first, ray.begin, ray.end);
-  out->point = center + (chord.at(chord.first) - ray.radius * chord.normal);
-  out->normal = chord.normal;
+  // Without a plane all lengths are 0, and the ray passes through the shape, which is a point.
+  out->normal = dot(chord.normal, chord.normal) > 0 ? chord.normal : (-1 / length(ray.direction)) * ray.direction;
+  out->point = center + (chord.at(chord.first) - ray.radius * out->normal);
   out->inside = false;
 }
 
@@ -366,10 +415,10 @@ bool touches(Chord& chord, const Core& core) {
   return cut_at_entry(chord, core) && advance(chord, core);
 }
 
-bool cast_brick(const LocalRay& ray, const Brick& brick, const Double3& center, double slack, RayTouch* out) {
+bool cast_brick(const LocalRay& ray, const Brick& brick, const Double3& center, double reach, double slack,
+                RayTouch* out) {
   Chord chord;
   double shift;
-  const double reach = (brick.half[0] + brick.half[1]) + brick.half[2];
   if (!begin_chord(ray, ray.at - center, reach, slack, &chord, &shift)) return false;
   if (!cut_at_entry(chord, brick)) return false;
   if (ray.radius > 0 && !advance(chord, brick)) return false;
@@ -415,9 +464,7 @@ Double3 grown(const Double3& radii, double least) {
 }  // namespace
 
 double ray_slack(const LocalRay& ray, const BoxAos& box) {
-  const double reach = static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) +
-                       static_cast<double>(box.half[2]);
-  return slack_of(ray, reach, norm_1(ray.at - double3(box.center)));
+  return slack_of(ray, reach_of(box), norm_1(ray.at - double3(box.center)));
 }
 
 double ray_slack(const LocalRay& ray, const ConvexShape& shape, const StoredPose& at) {
@@ -437,7 +484,7 @@ bool cast_ray(const LocalRay& ray, const BoxAos& box, RayTouch* out) {
     brick.normal[k] = (1 / length(n)) * n;
     brick.face[k] = brick.half[k] * std::fabs(dot(brick.normal[k], brick.axis[k]));
   }
-  return cast_brick(ray, brick, double3(box.center), ray_slack(ray, box), out);
+  return cast_brick(ray, brick, double3(box.center), reach_of(box), ray_slack(ray, box), out);
 }
 
 bool cast_ray(const LocalRay& ray, const ConvexShape& shape, const StoredPose& at, RayTouch* out) {
@@ -454,7 +501,7 @@ bool cast_ray(const LocalRay& ray, const ConvexShape& shape, const StoredPose& a
     brick.half[0] = brick.face[0] = size.x;
     brick.half[1] = brick.face[1] = size.y;
     brick.half[2] = brick.face[2] = size.z;
-    return cast_brick(ray, brick, place.center, slack, out);
+    return cast_brick(ray, brick, place.center, reach, slack, out);
   }
   Chord chord;
   double shift;

@@ -139,8 +139,7 @@ bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t
 }
 
 void RayQuery::test(const PosedInstance& one) {
-  const double* const from = query_.position;
-  const Double3 to = {one.origin[0] - from[0], one.origin[1] - from[1], one.origin[2] - from[2]};
+  const Double3 to = {one.apart[0], one.apart[1], one.apart[2]};
   const double nearest = std::min(std::max(kernel::dot(to, direction_), 0.0), length_);
   LocalRay ray;
   ray.at = nearest * direction_ - to;
@@ -149,7 +148,6 @@ void RayQuery::test(const PosedInstance& one) {
   ray.radius = static_cast<double>(query_.radius);
   ray.error = kQueryRounding * (sum_of(to) + nearest);
   const double size = sum_of(ray.at) + static_cast<double>(one.reach);
-  if (!(size < kInfinity)) return;  // farther out than kMaxQueryCoordinate
   kernel::RayLanes lanes = lanes_;
   set_start(ray.at, (ray.radius + ray.error) + kQueryLeafPad * (size + ray.radius), lanes);
   lanes.begin = float_below(ray.begin);

@@ -54,8 +54,7 @@ std::uint32_t RegionQuery::meets(const kernel::BoundsRow& row, float* entry) con
 }
 
 void RegionQuery::test(const PosedInstance& one) {
-  const double* const at = query_.position;
-  const Double3 local = {at[0] - one.origin[0], at[1] - one.origin[1], at[2] - one.origin[2]};
+  const Double3 local = {-one.apart[0], -one.apart[1], -one.apart[2]};
   const double reach = static_cast<double>(one.reach);
   // Whether a leaf's box is wholly beyond a plane.
   const auto is_beyond = [&](const BoxAos& box, const UnitPlane& plane) {

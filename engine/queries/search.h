@@ -7,6 +7,8 @@
 #include "kernels/query_bounds.h"
 #include "layout/leaf_bounds_soa.h"
 
+#include <cmath>
+
 namespace cab {
 
 // What every query of a call reads, and the memory of the worker that answers it.
@@ -18,6 +20,12 @@ struct QueryRun {
   QueryWorker& own;
 };
 
+// Whether an instance at `apart` from a query may be found at all.
+inline bool is_in_reach(const double (&apart)[3]) {
+  return std::fabs(apart[0]) <= kMaxQueryCoordinate && std::fabs(apart[1]) <= kMaxQueryCoordinate &&
+         std::fabs(apart[2]) <= kMaxQueryCoordinate;
+}
+
 // An instance whose leaf boxes are posed.
 struct PosedInstance {
   const InstanceBatch* batch;
@@ -26,7 +34,7 @@ struct PosedInstance {
   const BoxAos* boxes;
   const float* leaf_bounds;
   float reach;       // the largest coordinate of any leaf's bounds
-  double origin[3];  // in the world
+  double apart[3];   // its origin less the query's position
 };
 
 // Poses a cluster, unless it is posed already.
@@ -108,13 +116,14 @@ void search_index(const QueryRun& run, const Query& query, Probe&& probe) {
       if (!looks_at(query, batch, cluster.batch, instance)) continue;
       if (!posed) posed = &posed_cluster(run, visit.node);
       if (!(posed->live >> lane & 1)) continue;
-      ++stats.instances;
       const std::uint32_t leaves = batch.active->leaf_count;
       prefetch(posed->leaf_bounds + lane * leaf_bounds_floats(leaves),
                std::min<std::size_t>(leaf_bounds_floats(leaves), kPrefetchedFloats) * sizeof(float));
       PosedInstance one = {&batch, cluster.batch, instance, leaves, posed->boxes + std::size_t{lane} * leaves,
                            posed->leaf_bounds + lane * leaf_bounds_floats(leaves), posed->reach[lane], {}};
-      for (std::uint32_t c = 0; c < 3; ++c) one.origin[c] = origin_of(batch, instance, c);
+      for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(batch, instance, c) - query.position[c];
+      if (!is_in_reach(one.apart)) continue;
+      ++stats.instances;
       probe.test(one);
     }
   }
@@ -143,7 +152,7 @@ class LinkHits {
   LinkHits(const QueryRun& run, const Query& query, std::uint32_t number, HitRoom& room)
       : run_(run), query_(query), number_(number), room_(room) {}
 
-  // A leaf that the query meets. Distances are at least 0, or at most for depths.
+  // A leaf that the query meets, or a part of one.
   void add(const PosedInstance& one, std::uint32_t leaf, float distance, const float (&point)[3],
            const float (&normal)[3], bool inside) {
     is_found_ = true;
@@ -152,7 +161,6 @@ class LinkHits {
                     static_cast<std::uint16_t>(leaf), distance, {}, {}, inside};
     std::copy_n(point, 3, hit.point);
     std::copy_n(normal, 3, hit.normal);
-    if (!one.batch->link_bounds->has_several_leaves) return room_.add(hit);
     std::uint32_t& at = run_.own.at_link[hit.link];
     FixedList<QueryHit>& hits = run_.own.of_instance;
     if (at == 0) {

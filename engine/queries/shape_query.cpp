@@ -10,8 +10,6 @@
 namespace cab {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 double sum_of(const Double3& v) { return kernel::sum(kernel::abs(v)); }
 
 Double3 double3(const float* v) {
@@ -157,7 +155,7 @@ struct ShapeQuery::Run {
     kernel::ConvexAnswer answer;
     kernel::ConvexContacts contacts;
     if (!is_point) answer = kernels.test_convex_pairs(queue.block);
-    if (is_point || query.query_.with_depth) kernels.contact_pairs(queue.block, 1, contacts);
+    if (is_point || query.query_.with_depth) kernels.contact_pairs(queue.block, kernel::kMostStarts, contacts);
     for (std::uint32_t lane = 0; lane < queue.count && !query.is_done(); ++lane) {
       const std::uint32_t leaf = queue.asks[lane];
       if (is_point)
@@ -219,11 +217,9 @@ void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
 }
 
 void ShapeQuery::test(const PosedInstance& one) {
-  const double* const at = query_.position;
   Local local;
-  local.at = {at[0] - one.origin[0], at[1] - one.origin[1], at[2] - one.origin[2]};
+  local.at = {-one.apart[0], -one.apart[1], -one.apart[2]};
   const double size = sum_of(local.at) + static_cast<double>(one.reach);
-  if (!(size < kInfinity)) return;  // farther out than kMaxQueryCoordinate
   local.error = kQueryRounding * (size + (half_[0] + half_[1] + half_[2]));
   set_lanes(local.at, local.error + kQueryLeafPad * size, 1, local.lanes);
   if (run_.job.exact == Exact::kNone && is_round() && !query_.with_depth) {

@@ -19,6 +19,9 @@ constexpr Real kTiny = 0x1p-120L;
 constexpr Real kFar = 0x1p36L;
 constexpr Real kFarShare = 0x1p-58L;
 
+// Boxes without parts are asked for with axes that are orthonormal, where the caller's may be off by this share.
+constexpr Real kAxesShare = 0x1p-21L;
+
 // The judge of convex shapes measures depths to this share of the sizes.
 constexpr Real kDepthRounding = 1e-9L;
 
@@ -89,6 +92,7 @@ Allowed allowed(const QueryLeaf& leaf, const Asked& asked, Exact exact, const Qu
   out.in_double = tolerance.apart * away + kTiny;
   out.grow = times * (tolerance.leaf * leaf.lengths + tolerance.query * asked.own) + out.in_double;
   out.shrink = away > kFar * leaf.lengths ? kFarShare * away : 0;
+  if (exact != Exact::kNone) out.shrink += kAxesShare * leaf.lengths;  // axes are made orthonormal
   return out;
 }
 
@@ -267,7 +271,8 @@ std::optional<JudgedLeaf> judge_leaf(const QueryLeaf& leaf, const Asked& asked, 
 
 bool is_looked_at(const QueryInstance& instance, const Query& query) {
   if ((instance.layers & query.layer_mask) == 0) return false;
-  if (norm_max(instance.origin) > static_cast<Real>(kMaxQueryCoordinate)) return false;
+  for (std::size_t c = 0; c < 3; ++c)
+    if (std::fabs(instance.origin[c] - query.position[c]) > static_cast<Real>(kMaxQueryCoordinate)) return false;
   return slot_of(query.ignored_batch).value != instance.batch.value || query.ignored_instance != instance.instance;
 }
 
@@ -366,7 +371,7 @@ std::string hit_fault(const QueryHit& hit, const JudgedLink& link, const Asked& 
   if (found == link.leaves.end()) return "its leaf " + std::to_string(hit.leaf) + " is not met, or not of its link";
   const Real distance = hit.distance;
   const Allowed slack = allowed(*found->leaf, asked, exact, tolerance);
-  const Real off = tolerance.written * std::fabs(distance) + slack.in_double +
+  const Real off = tolerance.written * std::fabs(distance) + slack.in_double + (exact == Exact::kNone ? 0 : slack.grow) +
                    (has_depth(query) ? slack.grow / 8 + kDepthRounding * (asked.own + found->leaf->lengths) : 0);
   if (distance > link.most + off) return "distance " + text(distance) + " is more than " + text(link.most);
   if (distance > found->most + off)

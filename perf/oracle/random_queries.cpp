@@ -253,7 +253,7 @@ void set_region(Random& random, const Target& target, QueryRegime regime, Random
 
 // Numbers of any size that a query may have.
 void scatter(Random& random, Query& query) {
-  for (double& c : query.position) c = random.sign() * random.log_uniform(1e-149, 1e149);
+  for (double& c : query.position) c = random.sign() * random.log_uniform(1e-30, 1e30);
   for (float& c : query.direction) c = static_cast<float>(random.sign() * random.log_uniform(1e-44, 1e38));
   query.radius = static_cast<float>(random.log_uniform(1e-44, 9e17));
   for (float& half : query.half) half = static_cast<float>(random.log_uniform(1e-44, 9e17));

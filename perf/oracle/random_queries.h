@@ -21,7 +21,7 @@ enum class QueryRegime : std::uint8_t {
   kHuge,      // radii and half extents of 1e2 to 1e6 sizes
   kTiny,      // of 1e-6 to 1e-2 sizes
   kThin,      // half extents that differ by 1e2 to 1e6: needles and plates
-  kNowhere,   // anywhere within 1e149 of the world's origin, with numbers of any size
+  kNowhere,   // anywhere within 1e30 of the world's origin, with numbers of any size
 };
 inline constexpr unsigned kQueryRegimeCount = 10;
 
