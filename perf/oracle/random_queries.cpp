@@ -202,7 +202,9 @@ void set_shape_or_point(Random& random, const Target& target, QueryRegime regime
   const QueryBody body = own_body(query);
   const auto size = static_cast<Real>(target.size);
   const Point out = touching_direction(random, box);
-  Real gap = (size + body.reach) * static_cast<Real>(random.uniform(-0.5, 0.3));
+  const Real least =
+      query.kind == QueryKind::kBox ? std::min({query.half[0], query.half[1], query.half[2]}) : query.radius;
+  Real gap = (size + least) * static_cast<Real>(random.uniform(-0.5, 0.3));
   if (query.kind == QueryKind::kPoint) gap = size * static_cast<Real>(random.log_uniform(1e-3, 10));
   if (regime == QueryRegime::kFar) gap = size * static_cast<Real>(random.log_uniform(1e3, 1e9));
   const Real lengths = target.leaf->lengths + body.reach;
