@@ -678,6 +678,7 @@ TEST_CASE("query judge: what boxes with the padding of posed leaves answer passe
   // docs/numerics.md: by up to 56 u of S and |c|_1, and 48 u of t.
   constexpr Real kPadding = 56 * 0x1p-24L;
   std::size_t hits = 0;
+  double needed = 0;
   for (std::uint64_t seed = 1; seed <= rounds(60); ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -693,8 +694,11 @@ TEST_CASE("query judge: what boxes with the padding of posed leaves answer passe
     answer(random, crowd, padded);
     CHECK(fault_of(given, padded.job()) == "");
     hits += padded.hits.size();
+    if (seed <= 10) needed = std::fmax(needed, needed_growth(given, padded.job()));
   }
   CHECK(hits > least_count(400, 60));
+  CHECK(needed <= 128);
+  CHECK(needed >= 16);
 }
 
 TEST_CASE("query judge: right answers pass, and every planted fault is found") {
