@@ -560,4 +560,17 @@ std::string fault_of(const QueryScene& scene, const QueryJob& done, const QueryT
   return {};
 }
 
+double needed_growth(const QueryScene& scene, const QueryJob& done) {
+  if (!fault_of(scene, done).empty()) return HUGE_VAL;
+  const QueryTolerance usual;
+  double growth = static_cast<double>(usual.leaf) * 0x1p24;
+  while (growth >= 1) {
+    QueryTolerance less;
+    less.leaf = less.query = static_cast<Real>(growth) * 0x1p-25L;
+    if (!fault_of(scene, done, less).empty()) return growth;
+    growth /= 2;
+  }
+  return 0;
+}
+
 }  // namespace cab::oracle

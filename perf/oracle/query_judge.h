@@ -81,4 +81,8 @@ std::vector<JudgedLink> judge_query(const QueryScene& scene, const Query& query,
 // query, a link, and what is wrong. The job's inputs are not read: the scene stands for them.
 std::string fault_of(const QueryScene& scene, const QueryJob& done, const QueryTolerance& tolerance = {});
 
+// The least growth that a right job needs, in u: a power of two, for QueryTolerance::leaf and query alike, by which
+// fault_of finds no fault. 0 if it needs none to speak of; infinite if the usual tolerance is not enough.
+double needed_growth(const QueryScene& scene, const QueryJob& done);
+
 }  // namespace cab::oracle

@@ -33,11 +33,17 @@ Target any_target(Random& random, const QueryScene& scene) {
   return out;
 }
 
+// Of either sign, its magnitude uniform in the logarithm.
+double signed_between(Random& random, double a, double b) {
+  const double sign = random.sign();
+  return sign * random.log_uniform(a, b);
+}
+
 float to_length(double v) { return static_cast<float>(std::clamp(v, 0.0, 1e18)); }
 
 // Up to 300 u of either sign, often none.
 Real few_ulps(Random& random) {
-  return random.chance(0.2) ? 0 : static_cast<Real>(random.sign() * random.log_uniform(0.1, 300) * 0x1p-24);
+  return random.chance(0.2) ? 0 : static_cast<Real>(signed_between(random, 0.1, 300) * 0x1p-24);
 }
 
 // A direction that a leaf's box may be touched along: a face's normal, an edge's, a corner's, or any.
@@ -162,7 +168,8 @@ void set_ray(Random& random, const Target& target, QueryRegime regime, Query& qu
   if (regime == QueryRegime::kHuge || regime == QueryRegime::kTiny) away += 2 * Real{query.radius};
   if (regime == QueryRegime::kGrazing) {
     const Point out = touching_direction(random, box);
-    to = far_point(random, box, out) + (Real{query.radius} + few_ulps(random) * target.leaf->lengths) * out;
+    to = far_point(random, box, out);
+    to = to + (Real{query.radius} + few_ulps(random) * target.leaf->lengths) * out;
     along = cross(out, convert<Real>(random.unit_vector()));
     along = 1 / length_of(along) * along;
     away = size * static_cast<Real>(random.log_uniform(0.5, 4));
@@ -202,7 +209,9 @@ void set_shape_or_point(Random& random, const Target& target, QueryRegime regime
   const QueryBody body = own_body(query);
   const auto size = static_cast<Real>(target.size);
   const Point out = touching_direction(random, box);
-  Real gap = (size + body.reach) * static_cast<Real>(random.uniform(-0.5, 0.3));
+  const Real least =
+      query.kind == QueryKind::kBox ? std::min({query.half[0], query.half[1], query.half[2]}) : query.radius;
+  Real gap = (size + least) * static_cast<Real>(random.uniform(-0.5, 0.3));
   if (query.kind == QueryKind::kPoint) gap = size * static_cast<Real>(random.log_uniform(1e-3, 10));
   if (regime == QueryRegime::kFar) gap = size * static_cast<Real>(random.log_uniform(1e3, 1e9));
   const Real lengths = target.leaf->lengths + body.reach;
@@ -212,7 +221,8 @@ void set_shape_or_point(Random& random, const Target& target, QueryRegime regime
     place(target, random.chance(0.2) ? center_of(box) : point_in(random, box, 1), query);
     if (random.chance(0.3)) place(target, far_point(random, box, out), query);
   } else {
-    place(target, far_point(random, box, out) - own_far_point(random, body, Real{-1} * out) + gap * out, query);
+    const Point own = own_far_point(random, body, Real{-1} * out);
+    place(target, far_point(random, box, out) - own + gap * out, query);
   }
   if (query.kind != QueryKind::kPoint) return;
   const Real distance = distance_of_point(target.leaf->box, placed(target, query));
@@ -234,8 +244,11 @@ void set_region(Random& random, const Target& target, QueryRegime regime, Random
   query.plane_count = random.index(9);
   for (std::uint32_t i = 0; i < query.plane_count; ++i) {
     QueryPlane plane;
-    Point normal = regime == QueryRegime::kParallel ? static_cast<Real>(random.sign()) * axis_of(box, random.index(3))
-                                                    : touching_direction(random, box);
+    Point normal = touching_direction(random, box);
+    if (regime == QueryRegime::kParallel) {
+      const std::size_t k = random.index(3);
+      normal = static_cast<Real>(random.sign()) * axis_of(box, k);
+    }
     const double times = random.chance(0.5) ? 1 : random.log_uniform(1e-15, 1e15);
     for (std::size_t c = 0; c < 3; ++c) plane.normal[c] = static_cast<float>(static_cast<double>(normal[c]) * times);
     normal = {{plane.normal[0], plane.normal[1], plane.normal[2]}};
@@ -253,8 +266,8 @@ void set_region(Random& random, const Target& target, QueryRegime regime, Random
 
 // Numbers of any size that a query may have.
 void scatter(Random& random, Query& query) {
-  for (double& c : query.position) c = random.sign() * random.log_uniform(1e-30, 1e30);
-  for (float& c : query.direction) c = static_cast<float>(random.sign() * random.log_uniform(1e-44, 1e38));
+  for (double& c : query.position) c = signed_between(random, 1e-30, 1e30);
+  for (float& c : query.direction) c = static_cast<float>(signed_between(random, 1e-44, 1e38));
   query.radius = static_cast<float>(random.log_uniform(1e-44, 9e17));
   for (float& half : query.half) half = static_cast<float>(random.log_uniform(1e-44, 9e17));
   query.length = random.chance(0.2) ? kInfinity : static_cast<float>(random.log_uniform(1e-44, 3e38));

@@ -1,5 +1,6 @@
 // Memory: a frame allocates nothing, an engine returns all that it took, and a failed allocation is a status.
 #include "engine/engine.h"
+#include "perf/oracle/random_queries.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/thread_pool.h"
 
@@ -244,6 +245,62 @@ TEST_CASE("a frame allocates nothing on a caller's scheduler, and nothing of the
   const std::uint64_t calls = ledger.calls();
   run_on(*engine, world, {});
   CHECK(ledger.calls() == calls);
+}
+
+TEST_CASE("queries allocate nothing, from the first on, by boxes or shapes, with enough room for hits or not") {
+  ThreadPool pool(3);
+  const Scheduler scheduler = pool.scheduler();
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    World world;
+    add_characters(random, world, 12);
+    KeptParts kept;
+    for (Member& member : world.members) add_parts(random, member.rig, kept);
+    std::vector<BatchInput> inputs;
+    QueryScene scene;
+    for (std::uint32_t m = 0; m < world.members.size(); ++m) {
+      const Member& member = world.members[m];
+      inputs.push_back(member.poses.input({m + 1}));
+      for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
+        scene.push_back(query_instance({m + 1}, member.rig, member.poses, i));
+    }
+    RandomQueries about;
+    add_queries(random, scene, 200, about);
+    std::vector<QueryHit> hits(100000);
+    std::vector<std::uint8_t> found(about.queries.size());
+    for (const bool threads : {false, true}) {
+      CAPTURE(threads);
+      Ledger ledger;
+      const Allocator allocator = ledger.allocator();
+      EngineDesc desc;
+      desc.allocator = &allocator;
+      if (threads) desc.scheduler = &scheduler;
+      const EnginePtr engine = make_engine_for(world, desc);
+      REQUIRE(reserve(*engine, {0, 0, 64}) == Status::kOk);
+      const std::uint64_t ledger_calls = ledger.calls();
+      for (const Exact exact : {Exact::kNone, Exact::kConvex})
+        for (const std::size_t capacity : {hits.size(), std::size_t{0}}) {
+          QueryJob job;
+          job.inputs = {inputs.data(), inputs.size()};
+          job.queries = {about.queries.data(), about.queries.size()};
+          job.planes = {about.planes.data(), about.planes.size()};
+          job.exact = exact;
+          job.hits = {hits.data(), capacity};
+          job.found = {found.data(), found.size()};
+          const std::uint64_t news = new_calls, mallocs = malloc_calls;
+          all_news_fail = true;
+          const Status status = run_queries(*engine, job);
+          all_news_fail = false;
+          const std::uint64_t news_after = new_calls, mallocs_after = malloc_calls;
+          CHECK(status == (capacity ? Status::kOk : Status::kHitsOverflow));
+          CHECK(job.hits_needed > 0);
+          CHECK(news_after == news);
+          CHECK(mallocs_after == mallocs);
+        }
+      CHECK(ledger.calls() == ledger_calls);
+    }
+  }
 }
 
 TEST_CASE("a frame does not ask an allocator that would fail") {

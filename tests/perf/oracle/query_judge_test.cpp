@@ -360,11 +360,15 @@ struct Crowd {
 };
 
 void make_crowd(Random& random, Crowd& out) {
-  out.rig = random_rig(random, static_cast<Topology>(random.index(3)), 2 + random.index(6), 2);
+  const auto topology = static_cast<Topology>(random.index(3));
+  out.rig = random_rig(random, topology, 2 + random.index(6), 2);
   if (random.chance(0.3)) flatten_leaves(random, out.rig);
   const std::uint32_t count = 1 + random.index(6);
   PoseRange range{random.uniform(0.2, 2), random.chance(0.5), random.chance(0.5), {}};
-  if (range.origins && random.chance(0.4)) range.about = random.log_uniform(1, 1e9) * random.unit_vector();
+  if (range.origins && random.chance(0.4)) {
+    const double away = random.log_uniform(1, 1e9);
+    range.about = away * random.unit_vector();
+  }
   out.poses = random_poses(random, out.rig, count, static_cast<PoseFormat>(random.index(3)), range);
   if (random.chance(0.3)) mirror_links(random, out.poses);
   if (random.chance(0.3)) resize(random.log_uniform(1e-20, 1e15), out.rig, out.poses);
@@ -418,8 +422,8 @@ TEST_CASE("query judge: nearest points and supports are right for every point th
           CAPTURE(static_cast<int>(body.kind));
           ++bodies;
           const Real noise = 1e-15L * (body.reach + norm_1(body.middle));
-          const Point to = body.middle + static_cast<Real>(random.log_uniform(0.1, 100)) * body.reach *
-                                             convert<Real>(random.unit_vector());
+          const Real far_away = static_cast<Real>(random.log_uniform(0.1, 100)) * body.reach;
+          const Point to = body.middle + far_away * convert<Real>(random.unit_vector());
           const Point nearest = nearest_point(body, to), away = to - nearest, d = convert<Real>(random.unit_vector());
           CHECK(holds(body, nearest, noise));
           const Real far = support_of(body, d);
@@ -673,6 +677,33 @@ void answer(Random& random, const Crowd& crowd, Answered& out) {
 }
 
 }  // namespace
+
+TEST_CASE("query judge: what boxes with the padding of posed leaves answer passes") {
+  // docs/numerics.md: by up to 56 u of S and |c|_1, and 48 u of t.
+  constexpr Real kPadding = 56 * 0x1p-24L;
+  std::size_t hits = 0;
+  double needed = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(60); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    Crowd crowd;
+    make_crowd(random, crowd);
+    const QueryScene given = crowd.scene;
+    for (QueryInstance& instance : crowd.scene)
+      for (QueryLeaf& leaf : instance.leaves) {
+        leaf.box = grown(leaf.box, kPadding * leaf.lengths);
+        for (QueryBody& part : leaf.parts) part = grown(part, kPadding * leaf.lengths);
+      }
+    Answered padded;
+    answer(random, crowd, padded);
+    CHECK(fault_of(given, padded.job()) == "");
+    hits += padded.hits.size();
+    if (seed <= 10) needed = std::fmax(needed, needed_growth(given, padded.job()));
+  }
+  CHECK(hits > least_count(400, 60));
+  CHECK(needed <= 128);
+  CHECK(needed >= 16);
+}
 
 TEST_CASE("query judge: right answers pass, and every planted fault is found") {
   std::size_t hits = 0, planted = 0;
