@@ -153,7 +153,7 @@ void note_rules(Span<const PairRule> rules, StoredBatches batches, BroadPhase& b
     const std::uint32_t a = slot_of(rule.a).value - 1, b = slot_of(rule.b).value - 1;
     if (batches[a]->batch.kind != BatchKind::kCharacters) continue;
     const bool may_rest = batches[a]->batch.may_rest && batches[b]->batch.may_rest;
-    broad.tests_resting = broad.tests_resting || (may_rest && rule.resting == Resting::kTested);
+    broad.tests_resting = broad.tests_resting || (may_rest && rule.resting == Resting::kReported);
     if (rule.pairing == Pairing::kWithin) {
       batches[a]->batch.pairs_within = true;
       batches[a]->batch.skips_within = rule.resting == Resting::kSkipped;

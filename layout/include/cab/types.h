@@ -539,10 +539,10 @@ struct BatchInput {
   Span<const std::uint8_t> moved;
 };
 
-// What a rule does with two instances that both rest, and with one that rests and is tested within itself.
+// What a rule does with the hits of two instances that both rest, and of one that rests and is tested within itself.
 enum class Resting : std::uint8_t {
-  kTested,   // they are tested like all others
-  kSkipped,  // they are not tested: their hits are those of the frame before, and are not reported again
+  kReported,  // they are reported like all others
+  kSkipped,   // they are not tested: their hits are those of the frame before, and are not reported again
 };
 
 // What a PairRule pairs.
@@ -564,8 +564,8 @@ struct PairRule {
   // Whether different instances are paired, or the links of each instance. Default: different instances.
   Pairing pairing = Pairing::kBetween;
 
-  // What is done with instances that rest (BatchInput::moved). Default: they are tested.
-  Resting resting = Resting::kTested;
+  // What is done with instances that rest (BatchInput::moved). Default: their hits are reported.
+  Resting resting = Resting::kReported;
 };
 
 // ------------------------------------------------------------------------------------------------------------ frame
