@@ -89,6 +89,8 @@ Status begin_rest(Engine& engine, const FrameJob& job) {
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
+    if (StaticBodies* const statics = engine.batches[slot_of(input.batch).value - 1]->statics.get())
+      statics->note_layers(batch);
     batch.may_rest = !batch.input->moved.empty() && batch.rest_epoch == state.epoch;
     batch.rest_epoch = 0;
     if (kChecksRest) same = check_rest(batch) && same;
