@@ -13,6 +13,7 @@
 
 #include <exception>
 #include <iterator>
+#include <utility>
 
 namespace cab {
 namespace {
@@ -33,6 +34,7 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   if (const Status status = bind_inputs(engine, run.call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   if (const Status status = begin_rest(engine, job); status != Status::kOk) return status;
+  run.has_last_hits = std::exchange(engine.hit_store.holds_last, false);
   clear_results(engine, job.inputs);
   const Policies policies = resolve_characters(engine, job);
   run.characters.emplace(context_of(engine, policies, job.margin, job.report));
@@ -113,7 +115,10 @@ Status finish(FrameRun& run) {
   FrameJob& job = run.job;
   drop_hits(run);
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
-  if (status == Status::kOk) end_rest(run.engine, job);
+  if (status == Status::kOk) {
+    end_rest(run.engine, job);
+    hold_hits(run);
+  }
   job.stats = {};
   for (const auto& worker : run.engine.pool.workers) add_stats(job.stats, worker->stats);
   job.stats.seconds_total = seconds_since(run.start);

@@ -113,6 +113,7 @@ void forget_rest(Engine& engine) {
   ++engine.rest.epoch;
   engine.rest.known = false;
   engine.broad_phase.kept.count = 0;
+  engine.hit_store.holds_last = false;
   for (const auto& slot : engine.batches) clear_rest(slot->batch);
 }
 
