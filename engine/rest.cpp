@@ -49,8 +49,11 @@ std::uint64_t checksum_of(const InstanceBatch& batch, std::uint32_t instance) {
   sum = add_entry(sum, input.orientations, instance, 4);
   sum = add_entry(sum, input.scales, instance, 1);
   sum = add_entry(sum, input.margins, instance, 1);
-  sum = add_entry(sum, input.layers, instance, 1);
-  return add_entry(sum, input.layer_masks, instance, 1);
+  for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks}) {
+    const std::uint32_t word = words.empty() ? ~0u : words[instance];  // all bits, whether they are given or not
+    sum = add_bytes(sum, &word, 1);
+  }
+  return sum;
 }
 
 // Whether every instance that rests is what it was in the last frame. Stores the checksums of all instances.
