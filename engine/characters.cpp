@@ -171,16 +171,16 @@ struct CandidateCollector {
   }
 };
 
-// Whether no rule tests an instance within itself in this frame.
-bool skips_within(const InstanceBatch& batch, std::uint32_t instance) {
-  return !batch.pairs_within || (batch.skips_within && rests(batch, instance));
+// Whether no rule tests an instance within itself in this frame, or it rests and its hits are kept.
+bool skips_within(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t instance) {
+  return !batch.pairs_within || ((batch.skips_within || frame.keeps_hits) && rests(batch, instance));
 }
 
-// Whether the rule of two instances skips them, since both rest.
+// Whether two instances are not tested since both rest: their rule skips them, or their hits are kept.
 bool skips_resting(const FrameContext& frame, std::uint32_t batch_x, std::uint32_t x, std::uint32_t batch_y,
                    std::uint32_t y) {
   return rests(frame.batch(batch_x), x) && rests(frame.batch(batch_y), y) &&
-         frame.broad_phase.skips_resting(batch_x, batch_y);
+         (frame.keeps_hits || frame.broad_phase.skips_resting(batch_x, batch_y));
 }
 
 // Collects all candidates with `one` as instance a: with itself, then with its partners of higher keys in the order of
@@ -188,7 +188,7 @@ bool skips_resting(const FrameContext& frame, std::uint32_t batch_x, std::uint32
 void collect_in_key_order(CandidateCollector& collector, const PlacedInstance& one) {
   const FrameContext& frame = collector.frame;
   const InstanceBatch& batch = frame.batch(one.batch);
-  if (!skips_within(batch, one.instance)) collector.add(one, one);
+  if (!skips_within(frame, batch, one.instance)) collector.add(one, one);
   if (!batch.pairs_between) return;
   FixedList<Partner>& partners = collector.worker.partners;
   std::uint64_t after = instance_key(one.batch, one.instance);
@@ -225,13 +225,14 @@ void collect_in_spatial_order(CandidateCollector& collector, std::uint32_t entry
   };
   const bool in_kept = entry < broad.kept.count;
   if (in_kept && !is_kept(frame, one)) return;
-  if (!skips_within(batch, one.instance)) collector.add_or_wait({entry, entry});
+  if (!skips_within(frame, batch, one.instance)) collector.add_or_wait({entry, entry});
   if (in_kept) {
     for_each_later(frame, broad.kept, entry, [&](std::uint32_t other) {
       if (is_kept(frame, entries[other])) take(other);
     });
   } else {
     for_each_later(frame, broad.grid, entry, take);
+    if (frame.keeps_hits && rests(batch, one.instance)) return;  // as all that the kept grid would find
     for_each_kept(frame, one.batch, broad.grid.placements[entry].bounds, take);
   }
 }
@@ -253,13 +254,14 @@ void collect_run(CandidateCollector& collector, std::uint32_t index, std::uint32
   }
 }
 
-// The entries of the grids that are paired with others: those of the kept grid only if a rule tests instances that
-// rest.
+// The entries of the grids that are paired with others: those of the kept grid only if two that rest are tested.
 struct EntryRange {
   std::uint32_t begin, end;
 };
-EntryRange entries_to_pair(const BroadPhase& broad) {
-  return {broad.tests_resting ? 0 : broad.kept.count, broad.kept.count + broad.grid.count};
+EntryRange entries_to_pair(const FrameContext& frame) {
+  const BroadPhase& broad = frame.broad_phase;
+  const bool tests_resting = broad.reports_resting && !frame.keeps_hits;
+  return {tests_resting ? 0 : broad.kept.count, broad.kept.count + broad.grid.count};
 }
 
 // Runs one task: collect(collector) adds its candidates, and the last ones are tested at its end. Time outside of steps
@@ -377,7 +379,10 @@ std::uint32_t begin_spatial_order(FrameRun& run) {
   }
   run.sink.in_spatial_order = true;
   for (const auto& worker : run.engine.pool.workers) worker->stats_before = worker->stats;
-  const EntryRange entries = entries_to_pair(run.engine.broad_phase);
+  // Without a rule that reports two that rest there is nothing to keep.
+  run.characters->keeps_hits = run.has_last_hits && run.engine.broad_phase.reports_resting;
+  if (run.characters->keeps_hits) keep_hits(run);
+  const EntryRange entries = entries_to_pair(*run.characters);
   return lay_out_tasks(
       run.engine.stored_batches(),
       [](const InstanceBatch& batch) {  // those that are in no grid
@@ -389,7 +394,7 @@ std::uint32_t begin_spatial_order(FrameRun& run) {
 void pair_in_spatial_order(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   if (run.sink.store_full) return;
   const FrameContext& frame = *run.characters;
-  const EntryRange entries = entries_to_pair(frame.broad_phase);
+  const EntryRange entries = entries_to_pair(frame);
   const std::uint32_t first = entries.begin + task * kInstancesPerTask;
   run_task(frame, task, run.worker(w), run.sink, [&](CandidateCollector& collector) {
     if (task < task_count(entries.end - entries.begin)) {
@@ -428,6 +433,7 @@ void end_spatial_order(FrameRun& run) {
     worker->words.clear();
   }
   run.in_key_order = true;
+  run.characters->keeps_hits = false;  // all are tested
   run.engine.hit_store.frames_in_key_order = kFramesInKeyOrder;
 }
 

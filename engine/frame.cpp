@@ -13,6 +13,7 @@
 
 #include <exception>
 #include <iterator>
+#include <utility>
 
 namespace cab {
 namespace {
@@ -33,6 +34,7 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   if (const Status status = bind_inputs(engine, run.call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   if (const Status status = begin_rest(engine, job); status != Status::kOk) return status;
+  run.has_last_hits = std::exchange(engine.hit_store.holds_last, false);
   clear_results(engine, job.inputs);
   ++engine.bounds_of_frame;
   const Policies policies = resolve_characters(engine, job);
@@ -122,6 +124,7 @@ Status finish(FrameRun& run) {
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
   if (status == Status::kOk) {
     end_rest(run.engine, job);
+    hold_hits(run);
     note_bounds(run.engine, *run.characters, job.inputs);
   }
   job.stats = {};

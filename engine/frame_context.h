@@ -41,6 +41,9 @@ struct FrameContext {
   Policies policies;
   float margin = 0;  // FrameJob::margin
   Report report = Report::kHits;
+  // Whether the store already has the hits of two that rest, and of one within itself (keep_hits): they are no
+  // candidates.
+  bool keeps_hits = false;
 
   const InstanceBatch& batch(std::uint32_t index) const { return batches[index]->batch; }
 

@@ -24,6 +24,7 @@ struct FrameRun {
   HitSink sink;
   std::optional<FrameContext> characters, sequences;
   bool in_key_order = false;                  // whether characters are paired in key order
+  bool has_last_hits = false;                 // whether the store holds the hits of the last frame, until it is written
   std::uint32_t steps_begun = 0;              // of kFrameSteps (engine/frame.cpp)
   std::uint32_t task_count = 0;               // of the last of them
   std::atomic<std::uint32_t> tasks_ended{0};  // likewise

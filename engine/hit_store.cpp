@@ -8,6 +8,7 @@
 #include "engine/worker.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cab {
 namespace {
@@ -86,6 +87,14 @@ void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t i
   }
 }
 
+// Whether the hits of two instances, or of one within itself, are those of the last frame, and are reported again.
+bool goes_on(const FrameContext& frame, const Candidate& candidate) {
+  const InstanceBatch &a = frame.batch(candidate.batch_a), &b = frame.batch(candidate.batch_b);
+  if (!rests(a, candidate.instance_a) || !rests(b, candidate.instance_b)) return false;
+  return is_within(candidate) ? !a.skips_within
+                              : !frame.broad_phase.skips_resting(candidate.batch_a, candidate.batch_b);
+}
+
 // Lays out the tasks that count or write hits.
 std::uint32_t lay_out_writing(const FrameRun& run) {
   return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
@@ -145,6 +154,48 @@ void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
     __atomic_fetch_add(&chain.count, to[group + kHits], __ATOMIC_RELAXED);
   }
   words.clear();
+}
+
+// Groups only move down, so the store is read and written from its beginning to its end. What it says of instances is
+// all over memory, and is prefetched.
+void keep_hits(FrameRun& run) {
+  const FrameContext& frame = *run.characters;
+  FrameStats& stats = run.worker(0).stats;
+  const Timed timed(stats.seconds_query);
+  std::uint32_t* const store = run.sink.store->words.data;
+  const std::uint32_t used = run.sink.store->used;
+  std::uint32_t to = 0, ahead = 0;
+  const auto prefetch_next = [&] {
+    if (ahead == used) return;
+    const std::uint32_t* const group = store + ahead;
+    const InstanceBatch& a = frame.batch(group[kBatchA]);
+    __builtin_prefetch(&a.rest[group[kInstanceA]]);
+    __builtin_prefetch(&frame.batch(group[kBatchB]).rest[group[kInstanceB]]);
+    __builtin_prefetch(&a.hit_chains[group[kInstanceA]]);
+    ahead += kGroupHead + group[kHits];
+  };
+  for (int group = 0; group < 16; ++group) prefetch_next();
+  for (std::uint32_t from = 0, size; from < used; from += size) {
+    prefetch_next();
+    const std::uint32_t* const group = store + from;
+    const Candidate kept = {group[kBatchA], group[kInstanceA], group[kBatchB], group[kInstanceB]};
+    size = kGroupHead + group[kHits];
+    if (!goes_on(frame, kept)) continue;
+    stats.hits_kept += group[kHits];
+    if (to != from) std::copy(group, group + size, store + to);
+    HitChain& chain = frame.batch(kept.batch_a).hit_chains[kept.instance_a];
+    store[to + kNext] = std::exchange(chain.head, to);
+    chain.count += store[to + kHits];
+    set_in_contact(frame, kept);
+    to += size;
+  }
+  run.sink.stored_words = to;
+}
+
+void hold_hits(FrameRun& run) {
+  HitStore& store = *run.sink.store;
+  store.holds_last = !run.in_key_order && run.job.report != Report::kInContact;
+  store.used = static_cast<std::uint32_t>(run.sink.stored_words.load());
 }
 
 std::uint32_t begin_counting_hits(FrameRun& run) {

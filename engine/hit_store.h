@@ -15,9 +15,12 @@ struct HitSink;
 struct Worker;
 
 // The hits of a frame in groups, one group per candidate. Groups with the same first instance form a chain, which
-// starts in the HitChain of that instance.
+// starts in the HitChain of that instance. Between frames the words stay: hits of two that rest need not be found
+// again.
 struct HitStore {
   Span<std::uint32_t> words;              // the groups one after the other (engine/hit_store.cpp)
+  std::uint32_t used = 0;                 // how many words hold the groups of the last frame
+  bool holds_last = false;                // whether they are all of its hits, and it answered kOk
   std::uint32_t frames_in_key_order = 0;  // how many of the next frames are paired in key order
 };
 
@@ -32,6 +35,14 @@ inline std::size_t store_words(std::size_t instances) {
 
 // How many instances' chains one task writes to the caller's buffer.
 inline constexpr std::uint32_t kWrittenPerTask = 1024;
+
+// Starts the store of a frame in spatial order with those groups of the last frame whose instances both rest, unless
+// their rule skips them, and marks these instances as in contact. The store must hold the last frame. Gaps close, so
+// there is room for the hits of any frame that fits without them.
+void keep_hits(FrameRun& run);
+
+// Ends a frame that answered kOk: says whether the store holds its hits.
+void hold_hits(FrameRun& run);
 
 // Finds the touching link pairs of a candidate (for_each_touching) and appends its hits to worker.words as one group.
 // Stores the earlier groups first if there is no room. Sets HitSink::store_full if the group can be larger than

@@ -49,8 +49,11 @@ std::uint64_t checksum_of(const InstanceBatch& batch, std::uint32_t instance) {
   sum = add_entry(sum, input.orientations, instance, 4);
   sum = add_entry(sum, input.scales, instance, 1);
   sum = add_entry(sum, input.margins, instance, 1);
-  sum = add_entry(sum, input.layers, instance, 1);
-  return add_entry(sum, input.layer_masks, instance, 1);
+  for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks}) {
+    const std::uint32_t word = words.empty() ? ~0u : words[instance];  // all bits, whether they are given or not
+    sum = add_bytes(sum, &word, 1);
+  }
+  return sum;
 }
 
 // Whether every instance that rests is what it was in the last frame. Stores the checksums of all instances.
@@ -89,6 +92,8 @@ Status begin_rest(Engine& engine, const FrameJob& job) {
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
     if (batch.kind != BatchKind::kCharacters) continue;
+    if (StaticBodies* const statics = engine.batches[slot_of(input.batch).value - 1]->statics.get())
+      statics->note_layers(batch);
     batch.may_rest = !batch.input->moved.empty() && batch.rest_epoch == state.epoch;
     batch.rest_epoch = 0;
     if (kChecksRest) same = check_rest(batch) && same;
@@ -111,6 +116,7 @@ void forget_rest(Engine& engine) {
   ++engine.rest.epoch;
   engine.rest.known = false;
   engine.broad_phase.kept.count = 0;
+  engine.hit_store.holds_last = false;
   for (const auto& slot : engine.batches) clear_rest(slot->batch);
 }
 

@@ -19,7 +19,7 @@ Status begin_rest(Engine& engine, const FrameJob& job);
 // Ends a frame that answered kOk: its instances may rest in the next one.
 void end_rest(Engine& engine, const FrameJob& job);
 
-// Lets every instance count as moved in the next frame.
+// Lets every instance count as moved in the next frame, which finds all its hits itself.
 void forget_rest(Engine& engine);
 
 // Whether an instance that is given in this frame rests. It must have been in its batch's last frame, unmasked: so the

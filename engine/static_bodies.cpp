@@ -125,10 +125,7 @@ std::uint32_t bound_tile(const kernel::KernelTable& kernels, std::uint32_t first
 std::size_t place_all(const StaticDesc& desc, const LeafList& list, const kernel::KernelTable& kernels,
                       StaticBodies& out) {
   const std::size_t count = list.leaves.size();
-  out.poses = out.arena.allocate<float>(7 * count);
-  out.origins = out.arena.allocate<double>(3 * count);
-  out.moved = out.arena.allocate<std::uint8_t>(count);
-  out.bounds = out.arena.allocate<float>(6 * count);
+  out.allocate_per_body(count);
   std::size_t placed = 0;
   for (const StaticBody& body : desc.bodies) {
     if (!place(body.origin, body.rotation, placed, out)) return placed;
@@ -154,6 +151,35 @@ const BatchInput& StaticBodies::complete(const BatchInput& given, bool by_bounds
   input_.moved = {moved.data, moved.size};
   if (by_bounds) input_.bounds = {bounds.data, bounds.size};
   return input_;
+}
+
+void StaticBodies::allocate_per_body(std::size_t count) {
+  poses = arena.allocate<float>(7 * count);
+  origins = arena.allocate<double>(3 * count);
+  moved = arena.allocate<std::uint8_t>(count);
+  bounds = arena.allocate<float>(6 * count);
+  last_layers_ = arena.allocate<std::uint32_t>(count);
+  last_masks_ = arena.allocate<std::uint32_t>(count);
+  for (const Span<std::uint32_t> words : {last_layers_, last_masks_}) std::fill(words.begin(), words.end(), ~0u);
+}
+
+void StaticBodies::note_layers(const InstanceBatch& batch) {
+  const Span<const std::uint32_t> layers = batch.input->layers, masks = batch.input->layer_masks;
+  const bool given = !layers.empty() || !masks.empty();
+  if (!given && !has_layers_) return;
+  has_layers_ = given;
+  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
+    const std::uint32_t body = given_instance(batch, place);
+    const std::uint32_t layer = layers.empty() ? ~0u : layers[body], mask = masks.empty() ? ~0u : masks[body];
+    moved[body] = layer != last_layers_[body] || mask != last_masks_[body];
+    last_layers_[body] = layer;
+    last_masks_[body] = mask;
+    has_layers_ = has_layers_ || moved[body];
+  }
+  if (has_layers_) return;
+  // Bodies that this frame does not give count as moved when they come back.
+  std::fill(moved.begin(), moved.end(), std::uint8_t{0});
+  for (const Span<std::uint32_t> words : {last_layers_, last_masks_}) std::fill(words.begin(), words.end(), ~0u);
 }
 
 Status build_static_bodies(const StaticDesc& desc, const kernel::KernelTable& kernels, StaticBodies* out,

@@ -148,12 +148,12 @@ std::uint32_t begin_grid(StoredBatches batches, const ExtentHistogram& histogram
 void note_rules(Span<const PairRule> rules, StoredBatches batches, BroadPhase& broad) {
   std::fill(broad.paired_bits.begin(), broad.paired_bits.end(), std::uint64_t{0});
   std::fill(broad.skipped_bits.begin(), broad.skipped_bits.end(), std::uint64_t{0});
-  broad.tests_resting = false;
+  broad.reports_resting = false;
   for (const PairRule& rule : rules) {
     const std::uint32_t a = slot_of(rule.a).value - 1, b = slot_of(rule.b).value - 1;
     if (batches[a]->batch.kind != BatchKind::kCharacters) continue;
     const bool may_rest = batches[a]->batch.may_rest && batches[b]->batch.may_rest;
-    broad.tests_resting = broad.tests_resting || (may_rest && rule.resting == Resting::kTested);
+    broad.reports_resting = broad.reports_resting || (may_rest && rule.resting == Resting::kReported);
     if (rule.pairing == Pairing::kWithin) {
       batches[a]->batch.pairs_within = true;
       batches[a]->batch.skips_within = rule.resting == Resting::kSkipped;

@@ -65,9 +65,9 @@ struct BroadPhase {
   Span<std::uint64_t> paired_bits;   // bit a * batch_count + b: whether a rule pairs batches a and b
   Span<std::uint64_t> skipped_bits;  // the same: whether not those instances of which both rest
   std::size_t batch_count = 0;
-  std::size_t instances = 0;   // most that the grids have room for together
-  bool tests_resting = false;  // whether a rule tests two instances that both may rest
-  bool keeps = false;          // whether the kept grid is built in this frame
+  std::size_t instances = 0;     // most that the grids have room for together
+  bool reports_resting = false;  // whether a rule reports the hits of two instances that both may rest
+  bool keeps = false;            // whether the kept grid is built in this frame
 
   static bool has_bit(Span<std::uint64_t> bits, std::size_t bit) { return bits[bit >> 6] >> (bit & 63) & 1; }
   bool paired(std::uint32_t a, std::uint32_t b) const { return has_bit(paired_bits, a * batch_count + b); }

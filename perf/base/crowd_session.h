@@ -47,7 +47,7 @@ class CountedMemory {
 };
 
 // What a session does with characters that the scene leaves at rest.
-enum class AtRest : std::uint8_t { kMoved, kTested, kSkipped };
+enum class AtRest : std::uint8_t { kMoved, kReported, kSkipped };
 
 // Which characters are at a coarser level of detail: a share of each group, those farthest from the group's middle.
 struct CoarseShare {
@@ -60,7 +60,7 @@ struct CoarseShare {
 class CrowdSession {
  public:
   CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count, AtRest at_rest = AtRest::kMoved)
-      : at_rest_(at_rest), resting_(at_rest == AtRest::kSkipped ? Resting::kSkipped : Resting::kTested) {
+      : at_rest_(at_rest), resting_(at_rest == AtRest::kSkipped ? Resting::kSkipped : Resting::kReported) {
     const Allocator allocator = memory_.allocator();
     EngineDesc desc;
     desc.isa = isa;

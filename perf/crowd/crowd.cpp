@@ -48,6 +48,7 @@ constexpr Counted kCounts[] = {
     {"false positives", "false_positives", &FrameStats::false_positives},
     {"masked instances", "instances_masked", &FrameStats::instances_masked},
     {"resting instances", "instances_resting", &FrameStats::instances_resting},
+    {"kept hits", "hits_kept", &FrameStats::hits_kept},
 };
 
 // ------------------------------------------------------------------------------------------------------- the order

@@ -53,12 +53,12 @@ scenes::RopeShape read_rope_shape(const std::string& option, const std::string& 
   reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
 }
 
-constexpr const char* kAtRestNames[] = {"moved", "tested", "skipped"};  // in the order of AtRest
+constexpr const char* kAtRestNames[] = {"moved", "reported", "skipped"};  // in the order of AtRest
 
 AtRest read_at_rest(const std::string& option, const std::string& text) {
   for (std::uint8_t i = 0; i < std::size(kAtRestNames); ++i)
     if (text == kAtRestNames[i]) return static_cast<AtRest>(i);
-  reject(option, text, "what is done with those who rest; choose moved, tested, skipped");
+  reject(option, text, "what is done with those who rest; choose moved, reported, skipped");
 }
 
 scenes::LevelKind read_level_kind(const std::string& option, const std::string& text) {
@@ -77,8 +77,8 @@ void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
   command
       .add_option_function<std::string>(
           "--at-rest", [&o](const std::string& text) { o.at_rest = read_at_rest("--at-rest", text); },
-          "city: those at rest count as moved, or two of them are tested, or skipped (default skipped)")
-      ->type_name("moved|tested|skipped");
+          "city: those at rest count as moved, or hits of two of them are reported, or skipped (default skipped)")
+      ->type_name("moved|reported|skipped");
   command
       .add_option_function<std::string>(
           "--boxes-per-link",

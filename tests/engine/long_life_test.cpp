@@ -162,7 +162,7 @@ class Game {
       if (!all_moved) inputs.back().moved = {one.second.moved.data(), one.second.moved.size()};
       for (const auto& other : living_)
         if (other.first <= one.first)
-          rules.push_back({{other.first}, slot, Pairing::kBetween, skips_ ? Resting::kSkipped : Resting::kTested});
+          rules.push_back({{other.first}, slot, Pairing::kBetween, skips_ ? Resting::kSkipped : Resting::kReported});
     }
     hits.resize(100000);
     FrameJob job;

@@ -126,7 +126,7 @@ struct Scene {
   EnginePtr engine;
   BatchId level;
   std::uint32_t bodies;
-  Resting resting = Resting::kTested;
+  Resting resting = Resting::kReported;
   std::vector<std::uint32_t> layers, masks;        // of the bodies
   std::vector<std::uint8_t> flags, in_contact;     // likewise
   std::vector<std::vector<std::uint8_t>> touches;  // of the members
@@ -324,7 +324,7 @@ TEST_CASE("characters that rest among static bodies are tested, or skipped where
   World world = crowds(random, 2, {});
   const Level level = random_level(random, 50, 2, {});
   const Outcome expected = run_world(with_characters(world, level));
-  for (const Resting resting : {Resting::kTested, Resting::kSkipped}) {
+  for (const Resting resting : {Resting::kReported, Resting::kSkipped}) {
     Scene scene(world, level.desc());
     scene.resting = resting;
     for (std::size_t m = 0; m < 2; ++m) scene.moved[m].assign(world.members[m].poses.instance_count, 1);
@@ -370,6 +370,46 @@ TEST_CASE("layers of static bodies decide which characters they are tested again
     const Outcome found = scene.run();
     CHECK(same_hits(scene.as_characters(found.hits), expected.hits));
     CHECK(hits_of(scene.level, found.hits) > 10);
+  }
+}
+
+TEST_CASE("a static body whose layers change counts as moved, whoever rests beside it") {
+  Random random(10);
+  const World world = crowds(random, 2, {});
+  const Level level = random_level(random, 50, 2, {});
+  for (const Resting resting : {Resting::kReported, Resting::kSkipped}) {
+    Scene scene(world, level.desc());
+    scene.resting = resting;
+    for (std::size_t m = 0; m < 2; ++m) scene.moved[m].assign(world.members[m].poses.instance_count, 0);
+    std::vector<std::uint32_t> layers(scene.bodies, ~0u);
+    std::size_t changed_hits = 0;
+    for (int frame = 0; frame < 12; ++frame) {
+      CAPTURE(frame);
+      std::vector<std::uint32_t> next = layers;
+      if (frame % 4 == 3) {
+        next.assign(scene.bodies, ~0u);  // no layers are given
+      } else if (frame % 4 != 2) {
+        for (std::uint32_t& layer : next)
+          if (random.chance(0.2)) layer = random.index(2);
+      }
+      scene.layers = frame % 4 == 3 ? std::vector<std::uint32_t>() : next;
+      World reference = with_characters(world, level);
+      for (std::uint32_t i = 0; i < scene.bodies; ++i) reference.members[2 + i].layers = {next[i]};
+      std::vector<Hit> hits = run_world(reference).hits;
+      const auto changed = [&](const Hit& hit) {
+        return hit.batch_b.value > 2 && next[hit.batch_b.value - 3] != layers[hit.batch_b.value - 3];
+      };
+      if (frame > 0) {
+        changed_hits += static_cast<std::size_t>(std::count_if(hits.begin(), hits.end(), changed));
+        if (resting == Resting::kSkipped)
+          hits.erase(std::remove_if(hits.begin(), hits.end(), [&](const Hit& hit) { return !changed(hit); }),
+                     hits.end());
+      }
+      const Outcome found = scene.run();
+      CHECK(same_hits(scene.as_characters(found.hits), hits));
+      layers = next;
+    }
+    CHECK(changed_hits > 20);
   }
 }
 

@@ -101,7 +101,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Adds a batch of static bodies, such as the boxes and triangles of a level, and writes its id to *out, which must not
 // be null. All of desc is checked and copied. If desc is refused, *bad_element (may be null) receives the number of the
 // instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
-// frame changes that BatchInput::moved names. Their layers must not change either, where a rule skips what rests.
+// frame changes that BatchInput::moved names. A body whose layers or mask change counts as moved in that frame.
 // With Refit::kAabbVertices the bounds are those of their boxes.
 // Cost: some 10 microseconds per triangle, and about 800 bytes per body besides those of a character.
 // Statuses: kBusy, kBadOutput (out is null), kNoInstances, kTooManyInstances, kBadStaticBody (also for bodies without

@@ -535,18 +535,19 @@ struct BatchInput {
 
   // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and
   // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid
-  // again. Any other value states nothing. All instances count as moved in the first frame with `moved`, after a frame
-  // that did not answer kOk or had other rules, policies, margin, min_depth or report, and after find_candidates,
-  // add_batch, reserve and remove_batch; an instance does that was not in its batch's last frame, by `count` or
-  // `instances`, or was masked there. A build without NDEBUG compares what rests with the last frame, and may answer
-  // kMovedAtRest. Characters only. Empty (default): all have moved.
+  // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
+  // first frame with `moved`, after a frame that did not answer kOk or had other rules, policies, margin, min_depth or
+  // report, and after find_candidates, add_batch, reserve and remove_batch; an instance does that was not in its
+  // batch's last frame, by `count` or `instances`, or was masked there. A build without NDEBUG compares what rests with
+  // the last frame, and may answer kMovedAtRest. Characters only. Empty (default): all have moved.
   Span<const std::uint8_t> moved;
 };
 
-// What a rule does with two instances that both rest, and with one that rests and is tested within itself.
+// What a rule does with the hits of two instances that both rest, and of one that rests and is tested within itself.
+// They are those of the frame before.
 enum class Resting : std::uint8_t {
-  kTested,   // they are tested like all others
-  kSkipped,  // they are not tested: their hits are those of the frame before, and are not reported again
+  kReported,  // they are reported like all others; the engine keeps them, or tests again where it could not
+  kSkipped,   // they are not reported again
 };
 
 // What a PairRule pairs.
@@ -568,8 +569,8 @@ struct PairRule {
   // Whether different instances are paired, or the links of each instance. Default: different instances.
   Pairing pairing = Pairing::kBetween;
 
-  // What is done with instances that rest (BatchInput::moved). Default: they are tested.
-  Resting resting = Resting::kTested;
+  // What is done with instances that rest (BatchInput::moved). Default: their hits are reported.
+  Resting resting = Resting::kReported;
 };
 
 // ------------------------------------------------------------------------------------------------------------ frame
@@ -651,6 +652,7 @@ struct FrameStats {
   std::uint64_t instances_masked = 0;         // instances that took no part (InstanceFlag says why)
   std::uint64_t instances_beyond_bounds = 0;  // characters whose leaf boxes leave BatchInput::bounds; 0 by `links`
   std::uint64_t instances_resting = 0;        // characters and static bodies that were not bounded again
+  std::uint64_t hits_kept = 0;                // of hits_needed: the last frame's hits of two that rest; no test counts
   double seconds_update = 0;                  // posing and refit: t[upd]
   double seconds_broad = 0;                   // broad phase: finding characters whose bounds overlap
   double seconds_test = 0;                    // box tests: t[test]
