@@ -205,7 +205,7 @@ inline constexpr double kLeastDamping = 0x1p-12;       // Newton stops below thi
 
 // A ray that touches a shape touches it grown by at most this many times the slack of step 11.1. Four of them are where
 // the search for the parameter ends; step 11.4.
-inline constexpr double kRayGrowth = 5;
+inline constexpr double kRayGrowth = 6;
 
 // A hull whose vertices are within this share of its extent from one line has no area. 2^-46; step 8.1: 2^-49.
 inline constexpr double kThinHull = 0x1p-46;
