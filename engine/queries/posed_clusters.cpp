@@ -18,10 +18,9 @@ void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster
   PosedClusters& posed = run.own.posed;
   const TileInstances instances = run.index.instances_of(cluster);
   out.generation = posed.generation;
-  out.live = update_tile(run.frame,
-                         {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data,
-                          worker.bounds.data},
-                         worker);
+  out.live = update_tile(
+      run.frame,
+      {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data, worker.bounds.data}, worker);
   out.boxes = posed.boxes.end();
   out.leaf_bounds = posed.leaf_bounds.end();
   kernels.boxes_to_aos(worker.boxes.data, leaves, instances.count, posed.boxes.end(), leaves);
@@ -32,8 +31,7 @@ void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     out.reach[lane] = 0;
     for (int c = 0; c < 3; ++c)
-      out.reach[lane] =
-          std::max(out.reach[lane], std::max(std::fabs(all.lo[c][lane]), std::fabs(all.hi[c][lane])));
+      out.reach[lane] = std::max(out.reach[lane], std::max(std::fabs(all.lo[c][lane]), std::fabs(all.hi[c][lane])));
   }
   posed.boxes.size += instances.count * leaves;
   posed.leaf_bounds.size += static_cast<std::uint32_t>(instances.count * floats);
@@ -48,9 +46,8 @@ const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
   if (out.generation == posed.generation) return out;
   const QueryCluster& of = run.index.clusters.data[cluster];
   const std::uint32_t leaves = run.frame.batch(of.batch).active->leaf_count;
-  const bool has_room =
-      posed.boxes.size + of.count * leaves <= posed.boxes.capacity &&
-      posed.leaf_bounds.size + of.count * leaf_bounds_floats(leaves) <= posed.leaf_bounds.capacity;
+  const bool has_room = posed.boxes.size + of.count * leaves <= posed.boxes.capacity &&
+                        posed.leaf_bounds.size + of.count * leaf_bounds_floats(leaves) <= posed.leaf_bounds.capacity;
   if (!has_room) forget_clusters(posed);
   pose_cluster(run, of, out);
   return out;

@@ -220,8 +220,7 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
   });
   place(all, index);
   index.clusters.clear();
-  for_each_given(
-      [&](const InstanceBatch& batch, std::uint32_t slot) { add_batch(batch, slot, sorted, index); });
+  for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) { add_batch(batch, slot, sorted, index); });
   if (sorted) order_clusters(index);
   lay_out_levels(index);
   const std::uint32_t clusters = index.clusters.size;

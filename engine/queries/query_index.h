@@ -42,12 +42,12 @@ struct QueryIndex {
   double center[3] = {}, scale = 1;
   FixedList<QueryCluster> clusters;
   FixedList<AabbTile> nodes;
-  Span<IndexedPoint> order;                  // the instances, by batch, then by cluster
-  Span<IndexedPoint> cluster_order;          // scratch: the clusters
-  FixedList<QueryCluster> unordered;         // scratch: the clusters as batches have them
-  Span<InstanceBounds> bounds;               // by batch, then by instance: those of this call
-  Span<std::uint32_t> given;                 // by index of the batch: how many of its instances were given
-  Span<std::uint32_t> batch_begin;           // by index of the batch: where its instances begin in `order`, `bounds`
+  Span<IndexedPoint> order;           // the instances, by batch, then by cluster
+  Span<IndexedPoint> cluster_order;   // scratch: the clusters
+  FixedList<QueryCluster> unordered;  // scratch: the clusters as batches have them
+  Span<InstanceBounds> bounds;        // by batch, then by instance: those of this call
+  Span<std::uint32_t> given;          // by index of the batch: how many of its instances were given
+  Span<std::uint32_t> batch_begin;    // by index of the batch: where its instances begin in `order`, `bounds`
 
   std::uint32_t node_count(std::uint32_t level) const { return level_begin[level + 1] - level_begin[level]; }
 
@@ -61,8 +61,7 @@ struct QueryIndex {
   TileInstances instances_of(const QueryCluster& cluster) const {
     TileInstances out;
     out.count = cluster.count;
-    for (std::uint32_t lane = 0; lane < cluster.count; ++lane)
-      out.instance[lane] = order[cluster.first + lane].number;
+    for (std::uint32_t lane = 0; lane < cluster.count; ++lane) out.instance[lane] = order[cluster.first + lane].number;
     return out;
   }
 };

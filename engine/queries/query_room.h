@@ -29,16 +29,15 @@ struct PosedClusters {
   std::uint32_t generation = 1;
 };
 
-
 // What one worker keeps for run_queries. Worker has the memory for posing.
 struct QueryWorker {
   explicit QueryWorker(const Allocator& allocator) : arena(allocator) {}
 
   Arena arena;
   PosedClusters posed;
-  FixedList<QueryHit> hits;          // of the queries of a go, until they are written in order
-  FixedList<QueryHit> of_instance;   // of one query and instance: one per link
-  Span<std::uint32_t> at_link;       // by link: 1 + its index in of_instance; 0 between instances
+  FixedList<QueryHit> hits;         // of the queries of a go, until they are written in order
+  FixedList<QueryHit> of_instance;  // of one query and instance: one per link
+  Span<std::uint32_t> at_link;      // by link: 1 + its index in of_instance; 0 between instances
   QueryStats stats;
 };
 
@@ -56,8 +55,8 @@ struct QueryRoom {
   std::size_t queries = 0;  // how many are worked on in one go
   QueryIndex index;
   Span<KeyedNumber> order, other_order;  // of the queries of a go along the index's curve
-  Span<QueryResult> results;                 // by query of a go
-  Span<std::size_t> hit_begin;               // by query of a go: how many hits of the job come before its own
+  Span<QueryResult> results;             // by query of a go
+  Span<std::size_t> hit_begin;           // by query of a go: how many hits of the job come before its own
   std::vector<std::unique_ptr<QueryWorker>> workers;
 };
 

@@ -1,8 +1,8 @@
 // Rays, and spheres that are moved along them. The parameter of a ray is its length from the start.
 #include "engine/queries/ray_query.h"
 
-#include "engine/exact_convex.h"
 #include "engine/convex_queues.h"
+#include "engine/exact_convex.h"
 #include "layout/error_bounds.h"
 #include "layout/rounded_up.h"
 
@@ -29,46 +29,7 @@ void set_start(const Double3& from, double pad, kernel::RayLanes& lanes) {
   }
 }
 
-Double3 double3(const float* v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
 double sum_of(const Double3& v) { return kernel::sum(kernel::abs(v)); }
-
-// Where a ray without a radius enters a posed box, by its faces. Half extents grow by what the axes are skew, and by the
-// rounding of where the ray is.
-bool enter_box(const LocalRay& ray, const BoxAos& box, RayTouch* out) {
-  const Double3 to = double3(box.center) - ray.at;
-  const double sum =
-      (static_cast<double>(box.half[0]) + static_cast<double>(box.half[1])) + static_cast<double>(box.half[2]);
-  const double grow = kQueryRayPad * sum + (ray.error + kQueryRounding * sum_of(to));
-  double near = ray.begin, far = ray.end;
-  int face = -1;
-  double side = 0;
-  for (int k = 0; k < 3; ++k) {
-    const Double3 axis = double3(box.axis + 3 * k);
-    const double middle = kernel::dot(axis, to), speed = kernel::dot(axis, ray.direction);
-    const double half = static_cast<double>(box.half[k]) + grow;
-    if (std::fabs(speed) < kQueryLeastDirection) {
-      if (std::fabs(middle) > half + kQueryLeastDirection * (sum_of(to) + sum)) return false;
-      continue;
-    }
-    const double by = 1 / speed, x = (middle - half) * by, y = (middle + half) * by;
-    if (const double enters = std::min(x, y); enters > near) {
-      near = enters;
-      face = k;
-      side = speed;
-    }
-    far = std::min(far, std::max(x, y));
-    if (near > far) return false;
-  }
-  out->at = near;
-  out->point = ray.at + near * ray.direction;
-  out->inside = face < 0;
-  const Double3 normal = double3(box.axis + 3 * std::max(face, 0));
-  out->normal = face < 0 ? Double3{0, 0, 0} : side > 0 ? -1.0 * normal : normal;
-  return true;
-}
 
 }  // namespace
 
@@ -122,16 +83,22 @@ void RayQuery::search() {
   if (enter_index()) search_index(run_, query_, *this);
 }
 
-// Casts the ray against the box or the shapes of a leaf, and writes the first touch.
+// Casts the ray against the box of a leaf and then against its shapes, and writes the first touch.
 bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, RayTouch* out) const {
-  if (run_.job.exact == Exact::kNone)
-    return ray.radius == 0 ? enter_box(ray, one.boxes[leaf], out) : cast_ray(ray, one.boxes[leaf], out);
+  RayTouch box;
+  if (!cast_ray(ray, one.boxes[leaf], &box)) return false;
+  *out = box;
+  if (run_.job.exact == Exact::kNone) return true;
   ++run_.own.stats.exact_tests;
   const LeafShapes shapes = shapes_of(run_.frame.exact_leaf(one.slot, one.instance, leaf));
+  LocalRay in_box = ray;  // half spaces begin where the box does
+  in_box.begin = box.at;
   bool touches = false;
   for (const ConvexShape& shape : shapes.shapes) {
     RayTouch touch;
-    if (!cast_ray(ray, shape, shapes.at, &touch)) continue;
+    const bool is_half_space = shape.kind == ConvexKind::kHalfSpace;
+    if (!cast_ray(is_half_space ? in_box : ray, shape, shapes.at, &touch)) continue;
+    if (is_half_space && touch.inside) touch = box;
     if (!touches || touch.at < out->at) *out = touch;
     touches = true;
   }
@@ -163,11 +130,8 @@ void RayQuery::test(const PosedInstance& one) {
       [&](std::uint32_t leaf, float entry) {
         RayTouch touch;
         if (entry > lanes.end || !cast(one, ray, leaf, &touch)) return;
-        const Double3 point = touch.point + to;
-        hits_.add(one, leaf, static_cast<float>(std::max(nearest + touch.at, 0.0)),
-                  {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)},
-                  {static_cast<float>(touch.normal.x), static_cast<float>(touch.normal.y),
-                   static_cast<float>(touch.normal.z)},
+        const Double3 point = touch.inside ? Double3{0, 0, 0} : touch.point + to;
+        hits_.add(one, leaf, static_cast<float>(std::max(nearest + touch.at, 0.0)), floats(point), floats(touch.normal),
                   touch.inside);
         set_end();
       },

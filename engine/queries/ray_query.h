@@ -31,7 +31,7 @@ class RayQuery {
   LinkHits& hits_;
   Double3 direction_;
   double length_;
-  double inverse_[3];  // one over each component of the direction, none of which counts as 0
+  double inverse_[3];   // one over each component of the direction, none of which counts as 0
   double entered_ = 0;  // the parameter at which it enters the index, in the index's scale
   kernel::RayLanes lanes_;
 };

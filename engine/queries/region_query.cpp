@@ -64,8 +64,7 @@ void RegionQuery::test(const PosedInstance& one) {
     double lowest = kernel::dot(plane.normal, double3(box.center) - local);
     for (int k = 0; k < 3; ++k)
       lowest -= static_cast<double>(box.half[k]) * std::fabs(kernel::dot(plane.normal, double3(box.axis + 3 * k)));
-    const double rounding =
-        kQueryRounding * (reach + kernel::sum(kernel::abs(local)) + std::fabs(plane.offset));
+    const double rounding = kQueryRounding * (reach + kernel::sum(kernel::abs(local)) + std::fabs(plane.offset));
     return lowest > plane.offset + 3 * rounding;
   };
   for_each_leaf(
@@ -76,9 +75,8 @@ void RegionQuery::test(const PosedInstance& one) {
       },
       [&](std::uint32_t leaf, float) {
         const BoxAos& box = one.boxes[leaf];
-        const bool is_outside =
-            std::any_of(planes().begin(), planes().end(),
-                        [&](const QueryPlane& plane) { return is_beyond(box, UnitPlane(plane)); });
+        const bool is_outside = std::any_of(planes().begin(), planes().end(),
+                                            [&](const QueryPlane& plane) { return is_beyond(box, UnitPlane(plane)); });
         if (!is_outside) hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
       },
       [&] { return hits_.is_done(); });

@@ -74,11 +74,9 @@ void bound_tile(const FrameContext& frame, std::uint32_t slot, std::uint32_t til
   const InstanceBatch& batch = frame.batch(slot);
   const TileInstances instances = instances_of(batch, tile);
   const std::uint32_t leaves = batch.active->leaf_count;
-  const std::uint32_t live =
-      update_tile(frame,
-                  {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data,
-                   worker.bounds.data},
-                  worker);
+  const std::uint32_t live = update_tile(
+      frame, {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data, worker.bounds.data},
+      worker);
   AabbTile all;
   frame.kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
   frame.kernels.bound_together(worker.bounds.data, leaves, &all);
@@ -119,12 +117,12 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
         continue;
       }
       const std::uint32_t tiles = tile_count(given_count(batch));
-      engine.pool.tasks->for_each(
-          (tiles + kTilesPerTask - 1) / kTilesPerTask, [&](std::uint32_t task, std::uint32_t w) {
-            const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
-            for (std::uint32_t tile = task * kTilesPerTask; tile < end; ++tile)
-              bound_tile(frame, slot, tile, engine.pool[w], *room.workers[w], index);
-          });
+      engine.pool.tasks->for_each((tiles + kTilesPerTask - 1) / kTilesPerTask,
+                                  [&](std::uint32_t task, std::uint32_t w) {
+                                    const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
+                                    for (std::uint32_t tile = task * kTilesPerTask; tile < end; ++tile)
+                                      bound_tile(frame, slot, tile, engine.pool[w], *room.workers[w], index);
+                                  });
     }
   }
   const Timed timed(stats.seconds_index);
@@ -143,9 +141,7 @@ struct Go {
   std::size_t first;
   std::uint32_t count;
 
-  QueryRun run(std::uint32_t worker) const {
-    return {frame, room.index, job, pool[worker], *room.workers[worker]};
-  }
+  QueryRun run(std::uint32_t worker) const { return {frame, room.index, job, pool[worker], *room.workers[worker]}; }
 };
 
 // Answers one query, whose hits go to `to`. Returns how many there are and whether they are sorted there.

@@ -5,8 +5,10 @@
 #include "engine/queries/query_room.h"
 #include "engine/worker.h"
 #include "kernels/query_bounds.h"
+#include "kernels/vec3.h"
 #include "layout/leaf_bounds_soa.h"
 
+#include <array>
 #include <cmath>
 
 namespace cab {
@@ -33,8 +35,8 @@ struct PosedInstance {
   std::uint32_t leaves;
   const BoxAos* boxes;
   const float* leaf_bounds;
-  float reach;       // the largest coordinate of any leaf's bounds
-  double apart[3];   // its origin less the query's position
+  float reach;      // the largest coordinate of any leaf's bounds
+  double apart[3];  // its origin less the query's position
 };
 
 // Poses a cluster, unless it is posed already.
@@ -119,8 +121,14 @@ void search_index(const QueryRun& run, const Query& query, Probe&& probe) {
       const std::uint32_t leaves = batch.active->leaf_count;
       prefetch(posed->leaf_bounds + lane * leaf_bounds_floats(leaves),
                std::min<std::size_t>(leaf_bounds_floats(leaves), kPrefetchedFloats) * sizeof(float));
-      PosedInstance one = {&batch, cluster.batch, instance, leaves, posed->boxes + std::size_t{lane} * leaves,
-                           posed->leaf_bounds + lane * leaf_bounds_floats(leaves), posed->reach[lane], {}};
+      PosedInstance one = {&batch,
+                           cluster.batch,
+                           instance,
+                           leaves,
+                           posed->boxes + std::size_t{lane} * leaves,
+                           posed->leaf_bounds + lane * leaf_bounds_floats(leaves),
+                           posed->reach[lane],
+                           {}};
       for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(batch, instance, c) - query.position[c];
       if (!is_in_reach(one.apart)) continue;
       ++stats.instances;
@@ -146,6 +154,11 @@ void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets,
   }
 }
 
+// A point or a direction as hits have it.
+inline std::array<float, 3> floats(const kernel::Vec3<double>& v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
 // Collects the hits of one query, one per link.
 class LinkHits {
  public:
@@ -153,14 +166,21 @@ class LinkHits {
       : run_(run), query_(query), number_(number), room_(room) {}
 
   // A leaf that the query meets, or a part of one.
-  void add(const PosedInstance& one, std::uint32_t leaf, float distance, const float (&point)[3],
-           const float (&normal)[3], bool inside) {
+  void add(const PosedInstance& one, std::uint32_t leaf, float distance, const std::array<float, 3>& point,
+           const std::array<float, 3>& normal, bool inside) {
     is_found_ = true;
     if (query_.want == QueryWant::kAny) return;
-    QueryHit hit = {number_, {one.slot + 1}, one.instance, one.batch->articulation->leaf_link[leaf],
-                    static_cast<std::uint16_t>(leaf), distance, {}, {}, inside};
-    std::copy_n(point, 3, hit.point);
-    std::copy_n(normal, 3, hit.normal);
+    QueryHit hit = {number_,
+                    {one.slot + 1},
+                    one.instance,
+                    one.batch->articulation->leaf_link[leaf],
+                    static_cast<std::uint16_t>(leaf),
+                    distance,
+                    {},
+                    {},
+                    inside};
+    std::copy_n(point.data(), 3, hit.point);
+    std::copy_n(normal.data(), 3, hit.normal);
     std::uint32_t& at = run_.own.at_link[hit.link];
     FixedList<QueryHit>& hits = run_.own.of_instance;
     if (at == 0) {

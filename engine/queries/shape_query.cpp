@@ -44,15 +44,20 @@ ConvexShape shape_of(const Query& query) {
   return out;
 }
 
+constexpr float kIdentity[7] = {0, 0, 0, 1, 0, 0, 0};
+
+StoredPose pose_at(const float* pose) {
+  return {{PoseFormat::kQuaternionTranslation, Scaling::kNone}, pose, nullptr, 1};
+}
+
 // How far a query's shape extends along each axis of the world.
 void bound_shape(const Query& query, const ConvexShape& shape, const float (&pose)[7], double (&half)[3]) {
-  const StoredPose at = {{PoseFormat::kQuaternionTranslation, Scaling::kNone}, pose, nullptr, 1};
   const bool is_box = shape.kind == ConvexKind::kBox;
   const bool is_turned = is_box || query.kind == QueryKind::kCapsule;
   const double radius = is_box ? 0 : static_cast<double>(shape.size[0]);
   for (double& h : half) h = radius;
   if (!is_turned) return;
-  const kernel::RigidLanes<double> posed = pose_in_double(at);
+  const kernel::RigidLanes<double> posed = pose_in_double(pose_at(pose));
   for (int k = is_box ? 0 : 2; k < 3; ++k) {
     const Double3 along = static_cast<double>(shape.size[k]) * posed.column[k];
     half[0] += std::fabs(along.x);
@@ -73,7 +78,28 @@ ConvexShape posed_box(const BoxAos& from) {
   return shape_of_box(box);
 }
 
-constexpr float kIdentity[7] = {0, 0, 0, 1, 0, 0, 0};
+// A point as a posed box sees it.
+struct BoxPoint {
+  Double3 outside;  // the way from the box's nearest point to it
+  double to_face;   // if it is inside: how far it is from the nearest face, and that face's normal
+  Double3 normal;
+
+  BoxPoint(const BoxAos& box, const Double3& at) : to_face(std::numeric_limits<double>::infinity()) {
+    outside = at - double3(box.center);
+    const Double3 from = outside;
+    for (int k = 0; k < 3; ++k) {
+      const Double3 axis = double3(box.axis + 3 * k);
+      const double along = kernel::dot(axis, from), half = static_cast<double>(box.half[k]);
+      outside = outside - std::min(std::max(along, -half), half) * axis;
+      if (half - std::fabs(along) >= to_face) continue;
+      to_face = half - std::fabs(along);
+      normal = along < 0 ? -1.0 * axis : axis;
+    }
+    if (to_face >= 0) outside = {0, 0, 0};
+  }
+};
+
+double length_of(const Double3& v) { return std::sqrt(kernel::dot(v, v)); }
 
 }  // namespace
 
@@ -85,10 +111,10 @@ ShapeQuery::ShapeQuery(const QueryRun& run, const Query& query, LinkHits& hits)
   bound_shape(query, shape_, pose_, half_);
 }
 
-// The distance beyond which a sphere or a point wants nothing.
+// The distance beyond which a sphere or a point wants nothing. Distances of hits are rounded.
 double ShapeQuery::most() const {
   if (query_.kind == QueryKind::kSphere) return static_cast<double>(query_.radius);
-  return static_cast<double>(std::min(query_.length, hits_.most()));
+  return std::min(static_cast<double>(query_.length), (1 + kOutwards) * static_cast<double>(hits_.most()));
 }
 
 // Takes the query to a frame: `at` is its position, `scale` what lengths are multiplied by, and `pad` how far rounding
@@ -120,34 +146,36 @@ void ShapeQuery::search() {
   search_index(run_, query_, *this);
 }
 
+// Whether the query meets the posed box of a leaf: asked where its shape is a half space, which goes on beyond it.
+bool ShapeQuery::meets_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) const {
+  const BoxAos& box = one.boxes[leaf];
+  if (is_round()) return length_of(BoxPoint(box, local.at).outside) <= most() + local.error;
+  const ConvexShape shape = posed_box(box);
+  const ConvexPair pair({&shape_, pose_at(pose_)}, {&shape, pose_at(kIdentity)},
+                        {one.apart[0], one.apart[1], one.apart[2]});
+  return answer_pair_in_double(pair, 0).apart == 0;
+}
+
 // The posed box of a leaf, which decides without shapes for spheres and points.
 void ShapeQuery::test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) {
-  const BoxAos& box = one.boxes[leaf];
-  const Double3 center = double3(box.center), from = local.at - center;
-  Double3 outside = {0, 0, 0};
-  double distance_sq = 0;
-  for (int k = 0; k < 3; ++k) {
-    const Double3 axis = double3(box.axis + 3 * k);
-    const double along = kernel::dot(axis, from), half = static_cast<double>(box.half[k]);
-    const double beyond = along > half ? along - half : along < -half ? along + half : 0.0;
-    outside = outside + beyond * axis;
-    distance_sq += beyond * beyond;
-  }
-  const double distance = std::sqrt(distance_sq);
+  const BoxPoint at(one.boxes[leaf], local.at);
+  const double distance = length_of(at.outside);
   if (!(distance <= most() + local.error)) return;
-  if (query_.kind == QueryKind::kSphere) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
-  const double by = distance > 0 ? 1 / distance : 0;
-  hits_.add(one, leaf, static_cast<float>(distance),
-            {static_cast<float>(-outside.x), static_cast<float>(-outside.y), static_cast<float>(-outside.z)},
-            {static_cast<float>(by * outside.x), static_cast<float>(by * outside.y),
-             static_cast<float>(by * outside.z)},
-            distance == 0);
+  const bool inside = at.to_face >= 0, is_point = query_.kind == QueryKind::kPoint;
+  if (!is_point && !query_.with_depth) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
+  if (is_point && inside) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, true);
+  const Double3 normal = inside ? at.normal : distance > 0 ? (1 / distance) * at.outside : Double3{0, 0, 0};
+  const Double3 point = inside ? at.to_face * normal : -1.0 * at.outside;
+  const double depth = std::max(most() - (inside ? -at.to_face : distance), 0.0);
+  hits_.add(one, leaf, is_point ? static_cast<float>(distance) : -static_cast<float>(depth), floats(point),
+            floats(normal), false);
 }
 
 // What is done with a full queue of shapes: which of them the query meets.
 struct ShapeQuery::Run {
   ShapeQuery& query;
   const PosedInstance& one;
+  const Local& local;
 
   void operator()(ConvexQueue& queue) const {
     const kernel::KernelTable& kernels = query.run_.frame.kernels;
@@ -159,13 +187,18 @@ struct ShapeQuery::Run {
     for (std::uint32_t lane = 0; lane < queue.count && !query.is_done(); ++lane) {
       const std::uint32_t leaf = queue.asks[lane];
       if (is_point)
-        add_near(contacts, lane, leaf);
+        add_near(contacts, *queue.block.b.shape[lane], lane, leaf);
       else if (lane_touches(queue.block, answer, lane))
         add_touching(contacts, lane, leaf);
     }
   }
 
-  void add_near(const kernel::ConvexContacts& contacts, std::uint32_t lane, std::uint32_t leaf) const {
+  // A half space is no nearer than its leaf's box.
+  void add_near(const kernel::ConvexContacts& contacts, const ConvexShape& shape, std::uint32_t lane,
+                std::uint32_t leaf) const {
+    if (shape.kind == ConvexKind::kHalfSpace &&
+        length_of(BoxPoint(one.boxes[leaf], local.at).outside) > -contacts.depth[lane])
+      return query.test_box(one, local, leaf);
     const double distance = std::max(-contacts.depth[lane], 0.0);
     if (!(distance <= query.most())) return;
     const bool inside = distance == 0;
@@ -179,8 +212,8 @@ struct ShapeQuery::Run {
 
   void add(const kernel::ConvexContacts& contacts, std::uint32_t lane, std::uint32_t leaf, float distance,
            bool inside) const {
-    float point[3], normal[3];
-    for (int c = 0; c < 3; ++c) {
+    std::array<float, 3> point, normal;
+    for (std::size_t c = 0; c < 3; ++c) {
       point[c] = static_cast<float>(inside ? 0 : contacts.point_b[c][lane]);
       normal[c] = static_cast<float>(inside ? 0 : -contacts.normal[c][lane]);
     }
@@ -192,25 +225,26 @@ struct ShapeQuery::Run {
 // boxes.
 void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
   const bool is_exact = run_.job.exact != Exact::kNone;
-  const LeafShapes own = {{&shape_, 1}, {{PoseFormat::kQuaternionTranslation, Scaling::kNone}, pose_, nullptr, 1}, 1};
+  const LeafShapes own = {{&shape_, 1}, pose_at(pose_), 1};
   const double shift[3] = {-local.at.x, -local.at.y, -local.at.z};
   ConvexShape boxes[kLanes];  // of the leaves that wait in the queue, which runs when it has sixteen
   std::uint32_t count = 0;
-  ConvexQueues queues(run_.worker, Run{*this, one});
+  ConvexQueues queues(run_.worker, Run{*this, one, local});
   for_each_leaf(
-      run_, one,
-      [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
+      run_, one, [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
       [&](std::uint32_t leaf, float) {
         queues.asks = leaf;
         if (!is_exact) {
           ConvexShape& box = boxes[count++ % kLanes];
           box = posed_box(one.boxes[leaf]);
-          const LeafShapes leaf_box = {{&box, 1}, {own.at.coding, kIdentity, nullptr, 1}, 1};
+          const LeafShapes leaf_box = {{&box, 1}, pose_at(kIdentity), 1};
           return queues.add(own, shape_, leaf_box, box, shift, 0);
         }
         ++run_.own.stats.exact_tests;
         const LeafShapes shapes = shapes_of(run_.frame.exact_leaf(one.slot, one.instance, leaf));
-        for (const ConvexShape& shape : shapes.shapes) queues.add(own, shape_, shapes, shape, shift, 0);
+        for (const ConvexShape& shape : shapes.shapes)
+          if (shape.kind != ConvexKind::kHalfSpace || meets_box(one, local, leaf))
+            queues.add(own, shape_, shapes, shape, shift, 0);
       },
       [&] { return hits_.is_done(); });
   queues.finish();
@@ -222,7 +256,7 @@ void ShapeQuery::test(const PosedInstance& one) {
   const double size = sum_of(local.at) + static_cast<double>(one.reach);
   local.error = kQueryRounding * (size + (half_[0] + half_[1] + half_[2]));
   set_lanes(local.at, local.error + kQueryLeafPad * size, 1, local.lanes);
-  if (run_.job.exact == Exact::kNone && is_round() && !query_.with_depth) {
+  if (run_.job.exact == Exact::kNone && is_round()) {
     for_each_leaf(
         run_, one, [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
         [&](std::uint32_t leaf, float) { test_box(one, local, leaf); }, [&] { return hits_.is_done(); });

@@ -37,6 +37,7 @@ class ShapeQuery {
   double most() const;
   void set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const;
   std::uint32_t meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const;
+  bool meets_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) const;
   void test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf);
   void test_shapes(const PosedInstance& one, const Local& local);
 

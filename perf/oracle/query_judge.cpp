@@ -335,7 +335,7 @@ std::string geometry_fault(const QueryHit& hit, const QueryBody& body, const Ask
       break;
     }
     case QueryKind::kPoint:
-      if (std::fabs(length_of(point) - distance) > off) return "its point is not at its distance";
+      if (std::fabs(length_of(point) - distance) > (is_box ? off : loose)) return "its point is not at its distance";
       if (length_of(point + distance * normal) > loose + tilt * distance) return "its normal is not towards the point";
       blur(distance);
       break;
@@ -371,7 +371,8 @@ std::string hit_fault(const QueryHit& hit, const JudgedLink& link, const Asked& 
   if (found == link.leaves.end()) return "its leaf " + std::to_string(hit.leaf) + " is not met, or not of its link";
   const Real distance = hit.distance;
   const Allowed slack = allowed(*found->leaf, asked, exact, tolerance);
-  const Real off = tolerance.written * std::fabs(distance) + slack.in_double + (exact == Exact::kNone ? 0 : slack.grow) +
+  const Real off = tolerance.written * std::fabs(distance) + slack.in_double +
+                   (exact == Exact::kNone ? 0 : slack.grow) +
                    (has_depth(query) ? slack.grow / 8 + kDepthRounding * (asked.own + found->leaf->lengths) : 0);
   if (distance > link.most + off) return "distance " + text(distance) + " is more than " + text(link.most);
   if (distance > found->most + off)
@@ -409,6 +410,7 @@ std::string hit_fault(const QueryHit& hit, const JudgedLink& link, const Asked& 
     if (body->kind != JudgeKind::kHalfSpace) continue;
     const QueryBody within = clipped(found->leaf->box.box, *body);
     if (!within.vertices.empty()) fault = geometry_fault(hit, within, asked, slack, tolerance);
+    if (!fault.empty()) fault = geometry_fault(hit, found->leaf->box, asked, slack, tolerance);
     if (fault.empty()) break;
   }
   return fault;

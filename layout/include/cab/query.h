@@ -84,7 +84,8 @@ struct QueryPlane {
   float offset = 0;             // finite; in the caller's unit, times the length of `normal`
 };
 
-// A link that a query found. Hits are in the order of query, distance, batch, instance, link. There is one per query
+// A link that a query found. A half space is within its leaf's box: where the box is farther than the plane, the hit is
+// that of the box. Hits are in the order of query, distance, batch, instance, link. There is one per query
 // and link, for the link's nearest leaf; of equally near ones the lowest.
 struct QueryHit {
   std::uint32_t query;  // index of the query
