@@ -117,7 +117,7 @@ kernel::ConvexAnswer answer_in_double(const kernel::ConvexBlock& block, std::uin
   };
   const auto& by = block.shift.by;
   return answer_pair_in_double(ConvexPair(placed(block.a), placed(block.b), {by[0][lane], by[1][lane], by[2][lane]}),
-                          static_cast<double>(block.margin[lane]));
+                               static_cast<double>(block.margin[lane]));
 }
 
 }  // namespace cab

@@ -76,8 +76,8 @@ struct Engine {
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;
-  std::uint64_t bounds_of_frame = 0;  // number of the last frame, or of what has changed bounds since
-  std::unique_ptr<QueryRoom> queries;  // null until reserve asks for it
+  std::uint64_t bounds_of_frame = 0;         // number of the last frame, or of what has changed bounds since
+  std::unique_ptr<QueryRoom> queries;        // null until reserve asks for it
   MemoryNeeds sized;                         // what the memory suffices for
   std::unique_ptr<Arena> shared_arena;       // owns the grids, bits of pairs and rules, the words of the hit store
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine

@@ -112,15 +112,16 @@ inline constexpr float kLinkRange = 4;
 
 // ------------------------------------------------------------------------------------------------------- queries
 
-// The index of run_queries holds positions between -1 and 1. Its bounds are larger by kQueryPad, 64 u; step 12.1: 13 u.
-// Where a ray or a point is moves by up to kQueryRayPad, 16 u, when it becomes floats; step 12.2: 7 u.
+// The index of run_queries holds positions between -1 and 1. Its bounds are larger by kQueryPad, 64 u, and where a ray
+// or a point is may move by kQueryRayPad, 16 u, as a share of 1 and of all other lengths; steps 12.1, 12.2 and 12.4:
+// 9 u in all, and 4 u.
 inline constexpr double kQueryPad = 0x1p-18;
 inline constexpr double kQueryRayPad = 0x1p-20;
 
-// The same for the leaves of an instance, as a share of all coordinates there. 32 u; step 12.3: 14 u.
+// The same for the leaves of an instance, as a share of all coordinates there. 32 u; step 12.3: 8 u.
 inline constexpr double kQueryLeafPad = 0x1p-19;
 
-// What rounding in double may move, as a share of the lengths from a query to an instance; step 12.2: 2^-51.
+// What rounding in double may move, as a share of the lengths from a query to an instance; steps 12.2 and 12.3: 2^-50.
 inline constexpr double kQueryRounding = 0x1p-49;
 
 // A component of a ray's direction counts as this if it is smaller; step 12.2.

@@ -65,7 +65,8 @@ bool RayQuery::enter_index() {
   }
   if (near > far) return false;
   entered_ = near;
-  set_start(from + near * direction_, radius + kQueryRayPad + kQueryRounding * (away + near), lanes_);
+  const double rounding = 2 * kQueryRayPad * (1 + radius) + kQueryRounding * (away + near);
+  set_start(from + near * direction_, radius + rounding, lanes_);
   lanes_.begin = 0;
   lanes_.end = float_above((far - near) + kQueryPad);
   return true;

@@ -78,24 +78,41 @@ ConvexShape posed_box(const BoxAos& from) {
   return shape_of_box(box);
 }
 
-// A point as a posed box sees it.
+// A point as a posed box sees it. Along one axis after the other, the point of the box moves to where it is nearest.
 struct BoxPoint {
-  Double3 outside;  // the way from the box's nearest point to it
-  double to_face;   // if it is inside: how far it is from the nearest face, and that face's normal
-  Double3 normal;
+  const BoxAos& box;
+  Double3 outside;  // the way from the nearest point of the box to the point
+  double along[3];  // of the nearest point, along each axis
+  double to_face;   // 0 or more if the point is inside: how far it is from the nearest face
+  int face;         // along which axis that is
 
-  BoxPoint(const BoxAos& box, const Double3& at) : to_face(std::numeric_limits<double>::infinity()) {
-    outside = at - double3(box.center);
+  BoxPoint(const BoxAos& of, const Double3& at) : box(of), outside(at - double3(of.center)), along{}, face(0) {
+    to_face = std::numeric_limits<double>::infinity();
     const Double3 from = outside;
     for (int k = 0; k < 3; ++k) {
-      const Double3 axis = double3(box.axis + 3 * k);
-      const double along = kernel::dot(axis, from), half = static_cast<double>(box.half[k]);
-      outside = outside - std::min(std::max(along, -half), half) * axis;
-      if (half - std::fabs(along) >= to_face) continue;
-      to_face = half - std::fabs(along);
-      normal = along < 0 ? -1.0 * axis : axis;
+      const double way = kernel::dot(axis(k), from), half = static_cast<double>(box.half[k]);
+      move(k, way);
+      if (half - std::fabs(way) >= to_face) continue;
+      to_face = half - std::fabs(way);
+      face = k;
     }
-    if (to_face >= 0) outside = {0, 0, 0};
+  }
+
+  Double3 axis(int k) const { return double3(box.axis + 3 * k); }
+  bool is_inside() const { return to_face >= 0; }
+  Double3 normal_of_face() const { return along[face] < 0 ? -1.0 * axis(face) : axis(face); }
+
+  // Makes up for axes that are a little skew.
+  void refine() {
+    for (int sweep = 0; sweep < 3; ++sweep)
+      for (int k = 0; k < 3; ++k) move(k, along[k] + kernel::dot(axis(k), outside));
+  }
+
+ private:
+  void move(int k, double to) {
+    const double half = static_cast<double>(box.half[k]), next = std::min(std::max(to, -half), half);
+    outside = outside - (next - along[k]) * axis(k);
+    along[k] = next;
   }
 };
 
@@ -149,7 +166,10 @@ void ShapeQuery::search() {
 // Whether the query meets the posed box of a leaf: asked where its shape is a half space, which goes on beyond it.
 bool ShapeQuery::meets_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) const {
   const BoxAos& box = one.boxes[leaf];
-  if (is_round()) return length_of(BoxPoint(box, local.at).outside) <= most() + local.error;
+  if (is_round()) {
+    const BoxPoint at(box, local.at);
+    return at.is_inside() || length_of(at.outside) <= most() + local.error;
+  }
   const ConvexShape shape = posed_box(box);
   const ConvexPair pair({&shape_, pose_at(pose_)}, {&shape, pose_at(kIdentity)},
                         {one.apart[0], one.apart[1], one.apart[2]});
@@ -158,17 +178,18 @@ bool ShapeQuery::meets_box(const PosedInstance& one, const Local& local, std::ui
 
 // The posed box of a leaf, which decides without shapes for spheres and points.
 void ShapeQuery::test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) {
-  const BoxPoint at(one.boxes[leaf], local.at);
-  const double distance = length_of(at.outside);
-  if (!(distance <= most() + local.error)) return;
-  const bool inside = at.to_face >= 0, is_point = query_.kind == QueryKind::kPoint;
+  BoxPoint at(one.boxes[leaf], local.at);
+  const bool inside = at.is_inside(), is_point = query_.kind == QueryKind::kPoint;
+  if (!inside && !(length_of(at.outside) <= most() + local.error)) return;
   if (!is_point && !query_.with_depth) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
   if (is_point && inside) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, true);
-  const Double3 normal = inside ? at.normal : distance > 0 ? (1 / distance) * at.outside : Double3{0, 0, 0};
+  at.refine();
+  const double distance = length_of(at.outside);
+  const Double3 normal = inside ? at.normal_of_face() : distance > 0 ? (1 / distance) * at.outside : Double3{0, 0, 0};
   const Double3 point = inside ? at.to_face * normal : -1.0 * at.outside;
   const double depth = std::max(most() - (inside ? -at.to_face : distance), 0.0);
   hits_.add(one, leaf, is_point ? static_cast<float>(distance) : -static_cast<float>(depth), floats(point),
-            floats(normal), false);
+            floats(normal), is_point && distance == 0);
 }
 
 // What is done with a full queue of shapes: which of them the query meets.
@@ -196,12 +217,13 @@ struct ShapeQuery::Run {
   // A half space is no nearer than its leaf's box.
   void add_near(const kernel::ConvexContacts& contacts, const ConvexShape& shape, std::uint32_t lane,
                 std::uint32_t leaf) const {
-    if (shape.kind == ConvexKind::kHalfSpace &&
-        length_of(BoxPoint(one.boxes[leaf], local.at).outside) > -contacts.depth[lane])
-      return query.test_box(one, local, leaf);
+    if (shape.kind == ConvexKind::kHalfSpace) {
+      const BoxPoint box(one.boxes[leaf], local.at);
+      if (!box.is_inside() && length_of(box.outside) > -contacts.depth[lane]) return query.test_box(one, local, leaf);
+    }
     const double distance = std::max(-contacts.depth[lane], 0.0);
     if (!(distance <= query.most())) return;
-    const bool inside = distance == 0;
+    const bool inside = distance <= local.error;
     add(contacts, lane, leaf, inside ? 0.0f : static_cast<float>(distance), inside);
   }
 

@@ -19,6 +19,9 @@ constexpr Real kTiny = 0x1p-120L;
 constexpr Real kFar = 0x1p36L;
 constexpr Real kFarShare = 0x1p-58L;
 
+// A plane that parts a point from a shape is at most this share of distance and size short of it (Contact).
+constexpr Real kPlaneShare = 1e-5L;
+
 // Boxes without parts are asked for with axes that are orthonormal, where the caller's may be off by this share.
 constexpr Real kAxesShare = 0x1p-21L;
 
@@ -377,7 +380,11 @@ std::string hit_fault(const QueryHit& hit, const JudgedLink& link, const Asked& 
   if (distance > link.most + off) return "distance " + text(distance) + " is more than " + text(link.most);
   if (distance > found->most + off)
     return "distance " + text(distance) + " is more than its leaf's " + text(found->most);
-  if (distance < found->least - off) return "distance " + text(distance) + " is less than " + text(found->least);
+  // The distance of a point from shapes is that of planes that part them, and a little less.
+  const Real less = exact != Exact::kNone && query.kind == QueryKind::kPoint
+                        ? kPlaneShare * (std::fabs(distance) + found->leaf->lengths)
+                        : 0;
+  if (distance < found->least - off - less) return "distance " + text(distance) + " is less than " + text(found->least);
   for (const JudgedLeaf& lower : link.leaves) {
     if (lower.leaf->leaf >= hit.leaf) break;
     if (lower.must && (!has_distance(query) || (lower.must_inside && distance == 0)))

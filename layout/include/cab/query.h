@@ -73,8 +73,8 @@ struct Query {
   std::uint32_t plane_count = 0;
 };
 
-// The largest magnitude of a coordinate of a query, and how far apart along an axis a query's position and the origin of
-// an instance may be that it finds, in the caller's unit.
+// The largest magnitude of a coordinate of a query, and how far apart along an axis a query's position and the origin
+// of an instance may be that it finds, in the caller's unit.
 inline constexpr double kMaxQueryCoordinate = 1e30;
 
 // One side of a region: the points p of the world with dot(normal, p - position) <= offset, where `position` is that of
