@@ -223,7 +223,7 @@ struct ShapeQuery::Run {
     }
     const double distance = std::max(-contacts.depth[lane], 0.0);
     if (!(distance <= query.most())) return;
-    const bool inside = distance <= local.error;
+    const bool inside = distance <= 16 * local.error;  // the slack of step 9.7
     add(contacts, lane, leaf, inside ? 0.0f : static_cast<float>(distance), inside);
   }
 

@@ -19,6 +19,9 @@ constexpr Real kTiny = 0x1p-120L;
 constexpr Real kFar = 0x1p36L;
 constexpr Real kFarShare = 0x1p-58L;
 
+// A body that grows by this many times its reach is as good as a ball.
+constexpr Real kNoDetail = 1024;
+
 // A plane that parts a point from a shape is at most this share of distance and size short of it (Contact).
 constexpr Real kPlaneShare = 1e-5L;
 
@@ -148,6 +151,11 @@ std::optional<Met> meet(const QueryBody& given, const Asked& asked, Real grow, R
       if (most < 0) return std::nullopt;
       const Point off = body.middle - (asked.at + std::clamp(along, Real{0}, most) * asked.direction);
       if (length_of(off) > reach) return std::nullopt;
+      // So far away no Real tells where on the grown body the ray is.
+      if (2 * slack > grow && slack > kNoDetail * given.reach) {
+        const Real least = along - 2 * (grow + body.reach + query.radius);
+        return Met{larger(Real{0}, least), least <= 0};
+      }
       const std::optional<Real> entry = first_contact(body, asked.at, asked.direction, most, query.radius + ball);
       if (!entry) return std::nullopt;
       return Met{*entry, distance_of_point(body, asked.at) <= query.radius + ball};
@@ -303,6 +311,9 @@ auto key_of(const JudgedLink& link) {
 bool is_zero(const float (&v)[3]) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
 Point real(const float (&v)[3]) { return {{v[0], v[1], v[2]}}; }
 
+// How far the points of a contact with a body may be from where its normal and depth have them (docs/limits.md).
+Real points_apart(const QueryBody& body) { return body.kind == JudgeKind::kCylinder ? 0.1L * body.reach : 0; }
+
 // What is wrong about the point and the normal of a hit, if it is of this body; empty if nothing is.
 std::string geometry_fault(const QueryHit& hit, const QueryBody& body, const Asked& asked, const Allowed& slack,
                            const QueryTolerance& tolerance) {
@@ -338,7 +349,9 @@ std::string geometry_fault(const QueryHit& hit, const QueryBody& body, const Ask
       break;
     }
     case QueryKind::kPoint:
-      if (std::fabs(length_of(point) - distance) > (is_box ? off : loose)) return "its point is not at its distance";
+      if (std::fabs(length_of(point) - distance) >
+          (is_box ? off : loose + kPlaneShare * std::fabs(distance) + points_apart(body)))
+        return "its point is not at its distance";
       if (length_of(point + distance * normal) > loose + tilt * distance) return "its normal is not towards the point";
       blur(distance);
       break;
