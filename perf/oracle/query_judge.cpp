@@ -90,6 +90,7 @@ struct Allowed {
   Real grow;       // how much the leaf grows
   Real in_double;  // what is rounded in double
   Real shrink;     // above 0: what a query must be met by to be sure of it
+  bool by_shapes;  // whether the exact test decides
 };
 
 Allowed allowed(const QueryLeaf& leaf, const Asked& asked, Exact exact, const QueryTolerance& tolerance) {
@@ -97,6 +98,7 @@ Allowed allowed(const QueryLeaf& leaf, const Asked& asked, Exact exact, const Qu
   const Real away = norm_1(asked.at), times = exact == Exact::kNone ? 1 : tolerance.shapes;
   out.in_double = tolerance.apart * away + kTiny;
   out.grow = times * (tolerance.leaf * leaf.lengths + tolerance.query * asked.own) + out.in_double;
+  out.by_shapes = exact != Exact::kNone;
   out.shrink = away > kFar * leaf.lengths ? kFarShare * away : 0;
   if (exact != Exact::kNone) out.shrink += kAxesShare * leaf.lengths;  // axes are made orthonormal
   return out;
@@ -350,7 +352,7 @@ std::string geometry_fault(const QueryHit& hit, const QueryBody& body, const Ask
     }
     case QueryKind::kPoint:
       if (std::fabs(length_of(point) - distance) >
-          (is_box ? off : loose + kPlaneShare * std::fabs(distance) + points_apart(body)))
+          (slack.by_shapes ? loose + kPlaneShare * std::fabs(distance) + points_apart(body) : off))
         return "its point is not at its distance";
       if (length_of(point + distance * normal) > loose + tilt * distance) return "its normal is not towards the point";
       blur(distance);
