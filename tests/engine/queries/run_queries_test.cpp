@@ -475,6 +475,16 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
   if (runs_all_seeds()) CHECK(resting > least_count(100, 20));
 }
 
+TEST_CASE("queries: without a frame there are no bounds to use again, and they are made") {
+  for_seeds(4, [&](Random& random) {
+    const auto world = any_world(random);
+    const Answer first = ask(*world->engine(), *world, Exact::kNone);
+    const EnginePtr engine = world->engine();
+    for (int again = 0; again < 2; ++again)
+      CHECK(same(ask(*engine, world->inputs(), world->about.queries, world->about.planes, Exact::kNone, true), first));
+  });
+}
+
 TEST_CASE("queries: what is wanted of a query changes how much of its hits is written, and nothing else") {
   for_seeds(20, [&](Random& random) {
     const auto world = any_world(random, {30, 8, 17, true, true});
@@ -693,6 +703,56 @@ TEST_CASE("queries: triangles of a level are met as triangles") {
     const Answer answer = ask(*engine, {input}, asked.about.queries, asked.about.planes, Exact::kConvex);
     CHECK(judged(asked, answer, Exact::kConvex, asked.about.queries) == "");
   });
+}
+
+namespace {
+
+// What the point's distance may be off, by each of 1 and the distance. Shapes are some 0.2 large; measured: 5e-7.
+constexpr double kNearestPointOff = 2e-6;
+
+}  // namespace
+
+TEST_CASE("queries: the nearest point of a shape is as far away as the hit says, however near the shape is") {
+  std::size_t close = 0;
+  for_seeds(40, [&](Random& random) {
+    Asked asked;
+    Member& member = asked.world.members.emplace_back();
+    member.rig = any_rig(random, 4);
+    for (Leaf& leaf : member.rig.leaves)  // plates, segments and points
+      for (float& half : leaf.box.half)
+        if (random.chance(0.4)) half = 0;
+    member.poses =
+        random_poses(random, member.rig, 2, PoseFormat::kQuaternionTranslation, any_pose_range(random, false, {}, 2));
+    if (random.chance(0.5)) add_parts(random, member.rig, asked.kept);
+    asked.listed.push_back({kAllInstances, {}, {false, false}});
+    set_scene(asked);
+    for (int i = 0; i < 40; ++i) {
+      const QueryInstance& instance = asked.scene[random.index(2)];
+      const QueryLeaf& leaf = instance.leaves[random.index(static_cast<std::uint32_t>(instance.leaves.size()))];
+      const QueryBody& body =
+          leaf.parts.empty() ? leaf.box : leaf.parts[random.index(static_cast<std::uint32_t>(leaf.parts.size()))];
+      Point at = nearest_point(body, convert<Real>(10.0 * random.unit_vector()));
+      at = at + convert<Real>(random.log_uniform(1e-18, 1e-2) * random.unit_vector()) + instance.origin;
+      Query query;
+      query.kind = QueryKind::kPoint;
+      query.want = QueryWant::kAll;
+      query.length = 5;
+      for (std::size_t c = 0; c < 3; ++c) query.position[c] = static_cast<double>(at[c]);
+      asked.about.queries.push_back(query);
+    }
+    const Answer answer = ask(*asked.engine(), asked, Exact::kConvex);
+    CHECK(judged(asked, answer, Exact::kConvex, asked.about.queries) == "");
+    for (const QueryHit& hit : answer.hits) {
+      if (hit.inside) continue;
+      const auto distance = static_cast<double>(hit.distance);
+      const double way = norm(
+          {{static_cast<double>(hit.point[0]), static_cast<double>(hit.point[1]), static_cast<double>(hit.point[2])}});
+      CAPTURE(distance);
+      CHECK(std::fabs(way - distance) < kNearestPointOff * (1 + distance));
+      close += distance < 1e-9;
+    }
+  });
+  if (runs_all_seeds()) CHECK(close > least_count(20, 40));
 }
 
 // ------------------------------------------------------------------------------------------------ room and refusals
