@@ -222,11 +222,11 @@ std::uint32_t run_go(const Go& go, QueryJob& job) {
   return twice;
 }
 
-// Answers all queries of a job, as many in a go as workers have room for the hits of.
+// Answers all queries of a job, as many in a go as workers have room for the hits of. The first goes find out.
 void run_goes(const FrameContext& frame, Engine& engine, QueryJob& job) {
-  constexpr std::size_t kLess = 4;
+  constexpr std::size_t kFirst = 512, kLess = 4;
   QueryRoom& room = *engine.queries;
-  std::size_t most = room.queries;
+  std::size_t most = std::min(room.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
     const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
     const std::uint32_t twice = run_go({frame, job, room, engine.pool, first, count}, job);
