@@ -128,9 +128,10 @@ void RayQuery::test(const PosedInstance& one) {
   for_each_leaf(
       run_, one,
       [&](const kernel::BoundsRow& row, float* entry) { return run_.frame.kernels.ray_bounds(row, lanes, entry); },
-      [&](std::uint32_t leaf, float entry) {
+      [&](float entry) { return entry > lanes.end; },
+      [&](std::uint32_t leaf) {
         RayTouch touch;
-        if (entry > lanes.end || !cast(one, ray, leaf, &touch)) return;
+        if (!cast(one, ray, leaf, &touch)) return;
         const Double3 point = touch.inside ? Double3{0, 0, 0} : touch.point + to;
         hits_.add(one, leaf, static_cast<float>(std::max(nearest + touch.at, 0.0)), floats(point), floats(touch.normal),
                   touch.inside);

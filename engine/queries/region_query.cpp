@@ -73,7 +73,8 @@ void RegionQuery::test(const PosedInstance& one) {
         std::fill_n(entry, kLanes, 0.0f);
         return meets(row, local, 1, 3 * reach);
       },
-      [&](std::uint32_t leaf, float) {
+      [](float) { return false; },
+      [&](std::uint32_t leaf) {
         const BoxAos& box = one.boxes[leaf];
         const bool is_outside = std::any_of(planes().begin(), planes().end(),
                                             [&](const QueryPlane& plane) { return is_beyond(box, UnitPlane(plane)); });

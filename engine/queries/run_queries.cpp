@@ -205,17 +205,37 @@ void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
   run.own.stats = counted;
 }
 
-void run_go(const Go& go, QueryJob& job) {
+// Returns how many queries had to be answered twice.
+std::uint32_t run_go(const Go& go, QueryJob& job) {
   for (const auto& worker : go.room.workers) worker->hits.clear();
   order_queries(go);
   const std::uint32_t tasks = (go.count + kQueriesPerTask - 1) / kQueriesPerTask;
   go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { answer_task(go, task, w); });
+  std::uint32_t twice = 0;
   for (std::uint32_t query = 0; query < go.count; ++query) {
     go.room.hit_begin[query] = job.hits_needed;
     job.hits_needed += go.room.results[query].count;
+    twice += !go.room.results[query].is_stored;
   }
-  if (job.hits_needed > job.hits.size) return;
-  go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { write_task(go, task, w); });
+  if (job.hits_needed <= job.hits.size)
+    go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { write_task(go, task, w); });
+  return twice;
+}
+
+// Answers all queries of a job, as many in a go as workers have room for the hits of. The first goes find out.
+void run_goes(const FrameContext& frame, Engine& engine, QueryJob& job) {
+  constexpr std::size_t kFirst = 512, kLess = 4;
+  QueryRoom& room = *engine.queries;
+  std::size_t most = std::min(room.queries, kFirst);
+  for (std::size_t first = 0; first < job.queries.size;) {
+    const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
+    const std::uint32_t twice = run_go({frame, job, room, engine.pool, first, count}, job);
+    if (kLess * twice > count)
+      most = std::max<std::size_t>(most / kLess, std::min<std::size_t>(room.queries, kQueriesPerTask));
+    else
+      most = std::min(2 * most, room.queries);
+    first += count;
+  }
 }
 
 void add_stats(QueryStats& sum, const QueryStats& of) {
@@ -257,10 +277,7 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
   if (!has_index(engine, job)) make_index(engine, frame, job);
   job.hits_needed = 0;
-  for (std::size_t first = 0; first < job.queries.size; first += room.queries) {
-    const auto count = static_cast<std::uint32_t>(std::min(room.queries, job.queries.size - first));
-    run_go({frame, job, room, engine.pool, first, count}, job);
-  }
+  run_goes(frame, engine, job);
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
   job.hit_count = status == Status::kOk ? job.hits_needed : 0;
   job.stats = {};

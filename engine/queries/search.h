@@ -137,19 +137,22 @@ void search_index(const QueryRun& run, const Query& query, Probe&& probe) {
   }
 }
 
-// Calls test(leaf, entry) for the leaves of an instance whose bounds a query meets, in ascending order. meets(row,
-// entry): as of a probe. Stops when is_done().
-template <class Meets, class Test, class IsDone>
-void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets, Test&& test, IsDone&& is_done) {
+// Calls test(leaf) for the leaves of an instance whose bounds a query meets, of every sixteen the nearest first.
+// meets(row, entry), skips(entry): as of a probe. Stops when is_done().
+template <class Meets, class Skips, class Test, class IsDone>
+void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets, Skips&& skips, Test&& test,
+                   IsDone&& is_done) {
   const std::uint32_t width = leaf_bounds_width(one.leaves);
   for (std::uint32_t first = 0; first < one.leaves && !is_done(); first += kLanes) {
     alignas(64) float entry[kLanes];
     const std::uint32_t count = std::min(kLanes, one.leaves - first);
     std::uint32_t met = meets({one.leaf_bounds + first, width}, entry) & ((1u << count) - 1);
-    run.own.stats.leaf_tests += static_cast<std::uint32_t>(__builtin_popcount(met));
-    for (; met && !is_done(); met &= met - 1) {
-      const auto lane = static_cast<std::uint32_t>(__builtin_ctz(met));
-      test(first + lane, entry[lane]);
+    while (met && !is_done()) {
+      const std::uint32_t lane = nearest_lane(met, entry);
+      if (skips(entry[lane])) break;
+      met &= ~(1u << lane);
+      ++run.own.stats.leaf_tests;
+      test(first + lane);
     }
   }
 }
@@ -169,6 +172,7 @@ class LinkHits {
   void add(const PosedInstance& one, std::uint32_t leaf, float distance, const std::array<float, 3>& point,
            const std::array<float, 3>& normal, bool inside) {
     is_found_ = true;
+    nearest_ = std::min(nearest_, distance);
     if (query_.want == QueryWant::kAny) return;
     QueryHit hit = {number_,
                     {one.slot + 1},
@@ -206,7 +210,7 @@ class LinkHits {
   bool is_done() const { return is_found_ && query_.want == QueryWant::kAny; }
 
   // No link that is farther is wanted any more.
-  float most() const { return room_.most(); }
+  float most() const { return query_.want == QueryWant::kAll ? room_.most() : nearest_; }
 
  private:
   const QueryRun& run_;
@@ -214,6 +218,7 @@ class LinkHits {
   std::uint32_t number_;
   HitRoom& room_;
   bool is_found_ = false;
+  float nearest_ = std::numeric_limits<float>::infinity();
 };
 
 }  // namespace cab

@@ -254,7 +254,8 @@ void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
   ConvexQueues queues(run_.worker, Run{*this, one, local});
   for_each_leaf(
       run_, one, [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
-      [&](std::uint32_t leaf, float) {
+      [](float) { return false; },
+      [&](std::uint32_t leaf) {
         queues.asks = leaf;
         if (!is_exact) {
           ConvexShape& box = boxes[count++ % kLanes];
@@ -277,11 +278,18 @@ void ShapeQuery::test(const PosedInstance& one) {
   local.at = {-one.apart[0], -one.apart[1], -one.apart[2]};
   const double size = sum_of(local.at) + static_cast<double>(one.reach);
   local.error = kQueryRounding * (size + (half_[0] + half_[1] + half_[2]));
-  set_lanes(local.at, local.error + kQueryLeafPad * size, 1, local.lanes);
+  local.pad = local.error + kQueryLeafPad * size;
+  set_lanes(local.at, local.pad, 1, local.lanes);
   if (run_.job.exact == Exact::kNone && is_round()) {
     for_each_leaf(
         run_, one, [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
-        [&](std::uint32_t leaf, float) { test_box(one, local, leaf); }, [&] { return hits_.is_done(); });
+        [&](float entry) { return entry > local.lanes.point.most_sq; },
+        [&](std::uint32_t leaf) {
+          test_box(one, local, leaf);
+          if (query_.kind == QueryKind::kPoint)
+            local.lanes.point.most_sq = std::min(local.lanes.point.most_sq, square_above(most() + local.pad));
+        },
+        [&] { return hits_.is_done(); });
   } else {
     test_shapes(one, local);
   }

@@ -29,6 +29,7 @@ class ShapeQuery {
   struct Local {
     Double3 at;    // its position relative to the instance's origin
     double error;  // how far rounding may have moved it
+    double pad;    // the same for floats, and for the bounds of leaves
     Lanes lanes;
   };
   struct Run;
