@@ -9,7 +9,7 @@ namespace cab::perf {
 namespace {
 
 // Queries of one kind and regime per round.
-constexpr std::uint32_t kQueries = 12;
+constexpr std::uint32_t kQueries = 3;
 
 // A kind of query, and what it is asked about; the method of a task.
 struct Use {

@@ -8,7 +8,7 @@ namespace cab::perf {
 namespace {
 
 // Rays of each regime and want per round.
-constexpr std::uint32_t kRays = 300;
+constexpr std::uint32_t kRays = 100;
 
 // The method of a task: what its rays want.
 constexpr const char* kMethods[] = {"any", "closest", "all"};
