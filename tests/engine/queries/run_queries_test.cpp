@@ -17,6 +17,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <tuple>
 
@@ -529,6 +530,71 @@ TEST_CASE("queries: what is wanted of a query changes how much of its hits is wr
       }
     }
   });
+}
+
+TEST_CASE("queries: of links that are equally near the first is the closest, wherever the search meets them") {
+  for_seeds(20, [&](Random& random) {
+    Asked asked;
+    const Box box = random_box(random, {{0, 0, 0}}, 0.3, 1);
+    const double size = random.log_uniform(1e-8, 1e8);
+    for (int m = 0; m < 3; ++m) {
+      Member& member = asked.world.members.emplace_back();
+      member.rig.parents = {-1, 0, 0};
+      member.rig.leaves = {{2, box, {}}, {0, box, {}}, {1, box, {}}, {0, box, {}}};
+      member.poses.link_count = 3;
+      member.poses.instance_count = 20;
+      for (int i = 0; i < 60; ++i) member.poses.data.insert(member.poses.data.end(), {0, 0, 0, 1, 0.5f, 0, 0});
+      resize(size, member.rig, member.poses);
+      asked.listed.emplace_back();
+    }
+    const EnginePtr engine = asked.engine();
+    std::vector<Query> queries(40);
+    for (Query& query : queries) {
+      query.kind = random.chance(0.5) ? QueryKind::kRay : QueryKind::kPoint;
+      const Vec3<double> at = (size * random.uniform(2, 5)) * random.unit_vector();
+      for (std::size_t c = 0; c < 3; ++c) {
+        query.position[c] = at[c];
+        query.direction[c] = static_cast<float>((c == 0 ? 0.5 * size : 0) - at[c]);
+      }
+      query.length = kInfinity;
+    }
+    for (const Exact exact : kBoth) {
+      CAPTURE(static_cast<int>(exact));
+      const Answer closest = ask(*engine, asked.inputs(), queries, {}, exact);
+      REQUIRE(closest.hits.size() == queries.size());
+      for (const QueryHit& hit : closest.hits) {
+        CHECK(link_key(hit) == std::make_tuple(1u, 0u, 0));
+        CHECK(hit.leaf == 1);
+      }
+    }
+  });
+}
+
+TEST_CASE("queries: more hits than a worker keeps are found again, each once") {
+  Random random(1);
+  Asked asked;
+  Member& member = asked.world.members.emplace_back();
+  member.rig = any_rig(random, 4);
+  member.poses =
+      random_poses(random, member.rig, 3000, PoseFormat::kQuaternionTranslation, any_pose_range(random, false, {}, 4));
+  asked.listed.emplace_back();
+  std::set<std::uint32_t> links;
+  for (const Leaf& leaf : member.rig.leaves) links.insert(leaf.link);
+  std::vector<Query> queries(5);
+  for (Query& query : queries) query.want = QueryWant::kAll;
+  for (const std::size_t all : {std::size_t{1}, std::size_t{3}}) queries[all].kind = QueryKind::kRegion;  // the world
+  for (const std::uint32_t room : {1u, 64u}) {
+    CAPTURE(room);
+    const Answer answer = ask(*asked.engine({}, room), asked.inputs(), queries, {}, Exact::kNone, false, 0);
+    for (const std::size_t all : {std::size_t{1}, std::size_t{3}}) {
+      const std::vector<QueryHit> hits = hits_of(answer.hits, all);
+      CHECK(hits.size() == 3000 * links.size());
+      CHECK(hits.size() > 2 * room + kMaxLinks);
+      CHECK(std::adjacent_find(hits.begin(), hits.end(), [](const QueryHit& a, const QueryHit& b) {
+              return link_key(a) >= link_key(b);
+            }) == hits.end());
+    }
+  }
 }
 
 TEST_CASE("queries: moving the whole world by what its origins can hold changes nothing") {
