@@ -76,7 +76,7 @@ struct Engine {
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;
-  std::uint64_t bounds_of_frame = 0;         // number of the last frame, or of what has changed bounds since
+  std::uint64_t bounds_of_frame = 1;         // number of the last frame, or of what has changed bounds since
   std::unique_ptr<QueryRoom> queries;        // null until reserve asks for it
   MemoryNeeds sized;                         // what the memory suffices for
   std::unique_ptr<Arena> shared_arena;       // owns the grids, bits of pairs and rules, the words of the hit store

@@ -20,6 +20,9 @@
 
 namespace cab::perf {
 
+// Of the frames of a crowd.
+inline constexpr double kCrowdFramesPerSecond = 30;
+
 // The built-in allocator, with counts of the bytes that an engine holds, and of the most that it has held.
 class CountedMemory {
  public:

@@ -476,13 +476,46 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
   if (runs_all_seeds()) CHECK(resting > least_count(100, 20));
 }
 
-TEST_CASE("queries: without a frame there are no bounds to use again, and they are made") {
-  for_seeds(4, [&](Random& random) {
-    const auto world = any_world(random);
-    const Answer first = ask(*world->engine(), *world, Exact::kNone);
-    const EnginePtr engine = world->engine();
-    for (int again = 0; again < 2; ++again)
-      CHECK(same(ask(*engine, world->inputs(), world->about.queries, world->about.planes, Exact::kNone, true), first));
+TEST_CASE("queries: where no frame has stored the bounds of boxes, they are made whatever is stated") {
+  for_seeds(20, [&](Random& random) {
+    const auto world = any_world(random, {30, 8, 17, true, true});
+    const EnginePtr engine = world->engine(), fresh = world->engine();
+    const std::vector<BatchInput> inputs = world->inputs();
+    const Answer first = ask(*fresh, *world, Exact::kNone);
+    const auto again = [&] {
+      return ask(*engine, inputs, world->about.queries, world->about.planes, Exact::kNone, true);
+    };
+    CHECK(same(again(), first));  // before any frame
+    std::vector<PairRule> rules;
+    for (std::uint32_t m = 1; m <= world->world.members.size(); ++m) rules.push_back({{m}, {m}});
+    FrameJob job;
+    job.inputs = {inputs.data(), inputs.size()};
+    job.rules = {rules.data(), rules.size()};
+    job.policies.refit = Refit::kAabbVertices;  // its bounds are those of vertices
+    std::vector<Hit> hits(1 << 16);
+    job.hits = {hits.data(), hits.size()};
+    require(run_frame(*engine, job));
+    CHECK(same(again(), first));
+    job.policies.refit = Refit::kCab;
+    job.hits = {};
+    if (run_frame(*engine, job) == Status::kHitsOverflow) CHECK(same(again(), first));
+    // Bounds of the caller's, which hold nothing.
+    job.hits = {hits.data(), hits.size()};
+    require(run_frame(*engine, job));
+    std::vector<BatchInput> bounded = inputs;
+    std::vector<std::vector<float>> nowhere;
+    for (BatchInput& input : bounded) {
+      nowhere.emplace_back(6 * 64, 0.0f);
+      input.bounds = {nowhere.back().data(),
+                      6 * std::size_t{world->world.members[slot_of(input.batch).value - 1].poses.instance_count}};
+    }
+    if (world->bodies.empty()) {
+      FrameJob early = job;
+      early.inputs = {bounded.data(), bounded.size()};
+      CandidateList candidates;
+      CHECK(find_candidates(*engine, early, candidates) != Status::kBadBounds);
+      CHECK(same(again(), first));
+    }
   });
 }
 
