@@ -54,9 +54,9 @@ Status validate(Engine& engine, QueryJob& job) {
 // ---------------------------------------------------------------------------------------------------------- index
 
 // Whether the bounds that the last frame stored for a batch are those of its leaf boxes as they are now, if the caller
-// says so. A level of nodes is asked for nodes, but bounded by leaves. Before the first frame there are none.
+// says so. A level of nodes is asked for nodes, but bounded by leaves.
 bool has_frame_bounds(const Engine& engine, const InstanceBatch& batch) {
-  return batch.bounded_by != 0 && batch.bounded_by == engine.bounds_of_frame && !batch.articulation->lod.posed;
+  return batch.bounded_by == engine.bounds_of_frame && !batch.articulation->lod.posed;
 }
 
 // Stores the bounds of the instances of one batch as the last frame had them.
