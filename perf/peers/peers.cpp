@@ -19,6 +19,7 @@
 #include "perf/peers/judge.h"
 #include "perf/peers/options.h"
 #include "perf/peers/peer.h"
+#include "perf/peers/queries.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -450,6 +451,7 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
 
 int peers_command(const PeersOptions& options) {
   check(options);
+  if (options.queries) return queries_command(options);
   OutputFile json_file(options.json_path), csv_file(options.csv_path);
   const std::vector<Peer> peers = choose_peers(options.peers);
   std::cout << "libraries: " << versions(peers, true) << '\n';
