@@ -298,6 +298,11 @@ void add_query(Random& random, const QueryScene& scene, QueryRegime regime, Quer
     set_shape_or_point(random, target, regime, query);
   if (regime == QueryRegime::kNowhere) scatter(random, query);
   for (double& c : query.position) c = std::clamp(c, -kMaxQueryCoordinate, kMaxQueryCoordinate);
+  // Small directions may have become 0, and large lengths too large.
+  if (query.direction[0] == 0 && query.direction[1] == 0 && query.direction[2] == 0)
+    query.direction[random.index(3)] = 1;
+  query.radius = std::min(query.radius, kMaxCoordinate);
+  for (float& half : query.half) half = std::min(half, kMaxCoordinate);
   out.queries.push_back(query);
 }
 
