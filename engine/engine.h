@@ -78,7 +78,7 @@ struct Engine {
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;
-  std::uint64_t bounds_of_frame = 0;   // number of the last frame, or of what has changed bounds since
+  std::uint64_t bounds_of_frame = 1;   // number of the last frame, or of what has changed bounds since
   std::unique_ptr<QueryRoom> queries;  // null until reserve asks for it
   std::vector<std::unique_ptr<StoredHistory>> histories;  // by slot - 1
   std::unique_ptr<PastRoom> past;                         // null until there is a history

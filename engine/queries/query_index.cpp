@@ -171,7 +171,7 @@ std::uint32_t curve_key(const QueryIndex& index, const double* point) {
   std::uint64_t key = 0;
   for (int c = 0; c < 3; ++c) {
     const double at = index.scale * (point[c] - index.center[c]);
-    const double cell = std::min(std::max(0.5 * (at + 1) * kCells, 0.0), kCells - 1);
+    const double cell = std::min(std::max(0.0, 0.5 * (at + 1) * kCells), kCells - 1);  // 0 for NaN
     key |= spread_bits(static_cast<std::uint64_t>(cell)) << c;
   }
   return static_cast<std::uint32_t>(key);

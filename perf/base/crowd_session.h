@@ -20,6 +20,9 @@
 
 namespace cab::perf {
 
+// Of the frames of a crowd.
+inline constexpr double kCrowdFramesPerSecond = 30;
+
 // The built-in allocator, with counts of the bytes that an engine holds, and of the most that it has held.
 class CountedMemory {
  public:
@@ -160,6 +163,44 @@ class CrowdSession {
     return job.stats;
   }
 
+  // Makes room for queries, as many at a time. See ReserveDesc::queries.
+  void reserve_queries(std::uint32_t queries) {
+    ReserveDesc room;
+    room.queries = queries;
+    require(reserve(*engine_, room), "room for queries");
+  }
+
+  // Answers queries, all characters taking part. The hits stay until the next call; their buffer grows as that of run.
+  // reuse_bounds: the poses are those of the last frame.
+  QueryStats answer(const std::vector<scenes::PosedGroup>& posed, Span<const Query> queries, bool reuse_bounds) {
+    std::vector<BatchInput> inputs(posed.size());
+    for (std::size_t g = 0; g < posed.size(); ++g) inputs[g] = input_of(posed, g);
+    QueryJob job;
+    job.inputs = {inputs.data(), inputs.size()};
+    job.queries = queries;
+    job.reuse_bounds = reuse_bounds;
+    job.hits = {query_hits_.data(), query_hits_.size()};
+    Status status = run_queries(*engine_, job);
+    if (status == Status::kHitsOverflow) {
+      query_hits_.resize(job.hits_needed + job.hits_needed / 4);
+      job.hits = {query_hits_.data(), query_hits_.size()};
+      status = run_queries(*engine_, job);
+    }
+    require(status, "queries");
+    query_hit_count_ = job.hit_count;
+    return job.stats;
+  }
+  Span<const QueryHit> query_hits() const { return {query_hits_.data(), query_hit_count_}; }
+
+  // The boxes of a group: those of all nodes of each character, leaves first.
+  std::uint32_t pose_boxes(const std::vector<scenes::PosedGroup>& posed, std::size_t group, std::vector<Box>& boxes) {
+    ArticulationInfo info;
+    require(articulation_info(*engine_, articulations_[group], &info), "articulation");
+    boxes.resize(posed[group].origins.size() / 3 * info.node_count);
+    require(compute_boxes(*engine_, input_of(posed, group), {}, {boxes.data(), boxes.size()}), "boxes");
+    return info.node_count;
+  }
+
   // The characters of a group so that neighbours in the list are near each other in the last frame.
   std::vector<std::uint32_t> spatial_order(std::size_t group, std::size_t count) {
     std::vector<std::uint32_t> order(count);
@@ -234,6 +275,8 @@ class CrowdSession {
   std::vector<std::vector<float>> margins_;  // of each group, if frames are swept
   std::vector<Hit> hits_;
   std::size_t hit_count_ = 0;
+  std::vector<QueryHit> query_hits_;
+  std::size_t query_hit_count_ = 0;
   std::vector<std::vector<std::uint8_t>> in_contact_;  // of each group, if asked for
 };
 

@@ -17,6 +17,7 @@
 #include "perf/kernels/options.h"
 #include "perf/paper/options.h"
 #include "perf/peers/options.h"
+#include "perf/query/options.h"
 #include "perf/robot/options.h"
 #include "perf/run/options.h"
 #include "perf/sweep/options.h"
@@ -31,7 +32,7 @@ constexpr int kWrongUse = 2;
 
 // Every command, in the order of `cab --help`.
 constexpr Command (*kAddCommand[])(CLI::App& app) = {
-    add_run,   add_inspect, add_robot,   add_paper,      add_crowd,
+    add_run,   add_inspect, add_robot,   add_paper,      add_crowd,  add_query,
     add_peers, add_sweep,   add_kernels, add_continuity, add_verify,
 };
 

@@ -28,8 +28,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kFramesPerSecond = 30;
-
 // The poses of all frames are kept if they are not larger than this. Otherwise each frame is posed again before each
 // run.
 constexpr std::size_t kKeptPoseBytes = std::size_t{2} << 30;
@@ -114,7 +112,7 @@ class FramePoses {
   const std::vector<scenes::PosedGroup>& at(std::uint32_t frame) {
     std::vector<scenes::PosedGroup>& posed = kept_.empty() ? last_ : kept_[frame];
     if (kept_.empty() || posed.empty()) {
-      scenes::pose_crowd(crowd_, frame / kFramesPerSecond, posed);
+      scenes::pose_crowd(crowd_, frame / kCrowdFramesPerSecond, posed);
       reorder(orders_, posed);
     }
     return posed;

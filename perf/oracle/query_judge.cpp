@@ -370,6 +370,8 @@ std::string geometry_fault(const QueryHit& hit, const QueryBody& body, const Ask
       if (depth - reach > 1.7320509L * slack.grow + off + 4 * tolerance.normal * sizes)
         return "it is deeper than along its normal, by " + text(depth - reach);
       if (body.bluntness > 0) blur(body.bluntness);
+      if (query.kind != QueryKind::kBox && radius - depth > -loose)
+        blur(radius - depth);  // from the link to its middle
       if (body.kind != JudgeKind::kBox && body.kind != JudgeKind::kHull) tilt = std::fmin(2, tilt + 1e-3L);
       break;
     }
@@ -444,11 +446,26 @@ bool is_before(const QueryHit& a, const QueryHit& b) {
   return key_of(a) < key_of(b);
 }
 
+// What is wrong with hits whatever was asked.
+std::string list_fault(const QueryJob& done, Span<const QueryHit> hits) {
+  for (std::size_t i = 0; i < hits.size; ++i) {
+    const QueryHit& hit = hits[i];
+    if (hit.query >= done.queries.size) return "hit " + std::to_string(i) + " is of no query";
+    for (const float v :
+         {hit.distance, hit.point[0], hit.point[1], hit.point[2], hit.normal[0], hit.normal[1], hit.normal[2]})
+      if (!std::isfinite(v)) return name_of(hit) + "a number is not finite";
+    if (i > 0 && !is_before(hits[i - 1], hit)) return name_of(hit) + "it is not behind the hit before it";
+  }
+  return {};
+}
+
+// Is said about a link that the last hit should have made way for.
+constexpr const char* kLeftOut = "it is nearer than the last hit, but left out; its distance is at most ";
+
 // What is wrong with the hits of one query, which are in order.
-std::string query_fault(const QueryScene& scene, const QueryJob& done, std::size_t index, Span<const QueryHit> hits,
-                        const QueryTolerance& tolerance) {
+std::string query_fault(const std::vector<JudgedLink>& links, const QueryJob& done, std::size_t index,
+                        Span<const QueryHit> hits, const QueryTolerance& tolerance) {
   const Query& query = done.queries[index];
-  const std::vector<JudgedLink> links = judge_query(scene, query, done.planes, done.exact, tolerance);
   const std::string words = "query " + std::to_string(index) + ": ";
   const bool must_any = std::any_of(links.begin(), links.end(), [](const JudgedLink& link) { return link.must; });
   if (!done.found.empty()) {
@@ -488,9 +505,29 @@ std::string query_fault(const QueryScene& scene, const QueryJob& done, std::size
                           (has_depth(query) ? slack.grow / 8 + kDepthRounding * (asked.own + leaf.leaf->lengths) : 0));
     }
     if (is_level ? key_of(link) < key_of(last) : link.most < last.distance - off)
-      return name + "it is nearer than the last hit, but left out; its distance is at most " + text(link.most);
+      return name + kLeftOut + text(link.most);
   }
   return {};
+}
+
+// What QueryCounts::off says about a hit of a link.
+double off_of(const QueryHit& hit, const JudgedLink& link, const Query& query, Exact exact,
+              const QueryTolerance& tolerance) {
+  const auto leaf = std::find_if(link.leaves.begin(), link.leaves.end(),
+                                 [&](const JudgedLeaf& judged) { return judged.leaf->leaf == hit.leaf; });
+  if (leaf == link.leaves.end() || hit.inside) return 0;
+  const Asked asked = ask(query, link.instance->origin);
+  Real off = kInfinity;
+  for (const QueryBody* const body : bodies_of(*leaf->leaf, query, exact)) {
+    off = std::fmin(off, distance_of_point(*body, asked.at + real(hit.point)));
+    if (body->kind == JudgeKind::kHalfSpace)  // or the hit is that of the box
+      off = std::fmin(off, distance_of_point(leaf->leaf->box, asked.at + real(hit.point)));
+  }
+  if (query.kind == QueryKind::kPoint && exact == Exact::kNone && leaf->must)
+    off = larger(off, std::fabs(Real{hit.distance} - leaf->most));
+  const Real written = tolerance.written * (norm_1(real(hit.point)) + std::fabs(Real{hit.distance}));
+  off -= written + allowed(*leaf->leaf, asked, exact, tolerance).in_double;
+  return larger(0.0, static_cast<double>(off / (leaf->leaf->lengths + asked.own + kTiny) * 0x1p24L));
 }
 
 }  // namespace
@@ -565,23 +602,49 @@ std::string fault_of(const QueryScene& scene, const QueryJob& done, const QueryT
   if (done.hit_count != done.hits_needed) return "hit_count and hits_needed differ";
   if (done.hit_count > done.hits.size) return "there are more hits than room";
   const Span<const QueryHit> hits = {done.hits.data, done.hit_count};
-  for (std::size_t i = 0; i < hits.size; ++i) {
-    const QueryHit& hit = hits[i];
-    if (hit.query >= done.queries.size) return "hit " + std::to_string(i) + " is of no query";
-    for (const float v :
-         {hit.distance, hit.point[0], hit.point[1], hit.point[2], hit.normal[0], hit.normal[1], hit.normal[2]})
-      if (!std::isfinite(v)) return name_of(hit) + "a number is not finite";
-    if (i > 0 && !is_before(hits[i - 1], hit)) return name_of(hit) + "it is not behind the hit before it";
-  }
+  if (const std::string fault = list_fault(done, hits); !fault.empty()) return fault;
   std::size_t begin = 0;
   for (std::size_t q = 0; q < done.queries.size; ++q) {
     std::size_t end = begin;
     while (end < hits.size && hits[end].query == q) ++end;
-    const std::string fault = query_fault(scene, done, q, {hits.data + begin, end - begin}, tolerance);
+    const std::vector<JudgedLink> links = judge_query(scene, done.queries[q], done.planes, done.exact, tolerance);
+    const std::string fault = query_fault(links, done, q, {hits.data + begin, end - begin}, tolerance);
     if (!fault.empty()) return fault;
     begin = end;
   }
   return {};
+}
+
+QueryCounts count_query(const QueryScene& scene, const QueryJob& done, std::size_t index, Span<const QueryHit> hits,
+                        const QueryTolerance& tolerance) {
+  const Query& query = done.queries[index];
+  const std::vector<JudgedLink> links = judge_query(scene, query, done.planes, done.exact, tolerance);
+  QueryCounts out;
+  out.hits = hits.size;
+  out.fault = list_fault(done, hits);
+  if (out.fault.empty()) out.fault = query_fault(links, done, index, hits, tolerance);
+  for (const JudgedLink& link : links) out.must += link.must;
+  const bool has_distances = query.kind == QueryKind::kRay || query.kind == QueryKind::kPoint;
+  std::uint64_t must_found = 0;
+  for (const QueryHit& hit : hits) {
+    const auto link = std::lower_bound(links.begin(), links.end(), key_of(hit),
+                                       [](const JudgedLink& a, const auto& key) { return key_of(a) < key; });
+    const bool may = link != links.end() && key_of(*link) == key_of(hit);
+    out.extra += !may;
+    must_found += may && link->must;
+    if (may && has_distances) out.off = larger(out.off, off_of(hit, *link, query, done.exact, tolerance));
+  }
+  if (query.want == QueryWant::kAny) {
+    const bool found = !done.found.empty() && done.found[index] != 0;
+    out.lost = !found && out.must > 0;
+    out.extra = found && links.empty();
+  } else {
+    // Where hits have taken all the room, those that are left out are farther, or there is a fault.
+    const std::size_t most = query.want == QueryWant::kClosest ? 1 : query.max_hits;
+    if (hits.size < most) out.lost = out.must - must_found;
+    if (out.lost == 0 && out.fault.find(kLeftOut) != std::string::npos) out.lost = 1;
+  }
+  return out;
 }
 
 double needed_growth(const QueryScene& scene, const QueryJob& done) {

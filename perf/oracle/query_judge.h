@@ -25,7 +25,7 @@ namespace cab::oracle {
 struct QueryTolerance {
   Real leaf = 0x1p-17L;     // of S + |c|_1 + |t|_1 of the leaf: 128 u
   Real query = 0x1p-17L;    // of the query's own lengths: its radius, the sum of its half extents
-  Real apart = 0x1p-50L;    // of the distance of the query from the instance's origin, which is a difference in double
+  Real apart = 0x1p-48L;    // of the distance of the query from the instance's origin, which is a difference in double
   Real written = 0x1p-22L;  // of a distance or a point that is written: 4 u
   Real normal = 0x1p-20L;   // of what a normal is off: 16 u
   Real shapes = 4;          // leaf and query are this many times as large where shapes are asked for
@@ -80,6 +80,22 @@ std::vector<JudgedLink> judge_query(const QueryScene& scene, const Query& query,
 // Whether what run_queries wrote to a job that it answered by kOk is right. Empty if it is, else words that name a
 // query, a link, and what is wrong. The job's inputs are not read: the scene stands for them.
 std::string fault_of(const QueryScene& scene, const QueryJob& done, const QueryTolerance& tolerance = {});
+
+// What is counted about the answer to one query.
+struct QueryCounts {
+  std::uint64_t must = 0;   // links that it must find
+  std::uint64_t hits = 0;   // links that it has found
+  std::uint64_t lost = 0;   // links that it must find and has not, though it wants them; 1 if they are not named
+  std::uint64_t extra = 0;  // links that it has found and may not find; 1 if they are not named
+  // kRay, kPoint: how far the point of a hit is from its leaf as given, or for a box how far the distance of a point is
+  // off, in u of the lengths of leaf and query. What doubles cannot hold of the way there is left out.
+  double off = 0;
+  std::string fault;  // as of fault_of, which includes what is lost and what is extra
+};
+
+// The same for one query of a job. hits: those of the query, in the order of the job.
+QueryCounts count_query(const QueryScene& scene, const QueryJob& done, std::size_t query, Span<const QueryHit> hits,
+                        const QueryTolerance& tolerance = {});
 
 // The least growth that a right job needs, in u: a power of two, for QueryTolerance::leaf and query alike, by which
 // fault_of finds no fault. 0 if it needs none to speak of; infinite if the usual tolerance is not enough.

@@ -1,16 +1,19 @@
-// Bullet: its collision world with its own test of two boxes, and its dynamic tree with our test.
+// Bullet: its collision world with its own test of two boxes, its dynamic tree with our test, and its casts of rays.
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
+#include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <btBulletCollisionCommon.h>
 
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "perf/base/processor_time.h"
 #include "perf/peers/leaf_boxes.h"
 #include "perf/peers/peer.h"
+#include "perf/peers/query_boxes.h"
 
 namespace cab::perf {
 namespace {
@@ -305,6 +308,203 @@ PeerFrame make_tree(const scenes::Crowd& crowd) {
   return frame_of<TreeWorld>(crowd, per_link);
 }
 
+// ----------------------------------------------------------------------------------------------------------- queries
+
+// What an object of the world is.
+enum class Objects : std::uint8_t { kLeaves, kCompounds, kPlainCompounds };
+
+// The closest hit, with the child of a compound that it is of.
+struct ClosestHit : btCollisionWorld::ClosestRayResultCallback {
+  using ClosestRayResultCallback::ClosestRayResultCallback;
+  int child = 0;
+
+  btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool in_world) override {
+    child = result.m_localShapeInfo != nullptr ? result.m_localShapeInfo->m_triangleIndex : 0;
+    return ClosestRayResultCallback::addSingleResult(result, in_world);
+  }
+};
+
+// Rays through a collision world.
+class RayWorld : public QueryWorld {
+ public:
+  RayWorld(const PosedBoxes& posed, Objects objects)
+      : posed_(posed),
+        dispatcher_(&configuration_),
+        world_(&dispatcher_, &broadphase_, &configuration_),
+        is_per_leaf_(objects == Objects::kLeaves) {
+    gContactBreakingThreshold = 0;  // otherwise all bounds grow by it
+    const std::uint32_t count = is_per_leaf_ ? posed.leaves.leaf_count() : posed.leaves.character_count();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      auto object = std::make_unique<btCollisionObject>();
+      if (is_per_leaf_) {
+        object->setCollisionShape(add_shape(i));
+      } else {
+        const std::uint32_t first = posed.leaves.character(i).first_leaf, end = posed.leaves.end_leaf(i);
+        compounds_.push_back(
+            std::make_unique<btCompoundShape>(objects == Objects::kCompounds, static_cast<int>(end - first)));
+        for (std::uint32_t n = first; n < end; ++n)
+          compounds_.back()->addChildShape(transform_of(posed.boxes[n]), add_shape(n));
+        object->setCollisionShape(compounds_.back().get());
+      }
+      object->setUserIndex(static_cast<int>(i));
+      objects_.push_back(std::move(object));
+    }
+    place(posed);
+    // Pairs are not asked for, so none is looked for when objects are added.
+    for (const auto& object : objects_) world_.addCollisionObject(object.get(), 1, 2);
+  }
+  ~RayWorld() override {
+    for (const auto& object : objects_) world_.removeCollisionObject(object.get());
+  }
+  RayWorld(const RayWorld&) = delete;
+  RayWorld& operator=(const RayWorld&) = delete;
+
+  void update(const PosedBoxes& posed) override {
+    place(posed);
+    world_.updateAabbs();
+  }
+
+  // Rays sorted, sorted by GJK in place of the sub-simplex cast, and as they come.
+  void answer(std::size_t mode, const AskedQueries& asked, Answers& out) override {
+    out.clear(asked.peers.size());
+    const bool is_sorted = mode < 2;
+    if (is_sorted) {
+      const double start = processor_seconds();
+      sort_queries(asked.peers, order_);
+      out.sort_seconds = processor_seconds() - start;
+    }
+    for (std::uint32_t k = 0; k < asked.peers.size(); ++k) {
+      const std::uint32_t i = is_sorted ? order_[k] : k;
+      const PeerQuery& query = asked.peers[i];
+      const btVector3 from(query.at[0], query.at[1], query.at[2]);
+      const btVector3 to = from + query.reach * btVector3(query.direction[0], query.direction[1], query.direction[2]);
+      ClosestHit hit(from, to);
+      if (mode == 1) hit.m_flags |= btTriangleRaycastCallback::kF_UseGjkConvexCastRaytest;
+      hit.m_collisionFilterGroup = 2;
+      hit.m_collisionFilterMask = 1;
+      world_.rayTest(from, to, hit);
+      if (!hit.hasHit()) continue;
+      const std::uint32_t number = number_of(hit.m_collisionObject);
+      out.distances[i] = static_cast<float>(hit.m_closestHitFraction) * query.reach;
+      out.leaves[i] =
+          is_per_leaf_ ? number : posed_.leaves.character(number).first_leaf + static_cast<std::uint32_t>(hit.child);
+    }
+  }
+
+ private:
+  btCollisionShape* add_shape(std::uint32_t leaf) {
+    const float(&half)[3] = posed_.boxes[leaf].half;
+    shapes_.push_back(std::make_unique<btBoxShape>(btVector3(half[0], half[1], half[2])));
+    return shapes_.back().get();
+  }
+
+  // Boxes are placed in the world, and the objects of compounds stay at its origin.
+  void place(const PosedBoxes& posed) {
+    for (std::uint32_t i = 0; i < objects_.size(); ++i) {
+      if (is_per_leaf_) {
+        objects_[i]->setWorldTransform(transform_of(posed.boxes[i]));
+        continue;
+      }
+      const std::uint32_t first = posed.leaves.character(i).first_leaf, end = posed.leaves.end_leaf(i);
+      for (std::uint32_t n = first; n < end; ++n)
+        compounds_[i]->updateChildTransform(static_cast<int>(n - first), transform_of(posed.boxes[n]), false);
+      compounds_[i]->recalculateLocalAabb();
+    }
+  }
+
+  const PosedBoxes& posed_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btDbvtBroadphase broadphase_;
+  btCollisionWorld world_;
+  bool is_per_leaf_;
+  std::vector<std::unique_ptr<btBoxShape>> shapes_;
+  std::vector<std::unique_ptr<btCompoundShape>> compounds_;
+  std::vector<std::unique_ptr<btCollisionObject>> objects_;
+  std::vector<std::uint32_t> order_;
+};
+
+// Spheres and points against the tree by itself: volumes that meet a sphere's bounds, then our test.
+class TreeQueries : public QueryWorld, btDbvt::ICollide {
+ public:
+  TreeQueries(const PosedBoxes& posed, bool per_leaf)
+      : posed_(posed),
+        is_per_leaf_(per_leaf),
+        nodes_(per_leaf ? posed.leaves.leaf_count() : posed.leaves.character_count()) {}
+
+  void update(const PosedBoxes& posed) override {
+    constexpr btScalar kMargin = 0.05f;  // as of the tree of pairs
+    const bool is_built = !tree_.empty();
+    bounds_.set(posed, !is_per_leaf_);
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      const WorldBounds& b = is_per_leaf_ ? bounds_.leaves[n] : bounds_.characters[n];
+      btDbvtVolume volume =
+          btDbvtVolume::FromMM(btVector3(b.low[0], b.low[1], b.low[2]), btVector3(b.high[0], b.high[1], b.high[2]));
+      if (!is_built)
+        nodes_[n] = tree_.insert(volume, reinterpret_cast<void*>(std::uintptr_t{n}));
+      else if (!nodes_[n]->volume.Contain(volume)) {
+        volume.Expand(btVector3(kMargin, kMargin, kMargin));
+        tree_.update(nodes_[n], volume);
+      }
+    }
+  }
+
+  void answer(std::size_t, const AskedQueries& asked, Answers& out) override {
+    out.clear(asked.peers.size());
+    const double start = processor_seconds();
+    sort_queries(asked.peers, order_);
+    out.sort_seconds = processor_seconds() - start;
+    overlaps_ = &out.overlaps;
+    for (const std::uint32_t i : order_) {
+      asked_ = &asked.peers[i];
+      number_ = i;
+      const btVector3 at(asked_->at[0], asked_->at[1], asked_->at[2]);
+      tree_.collideTV(tree_.m_root, btDbvtVolume::FromCR(at, asked_->reach), *this);
+    }
+  }
+
+ private:
+  void test(std::uint32_t leaf) {
+    if (square_distance(posed_.boxes[leaf], asked_->at) <= asked_->reach * asked_->reach)
+      overlaps_->push_back({number_, leaf});
+  }
+  void Process(const btDbvtNode* node) override {
+    const auto n = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(node->data));
+    if (is_per_leaf_) return test(n);
+    const std::uint32_t end = posed_.leaves.end_leaf(n);
+    for (std::uint32_t leaf = posed_.leaves.character(n).first_leaf; leaf < end; ++leaf) test(leaf);
+  }
+
+  const PosedBoxes& posed_;
+  bool is_per_leaf_;
+  btDbvt tree_;
+  std::vector<btDbvtNode*> nodes_;
+  BoxBounds bounds_;
+  std::vector<std::uint32_t> order_;
+  const PeerQuery* asked_ = nullptr;
+  std::uint32_t number_ = 0;
+  std::vector<Overlap>* overlaps_ = nullptr;
+};
+
+std::vector<QuerySetup> query_setups() {
+  const QueryMode sorted = {QueryKind::kRay, "sorted", "rayTest, rays sorted"};
+  const std::vector<QueryMode> rays = {sorted,
+                                       {QueryKind::kRay, "gjk sorted", "rayTest by GJK, rays sorted"},
+                                       {QueryKind::kRay, "", "rayTest, rays as they come"}};
+  const std::vector<QueryMode> spheres = {{QueryKind::kSphere, "", "collideTV, spheres sorted; a test from outside"}};
+  const auto world = [](Objects objects) {
+    return [objects](const PosedBoxes& posed) { return std::make_unique<RayWorld>(posed, objects); };
+  };
+  const auto tree = [](bool per_leaf) {
+    return [per_leaf](const PosedBoxes& posed) { return std::make_unique<TreeQueries>(posed, per_leaf); };
+  };
+  return {{"world", true, "one object per leaf in a collision world", rays, world(Objects::kLeaves)},
+          {"compound", true, "one compound per character with an inner tree", rays, world(Objects::kCompounds)},
+          {"compound plain", true, "one compound per character without", {sorted}, world(Objects::kPlainCompounds)},
+          {"link", false, "one leaf per link in btDbvt", spheres, tree(true)},
+          {"character", false, "one leaf per character in btDbvt, then its boxes", spheres, tree(false)}};
+}
+
 }  // namespace
 
 Peer bullet_peer() {
@@ -325,7 +525,8 @@ Peer bullet_peer() {
         make_world<false>, Leaves::kShapes},
        {"character shapes", false,
         "one leaf per character in btDbvt, then its links' bounds and boxes from outside, btGjkEpaSolver2::Distance",
-        make_tree<false>, Leaves::kShapes}}};
+        make_tree<false>, Leaves::kShapes}},
+      query_setups()};
 }
 
 }  // namespace cab::perf

@@ -1,17 +1,21 @@
-// FCL in float: its dynamic AABB tree, refitted from frame to frame.
+// FCL in float: its dynamic AABB tree, refitted from frame to frame, and its queries.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/config.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/sphere.h>
 #include <fcl/math/bv/OBB.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/collision_object.h>
+#include <fcl/narrowphase/distance.h>
 
 #include <memory>
 #include <vector>
 
+#include "perf/base/processor_time.h"
 #include "perf/peers/leaf_boxes.h"
 #include "perf/peers/peer.h"
+#include "perf/peers/query_boxes.h"
 
 namespace cab::perf {
 namespace {
@@ -192,6 +196,126 @@ PeerFrame make_bounds(const scenes::Crowd& crowd) {
   return frame_of<BoundsWorld>(crowd, per_link);
 }
 
+// ----------------------------------------------------------------------------------------------------------- queries
+
+// One object per leaf. is_alone: bounds and tests are FCL's, else ours.
+class Queries : public QueryWorld {
+ public:
+  Queries(const PosedBoxes& posed, bool is_alone) : posed_(posed), is_alone_(is_alone) {
+    tree_.objects.reserve(posed.boxes.size());
+    for (const WorldBox<float>& box : posed.boxes)
+      tree_.add(std::make_shared<fcl::Boxf>(2 * box.half[0], 2 * box.half[1], 2 * box.half[2]));
+    distances_.enable_nearest_points = false;
+  }
+
+  void update(const PosedBoxes& posed) override {
+    tree_.update([](std::uint32_t) { return false; },
+                 [&](Object& object, std::uint32_t n) {
+                   object.setTransform(transform_of(posed.boxes[n]));
+                   if (is_alone_)
+                     object.computeAABB();
+                   else
+                     object.set_bounds(bounds_of(posed.boxes[n]));
+                 });
+  }
+
+  // Spheres: tested, then candidates alone if the set-up has them; then points.
+  void answer(std::size_t mode, const AskedQueries& asked, Answers& out) override {
+    out.clear(asked.peers.size());
+    const double start = processor_seconds();
+    sort_queries(asked.peers, order_);
+    out.sort_seconds = processor_seconds() - start;
+    const bool is_point = asked.kind == QueryKind::kPoint;
+    constexpr float kPointRadius = 1e-6f;
+    is_tested_ = mode == 0;
+    out_ = &out;
+    for (const std::uint32_t i : order_) {
+      query_ = &asked.peers[i];
+      number_ = i;
+      const float radius = is_point ? kPointRadius : query_->reach;
+      if (radius != radius_) sphere_ = std::make_shared<fcl::Spheref>(radius_ = radius);
+      Object object(sphere_);
+      object.setTranslation(fcl::Vector3f(query_->at[0], query_->at[1], query_->at[2]));
+      object.computeAABB();
+      if (!is_point) {
+        tree_.manager.collide(&object, this, meets_sphere);
+        continue;
+      }
+      tree_.manager.distance(&object, this, meets_point);
+      if (out.distances[i] > 0 && is_alone_) out.distances[i] += kPointRadius;
+    }
+  }
+
+ private:
+  // The object of the tree, which callbacks get as either of the two.
+  std::uint32_t leaf_of(const fcl::CollisionObjectf* a, const fcl::CollisionObjectf* b) const {
+    return number_of(a->collisionGeometry() == sphere_ ? b : a);
+  }
+
+  static bool meets_sphere(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user) {
+    auto& self = *static_cast<Queries*>(user);
+    const std::uint32_t leaf = self.leaf_of(a, b);
+    if (self.is_tested_ && self.is_alone_) {
+      fcl::CollisionResultf result;
+      if (fcl::collide(a, b, self.request_, result) == 0) return false;
+    } else if (self.is_tested_) {
+      const float reach = self.query_->reach;
+      if (!(square_distance(self.posed_.boxes[leaf], self.query_->at) <= reach * reach)) return false;
+    }
+    self.out_->overlaps.push_back({self.number_, leaf});
+    return false;  // go on
+  }
+
+  static bool meets_point(fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* user, float& least) {
+    auto& self = *static_cast<Queries*>(user);
+    const std::uint32_t leaf = self.leaf_of(a, b);
+    float distance = 0;
+    if (self.is_alone_) {
+      fcl::DistanceResultf result;
+      distance = most_of(fcl::distance(a, b, self.distances_, result), 0);
+    } else {
+      distance = std::sqrt(square_distance(self.posed_.boxes[leaf], self.query_->at));
+    }
+    if (distance < self.out_->distances[self.number_]) {
+      self.out_->distances[self.number_] = least = distance;
+      self.out_->leaves[self.number_] = leaf;
+    }
+    return distance == 0;  // nothing is nearer
+  }
+
+  const PosedBoxes& posed_;
+  bool is_alone_;
+  Tree tree_;
+  fcl::CollisionRequestf request_;
+  fcl::DistanceRequestf distances_;
+  std::vector<std::uint32_t> order_;
+  Geometry sphere_;
+  float radius_ = -1;
+  bool is_tested_ = false;
+  Answers* out_ = nullptr;
+  const PeerQuery* query_ = nullptr;
+  std::uint32_t number_ = 0;
+};
+
+std::vector<QuerySetup> query_setups() {
+  const auto make = [](bool is_alone) {
+    return [is_alone](const PosedBoxes& posed) { return std::make_unique<Queries>(posed, is_alone); };
+  };
+  return {{"own",
+           true,
+           "one object per leaf in the dynamic AABB tree, computeAABB",
+           {{QueryKind::kSphere, "", "collide(), spheres sorted"},
+            {QueryKind::kPoint, "", "distance() of a sphere of 1e-6 m, points sorted"}},
+           make(true)},
+          {"bounds",
+           false,
+           "the same with bounds from outside, which are tighter",
+           {{QueryKind::kSphere, "", "a test from outside, spheres sorted"},
+            {QueryKind::kSphere, "candidates", "no test, spheres sorted", true},
+            {QueryKind::kPoint, "", "a distance from outside, points sorted"}},
+           make(false)}};
+}
+
 }  // namespace
 
 Peer fcl_peer() {
@@ -206,7 +330,8 @@ Peer fcl_peer() {
        {"shapes", true, "one object per link in the dynamic AABB tree, collide()", make_link, Leaves::kShapes},
        {"character shapes", false,
         "one object per character in the tree, then its links' bounds from outside, OBB::overlap, collide()",
-        make_bounds<false>, Leaves::kShapes}}};
+        make_bounds<false>, Leaves::kShapes}},
+      query_setups()};
 }
 
 }  // namespace cab::perf

@@ -54,6 +54,11 @@ Command add_peers(CLI::App& app) {
           "\n  boxes: by all libraries"
           "\n  shapes: capsules and ellipsoids, by cab, fcl and bullet")
       ->type_name("LIST");
+  command.add_flag("--queries", o.queries,
+                   "rays, spheres and points through cab, embree, bullet and fcl, in place of pairs (default 10000"
+                   " characters; --leaves does not apply)");
+  add_number(command, "--rays", o.rays,
+             "with --queries: number of rays; a tenth as many spheres and points (default 100000)", 1, 10000000);
   add_isa(command, o.isa);
   add_json(command, o.json_path, "write the tables as JSON");
   add_csv(command, o.csv_path, "write the tables as CSV");

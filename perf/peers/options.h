@@ -18,6 +18,8 @@ struct PeersOptions {
   std::uint32_t rounds = 9;
   std::vector<std::string> peers;  // empty: all of this build
   std::vector<Leaves> leaves = {Leaves::kBoxes, Leaves::kShapes};
+  bool queries = false;         // rays, spheres and points instead of pairs
+  std::uint32_t rays = 100000;  // a tenth as many spheres and points
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: no file
   std::string csv_path;   // empty: no file

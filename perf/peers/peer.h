@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "perf/peers/query_world.h"
 #include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
@@ -56,6 +57,7 @@ struct Peer {
   const char* package;  // Debian's package
   std::string version;  // of the library and its scalar; empty: not in this build
   std::vector<PeerSetup> setups;
+  std::vector<QuerySetup> query_setups = {};
 };
 
 Peer fcl_peer();

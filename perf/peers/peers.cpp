@@ -2,7 +2,6 @@
 #include <cab/cab.h>
 
 #include <algorithm>
-#include <ctime>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,13 +10,16 @@
 #include <vector>
 
 #include "perf/base/crowd_session.h"
+#include "perf/base/processor_time.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
 #include "perf/base/usage.h"
+#include "perf/peers/all_peers.h"
 #include "perf/peers/crowd_leaves.h"
 #include "perf/peers/judge.h"
 #include "perf/peers/options.h"
 #include "perf/peers/peer.h"
+#include "perf/peers/queries.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -47,13 +49,6 @@ constexpr std::uint32_t kLeastRounds = 3;
 const std::vector<std::uint32_t>& default_character_counts(const std::string& scene) {
   static const std::vector<std::uint32_t> uniform = {1000, 10000, 100000}, jitter = {1000, 10000};
   return scene == "uniform" ? uniform : jitter;
-}
-
-// The processor time of the process, summed over threads. Other users of the machine do not change it.
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 // ------------------------------------------------------------------------------------------------- the contestants
@@ -112,46 +107,6 @@ class Runner {
   PeerFrame frame_;
   Pairs pairs_;
 };
-
-// A library that is not in this build. It has no set-ups.
-[[maybe_unused]] Peer missing(const char* name, const char* package) { return {name, package, "", {}}; }
-
-std::vector<Peer> all_peers() {
-  std::vector<Peer> peers = {fcl_peer()};
-#ifdef CAB_WITH_BULLET
-  peers.push_back(bullet_peer());
-#else
-  peers.push_back(missing("bullet", "libbullet-dev"));
-#endif
-#ifdef CAB_WITH_EMBREE
-  peers.push_back(embree_peer());
-#else
-  peers.push_back(missing("embree", "libembree-dev"));
-#endif
-#ifdef CAB_WITH_ODE
-  peers.push_back(ode_peer());
-#else
-  peers.push_back(missing("ode", "libode-dev"));
-#endif
-  return peers;
-}
-
-// The peers that the options name, or all.
-std::vector<Peer> choose_peers(const PeersOptions& options) {
-  std::vector<Peer> peers = all_peers(), chosen;
-  if (options.peers.empty()) return peers;
-  for (const std::string& name : options.peers) {
-    const auto peer = std::find_if(peers.begin(), peers.end(), [&](const Peer& p) { return name == p.name; });
-    if (peer == peers.end())
-      throw UsageError("--peers: '" + name + "' is not a library of peers; choose fcl, bullet, embree, ode");
-    if (peer->version.empty())
-      throw UsageError("--peers: this build lacks " + name + "; install " + peer->package + " and build again");
-    if (std::count(options.peers.begin(), options.peers.end(), name) > 1)
-      throw UsageError("--peers: " + name + " is given twice; give each library once");
-    chosen.push_back(*peer);
-  }
-  return chosen;
-}
 
 // The shape of a leaf: a capsule where its box is round about z and longer along it, else the ellipsoid that touches
 // all faces of its box.
@@ -330,15 +285,6 @@ Run measure(const RunPlan& plan, const std::vector<Contestant>& contestants, con
 
 // ----------------------------------------------------------------------------------------------------- the output
 
-std::string versions(const std::vector<Peer>& peers, bool built) {
-  std::string text;
-  for (const Peer& peer : peers)
-    if (peer.version.empty() != built)
-      text += (text.empty() ? "" : ", ") + std::string(peer.name) + ' ' +
-              (built ? peer.version : std::string("(") + peer.package + ")");
-  return text;
-}
-
 void add_counts(std::vector<std::string>& cells, const Differences& d) {
   for (const std::uint64_t count : {d.pairs, d.misses, d.false_positives, d.threshold})
     cells.push_back(std::to_string(count));
@@ -505,8 +451,9 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
 
 int peers_command(const PeersOptions& options) {
   check(options);
+  if (options.queries) return queries_command(options);
   OutputFile json_file(options.json_path), csv_file(options.csv_path);
-  const std::vector<Peer> peers = choose_peers(options);
+  const std::vector<Peer> peers = choose_peers(options.peers);
   std::cout << "libraries: " << versions(peers, true) << '\n';
   if (const std::string missing = versions(peers, false); !missing.empty())
     std::cout << "not in this build, since their packages were not found when it was configured: " << missing << '\n';

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "perf/base/engine_session.h"
+#include "perf/base/mask_words.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
@@ -107,34 +108,6 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.print(std::cout);
 }
 
-// What is wrong with a masked pose.
-std::string words_of(const MaskReason& reason) {
-  const auto number = [](float v) { return shortest(static_cast<double>(v)); };
-  const std::string at = std::to_string(reason.index);
-  switch (reason.cause) {
-    case MaskCause::kNone: return "nothing";
-    case MaskCause::kPoseNumber:
-      return "number " + at + " of its pose is " + number(reason.value) + "; it must be at most " +
-             number(reason.limit);
-    case MaskCause::kOrientationNumber:
-      return "number " + at + " of the orientation is " + number(reason.value) + "; it must be at most " +
-             number(reason.limit);
-    case MaskCause::kQuaternionLength:
-      return "its quaternion has the length " + number(reason.value) + "; the limit is " + number(reason.limit);
-    case MaskCause::kOrientationLength:
-      return "the orientation has the length " + number(reason.value) + "; the limit is " + number(reason.limit);
-    case MaskCause::kMatrix:
-      return "its matrix is off a rotation by " + number(reason.value) + "; it may be off by " + number(reason.limit);
-    case MaskCause::kScale: return "its scale is " + number(reason.value) + "; the limit is " + number(reason.limit);
-    case MaskCause::kJoint:
-      return "its joint lies at " + number(reason.value) + "; it must be within " + number(reason.limit);
-    case MaskCause::kBox:
-      return "the box of its leaf " + at + " reaches " + number(reason.value) + "; it must be within " +
-             number(reason.limit);
-  }
-  return "unknown";
-}
-
 // Warns of poses that took part in nothing.
 void warn_of_masked(const scenes::Scene& scene, const EngineSession& session, const FrameStats& stats,
                     const FrameRange& frames) {
@@ -144,10 +117,8 @@ void warn_of_masked(const scenes::Scene& scene, const EngineSession& session, co
   const std::optional<MaskedPose> first = session.first_masked();
   if (!first) return;
   const scenes::Character& character = scene.characters[first->character];
-  std::cerr << "  the first: frame " << first->frame << " of " << character.name << ", link " << first->reason.link;
-  if (first->reason.link < character.link_names.size())
-    std::cerr << " (" << character.link_names[first->reason.link] << ')';
-  std::cerr << ": " << words_of(first->reason) << '\n';
+  std::cerr << "  the first: frame " << first->frame << " of " << character.name << ", "
+            << words_of(first->reason, character.link_names) << '\n';
 }
 
 // The name that tables and files give to a reason why two links are masked.

@@ -13,7 +13,8 @@ Command add_verify(CLI::App& app) {
   auto options = std::make_shared<VerifyOptions>();
   VerifyOptions& o = *options;
   CLI::App& command = *app.add_subcommand(
-      "verify", "long, seeded verification of merges, overlap tests, hierarchies, frames and exact tests by judges");
+      "verify",
+      "long, seeded verification of merges, overlap tests, hierarchies, frames, exact tests and queries by judges");
   command
       .add_option_function<std::string>(
           "--minutes", [&o](const std::string& text) { o.minutes = read_positive("--minutes", text); },

@@ -22,21 +22,26 @@ struct Subject {
   decltype(&cab::compute_boxes) compute_boxes = cab::compute_boxes;
   decltype(&cab::run_frame) run_frame = cab::run_frame;
   decltype(&cab::answer_in_double) answer_in_double = cab::answer_in_double;
+  decltype(&cab::run_queries) run_queries = cab::run_queries;
 };
 
 // The counts of one row. They are only sums and maxima, so they depend on nothing but which rounds ran.
 struct Tally {
   std::uint64_t judged = 0;      // what the part counts
   std::uint64_t violations = 0;  // whatever breaks a promise: a box that does not contain what it must, a lost pair
-  std::uint64_t touching = 0;    // pairs that the judge calls touching
-  std::uint64_t false_positives = 0;  // pairs reported that the judge calls apart
-  std::uint64_t differing = 0;        // pairs that another strategy or instruction set reports otherwise
+  std::uint64_t touching = 0;    // pairs that the judge calls touching; links that queries must find
+  std::uint64_t false_positives = 0;  // pairs reported that the judge calls apart; links that queries may not find
+  std::uint64_t differing = 0;        // pairs, or calls, that another strategy or instruction set answers otherwise
   std::uint64_t false_apart = 0;      // pairs of shapes that touch and were called apart
-  std::uint64_t undecided = 0;        // pairs of shapes that the kernels leave open
+  std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of rays, leave open
   std::uint64_t still_undecided = 0;  // those of them that the test in double leaves open
   std::uint64_t contacts = 0;         // contacts that were judged
   std::uint64_t above_1 = 0;          // contacts that are more than 1 % deeper than the least depth
   std::uint64_t above_10 = 0;         // more than 10 %
+  std::uint64_t hits = 0;             // links that queries have found
+  std::uint64_t lost = 0;             // links that queries must find and have not
+  std::uint64_t pairs = 0;            // rays and leaves that were judged
+  double off = 0;          // largest by which the point of a hit is off its leaf as given, in u of the lengths
   double widest_gap = 0;   // of shapes that are apart and were called touching, in parts of what a gap may be
   double excess = -1e300;  // largest by which a corner leaves its box, in ulps of size u (S + M); negative: inside
   double axes = 0;         // largest |R^T R - I| of a box that was made, in u
@@ -61,13 +66,18 @@ inline constexpr NamedCount kCounts[] = {{"judged", &Tally::judged},
                                          {"still_undecided", &Tally::still_undecided},
                                          {"contacts", &Tally::contacts},
                                          {"contacts_above_1_percent", &Tally::above_1},
-                                         {"contacts_above_10_percent", &Tally::above_10}};
+                                         {"contacts_above_10_percent", &Tally::above_10},
+                                         {"hits", &Tally::hits},
+                                         {"lost", &Tally::lost},
+                                         {"pairs", &Tally::pairs}};
 struct NamedValue {
   const char* name;
   double Tally::*value;
 };
-inline constexpr NamedValue kMaxima[] = {
-    {"widest_gap", &Tally::widest_gap}, {"excess_ulps", &Tally::excess}, {"axes_u", &Tally::axes}};
+inline constexpr NamedValue kMaxima[] = {{"off_u", &Tally::off},
+                                         {"widest_gap", &Tally::widest_gap},
+                                         {"excess_ulps", &Tally::excess},
+                                         {"axes_u", &Tally::axes}};
 inline constexpr NamedValue kWorstMerge[] = {
     {"share_of_padding", &Tally::share}, {"rounding_ulps", &Tally::rounding}, {"padding_ulps", &Tally::padding}};
 
@@ -85,10 +95,12 @@ struct Task {
 
 // Which columns a part's table has.
 enum class Columns {
-  kMerges,  // containment, with the padding of one merge
-  kBoxes,   // containment
-  kPairs,   // misses and false positives
-  kShapes,  // answers of exact tests, and contacts
+  kMerges,   // containment, with the padding of one merge
+  kBoxes,    // containment
+  kPairs,    // misses and false positives
+  kShapes,   // answers of exact tests, and contacts
+  kQueries,  // hits of queries
+  kRays,     // hits of rays, and how many pairs of rays and leaves were judged
 };
 
 struct VerifyPart {
@@ -105,6 +117,11 @@ VerifyPart overlaps_part();
 VerifyPart trees_part();
 VerifyPart frames_part();
 VerifyPart shapes_part();
+VerifyPart queries_part();
+VerifyPart rays_part();
+
+// The names of oracle::QueryRegime, in its order.
+std::vector<std::string> query_regimes();
 
 // All of them, in the order in which they are printed.
 const std::vector<VerifyPart>& verify_parts();

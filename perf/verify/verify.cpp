@@ -177,6 +177,11 @@ std::vector<std::string> heading(const VerifyPart& part, const std::string& firs
     case Columns::kShapes:
       return {first,     part.judged, "touching", "undecided", "in double", "false apart", "false touching",
               "wide as", "differing", "contacts", "over 1 %",  "over 10 %", "violations",  "s"};
+    case Columns::kQueries:
+      return {first, part.judged, "to find", "hits", "lost", "extra", "off, u", "differing", "violations", "s"};
+    case Columns::kRays:
+      return {first,  part.judged, "pairs",     "in long double", "to find", "hits",
+              "lost", "extra",     "differing", "violations",     "s"};
     case Columns::kPairs: break;
   }
   return {first, part.judged, "touching", "misses", "false positives", "differing", "s"};
@@ -210,6 +215,29 @@ std::vector<std::string> line(const VerifyPart& part, const std::string& name, c
               std::to_string(row.contacts),
               std::to_string(row.above_1),
               std::to_string(row.above_10),
+              violations,
+              seconds};
+    case Columns::kQueries:
+      return {name,
+              judged,
+              std::to_string(row.touching),
+              std::to_string(row.hits),
+              std::to_string(row.lost),
+              std::to_string(row.false_positives),
+              fixed(row.off, 2),
+              std::to_string(row.differing),
+              violations,
+              seconds};
+    case Columns::kRays:
+      return {name,
+              judged,
+              std::to_string(row.pairs),
+              std::to_string(row.undecided),
+              std::to_string(row.touching),
+              std::to_string(row.hits),
+              std::to_string(row.lost),
+              std::to_string(row.false_positives),
+              std::to_string(row.differing),
               violations,
               seconds};
     case Columns::kPairs: break;
@@ -255,6 +283,7 @@ void print(std::uint64_t seed, Isa isa, std::uint64_t rounds, const Sums& sums, 
          "Rounding, of padding: where rounding took the largest share of a merge's padding, which bounds it; in ulps.\n"
          "Undecided: by the kernels, in double: after the second pass. Wide as: the widest gap of a false touch, of "
          "2^-40.\n"
+         "Off: how far the point of a hit is from its leaf as given, in u of the lengths of leaf and query.\n"
       << "Seed " << seed << ", " << to_string(isa) << ", " << rounds << " rounds, " << sums.violations()
       << " violations.\n";
   for (const std::string& finding : sums.findings) out << "violation: " << finding << '\n';

@@ -38,9 +38,9 @@ namespace cab {
 // ------------------------------------------------------------------------------------------------ statuses, limits
 
 // What a call answers. The comments are the words of to_string(Status). A call that does not answer kOk leaves its
-// outputs as they were, with three exceptions. After kHitsOverflow, FrameJob says what holds. After kOutOfMemory of
-// run_frame, `flags`, `in_contact`, `hits`, `contacts` and their counts may be partly written. add_articulation writes
-// *bad_element when it refuses a description.
+// outputs as they were, with three exceptions. After kHitsOverflow, FrameJob and QueryJob say what holds. After
+// kOutOfMemory of run_frame and run_queries, `flags`, `in_contact`, `found`, `hits`, `contacts` and their counts may be
+// partly written. Calls write which element is at fault, such as *bad_element, when they refuse it.
 enum class Status : std::int32_t {
   kOk = 0,               // ok
   kOutOfMemory,          // an allocation failed

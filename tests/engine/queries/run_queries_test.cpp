@@ -17,6 +17,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <tuple>
 
@@ -475,6 +476,49 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
   if (runs_all_seeds()) CHECK(resting > least_count(100, 20));
 }
 
+TEST_CASE("queries: where no frame has stored the bounds of boxes, they are made whatever is stated") {
+  for_seeds(20, [&](Random& random) {
+    const auto world = any_world(random, {30, 8, 17, true, true});
+    const EnginePtr engine = world->engine(), fresh = world->engine();
+    const std::vector<BatchInput> inputs = world->inputs();
+    const Answer first = ask(*fresh, *world, Exact::kNone);
+    const auto again = [&] {
+      return ask(*engine, inputs, world->about.queries, world->about.planes, Exact::kNone, true);
+    };
+    CHECK(same(again(), first));  // before any frame
+    std::vector<PairRule> rules;
+    for (std::uint32_t m = 1; m <= world->world.members.size(); ++m) rules.push_back({{m}, {m}});
+    FrameJob job;
+    job.inputs = {inputs.data(), inputs.size()};
+    job.rules = {rules.data(), rules.size()};
+    job.policies.refit = Refit::kAabbVertices;  // its bounds are those of vertices
+    std::vector<Hit> hits(1 << 16);
+    job.hits = {hits.data(), hits.size()};
+    require(run_frame(*engine, job));
+    CHECK(same(again(), first));
+    job.policies.refit = Refit::kCab;
+    job.hits = {};
+    if (run_frame(*engine, job) == Status::kHitsOverflow) CHECK(same(again(), first));
+    // Bounds of the caller's, which hold nothing.
+    job.hits = {hits.data(), hits.size()};
+    require(run_frame(*engine, job));
+    std::vector<BatchInput> bounded = inputs;
+    std::vector<std::vector<float>> nowhere;
+    for (BatchInput& input : bounded) {
+      nowhere.emplace_back(6 * 64, 0.0f);
+      input.bounds = {nowhere.back().data(),
+                      6 * std::size_t{world->world.members[slot_of(input.batch).value - 1].poses.instance_count}};
+    }
+    if (world->bodies.empty()) {
+      FrameJob early = job;
+      early.inputs = {bounded.data(), bounded.size()};
+      CandidateList candidates;
+      CHECK(find_candidates(*engine, early, candidates) != Status::kBadBounds);
+      CHECK(same(again(), first));
+    }
+  });
+}
+
 TEST_CASE("queries: what is wanted of a query changes how much of its hits is written, and nothing else") {
   for_seeds(20, [&](Random& random) {
     const auto world = any_world(random, {30, 8, 17, true, true});
@@ -519,6 +563,71 @@ TEST_CASE("queries: what is wanted of a query changes how much of its hits is wr
       }
     }
   });
+}
+
+TEST_CASE("queries: of links that are equally near the first is the closest, wherever the search meets them") {
+  for_seeds(20, [&](Random& random) {
+    Asked asked;
+    const Box box = random_box(random, {{0, 0, 0}}, 0.3, 1);
+    const double size = random.log_uniform(1e-8, 1e8);
+    for (int m = 0; m < 3; ++m) {
+      Member& member = asked.world.members.emplace_back();
+      member.rig.parents = {-1, 0, 0};
+      member.rig.leaves = {{2, box, {}}, {0, box, {}}, {1, box, {}}, {0, box, {}}};
+      member.poses.link_count = 3;
+      member.poses.instance_count = 20;
+      for (int i = 0; i < 60; ++i) member.poses.data.insert(member.poses.data.end(), {0, 0, 0, 1, 0.5f, 0, 0});
+      resize(size, member.rig, member.poses);
+      asked.listed.emplace_back();
+    }
+    const EnginePtr engine = asked.engine();
+    std::vector<Query> queries(40);
+    for (Query& query : queries) {
+      query.kind = random.chance(0.5) ? QueryKind::kRay : QueryKind::kPoint;
+      const Vec3<double> at = (size * random.uniform(2, 5)) * random.unit_vector();
+      for (std::size_t c = 0; c < 3; ++c) {
+        query.position[c] = at[c];
+        query.direction[c] = static_cast<float>((c == 0 ? 0.5 * size : 0) - at[c]);
+      }
+      query.length = kInfinity;
+    }
+    for (const Exact exact : kBoth) {
+      CAPTURE(static_cast<int>(exact));
+      const Answer closest = ask(*engine, asked.inputs(), queries, {}, exact);
+      REQUIRE(closest.hits.size() == queries.size());
+      for (const QueryHit& hit : closest.hits) {
+        CHECK(link_key(hit) == std::make_tuple(1u, 0u, 0));
+        CHECK(hit.leaf == 1);
+      }
+    }
+  });
+}
+
+TEST_CASE("queries: more hits than a worker keeps are found again, each once") {
+  Random random(1);
+  Asked asked;
+  Member& member = asked.world.members.emplace_back();
+  member.rig = any_rig(random, 4);
+  member.poses =
+      random_poses(random, member.rig, 3000, PoseFormat::kQuaternionTranslation, any_pose_range(random, false, {}, 4));
+  asked.listed.emplace_back();
+  std::set<std::uint32_t> links;
+  for (const Leaf& leaf : member.rig.leaves) links.insert(leaf.link);
+  std::vector<Query> queries(5);
+  for (Query& query : queries) query.want = QueryWant::kAll;
+  for (const std::size_t all : {std::size_t{1}, std::size_t{3}}) queries[all].kind = QueryKind::kRegion;  // the world
+  for (const std::uint32_t room : {1u, 64u}) {
+    CAPTURE(room);
+    const Answer answer = ask(*asked.engine({}, room), asked.inputs(), queries, {}, Exact::kNone, false, 0);
+    for (const std::size_t all : {std::size_t{1}, std::size_t{3}}) {
+      const std::vector<QueryHit> hits = hits_of(answer.hits, all);
+      CHECK(hits.size() == 3000 * links.size());
+      CHECK(hits.size() > 2 * room + kMaxLinks);
+      CHECK(std::adjacent_find(hits.begin(), hits.end(), [](const QueryHit& a, const QueryHit& b) {
+              return link_key(a) >= link_key(b);
+            }) == hits.end());
+    }
+  }
 }
 
 TEST_CASE("queries: moving the whole world by what its origins can hold changes nothing") {
@@ -693,6 +802,56 @@ TEST_CASE("queries: triangles of a level are met as triangles") {
     const Answer answer = ask(*engine, {input}, asked.about.queries, asked.about.planes, Exact::kConvex);
     CHECK(judged(asked, answer, Exact::kConvex, asked.about.queries) == "");
   });
+}
+
+namespace {
+
+// What the point's distance may be off, by each of 1 and the distance. Shapes are some 0.2 large; measured: 5e-7.
+constexpr double kNearestPointOff = 2e-6;
+
+}  // namespace
+
+TEST_CASE("queries: the nearest point of a shape is as far away as the hit says, however near the shape is") {
+  std::size_t close = 0;
+  for_seeds(40, [&](Random& random) {
+    Asked asked;
+    Member& member = asked.world.members.emplace_back();
+    member.rig = any_rig(random, 4);
+    for (Leaf& leaf : member.rig.leaves)  // plates, segments and points
+      for (float& half : leaf.box.half)
+        if (random.chance(0.4)) half = 0;
+    member.poses =
+        random_poses(random, member.rig, 2, PoseFormat::kQuaternionTranslation, any_pose_range(random, false, {}, 2));
+    if (random.chance(0.5)) add_parts(random, member.rig, asked.kept);
+    asked.listed.push_back({kAllInstances, {}, {false, false}});
+    set_scene(asked);
+    for (int i = 0; i < 40; ++i) {
+      const QueryInstance& instance = asked.scene[random.index(2)];
+      const QueryLeaf& leaf = instance.leaves[random.index(static_cast<std::uint32_t>(instance.leaves.size()))];
+      const QueryBody& body =
+          leaf.parts.empty() ? leaf.box : leaf.parts[random.index(static_cast<std::uint32_t>(leaf.parts.size()))];
+      Point at = nearest_point(body, convert<Real>(10.0 * random.unit_vector()));
+      at = at + convert<Real>(random.log_uniform(1e-18, 1e-2) * random.unit_vector()) + instance.origin;
+      Query query;
+      query.kind = QueryKind::kPoint;
+      query.want = QueryWant::kAll;
+      query.length = 5;
+      for (std::size_t c = 0; c < 3; ++c) query.position[c] = static_cast<double>(at[c]);
+      asked.about.queries.push_back(query);
+    }
+    const Answer answer = ask(*asked.engine(), asked, Exact::kConvex);
+    CHECK(judged(asked, answer, Exact::kConvex, asked.about.queries) == "");
+    for (const QueryHit& hit : answer.hits) {
+      if (hit.inside) continue;
+      const auto distance = static_cast<double>(hit.distance);
+      const double way = norm(
+          {{static_cast<double>(hit.point[0]), static_cast<double>(hit.point[1]), static_cast<double>(hit.point[2])}});
+      CAPTURE(distance);
+      CHECK(std::fabs(way - distance) < kNearestPointOff * (1 + distance));
+      close += distance < 1e-9;
+    }
+  });
+  if (runs_all_seeds()) CHECK(close > least_count(20, 40));
 }
 
 // ------------------------------------------------------------------------------------------------ room and refusals

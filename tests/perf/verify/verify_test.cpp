@@ -153,6 +153,36 @@ Status frame_with_shallow_contacts(Engine& engine, FrameJob& job) noexcept {
   return status;
 }
 
+// Overwrites the last of several hits of the same query with the one before it.
+Status queries_without_a_hit(Engine& engine, QueryJob& job) noexcept {
+  const Status status = run_queries(engine, job);
+  if (status == Status::kOk && job.hit_count > 1 &&
+      job.hits[job.hit_count - 1].query == job.hits[job.hit_count - 2].query)
+    job.hits[job.hit_count - 1] = job.hits[job.hit_count - 2];
+  return status;
+}
+
+// Moves hits a thousandth farther away.
+Status queries_too_late(Engine& engine, QueryJob& job) noexcept {
+  const Status status = run_queries(engine, job);
+  for (std::size_t hit = 0; status == Status::kOk && hit < job.hit_count; ++hit) job.hits[hit].distance *= 1.001f;
+  return status;
+}
+
+// Says of the first query that it finds the opposite.
+Status queries_found_wrongly(Engine& engine, QueryJob& job) noexcept {
+  const Status status = run_queries(engine, job);
+  if (status == Status::kOk && !job.found.empty() && job.queries[0].want == QueryWant::kAny) job.found[0] ^= 1;
+  return status;
+}
+
+// As one instruction set would answer otherwise.
+Status queries_by_isa(Engine& engine, QueryJob& job) noexcept {
+  const Status status = run_queries(engine, job);
+  if (engine_isa(engine) != Isa::kScalar && status == Status::kOk && job.hit_count > 0) job.hits[0].leaf ^= 0x8000;
+  return status;
+}
+
 }  // namespace
 
 TEST_CASE("a short run finds nothing, covers every row, and is the same on one thread and on two") {
@@ -195,6 +225,19 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
   CHECK(sum_of(shapes, "touching") > 0);
   CHECK(sum_of(shapes, "undecided") > 0);
   CHECK(sum_of(shapes, "contacts") > 0);
+  // By ten regimes: six kinds about boxes and about shapes, and rays by what they want.
+  const Json &queries = part_of(one.counts, "queries"), &rays = part_of(one.counts, "rays");
+  CHECK(queries["rows"].size() == 10 * 12);
+  CHECK(rays["rows"].size() == 10 * 3);
+  for (const Json* part : {&queries, &rays}) {
+    CHECK(sum_of(*part, "touching") > 0);
+    CHECK(sum_of(*part, "hits") > 0);
+    for (const char* none : {"lost", "false_positives", "differing"}) CHECK(sum_of(*part, none) == 0);
+  }
+  CHECK(sum_of(rays, "pairs") > 100 * sum_of(rays, "judged") / 10);
+  CHECK(sum_of(rays, "undecided") > 0);
+  CHECK(sum_of(rays, "undecided") < sum_of(rays, "pairs") / 10);
+  for (const Json& row : queries["rows"]) CHECK(row["off_u"] < 128);
   CHECK(one.outcome.out.find("0 violations") != std::string::npos);
   CHECK(run_verify({"--rounds", "3", "--seed", "5", "--threads", "2"}).counts == one.counts);
   CHECK(run_verify({"--rounds", "3", "--seed", "6", "--threads", "2"}).counts != one.counts);
@@ -241,7 +284,8 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
   CHECK(counts["parts"][0] == part_of(whole, "shapes"));
   const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "boxes"});
   CHECK(wrong.exit_code == 2);
-  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames or shapes") != std::string::npos);
+  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames, shapes, queries or rays") !=
+        std::string::npos);
 }
 
 TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
@@ -382,6 +426,32 @@ TEST_CASE("contacts that are a thousandth too shallow are found") {
   const Verdict verdict = verify_broken(subject, {"shapes"});
   CHECK(verdict.exit_code == 1);
   CHECK(verdict.text.find("does not part the shapes") != std::string::npos);
+}
+
+TEST_CASE("hits of queries that are lost, too far, or found by one instruction set alone, are found") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  subject.run_queries = queries_without_a_hit;
+  const Verdict lost = verify_broken(subject, {"queries", "rays"});
+  CHECK(lost.exit_code == 1);
+  for (const Json& part : lost.counts["parts"]) {
+    CHECK(sum_of(part, "lost") > 0);
+    CHECK(sum_of(part, "violations") > 0);
+  }
+  CHECK(lost.text.find("violation: queries, aimed, seed 1, round 0: ") != std::string::npos);
+  subject.run_queries = queries_too_late;
+  const Verdict late = verify_broken(subject, {"queries", "rays"});
+  for (const Json& part : late.counts["parts"])
+    CHECK(broken_regimes(part, part["part"] == "rays" ? "all" : "rays").size() > 5);
+  subject.run_queries = queries_found_wrongly;
+  const Verdict found = verify_broken(subject, {"queries", "rays"});
+  for (const Json& part : found.counts["parts"]) CHECK(sum_of(part, "violations") > 0);
+  CHECK(broken_regimes(part_of(found.counts, "rays"), "any").size() > 5);
+  CHECK(broken_regimes(part_of(found.counts, "rays"), "all").empty());
+  if (isa_available(Isa::kAuto) && kernel::find_kernels(Isa::kAuto)->isa == Isa::kScalar) return;
+  subject.run_queries = queries_by_isa;
+  const Verdict by_isa = verify_broken(subject, {"queries", "rays"});
+  for (const Json& part : by_isa.counts["parts"]) CHECK(sum_of(part, "differing") > 0);
 }
 
 }  // namespace cab::tests
