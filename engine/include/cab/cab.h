@@ -206,7 +206,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // *out, which must not be null. This call makes all the room; record_tick and run_queries allocate nothing for it. The
 // batch must stay: the calls below answer kUnknownBatch once it is removed, but for remove_history.
 // Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200 bytes more per
-// character. Each worker takes up to 1 MB for the history with the largest articulation.
+// character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownBatch, kBadBatchKind (a sequence, static bodies, a level of
 // nodes), kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory. Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noexcept;
