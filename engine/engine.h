@@ -3,6 +3,8 @@
 
 #include "engine/exact_fcl.h"
 #include "engine/hit_store.h"
+#include "engine/queries/history.h"
+#include "engine/queries/past_room.h"
 #include "engine/queries/query_room.h"
 #include "engine/worker.h"
 #include "layout/articulation.h"
@@ -76,9 +78,11 @@ struct Engine {
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;
-  std::uint64_t bounds_of_frame = 1;         // number of the last frame, or of what has changed bounds since
-  std::unique_ptr<QueryRoom> queries;        // null until reserve asks for it
-  MemoryNeeds sized;                         // what the memory suffices for
+  std::uint64_t bounds_of_frame = 1;   // number of the last frame, or of what has changed bounds since
+  std::unique_ptr<QueryRoom> queries;  // null until reserve asks for it
+  std::vector<std::unique_ptr<StoredHistory>> histories;  // by slot - 1
+  std::unique_ptr<PastRoom> past;                         // null until there is a history
+  MemoryNeeds sized;                                      // what the memory suffices for
   std::unique_ptr<Arena> shared_arena;       // owns the grids, bits of pairs and rules, the words of the hit store
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
   FrameInProgressPtr frame;                  // holds a Call itself, so it is destroyed first

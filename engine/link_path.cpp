@@ -1,6 +1,7 @@
 #include "engine/link_path.h"
 
 #include "engine/contacts.h"
+#include "engine/quaternion_of.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,27 +23,6 @@ void rotation_between(const kernel::RigidLanes<double>& from, const kernel::Rigi
       out[r][c] = 0;
       for (int k = 0; k < 3; ++k) out[r][c] += at(to.column[k], r) * at(from.column[k], c);
     }
-}
-
-// A quaternion x y z w of a rotation, by its largest component (Shepperd 1978), with w >= 0.
-void quaternion_of(const Matrix& m, double (&q)[4]) {
-  const double trace = m[0][0] + m[1][1] + m[2][2];
-  int largest = 3;
-  double most = trace;
-  for (int k = 0; k < 3; ++k)
-    if (m[k][k] > most) most = m[k][k], largest = k;
-  if (largest == 3) {
-    q[3] = 1 + trace;
-    q[0] = m[2][1] - m[1][2], q[1] = m[0][2] - m[2][0], q[2] = m[1][0] - m[0][1];
-  } else {
-    const int i = largest, j = (i + 1) % 3, k = (i + 2) % 3;
-    q[i] = 1 + 2 * m[i][i] - trace;
-    q[j] = m[j][i] + m[i][j], q[k] = m[k][i] + m[i][k];
-    q[3] = m[k][j] - m[j][k];
-  }
-  const double sign = q[3] < 0 ? -1 : 1;
-  const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  for (double& component : q) component *= sign / length;
 }
 
 }  // namespace

@@ -221,8 +221,10 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
               2 * grid.bucket.size * sizeof(std::uint32_t);
   out->hits = engine.hit_store.words.size * sizeof(std::uint32_t);
   out->queries = engine.queries ? bytes_of(*engine.queries) : 0;
+  out->histories = engine.past ? bytes_of(*engine.past) : 0;
+  for (const auto& slot : engine.histories) out->histories += slot->arena.bytes();
   const std::size_t shared = engine.shared_arena ? engine.shared_arena->bytes() : 0;
-  out->total = out->articulations + out->batches + out->workers + out->queries + shared;
+  out->total = out->articulations + out->batches + out->workers + out->queries + out->histories + shared;
   return Status::kOk;
 }
 

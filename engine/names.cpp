@@ -103,6 +103,11 @@ const char* to_string(Status status) noexcept {
     case Status::kBadQuery:
       return "a query has a value of no enumeration, a number that is not finite or out of range, or no direction";
     case Status::kNoQueryRoom: return "reserve has made no room for queries";
+    case Status::kBadTicks: return "ticks must be 1 to 65536";
+    case Status::kUnknownHistory: return "the history id is not one of this engine, or is of one that was removed";
+    case Status::kHistoryGivenTwice: return "histories holds two histories of the same batch";
+    case Status::kBadTime: return "a time must be finite, and later than those that the history has";
+    case Status::kBadHistoryPoses: return "a history takes neither mirrored links nor matrices that hold scales";
   }
   return "unknown status";
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/box.h"
+#include "kernels/pose_between.h"
 #include "kernels/transpose.h"
 #include "layout/articulation.h"
 #include "layout/error_bounds.h"
@@ -30,6 +31,8 @@ struct PoseTile {
   float range = kMaxCoordinate;
   // Static bodies: the box of each instance's only leaf, in the frame of its link. Else null: the articulation's.
   const BoxTile* own_boxes = nullptr;
+  // Poses between two moments, of quaternions: the later one. Else null.
+  const LaterPoses* later = nullptr;
 };
 
 // Makes lanes point at `live` instances that follow each other, `stride` floats apart. The remaining lanes repeat the
@@ -47,11 +50,6 @@ struct RigidLanes {
   Vec3<V> column[3];
   Vec3<V> translation;
   V scale;
-};
-
-// The floats of one pose of 16 instances: raw[f] holds float f of each.
-struct RawPoses {
-  alignas(64) float raw[16][kLanes];
 };
 
 inline constexpr std::uint32_t pose_float_count(PoseFormat format) {
@@ -351,6 +349,28 @@ CAB_INLINE void clear_links(const PoseTile& args, std::uint32_t lane, Mask<V> ke
   }
 }
 
+// Reads the poses of one link.
+template <class V>
+CAB_INLINE void read_link(const PoseTile& args, std::uint32_t link, RawPoses& raw) {
+  const std::uint32_t floats = pose_float_count(args.coding.format);
+  read_raw<V>(args.poses, link * args.link_stride, floats, raw);
+  if (!args.later) return;
+  RawPoses later;
+  read_raw<V>(args.later->poses, link * args.link_stride, floats, later);
+  blend_poses<V>(later, args.later->part, floats, raw);
+}
+
+// Reads the orientations of the instances.
+template <class V>
+CAB_INLINE void read_orientations(const PoseTile& args, RawPoses& rotations) {
+  constexpr std::uint32_t kFloats = 4;
+  read_raw<V>(args.orientations, 0, kFloats, rotations);
+  if (!args.later) return;
+  RawPoses later;
+  read_raw<V>(args.later->orientations, 0, kFloats, later);
+  blend_poses<V>(later, args.later->part, kFloats, rotations);
+}
+
 template <PosedAs kAs, class V>
 void pose_tile(const PoseTile& args) {
   const Articulation& articulation = *args.articulation;
@@ -358,10 +378,10 @@ void pose_tile(const PoseTile& args) {
   LaneChecks<V> checks[kLanes / kWidth<V>];
   for (auto& check : checks) check = {yes, yes, yes};
   RawPoses raw, rotations;
-  if (is_rotated(args)) read_raw<V>(args.orientations, 0, 4, rotations);
+  if (is_rotated(args)) read_orientations<V>(args, rotations);
 
   for (const PosedLink& posed : articulation.posed_links) {
-    read_raw<V>(args.poses, posed.link * args.link_stride, pose_float_count(args.coding.format), raw);
+    read_link<V>(args, posed.link, raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
       pose_link<kAs>(args, posed, raw, rotations, lane, checks[lane / kWidth<V>]);
   }

@@ -127,6 +127,11 @@ inline constexpr double kQueryRounding = 0x1p-49;
 // A component of a ray's direction counts as this if it is smaller; step 12.2.
 inline constexpr double kQueryLeastDirection = 0x1p-40;
 
+// Bounds of an instance between two moments grow by this share of how far its leaf boxes are from its origin and from
+// their links', 1024 u, and by this share of its origin, for rounding; step 13.4: 570 u, and 2^-51.
+inline constexpr double kHistoryPad = 0x1p-14;
+inline constexpr double kHistoryOriginPad = 0x1p-49;
+
 // ------------------------------------------------------------------------------------------------ boxes of levels
 
 // How far links can reach grows by this share of the lengths that it is a sum of, for poses that are rotations only to

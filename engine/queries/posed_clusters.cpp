@@ -13,7 +13,6 @@ void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster
   const kernel::KernelTable& kernels = run.frame.kernels;
   const InstanceBatch& batch = run.frame.batch(cluster.batch);
   const std::uint32_t leaves = batch.active->leaf_count;
-  const std::size_t floats = leaf_bounds_floats(leaves);
   Worker& worker = run.worker;
   PosedClusters& posed = run.own.posed;
   const TileInstances instances = run.index.instances_of(cluster);
@@ -23,22 +22,27 @@ void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster
       {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data, worker.bounds.data}, worker);
   out.boxes = posed.boxes.end();
   out.leaf_bounds = posed.leaf_bounds.end();
-  kernels.boxes_to_aos(worker.boxes.data, leaves, instances.count, posed.boxes.end(), leaves);
-  kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-  kernels.bounds_to_soa(worker.bounds.data, leaves, instances.count, posed.leaf_bounds.end());
-  AabbTile all;
-  kernels.bound_together(worker.bounds.data, leaves, &all);
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    out.reach[lane] = 0;
-    for (int c = 0; c < 3; ++c)
-      out.reach[lane] = std::max(out.reach[lane], std::max(std::fabs(all.lo[c][lane]), std::fabs(all.hi[c][lane])));
-  }
+  take_posed(kernels, worker, leaves, instances.count, {posed.boxes.end(), posed.leaf_bounds.end(), out.reach});
   posed.boxes.size += instances.count * leaves;
-  posed.leaf_bounds.size += static_cast<std::uint32_t>(instances.count * floats);
+  posed.leaf_bounds.size += static_cast<std::uint32_t>(instances.count * leaf_bounds_floats(leaves));
   run.own.stats.instances_posed += instances.count;
 }
 
 }  // namespace
+
+void take_posed(const kernel::KernelTable& kernels, Worker& worker, std::uint32_t leaves, std::uint32_t count,
+                const PosedLanes& to) {
+  kernels.boxes_to_aos(worker.boxes.data, leaves, count, to.boxes, leaves);
+  kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
+  kernels.bounds_to_soa(worker.bounds.data, leaves, count, to.leaf_bounds);
+  AabbTile all;
+  kernels.bound_together(worker.bounds.data, leaves, &all);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    to.reach[lane] = 0;
+    for (int c = 0; c < 3; ++c)
+      to.reach[lane] = std::max(to.reach[lane], std::max(std::fabs(all.lo[c][lane]), std::fabs(all.hi[c][lane])));
+  }
+}
 
 const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
   PosedClusters& posed = run.own.posed;

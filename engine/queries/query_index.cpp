@@ -29,13 +29,12 @@ struct Hull {
   }
 };
 
-bool has_bounds(const InstanceBounds& bounds) { return bounds.lo[0] <= bounds.hi[0]; }
-
 // Sets the centre and the scale: a power of two that brings the larger half width of all bounds to between 1/2 and 1.
 void place(const Hull& all, QueryIndex& index) {
   constexpr int kMostExponent = 900;  // the scale of a world without extent stays finite
   double width = 0;
-  for (int c = 0; c < 3; ++c) {
+  std::fill_n(index.center, 3, 0.0);
+  for (int c = 0; c < 3 && all.lo[c] <= all.hi[c]; ++c) {
     index.center[c] = 0.5 * all.lo[c] + 0.5 * all.hi[c];
     width = std::max(width, 0.5 * all.hi[c] - 0.5 * all.lo[c]);
   }
@@ -81,12 +80,14 @@ void order_points(Span<IndexedPoint> points) {
             [](const IndexedPoint& x, const IndexedPoint& y) { return x.number < y.number; });
 }
 
-// Lists the instances of one batch that have bounds, and cuts them into clusters.
-void add_batch(const InstanceBatch& batch, std::uint32_t slot, bool sorted, QueryIndex& index) {
-  const std::uint32_t begin = index.batch_begin[slot];
+// Lists the instances of one batch that have bounds, and cuts them into clusters. given: how many there are, of which
+// instance_at gives the numbers.
+template <class InstanceAt>
+void add_batch(std::uint32_t slot, std::uint32_t given, InstanceAt&& instance_at, bool sorted, QueryIndex& index) {
+  const std::uint32_t begin = index.begin_of(slot);
   std::uint32_t count = 0;
-  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-    const std::uint32_t instance = given_instance(batch, place);
+  for (std::uint32_t place = 0; place < given; ++place) {
+    const std::uint32_t instance = instance_at(place);
     const InstanceBounds& bounds = index.bounds[begin + instance];
     if (has_bounds(bounds)) index.order[begin + count++] = point_of(bounds, instance, index);
   }
@@ -119,7 +120,7 @@ void set_child(const double (&lo)[3], const double (&hi)[3], std::uint32_t lane,
 
 void make_cluster_node(const QueryIndex& index, std::uint32_t cluster) {
   const QueryCluster& of = index.clusters.data[cluster];
-  const std::uint32_t begin = index.batch_begin[of.batch];
+  const std::uint32_t begin = index.begin_of(of.batch);
   for (std::uint32_t lane = 0; lane < of.count; ++lane) {
     const InstanceBounds& bounds = index.bounds[begin + index.order[of.first + lane].number];
     double lo[3], hi[3];
@@ -143,6 +144,11 @@ void make_inner_node(const QueryIndex& index, std::uint32_t level, std::uint32_t
       out.hi[c][lane] = *std::max_element(from.hi[c], from.hi[c] + count);
     }
   }
+}
+
+void make_inner_nodes(const QueryIndex& index) {
+  for (std::uint32_t level = 1; level < index.levels; ++level)
+    for (std::uint32_t node = 0; node < index.node_count(level); ++node) make_inner_node(index, level, node);
 }
 
 // Lays out levels until one has a single node.
@@ -220,7 +226,11 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
   });
   place(all, index);
   index.clusters.clear();
-  for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) { add_batch(batch, slot, sorted, index); });
+  for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) {
+    add_batch(
+        slot, given_count(batch), [&batch](std::uint32_t place) { return given_instance(batch, place); }, sorted,
+        index);
+  });
   if (sorted) order_clusters(index);
   lay_out_levels(index);
   const std::uint32_t clusters = index.clusters.size;
@@ -228,9 +238,23 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
     const std::uint32_t end = std::min(clusters, (task + 1) * kNodesPerTask);
     for (std::uint32_t cluster = task * kNodesPerTask; cluster < end; ++cluster) make_cluster_node(index, cluster);
   });
-  for (std::uint32_t level = 1; level < index.levels; ++level)
-    for (std::uint32_t node = 0; node < index.node_count(level); ++node) make_inner_node(index, level, node);
+  make_inner_nodes(index);
   index.is_sorted = sorted;
+}
+
+void build_index_of_one(std::uint32_t slot, QueryIndex& index) {
+  Hull all;
+  for (const InstanceBounds& bounds : index.bounds)
+    if (has_bounds(bounds)) all.add(bounds);
+  place(all, index);
+  index.clusters.clear();
+  add_batch(
+      slot, static_cast<std::uint32_t>(index.bounds.size), [](std::uint32_t i) { return i; }, true, index);
+  order_clusters(index);
+  lay_out_levels(index);
+  for (std::uint32_t cluster = 0; cluster < index.clusters.size; ++cluster) make_cluster_node(index, cluster);
+  make_inner_nodes(index);
+  index.is_sorted = true;
 }
 
 }  // namespace cab

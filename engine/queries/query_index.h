@@ -47,7 +47,10 @@ struct QueryIndex {
   FixedList<QueryCluster> unordered;  // scratch: the clusters as batches have them
   Span<InstanceBounds> bounds;        // by batch, then by instance: those of this call
   Span<std::uint32_t> given;          // by index of the batch: how many of its instances were given
-  Span<std::uint32_t> batch_begin;    // by index of the batch: where its instances begin in `order`, `bounds`
+  Span<std::uint32_t> batch_begin;    // by index of the batch: where its instances begin in `order`, `bounds`; empty
+                                      // if there is one batch
+
+  std::uint32_t begin_of(std::uint32_t batch) const { return batch_begin.empty() ? 0 : batch_begin[batch]; }
 
   std::uint32_t node_count(std::uint32_t level) const { return level_begin[level + 1] - level_begin[level]; }
 
@@ -71,6 +74,7 @@ std::size_t most_nodes(std::size_t clusters);
 
 // The bounds of an instance that takes no part.
 inline constexpr InstanceBounds kNoBounds = {{1, 1, 1}, {-1, -1, -1}};
+inline bool has_bounds(const InstanceBounds& bounds) { return bounds.lo[0] <= bounds.hi[0]; }
 
 // The number of a point's cell along a curve that fills the index.
 std::uint32_t curve_key(const QueryIndex& index, const double* point);
@@ -84,5 +88,8 @@ void lay_out_index(StoredBatches batches, QueryIndex& index);
 // Makes the index of all given instances whose bounds are not kNoBounds. sorted: whether instances near each other are
 // put together, which pays where many queries are asked; else they stay in the order of their numbers.
 void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryIndex& index);
+
+// Makes an index of one batch, from index.bounds of its instances alone. slot: index of the batch.
+void build_index_of_one(std::uint32_t slot, QueryIndex& index);
 
 }  // namespace cab

@@ -80,8 +80,10 @@ void RayQuery::shorten() {
   lanes_.end = std::min(lanes_.end, float_above(end + kQueryPad * (1 + std::fabs(end))));
 }
 
-void RayQuery::search() {
-  if (enter_index()) search_index(run_, query_, *this);
+bool RayQuery::enter() {
+  if (!enter_index()) return false;
+  shorten();
+  return true;
 }
 
 // Casts the ray against the box of a leaf and then against its shapes, and writes the first touch.
@@ -91,7 +93,7 @@ bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t
   *out = box;
   if (run_.job.exact == Exact::kNone) return true;
   ++run_.own.stats.exact_tests;
-  const LeafShapes shapes = shapes_of(run_.frame.exact_leaf(one.slot, one.instance, leaf));
+  const LeafShapes shapes = shapes_of(run_, one, leaf);
   LocalRay in_box = ray;  // half spaces begin where the box does
   in_box.begin = box.at;
   bool touches = false;

@@ -10,10 +10,8 @@ class RayQuery {
  public:
   RayQuery(const QueryRun& run, const Query& query, LinkHits& hits);
 
-  // Answers the query.
-  void search();
-
   // A probe of search_index.
+  bool enter();
   std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const {
     return run_.frame.kernels.ray_bounds(row, lanes_, entry);
   }

@@ -10,10 +10,8 @@ class RegionQuery {
  public:
   RegionQuery(const QueryRun& run, const Query& query, LinkHits& hits) : run_(run), query_(query), hits_(hits) {}
 
-  // Answers the query.
-  void search() { search_index(run_, query_, *this); }
-
   // A probe of search_index.
+  bool enter() { return true; }
   std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const;
   bool skips(float) const { return false; }
   void test(const PosedInstance& one);

@@ -1,9 +1,7 @@
 // run_queries: the index of all instances, then the queries in goes of as many as there is room for.
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/call.h"
-#include "engine/queries/ray_query.h"
-#include "engine/queries/region_query.h"
-#include "engine/queries/shape_query.h"
+#include "engine/queries/past.h"
 #include "engine/queries/validate_queries.h"
 #include "engine/rest.h"
 #include "engine/timed.h"
@@ -30,6 +28,24 @@ constexpr std::size_t kQueriesUnsorted = 64;
 
 // --------------------------------------------------------------------------------------------------------- checks
 
+// Checks the histories, and lists them in PastRoom::asked.
+Status bind_histories(Engine& engine, Span<const HistoryId> histories) {
+  if (engine.past) engine.past->asked.clear();
+  if (histories.size && !histories.data) return Status::kUnknownHistory;
+  for (const HistoryId id : histories) {
+    const std::size_t index = index_of(id.value, engine, engine.histories);
+    if (index == engine.histories.size()) return Status::kUnknownHistory;
+    const StoredHistory& history = *engine.histories[index];
+    if (!has_batch(engine, history.batch)) return Status::kUnknownBatch;
+    std::vector<const StoredHistory*>& asked = engine.past->asked;
+    if (std::any_of(asked.begin(), asked.end(),
+                    [&history](const StoredHistory* other) { return other->batch.value == history.batch.value; }))
+      return Status::kHistoryGivenTwice;
+    asked.push_back(&history);
+  }
+  return Status::kOk;
+}
+
 Status validate(Engine& engine, QueryJob& job) {
   const auto any_input = [&](auto&& is) {
     return std::any_of(job.inputs.begin(), job.inputs.end(),
@@ -46,6 +62,7 @@ Status validate(Engine& engine, QueryJob& job) {
     job.bad_query = bad;
     return Status::kBadQuery;
   }
+  if (const Status status = bind_histories(engine, job.histories); status != Status::kOk) return status;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   if (!job.found.empty() && (!job.found.data || job.found.size != job.queries.size)) return Status::kBadOutput;
   return Status::kOk;
@@ -138,23 +155,43 @@ struct Go {
   const QueryJob& job;
   QueryRoom& room;
   WorkerPool& pool;
+  const PastRoom* past;  // null if the job has no histories
+  bool asks_static;
   std::size_t first;
   std::uint32_t count;
 
-  QueryRun run(std::uint32_t worker) const { return {frame, room.index, job, pool[worker], *room.workers[worker]}; }
+  QueryRun run(std::uint32_t worker) const {
+    const Span<const StoredHistory* const> asked = {past ? past->asked.data() : nullptr, past ? past->asked.size() : 0};
+    return {frame,
+            room.index,
+            job,
+            pool[worker],
+            *room.workers[worker],
+            asks_static,
+            asked,
+            past ? past->workers[worker].get() : nullptr};
+  }
+};
+
+// Whether the candidates of a query are in the worker's list, from an index on, which then moves behind them.
+struct Collected {
+  bool is_collected = false;
+  std::uint32_t at = 0;
 };
 
 // Answers one query, whose hits go to `to`. Returns how many there are and whether they are sorted there.
-QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to) {
+QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, Collected& collected) {
   const Query& query = run.job.queries[number];
   const std::size_t wanted = query.want == QueryWant::kAny ? 0 : query.want == QueryWant::kAll ? query.max_hits : 1;
   HitRoom room(to, wanted);
   LinkHits hits(run, query, static_cast<std::uint32_t>(number), room);
-  switch (query.kind) {
-    case QueryKind::kRay: RayQuery(run, query, hits).search(); break;
-    case QueryKind::kRegion: RegionQuery(run, query, hits).search(); break;
-    default: ShapeQuery(run, query, hits).search(); break;
-  }
+  const auto at = static_cast<std::uint32_t>(number);
+  if (query.time == kNow || run.asks_static)
+    with_probe(run, query, hits, [&](auto& probe) { search_index(run, query, probe); });
+  if (query.time != kNow && collected.is_collected)
+    collected.at = test_candidates(run, at, collected.at, hits);
+  else if (query.time != kNow && !run.asked.empty())
+    answer_alone(run, at, hits);
   if (room.is_complete()) room.sort();
   return {0, 0, static_cast<std::uint32_t>(room.count()), room.is_complete(), hits.is_found()};
 }
@@ -165,27 +202,46 @@ void order_queries(const Go& go) {
   const QueryIndex& index = go.room.index;
   for (std::uint32_t i = 0; i < go.count; ++i) {
     const double* const at = go.job.queries[go.first + i].position;
-    go.room.order[i] = {go.count > kQueriesPerTask ? curve_key(index, at) : 0, i};
+    go.room.order[i] = {go.count > kQueriesPerTask && index.levels > 0 ? curve_key(index, at) : 0, i};
   }
   if (go.count > kQueriesPerTask) sort_by_key({go.room.order.data, go.count}, {go.room.other_order.data, go.count});
 }
 
-// Answers the queries of one task, and keeps their hits as long as the worker has room.
+// Answers the query in a place of the order, and keeps its hits if the worker has room.
+void answer_in_order(const Go& go, const QueryRun& run, std::uint32_t place, std::uint32_t w, Collected& collected) {
+  FixedList<QueryHit>& hits = run.own.hits;
+  const std::uint32_t query = go.room.order[place].number;
+  const std::uint32_t ahead = go.room.order[std::min(place + kPrefetched, go.count - 1)].number;
+  prefetch(&go.job.queries[go.first + ahead], sizeof(Query));
+  QueryResult& result = go.room.results[query];
+  result = answer(run, go.first + query, {hits.end(), hits.capacity - hits.size}, collected);
+  result.worker = w;
+  result.begin = hits.size;
+  if (result.is_stored) hits.size += result.count;
+  if (!go.job.found.empty()) go.job.found[go.first + query] = result.is_found;
+}
+
+// Answers the queries of one task: first the instances of the past are collected and posed that as many of them meet as
+// there is room for, then these queries are answered one after the other.
 void answer_task(const Go& go, std::uint32_t task, std::uint32_t w) {
   const QueryRun run = go.run(w);
   const Timed timed(run.own.stats.seconds_search);
-  FixedList<QueryHit>& hits = run.own.hits;
   const std::uint32_t end = std::min(go.count, (task + 1) * kQueriesPerTask);
-  for (std::uint32_t i = task * kQueriesPerTask; i < end; ++i) {
-    const std::uint32_t query = go.room.order[i].number;
-    const std::uint32_t ahead = go.room.order[std::min(i + kPrefetched, go.count - 1)].number;
-    prefetch(&go.job.queries[go.first + ahead], sizeof(Query));
-    QueryResult& result = go.room.results[query];
-    result = answer(run, go.first + query, {hits.end(), hits.capacity - hits.size});
-    result.worker = w;
-    result.begin = hits.size;
-    if (result.is_stored) hits.size += result.count;
-    if (!go.job.found.empty()) go.job.found[go.first + query] = result.is_found;
+  for (std::uint32_t begin = task * kQueriesPerTask; begin < end;) {
+    Collected collected;
+    std::uint32_t last = end;
+    if (!run.asked.empty()) {
+      clear_candidates(*run.past);
+      const auto fits = [&](std::uint32_t place) {
+        const auto number = static_cast<std::uint32_t>(go.first + go.room.order[place].number);
+        return go.job.queries[number].time == kNow || collect_candidates(run, number);
+      };
+      for (last = begin; last < end && fits(last);) ++last;
+      pose_candidates(run);
+      collected.is_collected = last > begin;
+      last = std::max(last, begin + 1);
+    }
+    for (; begin < last; ++begin) answer_in_order(go, run, begin, w, collected);
   }
 }
 
@@ -193,6 +249,7 @@ void answer_task(const Go& go, std::uint32_t task, std::uint32_t w) {
 void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
   const QueryRun run = go.run(w);
   const QueryStats counted = run.own.stats;
+  Collected not_collected;
   const std::uint32_t end = std::min(go.count, (task + 1) * kQueriesPerTask);
   for (std::uint32_t query = task * kQueriesPerTask; query < end; ++query) {
     const QueryResult& result = go.room.results[query];
@@ -200,7 +257,7 @@ void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
     if (result.is_stored)
       std::copy_n(go.room.workers[result.worker]->hits.data + result.begin, result.count, to);
     else
-      answer(run, go.first + query, {to, result.count});
+      answer(run, go.first + query, {to, result.count}, not_collected);
   }
   run.own.stats = counted;
 }
@@ -223,13 +280,14 @@ std::uint32_t run_go(const Go& go, QueryJob& job) {
 }
 
 // Answers all queries of a job, as many in a go as workers have room for the hits of. The first goes find out.
-void run_goes(const FrameContext& frame, Engine& engine, QueryJob& job) {
+void run_goes(const FrameContext& frame, Engine& engine, bool asks_static, QueryJob& job) {
   constexpr std::size_t kFirst = 512, kLess = 4;
   QueryRoom& room = *engine.queries;
+  const PastRoom* const past = job.histories.empty() ? nullptr : engine.past.get();
   std::size_t most = std::min(room.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
     const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
-    const std::uint32_t twice = run_go({frame, job, room, engine.pool, first, count}, job);
+    const std::uint32_t twice = run_go({frame, job, room, engine.pool, past, asks_static, first, count}, job);
     if (kLess * twice > count)
       most = std::max<std::size_t>(most / kLess, std::min<std::size_t>(room.queries, kQueriesPerTask));
     else
@@ -245,6 +303,7 @@ void add_stats(QueryStats& sum, const QueryStats& of) {
   sum.exact_tests += of.exact_tests;
   sum.instances_posed += of.instances_posed;
   sum.instances_masked += of.instances_masked;
+  sum.clamped += of.clamped;
   sum.seconds_bound += of.seconds_bound;
   sum.seconds_index += of.seconds_index;
   sum.seconds_search += of.seconds_search;
@@ -262,8 +321,10 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   if (const Status status = validate(engine, job); status != Status::kOk) return status;
   QueryRoom& room = *engine.queries;
   std::size_t given = 0;
+  bool asks_static = false;
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = engine.batch(input.batch);
+    asks_static = asks_static || is_static(batch);
     batch.margins = {};
     given += given_count(batch);
   }
@@ -277,7 +338,7 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
   if (!has_index(engine, job)) make_index(engine, frame, job);
   job.hits_needed = 0;
-  run_goes(frame, engine, job);
+  run_goes(frame, engine, asks_static, job);
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
   job.hit_count = status == Status::kOk ? job.hits_needed : 0;
   job.stats = {};

@@ -1,7 +1,9 @@
 // How a query goes through the index, from the top to the instances whose bounds it meets.
 #pragma once
 
+#include "engine/convex_queues.h"
 #include "engine/queries/hit_room.h"
+#include "engine/queries/past_room.h"
 #include "engine/queries/query_room.h"
 #include "engine/worker.h"
 #include "kernels/query_bounds.h"
@@ -20,6 +22,21 @@ struct QueryRun {
   const QueryJob& job;
   Worker& worker;
   QueryWorker& own;
+  bool asks_static;                        // whether static bodies are among the inputs
+  Span<const StoredHistory* const> asked;  // the job's histories
+  PastWorker* past;                        // not null if there are histories
+
+  // The same for another index.
+  QueryRun in(const QueryIndex& other) const { return {frame, other, job, worker, own, asks_static, asked, past}; }
+};
+
+// Where the poses of an instance at a query's time are.
+struct PastPlace {
+  const PastCandidate& of;
+  PoseCoding coding;
+  const float* orientation;  // null if it has none
+  float scale;
+  PastWorker& own;
 };
 
 // Whether an instance at `apart` from a query may be found at all.
@@ -35,9 +52,25 @@ struct PosedInstance {
   std::uint32_t leaves;
   const BoxAos* boxes;
   const float* leaf_bounds;
-  float reach;      // the largest coordinate of any leaf's bounds
-  double apart[3];  // its origin less the query's position
+  float reach;                      // the largest coordinate of any leaf's bounds
+  double apart[3];                  // its origin less the query's position
+  const PastPlace* past = nullptr;  // null: it is posed by the job's inputs
 };
+
+// The exact shapes of a leaf, posed.
+LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf);
+
+// Where the leaf boxes of a posed tile go: lane i has boxes[i * leaves] and the following, and leaf bounds as
+// structures of arrays one after the other.
+struct PosedLanes {
+  BoxAos* boxes;
+  float* leaf_bounds;
+  float (&reach)[kLanes];  // receives the largest coordinate of any leaf's bounds
+};
+
+// Takes the leaf boxes of the first lanes of a tile out of worker.boxes.
+void take_posed(const kernel::KernelTable& kernels, Worker& worker, std::uint32_t leaves, std::uint32_t count,
+                const PosedLanes& to);
 
 // Poses a cluster, unless it is posed already.
 const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster);
@@ -45,11 +78,15 @@ const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster);
 // Forgets all posed clusters: when there is no room for another, and between calls.
 void forget_clusters(PosedClusters& posed);
 
+inline bool is_ignored(const Query& query, std::uint32_t slot, std::uint32_t instance) {
+  return slot_of(query.ignored_batch).value == slot + 1 && query.ignored_instance == instance;
+}
+
 // Whether a query looks at an instance at all.
 inline bool looks_at(const Query& query, const InstanceBatch& batch, std::uint32_t slot, std::uint32_t instance) {
   const Span<const std::uint32_t> layers = batch.input->layers;
-  const bool is_ignored = slot_of(query.ignored_batch).value == slot + 1 && query.ignored_instance == instance;
-  return !is_ignored && (query.layer_mask & (layers.empty() ? ~0u : layers[instance])) != 0;
+  if (query.time != kNow && !is_static(batch)) return false;
+  return !is_ignored(query, slot, instance) && (query.layer_mask & (layers.empty() ? ~0u : layers[instance])) != 0;
 }
 
 // The lane of those that are set in `lanes` with the least entry; of equal ones the lowest. lanes: not 0.
@@ -69,45 +106,54 @@ inline void prefetch(const void* from, std::size_t bytes) {
 }
 inline constexpr std::size_t kPrefetchedFloats = 6 * kLanes;  // of an instance's leaf bounds
 
-// Calls probe.test(instance) for every instance whose bounds the query meets, the nearest first, until
-// probe.is_done(). A probe has:
+// Goes through an index from the top, the nearest nodes first, until probe.is_done(). Calls visit(cluster, met, entry)
+// for each cluster with the lanes that are met, at least one. A probe has:
+//   enter()             takes the query to the index of its run. False: it meets nothing there
 //   meets(row, entry)   the lanes of sixteen bounds of the index that the query meets, and when it enters each, or less
 //   skips(entry)        whether what is entered then is not wanted any more
 //   test(instance)      tests the leaves
 //   is_done()           whether nothing more is wanted
-template <class Probe>
-void search_index(const QueryRun& run, const Query& query, Probe&& probe) {
-  struct Visit {
+template <class Probe, class Visit>
+void walk_index(const QueryIndex& index, QueryStats& stats, Probe& probe, Visit&& visit_cluster) {
+  struct Visited {
     float entry;
     std::uint32_t level, node;
   };
-  const QueryIndex& index = run.index;
   if (index.levels == 0) return;
-  QueryStats& stats = run.own.stats;
-  Visit stack[QueryIndex::kMostLevels * kLanes];
+  Visited stack[QueryIndex::kMostLevels * kLanes];
   std::uint32_t size = 0;
   stack[size++] = {0, index.levels - 1, 0};
   while (size > 0 && !probe.is_done()) {
-    const Visit visit = stack[--size];
+    const Visited visit = stack[--size];
     if (probe.skips(visit.entry)) continue;
     const AabbTile& node = index.nodes.data[index.level_begin[visit.level] + visit.node];
     alignas(64) float entry[kLanes];
     ++stats.nodes;
     const std::uint32_t used = (1u << index.child_count(visit.level, visit.node)) - 1;
     std::uint32_t met = probe.meets({&node.lo[0][0], kLanes}, entry) & used;
-    if (visit.level > 0) {
-      const Visit* const first = stack + size;
-      for (; met; met &= met - 1) {  // the nearest comes to the top
-        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(met));
-        Visit* at = stack + size++;
-        for (; at > first && at[-1].entry < entry[lane]; --at) *at = at[-1];
-        *at = {entry[lane], visit.level - 1, visit.node * kLanes + lane};
-      }
-      if (stack + size > first)
-        prefetch(index.nodes.data + index.level_begin[visit.level - 1] + stack[size - 1].node, sizeof(AabbTile));
+    if (visit.level == 0) {
+      if (met) visit_cluster(visit.node, met, entry);
       continue;
     }
-    const QueryCluster& cluster = index.clusters.data[visit.node];
+    const Visited* const first = stack + size;
+    for (; met; met &= met - 1) {  // the nearest comes to the top
+      const auto lane = static_cast<std::uint32_t>(__builtin_ctz(met));
+      Visited* at = stack + size++;
+      for (; at > first && at[-1].entry < entry[lane]; --at) *at = at[-1];
+      *at = {entry[lane], visit.level - 1, visit.node * kLanes + lane};
+    }
+    if (stack + size > first)
+      prefetch(index.nodes.data + index.level_begin[visit.level - 1] + stack[size - 1].node, sizeof(AabbTile));
+  }
+}
+
+// Calls probe.test(instance) for every instance of the job's inputs whose bounds the query meets, the nearest first,
+// until probe.is_done().
+template <class Probe>
+void search_index(const QueryRun& run, const Query& query, Probe& probe) {
+  const QueryIndex& index = run.index;
+  walk_index(index, run.own.stats, probe, [&](std::uint32_t node, std::uint32_t met, const float(&entry)[kLanes]) {
+    const QueryCluster& cluster = index.clusters.data[node];
     const InstanceBatch& batch = run.frame.batch(cluster.batch);
     const PosedCluster* posed = nullptr;
     while (met && !probe.is_done()) {
@@ -116,7 +162,7 @@ void search_index(const QueryRun& run, const Query& query, Probe&& probe) {
       if (probe.skips(entry[lane])) break;
       const std::uint32_t instance = index.order[cluster.first + lane].number;
       if (!looks_at(query, batch, cluster.batch, instance)) continue;
-      if (!posed) posed = &posed_cluster(run, visit.node);
+      if (!posed) posed = &posed_cluster(run, node);
       if (!(posed->live >> lane & 1)) continue;
       const std::uint32_t leaves = batch.active->leaf_count;
       prefetch(posed->leaf_bounds + lane * leaf_bounds_floats(leaves),
@@ -131,10 +177,10 @@ void search_index(const QueryRun& run, const Query& query, Probe&& probe) {
                            {}};
       for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(batch, instance, c) - query.position[c];
       if (!is_in_reach(one.apart)) continue;
-      ++stats.instances;
+      ++run.own.stats.instances;
       probe.test(one);
     }
-  }
+  });
 }
 
 // Calls test(leaf) for the leaves of an instance whose bounds a query meets, of every sixteen the nearest first.

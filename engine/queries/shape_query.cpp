@@ -153,14 +153,14 @@ std::uint32_t ShapeQuery::meets(const kernel::BoundsRow& row, const Lanes& lanes
   return run_.frame.kernels.overlap_bounds(row, lanes.lo, lanes.hi);
 }
 
-void ShapeQuery::search() {
+bool ShapeQuery::enter() {
   const QueryIndex& index = run_.index;
   const double* const at = query_.position;
   const Double3 in_index = {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
                             index.scale * (at[2] - index.center[2])};
   const double pad = kQueryRayPad * (1 + sum_of(in_index));
   set_lanes(in_index, pad, index.scale, index_);
-  search_index(run_, query_, *this);
+  return true;
 }
 
 // Whether the query meets the posed box of a leaf: asked where its shape is a half space, which goes on beyond it.
@@ -264,7 +264,7 @@ void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
           return queues.add(own, shape_, leaf_box, box, shift, 0);
         }
         ++run_.own.stats.exact_tests;
-        const LeafShapes shapes = shapes_of(run_.frame.exact_leaf(one.slot, one.instance, leaf));
+        const LeafShapes shapes = shapes_of(run_, one, leaf);
         for (const ConvexShape& shape : shapes.shapes)
           if (shape.kind != ConvexKind::kHalfSpace || meets_box(one, local, leaf))
             queues.add(own, shape_, shapes, shape, shift, 0);

@@ -10,10 +10,8 @@ class ShapeQuery {
  public:
   ShapeQuery(const QueryRun& run, const Query& query, LinkHits& hits);
 
-  // Answers the query.
-  void search();
-
   // A probe of search_index.
+  bool enter();
   std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const { return meets(row, index_, entry); }
   bool skips(float entry) const { return is_round() && entry > index_.point.most_sq; }
   void test(const PosedInstance& one);

@@ -32,6 +32,7 @@ bool are_planes(Span<const QueryPlane> planes) {
 
 bool is_valid(const Query& query, Span<const QueryPlane> planes) {
   if (query.want > QueryWant::kAll || (query.want == QueryWant::kAll && query.max_hits == 0)) return false;
+  if (query.time != kNow && !std::isfinite(query.time)) return false;
   for (const double x : query.position)
     if (!(std::fabs(x) <= kMaxQueryCoordinate)) return false;
   switch (query.kind) {

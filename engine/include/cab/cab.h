@@ -188,15 +188,48 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // asked, and receives the hits, sorted by query, distance, batch, instance and link. Every link is found that a query
 // meets in exact arithmetic, by its leaf boxes as given or by its shapes; docs/queries.md says how far off a distance
 // may be. No answer depends on the other queries of the call. The call changes nothing that frames keep: characters go
-// on resting.
+// on resting. A query may have a time of its own (Query::time): then it asks histories. At a moment that a history has,
+// the answer is that for the poses that it keeps. Between two moments quaternions go over along a straight line between
+// those of length 1, the shorter way round, and translations, origins and scales along straight lines, rounded to
+// float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with
 // reuse_bounds only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes the room.
 // Statuses: kBusy, kNoQueryRoom, kUnknownBatch (also for inputs without data), kBadBatchKind (a sequence),
 // kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
 // kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadQuery, kExactNotBuilt (exact is
-// neither kNone nor kConvex), kLodWithoutShapes, kBadHitBuffer, kBadOutput (found is neither empty nor as long as
-// queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+// neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
+// is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and
+// kUnknownBatch for a history whose batch was removed. Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
+
+// Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
+// *out, which must not be null. This call makes all the room; record_tick and run_queries allocate nothing for it. The
+// batch must stay: the calls below answer kUnknownBatch once it is removed, but for remove_history.
+// Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200 bytes more per
+// character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
+// Statuses: kBusy, kBadOutput (out is null), kUnknownBatch, kBadBatchKind (a sequence, static bodies, a level of
+// nodes), kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory. Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noexcept;
+
+// Removes a history, and gives back its memory. The id becomes invalid.
+// Cost: frees a few blocks. Statuses: kBusy, kUnknownHistory. Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status remove_history(Engine& engine, HistoryId id) noexcept;
+
+// Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
+// of the history once that is full. Of `input` the poses, origins, orientations, scales and layers are kept, and which
+// instances are given. Those that are masked count as not given. Quaternions keep their bits; matrices become
+// quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. A status but kOk keeps all moments.
+// Cost: some 1 to 2 microseconds per instance of twenty links, on all threads; allocates nothing.
+// Statuses: kBusy, kUnknownHistory, kUnknownBatch (also an input of another batch), kBadTime (not finite, or not above
+// that of the last moment), kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
+// kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadHistoryPoses, kOutOfMemory (TBB had no memory for
+// its tasks). Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status record_tick(Engine& engine, HistoryId id, const BatchInput& input, double time) noexcept;
+
+// Writes which moments a history has to *out, which must not be null.
+// Cost: constant time; allocates nothing. Statuses: kUnknownHistory, kBadOutput (out is null).
+// Thread: any, while no other call changes this engine.
+[[nodiscard]] CAB_API Status history_span(const Engine& engine, HistoryId id, HistorySpan* out) noexcept;
 
 // Writes a margin for each given instance of `input`, so that a frame with BatchInput::margins finds all links that may
 // have touched since `last`, the same batch in an earlier frame: how far any point of its leaf boxes can have been from

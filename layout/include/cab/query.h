@@ -6,6 +6,35 @@
 
 namespace cab {
 
+// ------------------------------------------------------------------------------------------------------- histories
+
+// The poses that a batch had at its last moments, for queries about the past. The id is made like a BatchId.
+struct HistoryId {
+  std::uint64_t value = 0;
+};
+
+// What add_history makes room for.
+struct HistoryDesc {
+  // A batch of characters of the same engine, neither static bodies nor a level of nodes. Required.
+  BatchId batch;
+
+  // How many moments are kept, the last ones that were recorded: 1 to kMaxTicks.
+  std::uint32_t ticks = 0;
+};
+inline constexpr std::uint32_t kMaxTicks = 65536;
+
+// The moments that a history has.
+struct HistorySpan {
+  std::uint32_t ticks = 0;  // how many; with 0 the times have no meaning
+  double first = 0;         // the time of the earliest one that is kept
+  double last = 0;          // and of the latest
+};
+
+// The time of a query that asks the job's inputs: infinity.
+inline constexpr double kNow = __builtin_huge_val();
+
+// --------------------------------------------------------------------------------------------------------- queries
+
 // What a query is, and what it finds. "Link" stands for the leaf boxes of the link, or for its exact shapes if
 // QueryJob::exact asks for them.
 enum class QueryKind : std::uint8_t {
@@ -45,6 +74,11 @@ struct Query {
   // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. It need not have input.
   BatchId ignored_batch;
   std::uint32_t ignored_instance = 0;
+
+  // When it is asked. kNow (default): of the job's inputs. A finite time: of the job's histories as they were then, and
+  // of the static bodies among the inputs, but of no other input. A time before the first moment of a history counts
+  // as its first, one after the last as its last (QueryStats::clamped).
+  double time = kNow;
 
   // x y z in the world, each finite and at most kMaxQueryCoordinate. kRay: where the ray begins. kSphere, kBox,
   // kCapsule: the centre. kPoint: the point. kRegion: what its planes are relative to.
@@ -111,6 +145,7 @@ struct QueryStats {
   std::uint64_t exact_tests = 0;       // of those the ones whose exact shapes were tested
   std::uint64_t instances_posed = 0;   // how often instances were posed for tests; depends on the threads
   std::uint64_t instances_masked = 0;  // instances that took no part (InstanceFlag says why); 0 with reuse_bounds
+  std::uint64_t clamped = 0;           // how often a query's time was before or after all that a history has
   double seconds_bound = 0;            // posing instances for their bounds
   double seconds_index = 0;            // making the index
   double seconds_search = 0;           // everything that is done per query
@@ -122,9 +157,13 @@ struct QueryStats {
 // If `hits` is too small, run_queries answers kHitsOverflow. Then hits_needed is the size of `hits` that a second call
 // needs, hit_count is 0, and the contents of hits are unspecified. found and stats are complete.
 struct QueryJob {
-  // Whose links are asked for: as in FrameJob. A past moment is simply other poses. Margins, bounds and `moved` are not
-  // read, and flags and in_contact not written. Characters only. Empty (default): nothing is found.
+  // Whose links are asked for: as in FrameJob. Margins, bounds and `moved` are not read, and flags and in_contact not
+  // written. Characters only. Empty (default): nothing is found by queries of kNow.
   Span<const BatchInput> inputs;
+
+  // Whose links are asked for by queries with a time of their own: each history once, and no two of one batch. Their
+  // batches need no input. Empty (default): such queries find static bodies alone.
+  Span<const HistoryId> histories;
 
   // The queries, of any kinds in any order. Empty (default): none.
   Span<const Query> queries;

@@ -110,6 +110,11 @@ enum class Status : std::int32_t {
   kUnsortedHits,   // a list of hits has a size and no data, or is not in the order of run_frame
   kBadQuery,     // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
   kNoQueryRoom,  // reserve has made no room for queries
+  kBadTicks,     // ticks must be 1 to 65536
+  kUnknownHistory,     // the history id is not one of this engine, or is of one that was removed
+  kHistoryGivenTwice,  // histories holds two histories of the same batch
+  kBadTime,            // a time must be finite, and later than those that the history has
+  kBadHistoryPoses,    // a history takes neither mirrored links nor matrices that hold scales
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -437,6 +442,7 @@ struct EngineMemory {
   std::size_t grid = 0;           // of the broad phase
   std::size_t hits = 0;           // the store, until they are written
   std::size_t queries = 0;        // the index of instances, and what is kept per query
+  std::size_t histories = 0;      // the moments that are kept, and what workers need for them
   std::size_t total = 0;          // all of these, and what rules take
 };
 

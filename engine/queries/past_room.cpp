@@ -1,0 +1,46 @@
+#include "engine/queries/past_room.h"
+
+#include "layout/leaf_bounds_soa.h"
+
+#include <algorithm>
+
+namespace cab {
+namespace {
+
+// A worker poses at most so many candidates together, and so many leaves but at least one tile.
+constexpr std::size_t kMostCandidates = 256, kMostLeaves = 4096;
+
+template <class T>
+FixedList<T> make_list(Arena& arena, std::size_t capacity) {
+  return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
+}
+
+}  // namespace
+
+std::unique_ptr<PastRoom> make_past_room(std::size_t links, std::size_t leaves, std::size_t workers,
+                                         const Allocator& allocator) {
+  auto room = std::make_unique<PastRoom>();
+  room->links = links;
+  room->leaves = leaves;
+  const std::size_t most = std::clamp<std::size_t>(kMostLeaves / leaves, kLanes, kMostCandidates);
+  for (std::size_t w = 0; w < workers; ++w) {
+    auto worker = std::make_unique<PastWorker>(allocator);
+    Arena& own = worker->arena;
+    worker->candidates = make_list<PastCandidate>(own, most);
+    worker->order = own.allocate<std::uint32_t>(most);
+    worker->boxes = make_list<BoxAos>(own, most * leaves);
+    worker->leaf_bounds = make_list<float>(own, most * leaf_bounds_floats(static_cast<std::uint32_t>(leaves)));
+    worker->poses = own.allocate<float>(links * kTickFloats);
+    worker->posed_for = own.allocate<std::uint32_t>(links);
+    room->workers.push_back(std::move(worker));
+  }
+  return room;
+}
+
+std::size_t bytes_of(const PastRoom& room) {
+  std::size_t out = 0;
+  for (const auto& worker : room.workers) out += worker->arena.bytes();
+  return out;
+}
+
+}  // namespace cab

@@ -1,0 +1,52 @@
+// The memory for queries at times of their own: the instances that are posed as they were.
+#pragma once
+
+#include "engine/queries/history.h"
+#include "layout/box_aos.h"
+
+namespace cab {
+
+// An instance whose bounds a query met, as it was at the query's time.
+struct PastCandidate {
+  std::uint32_t query;    // index of the query in the job
+  std::uint32_t history;  // index of the history in the job
+  std::uint32_t instance;
+  float entry;  // when the query enters its bounds, or less
+  HistoryMoment moment;
+
+  // Set when it is posed.
+  const BoxAos* boxes;
+  const float* leaf_bounds;
+  float reach;  // the largest coordinate of any leaf's bounds
+  bool is_live;
+};
+
+// What one worker keeps.
+struct PastWorker {
+  explicit PastWorker(const Allocator& allocator) : arena(allocator) {}
+
+  Arena arena;
+  FixedList<PastCandidate> candidates;
+  Span<std::uint32_t> order;  // scratch: of the candidates, by what is posed together
+  FixedList<BoxAos> boxes;    // of the candidates
+  FixedList<float> leaf_bounds;
+  // The poses of the instance that is tested, where its exact shapes have been asked for: by link, kTickFloats each.
+  Span<float> poses;
+  Span<std::uint32_t> posed_for;  // by link: the test that its pose was made for
+  std::uint32_t test = 0;         // number of the test
+};
+
+struct PastRoom {
+  std::size_t links = 0, leaves = 0;  // of the largest articulation that there is room for
+  std::vector<std::unique_ptr<PastWorker>> workers;
+  std::vector<const StoredHistory*> asked;  // the histories of the job; has room for all of the engine
+};
+
+// Makes room for histories of articulations of this size. Throws std::bad_alloc.
+std::unique_ptr<PastRoom> make_past_room(std::size_t links, std::size_t leaves, std::size_t workers,
+                                         const Allocator& allocator);
+
+// What the room takes.
+std::size_t bytes_of(const PastRoom& room);
+
+}  // namespace cab
