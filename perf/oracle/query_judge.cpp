@@ -100,7 +100,6 @@ Allowed allowed(const QueryLeaf& leaf, const Asked& asked, Exact exact, const Qu
   out.grow = times * (tolerance.leaf * leaf.lengths + tolerance.query * asked.own) + out.in_double;
   out.by_shapes = exact != Exact::kNone;
   out.shrink = away > kFar * leaf.lengths ? kFarShare * away : 0;
-  if (exact != Exact::kNone) out.shrink += kAxesShare * leaf.lengths;  // axes are made orthonormal
   return out;
 }
 
@@ -228,7 +227,8 @@ std::optional<JudgedHit> judge_body(const QueryLeaf& leaf, const QueryBody& body
   const bool is_half_space = body.kind == JudgeKind::kHalfSpace;
   const QueryBody given = is_half_space ? clipped(leaf.box.box, body) : body;
   if (is_half_space && !meet(leaf.box, asked, slack.grow, slack.in_double)) return std::nullopt;
-  take(meet(given, asked, 0, -slack.shrink), wide, out);
+  const bool is_turned = slack.by_shapes && given.kind == JudgeKind::kBox;  // its axes are made orthonormal
+  take(meet(is_turned ? grown(given, -kAxesShare * leaf.lengths) : given, asked, 0, -slack.shrink), wide, out);
   out.must_inside =
       out.must && out.most == 0 && !has_body(asked.query.kind) && is_deep_inside(given, asked, slack.grow);
   if (!has_depth(asked.query)) return out;

@@ -325,7 +325,7 @@ struct ClosestHit : btCollisionWorld::ClosestRayResultCallback {
 };
 
 // Rays through a collision world.
-class RayWorld : public QueryWorld {
+class RayWorld : public CrowdQueries {
  public:
   RayWorld(const PosedBoxes& posed, Objects objects)
       : posed_(posed),
@@ -365,7 +365,7 @@ class RayWorld : public QueryWorld {
   }
 
   // Rays sorted, sorted by GJK in place of the sub-simplex cast, and as they come.
-  void answer(std::size_t mode, const AskedQueries& asked, Answers& out) override {
+  void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
     out.clear(asked.peers.size());
     const bool is_sorted = mode < 2;
     if (is_sorted) {
@@ -425,7 +425,7 @@ class RayWorld : public QueryWorld {
 };
 
 // Spheres and points against the tree by itself: volumes that meet a sphere's bounds, then our test.
-class TreeQueries : public QueryWorld, btDbvt::ICollide {
+class TreeQueries : public CrowdQueries, btDbvt::ICollide {
  public:
   TreeQueries(const PosedBoxes& posed, bool per_leaf)
       : posed_(posed),
@@ -449,7 +449,7 @@ class TreeQueries : public QueryWorld, btDbvt::ICollide {
     }
   }
 
-  void answer(std::size_t, const AskedQueries& asked, Answers& out) override {
+  void answer(std::size_t, const QuestionSet& asked, Answers& out) override {
     out.clear(asked.peers.size());
     const double start = processor_seconds();
     sort_queries(asked.peers, order_);

@@ -385,7 +385,7 @@ Callbacks choose_callbacks() {
   return {intersect_plain, meet_point_plain};
 }
 
-class Queries : public QueryWorld {
+class Queries : public CrowdQueries {
  public:
   Queries(const PosedBoxes& posed, Primitives primitives, Build build)
       : callbacks_(choose_callbacks()), device_(rtcNewDevice("threads=1")) {
@@ -421,7 +421,7 @@ class Queries : public QueryWorld {
   }
 
   // The ray modes, then spheres, then points as they come and sorted.
-  void answer(std::size_t mode, const AskedQueries& asked, Answers& out) override {
+  void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
     out.clear(asked.peers.size());
     const bool is_ray = mode < std::size(kRayModes);
     if (is_ray ? kRayModes[mode].is_sorted : asked.kind == QueryKind::kSphere || mode > std::size(kRayModes) + 1) {
@@ -465,7 +465,7 @@ class Queries : public QueryWorld {
   }
 
   template <unsigned n>
-  void cast(const AskedQueries& asked, Answers& out) {
+  void cast(const QuestionSet& asked, Answers& out) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     const std::size_t count = order_.size();
@@ -506,7 +506,7 @@ class Queries : public QueryWorld {
     }
   }
 
-  void answer_points(const AskedQueries& asked, Answers& out) {
+  void answer_points(const QuestionSet& asked, Answers& out) {
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     const bool is_closest = asked.kind == QueryKind::kPoint;

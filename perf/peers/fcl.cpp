@@ -199,7 +199,7 @@ PeerFrame make_bounds(const scenes::Crowd& crowd) {
 // ----------------------------------------------------------------------------------------------------------- queries
 
 // One object per leaf. is_alone: bounds and tests are FCL's, else ours.
-class Queries : public QueryWorld {
+class Queries : public CrowdQueries {
  public:
   Queries(const PosedBoxes& posed, bool is_alone) : posed_(posed), is_alone_(is_alone) {
     tree_.objects.reserve(posed.boxes.size());
@@ -220,7 +220,7 @@ class Queries : public QueryWorld {
   }
 
   // Spheres: tested, then candidates alone if the set-up has them; then points.
-  void answer(std::size_t mode, const AskedQueries& asked, Answers& out) override {
+  void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
     out.clear(asked.peers.size());
     const double start = processor_seconds();
     sort_queries(asked.peers, order_);

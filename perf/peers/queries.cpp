@@ -59,7 +59,7 @@ const char* name_of(QueryKind kind) {
 }
 
 // Random queries about a crowd. The same count, kind and crowd give the same queries.
-AskedQueries make_queries(const Posed& posed, QueryKind kind, std::uint32_t count) {
+QuestionSet make_queries(const Posed& posed, QueryKind kind, std::uint32_t count) {
   double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
   for (const scenes::PosedGroup& group : posed)
     for (std::size_t i = 0; i < group.origins.size(); i += 3)
@@ -68,7 +68,7 @@ AskedQueries make_queries(const Posed& posed, QueryKind kind, std::uint32_t coun
         high[c] = std::max(high[c], group.origins[i + c]);
       }
   oracle::Random random(1 + static_cast<std::uint64_t>(kind));
-  AskedQueries out;
+  QuestionSet out;
   out.kind = kind;
   for (std::uint32_t i = 0; i < count; ++i) {
     Query& ours = out.ours.emplace_back();
@@ -94,7 +94,7 @@ AskedQueries make_queries(const Posed& posed, QueryKind kind, std::uint32_t coun
 // The modes of cab: for each kind by itself, and after a frame of the same poses.
 constexpr bool kReuses[] = {false, true};
 
-class CabQueries : public QueryWorld {
+class CabQueries : public CrowdQueries {
  public:
   CabQueries(const scenes::Crowd& crowd, const Posed* const& posed, Isa isa, std::uint32_t queries)
       : leaves_(crowd), posed_(posed), session_(crowd, isa, 1), room_(queries) {
@@ -108,7 +108,7 @@ class CabQueries : public QueryWorld {
     if (is_reuse(mode)) session_.run(*posed_, {});
   }
 
-  void answer(std::size_t mode, const AskedQueries& asked, Answers& out) override {
+  void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
     const double start = processor_seconds();
     const QueryStats stats = session_.answer(*posed_, {asked.ours.data(), asked.ours.size()}, is_reuse(mode));
     // The call measures wall time, so its parts are taken as shares.
@@ -123,7 +123,7 @@ class CabQueries : public QueryWorld {
   }
 
   // The answers of the last call, as those of peers. Not timed.
-  void read_answers(const AskedQueries& asked, Answers& out) const {
+  void read_answers(const QuestionSet& asked, Answers& out) const {
     const double update_seconds = out.update_seconds;
     out.clear(asked.ours.size());
     out.update_seconds = update_seconds;
@@ -271,7 +271,7 @@ class Runners {
   }
 
   const Answers& answers() const { return answers_; }
-  const AskedQueries& asked(QueryKind kind) const {
+  const QuestionSet& asked(QueryKind kind) const {
     return asked_[static_cast<std::size_t>(std::find(std::begin(kKinds), std::end(kKinds), kind) - kKinds)];
   }
   const scenes::Crowd& crowd() const { return crowd_; }
@@ -283,9 +283,9 @@ class Runners {
   CrowdSession poser_;
   std::vector<Posed> frames_;
   const Posed* posed_ = nullptr;
-  std::array<AskedQueries, 3> asked_;
+  std::array<QuestionSet, 3> asked_;
   std::vector<Box> node_boxes_;
-  std::vector<std::unique_ptr<QueryWorld>> worlds_;
+  std::vector<std::unique_ptr<CrowdQueries>> worlds_;
   Answers answers_;
 };
 
@@ -304,7 +304,7 @@ void verify(const std::string& scene, const std::vector<Entrant>& entrants, std:
   }
   const QueryCheck check(runners.crowd(), runners.posed());
   for (const QueryKind kind : kKinds) {
-    const AskedQueries& asked = runners.asked(kind);
+    const QuestionSet& asked = runners.asked(kind);
     std::vector<JudgedQuery> judged;
     for (Contestant& contestant : contestants) {
       if (contestant.kind != kind) continue;

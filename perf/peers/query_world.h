@@ -31,7 +31,7 @@ struct PeerQuery {
 };
 
 // Queries of one kind: closest hits of rays, all leaves that overlap spheres, or the leaves that are nearest to points.
-struct AskedQueries {
+struct QuestionSet {
   QueryKind kind;
   std::vector<Query> ours;       // as cab takes them
   std::vector<PeerQuery> peers;  // the same
@@ -75,15 +75,15 @@ struct QueryMode {
   bool candidates = false;  // it gives leaves whose bounds meet the sphere's, so false hits are expected
 };
 
-class QueryWorld {
+class CrowdQueries {
  public:
-  virtual ~QueryWorld() = default;
+  virtual ~CrowdQueries() = default;
   virtual void update(const PosedBoxes& posed) = 0;  // timed
   virtual void prepare(std::size_t mode);            // not timed: what comes before a call of answer
   // Timed. `out` is cleared for the queries.
-  virtual void answer(std::size_t mode, const AskedQueries& asked, Answers& out) = 0;
+  virtual void answer(std::size_t mode, const QuestionSet& asked, Answers& out) = 0;
 };
-inline void QueryWorld::prepare(std::size_t) {}
+inline void CrowdQueries::prepare(std::size_t) {}
 
 // A set-up of a peer for queries. alone: the library answers by its own tests of boxes.
 struct QuerySetup {
@@ -91,7 +91,7 @@ struct QuerySetup {
   bool alone;
   std::string meaning;
   std::vector<QueryMode> modes;
-  std::function<std::unique_ptr<QueryWorld>(const PosedBoxes&)> make;
+  std::function<std::unique_ptr<CrowdQueries>(const PosedBoxes&)> make;
 };
 
 // Sorts queries so that neighbours in the order are alike: along a Morton curve through the places, and in one place by
