@@ -100,7 +100,8 @@ Allowed allowed(const QueryLeaf& leaf, const Asked& asked, Exact exact, const Qu
   out.grow = times * (tolerance.leaf * leaf.lengths + tolerance.query * asked.own) + out.in_double;
   out.by_shapes = exact != Exact::kNone;
   out.shrink = away > kFar * leaf.lengths ? kFarShare * away : 0;
-  if (exact != Exact::kNone) out.shrink += kAxesShare * leaf.lengths;  // axes are made orthonormal
+  if (exact != Exact::kNone && leaf.parts.empty())
+    out.shrink += kAxesShare * leaf.lengths;  // axes are made orthonormal
   return out;
 }
 
