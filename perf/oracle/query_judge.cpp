@@ -227,7 +227,7 @@ std::optional<JudgedHit> judge_body(const QueryLeaf& leaf, const QueryBody& body
   const bool is_half_space = body.kind == JudgeKind::kHalfSpace;
   const QueryBody given = is_half_space ? clipped(leaf.box.box, body) : body;
   if (is_half_space && !meet(leaf.box, asked, slack.grow, slack.in_double)) return std::nullopt;
-  const bool is_turned = slack.by_shapes && given.kind == JudgeKind::kBox;  // its axes are made orthonormal
+  const bool is_turned = slack.by_shapes && leaf.parts.empty();  // its axes are made orthonormal
   take(meet(is_turned ? grown(given, -kAxesShare * leaf.lengths) : given, asked, 0, -slack.shrink), wide, out);
   out.must_inside =
       out.must && out.most == 0 && !has_body(asked.query.kind) && is_deep_inside(given, asked, slack.grow);

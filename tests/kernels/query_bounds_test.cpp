@@ -248,7 +248,7 @@ TEST_CASE("query bounds: a ray that misses bounds by more than its pads is told 
 
 TEST_CASE("query bounds: no bounds are missed that are within reach of a point, and none is said to be farther") {
   Random random(63);
-  std::size_t met_count = 0;
+  std::size_t met_count = 0, apart_count = 0;
   for (std::uint64_t round = rounds(6000); round > 0; --round) {
     const Frame frame = any_frame(random);
     const Row row = any_row(random, frame);
@@ -279,12 +279,19 @@ TEST_CASE("query bounds: no bounds are missed that are within reach of a point, 
       CAPTURE(lane);
       CAPTURE(frame.size);
       CHECK(static_cast<Real>(entry[lane]) <= sum * (1 + kQueryRayPad));
-      if (std::sqrt(sum) > most && point.most_sq < kInfinity) continue;
+      if (std::sqrt(sum) > most && point.most_sq < kInfinity) {
+        if (std::sqrt(sum) < 1.0001L * most + 1e-4L * static_cast<Real>(frame.size)) continue;
+        ++apart_count;
+        CHECK((met >> lane & 1) == 0);
+        CHECK(static_cast<Real>(entry[lane]) >= 0.9L * sum);
+        continue;
+      }
       ++met_count;
       CHECK((met >> lane & 1) == 1);
     }
   }
   CHECK(met_count > least_count(5000, 6000));
+  CHECK(apart_count > least_count(5000, 6000));
 }
 
 TEST_CASE("query bounds: no bounds are missed that overlap others, and those that are apart are told") {

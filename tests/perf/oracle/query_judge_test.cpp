@@ -534,8 +534,9 @@ TEST_CASE("query judge: what a sampled point shows to be met must be met, and wh
           if (!is_met || norm_1(at) > kTold * leaf.lengths) continue;
           ++met;
           REQUIRE(known);
-          CHECK(known->must);
           CHECK(known->least <= near + noise);
+          if (exact == Exact::kConvex && leaf.parts.empty()) continue;  // its box is asked with other axes
+          CHECK(known->must);
           CHECK(known->most <= near + noise);
         }
         if (all_parted) {
