@@ -14,7 +14,7 @@ struct BoundsRow {
   const float* first;
   std::size_t stride;
 
-  const float* side(std::uint32_t s) const { return first + s * stride; }
+  CAB_INLINE const float* side(std::uint32_t s) const { return first + s * stride; }
 };
 
 // A ray, or a sphere that is moved along it. above = from + pad and below = from - pad, where pad covers the radius and

@@ -1,6 +1,6 @@
 // Turns bytes into a small world and queries of any bits. A job with a query that is not valid is refused, and nothing
 // is written. Else all instruction sets answer the same bits, however queries are divided among calls and however few
-// hits there is room for, and a judge finds no fault where numbers are moderate.
+// hits there is room for, and a judge finds no fault of boxes where numbers are moderate.
 #include "perf/oracle/query_judge.h"
 #include "perf/oracle/world.h"
 #include "tests/fuzz/bytes.h"
@@ -256,6 +256,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   FUZZ_CHECK(std::all_of(first.found.begin(), first.found.end(), [](std::uint8_t byte) { return byte <= 1; }));
   check_alone(*scalar, world, asked, first);
-  if (first.job.stats.instances_masked == 0) check_by_judge(world, asked, first);
+  // Shapes are judged by cab verify, at more length than a fuzzer has.
+  if (first.job.exact == Exact::kNone && first.job.stats.instances_masked == 0) check_by_judge(world, asked, first);
   return 0;
 }
