@@ -153,12 +153,11 @@ Status frame_with_shallow_contacts(Engine& engine, FrameJob& job) noexcept {
   return status;
 }
 
-// Overwrites the last of several hits of the same query with the one before it.
+// Overwrites hits with those before them, if they are of the same query.
 Status queries_without_a_hit(Engine& engine, QueryJob& job) noexcept {
   const Status status = run_queries(engine, job);
-  if (status == Status::kOk && job.hit_count > 1 &&
-      job.hits[job.hit_count - 1].query == job.hits[job.hit_count - 2].query)
-    job.hits[job.hit_count - 1] = job.hits[job.hit_count - 2];
+  for (std::size_t hit = job.hit_count; status == Status::kOk && hit-- > 1;)
+    if (job.hits[hit].query == job.hits[hit - 1].query) job.hits[hit] = job.hits[hit - 1];
   return status;
 }
 
