@@ -1,6 +1,7 @@
 // Sizes the memory of the workers, and the memory that they share, from worst-case counts over all batches.
 #include "engine/memory.h"
 
+#include "engine/make_list.h"
 #include "engine/rest.h"
 #include "engine/traverse.h"
 #include "layout/leaf_bounds_soa.h"
@@ -78,11 +79,6 @@ MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
 bool suffices(const MemoryNeeds& x, const MemoryNeeds& y) {
   return std::all_of(std::begin(kCounts), std::end(kCounts), [&](const auto count) { return x.*count >= y.*count; }) &&
          (x.several_leaves || !y.several_leaves) && (x.large || !y.large);
-}
-
-template <class T>
-FixedList<T> make_list(Arena& arena, std::size_t capacity) {
-  return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
 }
 
 // Sizes what a worker needs for characters: the posed instances and, if links have several leaves, the posed links.

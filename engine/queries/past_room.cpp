@@ -1,5 +1,6 @@
 #include "engine/queries/past_room.h"
 
+#include "engine/make_list.h"
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
@@ -9,11 +10,6 @@ namespace {
 
 // A worker poses at most so many candidates together, and so many leaves but at least one tile.
 constexpr std::size_t kMostCandidates = 256, kMostLeaves = 4096;
-
-template <class T>
-FixedList<T> make_list(Arena& arena, std::size_t capacity) {
-  return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
-}
 
 }  // namespace
 

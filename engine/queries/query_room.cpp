@@ -2,6 +2,7 @@
 #include "engine/queries/query_room.h"
 
 #include "engine/engine.h"
+#include "engine/make_list.h"
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
@@ -11,11 +12,6 @@ namespace {
 
 // A worker keeps so many clusters of instances with sixteen leaves, and at least one of the largest articulation.
 constexpr std::size_t kPosedClusters = 1024, kLeaves = 16;
-
-template <class T>
-FixedList<T> make_list(Arena& arena, std::size_t capacity) {
-  return {arena.allocate<T>(capacity).data, static_cast<std::uint32_t>(capacity), 0};
-}
 
 }  // namespace
 
