@@ -59,9 +59,15 @@ ConvexAnswer test_convex_pairs(const ConvexBlock& block);
 template <class V>
 void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContacts& out);
 template <class V>
-std::uint32_t ray_bounds(const BoundsRow& row, const RayLanes& ray, float* entry);
+void boxes_by_leaf(const BoxTile* boxes, std::uint32_t leaves, std::uint32_t live, BoxTile* out);
 template <class V>
-std::uint32_t point_bounds(const BoundsRow& row, const PointLanes& point, float* distance_sq);
+std::uint32_t ray_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry);
+template <class V>
+void point_boxes(const BoxTile& boxes, const float (&point)[3], float* distance_sq);
+template <class V>
+bool walk_ray(const IndexNodes& index, const RayLanes& ray, IndexWalk& walk, MetBounds* out);
+template <class V>
+bool walk_point(const IndexNodes& index, const PointLanes& point, IndexWalk& walk, MetBounds* out);
 template <class V>
 std::uint32_t overlap_bounds(const BoundsRow& row, const float (&lo)[3], const float (&hi)[3]);
 template <class V>
@@ -96,8 +102,11 @@ constexpr KernelTable table_of(Isa isa) {
           overlap_aabbs<V>,
           test_convex_pairs<V>,
           contact_pairs<V>,
-          ray_bounds<V>,
-          point_bounds<V>,
+          boxes_by_leaf<V>,
+          ray_boxes<V>,
+          point_boxes<V>,
+          walk_ray<V>,
+          walk_point<V>,
           overlap_bounds<V>,
           plane_bounds<V>};
 }

@@ -28,7 +28,7 @@ struct RayLanes {
 
 // Returns the lanes whose bounds the ray meets, and writes at which parameter it enters them, or less.
 template <class V>
-std::uint32_t ray_bounds(const BoundsRow& row, const RayLanes& ray, float* entry) {
+CAB_INLINE std::uint32_t ray_bounds(const BoundsRow& row, const RayLanes& ray, float* entry) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     V near(ray.begin), far(ray.end);
@@ -52,7 +52,7 @@ struct PointLanes {
   float most_sq;
 };
 template <class V>
-std::uint32_t point_bounds(const BoundsRow& row, const PointLanes& point, float* distance_sq) {
+CAB_INLINE std::uint32_t point_bounds(const BoundsRow& row, const PointLanes& point, float* distance_sq) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     V sum(0.0f);

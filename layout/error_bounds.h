@@ -121,6 +121,13 @@ inline constexpr double kQueryRayPad = 0x1p-20;
 // The same for the leaves of an instance, as a share of all coordinates there. 32 u; step 12.3: 8 u.
 inline constexpr double kQueryLeafPad = 0x1p-19;
 
+// The same for their boxes: 64 u of all coordinates there, and 32 u of the sum of a box's half extents for axes that
+// are skew; step 12.7: 26 u, and 16 u. The distance of a point from a box may be off by 512 u of all coordinates; step
+// 12.8: 150 u.
+inline constexpr double kQueryBoxPad = 0x1p-18;
+inline constexpr float kQueryBoxSkew = 0x1p-19f;
+inline constexpr double kQueryBoxDistance = 0x1p-15;
+
 // What rounding in double may move, as a share of the lengths from a query to an instance; steps 12.2 and 12.3: 2^-50.
 inline constexpr double kQueryRounding = 0x1p-49;
 

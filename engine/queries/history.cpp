@@ -40,6 +40,7 @@ QueryIndex make_index(std::size_t instances, StoredHistory& history) {
   QueryIndex out;
   out.clusters = {arena.allocate<QueryCluster>(clusters).data, static_cast<std::uint32_t>(clusters), 0};
   out.nodes = {arena.allocate<AabbTile>(nodes).data, nodes, 0};
+  out.used = arena.allocate<std::uint16_t>(nodes);
   out.order = arena.allocate<IndexedPoint>(instances);
   out.cluster_order = history.cluster_order;
   out.unordered = history.unordered;

@@ -23,9 +23,12 @@ class HitRoom {
   void add(const QueryHit& hit) {
     ++found_;
     if (stored_ < std::min(room_.size, wanted_)) {
+      is_sorted_ = is_sorted_ && (stored_ == 0 || precedes(room_[stored_ - 1], hit));
       room_[stored_++] = hit;
-      if (stored_ == wanted_) std::make_heap(room_.data, room_.data + stored_, precedes);
-    } else if (stored_ == wanted_ && wanted_ > 0 && precedes(hit, room_[0])) {
+      if (!is_sorted_ && stored_ == wanted_) std::make_heap(room_.data, room_.data + stored_, precedes);
+    } else if (is_full() && precedes(hit, last())) {
+      if (is_sorted_) std::make_heap(room_.data, room_.data + stored_, precedes);
+      is_sorted_ = false;
       std::pop_heap(room_.data, room_.data + stored_, precedes);
       room_[stored_ - 1] = hit;
       std::push_heap(room_.data, room_.data + stored_, precedes);
@@ -33,21 +36,29 @@ class HitRoom {
   }
 
   // No hit that is farther is wanted any more.
-  float most() const {
-    return stored_ == wanted_ && wanted_ > 0 ? room_[0].distance : std::numeric_limits<float>::infinity();
-  }
+  float most() const { return is_full() ? last().distance : std::numeric_limits<float>::infinity(); }
 
-  bool has_found() const { return found_ > 0; }
+  // Whether no hit is wanted that comes behind all others.
+  bool has_all_wanted() const { return found_ >= wanted_; }
 
   // How many hits the query has, and whether all of them are stored.
   std::size_t count() const { return std::min(found_, wanted_); }
   bool is_complete() const { return stored_ == count(); }
 
-  void sort() { std::sort(room_.data, room_.data + stored_, precedes); }
+  void sort() {
+    if (!is_sorted_) std::sort(room_.data, room_.data + stored_, precedes);
+    is_sorted_ = true;
+  }
 
  private:
+  bool is_full() const { return stored_ == wanted_ && wanted_ > 0; }
+
+  // Of the hits of a room that is full, which are sorted or a heap.
+  const QueryHit& last() const { return room_[is_sorted_ ? stored_ - 1 : 0]; }
+
   Span<QueryHit> room_;
   std::size_t wanted_, found_ = 0, stored_ = 0;
+  bool is_sorted_ = true;
 };
 
 }  // namespace cab

@@ -33,28 +33,19 @@ bool walk_history(const QueryRun& run, std::uint32_t number, std::uint32_t histo
                   Probe& probe, Take&& take) {
   const StoredHistory& from = *run.asked[history];
   const Query& query = run.job.queries[number];
+  kernel::IndexWalk walk;
+  kernel::MetBounds met;
   bool goes_on = true;
-  struct Stopping {
-    Probe& probe;
-    const bool& goes_on;
-    std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const { return probe.meets(row, entry); }
-    bool skips(float entry) const { return probe.skips(entry); }
-    bool is_done() const { return !goes_on || probe.is_done(); }
-  } stopping = {probe, goes_on};
-  walk_index(
-      *moment.index, run.own.stats, stopping, [&](std::uint32_t node, std::uint32_t met, const float(&entry)[kLanes]) {
-        const QueryCluster& cluster = moment.index->clusters.data[node];
-        for (; met && !stopping.is_done(); met &= ~(1u << nearest_lane(met, entry))) {
-          const std::uint32_t lane = nearest_lane(met, entry);
-          if (probe.skips(entry[lane])) break;
-          const std::uint32_t instance = moment.index->order[cluster.first + lane].number;
-          if (!looks_at(query, *moment.from, cluster.batch, instance)) continue;
-          const std::size_t bytes = from.articulation->link_count * kTickFloats * sizeof(float);
-          for (const HistoryTick* tick : {moment.from, moment.to})
-            prefetch(pose_at(*tick, *from.articulation, instance), std::min(bytes, kPrefetchedBytes));
-          goes_on = take(PastCandidate{number, history, instance, entry[lane], moment, nullptr, nullptr, 0, false});
-        }
-      });
+  while (goes_on && !probe.is_done() && probe.next(walk, &met)) {
+    const QueryCluster& cluster = moment.index->clusters.data[met.node];
+    const std::uint32_t instance = moment.index->order[cluster.first + met.lane].number;
+    if (!looks_at(query, *moment.from, cluster.batch, instance)) continue;
+    const std::size_t bytes = from.articulation->link_count * kTickFloats * sizeof(float);
+    for (const HistoryTick* tick : {moment.from, moment.to})
+      prefetch(pose_at(*tick, *from.articulation, instance), std::min(bytes, kPrefetchedBytes));
+    goes_on = take(PastCandidate{number, history, instance, met.entry, moment, nullptr, 0, false});
+  }
+  run.own.stats.nodes += walk.opened;
   return goes_on;
 }
 
@@ -71,22 +62,20 @@ void pose_group(const QueryRun& run, Span<const std::uint32_t> order) {
   const StoredHistory& history = *run.asked[own.candidates.data[order[0]].history];
   const Articulation& articulation = *history.articulation;
   const std::uint32_t leaves = articulation.leaf_count;
-  const std::size_t floats = leaf_bounds_floats(leaves);
+  const std::uint32_t tiles = tile_count(leaves);
   PastTile tile;
   for (const std::uint32_t i : order)
     tile.add(own.candidates.data[i].moment, articulation, own.candidates.data[i].instance);
   const std::uint32_t live = pose_past_tile(run.frame.kernels, articulation, tile, run.worker);
   float reach[kLanes];
-  take_posed(run.frame.kernels, run.worker, leaves, tile.count, {own.boxes.end(), own.leaf_bounds.end(), reach});
+  take_posed(run.frame.kernels, run.worker, leaves, tile.count, {own.boxes.end(), reach});
   for (std::uint32_t lane = 0; lane < tile.count; ++lane) {
     PastCandidate& one = own.candidates.data[order[lane]];
-    one.boxes = own.boxes.end() + std::size_t{lane} * leaves;
-    one.leaf_bounds = own.leaf_bounds.end() + lane * floats;
+    one.boxes = own.boxes.end() + std::size_t{lane} * tiles;
     one.reach = reach[lane];
     one.is_live = live >> lane & 1;
   }
-  own.boxes.size += tile.count * leaves;
-  own.leaf_bounds.size += static_cast<std::uint32_t>(tile.count * floats);
+  own.boxes.size += tile.count * tiles;
   run.own.stats.instances_posed += tile.count;
 }
 
@@ -129,7 +118,6 @@ void test_candidate(const QueryRun& run, const Query& query, const PastCandidate
                          one.instance,
                          history.articulation->leaf_count,
                          one.boxes,
-                         one.leaf_bounds,
                          one.reach,
                          {},
                          &place};
@@ -162,7 +150,6 @@ const float* pose_of(const PastPlace& place, const Articulation& articulation, s
 void clear_candidates(PastWorker& own) {
   own.candidates.clear();
   own.boxes.clear();
-  own.leaf_bounds.clear();
 }
 
 LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf) {

@@ -1,7 +1,6 @@
 #include "engine/queries/past_room.h"
 
 #include "engine/make_list.h"
-#include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
 
@@ -24,8 +23,7 @@ std::unique_ptr<PastRoom> make_past_room(std::size_t links, std::size_t leaves, 
     Arena& own = worker->arena;
     worker->candidates = make_list<PastCandidate>(own, most);
     worker->order = own.allocate<std::uint32_t>(most);
-    worker->boxes = make_list<BoxAos>(own, most * leaves);
-    worker->leaf_bounds = make_list<float>(own, most * leaf_bounds_floats(static_cast<std::uint32_t>(leaves)));
+    worker->boxes = make_list<BoxTile>(own, most * tile_count(static_cast<std::uint32_t>(leaves)));
     worker->poses = own.allocate<float>(links * kTickFloats);
     worker->posed_for = own.allocate<std::uint32_t>(links);
     room->workers.push_back(std::move(worker));

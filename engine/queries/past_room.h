@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/queries/history.h"
-#include "layout/box_aos.h"
+#include "layout/tile.h"
 
 namespace cab {
 
@@ -15,9 +15,8 @@ struct PastCandidate {
   HistoryMoment moment;
 
   // Set when it is posed.
-  const BoxAos* boxes;
-  const float* leaf_bounds;
-  float reach;  // the largest coordinate of any leaf's bounds
+  const BoxTile* boxes;  // leaves as lanes
+  float reach;           // the largest coordinate of any leaf's bounds
   bool is_live;
 };
 
@@ -28,8 +27,7 @@ struct PastWorker {
   Arena arena;
   FixedList<PastCandidate> candidates;
   Span<std::uint32_t> order;  // scratch: of the candidates, by what is posed together
-  FixedList<BoxAos> boxes;    // of the candidates
-  FixedList<float> leaf_bounds;
+  FixedList<BoxTile> boxes;   // of the candidates, leaves as lanes
   // The poses of the instance that is tested, where its exact shapes have been asked for: by link, kTickFloats each.
   Span<float> poses;
   Span<std::uint32_t> posed_for;  // by link: the test that its pose was made for

@@ -21,10 +21,8 @@ void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster
       run.frame,
       {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data, worker.bounds.data}, worker);
   out.boxes = posed.boxes.end();
-  out.leaf_bounds = posed.leaf_bounds.end();
-  take_posed(kernels, worker, leaves, instances.count, {posed.boxes.end(), posed.leaf_bounds.end(), out.reach});
-  posed.boxes.size += instances.count * leaves;
-  posed.leaf_bounds.size += static_cast<std::uint32_t>(instances.count * leaf_bounds_floats(leaves));
+  take_posed(kernels, worker, leaves, instances.count, {posed.boxes.end(), out.reach});
+  posed.boxes.size += instances.count * tile_count(leaves);
   run.own.stats.instances_posed += instances.count;
 }
 
@@ -32,9 +30,8 @@ void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster
 
 void take_posed(const kernel::KernelTable& kernels, Worker& worker, std::uint32_t leaves, std::uint32_t count,
                 const PosedLanes& to) {
-  kernels.boxes_to_aos(worker.boxes.data, leaves, count, to.boxes, leaves);
+  kernels.boxes_by_leaf(worker.boxes.data, leaves, count, to.boxes);
   kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-  kernels.bounds_to_soa(worker.bounds.data, leaves, count, to.leaf_bounds);
   AabbTile all;
   kernels.bound_together(worker.bounds.data, leaves, &all);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -50,16 +47,13 @@ const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
   if (out.generation == posed.generation) return out;
   const QueryCluster& of = run.index.clusters.data[cluster];
   const std::uint32_t leaves = run.frame.batch(of.batch).active->leaf_count;
-  const bool has_room = posed.boxes.size + of.count * leaves <= posed.boxes.capacity &&
-                        posed.leaf_bounds.size + of.count * leaf_bounds_floats(leaves) <= posed.leaf_bounds.capacity;
-  if (!has_room) forget_clusters(posed);
+  if (posed.boxes.size + of.count * tile_count(leaves) > posed.boxes.capacity) forget_clusters(posed);
   pose_cluster(run, of, out);
   return out;
 }
 
 void forget_clusters(PosedClusters& posed) {
   posed.boxes.clear();
-  posed.leaf_bounds.clear();
   begin_generation(posed.generation, posed.clusters);
 }
 

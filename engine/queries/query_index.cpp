@@ -118,6 +118,11 @@ void set_child(const double (&lo)[3], const double (&hi)[3], std::uint32_t lane,
   }
 }
 
+// Notes which children a node has.
+void set_used(const QueryIndex& index, std::uint32_t level, std::uint32_t node) {
+  index.used[index.level_begin[level] + node] = static_cast<std::uint16_t>((1u << index.child_count(level, node)) - 1);
+}
+
 void make_cluster_node(const QueryIndex& index, std::uint32_t cluster) {
   const QueryCluster& of = index.clusters.data[cluster];
   const std::uint32_t begin = index.begin_of(of.batch);
@@ -130,6 +135,7 @@ void make_cluster_node(const QueryIndex& index, std::uint32_t cluster) {
     }
     set_child(lo, hi, lane, index.nodes.data[cluster]);
   }
+  set_used(index, 0, cluster);
 }
 
 // Makes a node of a level above from the nodes below it, whose bounds are floats already.
@@ -144,6 +150,7 @@ void make_inner_node(const QueryIndex& index, std::uint32_t level, std::uint32_t
       out.hi[c][lane] = *std::max_element(from.hi[c], from.hi[c] + count);
     }
   }
+  set_used(index, level, node);
 }
 
 void make_inner_nodes(const QueryIndex& index) {

@@ -3,6 +3,7 @@
 
 #include "engine/candidate.h"
 #include "engine/frame_context.h"
+#include "kernels/walk_index.h"
 #include "layout/pair_list.h"
 #include "layout/tile.h"
 
@@ -33,7 +34,7 @@ struct QueryCluster {
 // instances of cluster i, on others the nodes 16 i to 16 i + 15 of the level below. Positions are relative to `center`
 // and multiplied by `scale`, so that all are between -1 and 1, and bounds are larger by kQueryPad.
 struct QueryIndex {
-  static constexpr std::uint32_t kMostLevels = 8;  // 16^8 instances
+  static constexpr std::uint32_t kMostLevels = kernel::IndexNodes::kMostLevels;
 
   std::uint64_t of_frame = 0;  // Engine::bounds_of_frame, if it holds the instances of that frame
   bool is_sorted = false;
@@ -42,6 +43,7 @@ struct QueryIndex {
   double center[3] = {}, scale = 1;
   FixedList<QueryCluster> clusters;
   FixedList<AabbTile> nodes;
+  Span<std::uint16_t> used;           // by node: bits of the children that it has
   Span<IndexedPoint> order;           // the instances, by batch, then by cluster
   Span<IndexedPoint> cluster_order;   // scratch: the clusters
   FixedList<QueryCluster> unordered;  // scratch: the clusters as batches have them
@@ -53,6 +55,8 @@ struct QueryIndex {
   std::uint32_t begin_of(std::uint32_t batch) const { return batch_begin.empty() ? 0 : batch_begin[batch]; }
 
   std::uint32_t node_count(std::uint32_t level) const { return level_begin[level + 1] - level_begin[level]; }
+
+  kernel::IndexNodes view() const { return {nodes.data, used.data, level_begin, levels}; }
 
   // How many children a node has.
   std::uint32_t child_count(std::uint32_t level, std::uint32_t node) const {

@@ -11,7 +11,7 @@ namespace cab {
 namespace {
 
 // A worker keeps so many clusters of instances with sixteen leaves, and at least one of the largest articulation.
-constexpr std::size_t kPosedClusters = 1024, kLeaves = 16;
+constexpr std::size_t kPosedClusters = 1024;
 
 }  // namespace
 
@@ -27,21 +27,22 @@ std::unique_ptr<QueryRoom> make_query_room(const MemoryNeeds& needs, std::size_t
   const std::size_t clusters = needs.character_tiles, instances = needs.character_instances;
   index.clusters = make_list<QueryCluster>(arena, clusters);
   index.nodes = make_list<AabbTile>(arena, most_nodes(clusters));
+  index.used = arena.allocate<std::uint16_t>(most_nodes(clusters));
   index.order = arena.allocate<IndexedPoint>(instances);
   index.cluster_order = arena.allocate<IndexedPoint>(clusters);
   index.unordered = make_list<QueryCluster>(arena, clusters);
   index.bounds = arena.allocate<InstanceBounds>(instances);
   index.batch_begin = arena.allocate<std::uint32_t>(needs.batch_slots);
   index.given = arena.allocate<std::uint32_t>(needs.batch_slots);
+  const std::size_t leaf_tiles = needs.leaf_bounds_floats / leaf_bounds_floats(kLanes);
   for (std::size_t w = 0; w < workers; ++w) {
     auto worker = std::make_unique<QueryWorker>(allocator);
     Arena& own = worker->arena;
     const std::size_t posed = std::min(kPosedClusters, clusters) * kLanes;
     worker->posed.clusters = own.allocate<PosedCluster>(clusters);
-    worker->posed.boxes = make_list<BoxAos>(own, std::max(posed * kLeaves, kLanes * needs.character_nodes));
-    worker->posed.leaf_bounds =
-        make_list<float>(own, std::max(posed * leaf_bounds_floats(kLeaves), kLanes * needs.leaf_bounds_floats));
-    worker->hits = make_list<QueryHit>(own, 2 * needs.queries + kMaxLinks);
+    worker->posed.boxes = make_list<BoxTile>(own, std::max(posed, kLanes * leaf_tiles));
+    worker->met = make_list<MetInstance>(own, instances);
+    worker->hits = make_list<QueryHit>(own, 2 * needs.queries + kSpareHits);
     worker->of_instance = make_list<QueryHit>(own, needs.joints);
     worker->at_link = own.allocate<std::uint32_t>(needs.joints);
     room->workers.push_back(std::move(worker));

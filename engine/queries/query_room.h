@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/queries/query_index.h"
-#include "layout/box_aos.h"
+#include "layout/tile.h"
 
 #include <cab/query.h>
 
@@ -11,23 +11,30 @@
 
 namespace cab {
 
-// A cluster whose leaf boxes a worker has posed. Lane i has boxes[i * leaves] and the following, and leaf bounds as
-// structures of arrays one after the other (layout/leaf_bounds_soa.h).
+// A cluster whose leaf boxes a worker has posed, with leaves as lanes: those of lane i begin at boxes[i *
+// tile_count(leaves)].
 struct PosedCluster {
   std::uint32_t generation;  // of the worker's set; any other: not posed
   std::uint32_t live;        // bits of the lanes whose pose is valid
-  const BoxAos* boxes;
-  const float* leaf_bounds;
+  const BoxTile* boxes;
   float reach[kLanes];  // the largest coordinate of any leaf's bounds
 };
 
 // The clusters that a worker has posed, until there is no room for another.
 struct PosedClusters {
   Span<PosedCluster> clusters;  // by index of the cluster
-  FixedList<BoxAos> boxes;
-  FixedList<float> leaf_bounds;
+  FixedList<BoxTile> boxes;
   std::uint32_t generation = 1;
 };
+
+// An instance whose bounds a query meets: lane `lane` of a node of the index's lowest level.
+struct MetInstance {
+  std::uint32_t batch, instance;  // batch: its index
+  std::uint32_t node, lane;
+};
+
+// A worker keeps two hits per query that there is room for, and so many more: queries that want all may find many.
+inline constexpr std::size_t kSpareHits = 32768;
 
 // What one worker keeps for run_queries. Worker has the memory for posing.
 struct QueryWorker {
@@ -35,6 +42,7 @@ struct QueryWorker {
 
   Arena arena;
   PosedClusters posed;
+  FixedList<MetInstance> met;       // by one query, where hits have no distance
   FixedList<QueryHit> hits;         // of the queries of a go, until they are written in order
   FixedList<QueryHit> of_instance;  // of one query and instance: one per link
   Span<std::uint32_t> at_link;      // by link: 1 + its index in of_instance; 0 between instances

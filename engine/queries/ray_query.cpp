@@ -89,7 +89,7 @@ bool RayQuery::enter() {
 // Casts the ray against the box of a leaf and then against its shapes, and writes the first touch.
 bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, RayTouch* out) const {
   RayTouch box;
-  if (!cast_ray(ray, one.boxes[leaf], &box)) return false;
+  if (!cast_ray(ray, one.box(leaf), &box)) return false;
   *out = box;
   if (run_.job.exact == Exact::kNone) return true;
   ++run_.own.stats.exact_tests;
@@ -118,8 +118,13 @@ void RayQuery::test(const PosedInstance& one) {
   ray.radius = static_cast<double>(query_.radius);
   ray.error = kQueryRounding * (sum_of(to) + nearest);
   const double size = sum_of(ray.at) + static_cast<double>(one.reach);
-  kernel::RayLanes lanes = lanes_;
-  set_start(ray.at, (ray.radius + ray.error) + kQueryLeafPad * (size + ray.radius), lanes);
+  kernel::BoxRay lanes = {
+      {static_cast<float>(ray.at.x), static_cast<float>(ray.at.y), static_cast<float>(ray.at.z)},
+      {static_cast<float>(direction_.x), static_cast<float>(direction_.y), static_cast<float>(direction_.z)},
+      float_above((ray.radius + ray.error) + kQueryBoxPad * (size + ray.radius)) +
+          4 * std::numeric_limits<float>::min(),
+      0,
+      0};
   lanes.begin = float_below(ray.begin);
   const auto set_end = [&] {
     const double most = (1 + kOutwards) * static_cast<double>(hits_.most());
@@ -128,8 +133,7 @@ void RayQuery::test(const PosedInstance& one) {
   };
   set_end();
   for_each_leaf(
-      run_, one,
-      [&](const kernel::BoundsRow& row, float* entry) { return run_.frame.kernels.ray_bounds(row, lanes, entry); },
+      run_, one, [&](const BoxTile& boxes, float* entry) { return run_.frame.kernels.ray_boxes(boxes, lanes, entry); },
       [&](float entry) { return entry > lanes.end; },
       [&](std::uint32_t leaf) {
         RayTouch touch;

@@ -12,12 +12,14 @@ class RayQuery {
 
   // A probe of search_index.
   bool enter();
-  std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const {
-    return run_.frame.kernels.ray_bounds(row, lanes_, entry);
+  bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
+    return run_.frame.kernels.walk_ray(run_.index.view(), lanes_, walk, met);
   }
   bool skips(float entry) const { return entry > lanes_.end; }
   void test(const PosedInstance& one);
   bool is_done() const { return hits_.is_done(); }
+  bool is_in_order() const { return false; }
+  bool has_all_wanted() const { return hits_.has_all_wanted(); }
 
  private:
   bool enter_index();

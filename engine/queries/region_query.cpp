@@ -42,15 +42,19 @@ std::uint32_t RegionQuery::meets(const kernel::BoundsRow& row, const Double3& po
   return out;
 }
 
-std::uint32_t RegionQuery::meets(const kernel::BoundsRow& row, float* entry) const {
+bool RegionQuery::next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
   constexpr double kReach = 2;  // more than any coordinate in the index
-  std::fill_n(entry, kLanes, 0.0f);
   const QueryIndex& index = run_.index;
   const double* const at = query_.position;
-  return meets(row,
-               {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
-                index.scale * (at[2] - index.center[2])},
-               index.scale, kReach);
+  const Double3 position = {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
+                            index.scale * (at[2] - index.center[2])};
+  return kernel::walk_on(
+      index.view(),
+      [&](const kernel::BoundsRow& row, float* entry) {
+        std::fill_n(entry, kLanes, 0.0f);
+        return meets(row, position, index.scale, kReach);
+      },
+      [](float) { return false; }, walk, met);
 }
 
 void RegionQuery::test(const PosedInstance& one) {
@@ -69,13 +73,13 @@ void RegionQuery::test(const PosedInstance& one) {
   };
   for_each_leaf(
       run_, one,
-      [&](const kernel::BoundsRow& row, float* entry) {
+      [&](const BoxTile& boxes, float* entry) {
         std::fill_n(entry, kLanes, 0.0f);
-        return meets(row, local, 1, 3 * reach);
+        return meets(BoundsOfBoxes(run_, boxes).row(), local, 1, 3 * reach);
       },
       [](float) { return false; },
       [&](std::uint32_t leaf) {
-        const BoxAos& box = one.boxes[leaf];
+        const BoxAos box = one.box(leaf);
         const bool is_outside = std::any_of(planes().begin(), planes().end(),
                                             [&](const QueryPlane& plane) { return is_beyond(box, UnitPlane(plane)); });
         if (!is_outside) hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);

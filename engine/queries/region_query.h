@@ -12,10 +12,12 @@ class RegionQuery {
 
   // A probe of search_index.
   bool enter() { return true; }
-  std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const;
+  bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const;
   bool skips(float) const { return false; }
   void test(const PosedInstance& one);
   bool is_done() const { return hits_.is_done(); }
+  bool is_in_order() const { return query_.want != QueryWant::kAny; }
+  bool has_all_wanted() const { return hits_.has_all_wanted(); }
 
  private:
   Span<const QueryPlane> planes() const { return {run_.job.planes.data + query_.first_plane, query_.plane_count}; }

@@ -2,6 +2,7 @@
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/call.h"
 #include "engine/queries/past.h"
+#include "engine/queries/together.h"
 #include "engine/queries/validate_queries.h"
 #include "engine/rest.h"
 #include "engine/timed.h"
@@ -192,6 +193,7 @@ QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, C
     collected.at = test_candidates(run, at, collected.at, hits);
   else if (query.time != kNow && !run.asked.empty())
     answer_alone(run, at, hits);
+  hits.end();
   if (room.is_complete()) room.sort();
   return {0, 0, static_cast<std::uint32_t>(room.count()), room.is_complete(), hits.is_found()};
 }
@@ -207,18 +209,54 @@ void order_queries(const Go& go) {
   if (go.count > kQueriesPerTask) sort_by_key({go.room.order.data, go.count}, {go.room.other_order.data, go.count});
 }
 
+// Keeps the result of a query, whose hits begin at `begin` of the worker's if they are there.
+void keep_result(const Go& go, std::uint32_t query, std::uint32_t w, std::uint32_t begin, const QueryResult& result) {
+  QueryResult& kept = go.room.results[query];
+  kept = result;
+  kept.worker = w;
+  kept.begin = begin;
+  if (!go.job.found.empty()) go.job.found[go.first + query] = result.is_found;
+}
+
+// Prefetches queries that are asked soon.
+void prefetch_queries(const Go& go, std::uint32_t place, std::uint32_t count) {
+  for (; count > 0 && place < go.count; ++place, --count)
+    prefetch(&go.job.queries[go.first + go.room.order[place].number], sizeof(Query));
+}
+
 // Answers the query in a place of the order, and keeps its hits if the worker has room.
 void answer_in_order(const Go& go, const QueryRun& run, std::uint32_t place, std::uint32_t w, Collected& collected) {
   FixedList<QueryHit>& hits = run.own.hits;
+  prefetch_queries(go, place + kPrefetched, 1);
   const std::uint32_t query = go.room.order[place].number;
-  const std::uint32_t ahead = go.room.order[std::min(place + kPrefetched, go.count - 1)].number;
-  prefetch(&go.job.queries[go.first + ahead], sizeof(Query));
-  QueryResult& result = go.room.results[query];
-  result = answer(run, go.first + query, {hits.end(), hits.capacity - hits.size}, collected);
-  result.worker = w;
-  result.begin = hits.size;
+  const QueryResult result = answer(run, go.first + query, {hits.end(), hits.capacity - hits.size}, collected);
+  keep_result(go, query, w, hits.size, result);
   if (result.is_stored) hits.size += result.count;
-  if (!go.job.found.empty()) go.job.found[go.first + query] = result.is_found;
+}
+
+// Answers the queries from a place of the order on that go together, if there are several. Returns how many.
+std::uint32_t answer_some_together(const Go& go, const QueryRun& run, std::uint32_t place, std::uint32_t end,
+                                   std::uint32_t w) {
+  std::uint32_t numbers[kTogether], count = 0;
+  const Query* first = nullptr;
+  for (; count < kTogether && place + count < end; ++count) {
+    numbers[count] = static_cast<std::uint32_t>(go.first + go.room.order[place + count].number);
+    const Query& query = go.job.queries[numbers[count]];
+    if (!first) first = &query;
+    if (!goes_together(query) || query.kind != first->kind) break;
+  }
+  if (count < 2) return 0;
+  prefetch_queries(go, place + count, kTogether);
+  FixedList<QueryHit>& hits = run.own.hits;
+  const auto take = [&](std::uint32_t i, const QueryResult& result) {
+    const std::uint32_t stored = result.is_stored ? result.count : 0;
+    keep_result(go, static_cast<std::uint32_t>(numbers[i] - go.first), w, hits.size - stored, result);
+  };
+  if (first->kind == QueryKind::kRay)
+    answer_together<RayQuery>(run, {numbers, count}, hits, take);
+  else
+    answer_together<ShapeQuery>(run, {numbers, count}, hits, take);
+  return count;
 }
 
 // Answers the queries of one task: first the instances of the past are collected and posed that as many of them meet as
@@ -241,7 +279,11 @@ void answer_task(const Go& go, std::uint32_t task, std::uint32_t w) {
       collected.is_collected = last > begin;
       last = std::max(last, begin + 1);
     }
-    for (; begin < last; ++begin) answer_in_order(go, run, begin, w, collected);
+    while (begin < last) {
+      const std::uint32_t answered = answer_some_together(go, run, begin, last, w);
+      if (answered == 0) answer_in_order(go, run, begin, w, collected);
+      begin += std::max(answered, 1u);
+    }
   }
 }
 
@@ -262,36 +304,34 @@ void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
   run.own.stats = counted;
 }
 
-// Returns how many queries had to be answered twice.
-std::uint32_t run_go(const Go& go, QueryJob& job) {
+void run_go(const Go& go, QueryJob& job) {
   for (const auto& worker : go.room.workers) worker->hits.clear();
   order_queries(go);
   const std::uint32_t tasks = (go.count + kQueriesPerTask - 1) / kQueriesPerTask;
   go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { answer_task(go, task, w); });
-  std::uint32_t twice = 0;
   for (std::uint32_t query = 0; query < go.count; ++query) {
     go.room.hit_begin[query] = job.hits_needed;
     job.hits_needed += go.room.results[query].count;
-    twice += !go.room.results[query].is_stored;
   }
   if (job.hits_needed <= job.hits.size)
     go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { write_task(go, task, w); });
-  return twice;
 }
 
-// Answers all queries of a job, as many in a go as workers have room for the hits of. The first goes find out.
+// Answers all queries of a job, as many in a go as are likely to have so few hits that these stay in cache until they
+// are written, and that workers have room for.
 void run_goes(const FrameContext& frame, Engine& engine, bool asks_static, QueryJob& job) {
-  constexpr std::size_t kFirst = 512, kLess = 4;
+  constexpr std::size_t kFirst = 512, kHitsInCache = 16384;
   QueryRoom& room = *engine.queries;
   const PastRoom* const past = job.histories.empty() ? nullptr : engine.past.get();
+  const std::size_t least = std::min<std::size_t>(room.queries, kQueriesPerTask);
+  const std::size_t most_hits = std::min(kHitsInCache, std::size_t{room.workers[0]->hits.capacity} / 2);
   std::size_t most = std::min(room.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
     const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
-    const std::uint32_t twice = run_go({frame, job, room, engine.pool, past, asks_static, first, count}, job);
-    if (kLess * twice > count)
-      most = std::max<std::size_t>(most / kLess, std::min<std::size_t>(room.queries, kQueriesPerTask));
-    else
-      most = std::min(2 * most, room.queries);
+    const std::size_t before = job.hits_needed;
+    run_go({frame, job, room, engine.pool, past, asks_static, first, count}, job);
+    const std::size_t hits = std::max<std::size_t>(job.hits_needed - before, 1);
+    most = std::clamp(count * most_hits / hits, least, std::min(2 * most, room.queries));
     first += count;
   }
 }

@@ -6,9 +6,10 @@
 #include "engine/queries/past_room.h"
 #include "engine/queries/query_room.h"
 #include "engine/worker.h"
-#include "kernels/query_bounds.h"
+#include "kernels/query_boxes.h"
 #include "kernels/vec3.h"
-#include "layout/leaf_bounds_soa.h"
+#include "kernels/walk_index.h"
+#include "layout/box_aos.h"
 
 #include <array>
 #include <cmath>
@@ -50,21 +51,31 @@ struct PosedInstance {
   const InstanceBatch* batch;
   std::uint32_t slot, instance;  // slot: index of the batch
   std::uint32_t leaves;
-  const BoxAos* boxes;
-  const float* leaf_bounds;
+  const BoxTile* boxes;             // leaves as lanes
   float reach;                      // the largest coordinate of any leaf's bounds
   double apart[3];                  // its origin less the query's position
   const PastPlace* past = nullptr;  // null: it is posed by the job's inputs
+
+  BoxAos box(std::uint32_t leaf) const {
+    const BoxTile& tile = boxes[leaf / kLanes];
+    const std::uint32_t lane = leaf % kLanes;
+    BoxAos out;
+    for (int c = 0; c < 3; ++c) {
+      out.center[c] = tile.center[c][lane];
+      out.half[c] = tile.half[c][lane];
+      for (int k = 0; k < 3; ++k) out.axis[3 * k + c] = tile.axis[k][c][lane];
+    }
+    return out;
+  }
 };
 
 // The exact shapes of a leaf, posed.
 LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf);
 
-// Where the leaf boxes of a posed tile go: lane i has boxes[i * leaves] and the following, and leaf bounds as
-// structures of arrays one after the other.
+// Where the leaf boxes of a posed tile go, with leaves as lanes: those of lane i begin at boxes[i *
+// tile_count(leaves)].
 struct PosedLanes {
-  BoxAos* boxes;
-  float* leaf_bounds;
+  BoxTile* boxes;
   float (&reach)[kLanes];  // receives the largest coordinate of any leaf's bounds
 };
 
@@ -89,112 +100,88 @@ inline bool looks_at(const Query& query, const InstanceBatch& batch, std::uint32
   return !is_ignored(query, slot, instance) && (query.layer_mask & (layers.empty() ? ~0u : layers[instance])) != 0;
 }
 
-// The lane of those that are set in `lanes` with the least entry; of equal ones the lowest. lanes: not 0.
-inline std::uint32_t nearest_lane(std::uint32_t lanes, const float (&entry)[kLanes]) {
-  auto out = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-  for (lanes &= lanes - 1; lanes; lanes &= lanes - 1) {
-    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-    if (entry[lane] < entry[out]) out = lane;
-  }
-  return out;
-}
-
 // Prefetches memory that is read soon.
 inline void prefetch(const void* from, std::size_t bytes) {
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(static_cast<const char*>(from) + at);
 }
-inline constexpr std::size_t kPrefetchedFloats = 6 * kLanes;  // of an instance's leaf bounds
 
-// Goes through an index from the top, the nearest nodes first, until probe.is_done(). Calls visit(cluster, met, entry)
-// for each cluster with the lanes that are met, at least one. A probe has:
-//   enter()             takes the query to the index of its run. False: it meets nothing there
-//   meets(row, entry)   the lanes of sixteen bounds of the index that the query meets, and when it enters each, or less
-//   skips(entry)        whether what is entered then is not wanted any more
+// A query on its way through the index of its run. A probe has:
+//   enter()             takes the query to the index. False: it meets nothing there
+//   next(walk, met)     goes on to the next instance whose bounds it meets. False: there is none, or none is wanted
 //   test(instance)      tests the leaves
+//   skips(entry)        whether what is entered then is not wanted any more
 //   is_done()           whether nothing more is wanted
-template <class Probe, class Visit>
-void walk_index(const QueryIndex& index, QueryStats& stats, Probe& probe, Visit&& visit_cluster) {
-  struct Visited {
-    float entry;
-    std::uint32_t level, node;
-  };
-  if (index.levels == 0) return;
-  Visited stack[QueryIndex::kMostLevels * kLanes];
-  std::uint32_t size = 0;
-  stack[size++] = {0, index.levels - 1, 0};
-  while (size > 0 && !probe.is_done()) {
-    const Visited visit = stack[--size];
-    if (probe.skips(visit.entry)) continue;
-    const AabbTile& node = index.nodes.data[index.level_begin[visit.level] + visit.node];
-    alignas(64) float entry[kLanes];
-    ++stats.nodes;
-    const std::uint32_t used = (1u << index.child_count(visit.level, visit.node)) - 1;
-    std::uint32_t met = probe.meets({&node.lo[0][0], kLanes}, entry) & used;
-    if (visit.level == 0) {
-      if (met) visit_cluster(visit.node, met, entry);
+//   is_in_order()       whether hits have no distance, so that they are in the order of instances
+//   has_all_wanted()    whether hits that come behind all others are not wanted any more
+
+// Tests an instance of the job's inputs whose bounds the query meets, if the query looks at it.
+template <class Probe>
+void test_lane(const QueryRun& run, const Query& query, std::uint32_t node, std::uint32_t lane, Probe& probe) {
+  const QueryIndex& index = run.index;
+  const QueryCluster& cluster = index.clusters.data[node];
+  const InstanceBatch& batch = run.frame.batch(cluster.batch);
+  const std::uint32_t instance = index.order[cluster.first + lane].number;
+  if (!looks_at(query, batch, cluster.batch, instance)) return;
+  const PosedCluster& posed = posed_cluster(run, node);
+  if (!(posed.live >> lane & 1)) return;
+  const std::uint32_t leaves = batch.active->leaf_count;
+  const BoxTile* const boxes = posed.boxes + std::size_t{lane} * tile_count(leaves);
+  PosedInstance one = {&batch, cluster.batch, instance, leaves, boxes, posed.reach[lane], {}};
+  for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(batch, instance, c) - query.position[c];
+  if (!is_in_reach(one.apart)) return;
+  ++run.own.stats.instances;
+  probe.test(one);
+}
+
+// Prefetches what test_lane reads. Poses the cluster.
+inline void prefetch_lane(const QueryRun& run, std::uint32_t node, std::uint32_t lane) {
+  const QueryCluster& cluster = run.index.clusters.data[node];
+  const InstanceBatch& batch = run.frame.batch(cluster.batch);
+  const PosedCluster& posed = posed_cluster(run, node);
+  prefetch(posed.boxes + std::size_t{lane} * tile_count(batch.active->leaf_count), sizeof(BoxTile));
+  if (const double* const origins = batch.input->origins.data)
+    prefetch(origins + std::size_t{3} * run.index.order[cluster.first + lane].number, 3 * sizeof(double));
+}
+
+// Calls probe.test(instance) for every instance of the job's inputs whose bounds the query meets, the nearest first, or
+// in the order of hits if these have no distance, until probe.is_done().
+template <class Probe>
+void search_index(const QueryRun& run, const Query& query, Probe& probe) {
+  kernel::IndexWalk walk;
+  kernel::MetBounds met;
+  FixedList<MetInstance>& list = run.own.met;
+  list.clear();
+  while (!probe.is_done() && probe.next(walk, &met)) {
+    if (!probe.is_in_order()) {
+      test_lane(run, query, met.node, met.lane, probe);
       continue;
     }
-    const Visited* const first = stack + size;
-    for (; met; met &= met - 1) {  // the nearest comes to the top
-      const auto lane = static_cast<std::uint32_t>(__builtin_ctz(met));
-      Visited* at = stack + size++;
-      for (; at > first && at[-1].entry < entry[lane]; --at) *at = at[-1];
-      *at = {entry[lane], visit.level - 1, visit.node * kLanes + lane};
-    }
-    if (stack + size > first)
-      prefetch(index.nodes.data + index.level_begin[visit.level - 1] + stack[size - 1].node, sizeof(AabbTile));
+    const QueryCluster& cluster = run.index.clusters.data[met.node];
+    list.push({cluster.batch, run.index.order[cluster.first + met.lane].number, met.node, met.lane});
+  }
+  run.own.stats.nodes += walk.opened;
+  std::sort(list.begin(), list.end(), [](const MetInstance& x, const MetInstance& y) {
+    return x.batch != y.batch ? x.batch < y.batch : x.instance < y.instance;
+  });
+  constexpr std::uint32_t kAhead = 2;
+  for (std::uint32_t i = 0; i < list.size && !probe.has_all_wanted(); ++i) {
+    if (i + kAhead < list.size) prefetch_lane(run, list.data[i + kAhead].node, list.data[i + kAhead].lane);
+    test_lane(run, query, list.data[i].node, list.data[i].lane, probe);
   }
 }
 
-// Calls probe.test(instance) for every instance of the job's inputs whose bounds the query meets, the nearest first,
-// until probe.is_done().
-template <class Probe>
-void search_index(const QueryRun& run, const Query& query, Probe& probe) {
-  const QueryIndex& index = run.index;
-  walk_index(index, run.own.stats, probe, [&](std::uint32_t node, std::uint32_t met, const float(&entry)[kLanes]) {
-    const QueryCluster& cluster = index.clusters.data[node];
-    const InstanceBatch& batch = run.frame.batch(cluster.batch);
-    const PosedCluster* posed = nullptr;
-    while (met && !probe.is_done()) {
-      const std::uint32_t lane = nearest_lane(met, entry);
-      met &= ~(1u << lane);
-      if (probe.skips(entry[lane])) break;
-      const std::uint32_t instance = index.order[cluster.first + lane].number;
-      if (!looks_at(query, batch, cluster.batch, instance)) continue;
-      if (!posed) posed = &posed_cluster(run, node);
-      if (!(posed->live >> lane & 1)) continue;
-      const std::uint32_t leaves = batch.active->leaf_count;
-      prefetch(posed->leaf_bounds + lane * leaf_bounds_floats(leaves),
-               std::min<std::size_t>(leaf_bounds_floats(leaves), kPrefetchedFloats) * sizeof(float));
-      PosedInstance one = {&batch,
-                           cluster.batch,
-                           instance,
-                           leaves,
-                           posed->boxes + std::size_t{lane} * leaves,
-                           posed->leaf_bounds + lane * leaf_bounds_floats(leaves),
-                           posed->reach[lane],
-                           {}};
-      for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(batch, instance, c) - query.position[c];
-      if (!is_in_reach(one.apart)) continue;
-      ++run.own.stats.instances;
-      probe.test(one);
-    }
-  });
-}
-
-// Calls test(leaf) for the leaves of an instance whose bounds a query meets, of every sixteen the nearest first.
-// meets(row, entry), skips(entry): as of a probe. Stops when is_done().
+// Calls test(leaf) for the leaves of an instance that a query meets by meets(boxes, entry), of every sixteen the
+// nearest first. meets, skips(entry): as of a probe. Stops when is_done().
 template <class Meets, class Skips, class Test, class IsDone>
 void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets, Skips&& skips, Test&& test,
                    IsDone&& is_done) {
-  const std::uint32_t width = leaf_bounds_width(one.leaves);
   for (std::uint32_t first = 0; first < one.leaves && !is_done(); first += kLanes) {
     alignas(64) float entry[kLanes];
     const std::uint32_t count = std::min(kLanes, one.leaves - first);
-    std::uint32_t met = meets({one.leaf_bounds + first, width}, entry) & ((1u << count) - 1);
+    std::uint32_t met = meets(one.boxes[first / kLanes], entry) & ((1u << count) - 1);
     while (met && !is_done()) {
-      const std::uint32_t lane = nearest_lane(met, entry);
+      const std::uint32_t lane = kernel::nearest_lane(met, entry);
       if (skips(entry[lane])) break;
       met &= ~(1u << lane);
       ++run.own.stats.leaf_tests;
@@ -202,6 +189,16 @@ void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets,
     }
   }
 }
+
+// The bounds of sixteen boxes, as a query compares them.
+class BoundsOfBoxes {
+ public:
+  BoundsOfBoxes(const QueryRun& run, const BoxTile& boxes) { run.frame.kernels.bound_boxes(&boxes, 1, &bounds_); }
+  kernel::BoundsRow row() const { return {&bounds_.lo[0][0], kLanes}; }
+
+ private:
+  AabbTile bounds_;
+};
 
 // A point or a direction as hits have it.
 inline std::array<float, 3> floats(const kernel::Vec3<double>& v) {
@@ -217,13 +214,15 @@ class LinkHits {
   // A leaf that the query meets, or a part of one.
   void add(const PosedInstance& one, std::uint32_t leaf, float distance, const std::array<float, 3>& point,
            const std::array<float, 3>& normal, bool inside) {
-    is_found_ = true;
     nearest_ = std::min(nearest_, distance);
+    const bool is_first = !is_found_;
+    is_found_ = true;
     if (query_.want == QueryWant::kAny) return;
+    const Articulation& articulation = *one.batch->articulation;
     QueryHit hit = {number_,
                     {one.slot + 1},
                     one.instance,
-                    one.batch->articulation->leaf_link[leaf],
+                    articulation.leaf_link[leaf],
                     static_cast<std::uint16_t>(leaf),
                     distance,
                     {},
@@ -231,14 +230,12 @@ class LinkHits {
                     inside};
     std::copy_n(point.data(), 3, hit.point);
     std::copy_n(normal.data(), 3, hit.normal);
-    std::uint32_t& at = run_.own.at_link[hit.link];
-    FixedList<QueryHit>& hits = run_.own.of_instance;
-    if (at == 0) {
-      hits.push(hit);
-      at = hits.size;
-    } else if (QueryHit& other = hits.data[at - 1];
-               distance < other.distance || (distance == other.distance && hit.leaf < other.leaf)) {
-      other = hit;
+    if (query_.want == QueryWant::kClosest) {
+      if (is_first || is_nearer(hit, closest_)) closest_ = hit;
+    } else if (articulation.leaves_by_link && run_.job.exact == Exact::kNone) {
+      room_.add(hit);  // a link has one leaf, and that is added once
+    } else {
+      add_to_link(hit);
     }
   }
 
@@ -252,19 +249,44 @@ class LinkHits {
     hits.clear();
   }
 
+  // Ends the query.
+  void end() {
+    if (query_.want == QueryWant::kClosest && is_found_) room_.add(closest_);
+  }
+
   bool is_found() const { return is_found_; }
   bool is_done() const { return is_found_ && query_.want == QueryWant::kAny; }
+
+  // Whether hits that come behind all others are not wanted any more.
+  bool has_all_wanted() const { return query_.want == QueryWant::kAll ? room_.has_all_wanted() : is_found_; }
 
   // No link that is farther is wanted any more.
   float most() const { return query_.want == QueryWant::kAll ? room_.most() : nearest_; }
 
  private:
+  // Of two hits of one link the one of the lower leaf counts, if they are equally near.
+  static bool is_nearer(const QueryHit& hit, const QueryHit& than) {
+    return precedes(hit, than) || (!precedes(than, hit) && hit.leaf < than.leaf);
+  }
+
+  void add_to_link(const QueryHit& hit) {
+    std::uint32_t& at = run_.own.at_link[hit.link];
+    FixedList<QueryHit>& hits = run_.own.of_instance;
+    if (at == 0) {
+      hits.push(hit);
+      at = hits.size;
+    } else if (is_nearer(hit, hits.data[at - 1])) {
+      hits.data[at - 1] = hit;
+    }
+  }
+
   const QueryRun& run_;
   const Query& query_;
   std::uint32_t number_;
   HitRoom& room_;
   bool is_found_ = false;
   float nearest_ = std::numeric_limits<float>::infinity();
+  QueryHit closest_;  // of kClosest, if one is found
 };
 
 }  // namespace cab

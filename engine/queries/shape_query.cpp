@@ -21,6 +21,11 @@ float square_above(double length) {
   return float_above(length * length * (1 + kQueryRayPad)) + 4 * std::numeric_limits<float>::min();
 }
 
+// The same not larger.
+float square_below(double length) {
+  return std::max(float_below(length * length * (1 - kQueryRayPad)) - 4 * std::numeric_limits<float>::min(), -1.0f);
+}
+
 // The shape of a query, about its position.
 ConvexShape shape_of(const Query& query) {
   const bool is_box = query.kind == QueryKind::kBox;
@@ -148,9 +153,26 @@ void ShapeQuery::set_lanes(const Double3& at, double pad, double scale, Lanes& l
 }
 
 std::uint32_t ShapeQuery::meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const {
-  if (is_round()) return run_.frame.kernels.point_bounds(row, lanes.point, entry);
   std::fill_n(entry, kLanes, 0.0f);
   return run_.frame.kernels.overlap_bounds(row, lanes.lo, lanes.hi);
+}
+
+bool ShapeQuery::next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
+  const kernel::IndexNodes nodes = run_.index.view();
+  if (is_round()) return run_.frame.kernels.walk_point(nodes, index_.point, walk, met);
+  return kernel::walk_on(
+      nodes, [this](const kernel::BoundsRow& row, float* entry) { return meets(row, index_, entry); },
+      [](float) { return false; }, walk, met);
+}
+
+// The lanes whose boxes a query may meet, and for a sphere or a point the squares of their distances.
+std::uint32_t ShapeQuery::meets_boxes(const BoxTile& boxes, const Local& local, float* distance_sq) const {
+  if (!is_round()) return meets(BoundsOfBoxes(run_, boxes).row(), local.lanes, distance_sq);
+  run_.frame.kernels.point_boxes(boxes, local.point, distance_sq);
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+    out |= std::uint32_t{!(distance_sq[lane] > local.most_sq)} << lane;
+  return out;
 }
 
 bool ShapeQuery::enter() {
@@ -165,7 +187,7 @@ bool ShapeQuery::enter() {
 
 // Whether the query meets the posed box of a leaf: asked where its shape is a half space, which goes on beyond it.
 bool ShapeQuery::meets_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) const {
-  const BoxAos& box = one.boxes[leaf];
+  const BoxAos box = one.box(leaf);
   if (is_round()) {
     const BoxPoint at(box, local.at);
     return at.is_inside() || length_of(at.outside) <= most() + local.error;
@@ -178,7 +200,8 @@ bool ShapeQuery::meets_box(const PosedInstance& one, const Local& local, std::ui
 
 // The posed box of a leaf, which decides without shapes for spheres and points.
 void ShapeQuery::test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) {
-  BoxPoint at(one.boxes[leaf], local.at);
+  const BoxAos box = one.box(leaf);
+  BoxPoint at(box, local.at);
   const bool inside = at.is_inside(), is_point = query_.kind == QueryKind::kPoint;
   if (!inside && !(length_of(at.outside) <= most() + local.error)) return;
   if (!is_point && !query_.with_depth) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
@@ -218,7 +241,8 @@ struct ShapeQuery::Run {
   void add_near(const kernel::ConvexContacts& contacts, const ConvexShape& shape, std::uint32_t lane,
                 std::uint32_t leaf) const {
     if (shape.kind == ConvexKind::kHalfSpace) {
-      const BoxPoint box(one.boxes[leaf], local.at);
+      const BoxAos of = one.box(leaf);
+      const BoxPoint box(of, local.at);
       if (!box.is_inside() && length_of(box.outside) > -contacts.depth[lane]) return query.test_box(one, local, leaf);
     }
     const double distance = std::max(-contacts.depth[lane], 0.0);
@@ -243,6 +267,37 @@ struct ShapeQuery::Run {
   }
 };
 
+// The posed boxes near a point or a sphere, the nearest of every sixteen first.
+void ShapeQuery::test_boxes(const PosedInstance& one, Local& local) {
+  for_each_leaf(
+      run_, one, [&](const BoxTile& boxes, float* entry) { return meets_boxes(boxes, local, entry); },
+      [&](float entry) { return entry > local.most_sq; },
+      [&](std::uint32_t leaf) {
+        test_box(one, local, leaf);
+        if (query_.kind == QueryKind::kPoint) local.most_sq = std::min(local.most_sq, square_above(most() + local.off));
+      },
+      [&] { return hits_.is_done(); });
+}
+
+// The posed boxes that overlap a sphere. Those at its surface are tested in double.
+void ShapeQuery::test_whether(const PosedInstance& one, const Local& local) {
+  const double inner = most() - local.off;
+  const float inner_sq = inner > 0 ? square_below(inner) : -1;
+  for (std::uint32_t first = 0; first < one.leaves; first += kLanes) {
+    alignas(64) float distance_sq[kLanes];
+    run_.frame.kernels.point_boxes(one.boxes[first / kLanes], local.point, distance_sq);
+    const std::uint32_t count = std::min(kLanes, one.leaves - first);
+    for (std::uint32_t lane = 0; lane < count && !is_done(); ++lane) {
+      if (distance_sq[lane] > local.most_sq) continue;
+      ++run_.own.stats.leaf_tests;
+      if (distance_sq[lane] <= inner_sq)
+        hits_.add(one, first + lane, 0, {0, 0, 0}, {0, 0, 0}, false);
+      else
+        test_box(one, local, first + lane);
+    }
+  }
+}
+
 // The shapes of the leaves whose bounds the query meets, sixteen at a time. Without an exact test they are the leaves'
 // boxes.
 void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
@@ -253,13 +308,13 @@ void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
   std::uint32_t count = 0;
   ConvexQueues queues(run_.worker, Run{*this, one, local});
   for_each_leaf(
-      run_, one, [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
+      run_, one, [&](const BoxTile& tile, float* entry) { return meets_boxes(tile, local, entry); },
       [](float) { return false; },
       [&](std::uint32_t leaf) {
         queues.asks = leaf;
         if (!is_exact) {
           ConvexShape& box = boxes[count++ % kLanes];
-          box = posed_box(one.boxes[leaf]);
+          box = posed_box(one.box(leaf));
           const LeafShapes leaf_box = {{&box, 1}, pose_at(kIdentity), 1};
           return queues.add(own, shape_, leaf_box, box, shift, 0);
         }
@@ -280,16 +335,15 @@ void ShapeQuery::test(const PosedInstance& one) {
   local.error = kQueryRounding * (size + (half_[0] + half_[1] + half_[2]));
   local.pad = local.error + kQueryLeafPad * size;
   set_lanes(local.at, local.pad, 1, local.lanes);
+  const double at[3] = {local.at.x, local.at.y, local.at.z};
+  for (int c = 0; c < 3; ++c) local.point[c] = static_cast<float>(at[c]);
+  local.off = local.error + kQueryBoxDistance * size;
+  local.most_sq = square_above(most() + local.off);
   if (run_.job.exact == Exact::kNone && is_round()) {
-    for_each_leaf(
-        run_, one, [&](const kernel::BoundsRow& row, float* entry) { return meets(row, local.lanes, entry); },
-        [&](float entry) { return entry > local.lanes.point.most_sq; },
-        [&](std::uint32_t leaf) {
-          test_box(one, local, leaf);
-          if (query_.kind == QueryKind::kPoint)
-            local.lanes.point.most_sq = std::min(local.lanes.point.most_sq, square_above(most() + local.pad));
-        },
-        [&] { return hits_.is_done(); });
+    if (query_.kind == QueryKind::kPoint || query_.with_depth)
+      test_boxes(one, local);
+    else
+      test_whether(one, local);
   } else {
     test_shapes(one, local);
   }

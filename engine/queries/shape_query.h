@@ -12,10 +12,14 @@ class ShapeQuery {
 
   // A probe of search_index.
   bool enter();
-  std::uint32_t meets(const kernel::BoundsRow& row, float* entry) const { return meets(row, index_, entry); }
+  bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const;
   bool skips(float entry) const { return is_round() && entry > index_.point.most_sq; }
   void test(const PosedInstance& one);
   bool is_done() const { return hits_.is_done(); }
+  bool is_in_order() const {
+    return !query_.with_depth && query_.kind != QueryKind::kPoint && query_.want != QueryWant::kAny;
+  }
+  bool has_all_wanted() const { return hits_.has_all_wanted(); }
 
  private:
   // The query in some frame, as the kernels of bounds take it.
@@ -29,15 +33,21 @@ class ShapeQuery {
     double error;  // how far rounding may have moved it
     double pad;    // the same for floats, and for the bounds of leaves
     Lanes lanes;
+    float point[3];  // `at` as floats
+    double off;      // what distances of boxes in float may be off
+    float most_sq;   // of distances of boxes that are wanted
   };
   struct Run;
 
   bool is_round() const { return query_.kind == QueryKind::kSphere || query_.kind == QueryKind::kPoint; }
   double most() const;
   void set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const;
-  std::uint32_t meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const;
+  std::uint32_t meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const;  // if it is not round
   bool meets_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) const;
+  std::uint32_t meets_boxes(const BoxTile& boxes, const Local& local, float* distance_sq) const;
   void test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf);
+  void test_boxes(const PosedInstance& one, Local& local);
+  void test_whether(const PosedInstance& one, const Local& local);
   void test_shapes(const PosedInstance& one, const Local& local);
 
   const QueryRun& run_;

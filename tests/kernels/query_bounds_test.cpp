@@ -1,7 +1,7 @@
-// The kernels of query_bounds.h on every instruction set: queries are taken to floats with the pads of the engine, and
-// no bounds may be missed that they meet in long double, by judges that are written in other ways: separating axes,
-// clamping, corners.
-#include "kernels/query_bounds.h"
+// The kernels of query_bounds.h and walk_index.h on every instruction set: queries are taken to floats with the pads of
+// the engine, and no bounds may be missed that they meet in long double, by judges that are written in other ways:
+// separating axes, clamping, corners.
+#include "kernels/walk_index.h"
 
 #include "layout/error_bounds.h"
 #include "layout/instance_batch.h"
@@ -15,6 +15,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace cab::tests {
 namespace {
@@ -98,6 +100,36 @@ double rounding_pad(const Frame& frame, const Point& at, double index_pad) {
 bool same_float(float a, float b) { return same_bits(a, b) || (std::isnan(a) && std::isnan(b)); }
 
 using Entries = std::array<float, kLanes>;
+
+// The lanes of one row that a walk through an index of one node meets, and when it enters each.
+template <class Walk>
+std::uint32_t walk_row(const kernel::BoundsRow& row, float* entry, Walk&& walk) {
+  AabbTile node;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    std::copy_n(row.side(c), kLanes, node.lo[c]);
+    std::copy_n(row.side(3 + c), kLanes, node.hi[c]);
+  }
+  const std::uint16_t used = kAllLanes;
+  const std::uint32_t level_begin[] = {0, 1};
+  kernel::IndexWalk way;
+  kernel::MetBounds first;
+  const bool is_met = walk(kernel::IndexNodes{&node, &used, level_begin, 1}, way, &first);
+  CHECK(way.opened == 1);
+  std::copy_n(way.nodes[0].entry, kLanes, entry);
+  return is_met ? way.nodes[0].met | 1u << first.lane : 0;
+}
+std::uint32_t ray_bounds(const kernel::KernelTable& table, const kernel::BoundsRow& row, const kernel::RayLanes& ray,
+                         float* entry) {
+  return walk_row(row, entry, [&](const kernel::IndexNodes& index, kernel::IndexWalk& way, kernel::MetBounds* first) {
+    return table.walk_ray(index, ray, way, first);
+  });
+}
+std::uint32_t point_bounds(const kernel::KernelTable& table, const kernel::BoundsRow& row,
+                           const kernel::PointLanes& point, float* entry) {
+  return walk_row(row, entry, [&](const kernel::IndexNodes& index, kernel::IndexWalk& way, kernel::MetBounds* first) {
+    return table.walk_point(index, point, way, first);
+  });
+}
 
 // What a kernel answers, by call(table, row, entry); the same on every instruction set, and whatever is in lanes that
 // are not used.
@@ -187,7 +219,7 @@ TEST_CASE("query bounds: no bounds are missed that a ray meets, and none is ente
     Entries entry;
     const std::uint32_t met =
         answer(random, row, &entry, [&](const kernel::KernelTable& table, const kernel::BoundsRow& bounds, float* to_) {
-          return table.ray_bounds(bounds, ray, to_);
+          return ray_bounds(table, bounds, ray, to_);
         });
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       ++tried;
@@ -229,7 +261,7 @@ TEST_CASE("query bounds: a ray that misses bounds by more than its pads is told 
     ray.end = 8;
     const std::uint32_t met = answer(
         random, row, nullptr, [&](const kernel::KernelTable& table, const kernel::BoundsRow& bounds, float* entry) {
-          return table.ray_bounds(bounds, ray, entry);
+          return ray_bounds(table, bounds, ray, entry);
         });
     Row grown = row;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -267,7 +299,7 @@ TEST_CASE("query bounds: no bounds are missed that are within reach of a point, 
     Entries entry;
     const std::uint32_t met =
         answer(random, row, &entry, [&](const kernel::KernelTable& table, const kernel::BoundsRow& bounds, float* to) {
-          return table.point_bounds(bounds, point, to);
+          return point_bounds(table, bounds, point, to);
         });
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       Real sum = 0;
@@ -401,7 +433,7 @@ TEST_CASE("query bounds: infinite and NaN bounds are never left out by that, and
     using Table = kernel::KernelTable;
     using Bounds = kernel::BoundsRow;
     CHECK(answer(random, row, nullptr, [&](const Table& table, const Bounds& bounds, float* entry) {
-            return table.point_bounds(bounds, point, entry);
+            return point_bounds(table, bounds, point, entry);
           }) == kAllLanes);
     CHECK(answer(random, row, nullptr, [&](const Table& table, const Bounds& bounds, float*) {
             return table.overlap_bounds(bounds, low, high);
@@ -411,7 +443,7 @@ TEST_CASE("query bounds: infinite and NaN bounds are never left out by that, and
           }) == kAllLanes);
     // A ray meets those whose known sides are about its start.
     const std::uint32_t met = answer(random, row, nullptr, [&](const Table& table, const Bounds& bounds, float* entry) {
-      return table.ray_bounds(bounds, ray, entry);
+      return ray_bounds(table, bounds, ray, entry);
     });
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       bool is_about = true;
@@ -449,15 +481,83 @@ TEST_CASE("query bounds: denormal bounds and queries are not lost") {
     using Table = kernel::KernelTable;
     using Bounds = kernel::BoundsRow;
     CHECK(answer(random, row, nullptr, [&](const Table& table, const Bounds& bounds, float* entry) {
-            return table.ray_bounds(bounds, ray, entry);
+            return ray_bounds(table, bounds, ray, entry);
           }) == kAllLanes);
     CHECK(answer(random, row, nullptr, [&](const Table& table, const Bounds& bounds, float* entry) {
-            return table.point_bounds(bounds, point, entry);
+            return point_bounds(table, bounds, point, entry);
           }) == kAllLanes);
     CHECK(answer(random, row, nullptr, [&](const Table& table, const Bounds& bounds, float*) {
             return table.overlap_bounds(bounds, below, above);
           }) == kAllLanes);
   }
+}
+
+TEST_CASE("query bounds: a walk through an index meets what every lane meets, the nearest of a node first") {
+  Random random(68);
+  std::size_t met_count = 0, skipped_count = 0;
+  for (std::uint64_t round = rounds(400); round > 0; --round) {
+    // A level of up to sixteen nodes below one.
+    const std::uint32_t nodes = 1 + random.index(kLanes);
+    std::vector<AabbTile> tiles(nodes + 1);
+    std::vector<std::uint16_t> used(nodes + 1);
+    AabbTile& top = tiles[nodes];
+    used[nodes] = static_cast<std::uint16_t>((1u << nodes) - 1);
+    for (std::uint32_t n = 0; n < nodes; ++n) {
+      used[n] = static_cast<std::uint16_t>((1u << (1 + random.index(kLanes))) - 1);
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+          tiles[n].lo[c][lane] = static_cast<float>(random.uniform(-1, 0.9));
+          tiles[n].hi[c][lane] = tiles[n].lo[c][lane] + static_cast<float>(random.uniform(0, 0.3));
+        }
+        const auto count = static_cast<std::ptrdiff_t>(__builtin_popcount(used[n]));
+        top.lo[c][n] = *std::min_element(tiles[n].lo[c], tiles[n].lo[c] + count);
+        top.hi[c][n] = *std::max_element(tiles[n].hi[c], tiles[n].hi[c] + count);
+      }
+    }
+    const std::uint32_t level_begin[] = {0, nodes, nodes + 1};
+    const kernel::IndexNodes index = {tiles.data(), used.data(), level_begin, 2};
+    kernel::PointLanes point;
+    for (std::uint32_t c = 0; c < 3; ++c)
+      point.above[c] = point.below[c] = static_cast<float>(random.uniform(-1.2, 1.2));
+    point.most_sq = static_cast<float>(random.uniform(0, 1));
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted, first_of_all;
+    for (std::uint32_t n = 0; n < nodes; ++n) {
+      alignas(64) float entry[kLanes];
+      const std::uint32_t met = point_bounds(*available_kernels().front(), {&tiles[n].lo[0][0], kLanes}, point, entry);
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+        if (met & used[n] & 1u << lane) wanted.emplace_back(n, lane);
+    }
+    met_count += wanted.size();
+    for (const kernel::KernelTable* const table : available_kernels()) {
+      CAPTURE(name_of(*table));
+      std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
+      kernel::IndexWalk way;
+      kernel::MetBounds met, last = {};
+      while (table->walk_point(index, point, way, &met)) {
+        if (!found.empty() && met.node == last.node) CHECK(met.entry >= last.entry);
+        found.emplace_back(met.node, met.lane);
+        last = met;
+      }
+      if (first_of_all.empty()) first_of_all = found;
+      CHECK(found == first_of_all);
+      std::sort(found.begin(), found.end());
+      CHECK(found == wanted);
+      if (wanted.size() < 2) continue;
+      // What is farther than the nearest is left out as soon as that is known.
+      kernel::IndexWalk shorter_way;
+      kernel::PointLanes shorter = point;
+      REQUIRE(table->walk_point(index, shorter, shorter_way, &met));
+      shorter.most_sq = met.entry;
+      std::size_t left = 1;
+      while (table->walk_point(index, shorter, shorter_way, &last)) {
+        ++left;
+        CHECK(last.entry <= met.entry);
+      }
+      skipped_count += wanted.size() - left;
+    }
+  }
+  CHECK(met_count > least_count(1000, 400));
+  CHECK(skipped_count > least_count(1000, 400));
 }
 
 }  // namespace cab::tests

@@ -141,7 +141,7 @@ struct QueryHit {
 struct QueryStats {
   std::uint64_t nodes = 0;             // nodes of the index that were compared with a query, sixteen bounds at a time
   std::uint64_t instances = 0;         // instances whose bounds a query met
-  std::uint64_t leaf_tests = 0;        // leaves whose bounds a query met
+  std::uint64_t leaf_tests = 0;        // leaves that a query may meet, by their boxes or bounds in float
   std::uint64_t exact_tests = 0;       // of those the ones whose exact shapes were tested
   std::uint64_t instances_posed = 0;   // how often instances were posed for tests; depends on the threads
   std::uint64_t instances_masked = 0;  // instances that took no part (InstanceFlag says why); 0 with reuse_bounds
