@@ -53,45 +53,65 @@ inline std::uint32_t nearest_lane(std::uint32_t lanes, const float (&entry)[kLan
 template <class Meets, class Skips>
 CAB_INLINE bool walk_on(const IndexNodes& index, const Meets& meets, const Skips& skips, IndexWalk& walk,
                         MetBounds* out) {
-  const auto open = [&](std::uint32_t level, std::uint32_t number) {
-    const std::uint32_t at = index.level_begin[level] + number;
-    IndexWalk::Node& node = walk.nodes[walk.depth++];
-    node.level = level;
-    node.number = number;
-    node.met = meets(BoundsRow{&index.nodes[at].lo[0][0], kLanes}, node.entry) & index.used[at];
-    ++walk.opened;
-  };
-  if (!walk.has_begun && index.levels > 0) open(index.levels - 1, 0);
+  bool opens = !walk.has_begun && index.levels > 0;
+  std::uint32_t level = index.levels - 1, number = 0;
   walk.has_begun = true;
-  while (walk.depth > 0) {
-    IndexWalk::Node& node = walk.nodes[walk.depth - 1];
-    const std::uint32_t lane = node.met ? nearest_lane(node.met, node.entry) : 0;
-    if (!node.met || skips(node.entry[lane])) {
-      --walk.depth;
-      continue;
+  for (;; opens = true) {
+    if (opens) {
+      const std::uint32_t at = index.level_begin[level] + number;
+      IndexWalk::Node& node = walk.nodes[walk.depth++];
+      node.level = level;
+      node.number = number;
+      node.met = meets(BoundsRow{&index.nodes[at].lo[0][0], kLanes}, node.entry) & index.used[at];
+      ++walk.opened;
     }
+    std::uint32_t lane = 0;
+    for (; walk.depth > 0; --walk.depth) {
+      const IndexWalk::Node& last = walk.nodes[walk.depth - 1];
+      if (!last.met) continue;
+      lane = nearest_lane(last.met, last.entry);
+      if (!skips(last.entry[lane])) break;
+    }
+    if (walk.depth == 0) return false;
+    IndexWalk::Node& node = walk.nodes[walk.depth - 1];
     node.met &= ~(1u << lane);
     if (node.level == 0) {
       *out = {node.number, lane, node.entry[lane]};
       return true;
     }
-    open(node.level - 1, node.number * kLanes + lane);
+    level = node.level - 1;
+    number = node.number * kLanes + lane;
   }
-  return false;
 }
 
-// The same for a ray, and for a point or a sphere.
+// A ray on its way, and a point or a sphere.
+template <class V>
+struct RayWalk {
+  const RayLanes& ray;
+
+  CAB_INLINE std::uint32_t operator()(const BoundsRow& row, float* entry) const {
+    return ray_bounds<V>(row, ray, entry);
+  }
+};
+template <class V>
+struct PointWalk {
+  const PointLanes& point;
+
+  CAB_INLINE std::uint32_t operator()(const BoundsRow& row, float* entry) const {
+    return point_bounds<V>(row, point, entry);
+  }
+};
+
+// walk_on for them.
 template <class V>
 bool walk_ray(const IndexNodes& index, const RayLanes& ray, IndexWalk& walk, MetBounds* out) {
   return walk_on(
-      index, [&ray](const BoundsRow& row, float* entry) { return ray_bounds<V>(row, ray, entry); },
-      [&ray](float entry) { return entry > ray.end; }, walk, out);
+      index, RayWalk<V>{ray}, [&ray](float entry) { return entry > ray.end; }, walk, out);
 }
 template <class V>
 bool walk_point(const IndexNodes& index, const PointLanes& point, IndexWalk& walk, MetBounds* out) {
   return walk_on(
-      index, [&point](const BoundsRow& row, float* entry) { return point_bounds<V>(row, point, entry); },
-      [&point](float entry) { return entry > point.most_sq; }, walk, out);
+      index, PointWalk<V>{point}, [&point](float entry) { return entry > point.most_sq; }, walk, out);
 }
 
 }  // namespace cab::kernel

@@ -9,7 +9,7 @@ namespace cab {
 namespace {
 
 // Poses the leaf boxes of a cluster into the worker's lists, which have room.
-void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster& out) {
+void pose(const QueryRun& run, const QueryCluster& cluster, PosedCluster& out) {
   const kernel::KernelTable& kernels = run.frame.kernels;
   const InstanceBatch& batch = run.frame.batch(cluster.batch);
   const std::uint32_t leaves = batch.active->leaf_count;
@@ -21,7 +21,14 @@ void pose_cluster(const QueryRun& run, const QueryCluster& cluster, PosedCluster
       run.frame,
       {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data, worker.bounds.data}, worker);
   out.boxes = posed.boxes.end();
-  take_posed(kernels, worker, leaves, instances.count, {posed.boxes.end(), out.reach});
+  out.batch = cluster.batch;
+  out.leaves = leaves;
+  float reach[kLanes];
+  take_posed(kernels, worker, leaves, instances.count, {posed.boxes.end(), reach});
+  for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
+    const std::uint32_t i = instances.instance[lane];
+    out.lanes[lane] = {{origin_of(batch, i, 0), origin_of(batch, i, 1), origin_of(batch, i, 2)}, reach[lane], i};
+  }
   posed.boxes.size += instances.count * tile_count(leaves);
   run.own.stats.instances_posed += instances.count;
 }
@@ -41,14 +48,13 @@ void take_posed(const kernel::KernelTable& kernels, Worker& worker, std::uint32_
   }
 }
 
-const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
+const PosedCluster& pose_cluster(const QueryRun& run, std::uint32_t cluster) {
   PosedClusters& posed = run.own.posed;
   PosedCluster& out = posed.clusters[cluster];
-  if (out.generation == posed.generation) return out;
   const QueryCluster& of = run.index.clusters.data[cluster];
   const std::uint32_t leaves = run.frame.batch(of.batch).active->leaf_count;
   if (posed.boxes.size + of.count * tile_count(leaves) > posed.boxes.capacity) forget_clusters(posed);
-  pose_cluster(run, of, out);
+  pose(run, of, out);
   return out;
 }
 

@@ -14,10 +14,20 @@ namespace cab {
 // A cluster whose leaf boxes a worker has posed, with leaves as lanes: those of lane i begin at boxes[i *
 // tile_count(leaves)].
 struct PosedCluster {
+  struct Lane {
+    double origin[3];  // of the instance, in the world
+    float reach;       // the largest coordinate of any leaf's bounds
+    std::uint32_t instance;
+  };
+
   std::uint32_t generation;  // of the worker's set; any other: not posed
   std::uint32_t live;        // bits of the lanes whose pose is valid
+  std::uint32_t batch;       // index of the batch
+  std::uint32_t leaves;      // of each instance
   const BoxTile* boxes;
-  float reach[kLanes];  // the largest coordinate of any leaf's bounds
+  Lane lanes[kLanes];
+
+  const BoxTile* boxes_of(std::uint32_t lane) const { return boxes + std::size_t{lane} * tile_count(leaves); }
 };
 
 // The clusters that a worker has posed, until there is no room for another.

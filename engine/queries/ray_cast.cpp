@@ -425,31 +425,6 @@ bool cast_brick(const LocalRay& ray, const Brick& brick, const Double3& center, 
   return true;
 }
 
-// Whether the line of a ray surely passes a posed box by: a quick answer for most rays that meet the bounds of a box
-// alone. If the sphere's centre at t and the box have points with a distance of at most the radius, t f = e + y along
-// each axis, with the speeds f, the way e to the box's centre, and |y| <= half. So e and f of two axes have a cross
-// product of at most half times f of the other. Half extents grow by more than axes are skew, 16 u of their sum, and
-// anything rounds.
-bool passes_by(const LocalRay& ray, const BoxAos& box) {
-  const Double3 to = double3(box.center) - ray.at;
-  const double lengths = norm_1(to);
-  const double sum =
-      (static_cast<double>(box.half[0]) + static_cast<double>(box.half[1])) + static_cast<double>(box.half[2]);
-  const double rounding = kQueryRounding * lengths;
-  const double grow = (1 + kQueryRayPad) * (ray.radius + ray.error) + 2 * kQueryRayPad * sum + rounding;
-  double e[3], f[3], half[3];
-  for (int k = 0; k < 3; ++k) {
-    const Double3 axis = double3(box.axis + 3 * k);
-    e[k] = dot(axis, to);
-    f[k] = dot(axis, ray.direction);
-    half[k] = static_cast<double>(box.half[k]) + grow;
-  }
-  const auto is_apart = [&](int x, int y) {
-    return std::fabs(e[x] * f[y] - e[y] * f[x]) > half[x] * std::fabs(f[y]) + half[y] * std::fabs(f[x]) + rounding;
-  };
-  return is_apart(0, 1) || is_apart(1, 2) || is_apart(2, 0);
-}
-
 // The plane is at 0 along the normal. The slack grows with the way along the ray, since the normal is rounded: a touch
 // is where the height is at most slack + kConvexSlackDouble |t|.
 bool cast_half_space(const LocalRay& ray, const Place& place, double slack, RayTouch* out) {
@@ -497,7 +472,6 @@ double ray_slack(const LocalRay& ray, const ConvexShape& shape, const StoredPose
 }
 
 bool cast_ray(const LocalRay& ray, const BoxAos& box, RayTouch* out) {
-  if (passes_by(ray, box)) return false;
   Brick brick;
   brick.is_skew = true;
   for (int k = 0; k < 3; ++k) {

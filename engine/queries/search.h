@@ -83,8 +83,15 @@ struct PosedLanes {
 void take_posed(const kernel::KernelTable& kernels, Worker& worker, std::uint32_t leaves, std::uint32_t count,
                 const PosedLanes& to);
 
-// Poses a cluster, unless it is posed already.
-const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster);
+// Poses a cluster that is not posed.
+const PosedCluster& pose_cluster(const QueryRun& run, std::uint32_t cluster);
+
+// The same, unless it is posed already.
+inline const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
+  const PosedClusters& posed = run.own.posed;
+  const PosedCluster& out = posed.clusters[cluster];
+  return out.generation == posed.generation ? out : pose_cluster(run, cluster);
+}
 
 // Forgets all posed clusters: when there is no room for another, and between calls.
 void forget_clusters(PosedClusters& posed);
@@ -118,17 +125,12 @@ inline void prefetch(const void* from, std::size_t bytes) {
 // Tests an instance of the job's inputs whose bounds the query meets, if the query looks at it.
 template <class Probe>
 void test_lane(const QueryRun& run, const Query& query, std::uint32_t node, std::uint32_t lane, Probe& probe) {
-  const QueryIndex& index = run.index;
-  const QueryCluster& cluster = index.clusters.data[node];
-  const InstanceBatch& batch = run.frame.batch(cluster.batch);
-  const std::uint32_t instance = index.order[cluster.first + lane].number;
-  if (!looks_at(query, batch, cluster.batch, instance)) return;
   const PosedCluster& posed = posed_cluster(run, node);
-  if (!(posed.live >> lane & 1)) return;
-  const std::uint32_t leaves = batch.active->leaf_count;
-  const BoxTile* const boxes = posed.boxes + std::size_t{lane} * tile_count(leaves);
-  PosedInstance one = {&batch, cluster.batch, instance, leaves, boxes, posed.reach[lane], {}};
-  for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(batch, instance, c) - query.position[c];
+  const PosedCluster::Lane& of = posed.lanes[lane];
+  const InstanceBatch& batch = run.frame.batch(posed.batch);
+  if (!looks_at(query, batch, posed.batch, of.instance) || !(posed.live >> lane & 1)) return;
+  PosedInstance one = {&batch, posed.batch, of.instance, posed.leaves, posed.boxes_of(lane), of.reach, {}};
+  for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = of.origin[c] - query.position[c];
   if (!is_in_reach(one.apart)) return;
   ++run.own.stats.instances;
   probe.test(one);
@@ -136,12 +138,9 @@ void test_lane(const QueryRun& run, const Query& query, std::uint32_t node, std:
 
 // Prefetches what test_lane reads. Poses the cluster.
 inline void prefetch_lane(const QueryRun& run, std::uint32_t node, std::uint32_t lane) {
-  const QueryCluster& cluster = run.index.clusters.data[node];
-  const InstanceBatch& batch = run.frame.batch(cluster.batch);
   const PosedCluster& posed = posed_cluster(run, node);
-  prefetch(posed.boxes + std::size_t{lane} * tile_count(batch.active->leaf_count), sizeof(BoxTile));
-  if (const double* const origins = batch.input->origins.data)
-    prefetch(origins + std::size_t{3} * run.index.order[cluster.first + lane].number, 3 * sizeof(double));
+  prefetch(posed.boxes_of(lane), sizeof(BoxTile));
+  prefetch(&posed.lanes[lane], sizeof(PosedCluster::Lane));
 }
 
 // Calls probe.test(instance) for every instance of the job's inputs whose bounds the query meets, the nearest first, or

@@ -4,8 +4,9 @@
 
 #include "engine/queries/search.h"
 
-#include <array>
-#include <optional>
+#include <cstddef>
+#include <new>
+#include <type_traits>
 
 namespace cab {
 
@@ -71,10 +72,11 @@ class InTurn {
 // hit is then the last of `to`.
 template <class Probe, class Take>
 void answer_together(const QueryRun& run, Span<const std::uint32_t> numbers, FixedList<QueryHit>& to, Take&& take) {
-  std::array<std::optional<InTurn<Probe>>, kTogether> turns;
+  alignas(InTurn<Probe>) std::byte room[kTogether][sizeof(InTurn<Probe>)];
+  InTurn<Probe>* turns[kTogether];
   std::uint32_t order[kTogether], left = 0;
   for (std::uint32_t i = 0; i < numbers.size; ++i) {
-    turns[i].emplace(run, numbers[i]);
+    turns[i] = new (room[i]) InTurn<Probe>(run, numbers[i]);
     if (!turns[i]->is_at_end()) order[left++] = i;
   }
   while (left > 0) {
@@ -87,6 +89,7 @@ void answer_together(const QueryRun& run, Span<const std::uint32_t> numbers, Fix
     }
     left = still;
   }
+  static_assert(std::is_trivially_destructible_v<InTurn<Probe>>);
   for (std::uint32_t i = 0; i < numbers.size; ++i) take(i, turns[i]->end(to));
 }
 
