@@ -62,10 +62,12 @@ int widest_axis(Span<const IndexedPoint> points) {
   return static_cast<int>(std::max_element(width, width + 3) - width);
 }
 
-// Halves points along the axis of most spread until sixteen are left, so that every run of 16, 32, 64 ... points from a
-// multiple of its length on is a box of its own. Sixteen points are in the order of their numbers.
-void order_points(Span<IndexedPoint> points) {
-  while (points.size > kLanes) {
+// Halves points along the axis of most spread until at most `most` are left, a power of two from sixteen on, so that
+// every run of `most`, 2 most, 4 most ... points from a multiple of its length on is a box of its own. Calls
+// take(points) for what is left.
+template <class Take>
+void halve_points(Span<IndexedPoint> points, std::size_t most, const Take& take) {
+  while (points.size > most) {
     std::size_t half = kLanes;
     while (2 * half < points.size) half *= 2;
     const int axis = widest_axis({points.data, points.size});
@@ -73,17 +75,34 @@ void order_points(Span<IndexedPoint> points) {
                      [axis](const IndexedPoint& x, const IndexedPoint& y) {
                        return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.number < y.number;
                      });
-    order_points({points.data, half});
+    halve_points({points.data, half}, most, take);
     points = {points.data + half, points.size - half};
   }
-  std::sort(points.begin(), points.end(),
-            [](const IndexedPoint& x, const IndexedPoint& y) { return x.number < y.number; });
+  take(points);
+}
+
+// Halves points until sixteen are left, which are in the order of their numbers.
+void order_points(Span<IndexedPoint> points) {
+  halve_points(points, kLanes, [](Span<IndexedPoint> few) {
+    std::sort(few.begin(), few.end(), [](const IndexedPoint& x, const IndexedPoint& y) { return x.number < y.number; });
+  });
+}
+
+// The same on all threads: the first halves are made on one.
+void order_points(Span<IndexedPoint> points, TaskRunner& tasks) {
+  constexpr std::size_t kParts = 16;
+  std::size_t most = kLanes;
+  while (kParts * most < points.size) most *= 2;
+  Span<IndexedPoint> parts[2 * kParts];
+  std::uint32_t count = 0;
+  halve_points(points, most, [&](Span<IndexedPoint> part) { parts[count++] = part; });
+  tasks.for_each(count, [&](std::uint32_t task, std::uint32_t) { order_points(parts[task]); });
 }
 
 // Lists the instances of one batch that have bounds, and cuts them into clusters. given: how many there are, of which
 // instance_at gives the numbers.
-template <class InstanceAt>
-void add_batch(std::uint32_t slot, std::uint32_t given, InstanceAt&& instance_at, bool sorted, QueryIndex& index) {
+template <class InstanceAt, class Order>
+void add_batch(std::uint32_t slot, std::uint32_t given, InstanceAt&& instance_at, Order&& order, QueryIndex& index) {
   const std::uint32_t begin = index.begin_of(slot);
   std::uint32_t count = 0;
   for (std::uint32_t place = 0; place < given; ++place) {
@@ -91,7 +110,7 @@ void add_batch(std::uint32_t slot, std::uint32_t given, InstanceAt&& instance_at
     const InstanceBounds& bounds = index.bounds[begin + instance];
     if (has_bounds(bounds)) index.order[begin + count++] = point_of(bounds, instance, index);
   }
-  if (sorted) order_points({index.order.data + begin, count});
+  order({index.order.data + begin, count});
   for (std::uint32_t first = 0; first < count; first += kLanes)
     index.clusters.push({slot, begin + first, std::min(kLanes, count - first)});
 }
@@ -235,7 +254,10 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
   index.clusters.clear();
   for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) {
     add_batch(
-        slot, given_count(batch), [&batch](std::uint32_t place) { return given_instance(batch, place); }, sorted,
+        slot, given_count(batch), [&batch](std::uint32_t place) { return given_instance(batch, place); },
+        [&](Span<IndexedPoint> points) {
+          if (sorted) order_points(points, *pool.tasks);
+        },
         index);
   });
   if (sorted) order_clusters(index);
@@ -256,7 +278,8 @@ void build_index_of_one(std::uint32_t slot, QueryIndex& index) {
   place(all, index);
   index.clusters.clear();
   add_batch(
-      slot, static_cast<std::uint32_t>(index.bounds.size), [](std::uint32_t i) { return i; }, true, index);
+      slot, static_cast<std::uint32_t>(index.bounds.size), [](std::uint32_t i) { return i; },
+      [](Span<IndexedPoint> points) { order_points(points); }, index);
   order_clusters(index);
   lay_out_levels(index);
   for (std::uint32_t cluster = 0; cluster < index.clusters.size; ++cluster) make_cluster_node(index, cluster);

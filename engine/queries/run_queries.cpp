@@ -17,8 +17,14 @@
 namespace cab {
 namespace {
 
-constexpr std::uint32_t kTilesPerTask = 8, kQueriesPerTask = 64;
+constexpr std::uint32_t kTilesPerTask = 8;
+
+// A worker takes so many tasks of a go, unless they would have fewer or more queries than this.
+constexpr std::uint32_t kTasksPerWorker = 8, kLeastQueriesPerTask = 8, kMostQueriesPerTask = 64;
 constexpr std::uint32_t kPrefetched = 4;  // how many queries ahead one is prefetched
+
+// Queries are put in order along the curve if a go has more than this.
+constexpr std::uint32_t kQueriesInAnyOrder = 64;
 
 // Up to this many instances and queries the calling thread works alone.
 constexpr std::size_t kInstancesAlone = 256, kQueriesAlone = 32;
@@ -161,6 +167,14 @@ struct Go {
   std::size_t first;
   std::uint32_t count;
 
+  // Queries about the past are posed for together, so their tasks do not depend on the number of workers.
+  std::uint32_t queries_per_task() const {
+    const std::uint32_t each = count / (kTasksPerWorker * static_cast<std::uint32_t>(room.workers.size()));
+    return past ? kMostQueriesPerTask : std::clamp(each, kLeastQueriesPerTask, kMostQueriesPerTask);
+  }
+  std::uint32_t task_count() const { return (count + queries_per_task() - 1) / queries_per_task(); }
+  std::uint32_t begin_of(std::uint32_t task) const { return std::min(count, task * queries_per_task()); }
+
   QueryRun run(std::uint32_t worker) const {
     const Span<const StoredHistory* const> asked = {past ? past->asked.data() : nullptr, past ? past->asked.size() : 0};
     return {frame,
@@ -202,11 +216,12 @@ QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, C
 // instances.
 void order_queries(const Go& go) {
   const QueryIndex& index = go.room.index;
-  for (std::uint32_t i = 0; i < go.count; ++i) {
-    const double* const at = go.job.queries[go.first + i].position;
-    go.room.order[i] = {go.count > kQueriesPerTask && index.levels > 0 ? curve_key(index, at) : 0, i};
-  }
-  if (go.count > kQueriesPerTask) sort_by_key({go.room.order.data, go.count}, {go.room.other_order.data, go.count});
+  const bool is_ordered = go.count > kQueriesInAnyOrder && index.levels > 0;
+  go.pool.tasks->for_each(go.task_count(), [&](std::uint32_t task, std::uint32_t) {
+    for (std::uint32_t i = go.begin_of(task); i < go.begin_of(task + 1); ++i)
+      go.room.order[i] = {is_ordered ? curve_key(index, go.job.queries[go.first + i].position) : 0, i};
+  });
+  if (is_ordered) sort_by_key({go.room.order.data, go.count}, {go.room.other_order.data, go.count});
 }
 
 // Keeps the result of a query, whose hits begin at `begin` of the worker's if they are there.
@@ -264,8 +279,8 @@ std::uint32_t answer_some_together(const Go& go, const QueryRun& run, std::uint3
 void answer_task(const Go& go, std::uint32_t task, std::uint32_t w) {
   const QueryRun run = go.run(w);
   const Timed timed(run.own.stats.seconds_search);
-  const std::uint32_t end = std::min(go.count, (task + 1) * kQueriesPerTask);
-  for (std::uint32_t begin = task * kQueriesPerTask; begin < end;) {
+  const std::uint32_t end = go.begin_of(task + 1);
+  for (std::uint32_t begin = go.begin_of(task); begin < end;) {
     Collected collected;
     std::uint32_t last = end;
     if (!run.asked.empty()) {
@@ -292,8 +307,8 @@ void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
   const QueryRun run = go.run(w);
   const QueryStats counted = run.own.stats;
   Collected not_collected;
-  const std::uint32_t end = std::min(go.count, (task + 1) * kQueriesPerTask);
-  for (std::uint32_t query = task * kQueriesPerTask; query < end; ++query) {
+  const std::uint32_t end = go.begin_of(task + 1);
+  for (std::uint32_t query = go.begin_of(task); query < end; ++query) {
     const QueryResult& result = go.room.results[query];
     QueryHit* const to = go.job.hits.data + go.room.hit_begin[query];
     if (result.is_stored)
@@ -307,7 +322,7 @@ void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
 void run_go(const Go& go, QueryJob& job) {
   for (const auto& worker : go.room.workers) worker->hits.clear();
   order_queries(go);
-  const std::uint32_t tasks = (go.count + kQueriesPerTask - 1) / kQueriesPerTask;
+  const std::uint32_t tasks = go.task_count();
   go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { answer_task(go, task, w); });
   for (std::uint32_t query = 0; query < go.count; ++query) {
     go.room.hit_begin[query] = job.hits_needed;
@@ -323,7 +338,7 @@ void run_goes(const FrameContext& frame, Engine& engine, bool asks_static, Query
   constexpr std::size_t kFirst = 512, kHitsInCache = 16384;
   QueryRoom& room = *engine.queries;
   const PastRoom* const past = job.histories.empty() ? nullptr : engine.past.get();
-  const std::size_t least = std::min<std::size_t>(room.queries, kQueriesPerTask);
+  const std::size_t least = std::min<std::size_t>(room.queries, kQueriesInAnyOrder);
   const std::size_t most_hits = std::min(kHitsInCache, std::size_t{room.workers[0]->hits.capacity} / 2);
   std::size_t most = std::min(room.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
