@@ -49,11 +49,19 @@ struct Known {
   bool is_static = false;
 };
 
+// What the test knows of a history of the engine.
+struct KnownHistory {
+  HistoryId id;
+  std::uint32_t batch, most;
+  HistorySpan span;
+};
+
 struct Session {
   fuzz::Bytes bytes;
   Engine& engine;
   std::vector<ArticulationInfo> articulations;
   std::vector<Known> batches;
+  std::vector<KnownHistory> histories = {};
 
   void add_shape(std::vector<ConvexPart>& parts, std::list<std::vector<float>>& vertices) {
     ConvexPart part;
@@ -105,11 +113,9 @@ struct Session {
     FUZZ_CHECK(static_cast<std::uint32_t>(id.value) == articulations.size());
     FUZZ_CHECK(articulation_info(engine, id, &articulations.back()) == Status::kOk);
     std::vector<MergeStep> steps(articulations.back().leaf_count - 1);
-    FUZZ_CHECK(merge_steps(engine, id, spoiled(bytes, Span<MergeStep>{steps.data(), steps.size()})) <=
-               Status::kBadOutput);
+    FUZZ_CHECK(merge_steps(engine, id, spoiled(bytes, Span<MergeStep>(steps))) <= Status::kBadOutput);
     std::vector<IgnoredPair> pairs(articulations.back().ignored_pair_count);
-    FUZZ_CHECK(ignored_pairs(engine, id, spoiled(bytes, Span<IgnoredPair>{pairs.data(), pairs.size()})) <=
-               Status::kBadOutput);
+    FUZZ_CHECK(ignored_pairs(engine, id, spoiled(bytes, Span<IgnoredPair>(pairs))) <= Status::kBadOutput);
   }
 
   void add_level_of_detail() {
@@ -125,13 +131,13 @@ struct Session {
       leaf.link = bytes.below(links + 1);
       const float half = bytes.rarely() ? bytes.number() : 1e6f;
       leaf.box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {half, half, half}};
-      leaf.links = spoiled(bytes, Span<const std::uint32_t>{all.data(), all.size()});
+      leaf.links = spoiled(bytes, Span<const std::uint32_t>(all));
     }
     LodDesc desc;
     desc.of = {of};
     desc.kind = static_cast<LodKind>(bytes.rarely() ? 2 : bytes.below(2));
     desc.max_leaves = bytes.rarely() ? bytes.raw<std::uint32_t>() : 1 + bytes.below(8);
-    desc.leaves = spoiled(bytes, Span<const LodLeaf>{leaves.data(), leaves.size()});
+    desc.leaves = spoiled(bytes, Span<const LodLeaf>(leaves));
     desc.rest_poses.data = rest.data();
     desc.rest_pose_count = bytes.below(3);
     if (bytes.rarely()) desc.joint_play = bytes.number();
@@ -145,7 +151,7 @@ struct Session {
     FUZZ_CHECK(static_cast<std::uint32_t>(id.value) == articulations.size());
     FUZZ_CHECK(articulation_info(engine, id, &articulations.back()) == Status::kOk);
     std::vector<std::uint16_t> leaf_of_link(links);
-    FUZZ_CHECK(lod_leaves(engine, id, {leaf_of_link.data(), leaf_of_link.size()}) == Status::kOk);
+    FUZZ_CHECK(lod_leaves(engine, id, leaf_of_link) == Status::kOk);
     for (const std::uint16_t leaf : leaf_of_link) FUZZ_CHECK(leaf == kNoLeaf || leaf < articulations.back().leaf_count);
   }
 
@@ -185,16 +191,16 @@ struct Session {
       if (bytes.rarely()) body.box.axis[bytes.below(3)][bytes.below(3)] = bytes.number();
       if (bytes.rarely()) body.rotation[bytes.below(4)] = bytes.number();
       for (double& at : body.origin) at = static_cast<double>(bytes.number());
-      if (bytes.rarely()) body.parts = spoiled(bytes, Span<const ConvexPart>{parts.data(), parts.size()});
+      if (bytes.rarely()) body.parts = spoiled(bytes, Span<const ConvexPart>(parts));
     }
     for (float& value : mesh) value = bytes.number();
     const auto corners = static_cast<std::uint32_t>(mesh.size() / 3);
     for (std::uint32_t& corner : triangles)
       corner = bytes.rarely() ? bytes.raw<std::uint32_t>() : bytes.below(std::max(corners, 1u));
     StaticDesc desc;
-    desc.bodies = spoiled(bytes, Span<const StaticBody>{bodies.data(), bodies.size()});
-    desc.vertices = spoiled(bytes, Span<const float>{mesh.data(), mesh.size()});
-    desc.triangles = spoiled(bytes, Span<const std::uint32_t>{triangles.data(), triangles.size()});
+    desc.bodies = spoiled(bytes, Span<const StaticBody>(bodies));
+    desc.vertices = spoiled(bytes, Span<const float>(mesh));
+    desc.triangles = spoiled(bytes, Span<const std::uint32_t>(triangles));
     if (bytes.rarely()) desc.origin[bytes.below(3)] = static_cast<double>(bytes.number());
     BatchId id = {77};
     const auto count = static_cast<std::uint32_t>(desc.bodies.size + desc.triangles.size / 3);
@@ -238,10 +244,10 @@ struct Session {
     input.batch = {batch};
     if (known.is_static && !bytes.rarely()) {
       arrays.flags.assign(known.instances, 0xee);
-      input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
+      input.flags = spoiled(bytes, Span<std::uint8_t>(arrays.flags));
       if (bytes.rarely()) {
         for (std::size_t i = 0; i < known.instances; ++i) arrays.margins.push_back(std::fabs(bytes.number()));
-        input.margins = spoiled(bytes, Span<const float>{arrays.margins.data(), arrays.margins.size()});
+        input.margins = spoiled(bytes, Span<const float>(arrays.margins));
       }
       if (bytes.rarely()) input.count = bytes.below(known.instances + 2);
       return input;
@@ -269,43 +275,126 @@ struct Session {
       for (int c = 0; c < 4; ++c) arrays.orientations.push_back(pattern[(3 * i + static_cast<std::size_t>(c)) % 16]);
     }
     arrays.flags.assign(known.instances, 0xee);
-    if (bytes.below(2))
-      input.origins = spoiled(bytes, Span<const double>{arrays.origins.data(), arrays.origins.size()});
-    if (bytes.below(2))
-      input.orientations = spoiled(bytes, Span<const float>{arrays.orientations.data(), arrays.orientations.size()});
+    if (bytes.below(2)) input.origins = spoiled(bytes, Span<const double>(arrays.origins));
+    if (bytes.below(2)) input.orientations = spoiled(bytes, Span<const float>(arrays.orientations));
     if (bytes.rarely()) {
       arrays.in_contact.assign(known.instances, 0xee);
-      input.in_contact = spoiled(bytes, Span<std::uint8_t>{arrays.in_contact.data(), arrays.in_contact.size()});
+      input.in_contact = spoiled(bytes, Span<std::uint8_t>(arrays.in_contact));
     }
     if (bytes.rarely()) {
       for (std::size_t i = 0; i < known.instances; ++i) arrays.layers.push_back(bytes.below(4));
-      (bytes.below(2) ? input.layers : input.layer_masks) =
-          spoiled(bytes, Span<const std::uint32_t>{arrays.layers.data(), arrays.layers.size()});
+      (bytes.below(2) ? input.layers : input.layer_masks) = spoiled(bytes, Span<const std::uint32_t>(arrays.layers));
     }
     input.poses.has_scale = bytes.rarely();
     if (bytes.rarely()) {
       for (std::size_t i = 0; i < known.instances; ++i) arrays.scales.push_back(std::fabs(bytes.number()));
-      input.scales = spoiled(bytes, Span<const float>{arrays.scales.data(), arrays.scales.size()});
+      input.scales = spoiled(bytes, Span<const float>(arrays.scales));
     }
     if (bytes.rarely()) {
       for (std::size_t i = 0; i < 6 * std::size_t{known.instances}; ++i)
         arrays.bounds.push_back(i % 6 < 3 ? -std::fabs(pattern[i % 16]) : std::fabs(pattern[i % 16]));
-      input.bounds = spoiled(bytes, Span<const float>{arrays.bounds.data(), arrays.bounds.size()});
+      input.bounds = spoiled(bytes, Span<const float>(arrays.bounds));
     }
     if (bytes.rarely()) {
       for (std::size_t i = 0; i < known.instances; ++i)
         arrays.moved.push_back(static_cast<std::uint8_t>(bytes.below(2)));
-      input.moved = spoiled(bytes, Span<const std::uint8_t>{arrays.moved.data(), arrays.moved.size()});
+      input.moved = spoiled(bytes, Span<const std::uint8_t>(arrays.moved));
     }
     if (bytes.rarely()) input.count = bytes.below(static_cast<std::uint32_t>(known.instances) + 2);
     if (bytes.rarely()) {
       for (std::uint32_t i = 0; i < known.instances; ++i)
         if (bytes.below(2)) arrays.instances.push_back(i);
       if (bytes.rarely()) arrays.instances.push_back(bytes.below(70));
-      input.instances = spoiled(bytes, Span<const std::uint32_t>{arrays.instances.data(), arrays.instances.size()});
+      input.instances = spoiled(bytes, Span<const std::uint32_t>(arrays.instances));
     }
-    input.flags = spoiled(bytes, Span<std::uint8_t>{arrays.flags.data(), arrays.flags.size()});
+    input.flags = spoiled(bytes, Span<std::uint8_t>(arrays.flags));
     return input;
+  }
+
+  void add_past() {
+    HistoryDesc desc;
+    desc.batch = {bytes.below(6)};
+    desc.ticks = bytes.rarely() ? bytes.raw<std::uint32_t>() | 0x80000000u : bytes.below(5);
+    HistoryId id = {77};
+    const Status status = add_history(engine, desc, &id);
+    if (status != Status::kOk) {
+      FUZZ_CHECK(id.value == 77);
+      return;
+    }
+    FUZZ_CHECK(desc.ticks > 0 && batches[slot_of(desc.batch).value - 1].instances > 0);
+    histories.push_back({id, slot_of(desc.batch).value, desc.ticks, {}});
+  }
+
+  void record(KnownHistory& history) {
+    Arrays arrays;
+    const BatchInput input = make_input(bytes.rarely() ? bytes.below(6) : history.batch, arrays);
+    const double time = bytes.rarely() ? static_cast<double>(bytes.number()) : history.span.last + bytes.below(8) - 0.5;
+    if (record_tick(engine, history.id, input, time) != Status::kOk) return;
+    FUZZ_CHECK(history.span.ticks == 0 || time > history.span.last);
+    history.span.ticks = std::min(history.span.ticks + 1, history.most);
+    history.span.last = time;
+    HistorySpan span;
+    FUZZ_CHECK(history_span(engine, history.id, &span) == Status::kOk && span.first <= time);
+    history.span.first = span.first;
+  }
+
+  void forget(std::size_t which) {
+    const HistoryId id = histories[which].id;
+    FUZZ_CHECK(remove_history(engine, id) == Status::kOk);
+    FUZZ_CHECK(remove_history(engine, id) == Status::kUnknownHistory);
+    histories.erase(histories.begin() + static_cast<std::ptrdiff_t>(which));
+  }
+
+  void ask_the_past() {
+    if (reserve(engine, {0, 0, 8}) != Status::kOk) return;
+    std::vector<HistoryId> asked;
+    for (const KnownHistory& history : histories)
+      if (!bytes.rarely()) asked.push_back(history.id);
+    if (bytes.rarely()) asked.push_back({bytes.raw<std::uint64_t>()});
+    std::vector<Query> queries(bytes.below(12));
+    for (Query& query : queries) {
+      query.kind = static_cast<QueryKind>(bytes.below(kQueryKindCount));
+      query.want = static_cast<QueryWant>(bytes.below(kQueryWantCount));
+      query.time = bytes.rarely() ? kNow : static_cast<double>(bytes.number());
+      query.direction[bytes.below(3)] = 1;
+      query.length = query.radius = query.half[2] = std::fabs(bytes.number());
+      for (double& c : query.position) c = static_cast<double>(bytes.number());
+    }
+    std::vector<QueryHit> hits(64);
+    QueryJob job;
+    job.histories = asked;
+    job.queries = queries;
+    job.hits = hits;
+    job.exact = bytes.rarely() ? Exact::kConvex : Exact::kNone;
+    Status status = run_queries(engine, job);
+    if (status == Status::kHitsOverflow) {
+      FUZZ_CHECK(job.hit_count == 0 && job.hits_needed > hits.size());
+      hits.resize(job.hits_needed);
+      job.hits = hits;
+      status = run_queries(engine, job);
+      FUZZ_CHECK(status == Status::kOk && job.hit_count == hits.size());
+    }
+    if (status != Status::kOk) return;
+    for (std::size_t i = 0; i < job.hit_count; ++i) {
+      const std::uint32_t batch = hits[i].batch.value;
+      FUZZ_CHECK(hits[i].query < queries.size() && (i == 0 || hits[i - 1].query <= hits[i].query));
+      FUZZ_CHECK(batch > 0 && batch <= batches.size() && hits[i].instance < batches[batch - 1].instances);
+    }
+  }
+
+  // One call about histories, and whether all of them are as they should be.
+  void use_past() {
+    const std::uint32_t call = bytes.below(5);
+    if (call == 0 && histories.size() < 4) add_past();
+    if (call < 3 && !histories.empty()) record(histories[bytes.below(4) % histories.size()]);
+    if (call == 3 && !histories.empty() && bytes.rarely()) forget(bytes.below(4) % histories.size());
+    if (call > 2) ask_the_past();
+    for (const KnownHistory& history : histories) {
+      HistorySpan span;
+      FUZZ_CHECK(history_span(engine, history.id, &span) == Status::kOk);
+      FUZZ_CHECK(span.ticks == history.span.ticks);
+      FUZZ_CHECK(span.ticks == 0 || (span.first == history.span.first && span.last == history.span.last));
+    }
   }
 
   // A frame by run_frame, or by tasks that are run in descending order, and sometimes given up.
@@ -335,8 +424,8 @@ struct Session {
       input.flags = {};
     }
     std::vector<Hit> again(hits.size());
-    job.inputs = {inputs.data(), inputs.size()};
-    job.hits = {again.data(), again.size()};
+    job.inputs = inputs;
+    job.hits = again;
     job.contacts = {};
     if (job.report == Report::kDistances || run_frame(engine, job) != Status::kOk) return;  // a sequence has no rest
     const std::size_t first = job.hit_count;
@@ -368,8 +457,8 @@ struct Session {
                        static_cast<Resting>(bytes.rarely() ? 2 : bytes.below(2))});
     }
     FrameJob job;
-    job.inputs = spoiled(bytes, Span<const BatchInput>{inputs.data(), inputs.size()});
-    job.rules = spoiled(bytes, Span<const PairRule>{rules.data(), rules.size()});
+    job.inputs = spoiled(bytes, Span<const BatchInput>(inputs));
+    job.rules = spoiled(bytes, Span<const PairRule>(rules));
     // Every value of every field, and one value too many.
     const auto any = [&](std::uint32_t field) { return bytes.below(policy_table()[field].value_count + 1); };
     job.policies = {static_cast<Refit>(any(0)),
@@ -382,15 +471,14 @@ struct Session {
       const std::uint32_t batch = slot_of(inputs[0].batch).value;
       std::vector<Box> boxes(
           batch > 0 && batch <= batches.size() ? batches[batch - 1].nodes * batches[batch - 1].instances : 1);
-      (void)compute_boxes(engine, inputs[0], job.policies, spoiled(bytes, Span<Box>{boxes.data(), boxes.size()}));
+      (void)compute_boxes(engine, inputs[0], job.policies, spoiled(bytes, Span<Box>(boxes)));
       for (Arrays& each : arrays) each.flags.assign(each.flags.size(), 0xee);
     }
     if (inputs.size() > 1 && bytes.rarely()) {
       const BatchInput& now = inputs[bytes.below(2)];
       const std::uint32_t batch = slot_of(now.batch).value;
       std::vector<float> margins(batch > 0 && batch <= batches.size() ? batches[batch - 1].instances : 1, -1.0f);
-      if (sweep_margins(engine, inputs[0], now, spoiled(bytes, Span<float>{margins.data(), margins.size()})) ==
-          Status::kOk)
+      if (sweep_margins(engine, inputs[0], now, spoiled(bytes, Span<float>(margins))) == Status::kOk)
         for (const float margin : margins) FUZZ_CHECK(margin == -1 || (margin >= 0 && margin <= kMaxCoordinate));
     }
     if (!inputs.empty() && bytes.rarely()) {
@@ -399,7 +487,7 @@ struct Session {
       pair.instance_a = bytes.below(8), pair.instance_b = bytes.below(8);
       pair.link_a = static_cast<std::uint16_t>(bytes.below(3)),
       pair.link_b = static_cast<std::uint16_t>(bytes.below(3));
-      const Span<const BatchInput> all = {inputs.data(), inputs.size()};
+      const Span<const BatchInput> all = inputs;
       float moment = -1;
       const Status found =
           find_touching_moments(engine, spoiled(bytes, all), all, bytes.below(40), {&pair, 1}, {&moment, 1});
@@ -411,7 +499,7 @@ struct Session {
     if (bytes.rarely()) {
       std::vector<InstancePair> pairs(bytes.below(64));
       CandidateList list;
-      list.pairs = spoiled(bytes, Span<InstancePair>{pairs.data(), pairs.size()});
+      list.pairs = spoiled(bytes, Span<InstancePair>(pairs));
       const Status found = find_candidates(engine, job, list);
       FUZZ_CHECK(found != Status::kOk || (list.count == list.needed && list.count <= list.pairs.size));
     }
@@ -419,15 +507,15 @@ struct Session {
     const auto in_order = [](const Hit& a, const Hit& b) { return !oracle::link_less(a, b); };
     std::vector<Hit> hits(bytes.below(64));
     std::vector<Contact> contacts(bytes.rarely() ? hits.size() : 0);
-    job.hits = spoiled(bytes, Span<Hit>{hits.data(), hits.size()});
-    job.contacts = spoiled(bytes, Span<Contact>{contacts.data(), contacts.size()});
+    job.hits = spoiled(bytes, Span<Hit>(hits));
+    job.contacts = spoiled(bytes, Span<Contact>(contacts));
     Status status = run_any(job);
     if (status == Status::kHitsOverflow) {
       FUZZ_CHECK(job.hit_count == 0 && job.hits_needed > job.hits.size);
       hits.resize(job.hits_needed);
       contacts.resize(contacts.empty() ? 0 : hits.size());
-      job.hits = {hits.data(), hits.size()};
-      job.contacts = {contacts.data(), contacts.size()};
+      job.hits = hits;
+      job.contacts = contacts;
       status = run_frame(engine, job);
       FUZZ_CHECK(status == Status::kOk && job.hits_needed == hits.size() && job.hit_count <= hits.size());
     }
@@ -440,7 +528,7 @@ struct Session {
     for (std::uint32_t b = 0; b < batches.size(); ++b) {
       if (batches[b].instances > 64 || batches[b].instances == 0) continue;
       std::vector<std::uint32_t> order(batches[b].instances);
-      FUZZ_CHECK(spatial_order(engine, {b + 1}, {order.data(), order.size()}) == Status::kOk);
+      FUZZ_CHECK(spatial_order(engine, {b + 1}, order) == Status::kOk);
       std::sort(order.begin(), order.end());
       for (std::uint32_t i = 0; i < order.size(); ++i) FUZZ_CHECK(order[i] == i);
     }
@@ -481,6 +569,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (call == 4 && session.batches.size() < 4) session.add_level();
     if (call == 4 && session.articulations.size() < 5) session.add_level_of_detail();
     if (call > 4) session.run();
+    if (call == 3) session.use_past();
   }
   destroy_engine(engine);
   FUZZ_CHECK(budget.used == 0);
