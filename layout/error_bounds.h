@@ -118,7 +118,7 @@ inline constexpr float kLinkRange = 4;
 inline constexpr double kQueryPad = 0x1p-18;
 inline constexpr double kQueryRayPad = 0x1p-20;
 
-// The same for the leaves of an instance, as a share of all coordinates there. 32 u; step 12.3: 8 u.
+// The same for bounds of the leaves of an instance, as a share of all coordinates. 32 u; steps 12.3 and 12.5: 12 u.
 inline constexpr double kQueryLeafPad = 0x1p-19;
 
 // The same for their boxes: 64 u of all coordinates there, and 32 u of the sum of a box's half extents for axes that

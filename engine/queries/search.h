@@ -100,10 +100,9 @@ inline bool is_ignored(const Query& query, std::uint32_t slot, std::uint32_t ins
   return slot_of(query.ignored_batch).value == slot + 1 && query.ignored_instance == instance;
 }
 
-// Whether a query looks at an instance at all.
+// Whether a query looks at an instance of a batch that it asks.
 inline bool looks_at(const Query& query, const InstanceBatch& batch, std::uint32_t slot, std::uint32_t instance) {
   const Span<const std::uint32_t> layers = batch.input->layers;
-  if (query.time != kNow && !is_static(batch)) return false;
   return !is_ignored(query, slot, instance) && (query.layer_mask & (layers.empty() ? ~0u : layers[instance])) != 0;
 }
 
@@ -152,12 +151,12 @@ void search_index(const QueryRun& run, const Query& query, Probe& probe) {
   FixedList<MetInstance>& list = run.own.met;
   list.clear();
   while (!probe.is_done() && probe.next(walk, &met)) {
-    if (!probe.is_in_order()) {
-      test_lane(run, query, met.node, met.lane, probe);
-      continue;
-    }
     const QueryCluster& cluster = run.index.clusters.data[met.node];
-    list.push({cluster.batch, run.index.order[cluster.first + met.lane].number, met.node, met.lane});
+    if (query.time != kNow && !is_static(run.frame.batch(cluster.batch))) continue;
+    if (!probe.is_in_order())
+      test_lane(run, query, met.node, met.lane, probe);
+    else
+      list.push({cluster.batch, run.index.order[cluster.first + met.lane].number, met.node, met.lane});
   }
   run.own.stats.nodes += walk.opened;
   std::sort(list.begin(), list.end(), [](const MetInstance& x, const MetInstance& y) {

@@ -97,8 +97,8 @@ constexpr bool kReuses[] = {false, true};
 class CabQueries : public CrowdQueries {
  public:
   CabQueries(const scenes::Crowd& crowd, const Posed* const& posed, Isa isa, std::uint32_t queries)
-      : leaves_(crowd), posed_(posed), session_(crowd, isa, 1), room_(queries) {
-    session_.reserve_queries(room_);
+      : leaves_(crowd), posed_(posed), session_(crowd, isa, 1) {
+    session_.reserve_queries(queries);
   }
 
   Isa isa() const { return session_.isa(); }
@@ -110,16 +110,11 @@ class CabQueries : public CrowdQueries {
 
   void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
     const double start = processor_seconds();
-    const QueryStats stats = session_.answer(*posed_, {asked.ours.data(), asked.ours.size()}, is_reuse(mode));
+    const QueryStats stats = session_.answer(*posed_, asked.ours, is_reuse(mode));
     // The call measures wall time, so its parts are taken as shares.
     const double all = stats.seconds_total > 0 ? stats.seconds_total : 1;
     out.update_seconds = (processor_seconds() - start) * (stats.seconds_bound + stats.seconds_index) / all;
     out.sort_seconds = 0;
-    // A go keeps two hits per query that there is room for, and finds the others again.
-    const auto room = static_cast<std::uint32_t>(session_.query_hits().size / 2 + 1);
-    if (asked.kind != QueryKind::kSphere || room <= room_) return;
-    room_ = room;
-    session_.reserve_queries(room_);
   }
 
   // The answers of the last call, as those of peers. Not timed.
@@ -154,7 +149,6 @@ class CabQueries : public CrowdQueries {
   CrowdLeaves leaves_;
   const Posed* const& posed_;
   CrowdSession session_;
-  std::uint32_t room_;
 };
 
 // ------------------------------------------------------------------------------------------------------- contestants
