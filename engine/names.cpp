@@ -107,6 +107,8 @@ const char* to_string(Status status) noexcept {
     case Status::kUnknownHistory: return "the history id is not one of this engine, or is of one that was removed";
     case Status::kHistoryGivenTwice: return "histories holds two histories of the same batch";
     case Status::kBadTime: return "a time must be finite, and later than those that the history has";
+    case Status::kBadAbiVersion: return "the program was compiled for another ABI of the C API than this library has";
+    case Status::kNullArgument: return "a pointer of the C API that must not be null is null";
     case Status::kBadHistoryPoses: return "a history takes neither mirrored links nor matrices that hold scales";
   }
   return "unknown status";

@@ -19,7 +19,7 @@ int main() {
   const cab::Box bone = {{.5f, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.5f, .1f, .1f}};
   const cab::Leaf leaves[] = {{0, bone, {}}, {1, bone, {}}};
   cab::ArticulationId arm;
-  check(cab::add_articulation(*engine, {{parents, 2}, {}, {leaves, 2}, {}}, &arm));
+  check(cab::add_articulation(*engine, {parents, {}, leaves, {}}, &arm));
   cab::BatchId arms;
   check(cab::add_batch(*engine, {arm, 2, cab::BatchKind::kCharacters}, &arms));
 
@@ -31,12 +31,12 @@ int main() {
   cab::BatchInput input;
   input.batch = arms;
   input.poses.data = &poses[0][0][0];
-  input.origins = {origins, 6};
+  input.origins = origins;
   cab::Hit hits[16];
   cab::FrameJob job;
   job.inputs = {&input, 1};
   job.rules = {&rule, 1};
-  job.hits = {hits, 16};
+  job.hits = hits;
   check(cab::run_frame(*engine, job));
   for (std::size_t i = 0; i < job.hit_count; ++i)
     std::printf("link %d of arm %u touches link %d of arm %u\n", hits[i].link_a, hits[i].instance_a, hits[i].link_b,

@@ -1,5 +1,6 @@
 cmake_minimum_required(VERSION 3.25)
-# Installs cab, and configures, builds and runs tests/embed and tests/embed/rig against what was installed.
+# Installs cab, and configures, builds and runs tests/embed, tests/embed/rig and tests/embed/c against what was
+# installed.
 # VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared where that at BUILD is
 # static.
 # CAB_WITH_FCL, CAB_WITH_QHULL, CAB_WITH_TBB: the options of the build at BUILD.
@@ -27,16 +28,37 @@ if(VARIANT STREQUAL other)
 endif()
 
 # From an empty folder, so that nothing of an earlier run stands in for a file that is not installed any more.
-file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/project ${WORK}/rig)
+file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/project ${WORK}/rig ${WORK}/c)
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 if(SANITIZE)
-  list(APPEND common -D CMAKE_CXX_FLAGS=-fsanitize=${SANITIZE})
+  list(APPEND common -D CMAKE_CXX_FLAGS=-fsanitize=${SANITIZE} -D CMAKE_C_FLAGS=-fsanitize=${SANITIZE})
 endif()
 list(APPEND common -D CMAKE_PREFIX_PATH=${WORK}/prefix)
 run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed -B ${WORK}/project ${common})
 run(${CMAKE_COMMAND} --build ${WORK}/project)
 run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/rig -B ${WORK}/rig ${common})
 run(${CMAKE_COMMAND} --build ${WORK}/rig)
+
+if(COMPILER MATCHES "clang")
+  list(APPEND common -D CMAKE_C_COMPILER=clang)
+endif()
+run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/c -B ${WORK}/c ${common})
+run(${CMAKE_COMMAND} --build ${WORK}/c)
+
+run(${WORK}/c/embed_c)
+set(expected "link 1 of arm 0 touches link 0 of arm 1\nray 1 meets link 0 of arm 1 after 4.40\n")
+if(NOT output STREQUAL expected)
+  message(FATAL_ERROR "the C program printed\n${output}instead of\n${expected}")
+endif()
+
+# What programs in C are compiled for. A change of it needs another CAB_ABI_VERSION.
+run(${WORK}/c/embed_c --layout)
+file(READ ${SOURCE}/tests/embed/c/layout.txt expected)
+if(NOT output STREQUAL expected)
+  file(WRITE ${WORK}/layout.txt "${output}")
+  message(FATAL_ERROR "the ABI has changed: if it was released, raise CAB_ABI_VERSION in engine/bindings/make_c_api; "
+    "then copy ${WORK}/layout.txt to tests/embed/c/layout.txt")
+endif()
 
 run(${WORK}/rig/rig)
 set(expected "3 links, 3 leaves\n2 links, 2 leaves\n")
@@ -68,7 +90,7 @@ if(VARIANT STREQUAL built AND EXISTS ${WORK}/prefix/bin/cab)
   run(${WORK}/prefix/bin/cab --version)
 endif()
 
-# A shared libcab exports of cab what the headers mark CAB_API, and nothing else.
+# A shared libcab exports what the headers mark CAB_API, and nothing else.
 if(SHARED)
   set(public "")
   file(GLOB headers ${WORK}/prefix/include/cab/*.h)
@@ -81,15 +103,22 @@ if(SHARED)
   endforeach()
   file(GLOB_RECURSE library ${WORK}/prefix/libcab.so)
   run(${NM} -D --defined-only -C ${library})
-  string(REGEX MATCHALL "[A-Za-z] cab::[A-Za-z_:]+" exported "${output}")
-  list(LENGTH exported export_count)
-  if(export_count EQUAL 0)
-    message(FATAL_ERROR "libcab.so exports nothing")
-  endif()
+  string(REPLACE ";" "," output "${output}")
+  string(REGEX MATCHALL "[^\n]+" exported "${output}")
+  set(names "")
   foreach(symbol IN LISTS exported)
-    string(REGEX REPLACE ".*cab::" "" name "${symbol}")
+    if(symbol MATCHES " A CAB_[0-9]+")
+      continue()
+    endif()
+    string(REGEX REPLACE "^[0-9a-f]* [A-Z] (cab::)?([a-z_]+)(@@CAB_[0-9]+)?([(].*)?$" "\\2" name "${symbol}")
     if(NOT name IN_LIST public)
       message(FATAL_ERROR "libcab.so exports what is not public: ${symbol}")
+    endif()
+    list(APPEND names ${name})
+  endforeach()
+  foreach(name IN LISTS public)
+    if(NOT name IN_LIST names)
+      message(FATAL_ERROR "libcab.so does not export ${name}")
     endif()
   endforeach()
 endif()

@@ -115,6 +115,8 @@ enum class Status : std::int32_t {
   kHistoryGivenTwice,  // histories holds two histories of the same batch
   kBadTime,            // a time must be finite, and later than those that the history has
   kBadHistoryPoses,    // a history takes neither mirrored links nor matrices that hold scales
+  kBadAbiVersion,      // the program was compiled for another ABI of the C API than this library has
+  kNullArgument,       // a pointer of the C API that must not be null is null
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's

@@ -1,0 +1,1748 @@
+// The C API of cab, in C11. Every type and every call of the C++ API has a twin here with the same meaning and the same
+// bytes; comments are those of the C++ headers. Made by engine/bindings/make_c_api: do not edit.
+//
+// Names       run_frame is cab_run_frame, FrameJob is cab_FrameJob, Status::kOk is CAB_STATUS_OK, kMaxLinks is
+//             CAB_MAX_LINKS. Enumerations are integers of a fixed width. A span is a pointer to the first value and the
+//             number of values; a cab_Const...Span is only read.
+// Defaults    C has none for members: begin with cab_default_frame_job() and so on, and change what differs. "Default"
+//             in a comment is what these functions give.
+// Null        What is a reference in C++ is a pointer here, and must not be null: calls answer
+//             CAB_STATUS_NULL_ARGUMENT, or 0.
+// ABI         CAB_ABI_VERSION is raised when a struct, a value or a call changes. cab_create_engine refuses a program
+//             that was compiled for another one, and the shared library has it in its name.
+#pragma once
+
+#include <cab/api.h>
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CAB_ABI_VERSION 1u
+
+// Conventions, for all of the API:
+//
+// Units       All lengths are in one unit, which the caller chooses: no constant of the library is a length. The API
+//             has no angles: rotations are quaternions or matrices. Times are in seconds.
+// Frames      "link" is a link's own frame. "instance" is the frame of one posed articulation: a pose takes points of a
+//             link to it. "world" is common to all instances: a point p of an instance stands there at
+//             origin + orientation * p. "Relative to the instance's origin" means in the world's axes, counted from
+//             that origin.
+// Rotations   Quaternions are x y z w. Vectors are columns, so a rotated point is R * p. cab_PoseFormat says which
+//             matrices are stored by rows and which by columns.
+// Handedness  The caller's coordinates may be right-handed or left-handed, and any axis may point up, if all input
+//             agrees. The determinant of quaternions' rotations, and of the axes of boxes, is 1; that of a pose's
+//             matrix may be -1. Such a link is mirrored, with its leaves' shapes.
+// Indices     Links, leaves, instances and entries of spans count from 0, ids from 1.
+// Precision   Poses, boxes and shapes are float, relative to an instance. Origins are double. Every box is padded, so
+//             that it contains what it stands for in spite of rounding. Rounding may add a pair that is apart, but
+//             never loses a pair that touches.
+// Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
+//             overlap anything else that it writes or reads. cab_add_articulation copies what it keeps.
+// Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
+//             earlier frames (but for cab_BatchInput.moved) or the caller's floating-point mode. With CAB_EXACT_FCL,
+//             hits are the same in every run of one build, but another build of FCL may decide otherwise.
+//             docs/embedding.md, "What is promised", has the details.
+// Defaults    A span is empty by default, an id is that of no object, and other members show their default. Plain
+//             results, such as Hit and Contact, have no defaults.
+
+typedef struct cab_ArticulationId cab_ArticulationId;
+typedef struct cab_BatchId cab_BatchId;
+typedef struct cab_BatchSlot cab_BatchSlot;
+typedef struct cab_Box cab_Box;
+typedef struct cab_PoseView cab_PoseView;
+typedef struct cab_ConvexPart cab_ConvexPart;
+typedef struct cab_Leaf cab_Leaf;
+typedef struct cab_LinkPair cab_LinkPair;
+typedef struct cab_ArticulationDesc cab_ArticulationDesc;
+typedef struct cab_LodLeaf cab_LodLeaf;
+typedef struct cab_LodDesc cab_LodDesc;
+typedef struct cab_IgnoredPair cab_IgnoredPair;
+typedef struct cab_MergeStep cab_MergeStep;
+typedef struct cab_ArticulationInfo cab_ArticulationInfo;
+typedef struct cab_BatchDesc cab_BatchDesc;
+typedef struct cab_StaticBody cab_StaticBody;
+typedef struct cab_StaticDesc cab_StaticDesc;
+typedef struct cab_ReserveDesc cab_ReserveDesc;
+typedef struct cab_EngineMemory cab_EngineMemory;
+typedef struct cab_MaskReason cab_MaskReason;
+typedef struct cab_BatchInput cab_BatchInput;
+typedef struct cab_PairRule cab_PairRule;
+typedef struct cab_Hit cab_Hit;
+typedef struct cab_InstancePair cab_InstancePair;
+typedef struct cab_CandidateList cab_CandidateList;
+typedef struct cab_HitChanges cab_HitChanges;
+typedef struct cab_Contact cab_Contact;
+typedef struct cab_FrameStats cab_FrameStats;
+typedef struct cab_FrameJob cab_FrameJob;
+typedef struct cab_Allocator cab_Allocator;
+typedef struct cab_Scheduler cab_Scheduler;
+typedef struct cab_EngineDesc cab_EngineDesc;
+typedef struct cab_HistoryId cab_HistoryId;
+typedef struct cab_HistoryDesc cab_HistoryDesc;
+typedef struct cab_HistorySpan cab_HistorySpan;
+typedef struct cab_Query cab_Query;
+typedef struct cab_QueryPlane cab_QueryPlane;
+typedef struct cab_QueryHit cab_QueryHit;
+typedef struct cab_QueryStats cab_QueryStats;
+typedef struct cab_QueryJob cab_QueryJob;
+typedef struct cab_Policies cab_Policies;
+typedef struct cab_PolicyValue cab_PolicyValue;
+typedef struct cab_PolicyField cab_PolicyField;
+typedef struct cab_PolicyPreset cab_PolicyPreset;
+typedef struct cab_Version cab_Version;
+typedef struct cab_BuildInfo cab_BuildInfo;
+
+// Borrowed arrays: `size` values from `data` on. data may be null if size is 0.
+typedef struct cab_ConstFloatSpan {
+  const float* data;
+  size_t size;
+} cab_ConstFloatSpan;
+typedef struct cab_ConstConvexPartSpan {
+  const cab_ConvexPart* data;
+  size_t size;
+} cab_ConstConvexPartSpan;
+typedef struct cab_ConstInt32Span {
+  const int32_t* data;
+  size_t size;
+} cab_ConstInt32Span;
+typedef struct cab_ConstLeafSpan {
+  const cab_Leaf* data;
+  size_t size;
+} cab_ConstLeafSpan;
+typedef struct cab_ConstLinkPairSpan {
+  const cab_LinkPair* data;
+  size_t size;
+} cab_ConstLinkPairSpan;
+typedef struct cab_ConstUint32Span {
+  const uint32_t* data;
+  size_t size;
+} cab_ConstUint32Span;
+typedef struct cab_ConstLodLeafSpan {
+  const cab_LodLeaf* data;
+  size_t size;
+} cab_ConstLodLeafSpan;
+typedef struct cab_ConstStaticBodySpan {
+  const cab_StaticBody* data;
+  size_t size;
+} cab_ConstStaticBodySpan;
+typedef struct cab_ConstDoubleSpan {
+  const double* data;
+  size_t size;
+} cab_ConstDoubleSpan;
+typedef struct cab_Uint8Span {
+  uint8_t* data;
+  size_t size;
+} cab_Uint8Span;
+typedef struct cab_ConstUint8Span {
+  const uint8_t* data;
+  size_t size;
+} cab_ConstUint8Span;
+typedef struct cab_InstancePairSpan {
+  cab_InstancePair* data;
+  size_t size;
+} cab_InstancePairSpan;
+typedef struct cab_HitSpan {
+  cab_Hit* data;
+  size_t size;
+} cab_HitSpan;
+typedef struct cab_ConstBatchInputSpan {
+  const cab_BatchInput* data;
+  size_t size;
+} cab_ConstBatchInputSpan;
+typedef struct cab_ConstPairRuleSpan {
+  const cab_PairRule* data;
+  size_t size;
+} cab_ConstPairRuleSpan;
+typedef struct cab_ContactSpan {
+  cab_Contact* data;
+  size_t size;
+} cab_ContactSpan;
+typedef struct cab_ConstHistoryIdSpan {
+  const cab_HistoryId* data;
+  size_t size;
+} cab_ConstHistoryIdSpan;
+typedef struct cab_ConstQuerySpan {
+  const cab_Query* data;
+  size_t size;
+} cab_ConstQuerySpan;
+typedef struct cab_ConstQueryPlaneSpan {
+  const cab_QueryPlane* data;
+  size_t size;
+} cab_ConstQueryPlaneSpan;
+typedef struct cab_QueryHitSpan {
+  cab_QueryHit* data;
+  size_t size;
+} cab_QueryHitSpan;
+typedef struct cab_ConstPolicyFieldSpan {
+  const cab_PolicyField* data;
+  size_t size;
+} cab_ConstPolicyFieldSpan;
+typedef struct cab_ConstPolicyPresetSpan {
+  const cab_PolicyPreset* data;
+  size_t size;
+} cab_ConstPolicyPresetSpan;
+typedef struct cab_Uint16Span {
+  uint16_t* data;
+  size_t size;
+} cab_Uint16Span;
+typedef struct cab_FloatSpan {
+  float* data;
+  size_t size;
+} cab_FloatSpan;
+typedef struct cab_ConstHitSpan {
+  const cab_Hit* data;
+  size_t size;
+} cab_ConstHitSpan;
+typedef struct cab_BoxSpan {
+  cab_Box* data;
+  size_t size;
+} cab_BoxSpan;
+typedef struct cab_Uint32Span {
+  uint32_t* data;
+  size_t size;
+} cab_Uint32Span;
+typedef struct cab_MergeStepSpan {
+  cab_MergeStep* data;
+  size_t size;
+} cab_MergeStepSpan;
+typedef struct cab_IgnoredPairSpan {
+  cab_IgnoredPair* data;
+  size_t size;
+} cab_IgnoredPairSpan;
+
+// How inner boxes are made in each frame. The comments of the values are their meanings in cab_policy_table(), word for
+// word; so are those of the enumerations below. Refits of oriented boxes come first.
+typedef uint8_t cab_Refit;
+enum {
+  CAB_REFIT_CAB = 0,  // the paper's CAB: oriented boxes along the main axis of two jointed children
+  // the paper's footnote: as cab, but along the sum of both major axes where their ends are closest
+  CAB_REFIT_CAB_SUM = 1,
+  CAB_REFIT_COVARIANCE = 2,  // the paper's OBB: oriented boxes along the principal axes of the children's corners
+  CAB_REFIT_COVARIANCE_LEAVES = 3,  // oriented boxes along the principal axes of the corners of all leaf boxes below
+  CAB_REFIT_BEST3 = 4,  // of three oriented boxes, along the axes of cab and of each child, the one of least surface
+  CAB_REFIT_AABB_HULL = 5,      // the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included
+  CAB_REFIT_AABB_VERTICES = 6,  // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
+};
+
+// What an inner box contains: how large it is once the refit has chosen its axes.
+typedef uint8_t cab_Extents;
+enum {
+  CAB_EXTENTS_CHILDREN = 0,  // an inner box is as large as its two children need
+  CAB_EXTENTS_LEAVES = 1,    // an inner box is as large as the leaf boxes below it need
+};
+
+// How overlapping leaf pairs are found. For characters, CAB_STRATEGY_LINKS becomes CAB_STRATEGY_ROWS in two cases: no
+// character of the frame has several leaves on a link, or the refit makes axis-aligned boxes.
+typedef uint8_t cab_Strategy;
+enum {
+  CAB_STRATEGY_TREE = 0,   // simultaneous descent of two hierarchies
+  CAB_STRATEGY_ROWS = 1,   // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute
+  CAB_STRATEGY_LINKS = 2,  // boxes of links by rows, then the leaves of those that overlap; sequences: as tree
+  CAB_STRATEGY_BRUTE = 3,  // every leaf of one against every leaf of the other
+  CAB_STRATEGY_EXACT_ALL = 4,  // no boxes: every leaf pair goes to the exact test; without one every pair is reported
+  // characters: rows, links or tree by leaves and links; sequences: brute or tree by leaf pairs and nodes
+  CAB_STRATEGY_AUTO = 5,
+};
+
+// What confirms an overlapping leaf pair.
+typedef uint8_t cab_Exact;
+enum {
+  CAB_EXACT_NONE = 0,    // overlapping leaf boxes are the answer
+  CAB_EXACT_FCL = 1,     // FCL tests the exact shapes of leaves whose boxes overlap
+  CAB_EXACT_CONVEX = 2,  // kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time
+};
+
+// Which axes can separate two oriented boxes, inner ones and leaves. Axis-aligned boxes have three axes in either case.
+typedef uint8_t cab_Sat;
+enum {
+  CAB_SAT_ALL15 = 0,   // the six face normals and the nine cross products of edges
+  CAB_SAT_FACES6 = 1,  // the six face normals: less time per test, but more pairs pass
+};
+
+// How contacts of CAB_EXACT_CONVEX search for the least depth, where no closed form gives it: for all shapes but two
+// boxes, two ellipsoids, and spheres and capsules alone.
+typedef uint8_t cab_Depth;
+enum {
+  CAB_DEPTH_THREE_STARTS = 0,  // the best of local searches from three directions
+  CAB_DEPTH_ONE_START = 1,     // one local search: less time per contact, but more depths that are not the least
+};
+
+// How many values each enumeration has. CAB_ORIENTED_REFIT_COUNT counts the refits that make oriented boxes: those
+// before CAB_REFIT_AABB_HULL.
+#define CAB_REFIT_COUNT 7u
+#define CAB_ORIENTED_REFIT_COUNT ((uint32_t)CAB_REFIT_AABB_HULL)
+#define CAB_EXTENTS_COUNT 2u
+#define CAB_STRATEGY_COUNT 6u
+#define CAB_EXACT_COUNT 3u
+#define CAB_SAT_COUNT 2u
+#define CAB_DEPTH_COUNT 2u
+
+// The policies of a frame. Every combination is valid and conservative; the defaults are the preset `balanced`.
+typedef struct cab_Policies {
+  cab_Refit refit;        // how inner boxes are made, and whether leaf boxes are axis-aligned too
+  cab_Strategy strategy;  // how overlapping leaf pairs are found
+  cab_Exact exact;        // what confirms an overlapping leaf pair
+  cab_Extents extents;    // what inner boxes contain
+  cab_Sat sat;            // which axes can separate two oriented boxes
+  cab_Depth depth;        // how contacts of the exact test `convex` search for the least depth
+} cab_Policies;
+
+// One value of a field of Policies. The strings live as long as the program.
+typedef struct cab_PolicyValue {
+  uint8_t value;        // the enumerator as a number, which is also its index in cab_PolicyField.values
+  const char* name;     // on the command line and in files, such as "cab_sum"
+  const char* meaning;  // what the value does, in one phrase
+} cab_PolicyValue;
+
+// One field of Policies: a row of the table of policies. All of it lives as long as the program.
+typedef struct cab_PolicyField {
+  const char* name;               // the field's name in Policies
+  const char* meaning;            // what the field decides, in one phrase
+  const cab_PolicyValue* values;  // value_count of them, in the order of the enumeration
+  uint32_t value_count;           // how many values the enumeration has
+} cab_PolicyField;
+
+// The one table of policies, one row per field of Policies in the order of its fields. The library, the command line,
+// files, tests and documents share it.
+CAB_API cab_ConstPolicyFieldSpan cab_policy_table(void);
+
+// The value of the field whose row in cab_policy_table() is `field`, as a number; 0 if the table has no such row.
+CAB_API uint32_t cab_policy_get(const cab_Policies* policies, uint32_t field);
+
+// Sets the field whose row in cab_policy_table() is `field` to the value with this name. Returns false and changes
+// nothing if the table has no such row, if the row has no such value, or if the name is null.
+CAB_API bool cab_policy_set(cab_Policies* policies, uint32_t field, const char* value_name);
+
+// Values for all policies under one name. A preset says how boxes are made and tested. Whether hits are confirmed is
+// the caller's choice, so `exact` is CAB_EXACT_NONE in all presets. The strings live as long as the program.
+typedef struct cab_PolicyPreset {
+  const char* name;       // on the command line and for cab_preset_set, such as "fast"
+  const char* meaning;    // what the preset is for, in one phrase
+  cab_Policies policies;  // the value of every field
+} cab_PolicyPreset;
+
+// The one table of presets. cab_preset_set, the command line and the documents share it.
+CAB_API cab_ConstPolicyPresetSpan cab_preset_table(void);
+
+// Sets every field to its value in the preset with this name. Returns false and changes nothing if there is no such
+// preset, or if the name is null.
+CAB_API bool cab_preset_set(cab_Policies* policies, const char* preset_name);
+
+// ------------------------------------------------------------------------------------------------ statuses, limits
+
+// What a call answers. The comments are the words of cab_status_to_string. A call that does not answer CAB_STATUS_OK
+// leaves its outputs as they were, with three exceptions. After CAB_STATUS_HITS_OVERFLOW, cab_FrameJob and cab_QueryJob
+// say what holds. After CAB_STATUS_OUT_OF_MEMORY of cab_run_frame and cab_run_queries, `flags`, `in_contact`, `found`,
+// `hits`, `contacts` and their counts may be partly written. Calls write which element is at fault, such as
+// *bad_element, when they refuse it.
+typedef int32_t cab_Status;
+enum {
+  CAB_STATUS_OK = 0,                 // ok
+  CAB_STATUS_OUT_OF_MEMORY = 1,      // an allocation failed
+  CAB_STATUS_BUSY = 2,               // another call on the same engine is running
+  CAB_STATUS_ISA_NOT_AVAILABLE = 3,  // isa is an instruction set that this CPU or this build lacks
+  CAB_STATUS_BAD_SCHEDULER = 4,      // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
+  CAB_STATUS_BAD_ALLOCATOR = 5,      // allocator lacks allocate or release
+  CAB_STATUS_NO_LINKS = 6,           // link_parents is empty, but an articulation needs at least one link
+  CAB_STATUS_TOO_MANY_LINKS = 7,     // link_parents holds more than 1024 links
+  CAB_STATUS_NO_LEAVES = 8,          // leaves is empty, but an articulation needs at least one leaf
+  CAB_STATUS_TOO_MANY_LEAVES = 9,    // leaves holds more than 1024 leaves
+  CAB_STATUS_BAD_PARENT = 10,  // link_parents must be -1 for the first link, and -1 or an earlier link for every other
+  CAB_STATUS_BAD_JOINT = 11,   // link_joints must be empty or hold one finite point per link
+  CAB_STATUS_BAD_LEAF_LINK = 12,  // link of a leaf is not the index of a link
+  CAB_STATUS_BAD_LEAF_BOX = 13,   // box of a leaf is not finite, has a negative half extent or exceeds 1e18
+  CAB_STATUS_BAD_LEAF_AXES = 14,  // box of a leaf has axes that are not orthonormal and right-handed to 1e-5
+  CAB_STATUS_BAD_SHAPE = 15,      // parts of a leaf need finite positions, unit quaternions, positive sizes and an area
+  CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX = 16,  // parts of a leaf, and the positions of half spaces, must lie within its box
+  CAB_STATUS_BAD_VERTICES = 17,  // vertices must hold x y z of at least one point, each number finite and at most 1e18
+  CAB_STATUS_BAD_IGNORED_PAIR = 18,  // ignored_pairs names a link that does not exist
+  // rest_pose has an unknown format, an invalid stride, or values that are not a rigid pose
+  CAB_STATUS_BAD_REST_POSE = 19,
+  CAB_STATUS_UNKNOWN_ARTICULATION = 20,  // the articulation id is not one of this engine, or is of one that was removed
+  CAB_STATUS_UNKNOWN_BATCH = 21,         // the batch id is not one of this engine, or is of one that was removed
+  CAB_STATUS_ARTICULATION_IN_USE = 22,   // the articulation has batches or levels of nodes, which must be removed first
+  CAB_STATUS_BAD_LOD = 23,  // a level needs an articulation that is no level, leaves for all links, and a finite play
+  CAB_STATUS_TOO_FEW_LEAVES = 24,      // max_leaves is 0, above 1024, or below the number of trees that have leaves
+  CAB_STATUS_LOD_LEAF_TOO_SMALL = 25,  // the box of a level's leaf does not hold all that its links can reach
+  CAB_STATUS_BAD_BATCH_KIND = 26,      // kind is not a value of cab_BatchKind
+  CAB_STATUS_NO_INSTANCES = 27,        // instance_count is 0, but a batch needs at least one instance
+  // a static body needs a finite origin, a quaternion that is not 0, and a box within 1e18
+  CAB_STATUS_BAD_STATIC_BODY = 28,
+  CAB_STATUS_BAD_TRIANGLES = 29,  // triangles must be three indices each of vertices, which are finite and at most 1e18
+  // instance_count is above 2^24, or the engine would exceed 4096 batches or 2^31 characters
+  CAB_STATUS_TOO_MANY_INSTANCES = 30,
+  CAB_STATUS_BATCH_GIVEN_TWICE = 31,  // inputs holds the same batch twice
+  // poses has no data, an unknown format, or a stride that is too small or not a multiple of 4
+  CAB_STATUS_BAD_POSES = 32,
+  // a batch of static bodies takes nothing that says where instances are or how they move
+  CAB_STATUS_STATIC_INPUT = 33,
+  CAB_STATUS_BAD_ORIGINS = 34,       // origins must be empty or hold three finite doubles per instance
+  CAB_STATUS_BAD_ORIENTATIONS = 35,  // orientations must be empty or hold four floats per instance
+  CAB_STATUS_BAD_FLAGS = 36,         // flags must be empty or hold one byte per instance
+  CAB_STATUS_BAD_LAYERS = 37,        // layers and layer_masks must each be empty or hold one word per instance
+  CAB_STATUS_BAD_IN_CONTACT = 38,    // in_contact must be empty or hold one byte per instance
+  // scales must be empty or hold one float per instance, and be empty if matrices hold scales
+  CAB_STATUS_BAD_SCALES = 39,
+  CAB_STATUS_BAD_COUNT = 40,  // count is above the batch's instance_count, or not all of a sequence
+  // instances must be empty or ascend, below count and instance_count; never of a sequence
+  CAB_STATUS_BAD_INSTANCES = 41,
+  CAB_STATUS_BAD_BOUNDS = 42,  // bounds must be empty or hold six finite floats per instance, none below its lower one
+  CAB_STATUS_BAD_MOVED = 43,   // moved must be empty or hold one byte per instance; never of a sequence
+  // margins must be empty or hold one float per instance, each 0 to 1e18; never of a sequence
+  CAB_STATUS_BAD_MARGINS = 44,
+  // moved is 0 for an instance whose pose, place, scale or layers changed (checked builds only)
+  CAB_STATUS_MOVED_AT_REST = 45,
+  CAB_STATUS_BAD_PAIR_RULE = 46,  // rules names a batch without input, or a pairing that its batches cannot have
+  CAB_STATUS_PAIR_RULE_GIVEN_TWICE = 47,  // rules pairs the same two batches twice in the same way
+  CAB_STATUS_BAD_POLICY = 48,             // policies holds a value that its enumeration lacks
+  CAB_STATUS_EXACT_NOT_BUILT = 49,        // policies asks for an exact test that this build of the library lacks
+  CAB_STATUS_BAD_REPORT = 50,             // report is not a value of Report
+  CAB_STATUS_BAD_MARGIN = 51,             // margin must be finite, not negative and at most 1e18
+  CAB_STATUS_BAD_MIN_DEPTH = 52,   // min_depth must be finite, not negative, and 0 if only in_contact is reported
+  CAB_STATUS_BAD_HIT_BUFFER = 53,  // hits has a size and no data, or contacts is not as long as hits where it must be
+  CAB_STATUS_CONTACTS_NEED_EXACT = 54,  // contacts, distances and min_depth need an exact test, such as convex
+  CAB_STATUS_LOD_WITHOUT_SHAPES = 55,   // an exact test needs shapes, but a batch with input is of a level of nodes
+  CAB_STATUS_BAD_INSTANCE = 56,         // instance is not one of the batch's instances in this call
+  // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
+  CAB_STATUS_BAD_PAIRS = 57,
+  CAB_STATUS_BAD_STEPS = 58,       // steps must be 1 to 4096
+  CAB_STATUS_BAD_OUTPUT = 59,      // an output is null or too small
+  CAB_STATUS_HITS_OVERFLOW = 60,   // hits is too small for all hits
+  CAB_STATUS_PAIRS_OVERFLOW = 61,  // pairs is too small for all candidates
+  CAB_STATUS_NO_FRAME = 62,        // no frame has begun
+  CAB_STATUS_BAD_TASK = 63,        // task or worker is out of range
+  CAB_STATUS_TASKS_LEFT = 64,      // not all tasks of the frame have ended
+  CAB_STATUS_UNSORTED_HITS = 65,   // a list of hits has a size and no data, or is not in the order of cab_run_frame
+  // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
+  CAB_STATUS_BAD_QUERY = 66,
+  CAB_STATUS_NO_QUERY_ROOM = 67,        // reserve has made no room for queries
+  CAB_STATUS_BAD_TICKS = 68,            // ticks must be 1 to 65536
+  CAB_STATUS_UNKNOWN_HISTORY = 69,      // the history id is not one of this engine, or is of one that was removed
+  CAB_STATUS_HISTORY_GIVEN_TWICE = 70,  // histories holds two histories of the same batch
+  CAB_STATUS_BAD_TIME = 71,             // a time must be finite, and later than those that the history has
+  CAB_STATUS_BAD_HISTORY_POSES = 72,    // a history takes neither mirrored links nor matrices that hold scales
+  CAB_STATUS_BAD_ABI_VERSION = 73,      // the program was compiled for another ABI of the C API than this library has
+  CAB_STATUS_NULL_ARGUMENT = 74,        // a pointer of the C API that must not be null is null
+};
+
+// Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
+// scheduler per engine. An engine also holds at most 2^31 characters, over all its batches.
+#define CAB_MAX_LINKS 1024u
+#define CAB_MAX_LEAVES 1024u
+#define CAB_MAX_INSTANCES (1u << 24)
+#define CAB_MAX_BATCHES 4096u
+#define CAB_MAX_WORKERS 1024u
+
+// The largest magnitude of a coordinate or half extent, relative to the instance's origin, in the caller's unit. An
+// instance whose pose exceeds it is masked like one whose pose is not finite: products of the overlap test would
+// overflow float.
+#define CAB_MAX_COORDINATE 1e18f
+
+// The least and the largest scale of an instance or of a link.
+#define CAB_MIN_SCALE 1e-3f
+#define CAB_MAX_SCALE 1e3f
+
+// ------------------------------------------------------------------------------------------------------ basic types
+
+// An articulation and a batch of one engine. An id holds a slot in its lower 32 bits, then 16 bits that tell apart what
+// was in the slot one after the other, and 16 bits that tell engines apart. An id whose articulation or batch has been
+// removed, or that is of another engine, is refused. A bare slot is an id too: that of whatever is in the slot. What is
+// added takes the lowest free slot; slots count from 1. The value 0 (default) names nothing.
+typedef struct cab_ArticulationId {
+  uint64_t value;
+} cab_ArticulationId;
+typedef struct cab_BatchId {
+  uint64_t value;
+} cab_BatchId;
+
+// The slot of a batch. Hits name their batches by it, so that they do not depend on what a process did before.
+typedef struct cab_BatchSlot {
+  uint32_t value;
+} cab_BatchSlot;
+CAB_API cab_BatchSlot cab_slot_of(cab_BatchId id);
+
+// The instruction set that kernels use. All give the same bits. CAB_ISA_COUNT counts the values, CAB_ISA_AUTO included.
+typedef uint8_t cab_Isa;
+enum {
+  CAB_ISA_AUTO = 0,    // the best that this CPU, its operating system and this build offer
+  CAB_ISA_SCALAR = 1,  // no SIMD: the same source compiled for single floats
+  CAB_ISA_SSE2 = 2,    // x86-64, always there
+  CAB_ISA_AVX2 = 3,    // x86-64
+  CAB_ISA_AVX512 = 4,  // x86-64 with F, CD, DQ, BW and VL
+  CAB_ISA_NEON64 = 5,  // 64-bit ARM, always there
+};
+#define CAB_ISA_COUNT 6u
+
+// An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. cab_Leaf.box
+// and cab_fit_box use the link's frame. cab_compute_boxes writes boxes relative to the instance's origin.
+typedef struct cab_Box {
+  float center[3];   // x y z of the centre, in the caller's unit
+  float axis[3][3];  // axis[k] is x y z of the k-th axis: orthonormal, right-handed
+  float half[3];     // half extent along each axis, in the caller's unit, 0 or more
+} cab_Box;
+
+// ------------------------------------------------------------------------------------------------------------ poses
+
+// How one pose, from link to instance, is stored in floats.
+typedef uint8_t cab_PoseFormat;
+enum {
+  // 7 floats: quaternion x y z w, whose length is divided out; translation x y z
+  CAB_POSE_FORMAT_QUATERNION_TRANSLATION = 0,
+  CAB_POSE_FORMAT_MATRIX3X4 = 1,  // 12 floats by rows: three rows of four, the translation in the last column
+  // 16 floats by columns, as in glTF and ozz: translation in floats 12 to 14, last row unread
+  CAB_POSE_FORMAT_MATRIX4X4 = 2,
+};
+
+// The poses of all links of all instances of a batch. Each goes from link to instance ("model space"), never from link
+// to parent. The pose of link l of instance i begins at byte i * instance_stride + l * link_stride of data, so poses
+// may be members of the caller's larger structures.
+typedef struct cab_PoseView {
+  // How every pose is stored. Translations are in the caller's unit.
+  cab_PoseFormat format;
+
+  // The first float of the first pose. Borrowed. Required, except in cab_ArticulationDesc.rest_pose.
+  const float* data;
+
+  // Bytes from one link's pose to the next link's: a multiple of 4, at least the size of a pose, at most 2^32.
+  // 0 (default): the size of a pose, so poses follow each other without gaps.
+  size_t link_stride;
+
+  // Bytes from one instance's first pose to the next instance's: a multiple of 4, at least as long as the poses of all
+  // links, at most 2^38. 0 (default): link_stride times the number of links.
+  size_t instance_stride;
+
+  // Whether matrices hold a uniform scale: each is a rotation, mirrored or not, times a factor from CAB_MIN_SCALE to
+  // CAB_MAX_SCALE. The factor is the length of the first column. It is that of the link's leaves, their boxes and
+  // shapes, and of its joint. Translations are taken as they are. With matrices only. Default: matrices are rotations.
+  bool has_scale;
+} cab_PoseView;
+
+// ----------------------------------------------------------------------------------------------------- articulation
+
+// The shape of a convex part, and what cab_ConvexPart.size means for it. All shapes except hulls and half spaces are
+// centred at the part's origin. A hull is where its vertices are.
+//
+// A half space is a floor or a wall without end. The box of its leaf says where it is looked at: shapes whose boxes do
+// not overlap that box are not found, except by CAB_STRATEGY_EXACT_ALL, which has no boxes. So the box must extend as
+// far along the plane as anything stands on it, and as far below it as anything may sink. Two half spaces touch
+// wherever their boxes overlap, and have no contact.
+typedef uint8_t cab_ShapeKind;
+enum {
+  CAB_SHAPE_KIND_BOX = 0,          // size: half extents along x, y, z
+  CAB_SHAPE_KIND_ELLIPSOID = 1,    // size: radii along x, y, z
+  CAB_SHAPE_KIND_CAPSULE = 2,      // size: radius, half the length of the cylinder along z, unused
+  CAB_SHAPE_KIND_CONVEX_HULL = 3,  // the convex hull of `vertices`; size unused
+  CAB_SHAPE_KIND_SPHERE = 4,       // size: radius, unused, unused
+  CAB_SHAPE_KIND_CYLINDER = 5,     // size: radius, half the length along z, unused; its ends are flat
+  CAB_SHAPE_KIND_HALF_SPACE = 6,   // all points with z <= 0; size unused
+};
+
+// One convex part of a leaf's exact shape, in a frame of its own. It must lie within its leaf's box, to 2^-22 of the
+// sum of the box's half extents. Of a half space only the position must.
+typedef struct cab_ConvexPart {
+  // Which shape the part has.
+  cab_ShapeKind kind;
+
+  // x y z of the part's origin in the link's frame, in the caller's unit.
+  float position[3];
+
+  // Quaternion x y z w that rotates from the part's frame to the link's. Its squared length must be 1, to 1e-3.
+  float rotation[4];
+
+  // Three lengths in the caller's unit. cab_ShapeKind says what each one means. Those that the kind uses must be above
+  // 0.
+  float size[3];
+
+  // x y z of each vertex in the part's frame, for CAB_SHAPE_KIND_CONVEX_HULL only. There must be at least three, not
+  // all on one line. All in one plane they are a triangle or a polygon. Vertices inside the hull are allowed.
+  cab_ConstFloatSpan vertices;
+} cab_ConvexPart;
+
+// A rigid body of an articulation, fixed to one link. A link may carry several leaves, or no leaf.
+typedef struct cab_Leaf {
+  // Index of the link that carries the leaf.
+  uint32_t link;
+
+  // The leaf's box, in the link's frame. Required: the default has no axes. Half extents may be 0: a plate, a segment
+  // or a point is a box. The axes must be orthonormal and right-handed, to 1e-5. cab_fit_box makes such a box about a
+  // mesh.
+  cab_Box box;
+
+  // The exact shape, as a union of convex parts. Exact tests and CAB_REFIT_AABB_VERTICES use it; to the latter a half
+  // space is the box. Empty (default): the shape is the box itself.
+  cab_ConstConvexPartSpan parts;
+} cab_Leaf;
+
+// Two links of one articulation, in either order.
+typedef struct cab_LinkPair {
+  uint32_t a;  // index of a link
+  uint32_t b;  // index of a link; a pair of equal links has no effect
+} cab_LinkPair;
+
+// An articulation: one tree of links, or several, and the leaves on them. It does not change once it is added. The last
+// three members say which links of one instance are never reported against each other. They have no effect on pairs of
+// different instances.
+typedef struct cab_ArticulationDesc {
+  // The index of each link's parent, lower than the link's own index, or -1 for the root of a tree. The first link is a
+  // root. There are 1 to CAB_MAX_LINKS links.
+  cab_ConstInt32Span link_parents;
+
+  // x y z per link: the joint with the parent, in the link's own frame. Empty (default): all joints are at the origins
+  // of the links' frames. Joints guide how inner boxes are made.
+  cab_ConstFloatSpan link_joints;
+
+  // The leaves, in any order. There are 1 to CAB_MAX_LEAVES.
+  cab_ConstLeafSpan leaves;
+
+  // Pairs of links to ignore. A pair may be listed twice and in either order. Empty by default.
+  cab_ConstLinkPairSpan ignored_pairs;
+
+  // Two links are ignored if the path between them in the tree has at most this many joints: with 1 a link and its
+  // parent, with 2 also siblings, and a link and its grandparent. 0 (default): no pair is ignored for this reason.
+  uint32_t ignored_hops;
+
+  // The pose of one instance. Two links are ignored if their oriented leaf boxes touch in this pose, without an
+  // orientation or an exact test. Without data (default): no pair is ignored for this reason.
+  cab_PoseView rest_pose;
+} cab_ArticulationDesc;
+
+// What the leaves of a coarser level are.
+typedef uint8_t cab_LodKind;
+enum {
+  // boxes on some links, each with room for whatever its links can reach; no other links are posed
+  CAB_LOD_KIND_REACH = 0,
+  CAB_LOD_KIND_NODES = 1,  // nodes of the articulation's hierarchy, made in every frame from all leaves; without shapes
+};
+
+// What cab_lod_leaves writes for a link without leaves.
+#define CAB_NO_LEAF 0xffffu
+
+// A leaf of a coarser level: a box on one link that stands for several links.
+typedef struct cab_LodLeaf {
+  // Index of the link that carries the box. No two leaves of a level are on the same link.
+  uint32_t link;
+
+  // The box, in that link's frame. Required. As cab_Leaf.box. It must hold the leaf boxes of `link`, if the leaf stands
+  // for it, and at each joint of `link` the ball that its other links can reach from there, with 2^-8 of all lengths to
+  // spare.
+  cab_Box box;
+
+  // The links that it stands for, in any order. They are in one tree with `link`, which need not be one of them.
+  cab_ConstUint32Span links;
+} cab_LodLeaf;
+
+// A coarser level of an articulation, for instances that are far away or matter little: the same links with fewer
+// leaves. Every two instances of which leaves touch have leaves of coarser levels that touch and stand for these links.
+// A level is an articulation too, with batches of its own: cab_BatchInput.instances says which instances are at which
+// level in a frame. Links that one leaf stands for are not reported against each other.
+typedef struct cab_LodDesc {
+  // The articulation, which is no level itself. It must stay as long as its levels of nodes. Required.
+  cab_ArticulationId of;
+
+  // What the leaves are. Default: boxes that are fixed to links.
+  cab_LodKind kind;
+
+  // How many leaves there may be, 1 (default) to CAB_MAX_LEAVES, if the library makes them. It cuts the articulation at
+  // joints, so that few leaves stand for many links. With CAB_LOD_KIND_REACH each tree that has leaves takes at least
+  // one.
+  uint32_t max_leaves;
+
+  // Leaves that the caller makes, for CAB_LOD_KIND_REACH only. Each link that has leaves is in one of them. Empty
+  // (default): the library makes them.
+  cab_ConstLodLeafSpan leaves;
+
+  // For CAB_LOD_KIND_REACH: poses of `rest_pose_count` instances, such as a rest pose or a clip. They say where each
+  // joint is in the frame of its link's parent: in their middle, and as far from there as they are. Required for
+  // CAB_LOD_KIND_REACH.
+  cab_PoseView rest_poses;
+  uint32_t rest_pose_count;
+
+  // For CAB_LOD_KIND_REACH: a length in the links' unit, from 0 (default) to CAB_MAX_COORDINATE, by which a joint may
+  // be farther away from there. Poses in which one is farther away, as where bones stretch, or whose links have scales
+  // of their own, may lose hits.
+  float joint_play;
+} cab_LodDesc;
+
+// Why two links of one instance are never reported against each other. cab_IgnoredPair.reasons combines these bits.
+typedef uint8_t cab_IgnoredReason;
+enum {
+  CAB_IGNORED_EXPLICITLY = 1,  // cab_ArticulationDesc.ignored_pairs names the two links
+  CAB_IGNORED_BY_HOPS = 2,     // they are at most cab_ArticulationDesc.ignored_hops joints apart
+  CAB_IGNORED_AT_REST = 4,     // they touch in cab_ArticulationDesc.rest_pose, by oriented leaf boxes alone
+};
+
+// Two links that are never reported against each other within an instance. Written by ignored_pairs.
+typedef struct cab_IgnoredPair {
+  uint16_t a;       // index of the lower link
+  uint16_t b;       // index of the higher link
+  uint8_t reasons;  // cab_IgnoredReason bits, at least one
+} cab_IgnoredPair;
+
+// The value of cab_MergeStep.joint_link if the two children share no joint.
+#define CAB_NO_JOINT 0xffffu
+
+// One merge of the fixed bottom-up order of a hierarchy. Nodes 0 to leaf_count - 1 of the hierarchy are the leaves.
+// Step s makes node leaf_count + s. Written by cab_merge_steps.
+typedef struct cab_MergeStep {
+  uint16_t left;        // index of one child: a leaf, or a node that an earlier step made
+  uint16_t right;       // index of the other child
+  uint16_t joint_link;  // the link whose joint the two children share, or CAB_NO_JOINT
+} cab_MergeStep;
+
+// Counts of an articulation. Written by cab_articulation_info.
+typedef struct cab_ArticulationInfo {
+  uint32_t link_count;          // links, with or without leaves
+  uint32_t leaf_count;          // leaves on all links
+  uint32_t node_count;          // nodes of the hierarchy, 2 * leaf_count - 1: leaves first, the root last
+  uint32_t depth;               // merges on the longest path from the root to a leaf
+  uint32_t ignored_pair_count;  // entries that ignored_pairs writes
+} cab_ArticulationInfo;
+
+// ---------------------------------------------------------------------------------------------------------- batches
+
+// What the instances of a batch are.
+typedef uint8_t cab_BatchKind;
+enum {
+  CAB_BATCH_KIND_CHARACTERS = 0,  // all instances live at once: each may touch every other
+  CAB_BATCH_KIND_SEQUENCE = 1,  // instance f is frame f of one character: it may touch only frame f of other sequences
+};
+
+// A batch: instances of one articulation that are posed together.
+typedef struct cab_BatchDesc {
+  // The articulation of every instance, added to the same engine. Required.
+  cab_ArticulationId articulation;
+
+  // How many instances there are, 1 to CAB_MAX_INSTANCES. A sequence with one instance is a fixed object, such as a
+  // table: it is paired with every frame of other sequences.
+  uint32_t instance_count;
+
+  // What the instances are to each other. Default: characters.
+  cab_BatchKind kind;
+} cab_BatchDesc;
+
+// A body that never moves, such as a wall or a crate that is bolted down: one convex body, or several that are one.
+typedef struct cab_StaticBody {
+  double origin[3];   // x y z of the origin of its frame in the world
+  float rotation[4];  // quaternion x y z w from its frame to the world; its length is divided out
+
+  // The box, in the body's frame. Required: the default has no axes. As cab_Leaf.box.
+  cab_Box box;
+
+  // The exact shape, in the body's frame. As cab_Leaf.parts. Empty (default): the shape is the box itself.
+  cab_ConstConvexPartSpan parts;
+} cab_StaticBody;
+
+// A batch of static bodies, such as the geometry of a level. Body i of `bodies` is instance i. Triangle t is the
+// instance behind them, bodies.size + t. Each has one link, 0, with one leaf, 0.
+typedef struct cab_StaticDesc {
+  // Bodies, in any order. Together with the triangles there are 1 to CAB_MAX_INSTANCES.
+  cab_ConstStaticBodySpan bodies;
+
+  // x y z per vertex of a mesh, relative to `origin`, along the world's axes.
+  cab_ConstFloatSpan vertices;
+
+  // Three indices of vertices per triangle. A triangle has two sides and no inside. It must have an area.
+  cab_ConstUint32Span triangles;
+
+  // x y z in the world to which vertices are relative. Sums are rounded to double.
+  double origin[3];
+} cab_StaticDesc;
+
+// What reserve makes room for, counting what the engine has already.
+typedef struct cab_ReserveDesc {
+  uint32_t batches;     // most batches at a time
+  uint32_t characters;  // most instances of all batches of characters together
+  uint32_t queries;     // how many queries cab_run_queries works on at a time, in as many goes as it takes
+} cab_ReserveDesc;
+
+// How many bytes an engine holds through its allocator. Written by cab_engine_memory.
+typedef struct cab_EngineMemory {
+  size_t articulations;  // topology, merge orders, boxes, shapes
+  size_t batches;        // bounds and chains of hits of characters; static bodies
+  size_t workers;        // boxes and lists of the threads
+  size_t grid;           // of the broad phase
+  size_t hits;           // the store, until they are written
+  size_t queries;        // the index of instances, and what is kept per query
+  size_t histories;      // the moments that are kept, and what workers need for them
+  size_t total;          // all of these, and what rules take
+} cab_EngineMemory;
+
+// Why an instance is masked. A masked instance is in no pair of the frame, and changes no bit of other instances.
+// cab_compute_boxes writes boxes with half extents 0 for it. The values are bits of cab_BatchInput.flags.
+typedef uint8_t cab_InstanceFlag;
+enum {
+  CAB_INSTANCE_OK = 0,          // the instance takes part
+  CAB_INSTANCE_NOT_FINITE = 1,  // a NaN, an infinity, or a coordinate above CAB_MAX_COORDINATE
+  // a quaternion shorter than 1e-3 or longer than 1e3, a matrix off a rotation, mirrored or
+  CAB_INSTANCE_NOT_RIGID = 2,
+  // not, by over 1e-3, or a scale that is not within CAB_MIN_SCALE to CAB_MAX_SCALE
+};
+
+// What cab_why_masked found wrong with an instance.
+typedef uint8_t cab_MaskCause;
+enum {
+  CAB_MASK_CAUSE_NONE = 0,                // nothing: the instance takes part
+  CAB_MASK_CAUSE_POSE_NUMBER = 1,         // a number of a link's pose is a NaN or too large
+  CAB_MASK_CAUSE_ORIENTATION_NUMBER = 2,  // a number of the instance's orientation is a NaN or too large
+  CAB_MASK_CAUSE_QUATERNION_LENGTH = 3,   // the quaternion of a link's pose is too short or too long
+  CAB_MASK_CAUSE_ORIENTATION_LENGTH = 4,  // the instance's orientation is too short or too long
+  CAB_MASK_CAUSE_MATRIX = 5,              // the matrix of a link's pose is no rotation, mirrored or not
+  CAB_MASK_CAUSE_SCALE = 6,  // the scale of the instance, or of a link's matrix, is a NaN, too small or too large
+  CAB_MASK_CAUSE_JOINT = 7,  // a posed joint is out of range
+  CAB_MASK_CAUSE_BOX = 8,    // a posed leaf box is out of range
+};
+
+// Why an instance is masked: the first cause that the engine finds. Written by cab_why_masked.
+typedef struct cab_MaskReason {
+  cab_InstanceFlag flag;  // the flag that the instance gets
+  cab_MaskCause cause;    // what is wrong
+  uint32_t link;          // index of the link whose pose it is about; 0 for the instance's own numbers
+  uint32_t index;         // of the number in the pose or orientation, of the leaf, or of the joint's link
+  float value;  // the number; the length; the scale; the largest entry of |R^T R - I|; or the largest coordinate
+  float limit;  // what the value must not exceed, or, if it is below this, not fall short of
+} cab_MaskReason;
+
+// The value of cab_BatchInput.count for all instances of the batch.
+#define CAB_ALL_INSTANCES 0xffffffffu
+
+// The input and the outputs of one batch for one call. Of a batch of static bodies it has no poses, origins,
+// orientations, scales, margins, moved and bounds: they are known, and the bodies rest. Every span has entries for all
+// instances, in their order, or is empty. With a count, spans may end anywhere behind its instances.
+typedef struct cab_BatchInput {
+  // Which batch this is. It must be a batch of the same engine. Required.
+  cab_BatchId batch;
+
+  // The pose of every link of every instance, from link to instance. Required. Poses of links without leaves are read
+  // only if a merge needs their joint.
+  cab_PoseView poses;
+
+  // x y z per instance: the instance's origin in the world. Must be finite. Empty (default): all origins are 0.
+  cab_ConstDoubleSpan origins;
+
+  // Quaternion x y z w per instance: it rotates the instance about its origin, from its frame to the world's axes. The
+  // length of the quaternion is divided out. Empty (default): no instance is rotated.
+  cab_ConstFloatSpan orientations;
+
+  // Output of cab_run_frame and cab_compute_boxes, one byte per instance: cab_InstanceFlag bits that say why the
+  // instance is masked, or 0. Empty (default): nothing is written.
+  cab_Uint8Span flags;
+
+  // One word per instance: bits of the layers that it is on. Two instances are tested against each other only if
+  // (layers of a & mask of b) != 0 and (layers of b & mask of a) != 0. Empty (default): all bits are set.
+  cab_ConstUint32Span layers;
+
+  // One word per instance: bits of the layers that it is tested against. Empty (default): all bits are set.
+  cab_ConstUint32Span layer_masks;
+
+  // Output of cab_run_frame, one byte per instance: 1 if the instance is in a hit, with another instance or within
+  // itself, else 0. Empty (default): nothing is written.
+  cab_Uint8Span in_contact;
+
+  // One factor per instance, from CAB_MIN_SCALE to CAB_MAX_SCALE, by which it is scaled about its origin: the
+  // translations of its poses, its joints, leaf boxes and shapes. Not together with cab_PoseView.has_scale. Empty
+  // (default): no instance is scaled.
+  cab_ConstFloatSpan scales;
+
+  // How many instances there are in this call, the first ones of the batch; 0 to its instance_count. The others take no
+  // part, and nothing of theirs is read. CAB_ALL_INSTANCES (default): all. A sequence always has all.
+  uint32_t count;
+
+  // The numbers of the instances that are in this call, each above the one before and below `count`. The others take no
+  // part: nothing of theirs is read, and only their bytes of in_contact are written. All other spans are by the number
+  // of an instance, as without this list, and so are hits. Characters only. Empty (default): all instances up to
+  // `count`; for none, set `count` to 0.
+  cab_ConstUint32Span instances;
+
+  // Input of cab_find_candidates: six floats per instance, its lower x y z and its upper x y z, relative to its origin
+  // along the world's axes, that hold its leaf boxes as cab_compute_boxes gives them. cab_run_frame counts the
+  // instances whose boxes leave them (cab_FrameStats.instances_beyond_bounds). Empty (default): no bounds are given.
+  cab_ConstFloatSpan bounds;
+
+  // One length per instance, from 0 to CAB_MAX_COORDINATE, in the caller's unit: its own margin. Two instances are
+  // tested with the frame's margin and those of both. cab_sweep_margins fills it so that fast bodies do not pass
+  // through each other between two frames. Characters only. Empty (default): instances have no margin of their own.
+  cab_ConstFloatSpan margins;
+
+  // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and
+  // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid
+  // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
+  // first frame with `moved`, after a frame that did not answer CAB_STATUS_OK or had other rules, policies, margin,
+  // min_depth or report, and after cab_find_candidates, cab_add_batch, reserve and cab_remove_batch; an instance does
+  // that was not in its batch's last frame, by `count` or `instances`, or was masked there. A build without NDEBUG
+  // compares what rests with the last frame, and may answer CAB_STATUS_MOVED_AT_REST. Characters only. Empty (default):
+  // all have moved.
+  cab_ConstUint8Span moved;
+} cab_BatchInput;
+
+// What a rule does with the hits of two instances that both rest, and of one that rests and is tested within itself.
+// They are those of the frame before.
+typedef uint8_t cab_Resting;
+enum {
+  // they are reported like all others; the engine keeps them, or tests again where it could not
+  CAB_RESTING_REPORTED = 0,
+  CAB_RESTING_SKIPPED = 1,  // they are not reported again
+};
+
+// What a cab_PairRule pairs.
+typedef uint8_t cab_Pairing;
+enum {
+  // links of instances of a with links of other instances of b, if the layers of both instances match
+  CAB_PAIRING_BETWEEN = 0,
+  CAB_PAIRING_WITHIN = 1,  // links of each instance with each other, except ignored pairs; layers do not matter
+};
+
+// Which instances a frame tests against each other. Instances that no rule pairs are not tested.
+typedef struct cab_PairRule {
+  // A batch that has input in the frame.
+  cab_BatchId a;
+
+  // With CAB_PAIRING_BETWEEN: a batch that has input in the frame and is of the same kind as `a`. For characters it may
+  // be `a` itself. Static bodies count as characters, but are paired neither among themselves nor within. Two sequences
+  // must differ, and must have equally many instances unless one has a single instance. With CAB_PAIRING_WITHIN: `a`
+  // itself.
+  cab_BatchId b;
+
+  // Whether different instances are paired, or the links of each instance. Default: different instances.
+  cab_Pairing pairing;
+
+  // What is done with instances that rest (cab_BatchInput.moved). Default: their hits are reported.
+  cab_Resting resting;
+} cab_PairRule;
+
+// ------------------------------------------------------------------------------------------------------------ frame
+
+// What a frame finds out.
+typedef uint8_t cab_Report;
+enum {
+  CAB_REPORT_HITS = 0,  // every two links that touch, and cab_BatchInput.in_contact if the caller gives it
+  // only cab_BatchInput.in_contact: faster, since a pair of instances is done at its first touching leaves
+  CAB_REPORT_IN_CONTACT = 1,
+  // of every two instances at most the margin apart the two links that are nearest, or deepest in contact
+  CAB_REPORT_DISTANCES = 2,
+};
+
+// Two links that touch, or are at most the frame's margin apart. (batch_a, instance_a, link_a) is lower than
+// (batch_b, instance_b, link_b). One hit stands for all leaves of the two links.
+typedef struct cab_Hit {
+  cab_BatchSlot batch_a;  // batch of the first link
+  uint32_t instance_a;    // index of its instance in batch_a; for a sequence the frame, or 0 for a fixed object
+  cab_BatchSlot batch_b;  // batch of the second link
+  uint32_t instance_b;    // index of its instance in batch_b, likewise
+  uint16_t link_a;        // index of the first link
+  uint16_t link_b;        // index of the second link
+  uint16_t leaf_a;        // index of a leaf on link_a; (leaf_a, leaf_b) is the lowest leaf pair that touches
+  uint16_t leaf_b;        // index of a leaf on link_b
+} cab_Hit;
+
+// Two instances that a frame has to test. (batch_a, instance_a) is lower than (batch_b, instance_b).
+typedef struct cab_InstancePair {
+  cab_BatchSlot batch_a;
+  uint32_t instance_a;
+  cab_BatchSlot batch_b;
+  uint32_t instance_b;
+} cab_InstancePair;
+
+// The candidates of cab_find_candidates.
+typedef struct cab_CandidateList {
+  cab_InstancePairSpan pairs;  // receives the pairs, in order
+  size_t count;                // of pairs that were written
+  size_t needed;               // of all pairs
+} cab_CandidateList;
+
+// What changed between two lists of hits. Written by cab_diff_hits.
+typedef struct cab_HitChanges {
+  cab_HitSpan began;   // receives the hits that only the second list has, in order
+  cab_HitSpan ended;   // receives the hits that only the first list has, in order
+  size_t began_count;  // how many there are, also if `began` is too small
+  size_t ended_count;  // likewise
+} cab_HitChanges;
+
+// What cab_find_touching_moments writes for links that touch at none of its moments, and the most steps that it takes.
+#define CAB_NEVER_TOUCH 2.0f
+#define CAB_MAX_STEPS 4096u
+
+// How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
+// test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
+// half spaces, and if FCL was asked and gave no contact.
+// With CAB_EXACT_CONVEX, moving b by depth along normal always parts the two convex parts that the contact is of. For
+// two boxes, for spheres and capsules, and with a half space no shorter way does; for other shapes cab_Policies.depth
+// says how well the shortest way is searched for. A gap is never larger than the distance, to rounding, and at most
+// 1e-5 of size and distance smaller. Each point is in or on its body. point_a - point_b is depth along normal, but for
+// what docs/limits.md says.
+typedef struct cab_Contact {
+  float normal[3];   // unit vector from a to b, in the world's axes
+  float depth;       // how far b must move along normal to be free, in the caller's unit; below 0: minus the gap
+  float point_a[3];  // x y z of a's point deepest in b, or nearest to b; relative to the origin of instance_a, in the
+                     // world's axes
+  float point_b[3];  // the same of b, also relative to the origin of instance_a
+  uint16_t leaf_a;   // index of the leaf of the first link that the contact is of
+  uint16_t leaf_b;   // index of the leaf of the second link
+} cab_Contact;
+
+// What a frame did. Counts depend neither on the instruction set nor on threads. With CAB_REPORT_IN_CONTACT they do
+// depend on threads, because a task skips what another task has already reported. Seconds are sums over threads, except
+// seconds_total.
+typedef struct cab_FrameStats {
+  uint64_t candidates;               // pairs of characters whose bounds overlap, and characters tested within
+  uint64_t box_tests;                // overlap tests of two boxes, inner ones and leaves
+  uint64_t leaf_pairs;               // leaf pairs whose boxes overlap: #coll in the paper
+  uint64_t exact_tests;              // leaf pairs that went to the exact test, at most leaf_pairs
+  uint64_t false_positives;          // exact tests that found the leaves apart: #false in the paper
+  uint64_t instances_masked;         // instances that took no part (cab_InstanceFlag says why)
+  uint64_t instances_beyond_bounds;  // characters whose leaf boxes leave cab_BatchInput.bounds; 0 by `links`
+  uint64_t instances_resting;        // characters and static bodies that were not bounded again
+  uint64_t hits_kept;                // of hits_needed: the last frame's hits of two that rest; no test counts
+  double seconds_update;             // posing and refit: t[upd]
+  double seconds_broad;              // broad phase: finding characters whose bounds overlap
+  double seconds_test;               // box tests: t[test]
+  double seconds_query;              // exact tests, reporting hits, and contacts: t[query]
+  double seconds_contact;            // contacts, which seconds_query includes
+  double seconds_total;              // wall time of the call
+
+  // Where the time of characters goes. The rest of each phase is: posing again, searching, box tests, sorting and exact
+  // tests.
+  uint64_t instances_posed;   // how often a character was posed again for tests; depends on the threads
+  uint64_t candidates_apart;  // candidates without two leaves whose bounds overlap; 0 without leaf bounds
+  double seconds_bound;       // of seconds_update: posing every character for its bounds
+  double seconds_grid;        // of seconds_broad: building the grid
+  double seconds_filter;      // of seconds_test: comparing the bounds of leaves
+  double seconds_write;       // of seconds_query: writing the hits in their order
+} cab_FrameStats;
+
+// One frame: what is posed, what is paired and how, and where the answer goes. Every batch with input is posed. Batches
+// without input take no part.
+//
+// If `hits` is too small, cab_run_frame answers CAB_STATUS_HITS_OVERFLOW. Then hits_needed is the size of `hits` that a
+// second call needs, hit_count is 0, and the contents of hits and contacts are unspecified. flags, in_contact and stats
+// are complete.
+typedef struct cab_FrameJob {
+  // The batches that take part, each once, in any order. Empty (default): a frame without hits.
+  cab_ConstBatchInputSpan inputs;
+
+  // What is tested against what, in any order. The same two batches may be paired once per Pairing. Empty (default): a
+  // frame without hits.
+  cab_ConstPairRuleSpan rules;
+
+  // How boxes are made and tested, and whether an exact test confirms them. Default: the preset `balanced`.
+  cab_Policies policies;
+
+  // A length in the caller's unit, from 0 (default) to CAB_MAX_COORDINATE. Links that are at most this far apart are
+  // reported too. The distance is that of their leaf boxes, or of their shapes if there is an exact test. Two boxes
+  // that face each other corner to corner may be reported up to 1.74 margins apart.
+  float margin;
+
+  // A length in the caller's unit, from 0 (default) on. Above 0, hits whose contact is less deep are dropped, so an
+  // exact test is needed; 0 drops none. With CAB_EXACT_CONVEX no hit is dropped whose links must move at least this far
+  // to part. `hits` needs room for the hits of any depth. Must be 0 with CAB_REPORT_IN_CONTACT.
+  float min_depth;
+
+  // What the frame finds out. Default: hits.
+  cab_Report report;
+
+  // Output: room for the hits, one per two links that touch. They are sorted by batch_a, instance_a, batch_b,
+  // instance_b, link_a, link_b. Empty (default): room for no hit. With CAB_REPORT_IN_CONTACT nothing is written. With
+  // CAB_REPORT_DISTANCES one hit per two instances is left, but there must be room for all links that it is chosen
+  // from.
+  cab_HitSpan hits;
+
+  // Output: contacts[i] receives the contact of hits[i]. As long as hits, and only with an exact test. Empty (default):
+  // no contacts are computed, and CAB_REPORT_DISTANCES is refused. With CAB_REPORT_IN_CONTACT nothing is written.
+  cab_ContactSpan contacts;
+
+  // Output: how many hits, and contacts if there is room for them, were written. 0 with CAB_REPORT_IN_CONTACT.
+  size_t hit_count;
+
+  // Output: how many hits the frame has before min_depth and CAB_REPORT_DISTANCES drop any, whether `hits` has room for
+  // them or not. 0 with CAB_REPORT_IN_CONTACT.
+  size_t hits_needed;
+
+  // Output: counts and times of this frame.
+  cab_FrameStats stats;
+} cab_FrameJob;
+
+// ----------------------------------------------------------------------------------------------------------- engine
+
+// Where an engine takes its memory from. cab_create_engine copies this struct. Only cab_add_articulation,
+// cab_add_batch, reserve, the calls that remove, and cab_destroy_engine call the functions, on their own thread.
+// Neither function may throw.
+typedef struct cab_Allocator {
+  // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
+  void* user;
+
+  // Returns `bytes` of memory at a multiple of `alignment`, a power of two, or null if there is no memory. Required.
+  void* (*allocate)(void* user, size_t bytes, size_t alignment);
+
+  // Takes back memory that allocate returned, with the same bytes and alignment. Required.
+  void (*release)(void* user, void* memory, size_t bytes, size_t alignment);
+} cab_Allocator;
+
+// How an engine runs its tasks. cab_create_engine copies this struct. Only cab_run_frame, cab_find_candidates and
+// cab_compute_contacts call parallel_for, cab_run_frame about seven times. A caller with a task graph may run a frame's
+// tasks itself (cab_begin_frame); worker_count then is the number of threads that do.
+typedef struct cab_Scheduler {
+  // Passed to parallel_for. The caller owns what it points to, which must outlive the engine. Default: null.
+  void* user;
+
+  // How many tasks may run at once, 1 to CAB_MAX_WORKERS. The engine keeps memory for each worker (cab_add_batch).
+  // Required.
+  uint32_t worker_count;
+
+  // Calls task(context, t, worker) once for every t < task_count, and returns when all calls have returned. Calls that
+  // run at the same time must have different `worker`s, each below worker_count. A task may wait for tasks that began
+  // before it, so a thread must not suspend one task to run another. Must not throw. Required.
+  void (*parallel_for)(void* user, uint32_t task_count, void (*task)(void* context, uint32_t task, uint32_t worker),
+                       void* context);
+} cab_Scheduler;
+
+// What cab_create_engine needs to know.
+typedef struct cab_EngineDesc {
+  // The instruction set of the kernels. Default: the best available one.
+  cab_Isa isa;
+
+  // Threads of the built-in scheduler. 1 (default): the calling thread. 0: TBB on every core. n: TBB on at most n
+  // threads, and on no more than there are cores. A library built without TBB has one thread whatever is asked for;
+  // cab_engine_thread_count tells. Ignored if `scheduler` is given.
+  uint32_t thread_count;
+
+  // Where memory comes from. Borrowed for the call. Null (default): aligned operator new. For large blocks on Linux it
+  // asks for huge pages.
+  const cab_Allocator* allocator;
+
+  // How tasks run. Borrowed for the call. Null (default): the built-in scheduler.
+  const cab_Scheduler* scheduler;
+} cab_EngineDesc;
+
+// ------------------------------------------------------------------------------------------------------- histories
+
+// The poses that a batch had at its last moments, for queries about the past. The id is made like a cab_BatchId.
+typedef struct cab_HistoryId {
+  uint64_t value;
+} cab_HistoryId;
+
+// What cab_add_history makes room for.
+typedef struct cab_HistoryDesc {
+  // A batch of characters of the same engine, neither static bodies nor a level of nodes. Required.
+  cab_BatchId batch;
+
+  // How many moments are kept, the last ones that were recorded: 1 to CAB_MAX_TICKS.
+  uint32_t ticks;
+} cab_HistoryDesc;
+#define CAB_MAX_TICKS 65536u
+
+// The moments that a history has.
+typedef struct cab_HistorySpan {
+  uint32_t ticks;  // how many; with 0 the times have no meaning
+  double first;    // the time of the earliest one that is kept
+  double last;     // and of the latest
+} cab_HistorySpan;
+
+// The time of a query that asks the job's inputs: infinity.
+#define CAB_NOW HUGE_VAL
+
+// --------------------------------------------------------------------------------------------------------- queries
+
+// What a query is, and what it finds. "Link" stands for the leaf boxes of the link, or for its exact shapes if
+// cab_QueryJob.exact asks for them.
+typedef uint8_t cab_QueryKind;
+enum {
+  CAB_QUERY_KIND_RAY = 0,      // links that a ray meets, or a sphere that is moved along it
+  CAB_QUERY_KIND_SPHERE = 1,   // links that overlap a sphere
+  CAB_QUERY_KIND_BOX = 2,      // links that overlap an oriented box
+  CAB_QUERY_KIND_CAPSULE = 3,  // links that overlap a capsule
+  CAB_QUERY_KIND_POINT = 4,    // links within a distance of a point, nearest first
+  // links whose boxes are not wholly outside of any of several planes, such as those of a frustum
+  CAB_QUERY_KIND_REGION = 5,
+};
+#define CAB_QUERY_KIND_COUNT 6u
+
+// How much a query wants to know.
+typedef uint8_t cab_QueryWant;
+enum {
+  CAB_QUERY_WANT_ANY = 0,      // whether there is any link: cab_QueryJob.found; names no link, and is the fastest
+  CAB_QUERY_WANT_CLOSEST = 1,  // the first link in the order of cab_QueryHit
+  CAB_QUERY_WANT_ALL = 2,      // all links, or the first cab_Query.max_hits of them
+};
+#define CAB_QUERY_WANT_COUNT 3u
+
+// One query. Members that its kind does not name are not read.
+typedef struct cab_Query {
+  cab_QueryKind kind;
+  cab_QueryWant want;
+
+  // CAB_QUERY_KIND_SPHERE, CAB_QUERY_KIND_BOX, CAB_QUERY_KIND_CAPSULE: whether hits say how deep the link is in the
+  // shape. Without it their distance is 0, and their points and normals are 0. Default: they do not.
+  bool with_depth;
+
+  // CAB_QUERY_WANT_ALL: the most hits that are written, 1 or more. Default: all of them.
+  uint32_t max_hits;
+
+  // An instance is looked at if one of these bits is in its layer (cab_BatchInput.layers). An instance of a batch
+  // without layers has all bits. Default: all bits.
+  uint32_t layer_mask;
+
+  // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. It need not have input.
+  cab_BatchId ignored_batch;
+  uint32_t ignored_instance;
+
+  // When it is asked. CAB_NOW (default): of the job's inputs. A finite time: of the job's histories as they were then,
+  // and of the static bodies among the inputs, but of no other input. A time before the first moment of a history
+  // counts as its first, one after the last as its last (cab_QueryStats.clamped).
+  double time;
+
+  // x y z in the world, each finite and at most CAB_MAX_QUERY_COORDINATE. CAB_QUERY_KIND_RAY: where the ray begins.
+  // CAB_QUERY_KIND_SPHERE, CAB_QUERY_KIND_BOX, CAB_QUERY_KIND_CAPSULE: the centre. CAB_QUERY_KIND_POINT: the point.
+  // CAB_QUERY_KIND_REGION: what its planes are relative to.
+  double position[3];
+
+  // CAB_QUERY_KIND_BOX, CAB_QUERY_KIND_CAPSULE: quaternion x y z w that rotates from the shape's frame to the world's
+  // axes. Its length is divided out, and must be at least 1e-3 and at most 1e3.
+  float orientation[4];
+
+  // CAB_QUERY_KIND_RAY: x y z of its direction in the world's axes. Its length is divided out; it must not be 0 unless
+  // `length` is.
+  float direction[3];
+
+  // CAB_QUERY_KIND_RAY: how far it goes, in the caller's unit: 0 or more, or infinity. CAB_QUERY_KIND_POINT: the
+  // largest distance, 0 or more, or infinity.
+  float length;
+
+  // Lengths in the caller's unit, 0 or more, at most CAB_MAX_COORDINATE. CAB_QUERY_KIND_RAY: the radius of the sphere
+  // that is moved, 0 for a ray. CAB_QUERY_KIND_SPHERE: the radius. CAB_QUERY_KIND_CAPSULE: the radius.
+  // CAB_QUERY_KIND_BOX: not read.
+  float radius;
+
+  // Likewise. CAB_QUERY_KIND_BOX: half extents along the shape's x y z. CAB_QUERY_KIND_CAPSULE: [2] is half the length
+  // of its segment, along z.
+  float half[3];
+
+  // CAB_QUERY_KIND_REGION: its planes, from cab_QueryJob.planes[first_plane] on. With none, it is the whole world.
+  uint32_t first_plane;
+  uint32_t plane_count;
+} cab_Query;
+
+// The largest magnitude of a coordinate of a query, and how far apart along an axis a query's position and the origin
+// of an instance may be that it finds, in the caller's unit.
+#define CAB_MAX_QUERY_COORDINATE 1e30
+
+// One side of a region: the points p of the world with dot(normal, p - position) <= offset, where `position` is that of
+// the query.
+typedef struct cab_QueryPlane {
+  float normal[3];  // in the world's axes, finite, of any length but 0
+  float offset;     // finite; in the caller's unit, times the length of `normal`
+} cab_QueryPlane;
+
+// A link that a query found. A half space is within its leaf's box: where the box is farther than the plane, the hit is
+// that of the box. Hits are in the order of query, distance, batch, instance, link. There is one per query
+// and link, for the link's nearest leaf; of equally near ones the lowest.
+typedef struct cab_QueryHit {
+  uint32_t query;       // index of the query
+  cab_BatchSlot batch;  // the link's batch, instance and index
+  uint32_t instance;
+  uint16_t link;
+  uint16_t leaf;  // the leaf that the rest is of
+  float
+      distance;  // CAB_QUERY_KIND_RAY: along the ray, 0 where it begins inside. CAB_QUERY_KIND_POINT: from the point, 0
+                 // inside. CAB_QUERY_KIND_SPHERE,
+                 // CAB_QUERY_KIND_BOX, CAB_QUERY_KIND_CAPSULE: with depth minus the depth, which is 0 or more; else 0.
+                 // CAB_QUERY_KIND_REGION: 0
+  float point
+      [3];  // relative to cab_Query.position, in the world's axes. CAB_QUERY_KIND_RAY: where the ray, or the sphere,
+            // first touches the link. CAB_QUERY_KIND_POINT: the link's nearest point. With depth: the link's deepest
+            // point
+  float normal
+      [3];  // of length 1, out of the link: CAB_QUERY_KIND_RAY: where the ray enters. CAB_QUERY_KIND_POINT: towards the
+            // point. With
+            // depth: along which the shape leaves the link. 0 0 0 where a ray or point begins inside
+  bool inside;  // CAB_QUERY_KIND_RAY, CAB_QUERY_KIND_POINT: whether the ray begins, or the point is, inside the link
+} cab_QueryHit;
+
+// What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. Seconds are
+// sums over threads, except seconds_total.
+typedef struct cab_QueryStats {
+  uint64_t nodes;             // nodes of the index that were compared with a query, sixteen bounds at a time
+  uint64_t instances;         // instances whose bounds a query met
+  uint64_t leaf_tests;        // leaves that a query may meet, by their boxes or bounds in float
+  uint64_t exact_tests;       // of those the ones whose exact shapes were tested
+  uint64_t instances_posed;   // how often instances were posed for tests; depends on the threads
+  uint64_t instances_masked;  // instances that took no part (cab_InstanceFlag says why); 0 with reuse_bounds
+  uint64_t clamped;           // how often a query's time was before or after all that a history has
+  double seconds_bound;       // posing instances for their bounds
+  double seconds_index;       // making the index
+  double seconds_search;      // everything that is done per query
+  double seconds_total;       // wall time of the call
+} cab_QueryStats;
+
+// Many queries at once.
+//
+// If `hits` is too small, cab_run_queries answers CAB_STATUS_HITS_OVERFLOW. Then hits_needed is the size of `hits` that
+// a second call needs, hit_count is 0, and the contents of hits are unspecified. found and stats are complete.
+typedef struct cab_QueryJob {
+  // Whose links are asked for: as in cab_FrameJob. Margins, bounds and `moved` are not read, and flags and in_contact
+  // not written. Characters only. Empty (default): nothing is found by queries of CAB_NOW.
+  cab_ConstBatchInputSpan inputs;
+
+  // Whose links are asked for by queries with a time of their own: each history once, and no two of one batch. Their
+  // batches need no input. Empty (default): such queries find static bodies alone.
+  cab_ConstHistoryIdSpan histories;
+
+  // The queries, of any kinds in any order. Empty (default): none.
+  cab_ConstQuerySpan queries;
+
+  // The planes of regions.
+  cab_ConstQueryPlaneSpan planes;
+
+  // Whether shapes decide, or boxes alone: CAB_EXACT_NONE or CAB_EXACT_CONVEX. A region always asks for boxes. Default:
+  // boxes, those that cab_compute_boxes gives.
+  cab_Exact exact;
+
+  // States that inputs are those of the last frame that answered CAB_STATUS_OK: same batches, counts, instances, poses,
+  // origins, orientations and scales. Then instances are not posed for their bounds, unless that frame made none for
+  // them. Further calls with reuse_bounds after the same frame use the same index. Default: nothing is stated.
+  bool reuse_bounds;
+
+  // Output: room for the hits of all queries that want CAB_QUERY_WANT_CLOSEST or CAB_QUERY_WANT_ALL. Empty (default):
+  // room for no hit.
+  cab_QueryHitSpan hits;
+
+  // Output: one byte per query, 1 if it found a link, else 0. Empty (default): not written.
+  cab_Uint8Span found;
+
+  // Output: how many hits were written.
+  size_t hit_count;
+
+  // Output: how many hits there are, whether `hits` has room for them or not.
+  size_t hits_needed;
+
+  // Output: after CAB_STATUS_BAD_QUERY the index of the query at fault.
+  size_t bad_query;
+
+  // Output: counts and times of this call.
+  cab_QueryStats stats;
+} cab_QueryJob;
+
+// A version of cab.
+typedef struct cab_Version {
+  uint32_t major;    // 0 until the API is stable; later raised by changes to which programs must adapt
+  uint32_t minor;    // raised by every other change of the API, and by every change while major is 0
+  uint32_t patch;    // raised by a release that leaves the API as it is
+  const char* text;  // "MAJOR.MINOR.PATCH"; lives as long as the program
+} cab_Version;
+
+// Returns the version of the library that runs. It differs from the macros above if a program was compiled with the
+// headers of one version and loads the shared libcab of another.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API cab_Version cab_version(void);
+
+// Which optional packages a library was built with.
+typedef struct cab_BuildInfo {
+  bool fcl;    // CAB_EXACT_FCL can be asked for; without it, the answer is CAB_STATUS_EXACT_NOT_BUILT
+  bool qhull;  // vertices inside a hull are left out of it; without it they stay, and cost time per exact test
+  bool tbb;    // thread_count has an effect; without it, engines without a caller's scheduler have one thread
+} cab_BuildInfo;
+
+// Returns which optional packages the library that runs was built with.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API cab_BuildInfo cab_build_info(void);
+
+// Owns articulations, batches and the memory of workers. Its contents are private to the library.
+typedef struct cab_Engine cab_Engine;
+
+// Makes an engine without articulations and batches, and writes its address to *out, which must not be null. The caller
+// owns the engine and frees it with cab_destroy_engine. The structs that desc points to are copied.
+// Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB, if that is
+// built in.
+// Statuses: CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_ISA_NOT_AVAILABLE, CAB_STATUS_BAD_ALLOCATOR,
+// CAB_STATUS_BAD_SCHEDULER, CAB_STATUS_OUT_OF_MEMORY. Thread: any.
+// abi_version: CAB_ABI_VERSION; any other is refused with CAB_STATUS_BAD_ABI_VERSION.
+CAB_API cab_Status cab_create_engine(uint32_t abi_version, const cab_EngineDesc* desc, cab_Engine** out);
+
+// Frees an engine and everything that it owns. Its ids are invalid afterwards. Null is allowed and does nothing.
+// Cost: gives every block back to the allocator.
+// Thread: any, while no other call on this engine runs.
+CAB_API void cab_destroy_engine(cab_Engine* engine);
+
+// Adds an articulation, and writes its id to *out, which must not be null. All of desc is checked and copied. If desc
+// is refused, *bad_element (may be null) receives the index of the bad element: of the link for CAB_STATUS_BAD_PARENT
+// and CAB_STATUS_BAD_JOINT, of the leaf for CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX,
+// CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE and CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, and of the entry of
+// ignored_pairs for CAB_STATUS_BAD_IGNORED_PAIR. With other statuses *bad_element has no meaning. Cost: too high for
+// every frame. Memory: one bit per ordered pair of links, and memory in proportion to leaves, parts and vertices. While
+// the call runs, ignored_hops takes two bytes per ordered pair of links, and rest_pose about eight bytes per pair of
+// leaves. Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_LINKS,
+// CAB_STATUS_TOO_MANY_LINKS, CAB_STATUS_BAD_PARENT, CAB_STATUS_BAD_JOINT, CAB_STATUS_NO_LEAVES,
+// CAB_STATUS_TOO_MANY_LEAVES, CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES,
+// CAB_STATUS_BAD_SHAPE, CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_BAD_IGNORED_PAIR, CAB_STATUS_BAD_REST_POSE,
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_add_articulation(cab_Engine* engine, const cab_ArticulationDesc* desc, cab_ArticulationId* out,
+                                        uint32_t* bad_element);
+
+// Fits an oriented box about the vertices of a mesh, for cab_Leaf.box. `vertices` holds x y z of each vertex in the
+// link's frame. The box is written to *out, which must not be null. In exact arithmetic, every vertex is inside the
+// box. The axes come from the covariance of the extreme vertices, then are rotated while that shrinks the surface. They
+// are ordered to match the link's axes, and ties prefer the link's own axes. The order of vertices, repeated vertices
+// and inner vertices have no effect. The last bits of the box may differ between builds: the box is input, so the
+// promise of same bits begins after it.
+// Cost: too high for every frame. About 370 dot products per vertex, and temporary memory from operator new.
+// Statuses: CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_BAD_VERTICES, CAB_STATUS_OUT_OF_MEMORY.
+// Thread: any, at any time; no engine is involved.
+CAB_API cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out);
+
+// Adds a coarser level of an articulation (cab_LodDesc), and writes its id to *out, which must not be null. All of desc
+// is checked and copied. If a leaf that the caller made is refused, *bad_leaf (may be null) receives its index. A level
+// has the links of its articulation, so its batches take the same poses; a level of boxes on links reads only those of
+// links that carry a box, and of joints between them, and an instance is masked for what is wrong with these alone. It
+// works with all policies; a level of nodes without exact tests, contacts and cab_find_touching_moments. Cost: as
+// cab_add_articulation, and with CAB_LOD_KIND_REACH up to 0.3 s for 1024 links. Statuses: CAB_STATUS_BUSY,
+// CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_LOD (also for a link with leaves
+// in no leaf of the level or in two, for two leaves on one link, and for a leaf whose links are not in its link's
+// tree), CAB_STATUS_BAD_REST_POSE, CAB_STATUS_TOO_FEW_LEAVES, CAB_STATUS_TOO_MANY_LEAVES, CAB_STATUS_BAD_LEAF_LINK,
+// CAB_STATUS_BAD_LEAF_BOX (also for a reach beyond 1e18), CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_LOD_LEAF_TOO_SMALL,
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_ArticulationId* out,
+                               uint32_t* bad_leaf);
+
+// Writes for each link of a level the index of the leaf that stands for it, or CAB_NO_LEAF if the link has no leaves in
+// the level's articulation. `leaf_of_link` must have room for all links. Hits of a level name its leaves:
+// cab_Hit.leaf_a is the leaf, and cab_Hit.link_a the link that carries its box, or for a node the lowest link below it.
+// Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_LOD (the articulation is no level), CAB_STATUS_BAD_OUTPUT.
+// Thread: any, but not while an articulation or batch is added or removed.
+CAB_API cab_Status cab_lod_leaves(const cab_Engine* engine, cab_ArticulationId level, cab_Uint16Span leaf_of_link);
+
+// Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances. If it is more
+// than the engine has had at a time, and has reserved, it replaces the memory of every worker by memory that is large
+// enough. cab_run_frame and cab_compute_boxes allocate nothing for it.
+// Cost: about 305 bytes per character and nothing per instance of a sequence. Each worker takes 0.4 to 35 MB, which
+// depends on the largest articulation (docs/layout.md). All memory is zeroed. The workers' old memory is freed after
+// the new memory is made.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_ARTICULATION,
+// CAB_STATUS_BAD_BATCH_KIND, CAB_STATUS_NO_INSTANCES, CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_OUT_OF_MEMORY.
+// Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_add_batch(cab_Engine* engine, const cab_BatchDesc* desc, cab_BatchId* out);
+
+// Adds a batch of static bodies, such as the boxes and triangles of a level, and writes its id to *out, which must not
+// be null. All of desc is checked and copied. If desc is refused, *bad_element (may be null) receives the number of the
+// instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
+// frame changes that cab_BatchInput.moved names. A body whose layers or mask change counts as moved in that frame.
+// With CAB_REFIT_AABB_VERTICES the bounds are those of their boxes.
+// Cost: some 10 microseconds per triangle, and about 800 bytes per body besides those of a character.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_INSTANCES,
+// CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_BAD_STATIC_BODY (also for bodies without data), CAB_STATUS_BAD_TRIANGLES,
+// CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE (also for a triangle without an area),
+// CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_add_static_batch(cab_Engine* engine, const cab_StaticDesc* desc, cab_BatchId* out,
+                                        uint32_t* bad_element);
+
+// Makes room for as many batches and characters as `desc` says, of any articulations that the engine has. cab_add_batch
+// then allocates only what its own instances take, about 60 bytes per character, as long as there are no more.
+// Sequences still may need more memory of the workers. What the engine has is never made smaller.
+// Cost: as that of cab_add_batch for the largest batch. Statuses: CAB_STATUS_BUSY, CAB_STATUS_TOO_MANY_INSTANCES,
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_reserve(cab_Engine* engine, const cab_ReserveDesc* desc);
+
+// Removes a batch and gives back what its instances took. Workers keep their memory. The id becomes invalid, and the
+// next cab_add_batch takes the slot.
+// Cost: frees a few blocks. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH. Thread: any, one call per engine at a
+// time.
+CAB_API cab_Status cab_remove_batch(cab_Engine* engine, cab_BatchId id);
+
+// Removes an articulation that no batch uses, and gives back its memory. The id becomes invalid.
+// Cost: frees a few blocks; looks at all batches. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_ARTICULATION,
+// CAB_STATUS_ARTICULATION_IN_USE. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_remove_articulation(cab_Engine* engine, cab_ArticulationId id);
+
+// Runs one frame: poses every batch with input, finds the instances whose bounds overlap, tests their boxes, applies
+// the exact test if there is one, and writes the hits. cab_FrameJob says what is read and written. Without
+// cab_BatchInput.moved no answer depends on earlier frames, so frames may come in any order. Inner boxes are made only
+// for strategies that descend them.
+// Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
+// has figures. The engine allocates nothing. With TBB its tasks may allocate, and with CAB_EXACT_FCL FCL does, both by
+// their own means.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH (also for inputs without data), CAB_STATUS_BATCH_GIVEN_TWICE,
+// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES,
+// CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS,
+// CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS,
+// CAB_STATUS_BAD_MOVED, CAB_STATUS_MOVED_AT_REST, CAB_STATUS_BAD_PAIR_RULE, CAB_STATUS_PAIR_RULE_GIVEN_TWICE,
+// CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_BAD_REPORT, CAB_STATUS_BAD_MARGIN,
+// CAB_STATUS_BAD_MIN_DEPTH, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_CONTACTS_NEED_EXACT, CAB_STATUS_LOD_WITHOUT_SHAPES,
+// CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, one call per
+// engine at a time. It returns when all tasks have ended.
+CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
+
+// Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
+// between the steps of a frame. `job`, and all that it names, must stay as it is until cab_end_frame. Every other call
+// on the engine that changes it answers CAB_STATUS_BUSY until then.
+//
+//   cab_begin_frame(engine, job);
+//   while (cab_next_tasks(engine, &count) == CAB_STATUS_OK && count > 0)
+//     cab_run_task(engine, t, worker);    // for every t < count, in any order, on any threads
+//   status = cab_end_frame(engine);       // what cab_run_frame answers
+//
+// Hits and counts are those of cab_run_frame. Small frames have as many steps as large ones.
+// Cost: that of the checks of cab_run_frame. Statuses: those of cab_run_frame without CAB_STATUS_HITS_OVERFLOW and
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
+
+// Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
+// *count: 0 when the frame has no more. There are about seven steps with tasks.
+// Cost: the work between two steps, such as sums over the buckets of the grid. Statuses: CAB_STATUS_NO_FRAME,
+// CAB_STATUS_BAD_OUTPUT (count is null), CAB_STATUS_TASKS_LEFT. Thread: any, one at a time, after cab_run_task has
+// returned for all tasks.
+CAB_API cab_Status cab_next_tasks(cab_Engine* engine, uint32_t* count);
+
+// Runs one task of the step, each number below the count once. worker: below cab_engine_thread_count; calls that run at
+// the same time must have different workers. In frames that run short of memory for hits, and in those with sequences,
+// a task may wait for one that began before it, so a thread must not suspend a task to run another.
+// Cost: some 10 to 100 microseconds. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_TASK. Thread: any, at the same time
+// as other tasks.
+CAB_API cab_Status cab_run_task(cab_Engine* engine, uint32_t task, uint32_t worker);
+
+// Ends the frame: completes `job` and lets the engine go. If tasks are left, the frame is given up: `hits`, `contacts`,
+// flags and in_contact are unspecified, and the engine is ready for another frame.
+// Cost: little. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_TASKS_LEFT, CAB_STATUS_HITS_OVERFLOW. Thread: any, after all
+// tasks have returned.
+CAB_API cab_Status cab_end_frame(cab_Engine* engine);
+
+// Finds the instances that cab_run_frame would have to test against each other, from cab_BatchInput.bounds alone: no
+// pose is read. A caller then samples only instances that are in a pair, lists them in cab_BatchInput.instances, and
+// has the hits of a frame of all. Uses the job's inputs, its rules between characters, layers and margin, and sets
+// their in_contact, if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no
+// pair by that. Writes the pairs in order, and their number, to `out`. After CAB_STATUS_PAIRS_OVERFLOW its pairs are
+// unspecified and `needed` is right.
+// Cost: the grid and its search, about 200 ns per character; allocates nothing.
+// Statuses: as of cab_run_frame, without CAB_STATUS_BAD_POSES and CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also
+// without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no data), CAB_STATUS_PAIRS_OVERFLOW. Thread: any, one
+// call per engine at a time.
+CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* job, cab_CandidateList* out);
+
+// Answers many queries: which links rays meet, shapes overlap, points are near, regions contain. The job says what is
+// asked, and receives the hits, sorted by query, distance, batch, instance and link. Every link is found that a query
+// meets in exact arithmetic, by its leaf boxes as given or by its shapes; docs/queries.md says how far off a distance
+// may be. No answer depends on the other queries of the call. The call changes nothing that frames keep: characters go
+// on resting. A query may have a time of its own (cab_Query.time): then it asks histories. At a moment that a history
+// has, the answer is that for the poses that it keeps. Between two moments quaternions go over along a straight line
+// between those of length 1, the shorter way round, and translations, origins and scales along straight lines, rounded
+// to float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
+// Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with
+// reuse_bounds only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes the
+// room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_ROOM, CAB_STATUS_UNKNOWN_BATCH (also for inputs without data),
+// CAB_STATUS_BAD_BATCH_KIND (a sequence), CAB_STATUS_BATCH_GIVEN_TWICE, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES,
+// CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS,
+// CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
+// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither
+// CAB_EXACT_NONE nor CAB_EXACT_CONVEX), CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY,
+// CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long
+// as queries), CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and
+// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
+
+// Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
+// *out, which must not be null. This call makes all the room; cab_record_tick and cab_run_queries allocate nothing for
+// it. The batch must stay: the calls below answer CAB_STATUS_UNKNOWN_BATCH once it is removed, but for
+// cab_remove_history. Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200
+// bytes more per character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_BATCH_KIND
+// (a sequence, static bodies, a level of nodes), CAB_STATUS_BAD_TICKS, CAB_STATUS_TOO_MANY_INSTANCES (4096 histories),
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_add_history(cab_Engine* engine, const cab_HistoryDesc* desc, cab_HistoryId* out);
+
+// Removes a history, and gives back its memory. The id becomes invalid.
+// Cost: frees a few blocks. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY. Thread: any, one call per engine at
+// a time.
+CAB_API cab_Status cab_remove_history(cab_Engine* engine, cab_HistoryId id);
+
+// Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
+// of the history once that is full. Of `input` the poses, origins, orientations, scales and layers are kept, and which
+// instances are given. Those that are masked count as not given. Quaternions keep their bits; matrices become
+// quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. A status but CAB_STATUS_OK keeps all
+// moments. Cost: some 1 to 2 microseconds per instance of twenty links, on all threads; allocates nothing.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_UNKNOWN_BATCH (also an input of another batch),
+// CAB_STATUS_BAD_TIME (not finite, or not above that of the last moment), CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT,
+// CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES,
+// CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
+// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_HISTORY_POSES, CAB_STATUS_OUT_OF_MEMORY (TBB had no
+// memory for its tasks). Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_record_tick(cab_Engine* engine, cab_HistoryId id, const cab_BatchInput* input, double time);
+
+// Writes which moments a history has to *out, which must not be null.
+// Cost: constant time; allocates nothing. Statuses: CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_BAD_OUTPUT (out is null).
+// Thread: any, while no other call changes this engine.
+CAB_API cab_Status cab_history_span(const cab_Engine* engine, cab_HistoryId id, cab_HistorySpan* out);
+
+// Writes a margin for each given instance of `input`, so that a frame with cab_BatchInput.margins finds all links that
+// may have touched since `last`, the same batch in an earlier frame: how far any point of its leaf boxes can have been
+// from where it is now. That holds if every link moves along a straight line, or on an arc of at most half a turn, and
+// turns about one axis by at most half a turn; shapes in between are not compared, so the frame reports pairs that have
+// passed each other at a distance too. Instances that `last` does not have, or that are masked in one of the two, get
+// 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags. Cost: poses every
+// instance twice, on all threads; allocates nothing. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH,
+// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES,
+// CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS,
+// CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS,
+// CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_BATCH_KIND (the two are not one batch of characters), CAB_STATUS_BAD_OUTPUT
+// (margins is too small), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, one call per engine
+// at a time.
+CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* last, const cab_BatchInput* input,
+                                     cab_FloatSpan margins);
+
+// Writes for each pair of links the first of the moments 0, 1/steps, 2/steps ... 1 between two frames at which their
+// shapes touch, by CAB_EXACT_CONVEX, or CAB_NEVER_TOUCH: which of the hits that a frame with cab_sweep_margins reports
+// are real. `last` and `inputs` hold the poses of all batches that are named, in the earlier frame and in this one. In
+// between, the origins of instances and of links move along straight lines, links turn about one axis, the shorter way
+// round, and scales go over evenly. A link that is not valid in `last`, that is mirrored in one frame alone, or whose
+// instance `last` does not have, is where it is now at all moments; one that is not valid now never touches. Of each
+// Hit only batches, instances and links are read. steps: 1 to CAB_MAX_STEPS.
+// Cost: one exact test per pair of parts and moment, sixteen moments at a time, on all threads, up to the first moment
+// that touches; some memory from operator new while it runs. Bits do not depend on instruction set or threads.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BATCH_GIVEN_TWICE, CAB_STATUS_STATIC_INPUT,
+// CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS,
+// CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS,
+// CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_STEPS,
+// CAB_STATUS_BAD_PAIRS (a pair that cab_compute_contacts refuses, or a batch that `last` lacks), CAB_STATUS_BAD_OUTPUT
+// (moments is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchInputSpan last,
+                                             cab_ConstBatchInputSpan inputs, uint32_t steps, cab_ConstHitSpan pairs,
+                                             cab_FloatSpan moments);
+
+// Writes every box of every given instance of one batch, relative to the instance's origin in the world's axes. Node n
+// of instance i goes to boxes[i * node_count + n], leaves first, the root last. `boxes` must have room for all of them.
+// They have the bits that cab_run_frame tests without a margin. With a refit of axis-aligned boxes, each Box lies along
+// the world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags
+// says which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
+// Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_UNKNOWN_BATCH,
+// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES,
+// CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS,
+// CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS,
+// CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_OUTPUT (boxes is too small). Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* input, const cab_Policies* policies,
+                                     cab_BoxSpan boxes);
+
+// Writes contacts[i] for pairs[i], two links that the caller names: how deep they touch, or how far they are apart at
+// any distance, as CAB_EXACT_CONVEX measures it. depth: how the least depth is searched for. Of each Hit only batches,
+// instances and links are read; the leaves that the contact is of are written to the contact. The two links must
+// differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
+// in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
+// Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
+// instruction set, threads or other pairs. Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY (depth is not a value of
+// Depth), CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BATCH_GIVEN_TWICE, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES,
+// CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS,
+// CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
+// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT (contacts is shorter than
+// pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_Depth depth,
+                                        cab_ConstHitSpan pairs, cab_ContactSpan contacts);
+
+// Writes to *out, which must not be null, why one instance of a batch is masked: which link, which number, and how far
+// off. With CAB_MASK_CAUSE_NONE the instance takes part. A margin, which may take a box that is at the limit out of
+// range, is not considered.
+// Cost: up to the price of posing the instance; allocates nothing.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES,
+// CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS,
+// CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
+// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_INSTANCE, CAB_STATUS_BAD_OUTPUT (out is null). Thread:
+// any, one call per engine at a time.
+CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint32_t instance,
+                                  cab_MaskReason* out);
+
+// Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
+// batches, instances and links are; leaves may differ. Both lists must be in the order of cab_run_frame. Lists that
+// changes has no room for are cut off, and the counts are complete.
+// Cost: one pass over both lists; allocates nothing. Statuses: CAB_STATUS_UNSORTED_HITS, CAB_STATUS_BAD_OUTPUT (a list
+// of `changes` has a size and no data), CAB_STATUS_HITS_OVERFLOW (a list of `changes` is too small). Thread: any; no
+// engine is involved.
+CAB_API cab_Status cab_diff_hits(cab_ConstHitSpan previous, cab_ConstHitSpan current, cab_HitChanges* changes);
+
+// Writes the numbers of a batch's instances to `order`, so that instances which are near each other in the world are
+// near each other in the list: along a Z-order curve through the lower bounds that the last frame with input for the
+// batch gave them. Masked instances come last, in ascending order. Instances without such a frame, and those of a
+// sequence, keep their order; frames with CAB_STRATEGY_EXACT_ALL compute no bounds. Large crowds that are stored in
+// this order have faster frames (docs/crowd.md).
+// Cost: a sort on the calling thread, and 16 bytes per instance from operator new while it runs.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_OUTPUT (order is too small),
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+CAB_API cab_Status cab_spatial_order(cab_Engine* engine, cab_BatchId batch, cab_Uint32Span order);
+
+// Writes the counts of an articulation to *out, which must not be null.
+// Cost: constant time; allocates nothing.
+// Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_OUTPUT (out is null).
+// Thread: any, while no call adds to this engine.
+CAB_API cab_Status cab_articulation_info(const cab_Engine* engine, cab_ArticulationId id, cab_ArticulationInfo* out);
+
+// Writes the merge order of an articulation's hierarchy, which is the same for all its instances and frames. It has
+// leaf_count - 1 steps, and `steps` must have room for them.
+// Cost: a copy; allocates nothing.
+// Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_OUTPUT (steps is too small).
+// Thread: any, while no call adds to this engine.
+CAB_API cab_Status cab_merge_steps(const cab_Engine* engine, cab_ArticulationId id, cab_MergeStepSpan steps);
+
+// Writes which links of an articulation are never reported against each other within an instance, and why: each pair
+// once, sorted by a, then b. `pairs` must have room for cab_ArticulationInfo.ignored_pair_count entries.
+// Cost: a copy; allocates nothing.
+// Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_OUTPUT (pairs is too small).
+// Thread: any, while no call adds to this engine.
+CAB_API cab_Status cab_ignored_pairs(const cab_Engine* engine, cab_ArticulationId id, cab_IgnoredPairSpan pairs);
+
+// Writes how many bytes the engine holds for what to *out, which must not be null. The engine object itself, and the
+// shapes of CAB_EXACT_FCL, come from operator new and are not counted.
+// Cost: a sum over articulations, batches and workers; allocates nothing. Statuses: CAB_STATUS_BAD_OUTPUT (out is
+// null). Thread: any, while no other call changes this engine.
+CAB_API cab_Status cab_engine_memory(const cab_Engine* engine, cab_EngineMemory* out);
+
+// Returns how many workers an engine has: the caller's worker_count, or the threads of the built-in scheduler.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API uint32_t cab_engine_thread_count(const cab_Engine* engine);
+
+// Returns the instruction set that an engine's kernels use, never CAB_ISA_AUTO.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API cab_Isa cab_engine_isa(const cab_Engine* engine);
+
+// Returns whether this CPU, its operating system and this build can run an instruction set: always true for
+// CAB_ISA_AUTO and CAB_ISA_SCALAR, always false for a number that is not an Isa.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API bool cab_isa_available(cab_Isa isa);
+
+// Returns the name of an instruction set, such as "avx2". The string lives as long as the program.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API const char* cab_isa_to_string(cab_Isa isa);
+
+// Returns a status in words, without a capital at the start or a period at the end. The string lives as long as the
+// program.
+// Cost: constant time; allocates nothing. Thread: any.
+CAB_API const char* cab_status_to_string(cab_Status status);
+
+// ---------------------------------------------------------------------------------------------- defaults
+
+// The defaults of the members of structs that callers fill in. Constant time; nothing is allocated.
+CAB_API cab_PoseView cab_default_pose_view(void);
+CAB_API cab_ConvexPart cab_default_convex_part(void);
+CAB_API cab_Leaf cab_default_leaf(void);
+CAB_API cab_ArticulationDesc cab_default_articulation_desc(void);
+CAB_API cab_LodLeaf cab_default_lod_leaf(void);
+CAB_API cab_LodDesc cab_default_lod_desc(void);
+CAB_API cab_BatchDesc cab_default_batch_desc(void);
+CAB_API cab_StaticBody cab_default_static_body(void);
+CAB_API cab_StaticDesc cab_default_static_desc(void);
+CAB_API cab_ReserveDesc cab_default_reserve_desc(void);
+CAB_API cab_BatchInput cab_default_batch_input(void);
+CAB_API cab_PairRule cab_default_pair_rule(void);
+CAB_API cab_CandidateList cab_default_candidate_list(void);
+CAB_API cab_HitChanges cab_default_hit_changes(void);
+CAB_API cab_FrameJob cab_default_frame_job(void);
+CAB_API cab_Allocator cab_default_allocator(void);
+CAB_API cab_Scheduler cab_default_scheduler(void);
+CAB_API cab_EngineDesc cab_default_engine_desc(void);
+CAB_API cab_HistoryDesc cab_default_history_desc(void);
+CAB_API cab_Query cab_default_query(void);
+CAB_API cab_QueryPlane cab_default_query_plane(void);
+CAB_API cab_QueryJob cab_default_query_job(void);
+CAB_API cab_Policies cab_default_policies(void);
+
+#ifdef __cplusplus
+}
+#endif
