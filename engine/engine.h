@@ -87,7 +87,7 @@ struct Engine {
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
   FrameInProgressPtr frame;                  // holds a Call itself, so it is destroyed first
 
-  StoredBatches stored_batches() const { return {batches.data(), batches.size()}; }
+  StoredBatches stored_batches() const { return batches; }
   InstanceBatch& batch(BatchId id) { return batches[slot_of(id).value - 1]->batch; }
   const InstanceBatch& batch(BatchId id) const { return batches[slot_of(id).value - 1]->batch; }
 };

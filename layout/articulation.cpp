@@ -217,7 +217,7 @@ void plan_posing(Articulation& articulation, Arena& arena) {
     articulation.is_chain = articulation.is_chain && parent >= 0 && !has_child[static_cast<std::size_t>(parent)];
     if (parent >= 0) has_child[static_cast<std::size_t>(parent)] = true;
   }
-  articulation.posed_links = constant(arena.copy(Span<const PosedLink>{posed.data(), posed.size()}));
+  articulation.posed_links = constant(arena.copy(Span<const PosedLink>(posed)));
 }
 
 void append_ignored(Span<const LinkPair> pairs, IgnoredReason reason, std::vector<IgnoredPair>& out) {
@@ -260,7 +260,7 @@ void set_ignored(std::vector<IgnoredPair>& pairs, Arena& arena, Articulation& ar
       pairs[kept++] = pair;
   }
   pairs.resize(kept);
-  articulation.ignored_pairs = constant(arena.copy(Span<const IgnoredPair>{pairs.data(), pairs.size()}));
+  articulation.ignored_pairs = constant(arena.copy(Span<const IgnoredPair>(pairs)));
 
   const std::size_t link_count = articulation.link_count;
   auto bits = arena.allocate<std::uint64_t>((link_count * link_count + 63) / 64);
@@ -376,7 +376,7 @@ void list_vertices(Articulation& articulation, Arena& arena) {
       reach[leaf] =
           std::max(reach[leaf], std::fabs(vertices[v]) + std::fabs(vertices[v + 1]) + std::fabs(vertices[v + 2]));
   }
-  articulation.vertices = constant(arena.copy(Span<const float>{vertices.data(), vertices.size()}));
+  articulation.vertices = constant(arena.copy(Span<const float>(vertices)));
   articulation.leaf_vertex_begin = constant(begin);
   articulation.leaf_vertex_reach = constant(reach);
 }

@@ -165,7 +165,7 @@ ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena) 
     if (part_begin[leaf] == part_begin[leaf + 1]) shapes.push_back(shape_of_box(articulation.leaf_box[leaf]));
   }
   begin[articulation.leaf_count] = static_cast<std::uint32_t>(shapes.size());
-  return {constant(arena.copy(Span<const ConvexShape>{shapes.data(), shapes.size()})), constant(begin)};
+  return {constant(arena.copy(Span<const ConvexShape>(shapes))), constant(begin)};
 }
 
 }  // namespace cab

@@ -70,8 +70,7 @@ Box box_about(const std::vector<Box>& boxes) {
     std::vector<float> corners;
     for (const Box& box : boxes) append_corners(box, corners);
     Box fitted;
-    if (fit_box_to_vertices({corners.data(), corners.size()}, &fitted) == Status::kOk)
-      tries.push_back(enclose(fitted, boxes));
+    if (fit_box_to_vertices(corners, &fitted) == Status::kOk) tries.push_back(enclose(fitted, boxes));
   }
   return *std::min_element(tries.begin(), tries.end(), [](const Box& x, const Box& y) { return area(x) < area(y); });
 }
@@ -108,7 +107,7 @@ void build_link_bounds(const Articulation& articulation, Arena& arena, LinkBound
   }
   const auto keep = [&arena](auto& list) {
     using T = typename std::decay_t<decltype(list)>::value_type;
-    return constant(arena.copy(Span<const T>{list.data(), list.size()}));
+    return constant(arena.copy(Span<const T>(list)));
   };
   out->links.link_count = articulation.link_count;
   out->links.leaf_count = static_cast<std::uint32_t>(links.size());

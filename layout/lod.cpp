@@ -26,7 +26,7 @@ double distance(const Double3& a, const Double3& b) { return length({a[0] - b[0]
 
 template <class T>
 Span<const T> keep(const std::vector<T>& values, Arena& arena) {
-  return constant(arena.copy(Span<const T>{values.data(), values.size()}));
+  return constant(arena.copy(Span<const T>(values)));
 }
 
 constexpr std::uint32_t kNone = 0xffffffff;
@@ -318,8 +318,8 @@ Status build_boxes(const Articulation& fine, const std::vector<LodSet>& sets, co
   ArticulationDesc desc;
   desc.link_parents = fine.link_parent;
   desc.link_joints = fine.link_joint;
-  desc.leaves = {leaves.data(), leaves.size()};
-  desc.ignored_pairs = {ignored.data(), ignored.size()};
+  desc.leaves = leaves;
+  desc.ignored_pairs = ignored;
   const Status status = build_articulation(desc, arena, out, bad_leaf);
   if (status == Status::kOk) out->lod.leaf_of_link = keep(leaf_of_link, arena);
   return status;
@@ -470,7 +470,7 @@ Status build_node_lod(const Articulation& fine, std::uint32_t max_leaves, Arena&
   level.leaves_by_link = std::is_sorted(links.begin(), links.end());
   level.program = program_above(fine, level_node, level.leaf_count, arena);
   level.lod = {keep(leaf_of_link, arena), &fine, keep(nodes, arena)};
-  ignore_pairs({ignored.data(), ignored.size()}, arena, level);
+  ignore_pairs(ignored, arena, level);
   *out = level;
   return Status::kOk;
 }

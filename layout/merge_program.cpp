@@ -129,7 +129,7 @@ class Builder {
 
 template <class T>
 Span<const T> keep(const std::vector<T>& values, Arena& arena) {
-  const auto kept = arena.copy(Span<const T>{values.data(), values.size()});
+  const auto kept = arena.copy(Span<const T>(values));
   return {kept.data, kept.size};
 }
 

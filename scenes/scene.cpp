@@ -21,16 +21,16 @@ ArticulationStorage::ArticulationStorage(const Character& character)
     parts_[l].reserve(body.parts.size());
     for (const ShapePart& part : body.parts) {
       parts_[l].push_back(part.shape);
-      parts_[l].back().vertices = {part.vertices.data(), part.vertices.size()};
+      parts_[l].back().vertices = part.vertices;
     }
     leaves_[l].link = body.link;
     leaves_[l].box = body.box;
-    leaves_[l].parts = {parts_[l].data(), parts_[l].size()};
+    leaves_[l].parts = parts_[l];
   }
-  desc_.link_parents = {character.link_parents.data(), character.link_parents.size()};
-  desc_.link_joints = {character.link_joints.data(), character.link_joints.size()};
-  desc_.leaves = {leaves_.data(), leaves_.size()};
-  desc_.ignored_pairs = {character.ignored_pairs.data(), character.ignored_pairs.size()};
+  desc_.link_parents = character.link_parents;
+  desc_.link_joints = character.link_joints;
+  desc_.leaves = leaves_;
+  desc_.ignored_pairs = character.ignored_pairs;
   desc_.ignored_hops = character.ignored_hops;
   if (character.rest_frame)
     desc_.rest_pose = {character.pose_format,

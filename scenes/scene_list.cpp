@@ -103,7 +103,7 @@ constexpr std::array kRows = {
 
 }  // namespace
 
-Span<const NamedScene> scene_list() { return {kRows.data(), kRows.size()}; }
+Span<const NamedScene> scene_list() { return kRows; }
 
 const NamedScene* find_scene(SceneUse command, const std::string& name) {
   const auto row = std::find_if(kRows.begin(), kRows.end(),

@@ -116,8 +116,7 @@ class CrowdSession {
     margins_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
       margins_[g].resize(posed[g].origins.size() / 3);
-      require(sweep_margins(*engine_, input_of(last, g), input_of(posed, g), {margins_[g].data(), margins_[g].size()}),
-              "sweep");
+      require(sweep_margins(*engine_, input_of(last, g), input_of(posed, g), margins_[g]), "sweep");
     }
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -130,11 +129,11 @@ class CrowdSession {
     in_contact_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
       inputs[g] = input_of(posed, g);
-      if (!margins_.empty()) inputs[g].margins = {margins_[g].data(), margins_[g].size()};
-      if (at_rest_ != AtRest::kMoved) inputs[g].moved = {posed[g].moved.data(), posed[g].moved.size()};
+      if (!margins_.empty()) inputs[g].margins = margins_[g];
+      if (at_rest_ != AtRest::kMoved) inputs[g].moved = posed[g].moved;
       if (!only_in_contact) continue;
       in_contact_[g].resize(posed[g].origins.size() / 3);
-      inputs[g].in_contact = {in_contact_[g].data(), in_contact_[g].size()};
+      inputs[g].in_contact = in_contact_[g];
     }
     for (std::size_t g = 0; g < coarse_batches_.size(); ++g) {
       inputs.push_back(inputs[g]);
@@ -147,15 +146,15 @@ class CrowdSession {
       inputs.back().batch = *level_;
     }
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules_.data(), rules_.size()};
+    job.inputs = inputs;
+    job.rules = rules_;
     job.policies = policies;
     if (only_in_contact) job.report = Report::kInContact;
-    job.hits = {hits_.data(), hits_.size()};
+    job.hits = hits_;
     Status status = run_frame(*engine_, job);
     if (status == Status::kHitsOverflow) {
       hits_.resize(job.hits_needed + job.hits_needed / 4);
-      job.hits = {hits_.data(), hits_.size()};
+      job.hits = hits_;
       status = run_frame(*engine_, job);
     }
     require(status, "frame");
@@ -176,14 +175,14 @@ class CrowdSession {
     std::vector<BatchInput> inputs(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) inputs[g] = input_of(posed, g);
     QueryJob job;
-    job.inputs = {inputs.data(), inputs.size()};
+    job.inputs = inputs;
     job.queries = queries;
     job.reuse_bounds = reuse_bounds;
-    job.hits = {query_hits_.data(), query_hits_.size()};
+    job.hits = query_hits_;
     Status status = run_queries(*engine_, job);
     if (status == Status::kHitsOverflow) {
       query_hits_.resize(job.hits_needed + job.hits_needed / 4);
-      job.hits = {query_hits_.data(), query_hits_.size()};
+      job.hits = query_hits_;
       status = run_queries(*engine_, job);
     }
     require(status, "queries");
@@ -197,14 +196,14 @@ class CrowdSession {
     ArticulationInfo info;
     require(articulation_info(*engine_, articulations_[group], &info), "articulation");
     boxes.resize(posed[group].origins.size() / 3 * info.node_count);
-    require(compute_boxes(*engine_, input_of(posed, group), {}, {boxes.data(), boxes.size()}), "boxes");
+    require(compute_boxes(*engine_, input_of(posed, group), {}, boxes), "boxes");
     return info.node_count;
   }
 
   // The characters of a group so that neighbours in the list are near each other in the last frame.
   std::vector<std::uint32_t> spatial_order(std::size_t group, std::size_t count) {
     std::vector<std::uint32_t> order(count);
-    require(cab::spatial_order(*engine_, batches_[group], {order.data(), order.size()}), "spatial order");
+    require(cab::spatial_order(*engine_, batches_[group], order), "spatial order");
     return order;
   }
 
@@ -249,7 +248,7 @@ class CrowdSession {
   }
 
   static void list(const std::vector<std::uint32_t>& instances, BatchInput& input) {
-    input.instances = {instances.data(), instances.size()};
+    input.instances = instances;
     if (instances.empty()) input.count = 0;
   }
 
@@ -257,8 +256,8 @@ class CrowdSession {
     BatchInput out;
     out.batch = batches_[g];
     out.poses.data = posed[g].poses.data();
-    out.origins = {posed[g].origins.data(), posed[g].origins.size()};
-    out.orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
+    out.origins = posed[g].origins;
+    out.orientations = posed[g].orientations;
     return out;
   }
 

@@ -120,8 +120,8 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
   for (std::uint32_t c = 0; c < set.batches.size(); ++c) inputs.push_back(input(c, set.batches[c], result.frames));
 
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {set.rules.data(), set.rules.size()};
+  job.inputs = inputs;
+  job.rules = set.rules;
   job.policies = policies;
   job.min_depth = min_depth_;
   std::size_t room = std::max(hits_.size(), kHitsPerFrame * count);
@@ -129,8 +129,8 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
   while (status == Status::kHitsOverflow) {
     hits_.resize(room);
     contacts_.resize(contacts ? room : 0);
-    job.hits = {hits_.data(), hits_.size()};
-    job.contacts = {contacts_.data(), contacts_.size()};
+    job.hits = hits_;
+    job.contacts = contacts_;
     status = run_frame(*engine_, job);
     if (status == Status::kHitsOverflow && job.hits_needed <= room) break;
     room = job.hits_needed;
@@ -194,7 +194,7 @@ std::vector<IgnoredPair> EngineSession::ignored_pairs(std::uint32_t character) c
   ArticulationInfo info;
   require(articulation_info(*engine_, articulations_[character], &info), name);
   std::vector<IgnoredPair> pairs(info.ignored_pair_count);
-  require(cab::ignored_pairs(*engine_, articulations_[character], {pairs.data(), pairs.size()}), name);
+  require(cab::ignored_pairs(*engine_, articulations_[character], pairs), name);
   return pairs;
 }
 
@@ -203,14 +203,14 @@ CharacterBoxes EngineSession::boxes(std::uint32_t character, const Policies& pol
   CharacterBoxes result;
   require(articulation_info(*engine_, articulations_[character], &result.info), name);
   result.steps.resize(result.info.leaf_count - 1);
-  require(merge_steps(*engine_, articulations_[character], {result.steps.data(), result.steps.size()}), name);
+  require(merge_steps(*engine_, articulations_[character], result.steps), name);
 
   const std::size_t instances = scene_.characters[character].is_static ? 1 : full_.frame_count;
   std::vector<Box> all(instances * result.info.node_count);
   std::vector<std::uint8_t> flags(instances);
   BatchInput posed = input(character, full_.batches[character], {frames_.first, frames_.first + full_.frame_count});
-  posed.flags = {flags.data(), flags.size()};
-  require(compute_boxes(*engine_, posed, policies, {all.data(), all.size()}), name);
+  posed.flags = flags;
+  require(compute_boxes(*engine_, posed, policies, all), name);
   result.boxes.assign(all.begin(), all.begin() + result.info.node_count);
   result.flags = flags.front();
   return result;
@@ -228,9 +228,7 @@ void EngineSession::visit_boxes(const Policies& policies, const VisitBoxes& visi
       const std::string& name = scene_.characters[c].name;
       require(articulation_info(*engine_, articulations_[c], &infos[c]), name);
       boxes[c].resize((scene_.characters[c].is_static ? 1 : count) * std::size_t{infos[c].node_count});
-      require(compute_boxes(*engine_, input(c, set.batches[c], {first, first + count}), policies,
-                            {boxes[c].data(), boxes[c].size()}),
-              name);
+      require(compute_boxes(*engine_, input(c, set.batches[c], {first, first + count}), policies, boxes[c]), name);
     }
     for (std::uint32_t frame = 0; frame < count; ++frame)
       for (std::uint32_t c = 0; c < characters; ++c) {

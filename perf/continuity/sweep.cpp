@@ -124,8 +124,8 @@ class Sweep {
       leaves.push_back(leaf);
     }
     ArticulationDesc articulation;
-    articulation.link_parents = {parents.data(), parents.size()};
-    articulation.leaves = {leaves.data(), leaves.size()};
+    articulation.link_parents = parents;
+    articulation.leaves = leaves;
     require(add_articulation(*engine_, articulation, &articulation_));
     require(articulation_info(*engine_, articulation_, &info_));
   }
@@ -147,7 +147,7 @@ class Sweep {
     input.batch = batch;
     input.poses.data = poses.data();
     std::vector<Box> out(degrees.size() * info_.node_count);
-    require(compute_boxes(*engine_, input, policies, {out.data(), out.size()}));
+    require(compute_boxes(*engine_, input, policies, out));
     return out;
   }
 

@@ -113,7 +113,7 @@ struct Side {
       leaves.push_back({0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}}, {&part, 1}});
     ArticulationDesc desc;
     desc.link_parents = {&kRoot, 1};
-    desc.leaves = {leaves.data(), leaves.size()};
+    desc.leaves = leaves;
     if (build_articulation(desc, arena, &articulation, nullptr) != Status::kOk)
       throw std::runtime_error("a random shape is refused");
     shapes = make_convex_shapes(articulation, arena);
@@ -131,7 +131,7 @@ struct Side {
       for (int c = 0; c < 3; ++c) hull.push_back(at.normalized()[c] * part.size[c]);
       points->emplace_back(hull[hull.size() - 3], hull[hull.size() - 2], hull[hull.size() - 1]);
     }
-    part.vertices = {hull.data(), hull.size()};
+    part.vertices = hull;
     parts.push_back(part);
     switch (kind.kind) {
       case ShapeKind::kBox: fcl_shapes.push_back(std::make_shared<fcl::Boxd>(2 * size)); break;

@@ -158,7 +158,7 @@ void bring_near(Random& random, ConvexCase& made) {
 }  // namespace
 
 void bind_vertices(ConvexCase& made) {
-  for (PosedPart* posed : {&made.a, &made.b}) posed->part.vertices = {posed->vertices.data(), posed->vertices.size()};
+  for (PosedPart* posed : {&made.a, &made.b}) posed->part.vertices = posed->vertices;
 }
 
 ConvexCase make_convex_case(Random& random, ConvexRegime regime, ShapeKind kind_a, ShapeKind kind_b) {

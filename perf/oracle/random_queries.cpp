@@ -367,7 +367,7 @@ void add_parts(Random& random, Rig& rig, KeptParts& kept) {
         std::vector<float>& list = kept.vertices.emplace_back();
         for (const Vec& v : vertices)
           for (std::size_t c = 0; c < 3; ++c) list.push_back(static_cast<float>(times * v[c]));
-        part.vertices = {list.data(), list.size()};
+        part.vertices = list;
       }
       parts.push_back(part);
     }

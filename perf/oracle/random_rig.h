@@ -20,12 +20,7 @@ struct Rig {
   std::vector<LinkPair> ignored;
   std::vector<Vec3<double>> parent_offset;
 
-  ArticulationDesc desc() const {
-    return {{parents.data(), parents.size()},
-            {joints.data(), joints.size()},
-            {leaves.data(), leaves.size()},
-            {ignored.data(), ignored.size()}};
-  }
+  ArticulationDesc desc() const { return {parents, joints, leaves, ignored}; }
   std::uint32_t link_count() const { return static_cast<std::uint32_t>(parents.size()); }
   std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(leaves.size()); }
   std::uint32_t node_count() const { return 2 * leaf_count() - 1; }
@@ -116,9 +111,9 @@ struct Poses {
     out.batch = batch;
     out.poses.format = format;
     out.poses.data = data.data();
-    out.origins = {origins.data(), origins.size()};
-    out.orientations = {orientations.data(), orientations.size()};
-    out.scales = {scales.data(), scales.size()};
+    out.origins = origins;
+    out.orientations = orientations;
+    out.scales = scales;
     out.poses.has_scale = has_scale;
     return out;
   }

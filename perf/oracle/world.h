@@ -82,14 +82,14 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   for (std::size_t m = 0; m < world.members.size(); ++m) {
     const Member& member = world.members[m];
     inputs.push_back(member.poses.input({static_cast<std::uint32_t>(m + 1)}));
-    inputs.back().flags = {out.flags[m].data(), out.flags[m].size()};
-    inputs.back().layers = {member.layers.data(), member.layers.size()};
-    inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
-    inputs.back().in_contact = {out.in_contact[m].data(), out.in_contact[m].size()};
+    inputs.back().flags = out.flags[m];
+    inputs.back().layers = member.layers;
+    inputs.back().layer_masks = member.layer_masks;
+    inputs.back().in_contact = out.in_contact[m];
   }
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.inputs = inputs;
+  job.rules = world.rules;
   job.policies = policies;
   job.margin = world.margin;
   job.min_depth = world.min_depth;
@@ -98,8 +98,8 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   if (status == Status::kHitsOverflow) {
     out.hits.resize(job.hits_needed);
     out.contacts.resize(world.contacts ? job.hits_needed : 0);
-    job.hits = {out.hits.data(), out.hits.size()};
-    job.contacts = {out.contacts.data(), out.contacts.size()};
+    job.hits = out.hits;
+    job.contacts = out.contacts;
     status = frame(engine, job);
   }
   require(status);

@@ -105,9 +105,9 @@ class LazyTree {
       refit->leaves.push_back(static_cast<std::uint16_t>(place(leaf) - place(node) + kStepNode));
     }
     refit->program.steps = {&refit->step, 1};
-    refit->program.node_leaf_count = {refit->leaf_count.data(), refit->leaf_count.size()};
-    refit->program.node_first_leaf = {refit->first_leaf.data(), refit->first_leaf.size()};
-    refit->program.leaf_sequence = {refit->leaves.data(), refit->leaves.size()};
+    refit->program.node_leaf_count = refit->leaf_count;
+    refit->program.node_first_leaf = refit->first_leaf;
+    refit->program.leaf_sequence = refit->leaves;
     refits_.push_back(std::move(refit));
   }
 

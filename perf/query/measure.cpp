@@ -38,8 +38,8 @@ class Asker {
         most_hits_(options.most_hits),
         found_(asked.queries.size()),
         hits_(hits_at_first(asked)) {
-    job_.queries = {asked.queries.data(), asked.queries.size()};
-    job_.found = {found_.data(), found_.size()};
+    job_.queries = asked.queries;
+    job_.found = found_;
     job_.exact = options.exact;
   }
 
@@ -48,7 +48,7 @@ class Asker {
     job_.inputs = targets_.inputs();
     Status status = Status::kHitsOverflow;
     while (status == Status::kHitsOverflow) {
-      job_.hits = {hits_.data(), hits_.size()};
+      job_.hits = hits_;
       status = run_queries(targets_.engine(), job_);
       if (status == Status::kHitsOverflow) grow();
     }
@@ -62,7 +62,7 @@ class Asker {
   }
 
   Span<const QueryHit> hits() const { return {hits_.data(), job_.hit_count}; }
-  Span<const std::uint8_t> found() const { return {found_.data(), found_.size()}; }
+  Span<const std::uint8_t> found() const { return found_; }
 
  private:
   // One hit per query is enough unless queries want all.

@@ -51,8 +51,8 @@ void Targets::pose(std::uint32_t frame) {
     if (crowd_) {
       const scenes::PosedGroup& posed = posed_[g];
       input.poses.data = posed.poses.data();
-      input.origins = {posed.origins.data(), posed.origins.size()};
-      input.orientations = {posed.orientations.data(), posed.orientations.size()};
+      input.origins = posed.origins;
+      input.orientations = posed.orientations;
       continue;
     }
     const scenes::Character& character = scene_->characters[g];

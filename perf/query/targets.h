@@ -32,7 +32,7 @@ class Targets {
   void pose(std::uint32_t frame);
 
   // The targets as posed last. Input g is of group g.
-  Span<const BatchInput> inputs() const { return {inputs_.data(), inputs_.size()}; }
+  Span<const BatchInput> inputs() const { return inputs_; }
   const std::vector<TargetGroup>& groups() const { return groups_; }
   std::size_t group_of(BatchSlot slot) const;
   std::uint64_t count() const;

@@ -36,7 +36,7 @@ RobotSession::RobotSession(const scenes::Robot& robot, std::vector<LinkPair> ign
   engine_ = make_engine(desc);
   const scenes::ArticulationStorage storage(robot.body);
   ArticulationDesc articulation = storage.desc();
-  articulation.ignored_pairs = {ignored.data(), ignored.size()};
+  articulation.ignored_pairs = ignored;
   std::uint32_t bad_leaf = 0;
   const Status status = add_articulation(*engine_, articulation, &articulation_, &bad_leaf);
   if (status != Status::kOk)
@@ -65,7 +65,7 @@ std::size_t RobotSession::run_hits(const BatchInput& input, FrameStats& sum) {
   job.policies = policies_;
   Status status = Status::kHitsOverflow;
   while (status == Status::kHitsOverflow) {
-    job.hits = {hits_.data(), hits_.size()};
+    job.hits = hits_;
     status = run_frame(*engine_, job);
     if (status == Status::kHitsOverflow) hits_.resize(std::max(job.hits_needed, hits_.size() + 1));
   }
@@ -101,10 +101,8 @@ FrameStats RobotSession::run(const StateSource& states, const std::vector<LinkPa
                          static_cast<std::uint16_t>(pair.b), 0, 0});
     contacts.resize(named.size());
     if (!named.empty())
-      require(compute_contacts(*engine_, {&input, 1}, policies_.depth, {named.data(), named.size()},
-                               {contacts.data(), contacts.size()}),
-              robot_.body.name);
-    on_chunk({first, count, {hits_.data(), hit_count}, {contacts.data(), contacts.size()}});
+      require(compute_contacts(*engine_, {&input, 1}, policies_.depth, named, contacts), robot_.body.name);
+    on_chunk({first, count, {hits_.data(), hit_count}, contacts});
   }
   return sum;
 }

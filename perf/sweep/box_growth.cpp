@@ -25,14 +25,14 @@ FigureBoxes boxes_of(const PosedFigure& posed, const Policies& policies) {
   FigureBoxes out;
   oracle::require(articulation_info(*engine, id, &out.info));
   out.steps.resize(out.info.leaf_count - 1);
-  oracle::require(merge_steps(*engine, id, {out.steps.data(), out.steps.size()}));
+  oracle::require(merge_steps(*engine, id, out.steps));
   BatchInput input;
   input.batch = oracle::add_instances(*engine, id, posed.pose_count);
   input.poses.format = posed.figure.pose_format;
   input.poses.data = posed.figure.poses.data();
-  input.orientations = {posed.orientations.data(), posed.orientations.size()};
+  input.orientations = posed.orientations;
   out.boxes.resize(std::size_t{posed.pose_count} * out.info.node_count);
-  oracle::require(compute_boxes(*engine, input, policies, {out.boxes.data(), out.boxes.size()}));
+  oracle::require(compute_boxes(*engine, input, policies, out.boxes));
   return out;
 }
 

@@ -71,20 +71,20 @@ void ask_queries(const Subject& subject, Engine& engine, const QueryWorld& made,
   for (std::uint32_t m = 0; m < made.world.members.size(); ++m) {
     const oracle::Member& member = made.world.members[m];
     inputs.push_back(member.poses.input({m + 1}));
-    inputs.back().layers = {member.layers.data(), member.layers.size()};
+    inputs.back().layers = member.layers;
   }
   QueryJob& job = out.job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.queries = {made.about.queries.data(), made.about.queries.size()};
-  job.planes = {made.about.planes.data(), made.about.planes.size()};
+  job.inputs = inputs;
+  job.queries = made.about.queries;
+  job.planes = made.about.planes;
   job.exact = exact;
   out.hits.resize(4 * job.queries.size);
   out.found.assign(job.queries.size, 0);
-  job.found = {out.found.data(), out.found.size()};
+  job.found = out.found;
   Status status = Status::kHitsOverflow;
   for (int attempt = 0; attempt < 2 && status == Status::kHitsOverflow; ++attempt) {
     if (attempt > 0) out.hits.resize(job.hits_needed);
-    job.hits = {out.hits.data(), out.hits.size()};
+    job.hits = out.hits;
     status = subject.run_queries(engine, job);
   }
   oracle::require(status);

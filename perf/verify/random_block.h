@@ -33,7 +33,7 @@ struct RandomBlock {
     }
     Articulation articulation;
     articulation.leaf_count = 2 * kLanes;
-    articulation.parts = {parts.data(), parts.size()};
+    articulation.parts = parts;
     articulation.leaf_part_begin = {begin, 2 * kLanes + 1};
     shapes = make_convex_shapes(articulation, arena);
     block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};

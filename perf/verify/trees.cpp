@@ -31,7 +31,7 @@ oracle::OracleBox<float> to_oracle(const Box& box) {
 // Leaves below every node, from the public merge steps.
 std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, const oracle::Rig& rig) {
   std::vector<MergeStep> steps(rig.leaf_count() - 1);
-  oracle::require(merge_steps(engine, {1}, {steps.data(), steps.size()}));
+  oracle::require(merge_steps(engine, {1}, steps));
   std::vector<std::vector<std::uint32_t>> out;
   for (std::uint32_t leaf = 0; leaf < rig.leaf_count(); ++leaf) out.push_back({leaf});
   for (const MergeStep& step : steps) {
@@ -90,8 +90,7 @@ void run(Task& task) {
 
   std::vector<Box> boxes(std::size_t{kInstances} * nodes);
   for (std::size_t m = 0; m < methods().size(); ++m) {
-    oracle::require(task.subject->compute_boxes(*engine, member.poses.input({1}), methods()[m].policies,
-                                                {boxes.data(), boxes.size()}));
+    oracle::require(task.subject->compute_boxes(*engine, member.poses.input({1}), methods()[m].policies, boxes));
     for (std::uint32_t i = 0; i < kJudged; ++i)
       for (std::uint32_t node = 0; node < nodes; ++node)
         judge_node(task, m, to_oracle(boxes[std::size_t{instances[i]} * nodes + node]), exact[i], below[node],

@@ -57,9 +57,9 @@ Level ground(std::uint32_t count, double side) {
 
 StaticDesc Level::desc() const {
   StaticDesc out;
-  out.bodies = {bodies.data(), bodies.size()};
-  out.vertices = {vertices.data(), vertices.size()};
-  out.triangles = {triangles.data(), triangles.size()};
+  out.bodies = bodies;
+  out.vertices = vertices;
+  out.triangles = triangles;
   return out;
 }
 

@@ -81,14 +81,14 @@ rig::Skin skin_of(const Skeleton& skeleton, std::vector<float>& poses) {
   const FileSkin& file = skeleton.skin;
   rig::Skin skin;
   skin.joint_parents = {skeleton.joint_parents.data(), joints};
-  skin.poses = {poses.data(), poses.size()};
-  skin.vertices = {file.vertices.data(), file.vertices.size()};
-  skin.triangles = {file.triangles.data(), file.triangles.size()};
+  skin.poses = poses;
+  skin.vertices = file.vertices;
+  skin.triangles = file.triangles;
   skin.influence_count = file.influence_count;
-  skin.influence_bones = {file.influence_bones.data(), file.influence_bones.size()};
-  skin.influence_weights = {file.influence_weights.data(), file.influence_weights.size()};
-  skin.inverse_bind = {file.inverse_bind.data(), file.inverse_bind.size()};
-  skin.bone_joints = {file.bone_joints.data(), file.bone_joints.size()};
+  skin.influence_bones = file.influence_bones;
+  skin.influence_weights = file.influence_weights;
+  skin.inverse_bind = file.inverse_bind;
+  skin.bone_joints = file.bone_joints;
   return skin;
 }
 
@@ -101,7 +101,7 @@ void add_skin_bodies(const Skeleton& skeleton, const std::string& name, const Im
   rules.kinds = options.skin->kinds;
   rules.leaves_per_link = options.skin->leaves_per_link;
   rules.inflate = options.skin->inflate;
-  rules.kept_joints = {kept.data(), kept.size()};
+  rules.kept_joints = kept;
   rules.least_reach = static_cast<float>(options.skin->least_reach);
   rig::SkinBodies bodies;
   check(rig::bodies_from_skin(skin, rules, &bodies), name);

@@ -141,7 +141,7 @@ Status make_bodies(const SkeletonDesc& skeleton, const SkeletonOptions& options,
   for (std::size_t l = 0; l < storage->leaves.size(); ++l) {
     const std::vector<ConvexPart>& parts = storage->parts[l];
     storage->leaves[l].box = leaf_box(parts);
-    storage->leaves[l].parts = {parts.data(), parts.size()};
+    storage->leaves[l].parts = parts;
   }
   storage->ignored_pairs = adjacent_joints(guess);
   *bodies = Bodies(storage.release());

@@ -130,7 +130,7 @@ void measure_volumes(const CheckedSkin& skin, bool has_triangles, const rig::Ski
                      Coverage& coverage) {
   const std::vector<Affine> pose = skin.joints(0);
   const std::vector<Vec3> vertices = skin.vertices(pose);
-  const PosedBodies bodies(storage.solids, {storage.joints.data(), storage.joints.size()}, pose);
+  const PosedBodies bodies(storage.solids, storage.joints, pose);
   std::vector<Vec3> centres;
   for (const LinkSolid& body : storage.solids) centres.push_back(bodies.frame(body.link).out(body.solid.centre));
   // Vertices without weight are in no triangle and stay at 0.
@@ -150,7 +150,7 @@ void measure_surface(const CheckedSkin& skin, bool has_triangles, const rig::Ski
   for (std::size_t p = 0; p < skin.pose_count(); ++p) {
     const std::vector<Affine> pose = skin.joints(p);
     const std::vector<Vec3> vertices = skin.vertices(pose);
-    const PosedBodies bodies(storage.solids, {storage.joints.data(), storage.joints.size()}, pose);
+    const PosedBodies bodies(storage.solids, storage.joints, pose);
     for (std::size_t t = 0; t < skin.triangles().size(); ++t) {
       const auto& [a, b, c] = skin.triangles()[t];
       const std::array<Vec3, 7> points = samples({vertices[a], vertices[b], vertices[c]});

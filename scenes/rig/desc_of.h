@@ -10,9 +10,9 @@ template <class Storage>
 ArticulationDesc desc_of(const Storage* storage) {
   ArticulationDesc desc;
   if (storage == nullptr) return desc;
-  desc.link_parents = {storage->link_parents.data(), storage->link_parents.size()};
-  desc.leaves = {storage->leaves.data(), storage->leaves.size()};
-  desc.ignored_pairs = {storage->ignored_pairs.data(), storage->ignored_pairs.size()};
+  desc.link_parents = storage->link_parents;
+  desc.leaves = storage->leaves;
+  desc.ignored_pairs = storage->ignored_pairs;
   return desc;
 }
 

@@ -214,7 +214,7 @@ void inflate(const CheckedSkin& skin, const BodyRules& rules, std::vector<LeafPl
   for (std::size_t n = 0; n < plans.size(); ++n)
     for (const OwnedTriangle& triangle : plans[n].triangles)
       if (storage.owners[triangle.index] == plans[n].link) leaf_of[triangle.index] = n;
-  const Span<const std::uint32_t> joints = {storage.joints.data(), storage.joints.size()};
+  const Span<const std::uint32_t> joints = storage.joints;
   bool grows = true;
   for (int round = 0; grows && round < kMaxInflationRounds; ++round) {
     grows = false;
@@ -245,7 +245,7 @@ void describe(rig::SkinBodyStorage& storage) {
   for (const LinkSolid& body : storage.solids) storage.parts.push_back(body.solid.part);
   for (std::size_t n = 0; n < storage.solids.size(); ++n) {
     const LinkSolid& body = storage.solids[n];
-    storage.parts[n].vertices = {body.solid.vertices.data(), body.solid.vertices.size()};
+    storage.parts[n].vertices = body.solid.vertices;
     Leaf leaf;
     leaf.link = body.link;
     leaf.box = body.solid.box;
@@ -324,7 +324,7 @@ ArticulationDesc SkinBodies::desc() const noexcept { return scenes::desc_of(stor
 
 Span<const std::uint32_t> SkinBodies::joints() const noexcept {
   if (storage_ == nullptr) return {};
-  return {storage_->joints.data(), storage_->joints.size()};
+  return storage_->joints;
 }
 
 SkinStatus bodies_from_skin(const Skin& skin, const BodyRules& rules, SkinBodies* out) noexcept {

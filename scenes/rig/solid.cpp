@@ -194,7 +194,7 @@ double box_volume(const Box& box) {
 
 Box fitted_box(const std::vector<float>& vertices) {
   Box box;
-  if (fit_box({vertices.data(), vertices.size()}, &box) != Status::kOk) throw std::bad_alloc();
+  if (fit_box(vertices, &box) != Status::kOk) throw std::bad_alloc();
   return box;
 }
 

@@ -68,7 +68,7 @@ void add_shape(Robot& robot, std::uint32_t link, const RobotShape& shape, const 
       if (!in_range(point)) throw ImportError(source + ": a vertex is not a number or out of range");
       for (const double component : point) part.vertices.push_back(static_cast<float>(component));
     }
-    const Status status = fit_box({part.vertices.data(), part.vertices.size()}, &leaf.box);
+    const Status status = fit_box(part.vertices, &leaf.box);
     if (status != Status::kOk) throw ImportError(source + ": " + to_string(status));
   } else {
     for (std::size_t k = 0; k < 3; ++k) {

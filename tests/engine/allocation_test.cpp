@@ -163,9 +163,9 @@ void check_no_allocation(Engine& engine, const World& world, const Ledger* ledge
   std::vector<Contact> contacts(hits.size());
   std::vector<Box> boxes(std::size_t{world.members[0].poses.instance_count} * world.members[0].rig.node_count());
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {world.rules.data(), world.rules.size()};
-  job.hits = {hits.data(), hits.size()};
+  job.inputs = inputs;
+  job.rules = world.rules;
+  job.hits = hits;
   for (const Refit refit : {Refit::kCab, Refit::kAabbHull}) {
     for (const auto& [strategy, exact] :
          {std::pair(Strategy::kTree, Exact::kNone), std::pair(Strategy::kBrute, Exact::kNone),
@@ -177,7 +177,7 @@ void check_no_allocation(Engine& engine, const World& world, const Ledger* ledge
         const std::uint64_t ledger_calls = ledger ? ledger->calls() : 0;
         const std::uint64_t news = new_calls, mallocs = malloc_calls;
         const Status status = run_frame(engine, job);
-        const Status boxes_status = compute_boxes(engine, inputs[0], job.policies, {boxes.data(), boxes.size()});
+        const Status boxes_status = compute_boxes(engine, inputs[0], job.policies, boxes);
         const std::uint64_t news_after = new_calls, mallocs_after = malloc_calls;
         CHECK(status == (capacity ? Status::kOk : Status::kHitsOverflow));
         CHECK(boxes_status == Status::kOk);
@@ -282,12 +282,12 @@ TEST_CASE("queries allocate nothing, from the first on, by boxes or shapes, with
       for (const Exact exact : {Exact::kNone, Exact::kConvex})
         for (const std::size_t capacity : {hits.size(), std::size_t{0}}) {
           QueryJob job;
-          job.inputs = {inputs.data(), inputs.size()};
-          job.queries = {about.queries.data(), about.queries.size()};
-          job.planes = {about.planes.data(), about.planes.size()};
+          job.inputs = inputs;
+          job.queries = about.queries;
+          job.planes = about.planes;
           job.exact = exact;
           job.hits = {hits.data(), capacity};
-          job.found = {found.data(), found.size()};
+          job.found = found;
           const std::uint64_t news = new_calls, mallocs = malloc_calls;
           all_news_fail = true;
           const Status status = run_queries(*engine, job);
@@ -334,7 +334,7 @@ TEST_CASE(
   for (const Member& member : world.members) in_contact.emplace_back(member.poses.instance_count);
   for (std::uint32_t m = 0; m < world.members.size(); ++m) {
     inputs.push_back(world.members[m].poses.input({m + 1}));
-    inputs.back().in_contact = {in_contact[m].data(), in_contact[m].size()};
+    inputs.back().in_contact = in_contact[m];
   }
   std::vector<Hit> hits(2'000'000);
   ThreadPool pool(3);
@@ -355,8 +355,8 @@ TEST_CASE(
         for (const Report report : {Report::kHits, Report::kInContact})
           for (const std::size_t capacity : {hits.size(), std::size_t{1000}}) {
             FrameJob job;
-            job.inputs = {inputs.data(), inputs.size()};
-            job.rules = {world.rules.data(), world.rules.size()};
+            job.inputs = inputs;
+            job.rules = world.rules;
             job.policies = {refit, strategy, Exact::kNone};
             job.report = report;
             job.hits = {hits.data(), capacity};

@@ -34,7 +34,7 @@ struct Asked {
       inputs.emplace_back();
       inputs.back().batch = add_instances(*engine, add_rig(*engine, rig), 1, kind);
     }
-    job.inputs = {inputs.data(), inputs.size()};
+    job.inputs = inputs;
     job.policies = policies;
   }
 };

@@ -21,8 +21,8 @@ std::vector<Box> boxes_of(Engine& engine, std::uint32_t batch, const Member& mem
   std::vector<Box> boxes(std::size_t{member.poses.instance_count} * member.rig.node_count());
   std::vector<std::uint8_t> flags(member.poses.instance_count, 0xee);
   BatchInput input = member.poses.input({batch});
-  input.flags = {flags.data(), flags.size()};
-  REQUIRE(compute_boxes(engine, input, policies, {boxes.data(), boxes.size()}) == Status::kOk);
+  input.flags = flags;
+  REQUIRE(compute_boxes(engine, input, policies, boxes) == Status::kOk);
   for (const std::uint8_t flag : flags) CHECK(flag == kInstanceOk);
   return boxes;
 }
@@ -38,7 +38,7 @@ oracle::OracleBox<float> oracle_box(const Box& box) {
 std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, ArticulationId id,
                                                      std::uint32_t leaf_count) {
   std::vector<MergeStep> steps(leaf_count - 1);
-  REQUIRE(merge_steps(engine, id, {steps.data(), steps.size()}) == Status::kOk);
+  REQUIRE(merge_steps(engine, id, steps) == Status::kOk);
   std::vector<std::vector<std::uint32_t>> out;
   for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf) out.push_back({leaf});
   for (const MergeStep& step : steps) {
@@ -192,8 +192,8 @@ TEST_CASE("a star of a thousand links keeps its root near its own size, whatever
     poses.insert(poses.end(), 3, 0.0f);
   }
   ArticulationDesc desc;
-  desc.link_parents = {parents.data(), parents.size()};
-  desc.leaves = {leaves.data(), leaves.size()};
+  desc.link_parents = parents;
+  desc.leaves = leaves;
   Engine* made = nullptr;
   REQUIRE(create_engine({}, &made) == Status::kOk);
   const EnginePtr engine(made);
@@ -205,7 +205,7 @@ TEST_CASE("a star of a thousand links keeps its root near its own size, whatever
   for (const Policies& policies : all_refits()) {
     CAPTURE(static_cast<int>(policies.refit));
     std::vector<Box> boxes(2 * kLinks - 1);
-    REQUIRE(compute_boxes(*engine, input, policies, {boxes.data(), boxes.size()}) == Status::kOk);
+    REQUIRE(compute_boxes(*engine, input, policies, boxes) == Status::kOk);
     for (const float half : boxes.back().half) CHECK(half < 3);  // every link lies within 1.03 of the hub
   }
 }

@@ -140,9 +140,7 @@ TEST_CASE("contacts have the same bits for every strategy, instruction set and t
       inputs.push_back(world.members[m].poses.input({static_cast<std::uint32_t>(m + 1)}));
     const EnginePtr engine = make_engine_for(world);
     std::vector<Contact> measured(expected.hits.size());
-    REQUIRE(compute_contacts(*engine, {inputs.data(), inputs.size()}, Depth::kThreeStarts,
-                             {expected.hits.data(), expected.hits.size()},
-                             {measured.data(), measured.size()}) == Status::kOk);
+    REQUIRE(compute_contacts(*engine, inputs, Depth::kThreeStarts, expected.hits, measured) == Status::kOk);
     std::size_t different = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {
       Contact frame = expected.contacts[i];

@@ -7,9 +7,7 @@ namespace {
 
 using namespace cab;
 
-std::vector<float> kept(const std::vector<float>& vertices) {
-  return hull_vertices({vertices.data(), vertices.size()});
-}
+std::vector<float> kept(const std::vector<float>& vertices) { return hull_vertices(vertices); }
 
 }  // namespace
 

@@ -28,7 +28,7 @@ std::vector<std::vector<Box>> boxes_of(Engine& engine, const World& world, const
   for (std::uint32_t m = 0; m < world.members.size(); ++m) {
     const Member& member = world.members[m];
     out.emplace_back(std::size_t{member.poses.instance_count} * member.rig.node_count());
-    oracle::require(compute_boxes(engine, member.poses.input({m + 1}), policies, {out[m].data(), out[m].size()}));
+    oracle::require(compute_boxes(engine, member.poses.input({m + 1}), policies, out[m]));
   }
   return out;
 }
@@ -460,10 +460,10 @@ TEST_CASE("an order-preserving change of who else is there, and of how inputs an
         rules.push_back({all.rules[r].b, all.rules[r].a, all.rules[r].pairing});
       std::vector<Hit> hits(of_all.hits.size());
       FrameJob job;
-      job.inputs = {inputs.data(), inputs.size()};
-      job.rules = {rules.data(), rules.size()};
+      job.inputs = inputs;
+      job.rules = rules;
       job.policies = policies;
-      job.hits = {hits.data(), hits.size()};
+      job.hits = hits;
       REQUIRE(run_frame(*engine, job) == Status::kOk);
       CHECK(job.hit_count == hits.size());
       CHECK(same_hits(hits, of_all.hits));

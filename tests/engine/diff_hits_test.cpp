@@ -28,7 +28,7 @@ std::vector<Hit> random_hits(Random& random) {
   return hits;
 }
 
-Span<const Hit> span_of(const std::vector<Hit>& hits) { return {hits.data(), hits.size()}; }
+Span<const Hit> span_of(const std::vector<Hit>& hits) { return hits; }
 
 std::vector<Hit> only_in(const std::vector<Hit>& a, const std::vector<Hit>& b) {
   std::vector<Hit> out;
@@ -46,8 +46,8 @@ TEST_CASE("what only the second list has began, what only the first list has end
     const std::vector<Hit> previous = random_hits(random), current = random_hits(random);
     std::vector<Hit> began(current.size()), ended(previous.size());
     HitChanges changes;
-    changes.began = {began.data(), began.size()};
-    changes.ended = {ended.data(), ended.size()};
+    changes.began = began;
+    changes.ended = ended;
     REQUIRE(diff_hits(span_of(previous), span_of(current), changes) == Status::kOk);
     began.resize(changes.began_count);
     ended.resize(changes.ended_count);
@@ -72,7 +72,7 @@ TEST_CASE("lists that are too small are cut off, and both counts are complete") 
     std::vector<Hit> began(2, Hit{}), ended(all_ended.size());
     HitChanges changes;
     changes.began = {began.data(), room};
-    changes.ended = {ended.data(), ended.size()};
+    changes.ended = ended;
     CHECK(diff_hits(span_of(previous), span_of(current), changes) == Status::kHitsOverflow);
     CHECK(changes.began_count == all_began.size());
     CHECK(changes.ended_count == all_ended.size());

@@ -115,7 +115,7 @@ TEST_CASE("merge_steps needs room for all steps, and none for a single leaf") {
   std::vector<MergeStep> steps(rig.leaf_count() - 1);
   CHECK(merge_steps(*engine, {1}, {steps.data(), steps.size() - 1}) == Status::kBadOutput);
   CHECK(merge_steps(*engine, {1}, {nullptr, steps.size()}) == Status::kBadOutput);
-  CHECK(merge_steps(*engine, {1}, {steps.data(), steps.size()}) == Status::kOk);
+  CHECK(merge_steps(*engine, {1}, steps) == Status::kOk);
   Rig one = simple_rig();
   one.leaves.resize(1);
   add_rig(*engine, one);

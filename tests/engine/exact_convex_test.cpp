@@ -188,7 +188,7 @@ TEST_CASE("leaves that touch in one point are reported, by every kind") {
           for (std::size_t m = 0; m < 2; ++m) {
             for (float& size : parts[m].size) size *= unit;
             for (const float v : parts[m].vertices) vertices[m].push_back(v * unit);
-            parts[m].vertices = {vertices[m].data(), vertices[m].size()};
+            parts[m].vertices = vertices[m];
             Rig rig = body({&parts[m], 1});
             for (float& half : rig.leaves[0].box.half) half = 4 * unit;
             Poses poses;
@@ -320,7 +320,7 @@ TEST_CASE("a half space is touched from its plane on down, by every kind, as far
           for (float& size : other.size) size *= unit;
           std::vector<float> vertices;
           for (const float v : other.vertices) vertices.push_back(v * unit);
-          other.vertices = {vertices.data(), vertices.size()};
+          other.vertices = vertices;
           World world;
           for (const bool is_floor : {floor_first, !floor_first}) {
             Rig rig = body({is_floor ? &floor : &other, 1});

@@ -41,7 +41,7 @@ ConvexPart moved(ConvexPart part, float x, float y, float z) {
 ConvexPart hull_of(const std::vector<float>& vertices) {
   ConvexPart part;
   part.kind = ShapeKind::kConvexHull;
-  part.vertices = {vertices.data(), vertices.size()};
+  part.vertices = vertices;
   return part;
 }
 
@@ -506,7 +506,7 @@ Answers answers_of(const Bodies& bodies, double unit, double margin = 0) {
       for (const float v : part.vertices) vertices.back().push_back(in_unit(static_cast<double>(v)));
       part.vertices = {vertices.back().data(), vertices.back().size()};
     }
-    Rig rig = body({parts[m].data(), parts[m].size()});
+    Rig rig = body(parts[m]);
     for (float& half : rig.leaves[0].box.half) half = in_unit(static_cast<double>(half));
     const std::vector<double>& places = m == 0 ? bodies.place_a : bodies.place_b;
     Poses poses;
@@ -527,8 +527,8 @@ Answers answers_of(const Bodies& bodies, double unit, double margin = 0) {
   job.rules = {&rule, 1};
   job.policies = kExactTree;
   job.margin = in_unit(margin);
-  job.hits = {out.hits.data(), out.hits.size()};
-  job.contacts = {out.contacts.data(), out.contacts.size()};
+  job.hits = out.hits;
+  job.contacts = out.contacts;
   REQUIRE(run_frame(*engine, job) == Status::kOk);
   out.hits.resize(job.hit_count);
   out.contacts.resize(job.hit_count);

@@ -21,7 +21,7 @@ std::vector<float> bounds_of(Engine& engine, const World& world, std::uint32_t m
   const Member& member = world.members[m];
   const std::size_t nodes = member.rig.node_count(), leaves = member.rig.leaf_count();
   std::vector<Box> boxes(nodes * member.poses.instance_count);
-  REQUIRE(compute_boxes(engine, member.poses.input({m + 1}), {}, {boxes.data(), boxes.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(engine, member.poses.input({m + 1}), {}, boxes) == Status::kOk);
   std::vector<float> out;
   for (std::size_t i = 0; i < member.poses.instance_count; ++i) {
     double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
@@ -60,8 +60,8 @@ World crowd(Random& random) {
 BatchInput input_of(const World& world, std::uint32_t m) {
   const Member& member = world.members[m];
   BatchInput input = member.poses.input({m + 1});
-  input.layers = {member.layers.data(), member.layers.size()};
-  input.layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
+  input.layers = member.layers;
+  input.layer_masks = member.layer_masks;
   return input;
 }
 
@@ -83,15 +83,15 @@ struct Search {
     for (std::uint32_t m = 0; m < world.members.size(); ++m) {
       BatchInput input = input_of(world, m);
       input.poses.data = nullptr;
-      input.bounds = {bounds[m].data(), bounds[m].size()};
-      input.in_contact = {in_pair[m].data(), in_pair[m].size()};
+      input.bounds = bounds[m];
+      input.in_contact = in_pair[m];
       inputs.push_back(input);
     }
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {world.rules.data(), world.rules.size()};
+    job.inputs = inputs;
+    job.rules = world.rules;
     job.margin = world.margin;
     pairs.resize(capacity);
-    list.pairs = {pairs.data(), pairs.size()};
+    list.pairs = pairs;
   }
 };
 
@@ -158,7 +158,7 @@ TEST_CASE("a frame of the instances that are in a pair has the hits of a frame o
         if (in_pair[m][i]) lists[m].push_back(i);
       BatchInput input = input_of(world, m);
       input.bounds = search.inputs[m].bounds;
-      input.instances = {lists[m].data(), lists[m].size()};
+      input.instances = lists[m];
       if (lists[m].empty()) input.count = 0;
       inputs.push_back(input);
       given += lists[m].size();
@@ -166,8 +166,8 @@ TEST_CASE("a frame of the instances that are in a pair has the hits of a frame o
     }
     std::vector<Hit> buffer(20000);
     FrameJob job = search.job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.hits = {buffer.data(), buffer.size()};
+    job.inputs = inputs;
+    job.hits = buffer;
     REQUIRE(run_frame(*engine, job) == Status::kOk);
     buffer.resize(job.hit_count);
     CHECK(same_hits(buffer, expected.hits));
@@ -188,7 +188,7 @@ TEST_CASE("instances that leave their bounds are counted by the frame") {
   for (std::uint32_t m = 0; m < world.members.size(); ++m)
     search.inputs[m].poses.data = world.members[m].poses.data.data();
   std::vector<Hit> hits(20000);
-  search.job.hits = {hits.data(), hits.size()};
+  search.job.hits = hits;
   REQUIRE(run_frame(*engine, search.job) == Status::kOk);
   CHECK(search.job.stats.instances_beyond_bounds == 0);
   search.bounds[0][6 * 5] += 0.5f;                                                         // a lower side

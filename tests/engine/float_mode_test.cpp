@@ -69,10 +69,10 @@ Bits bits_of(Engine& engine, const World& world, Refit refit, unsigned word) {
     out.boxes.emplace_back(std::size_t{world.members[m].poses.instance_count} * world.members[m].rig.node_count());
   }
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.inputs = inputs;
+  job.rules = world.rules;
   job.policies = policies;
-  job.hits = {out.hits.data(), out.hits.size()};
+  job.hits = out.hits;
   Status status;
   bool restored = true;
   {
@@ -84,7 +84,7 @@ Bits bits_of(Engine& engine, const World& world, Refit refit, unsigned word) {
   for (std::size_t m = 0; m < inputs.size(); ++m) {
     {
       const ControlWord control(word ? word : kDefault);
-      status = compute_boxes(engine, inputs[m], policies, {out.boxes[m].data(), out.boxes[m].size()});
+      status = compute_boxes(engine, inputs[m], policies, out.boxes[m]);
       restored = restored && control.stands();
     }
     REQUIRE(status == Status::kOk);
@@ -176,9 +176,9 @@ TEST_CASE("worker threads of a caller's scheduler that run with another mode cha
     std::vector<BatchInput> inputs;
     std::vector<Hit> hits(200000);
     for (std::uint32_t m = 0; m < world.members.size(); ++m) inputs.push_back(world.members[m].poses.input({m + 1}));
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {world.rules.data(), world.rules.size()};
-    job.hits = {hits.data(), hits.size()};
+    job.inputs = inputs;
+    job.rules = world.rules;
+    job.hits = hits;
     REQUIRE(run_frame(*engine, job) == Status::kOk);
     hits.resize(job.hit_count);
     CHECK(same_hits(hits, expected.hits));
@@ -214,7 +214,7 @@ TEST_CASE("origins that would trap in the caller's mode are checked in the libra
     {
       const ControlWord control(kDefault & ~(kMaskInvalid | kMaskDenormal | kMaskDivide));
       frame = run_frame(*engine, job);
-      compute = compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()});
+      compute = compute_boxes(*engine, input, {}, boxes);
     }
     CHECK(frame == compute);
     return frame;

@@ -158,7 +158,7 @@ TEST_CASE("calls out of turn are refused, and a frame in progress keeps all othe
   const BatchInput input = world.members[0].poses.input({1});
   FrameJob job;
   job.inputs = {&input, 1};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.rules = world.rules;
   job.margin = -1;
   CHECK(begin_frame(*engine, job) == Status::kBadMargin);
   CHECK(end_frame(*engine) == Status::kNoFrame);
@@ -194,8 +194,8 @@ TEST_CASE("a frame may be given up after any task, and its hits may not fit") {
   std::vector<Hit> hits(expected.hits.size());
   FrameJob job;
   job.inputs = {&input, 1};
-  job.rules = {world.rules.data(), world.rules.size()};
-  job.hits = {hits.data(), hits.size()};
+  job.rules = world.rules;
+  job.hits = hits;
   for (std::uint32_t most = 0;; ++most) {
     REQUIRE(begin_frame(*engine, job) == Status::kOk);
     std::uint32_t left = most, count = 0;

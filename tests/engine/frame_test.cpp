@@ -160,11 +160,11 @@ TEST_CASE("strides with gaps between links and instances change no bit") {
         std::copy_n(poses.pose(i, l), floats, spaced.data() + i * instance_stride + l * link_stride);
     std::vector<Box> dense_boxes(17 * world.members[m].rig.node_count()), spaced_boxes(dense_boxes.size());
     BatchInput input = poses.input({m + 1});
-    REQUIRE(compute_boxes(*engine, input, {}, {dense_boxes.data(), dense_boxes.size()}) == Status::kOk);
+    REQUIRE(compute_boxes(*engine, input, {}, dense_boxes) == Status::kOk);
     input.poses.data = spaced.data();
     input.poses.link_stride = link_stride * sizeof(float);
     input.poses.instance_stride = instance_stride * sizeof(float);
-    REQUIRE(compute_boxes(*engine, input, {}, {spaced_boxes.data(), spaced_boxes.size()}) == Status::kOk);
+    REQUIRE(compute_boxes(*engine, input, {}, spaced_boxes) == Status::kOk);
     CHECK(std::memcmp(dense_boxes.data(), spaced_boxes.data(), dense_boxes.size() * sizeof(Box)) == 0);
   }
 }

@@ -116,9 +116,9 @@ struct Player {
       batches.push_back(add_instances(*engine, level, kCharacters));
     }
     StaticDesc ground;
-    ground.bodies = {script.bodies.data(), script.bodies.size()};
-    ground.vertices = {script.vertices.data(), script.vertices.size()};
-    ground.triangles = {script.triangles.data(), script.triangles.size()};
+    ground.bodies = script.bodies;
+    ground.vertices = script.vertices;
+    ground.triangles = script.triangles;
     require(add_static_batch(*engine, ground, &batches.emplace_back()));
     for (std::size_t a = 0; a < batches.size(); ++a)
       for (std::size_t b = a; b < batches.size(); ++b)
@@ -141,11 +141,11 @@ struct Player {
     for (std::uint32_t level = 0; level < kLevels; ++level) {
       out.in_contact[level].assign(kCharacters, 0xee);
       BatchInput input = moment.poses.input(batches[level]);
-      input.layers = {script.layers.data(), script.layers.size()};
-      input.layer_masks = {script.masks.data(), script.masks.size()};
-      input.margins = {moment.margins.data(), moment.margins.size()};
-      if (says_who_rests) input.moved = {moment.moved.data(), moment.moved.size()};
-      input.instances = {moment.at_level[level].data(), moment.at_level[level].size()};
+      input.layers = script.layers;
+      input.layer_masks = script.masks;
+      input.margins = moment.margins;
+      if (says_who_rests) input.moved = moment.moved;
+      input.instances = moment.at_level[level];
       if (input.instances.empty()) input.count = 0;
       input.in_contact = {out.in_contact[level].data(), kCharacters};
       inputs.push_back(input);
@@ -155,12 +155,12 @@ struct Player {
     out.hits.resize(60000);
     if (policies.exact != Exact::kNone) out.contacts.resize(out.hits.size());
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
+    job.inputs = inputs;
+    job.rules = rules;
     job.policies = policies;
     job.margin = script.margin;
-    job.hits = {out.hits.data(), out.hits.size()};
-    job.contacts = {out.contacts.data(), out.contacts.size()};
+    job.hits = out.hits;
+    job.contacts = out.contacts;
     require(frame(*engine, job));
     out.hits.resize(job.hit_count);
     if (!out.contacts.empty()) out.contacts.resize(job.hit_count);

@@ -51,16 +51,16 @@ Frame run_counts(Engine& engine, const World& world, const std::uint32_t (&count
     inputs.push_back(world.members[m].poses.input({m + 1}));
     inputs[m].count = counts[m];
     flags[m].assign(world.members[m].poses.instance_count, 0xee);
-    inputs[m].flags = {flags[m].data(), flags[m].size()};
+    inputs[m].flags = flags[m];
     inputs[m].origins.size = 3 * counts[m];
     if (!inputs[m].orientations.empty()) inputs[m].orientations.size = 4 * counts[m];
     if (counts[m] == 0) inputs[m].origins = {}, inputs[m].orientations = {};
   }
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.inputs = inputs;
+  job.rules = world.rules;
   job.policies = policies;
-  job.hits = {out.hits.data(), out.hits.size()};
+  job.hits = out.hits;
   REQUIRE(run_frame(engine, job) == Status::kOk);
   out.hits.resize(job.hit_count);
   out.stats = job.stats;
@@ -114,7 +114,7 @@ TEST_CASE("instances beyond the count keep no place in the spatial order") {
   run_counts(*engine, world, {40, 25}, {});
   run_counts(*engine, world, {7, 25}, {});
   std::vector<std::uint32_t> order(40);
-  REQUIRE(spatial_order(*engine, {1}, {order.data(), order.size()}) == Status::kOk);
+  REQUIRE(spatial_order(*engine, {1}, order) == Status::kOk);
   for (std::uint32_t i = 7; i < 40; ++i) CHECK(order[i] == i);
   std::sort(order.begin(), order.begin() + 7);
   for (std::uint32_t i = 0; i < 7; ++i) CHECK(order[i] == i);
@@ -126,9 +126,7 @@ TEST_CASE("a count above the batch's, or of a part of a sequence, is refused, an
   world.members[1].kind = BatchKind::kSequence;
   const EnginePtr engine = make_engine_for(world);
   std::vector<Box> boxes(std::size_t{40} * world.members[0].rig.node_count());
-  const auto status = [&](const BatchInput& input) {
-    return compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()});
-  };
+  const auto status = [&](const BatchInput& input) { return compute_boxes(*engine, input, {}, boxes); };
   BatchInput input = world.members[0].poses.input({1});
   input.count = 41;
   CHECK(status(input) == Status::kBadCount);
@@ -185,16 +183,16 @@ struct Listed {
     }
     for (std::uint32_t m = 0; m < 2; ++m) {
       inputs.push_back(given.members[m].poses.input({m + 1}));
-      inputs[m].instances = {lists[m].data(), lists[m].size()};
-      inputs[m].flags = {out.flags[m].data(), out.flags[m].size()};
-      inputs[m].in_contact = {out.in_contact[m].data(), out.in_contact[m].size()};
+      inputs[m].instances = lists[m];
+      inputs[m].flags = out.flags[m];
+      inputs[m].in_contact = out.in_contact[m];
     }
     out.hits.resize(20000);
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {world.rules.data(), world.rules.size()};
+    job.inputs = inputs;
+    job.rules = world.rules;
     job.policies = policies;
-    job.hits = {out.hits.data(), out.hits.size()};
+    job.hits = out.hits;
     REQUIRE(run_frame(engine, job) == Status::kOk);
     out.hits.resize(job.hit_count);
     out.stats = job.stats;
@@ -247,11 +245,11 @@ TEST_CASE("boxes of listed instances are written at their places, and no others"
   const EnginePtr engine = make_engine_for(world);
   const std::size_t nodes = world.members[0].rig.node_count();
   std::vector<Box> all(40 * nodes), listed(40 * nodes, Box{});
-  REQUIRE(compute_boxes(*engine, world.members[0].poses.input({1}), {}, {all.data(), all.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(*engine, world.members[0].poses.input({1}), {}, all) == Status::kOk);
   BatchInput input = world.members[0].poses.input({1});
   const std::uint32_t list[] = {0, 3, 4, 17, 38, 39};
   input.instances = {list, 6};
-  REQUIRE(compute_boxes(*engine, input, {}, {listed.data(), listed.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(*engine, input, {}, listed) == Status::kOk);
   for (std::uint32_t i = 0; i < 40; ++i) {
     const std::vector<Box> none(nodes, Box{});
     const Box* const expected = std::binary_search(list, list + 6, i) ? &all[i * nodes] : none.data();
@@ -267,9 +265,9 @@ TEST_CASE("lists that do not ascend, name no instance of the batch, or are of a 
   std::vector<Box> boxes(40 * world.members[0].rig.node_count());
   const auto status = [&](std::uint32_t batch, std::vector<std::uint32_t> list, std::uint32_t count) {
     BatchInput input = world.members[batch - 1].poses.input({batch});
-    input.instances = {list.data(), list.size()};
+    input.instances = list;
     input.count = count;
-    return compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()});
+    return compute_boxes(*engine, input, {}, boxes);
   };
   CHECK(status(1, {0, 39}, kAllInstances) == Status::kOk);
   CHECK(status(1, {0, 40}, kAllInstances) == Status::kBadInstances);
@@ -280,7 +278,7 @@ TEST_CASE("lists that do not ascend, name no instance of the batch, or are of a 
   CHECK(status(2, {0, 1}, kAllInstances) == Status::kBadInstances);
   BatchInput input = world.members[0].poses.input({1});
   input.instances = {nullptr, 2};
-  CHECK(compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()}) == Status::kBadInstances);
+  CHECK(compute_boxes(*engine, input, {}, boxes) == Status::kBadInstances);
 
   // A question about an instance that is not given.
   const std::uint32_t list[] = {1, 5};

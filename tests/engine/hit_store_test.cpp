@@ -138,7 +138,7 @@ class Story {
     for (const Troop& troop : troops_) add_instances(*engine, add_rig(*engine, troop.rig), troop.size());
     if (bodies_.empty()) return engine;
     StaticDesc level;
-    level.bodies = {bodies_.data(), bodies_.size()};
+    level.bodies = bodies_;
     BatchId id;
     require(add_static_batch(*engine, level, &id));
     return engine;
@@ -265,39 +265,39 @@ class Story {
       const Troop& troop = troops_[t];
       if (!troop.present) continue;
       BatchInput input = troop.poses.input({t + 1});
-      input.margins = {troop.margins.data(), troop.margins.size()};
-      input.layers = {troop.layers.data(), troop.layers.size()};
-      input.layer_masks = {troop.masks.data(), troop.masks.size()};
-      input.instances = {troop.listed.data(), troop.listed.size()};
+      input.margins = troop.margins;
+      input.layers = troop.layers;
+      input.layer_masks = troop.masks;
+      input.instances = troop.listed;
       input.count = troop.count;
-      if (says_who_moves) input.moved = {troop.moved.data(), troop.moved.size()};
+      if (says_who_moves) input.moved = troop.moved;
       inputs.push_back(input);
     }
     if (!bodies_.empty()) {
       inputs.emplace_back();
       inputs.back().batch = level_id();
-      if (gives_layers_) inputs.back().layers = {layers_.data(), layers_.size()};
-      if (gives_layers_) inputs.back().layer_masks = {masks_.data(), masks_.size()};
+      if (gives_layers_) inputs.back().layers = layers_;
+      if (gives_layers_) inputs.back().layer_masks = masks_;
     }
     for (BatchInput& input : inputs) {
       const std::size_t b = input.batch.value - 1;
-      input.flags = {out.flags[b].data(), out.flags[b].size()};
-      input.in_contact = {out.in_contact[b].data(), out.in_contact[b].size()};
+      input.flags = out.flags[b];
+      input.in_contact = out.in_contact[b];
     }
     std::vector<PairRule> rules;
     for (const PairRule& rule : rules_)
       if (is_present(rule.a) && is_present(rule.b)) rules.push_back(rule);
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
+    job.inputs = inputs;
+    job.rules = rules;
     job.policies = policies_;
     job.margin = margin_;
     job.min_depth = min_depth_;
     job.report = report_;
     out.hits.resize(room);
     if (contacts_) out.contacts.resize(room);
-    job.hits = {out.hits.data(), out.hits.size()};
-    job.contacts = {out.contacts.data(), out.contacts.size()};
+    job.hits = out.hits;
+    job.contacts = out.contacts;
     out.status = way(engine, job);
     out.hits.resize(out.status == Status::kOk ? job.hit_count : 0);
     if (contacts_) out.contacts.resize(out.hits.size());
@@ -392,15 +392,15 @@ TEST_CASE("hits are kept while the store holds those of the last frame") {
     std::vector<std::uint8_t> touching(150, 0xee);
     for (std::uint32_t m = 0; m < 2; ++m) {
       inputs.push_back(world.members[m].poses.input({m + 1}));
-      inputs[m].moved = {moved.data(), moved.size()};
+      inputs[m].moved = moved;
     }
-    inputs[0].in_contact = {touching.data(), touching.size()};
+    inputs[0].in_contact = touching;
     std::vector<Hit> hits(expected.size());
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {world.rules.data(), world.rules.size()};
+    job.inputs = inputs;
+    job.rules = world.rules;
     job.report = report;
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     REQUIRE(run_frame(*engine, job) == Status::kOk);
     if (report == Report::kHits) CHECK(same_hits(hits, expected));
     CHECK(touching == in_contact_by(world, expected)[0]);

@@ -38,7 +38,7 @@ std::map<Links, unsigned> reasons_of(const Engine& engine, ArticulationId id) {
   ArticulationInfo info;
   require(articulation_info(engine, id, &info));
   std::vector<IgnoredPair> pairs(info.ignored_pair_count);
-  require(ignored_pairs(engine, id, {pairs.data(), pairs.size()}));
+  require(ignored_pairs(engine, id, pairs));
   std::map<Links, unsigned> out;
   for (const IgnoredPair& pair : pairs) {
     CHECK(pair.a < pair.b);
@@ -154,7 +154,7 @@ TEST_CASE("a pair that is masked for several reasons has them all, and one given
                                  [](const auto& each) { return each.second == (kIgnoredByHops | kIgnoredAtRest); });
   REQUIRE(both != before.end());
   rig.ignored = {{both->first.second, both->first.first}, {both->first.first, both->first.second}, {1, 1}};
-  desc.ignored_pairs = {rig.ignored.data(), rig.ignored.size()};
+  desc.ignored_pairs = rig.ignored;
   std::map<Links, unsigned> expected = before;
   expected[both->first] = kIgnoredExplicitly | kIgnoredByHops | kIgnoredAtRest;
   CHECK(reasons_of(*engine, add(*engine, desc)) == expected);
@@ -226,8 +226,8 @@ TEST_CASE("ignored_pairs needs room for all pairs, and none where nothing is ign
   std::vector<IgnoredPair> pairs(info.ignored_pair_count, IgnoredPair{9, 9, 9});
   CHECK(ignored_pairs(*engine, masked, {pairs.data(), pairs.size() - 1}) == Status::kBadOutput);
   CHECK(ignored_pairs(*engine, masked, {nullptr, pairs.size()}) == Status::kBadOutput);
-  CHECK(ignored_pairs(*engine, {masked.value + 1}, {pairs.data(), pairs.size()}) == Status::kUnknownArticulation);
+  CHECK(ignored_pairs(*engine, {masked.value + 1}, pairs) == Status::kUnknownArticulation);
   CHECK(pairs[0].reasons == 9);
-  CHECK(ignored_pairs(*engine, masked, {pairs.data(), pairs.size()}) == Status::kOk);
+  CHECK(ignored_pairs(*engine, masked, pairs) == Status::kOk);
   CHECK(pairs[0].reasons == kIgnoredByHops);
 }

@@ -99,7 +99,7 @@ TEST_CASE("a crowd in one spot needs far fewer box tests than it has pairs, and 
   BatchInput input = world.members[0].poses.input({1});
   FrameJob job;
   job.inputs = {&input, 1};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.rules = world.rules;
   job.report = Report::kInContact;
   CHECK(run_frame(*engine, job) == Status::kOk);
   CHECK(job.stats.candidates == 0);

@@ -265,7 +265,7 @@ OracleBox<float> oracle_box(const Box& box) {
 std::vector<Box> boxes_of(Engine& engine, const World& world, std::uint32_t batch, const Policies& policies) {
   const Member& member = world.members[batch - 1];
   std::vector<Box> out(std::size_t{member.poses.instance_count} * member.rig.node_count());
-  REQUIRE(compute_boxes(engine, member.poses.input({batch}), policies, {out.data(), out.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(engine, member.poses.input({batch}), policies, out) == Status::kOk);
   return out;
 }
 
@@ -352,7 +352,7 @@ TEST_CASE("of the links without leaves in the tests of the table, a merge needs 
   const Rig rig = contract_rig(random);
   const EnginePtr engine = make_engine();
   std::vector<MergeStep> steps(rig.leaf_count() - 1);
-  REQUIRE(merge_steps(*engine, add_rig(*engine, rig), {steps.data(), steps.size()}) == Status::kOk);
+  REQUIRE(merge_steps(*engine, add_rig(*engine, rig), steps) == Status::kOk);
   const auto needs = [&](std::uint32_t link) {
     return std::any_of(steps.begin(), steps.end(), [&](const MergeStep& step) { return step.joint_link == link; });
   };
@@ -573,8 +573,8 @@ struct Call {
 
   Call() {
     job.inputs = {&input, 1};
-    job.rules = {world.rules.data(), world.rules.size()};
-    job.hits = {hits.data(), hits.size()};
+    job.rules = world.rules;
+    job.hits = hits;
   }
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
@@ -758,7 +758,7 @@ void check_ignored_short() {
   REQUIRE(info.ignored_pair_count > 0);
   std::vector<IgnoredPair> pairs(info.ignored_pair_count);
   CHECK(ignored_pairs(*call.engine, {1}, {pairs.data(), pairs.size() - 1}) == Status::kBadOutput);
-  CHECK(ignored_pairs(*call.engine, {1}, {pairs.data(), pairs.size()}) == Status::kOk);
+  CHECK(ignored_pairs(*call.engine, {1}, pairs) == Status::kOk);
 }
 
 void check_bad_layers() {
@@ -915,7 +915,7 @@ void check_depth_without_exact() {
   CHECK(run_frame(*depth.engine, depth.job) == Status::kContactsNeedExact);
   Call distances;
   std::vector<Contact> contacts(distances.hits.size());
-  distances.job.contacts = {contacts.data(), contacts.size()};
+  distances.job.contacts = contacts;
   distances.job.report = Report::kDistances;
   CHECK(run_frame(*distances.engine, distances.job) == Status::kContactsNeedExact);
   distances.job.policies.exact = Exact::kConvex;

@@ -46,7 +46,7 @@ struct Listed {
     world.members = {{rig, poses}};
     engine = make_engine_for(world);
     input = world.members[0].poses.input({1});
-    input.in_contact = {in_contact.data(), in_contact.size()};
+    input.in_contact = in_contact;
   }
 
   Pairs pairs(std::uint32_t instance_a, std::uint32_t instance_b, const std::vector<LeafPair>& links, Exact exact,
@@ -62,7 +62,7 @@ struct Listed {
     candidate.slot_a = acquire_slot(frame, 0, instance_a, {}, worker.posed);
     candidate.slot_b = acquire_slot(frame, 0, instance_b, {}, worker.posed);
     pose_set(frame, worker);
-    find_pairs_of_links(frame, candidate, {links.data(), links.size()}, worker);
+    find_pairs_of_links(frame, candidate, links, worker);
     Pairs out;
     for (const LeafPair& pair : worker.found) out.emplace_back(pair.a, pair.b);
     clear_set(worker.posed);

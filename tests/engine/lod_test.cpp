@@ -102,22 +102,22 @@ std::vector<std::uint16_t> leaves_by_link(const Engine& engine, ArticulationId l
   ArticulationInfo info;
   require(articulation_info(engine, level, &info));
   std::vector<std::uint16_t> out(info.link_count, 0xeeee);
-  require(lod_leaves(engine, level, {out.data(), out.size()}));
+  require(lod_leaves(engine, level, out));
   return out;
 }
 
 std::vector<Hit> frame_of(Engine& engine, const std::vector<BatchInput>& inputs, const std::vector<PairRule>& rules,
                           const Policies& policies, float margin = 0, FrameStats* stats = nullptr) {
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {rules.data(), rules.size()};
+  job.inputs = inputs;
+  job.rules = rules;
   job.policies = policies;
   job.margin = margin;
   std::vector<Hit> hits(1 << 17);
   Status status = Status::kHitsOverflow;
   while (status == Status::kHitsOverflow) {
     hits.resize(std::max(hits.size(), job.hits_needed));
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     status = run_frame(engine, job);
   }
   require(status);
@@ -411,8 +411,8 @@ TEST_CASE("a level of nodes has boxes of the hierarchy, bit by bit, as many as a
     const BatchId fine_batch = add_instances(*engine, fine, 17), batch = add_instances(*engine, level, 17);
     for (const Policies& policies : all_refits()) {
       std::vector<Box> a(17 * of_fine.node_count), b(17 * of_level.node_count);
-      require(compute_boxes(*engine, poses.input(fine_batch), policies, {a.data(), a.size()}));
-      require(compute_boxes(*engine, poses.input(batch), policies, {b.data(), b.size()}));
+      require(compute_boxes(*engine, poses.input(fine_batch), policies, a));
+      require(compute_boxes(*engine, poses.input(batch), policies, b));
       const auto box = [](const std::vector<Box>& boxes, std::uint32_t nodes, std::uint32_t i, std::uint32_t n) {
         return boxes.data() + i * nodes + n;
       };
@@ -666,7 +666,7 @@ TEST_CASE("levels that do not fit are refused, and say which leaf is at fault") 
   const float needed = 3 + std::sqrt(3.0f);  // link 2 is 3 away; link 0 is 3 below, and turns about the origin of 1
   const auto caller = [&](std::vector<LodLeaf> made) {
     LodDesc with = good;
-    with.leaves = {made.data(), made.size()};
+    with.leaves = made;
     bad = 99;
     return add(with);
   };
@@ -750,7 +750,7 @@ TEST_CASE("an instance that changes its level counts as moved, and the others re
     std::vector<BatchInput> inputs;
     add_inputs(changing, true, lists, inputs);
     std::vector<BatchInput> at_rest = inputs;
-    for (BatchInput& input : at_rest) input.moved = {none.data(), none.size()};
+    for (BatchInput& input : at_rest) input.moved = none;
     FrameStats stats;
     const std::vector<Hit> found = frame_of(*engine, at_rest, all_rules(inputs), {}, 0, &stats);
     resting += stats.instances_resting;

@@ -159,16 +159,16 @@ class Game {
     for (const auto& one : living_) {
       const BatchId slot = {one.first};  // a bare slot names what is in it
       inputs.push_back(one.second.member.poses.input(slot));
-      if (!all_moved) inputs.back().moved = {one.second.moved.data(), one.second.moved.size()};
+      if (!all_moved) inputs.back().moved = one.second.moved;
       for (const auto& other : living_)
         if (other.first <= one.first)
           rules.push_back({{other.first}, slot, Pairing::kBetween, skips_ ? Resting::kSkipped : Resting::kReported});
     }
     hits.resize(100000);
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
-    job.hits = {hits.data(), hits.size()};
+    job.inputs = inputs;
+    job.rules = rules;
+    job.hits = hits;
     REQUIRE(run_frame(engine, job) == Status::kOk);
     hits.resize(job.hit_count);
     return hits;

@@ -51,7 +51,7 @@ Contact contact_of(const World& world) {
   Contact contact = {{9, 9, 9}, 9, {9, 9, 9}, {9, 9, 9}, 9, 9};
   FrameJob job;
   job.inputs = {inputs, 2};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.rules = world.rules;
   job.policies = {Refit::kCab, Strategy::kTree, Exact::kFcl};
   job.margin = world.margin;
   job.hits = {&hit, 1};
@@ -172,7 +172,7 @@ TEST_CASE("balls, capsules and hulls half a unit apart are near by a margin of a
   };
   const std::vector<float> corners = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1};  // an octahedron
   ConvexPart hull = part(ShapeKind::kConvexHull, 0, 0, 0);
-  hull.vertices = {corners.data(), corners.size()};
+  hull.vertices = corners;
   const ConvexPart ball = part(ShapeKind::kEllipsoid, r, r, r), capsule = part(ShapeKind::kCapsule, r, 1, 0),
                    egg = part(ShapeKind::kEllipsoid, 2, 1, r);
   const double third = std::sqrt(1.0 / 3), face = (third + 1) * third;
@@ -266,9 +266,9 @@ TEST_CASE("boxes that compute_boxes writes are those without a margin") {
   const EnginePtr engine = make_engine_for(world);
   const Member& member = world.members[0];
   std::vector<Box> before(member.poses.instance_count * member.rig.node_count()), after = before;
-  REQUIRE(compute_boxes(*engine, member.poses.input({1}), {}, {before.data(), before.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(*engine, member.poses.input({1}), {}, before) == Status::kOk);
   world.margin = 2;
   run_on(*engine, world, {});
-  REQUIRE(compute_boxes(*engine, member.poses.input({1}), {}, {after.data(), after.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(*engine, member.poses.input({1}), {}, after) == Status::kOk);
   CHECK(std::memcmp(before.data(), after.data(), before.size() * sizeof(Box)) == 0);
 }

@@ -614,7 +614,7 @@ TEST_CASE("compute_boxes writes the bits that a frame tests: a plain descent of 
       const std::uint32_t leaves = world.members[m].rig.leaf_count();
       plain.rig[m] = &world.members[m].rig;
       steps[m].resize(leaves - 1);
-      REQUIRE(merge_steps(*engine, {m + 1}, {steps[m].data(), steps[m].size()}) == Status::kOk);
+      REQUIRE(merge_steps(*engine, {m + 1}, steps[m]) == Status::kOk);
       plain.steps[m] = steps[m].data();
       plain.leaves_below[m].assign(leaves, 1);
       for (const MergeStep& step : steps[m])
@@ -628,8 +628,7 @@ TEST_CASE("compute_boxes writes the bits that a frame tests: a plain descent of 
       std::vector<Box> boxes[2];
       for (std::uint32_t m = 0; m < 2; ++m) {
         boxes[m].resize(std::size_t{frames} * plain.rig[m]->node_count());
-        REQUIRE(compute_boxes(*engine, world.members[m].poses.input({m + 1}), policies,
-                              {boxes[m].data(), boxes[m].size()}) == Status::kOk);
+        REQUIRE(compute_boxes(*engine, world.members[m].poses.input({m + 1}), policies, boxes[m]) == Status::kOk);
       }
       plain.sat = policies.sat;
       plain.box_tests = plain.leaf_pairs = 0;

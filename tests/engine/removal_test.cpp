@@ -66,10 +66,10 @@ std::vector<Hit> hits_of(Engine& engine, const std::map<std::uint32_t, Living>& 
   }
   std::vector<Hit> hits(200000);
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {rules.data(), rules.size()};
+  job.inputs = inputs;
+  job.rules = rules;
   job.policies = policies;
-  job.hits = {hits.data(), hits.size()};
+  job.hits = hits;
   REQUIRE(run_frame(engine, job) == Status::kOk);
   hits.resize(job.hit_count);
   for (Hit& hit : hits) {
@@ -156,10 +156,9 @@ TEST_CASE("an id that is stale, of another engine, or of nothing is refused by e
     FrameJob job;
     job.inputs = {&input, 1};
     MaskReason reason;
-    return std::vector<Status>{compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()}), run_frame(*engine, job),
-                               why_masked(*engine, input, 0, &reason),
-                               compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {}, {}),
-                               spatial_order(*engine, id, {order.data(), order.size()})};
+    return std::vector<Status>{
+        compute_boxes(*engine, input, {}, boxes), run_frame(*engine, job), why_masked(*engine, input, 0, &reason),
+        compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {}, {}), spatial_order(*engine, id, order)};
   };
   const std::vector<Status> ok(5, Status::kOk), unknown(5, Status::kUnknownBatch);
   CHECK(statuses(second.batch) == ok);

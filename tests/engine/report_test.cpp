@@ -22,9 +22,9 @@ struct Prepared {
 
   Prepared(const World& world, std::size_t capacity) : hits(capacity) {
     for (std::uint32_t m = 0; m < world.members.size(); ++m) inputs.push_back(world.members[m].poses.input({m + 1}));
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {world.rules.data(), world.rules.size()};
-    job.hits = {hits.data(), hits.size()};
+    job.inputs = inputs;
+    job.rules = world.rules;
+    job.hits = hits;
   }
 };
 
@@ -78,15 +78,15 @@ struct Frame {
     for (std::uint32_t m = 0; m < world.members.size(); ++m) {
       const Member& member = world.members[m];
       inputs.push_back(member.poses.input({m + 1}));
-      inputs.back().layers = {member.layers.data(), member.layers.size()};
-      inputs.back().layer_masks = {member.layer_masks.data(), member.layer_masks.size()};
-      inputs.back().in_contact = {in_contact[m].data(), in_contact[m].size()};
+      inputs.back().layers = member.layers;
+      inputs.back().layer_masks = member.layer_masks;
+      inputs.back().in_contact = in_contact[m];
     }
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {world.rules.data(), world.rules.size()};
+    job.inputs = inputs;
+    job.rules = world.rules;
     job.policies = policies;
     job.report = report;
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     status = run_frame(engine, job);
   }
 };
@@ -283,7 +283,7 @@ TEST_CASE("sides of a hit are ordered by batch, instance and link, whatever the 
   std::reverse(rotated.inputs.begin(), rotated.inputs.end());
   std::vector<PairRule> rules(world.rules.rbegin(), world.rules.rend());
   for (PairRule& rule : rules) std::swap(rule.a, rule.b);
-  rotated.job.rules = {rules.data(), rules.size()};
+  rotated.job.rules = rules;
   REQUIRE(run_frame(*engine, rotated.job) == Status::kOk);
   CHECK(same_hits(rotated.hits, expected.hits));
   CHECK(same_counts(rotated.job.stats, expected.stats));

@@ -86,23 +86,23 @@ struct Story {
     }
     for (std::uint32_t m = 0; m < world.members.size(); ++m) {
       inputs.push_back(world.members[m].poses.input({m + 1}));
-      inputs[m].moved = {moved[m].data(), moved[m].size()};
-      inputs[m].flags = {flags[m].data(), flags[m].size()};
-      inputs[m].in_contact = {in_contact[m].data(), in_contact[m].size()};
-      inputs[m].instances = {lists[m].data(), lists[m].size()};
+      inputs[m].moved = moved[m];
+      inputs[m].flags = flags[m];
+      inputs[m].in_contact = in_contact[m];
+      inputs[m].instances = lists[m];
       inputs[m].count = counts[m];
-      inputs[m].layers = {world.members[m].layers.data(), world.members[m].layers.size()};
-      inputs[m].layer_masks = {world.members[m].layer_masks.data(), world.members[m].layer_masks.size()};
+      inputs[m].layers = world.members[m].layers;
+      inputs[m].layer_masks = world.members[m].layer_masks;
     }
     out.hits.assign(room, {});
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {world.rules.data(), world.rules.size()};
+    job.inputs = inputs;
+    job.rules = world.rules;
     job.policies = policies;
     job.margin = world.margin;
     job.min_depth = world.min_depth;
     job.report = report;
-    job.hits = {out.hits.data(), out.hits.size()};
+    job.hits = out.hits;
     const Status status = run_frame(engine, job);
     out.hits.resize(status == Status::kOk ? job.hit_count : 0);
     out.stats = job.stats;
@@ -298,11 +298,11 @@ TEST_CASE("all instances count as moved after a frame that failed, or that had o
           for (std::uint32_t m = 0; m < 2; ++m) {
             inputs.push_back(story.world.members[m].poses.input({m + 1}));
             bounds[m].assign(6 * std::size_t{story.world.members[m].poses.instance_count}, 0);
-            inputs[m].bounds = {bounds[m].data(), bounds[m].size()};
+            inputs[m].bounds = bounds[m];
           }
           FrameJob job;
-          job.inputs = {inputs.data(), inputs.size()};
-          job.rules = {story.world.rules.data(), story.world.rules.size()};
+          job.inputs = inputs;
+          job.rules = story.world.rules;
           CandidateList list;
           const Status status = find_candidates(engine, job, list);
           CHECK((status == Status::kOk || status == Status::kPairsOverflow));

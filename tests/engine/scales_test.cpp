@@ -128,7 +128,7 @@ std::vector<Box> boxes_of(const World& world, std::size_t member, const Policies
   const Member& of = world.members[member];
   std::vector<Box> boxes(std::size_t{of.poses.instance_count} * of.rig.node_count());
   REQUIRE(compute_boxes(*make_engine_for(world, desc), of.poses.input({static_cast<std::uint32_t>(member) + 1}),
-                        policies, {boxes.data(), boxes.size()}) == Status::kOk);
+                        policies, boxes) == Status::kOk);
   return boxes;
 }
 
@@ -289,9 +289,7 @@ TEST_CASE("scales of the wrong number, or given in two ways, are refused") {
   world.members.push_back(member);
   const EnginePtr engine = make_engine_for(world);
   std::vector<Box> boxes(8 * member.rig.node_count());
-  const auto status = [&](const BatchInput& input) {
-    return compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()});
-  };
+  const auto status = [&](const BatchInput& input) { return compute_boxes(*engine, input, {}, boxes); };
   const std::vector<float> ones(9, 1.0f);
   BatchInput input = member.poses.input({1});
   input.scales = {ones.data(), 8};

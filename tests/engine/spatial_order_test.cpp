@@ -37,7 +37,7 @@ World cubes_about(const std::vector<Place>& points, BatchKind kind = BatchKind::
 
 Order order_of(Engine& engine, std::size_t count) {
   Order order(count, ~0u);
-  REQUIRE(spatial_order(engine, {1}, {order.data(), order.size()}) == Status::kOk);
+  REQUIRE(spatial_order(engine, {1}, order) == Status::kOk);
   return order;
 }
 

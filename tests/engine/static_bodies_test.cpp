@@ -28,7 +28,7 @@ struct Level {
 
   StaticDesc desc() const {
     StaticDesc out;
-    out.bodies = {bodies.data(), bodies.size()};
+    out.bodies = bodies;
     return out;
   }
 };
@@ -144,30 +144,30 @@ struct Scene {
     for (const Member& member : world.members) touches.emplace_back(member.poses.instance_count, std::uint8_t{0xee});
     for (std::uint32_t m = 0; m < world.members.size(); ++m) {
       inputs.push_back(world.members[m].poses.input({m + 1}));
-      inputs[m].in_contact = {touches[m].data(), touches[m].size()};
-      inputs[m].moved = {moved[m].data(), moved[m].size()};
+      inputs[m].in_contact = touches[m];
+      inputs[m].moved = moved[m];
     }
     BatchInput own = input_of(level);
     flags.assign(bodies, 0xee);
     in_contact.assign(bodies, 0xee);
-    own.flags = {flags.data(), flags.size()};
-    own.in_contact = {in_contact.data(), in_contact.size()};
-    own.layers = {layers.data(), layers.size()};
-    own.layer_masks = {masks.data(), masks.size()};
+    own.flags = flags;
+    own.in_contact = in_contact;
+    own.layers = layers;
+    own.layer_masks = masks;
     inputs.push_back(own);
     std::vector<PairRule> rules = world.rules;
     for (PairRule& rule : rules) rule.resting = resting;
     for (std::uint32_t m = 1; m <= world.members.size(); ++m) rules.push_back({{m}, level, Pairing::kBetween, resting});
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
+    job.inputs = inputs;
+    job.rules = rules;
     job.policies = policies;
     job.margin = world.margin;
     job.report = report;
     out.hits.assign(room, {});
     out.contacts.assign(world.contacts ? room : 0, {});
-    job.hits = {out.hits.data(), out.hits.size()};
-    job.contacts = {out.contacts.data(), out.contacts.size()};
+    job.hits = out.hits;
+    job.contacts = out.contacts;
     const Status status = run_frame(*engine, job);
     out.hits.resize(status == Status::kOk ? job.hit_count : 0);
     if (world.contacts) out.contacts.resize(out.hits.size());
@@ -459,8 +459,8 @@ TEST_CASE("a triangle mesh is hit where the hulls of its triangles are, wherever
       for (const std::uint32_t corner : {first, (first + 1 + random.index(29)) % 60, (first + 30) % 60})
         triangles.push_back(corner);
     }
-    desc.vertices = {vertices.data(), vertices.size()};
-    desc.triangles = {triangles.data(), triangles.size()};
+    desc.vertices = vertices;
+    desc.triangles = triangles;
     for (double& at : desc.origin) at = -far;
     const World world = crowds(random, 2, {});
     // The same triangles as bodies, with vertices in double and then rounded about a point near the triangle.
@@ -490,7 +490,7 @@ TEST_CASE("a triangle mesh is hit where the hulls of its triangles are, wherever
     // The boxes of distant vertices are no larger for their distance.
     const BatchInput input = input_of(scene.level);
     std::vector<Box> boxes(80);
-    REQUIRE(compute_boxes(*scene.engine, input, {}, {boxes.data(), boxes.size()}) == Status::kOk);
+    REQUIRE(compute_boxes(*scene.engine, input, {}, boxes) == Status::kOk);
     for (std::size_t t = 0; t < 80; ++t)
       for (int c = 0; c < 3; ++c) CHECK(boxes[t].half[c] <= level.bodies[t].box.half[c] + 2e-5f);
   }
@@ -510,7 +510,7 @@ TEST_CASE("candidates of static bodies are found by the bounds that the engine h
     inputs.push_back(poses.input({m + 1}));
     std::vector<Box> boxes(std::size_t{poses.instance_count} * world.members[m].rig.node_count());
     REQUIRE(compute_boxes(*scene.engine, inputs[m], policies_of(Refit::kAabbHull, Strategy::kAuto, Exact::kNone),
-                          {boxes.data(), boxes.size()}) == Status::kOk);
+                          boxes) == Status::kOk);
     bounds.emplace_back();
     for (std::uint32_t i = 0; i < poses.instance_count; ++i) {
       const Box& root = boxes[(std::size_t{i} + 1) * world.members[m].rig.node_count() - 1];
@@ -518,16 +518,16 @@ TEST_CASE("candidates of static bodies are found by the bounds that the engine h
         for (int c = 0; c < 3; ++c)
           bounds[m].push_back(root.center[c] + 1.0001f * static_cast<float>(side) * root.half[c]);
     }
-    inputs[m].bounds = {bounds[m].data(), bounds[m].size()};
+    inputs[m].bounds = bounds[m];
   }
   inputs.push_back(input_of(scene.level));
   std::vector<PairRule> rules;
   for (std::uint32_t m = 1; m <= 2; ++m) rules.push_back({{m}, scene.level, Pairing::kBetween});
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {rules.data(), rules.size()};
+  job.inputs = inputs;
+  job.rules = rules;
   std::vector<InstancePair> pairs(60 * 53);
-  CandidateList list = {{pairs.data(), pairs.size()}};
+  CandidateList list = {pairs};
   REQUIRE(find_candidates(*scene.engine, job, list) == Status::kOk);
   CHECK(list.count < pairs.size());
   for (const Hit& hit : expected.hits) {
@@ -658,14 +658,14 @@ TEST_CASE("some of the static bodies take part: the first ones, or those that ar
     inputs.push_back(input_of(scene.level));
     const std::uint32_t count = frame == 3 ? 21 : kAllInstances;
     inputs.back().count = count;
-    if (frame < 2) inputs.back().instances = {listed.data(), listed.size()};
+    if (frame < 2) inputs.back().instances = listed;
     std::vector<PairRule> rules = world.rules;
     for (std::uint32_t m = 1; m <= 2; ++m) rules.push_back({{m}, scene.level, Pairing::kBetween});
     std::vector<Hit> hits(40000);
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
-    job.hits = {hits.data(), hits.size()};
+    job.inputs = inputs;
+    job.rules = rules;
+    job.hits = hits;
     REQUIRE(run_frame(*scene.engine, job) == Status::kOk);
     hits.resize(job.hit_count);
     std::vector<Hit> expected = all;

@@ -21,17 +21,17 @@ Outcome run_with(Engine& engine, const World& world, const Margins& margins, con
   std::vector<BatchInput> inputs;
   for (std::uint32_t m = 0; m < world.members.size(); ++m) {
     inputs.push_back(world.members[m].poses.input({m + 1}));
-    inputs[m].margins = {margins[m].data(), margins[m].size()};
+    inputs[m].margins = margins[m];
   }
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.inputs = inputs;
+  job.rules = world.rules;
   job.policies = policies;
   job.margin = world.margin;
   out.hits.resize(60000);
   out.contacts.resize(world.contacts ? out.hits.size() : 0);
-  job.hits = {out.hits.data(), out.hits.size()};
-  job.contacts = {out.contacts.data(), out.contacts.size()};
+  job.hits = out.hits;
+  job.contacts = out.contacts;
   REQUIRE(run_frame(engine, job) == Status::kOk);
   out.hits.resize(job.hit_count);
   out.contacts.resize(world.contacts ? job.hit_count : 0);
@@ -130,7 +130,7 @@ Poses between(const Poses& from, const Poses& to, double t) {
 
 std::vector<float> margins_between(Engine& engine, const Poses& last, const Poses& now, BatchId batch) {
   std::vector<float> out(now.instance_count, -1);
-  REQUIRE(sweep_margins(engine, last.input(batch), now.input(batch), {out.data(), out.size()}) == Status::kOk);
+  REQUIRE(sweep_margins(engine, last.input(batch), now.input(batch), out) == Status::kOk);
   return out;
 }
 
@@ -354,10 +354,10 @@ TEST_CASE("instances that are masked or missing in one of two frames have no mar
   std::vector<std::uint32_t> listed;
   for (std::uint32_t i = 0; i < 40; i += 1 + i % 3) listed.push_back(i);
   BatchInput from = last.input(batch), to = now.input(batch);
-  from.instances = {listed.data(), listed.size()};
+  from.instances = listed;
   to.count = 35;
   std::vector<float> margins(40, -1);
-  REQUIRE(sweep_margins(*engine, from, to, {margins.data(), margins.size()}) == Status::kOk);
+  REQUIRE(sweep_margins(*engine, from, to, margins) == Status::kOk);
   for (std::uint32_t i = 0; i < 40; ++i) {
     CAPTURE(i);
     const bool in_both = i < 35 && std::binary_search(listed.begin(), listed.end(), i) && i != 3 && i != 7;

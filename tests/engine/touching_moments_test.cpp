@@ -88,8 +88,7 @@ std::vector<float> moments_of(Engine& engine, const World& last, const World& no
                               const std::vector<Hit>& pairs) {
   const std::vector<BatchInput> from = inputs_of(last), to = inputs_of(now);
   std::vector<float> out(pairs.size(), -1);
-  REQUIRE(find_touching_moments(engine, {from.data(), from.size()}, {to.data(), to.size()}, steps,
-                                {pairs.data(), pairs.size()}, {out.data(), out.size()}) == Status::kOk);
+  REQUIRE(find_touching_moments(engine, from, to, steps, pairs, out) == Status::kOk);
   return out;
 }
 

@@ -86,8 +86,8 @@ World one_batch(Random& random, std::uint32_t n, PoseFormat format, BatchKind ki
 std::vector<Box> boxes_of(const World& world, Refit refit, const EngineDesc& desc = {}) {
   const EnginePtr engine = make_engine_for(world, desc);
   std::vector<Box> boxes(std::size_t{world.members[0].poses.instance_count} * world.members[0].rig.node_count());
-  REQUIRE(compute_boxes(*engine, world.members[0].poses.input({1}), {refit, Strategy::kTree, Exact::kNone},
-                        {boxes.data(), boxes.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(*engine, world.members[0].poses.input({1}), {refit, Strategy::kTree, Exact::kNone}, boxes) ==
+          Status::kOk);
   return boxes;
 }
 

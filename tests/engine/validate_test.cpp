@@ -33,7 +33,7 @@ struct Bench {
              {{3}, {4}, Pairing::kBetween}, {{5}, {3}, Pairing::kBetween}, {{4}, {4}, Pairing::kWithin}};
     engine = make_engine_for(world);
     for (std::uint32_t m = 0; m < 5; ++m) inputs.push_back(world.members[m].poses.input({m + 1}));
-    inputs[0].flags = {flags.data(), flags.size()};
+    inputs[0].flags = flags;
     std::memset(static_cast<void*>(hits.data()), 0xcd, hits.size() * sizeof(Hit));
     std::memset(static_cast<void*>(contacts.data()), 0xcd, contacts.size() * sizeof(Contact));
     job.hit_count = 123;
@@ -44,9 +44,9 @@ struct Bench {
   }
 
   void point() {
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
-    job.hits = {hits.data(), hits.size()};
+    job.inputs = inputs;
+    job.rules = rules;
+    job.hits = hits;
   }
 };
 
@@ -182,7 +182,7 @@ TEST_CASE("sequences of different lengths are no pair unless one has a single fr
     FrameJob job;
     job.inputs = {inputs.data(), 3};
     job.rules = {&rule, 1};
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     return run_frame(*engine, job);
   };
   CHECK(status_of(1, 2) == Status::kBadPairRule);

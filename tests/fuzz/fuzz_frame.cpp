@@ -32,7 +32,7 @@ std::vector<Box> boxes_of(Engine& engine, const World& world, const Policies& po
   for (std::uint32_t m = 0; m < world.members.size(); ++m) {
     const Member& member = world.members[m];
     std::vector<Box> boxes(std::size_t{member.rig.node_count()} * member.poses.instance_count);
-    require(compute_boxes(engine, member.poses.input({m + 1}), policies, {boxes.data(), boxes.size()}));
+    require(compute_boxes(engine, member.poses.input({m + 1}), policies, boxes));
     out.insert(out.end(), boxes.begin(), boxes.end());
   }
   return out;

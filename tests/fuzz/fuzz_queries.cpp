@@ -101,7 +101,7 @@ std::vector<BatchInput> inputs_of(const World& world) {
   std::vector<BatchInput> out;
   for (std::uint32_t m = 0; m < world.members.size(); ++m) {
     out.push_back(world.members[m].poses.input({m + 1}));
-    out.back().layers = {world.members[m].layers.data(), world.members[m].layers.size()};
+    out.back().layers = world.members[m].layers;
   }
   return out;
 }
@@ -113,12 +113,12 @@ Answer ask(Engine& engine, const World& world, const Asked& asked, Span<const Qu
   if (room > 0) std::memset(static_cast<void*>(out.hits.data()), kUntouched, room * sizeof(QueryHit));
   out.found.assign(queries.size, kUntouched);
   QueryJob& job = out.job;
-  job.inputs = {inputs.data(), inputs.size()};
+  job.inputs = inputs;
   job.queries = queries;
-  job.planes = {asked.planes.data(), asked.planes.size()};
+  job.planes = asked.planes;
   job.exact = asked.exact;
-  job.hits = {out.hits.data(), out.hits.size()};
-  job.found = {out.found.data(), out.found.size()};
+  job.hits = out.hits;
+  job.found = out.found;
   job.hit_count = job.hits_needed = job.bad_query = 12345;
   out.status = run_queries(engine, job);
   return out;
@@ -236,7 +236,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     scalar = make(Isa::kScalar);
   } catch (const std::runtime_error&) { return 0; }  // refused by a status
-  const Span<const Query> queries = {asked.queries.data(), asked.queries.size()};
+  const Span<const Query> queries = asked.queries;
   const Answer first = ask_all(*scalar, world, asked, queries);
   for (const Isa isa : available_isas()) {
     if (isa == Isa::kScalar) continue;

@@ -29,7 +29,7 @@ Status ask(const std::vector<Query>& queries) {
     return std::unique_ptr<Engine, Destroy>(made);
   }();
   QueryJob job;
-  job.queries = {queries.data(), queries.size()};
+  job.queries = queries;
   return run_queries(*engine, job);
 }
 

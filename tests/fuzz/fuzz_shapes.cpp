@@ -75,16 +75,14 @@ void fill(fuzz::Bytes& bytes, std::uint32_t instances, Body& out) {
   float half[3] = {};
   for (std::uint32_t n = bytes.rarely() ? 3 : 1; n > 0; --n) out.parts.push_back(part_of(bytes, unit));
   for (PosedPart& posed : out.parts) {
-    posed.part.vertices = {posed.vertices.data(), posed.vertices.size()};
+    posed.part.vertices = posed.vertices;
     for (std::size_t c = 0; c < 3; ++c)
       half[c] = std::max({half[c], 1.001f * (std::fabs(posed.part.position[c]) + reach_of(posed)),
                           is_half_space(posed) ? kPlaneBox : 0.0f});
     out.list.push_back(posed.part);
   }
   out.member.rig.parents = {-1};
-  out.member.rig.leaves = {{0,
-                            {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {half[0], half[1], half[2]}},
-                            {out.list.data(), out.list.size()}}};
+  out.member.rig.leaves = {{0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {half[0], half[1], half[2]}}, out.list}};
   Poses& poses = out.member.poses;
   poses.link_count = 1;
   poses.instance_count = instances;
@@ -113,17 +111,17 @@ Found run(Isa isa, const World& world, float margin) {
     const Poses& poses = world.members[m].poses;
     inputs[m] = poses.input({static_cast<std::uint32_t>(m + 1)});
     out.flags[m].assign(poses.instance_count, 0xee);
-    inputs[m].flags = {out.flags[m].data(), out.flags[m].size()};
+    inputs[m].flags = out.flags[m];
     out.hits.resize(std::max<std::size_t>(out.hits.size(), poses.instance_count));
   }
   out.contacts.resize(out.hits.size());
   FrameJob job;
   job.inputs = {inputs, 2};
-  job.rules = {world.rules.data(), world.rules.size()};
+  job.rules = world.rules;
   job.policies.exact = Exact::kConvex;
   job.margin = margin;
-  job.hits = {out.hits.data(), out.hits.size()};
-  job.contacts = {out.contacts.data(), out.contacts.size()};
+  job.hits = out.hits;
+  job.contacts = out.contacts;
   require(run_frame(*engine, job));
   out.hits.resize(job.hit_count);
   out.contacts.resize(job.hit_count);

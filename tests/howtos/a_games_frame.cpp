@@ -52,25 +52,25 @@ int main() {
     cab::BatchInput inputs[2];
     inputs[0].batch = near_crowd;
     inputs[0].poses = {cab::PoseFormat::kMatrix4x4, matrices.data(), 0, 0, true};  // true: matrices hold a scale
-    inputs[0].origins = {origins.data(), origins.size()};
-    inputs[0].instances = {near_slots.data(), near_slots.size()};
-    inputs[0].moved = {moved.data(), moved.size()};
+    inputs[0].origins = origins;
+    inputs[0].instances = near_slots;
+    inputs[0].moved = moved;
     inputs[1] = inputs[0];
     inputs[1].batch = far_crowd;
-    inputs[1].instances = {far_slots.data(), far_slots.size()};
+    inputs[1].instances = far_slots;
     inputs[1].count = far_slots.empty() ? 0 : kSlots;
     cab::FrameJob job;
     job.inputs = {inputs, 2};
     job.rules = {rules, 2};
     cab::Status status = cab::Status::kHitsOverflow;
     for (hits.resize(hits.capacity()); status == cab::Status::kHitsOverflow; hits.resize(job.hits_needed)) {
-      job.hits = {hits.data(), hits.size()};
+      job.hits = hits;
       status = cab::run_frame(*engine, job);  // once more if there was too little room
     }
     check(status);
     if (job.stats.instances_masked) return 1;  // a bug: why_masked says which link, and what is wrong
-    cab::HitChanges changes = {{began.data(), began.size()}, {ended.data(), ended.size()}};
-    check(cab::diff_hits({last.data(), last.size()}, {hits.data(), hits.size()}, changes));
+    cab::HitChanges changes = {began, ended};
+    check(cab::diff_hits(last, hits, changes));
     begun += changes.began_count, over += changes.ended_count;
     last = hits;
   }

@@ -37,7 +37,7 @@ int main() {
   cab::BatchInput input;
   input.batch = people;
   input.poses.data = poses.data();
-  input.origins = {origins.data(), origins.size()};
+  input.origins = origins;
 
   cab::Query shot;  // by person 0, along the first row at the height of heads
   shot.position[1] = 1.7;

@@ -37,13 +37,13 @@ static std::vector<cab::Hit> hits_of_spears(const cab::Policies& policies, cab::
   cab::BatchInput input;
   input.batch = spears;
   input.poses.data = poses.data();
-  input.origins = {origins.data(), origins.size()};
+  input.origins = origins;
   std::vector<cab::Hit> hits(16 * kCount);
   cab::FrameJob job;
   job.inputs = {&input, 1};
   job.rules = {&rule, 1};
   job.policies = policies;
-  job.hits = {hits.data(), hits.size()};
+  job.hits = hits;
   check(cab::run_frame(*engine, job));
   cab::destroy_engine(engine);
   hits.resize(job.hit_count);

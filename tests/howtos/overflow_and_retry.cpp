@@ -30,7 +30,7 @@ int main() {
   cab::BatchInput input;
   input.batch = crowd;
   input.poses.data = poses.data();
-  input.origins = {origins.data(), origins.size()};
+  input.origins = origins;
   cab::FrameJob job;
   job.inputs = {&input, 1};
   job.rules = {&rule, 1};
@@ -45,13 +45,13 @@ int main() {
   int retries = 0;
   for (const auto& frame : frames) {
     for (std::uint32_t i = 0; i < kCount; ++i) origins[3 * i] = i * frame.spacing;
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     cab::Status status = cab::run_frame(*engine, job);
     if (status == cab::Status::kHitsOverflow) {
       // hit_count is 0 and the buffer's contents are unspecified, but hits_needed is exact. Some room on top spares the
       // next frame its retry.
       hits.resize(job.hits_needed + job.hits_needed / 4);
-      job.hits = {hits.data(), hits.size()};
+      job.hits = hits;
       status = cab::run_frame(*engine, job);  // the same input gives the same hits, and now they fit
       ++retries;
     }

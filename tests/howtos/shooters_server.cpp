@@ -53,7 +53,7 @@ int main() {
     cab::BatchInput input;
     input.batch = players;
     input.poses.data = poses.data();
-    input.origins = {origins.data(), origins.size()};
+    input.origins = origins;
     check(cab::record_tick(*engine, history, input, now));
 
     // Each player shoots at where they saw the next one, who was there 80 ms ago and more.
@@ -70,9 +70,9 @@ int main() {
       shot.ignored_instance = p;
     }
     cab::QueryJob job;
-    job.queries = {shots.data(), shots.size()};
+    job.queries = shots;
     job.histories = {&history, 1};
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     check(cab::run_queries(*engine, job));
     met += job.hit_count;
     for (std::size_t i = 0; i < job.hit_count; ++i) {

@@ -57,12 +57,12 @@ static std::vector<cab::Hit> hits_of_crowd(const cab::EngineDesc& desc) {
   cab::BatchInput input;
   input.batch = crowd;
   input.poses.data = poses.data();
-  input.origins = {origins.data(), origins.size()};
+  input.origins = origins;
   std::vector<cab::Hit> hits(2 * kCount);
   cab::FrameJob job;
   job.inputs = {&input, 1};
   job.rules = {&rule, 1};
-  job.hits = {hits.data(), hits.size()};
+  job.hits = hits;
   check(cab::run_frame(*engine, job));
   cab::destroy_engine(engine);
   hits.resize(job.hit_count);

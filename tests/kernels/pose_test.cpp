@@ -66,9 +66,9 @@ struct Rig {
       }
     }
     ArticulationDesc desc;
-    desc.link_parents = {parents.data(), parents.size()};
-    desc.link_joints = {joints.data(), joints.size()};
-    desc.leaves = {leaves.data(), leaves.size()};
+    desc.link_parents = parents;
+    desc.link_joints = joints;
+    desc.leaves = leaves;
     REQUIRE(build_articulation(desc, arena, &articulation, nullptr) == Status::kOk);
   }
   Arena arena;

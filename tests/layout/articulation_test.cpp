@@ -30,12 +30,7 @@ struct Draft {
   std::vector<Leaf> leaves = {{0, kUnitBox, {}}, {1, kUnitBox, {}}, {2, kUnitBox, {}}};
   std::vector<LinkPair> ignored;
 
-  ArticulationDesc desc() const {
-    return {{parents.data(), parents.size()},
-            {joints.data(), joints.size()},
-            {leaves.data(), leaves.size()},
-            {ignored.data(), ignored.size()}};
-  }
+  ArticulationDesc desc() const { return {parents, joints, leaves, ignored}; }
 };
 
 constexpr std::uint32_t kUntouched = 77777;
@@ -288,7 +283,7 @@ TEST_CASE("every ignored pair has its two bits and no other pair has any, whatev
     Arena arena(default_allocator());
     Articulation out;
     REQUIRE(build_articulation(desc, arena, &out, nullptr) == Status::kOk);
-    ignore_at_rest({at_rest.data(), at_rest.size()}, arena, out);
+    ignore_at_rest(at_rest, arena, out);
 
     std::vector<unsigned> reasons(links * links, 0);
     const auto note = [&](std::uint32_t a, std::uint32_t b, unsigned reason) {
@@ -327,9 +322,9 @@ TEST_CASE("an articulation owns copies of all it was given") {
   std::vector<float> passed = vertices;
   ConvexPart part;
   part.kind = ShapeKind::kConvexHull;
-  part.vertices = {passed.data(), passed.size()};
+  part.vertices = passed;
   std::vector<ConvexPart> parts = {part};
-  draft.leaves[1].parts = {parts.data(), parts.size()};
+  draft.leaves[1].parts = parts;
   Arena arena(default_allocator());
   Articulation out;
   REQUIRE(build(draft, arena, &out) == Status::kOk);

@@ -23,7 +23,7 @@ struct Shapes {
     static constexpr std::int32_t kRoot = -1;
     ArticulationDesc desc;
     desc.link_parents = {&kRoot, 1};
-    desc.leaves = {leaves.data(), leaves.size()};
+    desc.leaves = leaves;
     REQUIRE(build_articulation(desc, arena, &articulation, nullptr) == Status::kOk);
     all = make_convex_shapes(articulation, arena);
   }
@@ -102,7 +102,7 @@ TEST_CASE("a hull's vertices are sorted about its centre, padded by the last, an
       std::vector<float> vertices;
       for (std::uint32_t v = 0; v < 3 * count; ++v)
         vertices.push_back(static_cast<float>(unit * (random.uniform(-1, 1) + 3)));
-      const ConvexPart part = {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {}, {vertices.data(), vertices.size()}};
+      const ConvexPart part = {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {}, vertices};
       const Shapes shapes({leaf_with({&part, 1})});
       const ConvexShape& hull = shapes.all.shapes[0];
       REQUIRE(hull.vertex_count == count);

@@ -62,7 +62,7 @@ Points rotated(const Points& points, const Rotation& rotation) {
 
 Box fitted(const std::vector<float>& vertices) {
   Box box;
-  REQUIRE(fit_box_to_vertices({vertices.data(), vertices.size()}, &box) == Status::kOk);
+  REQUIRE(fit_box_to_vertices(vertices, &box) == Status::kOk);
   return box;
 }
 
@@ -459,6 +459,6 @@ TEST_CASE("vertices that are not valid are refused, and the output stays as it w
     }
   }
   CHECK(same_bits(box, untouched));
-  CHECK(fit_box_to_vertices({good.data(), good.size()}, nullptr) == Status::kBadOutput);
+  CHECK(fit_box_to_vertices(good, nullptr) == Status::kBadOutput);
   CHECK(status(good.data(), good.size()) == Status::kOk);
 }

@@ -20,9 +20,7 @@ struct Topology {
   std::vector<std::int32_t> parents;
   std::vector<std::uint16_t> leaf_links;
 
-  MergeProgram program(Arena& arena) const {
-    return build_merge_program({parents.data(), parents.size()}, {leaf_links.data(), leaf_links.size()}, arena);
-  }
+  MergeProgram program(Arena& arena) const { return build_merge_program(parents, leaf_links, arena); }
 };
 
 Topology chain(std::uint32_t links) {

@@ -53,8 +53,8 @@ inline LinkRig random_links(oracle::Random& random, unsigned most_leaves, double
   for (std::size_t i = leaves.size(); i > 1; --i)
     std::swap(leaves[i - 1], leaves[random.index(static_cast<unsigned>(i))]);
   ArticulationDesc desc;
-  desc.link_parents = {parents.data(), parents.size()};
-  desc.leaves = {leaves.data(), leaves.size()};
+  desc.link_parents = parents;
+  desc.leaves = leaves;
   return LinkRig(desc);
 }
 

@@ -188,7 +188,7 @@ TEST_CASE("AABB+ takes the corners of the box about a part, and of the leaf's bo
 TEST_CASE("a hull is inside when every vertex is, wherever the part stands") {
   std::vector<float> vertices = {-3, -2, -1, 3, -2, -1, 0, 2, -1, 0, 0, 1};
   ConvexPart hull = part_at(ShapeKind::kConvexHull, 5, 0, 0, 0, 0, 0);
-  hull.vertices = {vertices.data(), vertices.size()};
+  hull.vertices = vertices;
   CHECK(accepted(hull));
   hull.position[0] = 5.001f;
   CHECK_FALSE(accepted(hull));
@@ -276,7 +276,7 @@ TEST_CASE("a hull may be flat but not lie on one line, in any unit of length and
     const Box box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {unit * 16, unit * 16, unit * 16}};
     ConvexPart hull;
     hull.kind = ShapeKind::kConvexHull;
-    hull.vertices = {vertices.data(), vertices.size()};
+    hull.vertices = vertices;
     const std::int32_t parent = -1;
     const Leaf leaf = {0, box, {&hull, 1}};
     Arena arena(default_allocator());

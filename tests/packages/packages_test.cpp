@@ -49,7 +49,7 @@ struct Row {
     job.inputs = {&input, 1};
     job.rules = {&rule, 1};
     job.policies.exact = exact;
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     return run_frame(*engine, job);
   }
 };

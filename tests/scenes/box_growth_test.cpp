@@ -31,7 +31,7 @@ struct Posed {
     input.batch = batch;
     input.poses.format = format;
     input.poses.data = poses.data();
-    oracle::require(compute_boxes(*engine, input, policies, {out.data(), out.size()}));
+    oracle::require(compute_boxes(*engine, input, policies, out));
     return out;
   }
 };
@@ -54,7 +54,7 @@ Posed posed(const scenes::Character& character, std::vector<float> poses) {
   out.batch = oracle::add_instances(*out.engine, id, kPoses);
   oracle::require(articulation_info(*out.engine, id, &out.info));
   std::vector<MergeStep> steps(out.info.leaf_count - 1);
-  oracle::require(merge_steps(*out.engine, id, {steps.data(), steps.size()}));
+  oracle::require(merge_steps(*out.engine, id, steps));
 
   const std::vector<Box> all = out.boxes({Refit::kCab, Strategy::kTree});
   for (std::uint32_t i = 0; i < kPoses; ++i) {

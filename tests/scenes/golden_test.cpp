@@ -42,8 +42,7 @@ class SceneOnEngine {
         oracle::require(articulation_info(*engine_, articulations_[c], &info));
         nodes.push_back(info.node_count);
         boxes[c].resize(instances(c, count) * nodes[c]);
-        oracle::require(
-            compute_boxes(*engine_, input(c, batches[c], first), policies, {boxes[c].data(), boxes[c].size()}));
+        oracle::require(compute_boxes(*engine_, input(c, batches[c], first), policies, boxes[c]));
       }
       for (std::uint32_t frame = 0; frame < count; ++frame)
         for (std::size_t c = 0; c < batches.size(); ++c)
@@ -96,10 +95,10 @@ class SceneOnEngine {
       rules.push_back({batches[pair.a], batches[pair.b], Pairing::kBetween});
     std::vector<Hit> hits(std::size_t{count} * 200);
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
+    job.inputs = inputs;
+    job.rules = rules;
     job.policies = policies;
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     oracle::require(run_frame(*engine_, job));
     for (std::size_t h = 0; h < job.hit_count; ++h) {
       const Hit& hit = hits[h];

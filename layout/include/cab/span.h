@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
+#include <utility>
 
 namespace cab {
 
 // A borrowed array: `size` values of T, one after the other, from `data` on. A span owns nothing: the array must live
-// as long as the span is used.
+// as long as the span is used, and stay where it is. A span of const values may also be made of a temporary, for the
+// length of one call.
 template <class T>
 struct Span {
   // The first value. May be null if size is 0.
@@ -14,6 +17,29 @@ struct Span {
 
   // How many values there are, not bytes. 0 (default): empty.
   std::size_t size = 0;
+
+  // Empty.
+  constexpr Span() noexcept = default;
+
+  // `count` values from `first` on.
+  constexpr Span(T* first, std::size_t count) noexcept : data(first), size(count) {}
+
+  // All values of an array.
+  template <std::size_t kCount>
+  constexpr Span(T (&array)[kCount]) noexcept : data(array), size(kCount) {}
+
+  // All values of what has data() and size(), such as a std::vector or a std::array of T. Of a constant one, or of a
+  // temporary, only if T is const.
+  template <class Container, class U = std::remove_pointer_t<decltype(std::declval<Container&>().data())>,
+            std::enable_if_t<std::is_convertible_v<U (*)[], T (*)[]>, int> = 0>
+  constexpr Span(Container& container) noexcept : data(container.data()), size(container.size()) {}
+  template <class Container, class U = std::remove_pointer_t<decltype(std::declval<const Container&>().data())>,
+            std::enable_if_t<std::is_const_v<T> && std::is_convertible_v<U (*)[], T (*)[]>, int> = 0>
+  constexpr Span(const Container& container) noexcept : data(container.data()), size(container.size()) {}
+
+  // The values of another span, as constants.
+  template <class U, std::enable_if_t<!std::is_same_v<U, T> && std::is_convertible_v<U (*)[], T (*)[]>, int> = 0>
+  constexpr Span(const Span<U>& other) noexcept : data(other.data), size(other.size) {}
 
   // The first value, and one past the last, for range-based loops.
   constexpr T* begin() const noexcept { return data; }

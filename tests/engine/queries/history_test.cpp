@@ -52,11 +52,11 @@ struct Moment {
 
   BatchInput input(BatchId batch) const {
     BatchInput out = poses.input(batch);
-    out.layers = {layers.data(), layers.size()};
+    out.layers = layers;
     if (listed.empty())
       out.count = 0;
     else
-      out.instances = {listed.data(), listed.size()};
+      out.instances = listed;
     return out;
   }
 };
@@ -151,7 +151,7 @@ struct Past {
     for (const Member& member : members) add_instances(*out, add_rig(*out, member.rig), member.instances);
     if (!bodies.empty()) {
       StaticDesc level;
-      level.bodies = {bodies.data(), bodies.size()};
+      level.bodies = bodies;
       BatchId id;
       require(add_static_batch(*out, level, &id));
     }
@@ -300,18 +300,18 @@ Answer ask(Engine& engine, const std::vector<BatchInput>& inputs, const std::vec
   out.hits.resize(room);
   out.found.assign(about.queries.size(), 0xee);
   QueryJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.histories = {histories.data(), histories.size()};
-  job.queries = {about.queries.data(), about.queries.size()};
-  job.planes = {about.planes.data(), about.planes.size()};
+  job.inputs = inputs;
+  job.histories = histories;
+  job.queries = about.queries;
+  job.planes = about.planes;
   job.exact = exact;
-  job.hits = {out.hits.data(), out.hits.size()};
-  job.found = {out.found.data(), out.found.size()};
+  job.hits = out.hits;
+  job.found = out.found;
   Status status = run_queries(engine, job);
   if (status == Status::kHitsOverflow) {
     CHECK(job.hit_count == 0);
     out.hits.resize(job.hits_needed);
-    job.hits = {out.hits.data(), out.hits.size()};
+    job.hits = out.hits;
     status = run_queries(engine, job);
   }
   CHECK(status == Status::kOk);
@@ -468,11 +468,11 @@ TEST_CASE("history: what is answered about the past is right by the judge, also 
         std::vector<std::uint8_t> found(answer.found.begin() + static_cast<std::ptrdiff_t>(asked.begin[t]),
                                         answer.found.begin() + static_cast<std::ptrdiff_t>(asked.begin[t + 1]));
         QueryJob job;
-        job.queries = {about.queries.data(), about.queries.size()};
-        job.planes = {about.planes.data(), about.planes.size()};
+        job.queries = about.queries;
+        job.planes = about.planes;
         job.exact = exact;
-        job.hits = {of_time.data(), of_time.size()};
-        job.found = {found.data(), found.size()};
+        job.hits = of_time;
+        job.found = found;
         job.hit_count = job.hits_needed = of_time.size();
         CHECK(fault_of(past->scene(asked.times[t]), job) == "");
       }
@@ -882,7 +882,7 @@ TEST_CASE("history: what a call must not be given is refused by its status, and 
   const auto run = [&](std::vector<HistoryId> ids, const Query& one) {
     QueryJob job;
     job.queries = {&one, 1};
-    job.histories = {ids.data(), ids.size()};
+    job.histories = ids;
     job.hits = {hits, 4};
     return run_queries(*engine, job);
   };

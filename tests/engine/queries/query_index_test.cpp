@@ -80,10 +80,10 @@ void ask(Engine& engine, const World& world, const std::vector<std::uint32_t>& c
   std::vector<std::uint8_t> found(count);
   std::vector<QueryHit> hits(1 << 17);
   QueryJob job;
-  job.inputs = {inputs.data(), inputs.size()};
+  job.inputs = inputs;
   job.queries = {queries.data() + first, count};
-  job.found = {found.data(), found.size()};
-  job.hits = {hits.data(), hits.size()};
+  job.found = found;
+  job.hits = hits;
   require(run_queries(engine, job));
   for (std::size_t h = 0; h < job.hit_count; ++h) {
     out.hits.push_back(hits[h]);
@@ -270,7 +270,7 @@ TEST_CASE("query index: instances that are masked, or not listed, are not in it"
   require(reserve(*engine, {0, 0, 32}));
   BatchInput input = world.members[0].poses.input({1});
   const std::vector<std::uint32_t> listed = {0, 1, 2, 5, 6, 30, 31, 39};
-  input.instances = {listed.data(), listed.size()};
+  input.instances = listed;
   QueryJob job;
   job.inputs = {&input, 1};
   require(run_queries(*engine, job));
@@ -291,7 +291,7 @@ TEST_CASE("query index: keys sort as by std::stable_sort, and every point has on
     std::vector<KeyedNumber> wanted = order;
     std::stable_sort(wanted.begin(), wanted.end(),
                      [](const KeyedNumber& a, const KeyedNumber& b) { return a.key < b.key; });
-    sort_by_key({order.data(), order.size()}, {other.data(), other.size()});
+    sort_by_key(order, other);
     CHECK(
         std::equal(order.begin(), order.end(), wanted.begin(), wanted.end(),
                    [](const KeyedNumber& a, const KeyedNumber& b) { return a.key == b.key && a.number == b.number; }));

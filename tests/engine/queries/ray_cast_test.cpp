@@ -298,7 +298,7 @@ void make_shape(Random& random, Regime regime, ShapeKind kind, Made& out) {
       make_vertices(random, false, size, out.vertices);
     else
       make_vertices(random, true, {unit, unit, unit}, out.vertices);
-    part.vertices = {out.vertices.data(), out.vertices.size()};
+    part.vertices = out.vertices;
   }
   make_pose(random, away, out.poses);
   const oracle::Poses& poses = out.poses;

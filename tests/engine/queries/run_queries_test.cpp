@@ -76,7 +76,7 @@ struct Asked {
       add_instances(*out, add_rig(*out, member.rig), member.poses.instance_count, member.kind);
     if (!bodies.empty()) {
       StaticDesc level;
-      level.bodies = {bodies.data(), bodies.size()};
+      level.bodies = bodies;
       BatchId id;
       require(add_static_batch(*out, level, &id));
     }
@@ -88,14 +88,14 @@ struct Asked {
     std::vector<BatchInput> out;
     for (std::uint32_t m = 0; m < world.members.size(); ++m) {
       BatchInput& input = out.emplace_back(world.members[m].poses.input({m + 1}));
-      input.layers = {world.members[m].layers.data(), world.members[m].layers.size()};
+      input.layers = world.members[m].layers;
       input.count = listed[m].count;
-      input.instances = {listed[m].instances.data(), listed[m].instances.size()};
+      input.instances = listed[m].instances;
     }
     if (bodies.empty()) return out;
     BatchInput& input = out.emplace_back();
     input.batch = {body_batch()};
-    input.layers = {body_layers.data(), body_layers.size()};
+    input.layers = body_layers;
     return out;
   }
 };
@@ -226,13 +226,13 @@ Answer ask(Engine& engine, const std::vector<BatchInput>& inputs, const std::vec
   out.hits.resize(room);
   out.found.assign(queries.size(), 0xee);
   QueryJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.queries = {queries.data(), queries.size()};
-  job.planes = {planes.data(), planes.size()};
+  job.inputs = inputs;
+  job.queries = queries;
+  job.planes = planes;
   job.exact = exact;
   job.reuse_bounds = reuse_bounds;
-  job.hits = {out.hits.data(), out.hits.size()};
-  job.found = {out.found.data(), out.found.size()};
+  job.hits = out.hits;
+  job.found = out.found;
   out.status = run_queries(engine, job);
   if (out.status == Status::kHitsOverflow) {
     CHECK(job.hit_count == 0);
@@ -240,7 +240,7 @@ Answer ask(Engine& engine, const std::vector<BatchInput>& inputs, const std::vec
     const std::vector<std::uint8_t> found = out.found;
     out.found.assign(queries.size(), 0xee);
     out.hits.resize(job.hits_needed);
-    job.hits = {out.hits.data(), out.hits.size()};
+    job.hits = out.hits;
     out.status = run_queries(engine, job);
     CHECK(job.hits_needed == out.hits.size());
     CHECK(found == out.found);
@@ -259,11 +259,11 @@ Answer ask(Engine& engine, const Asked& world, Exact exact) {
 // The job that was answered, for the judge.
 QueryJob answered(const Asked& world, Answer& answer, Exact exact, const std::vector<Query>& queries) {
   QueryJob job;
-  job.queries = {queries.data(), queries.size()};
-  job.planes = {world.about.planes.data(), world.about.planes.size()};
+  job.queries = queries;
+  job.planes = world.about.planes;
   job.exact = exact;
-  job.hits = {answer.hits.data(), answer.hits.size()};
-  job.found = {answer.found.data(), answer.found.size()};
+  job.hits = answer.hits;
+  job.found = answer.found;
   job.hit_count = job.hits_needed = answer.hits.size();
   return job;
 }
@@ -440,10 +440,10 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
     std::vector<Hit> hits(1 << 16);
     const auto frame = [&](Strategy strategy) {
       FrameJob job;
-      job.inputs = {inputs.data(), inputs.size()};
-      job.rules = {world->world.rules.data(), world->world.rules.size()};
+      job.inputs = inputs;
+      job.rules = world->world.rules;
       job.policies = {Refit::kCab, strategy, Exact::kNone};
-      job.hits = {hits.data(), hits.size()};
+      job.hits = hits;
       require(run_frame(*engine, job));
       return job;
     };
@@ -462,7 +462,7 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
     // Everybody rests, before and after queries.
     std::vector<std::vector<std::uint8_t>> moved;
     for (const Member& member : world->world.members) moved.emplace_back(member.poses.instance_count);
-    for (std::size_t m = 0; m < moved.size(); ++m) inputs[m].moved = {moved[m].data(), moved[m].size()};
+    for (std::size_t m = 0; m < moved.size(); ++m) inputs[m].moved = moved[m];
     frame(Strategy::kTree);
     const FrameJob before = frame(Strategy::kTree);
     const std::vector<Hit> hits_before(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(before.hit_count));
@@ -490,18 +490,18 @@ TEST_CASE("queries: where no frame has stored the bounds of boxes, they are made
     std::vector<PairRule> rules;
     for (std::uint32_t m = 1; m <= world->world.members.size(); ++m) rules.push_back({{m}, {m}});
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
-    job.rules = {rules.data(), rules.size()};
+    job.inputs = inputs;
+    job.rules = rules;
     job.policies.refit = Refit::kAabbVertices;  // its bounds are those of vertices
     std::vector<Hit> hits(1 << 16);
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     require(run_frame(*engine, job));
     CHECK(same(again(), first));
     job.policies.refit = Refit::kCab;
     job.hits = {};
     if (run_frame(*engine, job) == Status::kHitsOverflow) CHECK(same(again(), first));
     // Bounds of the caller's, which hold nothing.
-    job.hits = {hits.data(), hits.size()};
+    job.hits = hits;
     require(run_frame(*engine, job));
     std::vector<BatchInput> bounded = inputs;
     std::vector<std::vector<float>> nowhere;
@@ -512,7 +512,7 @@ TEST_CASE("queries: where no frame has stored the bounds of boxes, they are made
     }
     if (world->bodies.empty()) {
       FrameJob early = job;
-      early.inputs = {bounded.data(), bounded.size()};
+      early.inputs = bounded;
       CandidateList candidates;
       CHECK(find_candidates(*engine, early, candidates) != Status::kBadBounds);
       CHECK(same(again(), first));
@@ -688,7 +688,7 @@ TEST_CASE("queries: a level of boxes is answered by its boxes, and one of nodes 
     Rig coarse = member.rig;
     coarse.leaves = {{0, kUnitBox, {}}};
     for (float& half : coarse.leaves[0].box.half) half *= 0.5f * static_cast<float>(links.size()) + 1;
-    const LodLeaf leaf = {0, coarse.leaves[0].box, {links.data(), links.size()}};
+    const LodLeaf leaf = {0, coarse.leaves[0].box, links};
     LodDesc reach;
     reach.of = fine;
     reach.leaves = {&leaf, 1};
@@ -703,7 +703,7 @@ TEST_CASE("queries: a level of boxes is answered by its boxes, and one of nodes 
     require(add_lod(*engine, nodes, &node_level));
     const BatchId node_batch = add_instances(*engine, node_level, count);
     std::vector<std::uint16_t> leaf_of_link(links.size());
-    require(lod_leaves(*engine, node_level, {leaf_of_link.data(), leaf_of_link.size()}));
+    require(lod_leaves(*engine, node_level, leaf_of_link));
 
     Asked asked;
     for (std::uint32_t i = 0; i < count; ++i)
@@ -732,8 +732,7 @@ TEST_CASE("queries: a level of boxes is answered by its boxes, and one of nodes 
     const Answer by_nodes = ask(*engine, {member.poses.input(node_batch)}, queries, asked.about.planes, Exact::kNone);
     std::size_t lost = 0;
     for (std::size_t q = 0; q < queries.size(); ++q)
-      for (const JudgedLink& link :
-           judge_query(fine_scene, queries[q], {asked.about.planes.data(), asked.about.planes.size()}, Exact::kNone))
+      for (const JudgedLink& link : judge_query(fine_scene, queries[q], asked.about.planes, Exact::kNone))
         lost += link.must && std::none_of(by_nodes.hits.begin(), by_nodes.hits.end(), [&](const QueryHit& hit) {
                   return hit.query == q && hit.batch.value == slot_of(node_batch).value &&
                          hit.instance == link.instance->instance && hit.leaf == leaf_of_link[link.link];
@@ -757,8 +756,8 @@ TEST_CASE("queries: triangles of a level are met as triangles") {
       triangles.push_back(v);
     }
     StaticDesc desc;
-    desc.vertices = {vertices.data(), vertices.size()};
-    desc.triangles = {triangles.data(), triangles.size()};
+    desc.vertices = vertices;
+    desc.triangles = triangles;
     for (double& c : desc.origin) c = random.uniform(-1e6, 1e6);
     const EnginePtr engine = make_engine();
     require(reserve(*engine, {0, 0, 16}));
@@ -767,7 +766,7 @@ TEST_CASE("queries: triangles of a level are met as triangles") {
     BatchInput input;
     input.batch = level;
     std::vector<Box> boxes(20);
-    require(compute_boxes(*engine, input, {}, {boxes.data(), boxes.size()}));
+    require(compute_boxes(*engine, input, {}, boxes));
 
     // Boxes are relative to the origin of a body, which the vertices tell: a box is about its triangle's middle.
     Asked asked;
@@ -957,11 +956,11 @@ struct Refusal {
 
   // The job as its lists now are; `change` may change it further.
   Status run(const std::function<void(QueryJob&)>& change = {}) {
-    job.inputs = {inputs.data(), inputs.size()};
-    job.queries = {queries.data(), queries.size()};
-    job.planes = {planes.data(), planes.size()};
-    job.hits = {hits.data(), hits.size()};
-    job.found = {found.data(), found.size()};
+    job.inputs = inputs;
+    job.queries = queries;
+    job.planes = planes;
+    job.hits = hits;
+    job.found = found;
     if (change) change(job);
     return run_queries(*engine, job);
   }
@@ -1102,7 +1101,7 @@ TEST_CASE("queries: every other input that is bad is refused by its status, and 
   const auto of_input = [](const std::function<void(Refusal&, BatchInput&)>& change) -> Change {
     return [=](Refusal& r, QueryJob& job) {
       change(r, r.inputs[0]);
-      job.inputs = {r.inputs.data(), r.inputs.size()};
+      job.inputs = r.inputs;
     };
   };
   const std::vector<std::pair<Status, Change>> cases = {
@@ -1115,7 +1114,7 @@ TEST_CASE("queries: every other input that is bad is refused by its status, and 
       {Status::kBatchGivenTwice,
        [](Refusal& r, QueryJob& job) {
          r.inputs.push_back(r.inputs[0]);
-         job.inputs = {r.inputs.data(), r.inputs.size()};
+         job.inputs = r.inputs;
        }},
       {Status::kStaticInput, of_input([](Refusal& r, BatchInput& in) { in.batch = r.level; })},  // it has poses
       {Status::kBadPoses, of_input([](Refusal&, BatchInput& in) { in.poses.data = nullptr; })},
@@ -1145,7 +1144,7 @@ TEST_CASE("queries: every other input that is bad is refused by its status, and 
       {Status::kLodWithoutShapes,
        [](Refusal& r, QueryJob& job) {
          r.inputs[0].batch = r.node_batch;
-         job.inputs = {r.inputs.data(), r.inputs.size()};
+         job.inputs = r.inputs;
          job.exact = Exact::kConvex;
        }},
       {Status::kBadHitBuffer, [](Refusal&, QueryJob& job) { job.hits.data = nullptr; }},
@@ -1153,7 +1152,7 @@ TEST_CASE("queries: every other input that is bad is refused by its status, and 
       {Status::kBadOutput,
        [](Refusal& r, QueryJob& job) {
          r.found.push_back(0xee);
-         job.found = {r.found.data(), r.found.size()};
+         job.found = r.found;
        }},
   };
   for (std::size_t i = 0; i < cases.size(); ++i) {

@@ -47,7 +47,7 @@ struct Stage {
     poses.origins = {10, 0, 0};
   }
   QueryScene scene() {
-    if (!parts.empty()) rig.leaves[0].parts = {parts.data(), parts.size()};
+    if (!parts.empty()) rig.leaves[0].parts = parts;
     return {query_instance({1}, rig, poses, 0)};
   }
 };
@@ -85,7 +85,7 @@ struct Said {
 
 Said say(const QueryScene& scene, const Query& query, Exact exact = Exact::kNone,
          const std::vector<QueryPlane>& planes = {}) {
-  const std::vector<JudgedLink> links = judge_query(scene, query, {planes.data(), planes.size()}, exact);
+  const std::vector<JudgedLink> links = judge_query(scene, query, planes, exact);
   REQUIRE(links.size() <= 1);
   return links.empty() ? Said{} : Said{links[0].must, true, links[0]};
 }
@@ -271,7 +271,7 @@ TEST_CASE("query judge: shapes of every kind are met where they should be") {
   CHECK(is_missed(entry(0, 2.01)));
   part.kind = ShapeKind::kConvexHull;
   stage.vertices = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
-  part.vertices = {stage.vertices.data(), stage.vertices.size()};
+  part.vertices = stage.vertices;
   CHECK(is_between(entry(0.25, 0.25), 10));
   CHECK(is_between(say(stage.scene(), ray(20, 0.25, 0.25, -1, 0, 0), Exact::kConvex), 9.5));
   CHECK(is_between(say(stage.scene(), shape(QueryKind::kPoint, 11, 1, 1), Exact::kConvex), 2 / std::sqrt(3.0)));
@@ -464,8 +464,7 @@ TEST_CASE("query judge: what a sampled point shows to be met must be met, and wh
       const Exact exact = random.chance(0.5) ? Exact::kConvex : Exact::kNone;
       CAPTURE(q);
       CAPTURE(static_cast<int>(query.kind));
-      const std::vector<JudgedLink> links =
-          judge_query(crowd.scene, query, {asked.planes.data(), asked.planes.size()}, exact);
+      const std::vector<JudgedLink> links = judge_query(crowd.scene, query, asked.planes, exact);
       const QueryInstance& instance = crowd.scene[random.index(static_cast<std::uint32_t>(crowd.scene.size()))];
       const Point at = place_of(query, instance);
       const Point line = {{query.direction[0], query.direction[1], query.direction[2]}};
@@ -575,11 +574,11 @@ struct Answered {
 
   QueryJob job() {
     QueryJob out;
-    out.queries = {queries.data(), queries.size()};
-    out.planes = {planes.data(), planes.size()};
+    out.queries = queries;
+    out.planes = planes;
     out.exact = exact;
-    out.hits = {hits.data(), hits.size()};
-    out.found = {found.data(), found.size()};
+    out.hits = hits;
+    out.found = found;
     out.hit_count = out.hits_needed = hits.size();
     return out;
   }
@@ -636,7 +635,7 @@ void answer(Random& random, const Crowd& crowd, Answered& out) {
     const auto index = static_cast<std::uint32_t>(out.queries.size());
     std::vector<QueryHit> hits;
     bool is_clear = true;
-    for (const JudgedLink& link : judge_query(crowd.scene, query, {out.planes.data(), out.planes.size()}, out.exact)) {
+    for (const JudgedLink& link : judge_query(crowd.scene, query, out.planes, out.exact)) {
       const JudgedLeaf* best = nullptr;
       for (const JudgedLeaf& leaf : link.leaves)
         if (leaf.must && (!best || leaf.most < best->most)) best = &leaf;
@@ -657,8 +656,7 @@ void answer(Random& random, const Crowd& crowd, Answered& out) {
         if (body.kind == JudgeKind::kHull && body.vertices.empty()) continue;
         QueryScene one = {{link.instance->batch, link.instance->instance, ~0u, link.instance->origin, {}}};
         one[0].leaves.push_back({best->leaf->link, best->leaf->leaf, best->leaf->lengths, best->leaf->box, {body}});
-        const std::vector<JudgedLink> alone =
-            judge_query(one, query, {out.planes.data(), out.planes.size()}, out.exact);
+        const std::vector<JudgedLink> alone = judge_query(one, query, out.planes, out.exact);
         if (is_right || alone.empty() || alone[0].most > best->most) continue;
         is_right = complete_hit(query, body, place_of(query, *link.instance), best->must_inside, best->most, hit);
       }
@@ -776,8 +774,7 @@ TEST_CASE("query judge: right answers pass, and every planted fault is found") {
       return true;
     });
     plant("a link that is not met", [&](Answered& wrong) {
-      const std::vector<JudgedLink> met =
-          judge_query(crowd.scene, query, {right.planes.data(), right.planes.size()}, right.exact);
+      const std::vector<JudgedLink> met = judge_query(crowd.scene, query, right.planes, right.exact);
       for (const QueryInstance& instance : crowd.scene)
         for (const QueryLeaf& leaf : instance.leaves)
           if (std::none_of(met.begin(), met.end(), [&](const JudgedLink& link) {

@@ -75,7 +75,7 @@ struct Job {
     QueryJob job;
     job.queries = {queries.data(), 1};
     job.found = {found.data(), 1};
-    return judge.count(job, 0, {hits.data(), hits.size()});
+    return judge.count(job, 0, hits);
   }
 };
 

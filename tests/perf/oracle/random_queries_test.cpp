@@ -71,7 +71,7 @@ TEST_CASE("random queries of every regime and kind are valid, and some meet a le
           query.layer_mask = ~0u;
           query.ignored_batch = {};
           ++asked;
-          met += !judge_query(scene, query, {queries.planes.data(), queries.planes.size()}, Exact::kNone).empty();
+          met += !judge_query(scene, query, queries.planes, Exact::kNone).empty();
         }
       }
       // Shapes that are far away meet nothing, and what is anywhere meets little.

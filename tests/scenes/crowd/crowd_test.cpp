@@ -57,19 +57,19 @@ Frame run(const Crowd& crowd, const std::vector<PosedGroup>& posed, const Polici
     REQUIRE(add_articulation(*engine, storage.desc(), &id) == Status::kOk);
     REQUIRE(add_batch(*engine, {id, crowd.groups[g].count, BatchKind::kCharacters}, &input.batch) == Status::kOk);
     input.poses.data = posed[g].poses.data();
-    input.origins = {posed[g].origins.data(), posed[g].origins.size()};
-    input.orientations = {posed[g].orientations.data(), posed[g].orientations.size()};
+    input.origins = posed[g].origins;
+    input.orientations = posed[g].orientations;
     inputs.push_back(input);
     for (const BatchInput& other : inputs) rules.push_back({other.batch, input.batch, Pairing::kBetween});
   }
   Frame frame;
   FrameJob job;
-  job.inputs = {inputs.data(), inputs.size()};
-  job.rules = {rules.data(), rules.size()};
+  job.inputs = inputs;
+  job.rules = rules;
   job.policies = policies;
   if (run_frame(*engine, job) == Status::kHitsOverflow) {
     frame.hits.resize(job.hits_needed);
-    job.hits = {frame.hits.data(), frame.hits.size()};
+    job.hits = frame.hits;
     REQUIRE(run_frame(*engine, job) == Status::kOk);
   }
   frame.stats = job.stats;

@@ -32,7 +32,7 @@ struct Dance {
       REQUIRE(add_articulation(*engine, storage.desc(), &id) == Status::kOk);
       REQUIRE(add_batch(*engine, {id, scene.frame_count, BatchKind::kSequence}, &input.batch) == Status::kOk);
       input.poses = {dancer.pose_format, dancer.poses.data(), 0, 0};
-      input.origins = {dancer.origins.data(), dancer.origins.size()};
+      input.origins = dancer.origins;
       inputs.push_back(input);
     }
   }
@@ -44,10 +44,10 @@ struct Dance {
     const PairRule rule = {inputs[0].batch, inputs[1].batch, Pairing::kBetween};
     std::vector<Hit> buffer(1 << 16);
     FrameJob job;
-    job.inputs = {inputs.data(), inputs.size()};
+    job.inputs = inputs;
     job.rules = {&rule, 1};
     job.policies.strategy = strategy;
-    job.hits = {buffer.data(), buffer.size()};
+    job.hits = buffer;
     REQUIRE(run_frame(*engine, job) == Status::kOk);
     std::set<FramePair> out;
     for (std::size_t i = 0; i < job.hit_count; ++i)
@@ -63,7 +63,7 @@ struct Dance {
 // Every box of one dancer, [frame][node].
 std::vector<Box> boxes_of(Engine& engine, const BatchInput& input, std::uint32_t nodes, std::uint32_t frames) {
   std::vector<Box> out(std::size_t{nodes} * frames);
-  REQUIRE(compute_boxes(engine, input, {}, {out.data(), out.size()}) == Status::kOk);
+  REQUIRE(compute_boxes(engine, input, {}, out) == Status::kOk);
   return out;
 }
 

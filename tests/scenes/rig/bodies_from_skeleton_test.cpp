@@ -25,8 +25,8 @@ struct Person {
       poses.insert(poses.end(), {0, 0, 0, 1});
       for (std::size_t k = 0; k < 3; ++k) poses.push_back(static_cast<float>(figure.positions[3 * j + k]));
     }
-    desc.parents = {figure.joint_parents.data(), figure.joint_parents.size()};
-    desc.names = {names.data(), names.size()};
+    desc.parents = figure.joint_parents;
+    desc.names = names;
     desc.poses.data = poses.data();
   }
 
@@ -125,12 +125,12 @@ TEST_CASE("bad skeletons are refused, and bodies stay as they were") {
   desc.parents = {};
   CHECK(status(desc) == rig::Status::kBadJoints);
   const std::vector<std::int32_t> many(kMaxLinks + 1, -1);
-  desc.parents = {many.data(), many.size()};
+  desc.parents = many;
   CHECK(status(desc) == rig::Status::kBadJoints);
   for (const auto& [joint, parent] : {std::pair(0, 0), std::pair(1, 1), std::pair(2, -2)}) {
     std::vector<std::int32_t> parents = person.figure.joint_parents;
     parents[static_cast<std::size_t>(joint)] = parent;
-    desc.parents = {parents.data(), parents.size()};
+    desc.parents = parents;
     CHECK(status(desc) == rig::Status::kBadParents);
   }
   desc = person.desc;

@@ -64,14 +64,14 @@ struct Arm {
 
   Skin skin() const {
     Skin skin;
-    skin.joint_parents = {parents.data(), parents.size()};
-    skin.poses = {poses.data(), poses.size()};
-    skin.vertices = {vertices.data(), vertices.size()};
-    skin.triangles = {triangles.data(), triangles.size()};
+    skin.joint_parents = parents;
+    skin.poses = poses;
+    skin.vertices = vertices;
+    skin.triangles = triangles;
     skin.influence_count = 1;
-    skin.influence_bones = {bones.data(), bones.size()};
-    skin.influence_weights = {weights.data(), weights.size()};
-    skin.inverse_bind = {inverse_bind.data(), inverse_bind.size()};
+    skin.influence_bones = bones;
+    skin.influence_weights = weights;
+    skin.inverse_bind = inverse_bind;
     return skin;
   }
 };
