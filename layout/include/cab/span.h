@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <type_traits>
-#include <utility>
 
 namespace cab {
 
@@ -30,10 +29,10 @@ struct Span {
 
   // All values of what has data() and size(), such as a std::vector or a std::array of T. Of a constant one, or of a
   // temporary, only if T is const.
-  template <class Container, class U = std::remove_pointer_t<decltype(std::declval<Container&>().data())>,
+  template <class Container, class U = std::remove_pointer_t<decltype(static_cast<Container*>(nullptr)->data())>,
             std::enable_if_t<std::is_convertible_v<U (*)[], T (*)[]>, int> = 0>
   constexpr Span(Container& container) noexcept : data(container.data()), size(container.size()) {}
-  template <class Container, class U = std::remove_pointer_t<decltype(std::declval<const Container&>().data())>,
+  template <class Container, class U = std::remove_pointer_t<decltype(static_cast<const Container*>(nullptr)->data())>,
             std::enable_if_t<std::is_const_v<T> && std::is_convertible_v<U (*)[], T (*)[]>, int> = 0>
   constexpr Span(const Container& container) noexcept : data(container.data()), size(container.size()) {}
 
