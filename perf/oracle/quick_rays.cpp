@@ -73,12 +73,9 @@ QuickRays::QuickRays(const QueryScene& scene, const QueryTolerance& tolerance) :
   begin_.push_back(boxes_.size());
 }
 
-QuickTouch QuickRays::touch(const Query& ray, std::size_t leaf) const {
-  const QuickBox& box = boxes_[leaf];
-  QuickTouch out;
-  if (!box.is_sound) return out;
-  double direction[3] = {static_cast<double>(ray.direction[0]), static_cast<double>(ray.direction[1]),
-                         static_cast<double>(ray.direction[2])};
+std::array<double, 3> quick_direction(const Query& ray) {
+  std::array<double, 3> direction = {static_cast<double>(ray.direction[0]), static_cast<double>(ray.direction[1]),
+                                     static_cast<double>(ray.direction[2])};
   const double largest = std::max({std::fabs(direction[0]), std::fabs(direction[1]), std::fabs(direction[2])});
   if (largest > 0) {
     for (double& d : direction) d /= largest;
@@ -86,6 +83,13 @@ QuickTouch QuickRays::touch(const Query& ray, std::size_t leaf) const {
         std::sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
     for (double& d : direction) d /= size;
   }
+  return direction;
+}
+
+QuickTouch QuickRays::touch(const Query& ray, const std::array<double, 3>& direction, std::size_t leaf) const {
+  const QuickBox& box = boxes_[leaf];
+  QuickTouch out;
+  if (!box.is_sound) return out;
 
   // The ray from its point that is nearest to the box's centre.
   double at[3], apart = 0, along = 0;
@@ -96,10 +100,11 @@ QuickTouch QuickRays::touch(const Query& ray, std::size_t leaf) const {
     along -= at[c] * direction[c];
   }
   const double length = static_cast<double>(ray.length), start = std::clamp(along, 0.0, length);
-  double aside = 0;
+  double aside = 0, aside_sq = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     at[c] += start * direction[c];
     aside += std::fabs(at[c]);
+    aside_sq += at[c] * at[c];
   }
 
   // How much the leaf grows, and what rounding may move: the coordinates, and the parameter of a point of the box.
@@ -107,6 +112,14 @@ QuickTouch QuickRays::touch(const Query& ray, std::size_t leaf) const {
       static_cast<double>(tolerance_.leaf) * box.lengths + static_cast<double>(tolerance_.apart) * apart + kTiny;
   const double farthest = aside + 2 * (box.reach + 3 * grow);
   const double error = kRounding * (apart + box.away + farthest) + kTiny;
+
+  // A ball about the box that has grown. No point of the ray is nearer to its centre than `at`, but for its rounding and
+  // that of `start`, which moves it along the ray.
+  const double ball = (box.reach + 4 * grow) + 8 * error;
+  if (aside_sq > 1.01 * (ball * ball)) {
+    out.certain = true;
+    return out;
+  }
   if (!(error < box.lengths)) return out;  // too far for doubles
   const double late = 4 * error + kRounding * start;
 
@@ -184,6 +197,7 @@ RayCounts QuickRays::count(const QueryJob& done, std::size_t query, Span<const Q
   };
   const auto written = static_cast<double>(tolerance_.written);
   std::vector<Link> links;
+  const std::array<double, 3> direction = quick_direction(ray);
   std::vector<bool> is_known(hits.size);
   bool may_any = false;
   for (std::uint32_t i = 0; i < scene_.size(); ++i) {
@@ -204,7 +218,7 @@ RayCounts QuickRays::count(const QueryJob& done, std::size_t query, Span<const Q
     for (std::size_t b = begin_[i]; b < begin_[i + 1]; ++b) {
       const QuickBox& box = boxes_[b];
       ++out.pairs;
-      QuickTouch known = touch(ray, b);
+      QuickTouch known = touch(ray, direction, b);
       if (!known.certain) {
         ++out.uncertain;
         known = exact_touch(ray, b);

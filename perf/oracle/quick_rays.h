@@ -6,6 +6,7 @@
 
 #include "perf/oracle/query_judge.h"
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -27,6 +28,9 @@ struct RayCounts {
   std::string fault;
 };
 
+// The direction of a ray, of length 1; 0 for a ray without one.
+std::array<double, 3> quick_direction(const Query& ray);
+
 class QuickRays {
  public:
   // scene: must outlive the judge, without shapes in mind: its parts are not read.
@@ -35,8 +39,9 @@ class QuickRays {
   // Judges the hits of a ray without a radius, which are in order, in a job by boxes.
   RayCounts count(const QueryJob& done, std::size_t query, Span<const QueryHit> hits) const;
 
-  // What doubles say about a ray and a leaf of the scene. leaf: counted over all instances.
-  QuickTouch touch(const Query& ray, std::size_t leaf) const;
+  // What doubles say about a ray and a leaf of the scene. direction: that of the ray, of length 1, or 0. leaf: counted
+  // over all instances.
+  QuickTouch touch(const Query& ray, const std::array<double, 3>& direction, std::size_t leaf) const;
   // What the judge in long double says.
   QuickTouch exact_touch(const Query& ray, std::size_t leaf) const;
 

@@ -7,8 +7,8 @@
 namespace cab::perf {
 namespace {
 
-// Rays of each regime and want per round.
-constexpr std::uint32_t kRays = 100;
+// Rays of each regime and want per round: many, since a world takes as long to make as some thousand rays to judge.
+constexpr std::uint32_t kRays = 1000;
 
 // The method of a task: what its rays want.
 constexpr const char* kMethods[] = {"any", "closest", "all"};
