@@ -1,0 +1,36 @@
+# Compiles every public header of ROOT by itself with COMPILER, in C++17, 20 and 23, and the C API in C11, with all
+# warnings that make sense of a header as errors.
+cmake_minimum_required(VERSION 3.25)
+if(COMPILER MATCHES "clang")
+  # Not those about C++98, about padding, and about what only this project's own option asks for.
+  set(cxx_warnings -Weverything -Wno-c++98-compat -Wno-c++98-compat-pedantic -Wno-padded)
+  set(c_warnings -Weverything -Wno-padded)
+else()
+  set(cxx_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wold-style-cast)
+  set(c_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+endif()
+set(includes -I${ROOT}/layout/include -I${ROOT}/engine/include -I${ROOT}/scenes/rig/include)
+
+function(compile header language)
+  set(source ${WORK}/header.txt)
+  file(WRITE ${source} "#include <cab/${header}>\n")
+  execute_process(COMMAND ${COMPILER} -x ${language} ${ARGN} -Werror ${includes} -fsyntax-only ${source}
+    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "<cab/${header}> as ${language} with ${ARGN}:\n${output}")
+  endif()
+endfunction()
+
+file(GLOB headers ${ROOT}/layout/include/cab/*.h ${ROOT}/engine/include/cab/*.h ${ROOT}/scenes/rig/include/cab/*.h)
+list(LENGTH headers count)
+if(count LESS 8)
+  message(FATAL_ERROR "only ${count} public headers were found")
+endif()
+foreach(path IN LISTS headers)
+  cmake_path(GET path FILENAME header)
+  foreach(standard 17 20 2b)
+    compile(${header} c++ -std=c++${standard} ${cxx_warnings})
+  endforeach()
+endforeach()
+compile(cab_c.h c -std=c11 ${c_warnings})
+message("${count} headers")
