@@ -113,8 +113,8 @@ QuickTouch QuickRays::touch(const Query& ray, const std::array<double, 3>& direc
   const double farthest = aside + 2 * (box.reach + 3 * grow);
   const double error = kRounding * (apart + box.away + farthest) + kTiny;
 
-  // A ball about the box that has grown. No point of the ray is nearer to its centre than `at`, but for its rounding and
-  // that of `start`, which moves it along the ray.
+  // A ball about the box that has grown. No point of the ray is nearer to its centre than `at`, but for its rounding
+  // and that of `start`, which moves it along the ray.
   const double ball = (box.reach + 4 * grow) + 8 * error;
   if (aside_sq > 1.01 * (ball * ball)) {
     out.certain = true;
