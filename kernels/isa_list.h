@@ -20,15 +20,20 @@
     __builtin_cpu_supports("avx512vl"))
 #define CAB_AARCH64_ISAS(X) \
   X(kNeon64, neon64, Batch<xsimd::neon64>, true)
+// Emscripten translates SSE2's operations. A module that holds SIMD loads only where it runs.
+#define CAB_WASM_ISAS(X) \
+  X(kWasm128, wasm128, Batch<xsimd::sse2>, true)
 // clang-format on
 
-#define CAB_ALL_ISAS(X) CAB_SCALAR_ISA(X) CAB_X86_64_ISAS(X) CAB_AARCH64_ISAS(X)
+#define CAB_ALL_ISAS(X) CAB_SCALAR_ISA(X) CAB_X86_64_ISAS(X) CAB_AARCH64_ISAS(X) CAB_WASM_ISAS(X)
 
 // The instruction sets for which a build for this processor has kernels.
 #if defined(__x86_64__)
 #define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X) CAB_X86_64_ISAS(X)
 #elif defined(__aarch64__)
 #define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X) CAB_AARCH64_ISAS(X)
+#elif defined(__wasm__)
+#define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X) CAB_WASM_ISAS(X)
 #else
 #define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X)
 #endif
