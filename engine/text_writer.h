@@ -1,6 +1,8 @@
 // Text in a caller's buffer, as much of it as fits.
 #pragma once
 
+#include "layout/compiler.h"
+
 #include <cab/span.h>
 
 #include <algorithm>

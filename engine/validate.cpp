@@ -72,12 +72,14 @@ bool have_sides(const InstanceBatch& batch) {
 bool valid_poses(const PoseView& poses, std::size_t link_count) {
   if (!poses.data || poses.format > PoseFormat::kMatrix4x4Columns) return false;
   if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation) return false;
-  const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
-  const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
-  if (link_stride % 4 || poses.instance_stride % 4 || link_stride < pose_bytes) return false;
-  if (link_stride > (std::size_t{1} << 32) || poses.instance_stride > (std::size_t{1} << 38)) return false;
-  const std::size_t span = (link_count - 1) * link_stride + pose_bytes;
-  return poses.instance_stride == 0 || poses.instance_stride >= span;
+  // In 64 bits, which hold the product below where std::size_t has 32.
+  const std::uint64_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
+  const std::uint64_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
+  const std::uint64_t instance_stride = poses.instance_stride;
+  if (link_stride % 4 || instance_stride % 4 || link_stride < pose_bytes) return false;
+  if (link_stride > (std::uint64_t{1} << 32) || instance_stride > (std::uint64_t{1} << 38)) return false;
+  const std::uint64_t span = (link_count - 1) * link_stride + pose_bytes;
+  return instance_stride == 0 || instance_stride >= span;
 }
 
 Status validate_input(const Engine& engine, const BatchInput& input, Needs needs) {

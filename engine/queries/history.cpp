@@ -76,7 +76,7 @@ void make_ring(const InstanceBatch& batch, std::uint32_t ticks, StoredHistory& o
   out.unordered = {arena.allocate<QueryCluster>(clusters).data, static_cast<std::uint32_t>(clusters), 0};
   out.ring = arena.allocate<HistoryTick>(std::size_t{ticks} + 1);
   for (HistoryTick& tick : out.ring) {
-    tick.poses = arena.allocate<float>(instances * links * kTickFloats);
+    tick.poses = arena.allocate<float>(instances, links * kTickFloats);
     tick.orientations = arena.allocate<float>(4 * instances);
     tick.scales = arena.allocate<float>(instances);
     tick.origins = arena.allocate<double>(3 * instances);

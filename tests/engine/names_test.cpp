@@ -61,7 +61,7 @@ TEST_CASE("the words of a status begin with a small letter and end without a per
 TEST_CASE("every instruction set has its own name") {
   std::set<std::string> names;
   for (std::uint32_t isa = 0; isa < kIsaCount; ++isa) CHECK(names.insert(to_string(static_cast<Isa>(isa))).second);
-  CHECK(names == std::set<std::string>{"auto", "scalar", "sse2", "avx2", "avx512", "neon64"});
+  CHECK(names == std::set<std::string>{"auto", "scalar", "sse2", "avx2", "avx512", "neon64", "wasm128"});
   CHECK(names.count(to_string(static_cast<Isa>(kIsaCount))) == 0);
 }
 

@@ -484,14 +484,15 @@ CAB_API cab_BatchSlot cab_slot_of(cab_BatchId id);
 // The instruction set that kernels use. All give the same bits. CAB_ISA_COUNT counts the values, CAB_ISA_AUTO included.
 typedef uint8_t cab_Isa;
 enum {
-  CAB_ISA_AUTO = 0,    // the best that this CPU, its operating system and this build offer
-  CAB_ISA_SCALAR = 1,  // no SIMD: the same source compiled for single floats
-  CAB_ISA_SSE2 = 2,    // x86-64, always there
-  CAB_ISA_AVX2 = 3,    // x86-64
-  CAB_ISA_AVX512 = 4,  // x86-64 with F, CD, DQ, BW and VL
-  CAB_ISA_NEON64 = 5,  // 64-bit ARM, always there
+  CAB_ISA_AUTO = 0,     // the best that this CPU, its operating system and this build offer
+  CAB_ISA_SCALAR = 1,   // no SIMD: the same source compiled for single floats
+  CAB_ISA_SSE2 = 2,     // x86-64, always there
+  CAB_ISA_AVX2 = 3,     // x86-64
+  CAB_ISA_AVX512 = 4,   // x86-64 with F, CD, DQ, BW and VL
+  CAB_ISA_NEON64 = 5,   // 64-bit ARM, always there
+  CAB_ISA_WASM128 = 6,  // WebAssembly with 128-bit SIMD
 };
-#define CAB_ISA_COUNT 6u
+#define CAB_ISA_COUNT 7u
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. cab_Leaf.box
 // and cab_fit_box use the link's frame. cab_compute_boxes writes boxes relative to the instance's origin.

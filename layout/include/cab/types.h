@@ -159,14 +159,15 @@ inline constexpr BatchSlot slot_of(BatchId id) { return {static_cast<std::uint32
 
 // The instruction set that kernels use. All give the same bits. kIsaCount counts the values, kAuto included.
 enum class Isa : std::uint8_t {
-  kAuto,    // the best that this CPU, its operating system and this build offer
-  kScalar,  // no SIMD: the same source compiled for single floats
-  kSse2,    // x86-64, always there
-  kAvx2,    // x86-64
-  kAvx512,  // x86-64 with F, CD, DQ, BW and VL
-  kNeon64,  // 64-bit ARM, always there
+  kAuto,     // the best that this CPU, its operating system and this build offer
+  kScalar,   // no SIMD: the same source compiled for single floats
+  kSse2,     // x86-64, always there
+  kAvx2,     // x86-64
+  kAvx512,   // x86-64 with F, CD, DQ, BW and VL
+  kNeon64,   // 64-bit ARM, always there
+  kWasm128,  // WebAssembly with 128-bit SIMD
 };
-inline constexpr std::uint32_t kIsaCount = 6;
+inline constexpr std::uint32_t kIsaCount = 7;
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. Leaf::box and
 // fit_box use the link's frame. compute_boxes writes boxes relative to the instance's origin.
