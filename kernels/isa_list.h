@@ -15,8 +15,11 @@
   PICK(X, kSse2, sse2, Batch<xsimd::sse2>, true)                           \
   PICK(X, kAvx2, avx2, Batch<xsimd::avx2>, cpu_runs_avx2())                \
   PICK(X, kAvx512, avx512, Batch<xsimd::avx512bw>, cpu_runs_avx512())      \
-  PICK(X, kNeon64, neon64, Batch<xsimd::neon64>, true)
+  PICK(X, kNeon64, neon64, Batch<xsimd::neon64>, true)                     \
+  PICK(X, kWasm128, wasm128, Batch<xsimd::sse2>, true)
 // clang-format on
+// WebAssembly's SIMD has the operations of SSE2, which Emscripten translates. A module that holds SIMD loads only where
+// it runs.
 
 // X(enumerator, name, V, runs) for every instruction set.
 #define CAB_ALL_ISAS(X) CAB_ISA_LIST(CAB_PICK_ALL, X)

@@ -191,8 +191,10 @@ CAB_INLINE float64x2_t neon_divide(float64x2_t a, float64x2_t b) { return vdivq_
   CAB_INLINE xsimd::batch_bool<T, A> without(xsimd::batch_bool<T, A> a, xsimd::batch_bool<T, A> b) {            \
     return a & ~b;                                                                                              \
   }
+#ifndef XSIMD_NO_SUPPORTED_ARCHITECTURE  // xsimd has no functions then
 CAB_BATCH_OPERATIONS(float)
 CAB_BATCH_OPERATIONS(double)
+#endif
 #undef CAB_BATCH_OPERATIONS
 #undef CAB_SQRT
 #undef CAB_DIVIDE
