@@ -4,8 +4,8 @@ cmake_minimum_required(VERSION 3.25)
 # library is written that differs.
 #   libcab.so     exports LIST and nothing else, each with the number of the ABI
 #   libcab.a      defines LIST. Whatever else it defines for other objects is in the namespace cab or begins with cab_,
-#                 but for weak C++ symbols, of which the linker keeps one: those of inline functions and templates of the
-#                 standard library and of packages. A name of C is never weak, but for the compiler's own DW.ref.*
+#                 but for weak C++ symbols, of which the linker keeps one: those of inline functions and templates of
+#                 the standard library and of packages. A name of C is never weak, but for the compiler's DW.ref.*
 #   libcab_rig.a  as libcab.a, without LIST
 file(READ ${LIST} expected)
 string(STRIP "${expected}" expected)
@@ -41,8 +41,8 @@ foreach(library IN LISTS LIBRARIES)
     list(JOIN names "\n" found)
     if(NOT found STREQUAL expected)
       file(WRITE ${FOUND} "${found}\n")
-      message(FATAL_ERROR "${library} does not export what ${LIST} lists. If a call is gone or has other parameters and "
-        "was released, raise CAB_ABI_VERSION in engine/bindings/make_c_api; then copy ${FOUND} to ${LIST}")
+      message(FATAL_ERROR "${library} does not export what ${LIST} lists. If a call is gone or has other parameters, "
+        "and was released, raise CAB_ABI_VERSION in engine/bindings/make_c_api; then copy ${FOUND} to ${LIST}")
     endif()
   else()
     # First by the names that the linker sees, since a demangled line may begin with the type that a template returns.

@@ -1,6 +1,6 @@
 cmake_minimum_required(VERSION 3.25)
-# Configures a project that has cab as a part, and checks that cab is a good guest: it prints nothing, changes nothing of
-# the project, and its default targets are the library's alone, and those of cab::rig where that is asked for.
+# Configures a project that has cab as a part, and checks that cab is a good guest: it prints nothing, changes nothing
+# of the project, and its default targets are the library's alone, and those of cab::rig where that is asked for.
 # COMPILER, BUILD_TYPE; SOURCE: cab's tree; WORK: a folder
 file(REMOVE_RECURSE ${WORK})
 
@@ -93,8 +93,8 @@ foreach(case subdirectory fetched with_rig)
   read_lines(${build}/after after)
   list(REMOVE_ITEM after ${before})
   # FetchContent itself has some. Where packages were found is in the cache for all that follow.
-  list(FILTER after EXCLUDE REGEX
-    "^(variable|cache) (FETCHCONTENT_|CAB_|cab_(BINARY|SOURCE)_DIR|cab_IS_TOP_LEVEL|cab_POPULATED|Eigen3_DIR|xsimd_DIR)")
+  set(names "FETCHCONTENT_|CAB_|cab_(BINARY|SOURCE)_DIR|cab_IS_TOP_LEVEL|cab_POPULATED|Eigen3_DIR|xsimd_DIR")
+  list(FILTER after EXCLUDE REGEX "^(variable|cache) (${names})")
   if(case STREQUAL fetched)
     list(FILTER after EXCLUDE REGEX "^variable (CMAKE_(PREFIX_PATH|FIND_.*)|__cmake_)")
   endif()
