@@ -33,6 +33,8 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/engine)
 set(CPACK_COMPONENTS_ALL "")
+# Each package has a synopsis of its own. CPack prepends that of the project, unless it is what CPack has by default.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${CMAKE_PROJECT_NAME} built using CMake")
 
 # The two documents that each package has.
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE license)
@@ -70,8 +72,9 @@ macro(cab_package component name section shlibdeps depends synopsis text)
     DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${name} COMPONENT ${component})
 endmacro()
 
-set(about "cab finds which links of many articulated characters touch, frame after frame. Poses go in as batches, a \
-sorted list of touching link pairs comes out, with the same bits on every instruction set and any number of threads.")
+set(about "cab finds which links of many articulated characters touch, frame after
+frame. Poses go in as batches, a sorted list of touching link pairs comes
+out, with the same bits on every instruction set and any number of threads.")
 set(exactly "(= ${debian_version})")
 set(static_needs "")
 if(CAB_WITH_TBB)
@@ -83,14 +86,16 @@ endif()
 if(CAB_WITH_QHULL)
   string(APPEND static_needs ", libqhull-dev")
 endif()
-cab_package(cab_runtime ${library_package} libs ON "" "collision detection of articulated characters: library"
+cab_package(cab_runtime ${library_package} libs ON "" "collision detection of characters: library"
   "${about}\n\nThis package has the shared library.")
+file(WRITE ${PROJECT_BINARY_DIR}/debian/triggers "activate-noawait ldconfig\n")
+set(CPACK_DEBIAN_CAB_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
 cab_package(cab_development libcab-dev libdevel OFF "${library_package} ${exactly}${static_needs}"
-  "collision detection of articulated characters: development files"
-  "${about}\n\nThis package has the headers for C++ and C, the static library, and files for CMake and pkg-config.")
+  "collision detection of characters: development files"
+  "${about}\n\nThis package has the headers for C++ and C, the static library, and\nfiles for CMake and pkg-config.")
 if(CAB_BUILD_COMMAND)
   cab_package(cab_tools cab-tools math ON "${library_package} ${exactly}"
-    "collision detection of articulated characters: command"
+    "collision detection of characters: command"
     "${about}\n\nThis package has the command cab, which runs motion files, robots and crowds.")
   configure_file(perf/cli/cab.1.in ${PROJECT_BINARY_DIR}/debian/cab.1 @ONLY)
   cab_zip(${PROJECT_BINARY_DIR}/debian/cab.1)
@@ -103,7 +108,7 @@ if(CAB_BUILD_PYTHON)
   set(python_needs "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), \
 python3 (<< ${Python_VERSION_MAJOR}.${next_minor}), python3-numpy")
   cab_package(python python3-cab python ON "${library_package} ${exactly}, ${python_needs}"
-    "collision detection of articulated characters: Python package"
+    "collision detection of characters: Python package"
     "${about}\n\nThis package has the Python package cab, which takes NumPy arrays.")
 endif()
 include(CPack)
