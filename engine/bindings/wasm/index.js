@@ -84,9 +84,6 @@ export async function load({module, simd = hasSimd()} = {}) {
         new DataView(memory.buffer).setBigUint64(at, BigInt(Math.round(performance.now() * 1e6)), true);
         return 0;
       },
-      fd_write: () => 8,
-      fd_close: () => 8,
-      fd_seek: () => 8,
     },
   });
   memory = instance.exports.memory;
@@ -394,8 +391,8 @@ export class Batch {
 }
 
 function fillWith(array, values) {
-  if (values.every((value) => value === values[0])) array.fill(values[0]);
-  else for (let i = 0; i < array.length; i += values.length) array.set(values, i);
+  array.set(values);
+  for (let filled = values.length; filled < array.length; filled *= 2) array.copyWithin(filled, 0, filled);
 }
 
 export class World {
