@@ -19,6 +19,8 @@
   PICK(X, kNeon64, neon64, Batch<xsimd::neon64>, true)                     \
   PICK(X, kWasm128, wasm128, Batch<xsimd::sse2>, true)
 // clang-format on
+// WebAssembly's SIMD has the operations of SSE2, which Emscripten translates. A module that holds SIMD loads only where
+// it runs.
 
 // X(enumerator, name, V, runs) for every instruction set.
 #define CAB_ALL_ISAS(X) CAB_ISA_LIST(CAB_PICK_ALL, X)

@@ -34,12 +34,21 @@
 // CAB_INLINE is for every function that files of several instruction sets include: a copy that is not inlined would be
 // shared by all of them. CAB_NOINLINE is for large functions with several callers: inlined everywhere they take minutes
 // to compile.
+//
+// CAB_PRINTF(format, values) is for functions that format text: the numbers of these two parameters, from 1 (2 after
+// `this`). The compiler then checks the calls.
 #if CAB_MSVC
 #define CAB_INLINE __forceinline
 #define CAB_NOINLINE __declspec(noinline)
+#define CAB_PRINTF(format, values)
 #else
 #define CAB_INLINE inline __attribute__((always_inline))
 #define CAB_NOINLINE __attribute__((noinline))
+#if defined(__MINGW32__) && !defined(__clang__)
+#define CAB_PRINTF(format, values) __attribute__((__format__(gnu_printf, format, values)))
+#else
+#define CAB_PRINTF(format, values) __attribute__((__format__(__printf__, format, values)))
+#endif
 #endif
 
 namespace cab {

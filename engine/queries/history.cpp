@@ -95,8 +95,8 @@ StoredPose pose_alone(const InstanceBatch& batch, std::uint32_t instance, std::u
 
 // Whether a matrix turns a right-handed frame into a left-handed one.
 bool is_mirrored(const StoredPose& pose) {
-  const int across = pose.coding.format == PoseFormat::kMatrix3x4 ? 1 : 4;  // floats from one column to the next
-  const int down = pose.coding.format == PoseFormat::kMatrix3x4 ? 4 : 1;
+  const int across = pose.coding.format == PoseFormat::kMatrix3x4Rows ? 1 : 4;  // floats from one column to the next
+  const int down = pose.coding.format == PoseFormat::kMatrix3x4Rows ? 4 : 1;
   Double3 column[3];
   for (int k = 0; k < 3; ++k)
     column[k] = {static_cast<double>(pose.pose[k * across]), static_cast<double>(pose.pose[k * across + down]),
