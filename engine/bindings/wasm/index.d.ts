@@ -153,7 +153,7 @@ export interface StaticDesc {
  * How a pose is stored: 7 floats x y z w x y z, a quaternion and a translation; 12 floats by rows; or 16 floats by
  * columns, as in glTF and three.js (`Matrix4.elements`).
  */
-export type PoseFormat = 'quaternion_translation' | 'matrix3x4' | 'matrix4x4';
+export type PoseFormat = 'quaternion_translation' | 'matrix3x4_rows' | 'matrix4x4_columns';
 
 /** Characters may touch each other; of sequences frame f may touch frame f of others. */
 export type BatchKind = 'characters' | 'sequence';

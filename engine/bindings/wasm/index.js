@@ -17,11 +17,11 @@ const NUMBERS = {
 NUMBERS.size = NUMBERS.u32;
 NUMBERS['*'] = NUMBERS.u32;
 
-const FLOATS_OF_POSE = {quaternion_translation: 7, matrix3x4: 12, matrix4x4: 16};
+const FLOATS_OF_POSE = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
 const IDENTITY = {
   quaternion_translation: [0, 0, 0, 1, 0, 0, 0],
-  matrix3x4: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
-  matrix4x4: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+  matrix3x4_rows: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
+  matrix4x4_columns: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
 };
 
 // The arrays that a batch may have besides its poses: their member of BatchInput, type and first values per instance.
