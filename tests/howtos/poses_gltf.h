@@ -71,7 +71,7 @@ inline void set_pose(const std::vector<Node>& nodes, std::uint32_t node, float* 
 
 inline cab::PoseView poses_of(const std::vector<float>& matrices) {
   cab::PoseView poses;
-  poses.format = cab::PoseFormat::kMatrix4x4;
+  poses.format = cab::PoseFormat::kMatrix4x4Columns;
   poses.data = matrices.data();
   poses.has_scale = true;  // of nodes, the same along all axes
   return poses;

@@ -16,7 +16,7 @@ struct alignas(16) Float4x4 {
 // LocalToModelJob::output of all characters, one after the other. No number is copied.
 inline cab::PoseView poses_of(const Float4x4* models) {
   cab::PoseView poses;
-  poses.format = cab::PoseFormat::kMatrix4x4;
+  poses.format = cab::PoseFormat::kMatrix4x4Columns;
   poses.data = reinterpret_cast<const float*>(models);
   poses.has_scale = true;  // joints may have a scale, the same along all axes
   return poses;

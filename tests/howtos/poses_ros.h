@@ -23,7 +23,7 @@ inline void append_pose(const Transform& link_to_base, std::vector<float>* poses
 // Matrices of NumPy, link to base: float32, four rows of four. The first three rows are a pose. No number is copied.
 inline cab::PoseView poses_of_rows(const float* matrices) {
   cab::PoseView poses;
-  poses.format = cab::PoseFormat::kMatrix3x4;
+  poses.format = cab::PoseFormat::kMatrix3x4Rows;
   poses.data = matrices;
   poses.link_stride = 16 * sizeof(float);
   return poses;

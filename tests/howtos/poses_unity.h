@@ -21,7 +21,7 @@ struct RigidTransform {
 // character: where the bone is from its root, with the scales of both. Origins and orientations have the root's place.
 inline cab::PoseView poses_of(const Matrix4x4* matrices) {
   cab::PoseView poses;
-  poses.format = cab::PoseFormat::kMatrix4x4;
+  poses.format = cab::PoseFormat::kMatrix4x4Columns;
   poses.data = &matrices->m00;
   poses.has_scale = true;  // the same along all axes
   return poses;

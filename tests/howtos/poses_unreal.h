@@ -35,7 +35,7 @@ inline cab::PoseView poses_of(const Transform3f* transforms) {
 // Component-space matrices in floats, scales included.
 inline cab::PoseView poses_of(const Matrix44f* matrices) {
   cab::PoseView poses;
-  poses.format = cab::PoseFormat::kMatrix4x4;
+  poses.format = cab::PoseFormat::kMatrix4x4Columns;
   poses.data = matrices->M[0];
   poses.has_scale = true;
   return poses;
