@@ -1,7 +1,7 @@
 // Nodes as glTF has them, handed over as in docs/poses.md, against points that are posed one by one.
-#include "poses_gltf.h"
+#include "tests/howtos/poses_gltf.h"
 
-#include "poses_check.h"
+#include "tests/howtos/poses_check.h"
 
 using namespace poses_check;
 

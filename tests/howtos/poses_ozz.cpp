@@ -1,7 +1,7 @@
 // Matrices as ozz-animation has them, handed over as in docs/poses.md, against points that are posed one by one.
-#include "poses_ozz.h"
+#include "tests/howtos/poses_ozz.h"
 
-#include "poses_check.h"
+#include "tests/howtos/poses_check.h"
 
 namespace {
 

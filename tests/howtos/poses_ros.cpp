@@ -1,8 +1,8 @@
 // Transforms as tf has them and boxes as URDF has them, handed over as in docs/poses.md, against points that are posed
 // one by one.
-#include "poses_ros.h"
+#include "tests/howtos/poses_ros.h"
 
-#include "poses_check.h"
+#include "tests/howtos/poses_check.h"
 
 namespace {
 

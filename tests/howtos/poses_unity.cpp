@@ -1,8 +1,8 @@
 // Poses as Unity has them, left-handed, handed over as in docs/poses.md, against points that are posed one by one and
 // against the hits of the same crowd in right-handed coordinates.
-#include "poses_unity.h"
+#include "tests/howtos/poses_unity.h"
 
-#include "poses_check.h"
+#include "tests/howtos/poses_check.h"
 
 namespace {
 

@@ -1,8 +1,8 @@
 // Poses as Unreal has them, left-handed with z up in centimetres, handed over as in docs/poses.md, against points that
 // are posed one by one as rows and against the hits of the same crowd in right-handed metres with y up.
-#include "poses_unreal.h"
+#include "tests/howtos/poses_unreal.h"
 
-#include "poses_check.h"
+#include "tests/howtos/poses_check.h"
 
 namespace {
 
