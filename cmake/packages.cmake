@@ -1,8 +1,8 @@
-# The packages that the folders use. Where layout and kernels are built alone, the header-only ones that these need have
-# a path of their own, so that a cross build does not see the host's system headers.
+# The packages that the folders use. In a cross build the header-only ones of the host have a path of their own, so that
+# it does not see the host's system headers.
 add_library(cab_xsimd INTERFACE)
 add_library(cab_test_packages INTERFACE)
-if(CAB_KERNELS_ONLY)
+if(CAB_KERNELS_ONLY OR CMAKE_CROSSCOMPILING)
   set(CAB_HEADERS ${PROJECT_BINARY_DIR}/headers)
   file(MAKE_DIRECTORY ${CAB_HEADERS})
   foreach(package xsimd doctest eigen3)

@@ -1,5 +1,5 @@
-# The version of the project, which has one place: engine/include/cab/version.h. Sets CAB_VERSION, and CAB_ABI_VERSION,
-# that of the C API, from engine/include/cab/cab_c.h.
+# The version of the project, which has one place: engine/include/cab/version.h. Sets CAB_VERSION, CAB_VERSION_SUFFIX,
+# which is empty for a release, and CAB_ABI_VERSION, that of the C API, from engine/include/cab/cab_c.h.
 set(CAB_VERSION_HEADER ${CMAKE_CURRENT_LIST_DIR}/../engine/include/cab/version.h)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CAB_VERSION_HEADER})
 file(STRINGS ${CAB_VERSION_HEADER} CAB_VERSION REGEX "^#define CAB_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")
@@ -8,6 +8,12 @@ list(JOIN CAB_VERSION . CAB_VERSION)
 if(NOT CAB_VERSION MATCHES "^[0-9]+[.][0-9]+[.][0-9]+$")
   message(FATAL_ERROR "${CAB_VERSION_HEADER} must define CAB_VERSION_MAJOR, _MINOR and _PATCH, numbers in this order")
 endif()
+
+file(STRINGS ${CAB_VERSION_HEADER} CAB_VERSION_SUFFIX REGEX "^#define CAB_VERSION_SUFFIX ")
+if(NOT CAB_VERSION_SUFFIX MATCHES "\"(|-[a-z0-9.]+)\"$")
+  message(FATAL_ERROR "${CAB_VERSION_HEADER} must define CAB_VERSION_SUFFIX, \"\" or such as \"-rc\"")
+endif()
+set(CAB_VERSION_SUFFIX "${CMAKE_MATCH_1}")
 
 set(CAB_C_HEADER ${CMAKE_CURRENT_LIST_DIR}/../engine/include/cab/cab_c.h)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CAB_C_HEADER})

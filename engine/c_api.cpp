@@ -36,8 +36,10 @@ CAB_SAME_VALUE(Status::kOk, CAB_STATUS_OK);
 CAB_SAME_VALUE(Status::kOutOfMemory, CAB_STATUS_OUT_OF_MEMORY);
 CAB_SAME_VALUE(Status::kBusy, CAB_STATUS_BUSY);
 CAB_SAME_VALUE(Status::kIsaNotAvailable, CAB_STATUS_ISA_NOT_AVAILABLE);
+CAB_SAME_VALUE(Status::kBadAbiVersion, CAB_STATUS_BAD_ABI_VERSION);
 CAB_SAME_VALUE(Status::kBadScheduler, CAB_STATUS_BAD_SCHEDULER);
 CAB_SAME_VALUE(Status::kBadAllocator, CAB_STATUS_BAD_ALLOCATOR);
+CAB_SAME_VALUE(Status::kBadProfiler, CAB_STATUS_BAD_PROFILER);
 CAB_SAME_VALUE(Status::kNoLinks, CAB_STATUS_NO_LINKS);
 CAB_SAME_VALUE(Status::kTooManyLinks, CAB_STATUS_TOO_MANY_LINKS);
 CAB_SAME_VALUE(Status::kNoLeaves, CAB_STATUS_NO_LEAVES);
@@ -92,8 +94,10 @@ CAB_SAME_VALUE(Status::kBadInstance, CAB_STATUS_BAD_INSTANCE);
 CAB_SAME_VALUE(Status::kBadPairs, CAB_STATUS_BAD_PAIRS);
 CAB_SAME_VALUE(Status::kBadSteps, CAB_STATUS_BAD_STEPS);
 CAB_SAME_VALUE(Status::kBadOutput, CAB_STATUS_BAD_OUTPUT);
+CAB_SAME_VALUE(Status::kNullArgument, CAB_STATUS_NULL_ARGUMENT);
 CAB_SAME_VALUE(Status::kHitsOverflow, CAB_STATUS_HITS_OVERFLOW);
 CAB_SAME_VALUE(Status::kPairsOverflow, CAB_STATUS_PAIRS_OVERFLOW);
+CAB_SAME_VALUE(Status::kLinesOverflow, CAB_STATUS_LINES_OVERFLOW);
 CAB_SAME_VALUE(Status::kNoFrame, CAB_STATUS_NO_FRAME);
 CAB_SAME_VALUE(Status::kBadTask, CAB_STATUS_BAD_TASK);
 CAB_SAME_VALUE(Status::kTasksLeft, CAB_STATUS_TASKS_LEFT);
@@ -105,8 +109,6 @@ CAB_SAME_VALUE(Status::kUnknownHistory, CAB_STATUS_UNKNOWN_HISTORY);
 CAB_SAME_VALUE(Status::kHistoryGivenTwice, CAB_STATUS_HISTORY_GIVEN_TWICE);
 CAB_SAME_VALUE(Status::kBadTime, CAB_STATUS_BAD_TIME);
 CAB_SAME_VALUE(Status::kBadHistoryPoses, CAB_STATUS_BAD_HISTORY_POSES);
-CAB_SAME_VALUE(Status::kBadAbiVersion, CAB_STATUS_BAD_ABI_VERSION);
-CAB_SAME_VALUE(Status::kNullArgument, CAB_STATUS_NULL_ARGUMENT);
 CAB_SAME_TYPE(Isa);
 CAB_SAME_VALUE(Isa::kAuto, CAB_ISA_AUTO);
 CAB_SAME_VALUE(Isa::kScalar, CAB_ISA_SCALAR);
@@ -114,10 +116,11 @@ CAB_SAME_VALUE(Isa::kSse2, CAB_ISA_SSE2);
 CAB_SAME_VALUE(Isa::kAvx2, CAB_ISA_AVX2);
 CAB_SAME_VALUE(Isa::kAvx512, CAB_ISA_AVX512);
 CAB_SAME_VALUE(Isa::kNeon64, CAB_ISA_NEON64);
+CAB_SAME_VALUE(Isa::kWasm128, CAB_ISA_WASM128);
 CAB_SAME_TYPE(PoseFormat);
 CAB_SAME_VALUE(PoseFormat::kQuaternionTranslation, CAB_POSE_FORMAT_QUATERNION_TRANSLATION);
-CAB_SAME_VALUE(PoseFormat::kMatrix3x4, CAB_POSE_FORMAT_MATRIX3X4);
-CAB_SAME_VALUE(PoseFormat::kMatrix4x4, CAB_POSE_FORMAT_MATRIX4X4);
+CAB_SAME_VALUE(PoseFormat::kMatrix3x4Rows, CAB_POSE_FORMAT_MATRIX3X4_ROWS);
+CAB_SAME_VALUE(PoseFormat::kMatrix4x4Columns, CAB_POSE_FORMAT_MATRIX4X4_COLUMNS);
 CAB_SAME_TYPE(ShapeKind);
 CAB_SAME_VALUE(ShapeKind::kBox, CAB_SHAPE_KIND_BOX);
 CAB_SAME_VALUE(ShapeKind::kEllipsoid, CAB_SHAPE_KIND_ELLIPSOID);
@@ -225,6 +228,8 @@ static_assert(kStrategyCount == CAB_STRATEGY_COUNT);
 static_assert(kExactCount == CAB_EXACT_COUNT);
 static_assert(kSatCount == CAB_SAT_COUNT);
 static_assert(kDepthCount == CAB_DEPTH_COUNT);
+static_assert(kLeafLevel == CAB_LEAF_LEVEL);
+static_assert(kNoLink == CAB_NO_LINK);
 CAB_SAME_TYPE(ArticulationId);
 CAB_SAME_MEMBER(ArticulationId, value);
 CAB_SAME_TYPE(BatchId);
@@ -301,6 +306,11 @@ CAB_SAME_MEMBER(StaticDesc, bodies);
 CAB_SAME_MEMBER(StaticDesc, vertices);
 CAB_SAME_MEMBER(StaticDesc, triangles);
 CAB_SAME_MEMBER(StaticDesc, origin);
+CAB_SAME_TYPE(BatchInfo);
+CAB_SAME_MEMBER(BatchInfo, articulation);
+CAB_SAME_MEMBER(BatchInfo, instance_count);
+CAB_SAME_MEMBER(BatchInfo, kind);
+CAB_SAME_MEMBER(BatchInfo, is_static);
 CAB_SAME_TYPE(ReserveDesc);
 CAB_SAME_MEMBER(ReserveDesc, batches);
 CAB_SAME_MEMBER(ReserveDesc, characters);
@@ -413,11 +423,16 @@ CAB_SAME_TYPE(Scheduler);
 CAB_SAME_MEMBER(Scheduler, user);
 CAB_SAME_MEMBER(Scheduler, worker_count);
 CAB_SAME_MEMBER(Scheduler, parallel_for);
+CAB_SAME_TYPE(Profiler);
+CAB_SAME_MEMBER(Profiler, user);
+CAB_SAME_MEMBER(Profiler, begin);
+CAB_SAME_MEMBER(Profiler, end);
 CAB_SAME_TYPE(EngineDesc);
 CAB_SAME_MEMBER(EngineDesc, isa);
 CAB_SAME_MEMBER(EngineDesc, thread_count);
 CAB_SAME_MEMBER(EngineDesc, allocator);
 CAB_SAME_MEMBER(EngineDesc, scheduler);
+CAB_SAME_MEMBER(EngineDesc, profiler);
 CAB_SAME_TYPE(HistoryId);
 CAB_SAME_MEMBER(HistoryId, value);
 CAB_SAME_TYPE(HistoryDesc);
@@ -502,6 +517,21 @@ CAB_SAME_TYPE(PolicyPreset);
 CAB_SAME_MEMBER(PolicyPreset, name);
 CAB_SAME_MEMBER(PolicyPreset, meaning);
 CAB_SAME_MEMBER(PolicyPreset, policies);
+CAB_SAME_TYPE(BoxLine);
+CAB_SAME_MEMBER(BoxLine, from);
+CAB_SAME_MEMBER(BoxLine, to);
+CAB_SAME_MEMBER(BoxLine, instance);
+CAB_SAME_MEMBER(BoxLine, node);
+CAB_SAME_MEMBER(BoxLine, link);
+CAB_SAME_MEMBER(BoxLine, is_hit);
+CAB_SAME_TYPE(BoxLinesJob);
+CAB_SAME_MEMBER(BoxLinesJob, policies);
+CAB_SAME_MEMBER(BoxLinesJob, level);
+CAB_SAME_MEMBER(BoxLinesJob, hits);
+CAB_SAME_MEMBER(BoxLinesJob, origin);
+CAB_SAME_MEMBER(BoxLinesJob, lines);
+CAB_SAME_MEMBER(BoxLinesJob, line_count);
+CAB_SAME_MEMBER(BoxLinesJob, lines_needed);
 CAB_SAME_TYPE(Version);
 CAB_SAME_MEMBER(Version, major);
 CAB_SAME_MEMBER(Version, minor);
@@ -531,12 +561,14 @@ CAB_SAME_SPAN(cab_ConstHistoryIdSpan);
 CAB_SAME_SPAN(cab_ConstQuerySpan);
 CAB_SAME_SPAN(cab_ConstQueryPlaneSpan);
 CAB_SAME_SPAN(cab_QueryHitSpan);
+CAB_SAME_SPAN(cab_ConstHitSpan);
+CAB_SAME_SPAN(cab_BoxLineSpan);
 CAB_SAME_SPAN(cab_ConstPolicyFieldSpan);
 CAB_SAME_SPAN(cab_ConstPolicyPresetSpan);
 CAB_SAME_SPAN(cab_Uint16Span);
 CAB_SAME_SPAN(cab_FloatSpan);
-CAB_SAME_SPAN(cab_ConstHitSpan);
 CAB_SAME_SPAN(cab_BoxSpan);
+CAB_SAME_SPAN(cab_CharSpan);
 CAB_SAME_SPAN(cab_Uint32Span);
 CAB_SAME_SPAN(cab_MergeStepSpan);
 CAB_SAME_SPAN(cab_IgnoredPairSpan);
@@ -727,6 +759,28 @@ cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint3
                                              instance, cab::at<cab::MaskReason>(out)));
 }
 
+size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text) {
+  if (!engine || !job) return 0;
+  return cab::explain_job(*cab::at<cab::Engine>(engine), *cab::at<const cab::FrameJob>(job),
+                          cab::as<cab::Span<char>>(text));
+}
+
+size_t cab_explain_mask(const cab_MaskReason* reason, cab_CharSpan text) {
+  if (!reason) return 0;
+  return cab::explain_mask(*cab::at<const cab::MaskReason>(reason), cab::as<cab::Span<char>>(text));
+}
+
+size_t cab_stats_line(const cab_FrameStats* stats, cab_CharSpan text) {
+  if (!stats) return 0;
+  return cab::stats_line(*cab::at<const cab::FrameStats>(stats), cab::as<cab::Span<char>>(text));
+}
+
+cab_Status cab_box_lines(cab_Engine* engine, const cab_BatchInput* input, cab_BoxLinesJob* job) {
+  if (!engine || !input || !job) return CAB_STATUS_NULL_ARGUMENT;
+  return cab::as<cab_Status>(cab::box_lines(*cab::at<cab::Engine>(engine), *cab::at<const cab::BatchInput>(input),
+                                            *cab::at<cab::BoxLinesJob>(job)));
+}
+
 cab_Status cab_diff_hits(cab_ConstHitSpan previous, cab_ConstHitSpan current, cab_HitChanges* changes) {
   if (!changes) return CAB_STATUS_NULL_ARGUMENT;
   return cab::as<cab_Status>(cab::diff_hits(cab::as<cab::Span<const cab::Hit>>(previous),
@@ -744,6 +798,12 @@ cab_Status cab_articulation_info(const cab_Engine* engine, cab_ArticulationId id
   if (!engine) return CAB_STATUS_NULL_ARGUMENT;
   return cab::as<cab_Status>(cab::articulation_info(
       *cab::at<const cab::Engine>(engine), cab::as<cab::ArticulationId>(id), cab::at<cab::ArticulationInfo>(out)));
+}
+
+cab_Status cab_batch_info(const cab_Engine* engine, cab_BatchId id, cab_BatchInfo* out) {
+  if (!engine) return CAB_STATUS_NULL_ARGUMENT;
+  return cab::as<cab_Status>(
+      cab::batch_info(*cab::at<const cab::Engine>(engine), cab::as<cab::BatchId>(id), cab::at<cab::BatchInfo>(out)));
 }
 
 cab_Status cab_merge_steps(const cab_Engine* engine, cab_ArticulationId id, cab_MergeStepSpan steps) {
@@ -826,6 +886,8 @@ cab_QueryPlane cab_default_query_plane(void) { return cab::as<cab_QueryPlane>(ca
 cab_QueryJob cab_default_query_job(void) { return cab::as<cab_QueryJob>(cab::QueryJob()); }
 
 cab_Policies cab_default_policies(void) { return cab::as<cab_Policies>(cab::Policies()); }
+
+cab_BoxLinesJob cab_default_box_lines_job(void) { return cab::as<cab_BoxLinesJob>(cab::BoxLinesJob()); }
 
 cab_BatchSlot cab_slot_of(cab_BatchId id) { return {cab::slot_of({id.value}).value}; }
 

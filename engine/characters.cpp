@@ -12,6 +12,7 @@
 #include "engine/timed.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
+#include "layout/compiler.h"
 
 #include <algorithm>
 #include <tuple>
@@ -305,7 +306,7 @@ void bound_tile(const FrameContext& frame, const TileInstances& instances, Insta
     frame.kernels.bound_boxes(worker.boxes.data, posed_articulation(*batch.active).leaf_count, worker.bounds.data);
   bound_instances(frame.kernels, batch, instances, live, worker.bounds.data, worker.histogram);
   for (std::uint32_t left = live; left; left &= left - 1)
-    count_beyond_bounds(frame, batch, instances.instance[__builtin_ctz(left)], worker.stats);
+    count_beyond_bounds(frame, batch, instances.instance[lowest_bit(left)], worker.stats);
 }
 
 // Keeps the bounds of an instance that rests.

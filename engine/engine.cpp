@@ -1,6 +1,7 @@
 // The public API except run_frame: makes engines, articulations and batches, computes boxes, and answers queries.
 #include "engine/engine.h"
 
+#include "engine/box_of.h"
 #include "engine/call.h"
 #include "engine/contacts.h"
 #include "engine/convex_hull.h"
@@ -16,8 +17,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <limits>
 #include <new>
 
 namespace cab {
@@ -72,31 +71,6 @@ Status store_batch(Engine& engine, BatchKind kind, std::uint32_t count, std::uni
   return Status::kOk;
 }
 
-// The box of one lane.
-Box box_of(const BoxTile& tile, std::uint32_t lane) {
-  Box box;
-  for (int c = 0; c < 3; ++c) {
-    box.center[c] = tile.center[c][lane];
-    box.half[c] = tile.half[c][lane];
-    for (int k = 0; k < 3; ++k) box.axis[k][c] = tile.axis[k][c][lane];
-  }
-  return box;
-}
-
-// The bounds of one lane as a box with world axes. Its half extents are rounded up, so that it contains the bounds.
-Box box_of(const AabbTile& tile, std::uint32_t lane) {
-  Box box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-  for (int c = 0; c < 3; ++c) {
-    const double lo = static_cast<double>(tile.lo[c][lane]), hi = static_cast<double>(tile.hi[c][lane]);
-    box.center[c] = static_cast<float>(0.5 * (lo + hi));
-    const double half = std::max(hi - static_cast<double>(box.center[c]), static_cast<double>(box.center[c]) - lo);
-    box.half[c] = static_cast<float>(half);
-    if (static_cast<double>(box.half[c]) < half)
-      box.half[c] = std::nextafter(box.half[c], std::numeric_limits<float>::infinity());
-  }
-  return box;
-}
-
 }  // namespace
 
 Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
@@ -108,9 +82,11 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     if (desc.scheduler && (desc.scheduler->worker_count == 0 || desc.scheduler->worker_count > kMaxWorkers ||
                            !desc.scheduler->parallel_for))
       return Status::kBadScheduler;
+    if (desc.profiler && (!desc.profiler->begin || !desc.profiler->end)) return Status::kBadProfiler;
     auto engine = std::make_unique<Engine>();
     engine->number = next_engine_number();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
+    if (desc.profiler) engine->profiler = *desc.profiler;
     engine->kernels = kernels;
     engine->frame = make_frame_in_progress();
     engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
@@ -290,6 +266,17 @@ Status articulation_info(const Engine& engine, ArticulationId id, ArticulationIn
   if (!out) return Status::kBadOutput;
   *out = {articulation->link_count, articulation->leaf_count, articulation->node_count, articulation->program.depth,
           static_cast<std::uint32_t>(articulation->ignored_pairs.size)};
+  return Status::kOk;
+}
+
+Status batch_info(const Engine& engine, BatchId id, BatchInfo* out) noexcept {
+  if (!has_batch(engine, id)) return Status::kUnknownBatch;
+  if (!out) return Status::kBadOutput;
+  const InstanceBatch& batch = engine.batch(id);
+  *out = {{}, batch.capacity, batch.kind, is_static(batch)};
+  for (std::size_t i = 0; i < engine.articulations.size(); ++i)
+    if (&engine.articulations[i]->articulation == batch.articulation)
+      out->articulation.value = id_of(i, engine, engine.articulations);
   return Status::kOk;
 }
 

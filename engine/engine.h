@@ -69,6 +69,7 @@ FrameInProgressPtr make_frame_in_progress();
 // The state behind the public API (cab/cab.h).
 struct Engine {
   Allocator allocator;
+  Profiler profiler;                                               // without functions if there is none
   std::uint16_t number = 0;                                        // tells engines apart; never 0
   const kernel::KernelTable* kernels = nullptr;                    // of the instruction set that the engine runs
   std::vector<std::unique_ptr<StoredArticulation>> articulations;  // by slot - 1

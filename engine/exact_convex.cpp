@@ -4,6 +4,7 @@
 #include "engine/convex_in_double.h"
 #include "engine/convex_queues.h"
 #include "engine/worker.h"
+#include "layout/compiler.h"
 #include "layout/rounded_up.h"
 
 #include <algorithm>
@@ -141,8 +142,7 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
   for (TilePair& pair : found) {
     const std::uint32_t tested = pair.lanes & 0xffff;
     pair.lanes >>= kLanes;
-    const auto count = [](std::uint32_t lanes) { return static_cast<std::uint32_t>(__builtin_popcount(lanes)); };
-    count_tests(count(tested), count(tested & ~pair.lanes), worker.stats);
+    count_tests(count_bits(tested), count_bits(tested & ~pair.lanes), worker.stats);
   }
 }
 

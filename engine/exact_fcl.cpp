@@ -151,7 +151,7 @@ LinkPose link_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint
     pose = make_transform(rotation_of(f), vector_of(f + 4));
   } else {
     float f[16];
-    const bool rows = format == PoseFormat::kMatrix3x4;
+    const bool rows = format == PoseFormat::kMatrix3x4Rows;
     std::memcpy(f, from, rows ? 12 * sizeof(float) : sizeof(f));
     Matrix m;
     Vector t;

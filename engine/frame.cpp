@@ -5,6 +5,7 @@
 #include "engine/contacts.h"
 #include "engine/frame_run.h"
 #include "engine/in_contact.h"
+#include "engine/profiled.h"
 #include "engine/rest.h"
 #include "engine/sequences.h"
 #include "engine/validate.h"
@@ -78,22 +79,22 @@ void insert_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 constexpr FrameStep kFrameSteps[] = {
     // Characters: every instance that does not rest is bounded. The grids find the instances whose bounds overlap, and
     // only those are posed again and tested.
-    {begin_bounding, bound_characters},
-    {begin_keeping, keep_entries},
-    {begin_counting_kept, count_entries<&BroadPhase::kept>},
-    {begin_inserting<&BroadPhase::kept>, insert_entries<&BroadPhase::kept>},
-    {begin_counting, count_entries<&BroadPhase::grid>},
-    {begin_inserting<&BroadPhase::grid>, insert_entries<&BroadPhase::grid>},
-    {begin_spatial_order, pair_in_spatial_order},
-    {begin_counting_hits, count_hits},
-    {begin_writing_hits, write_hits},
-    {begin_key_order, pair_in_key_order},
+    {"bound", begin_bounding, bound_characters},
+    {"keep", begin_keeping, keep_entries},
+    {"count", begin_counting_kept, count_entries<&BroadPhase::kept>},
+    {"insert", begin_inserting<&BroadPhase::kept>, insert_entries<&BroadPhase::kept>},
+    {"count", begin_counting, count_entries<&BroadPhase::grid>},
+    {"insert", begin_inserting<&BroadPhase::grid>, insert_entries<&BroadPhase::grid>},
+    {"pair", begin_spatial_order, pair_in_spatial_order},
+    {"count hits", begin_counting_hits, count_hits},
+    {"write hits", begin_writing_hits, write_hits},
+    {"pair by key", begin_key_order, pair_in_key_order},
 
     // Sequences: instance f of one sequence is tested against instance f of another, sixteen at a time.
-    {begin_sequences, run_sequence_tile},
+    {"sequences", begin_sequences, run_sequence_tile},
 
     // Results: sorted hits, contacts.
-    {begin_contacts, add_contacts},
+    {"contacts", begin_contacts, add_contacts},
 };
 constexpr std::uint32_t kStepCount = std::size(kFrameSteps);
 
@@ -107,7 +108,9 @@ bool next_step(FrameRun& run) {
 }
 
 void run_step_task(FrameRun& run, std::uint32_t task, std::uint32_t worker) {
-  kFrameSteps[run.steps_begun - 1].task(run, task, worker);
+  const FrameStep& step = kFrameSteps[run.steps_begun - 1];
+  const Profiled profiled(run.engine.profiler, step.name, worker);
+  step.task(run, task, worker);
 }
 
 // ------------------------------------------------------------------------------------------------- after the steps
@@ -139,6 +142,7 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;  // before the checks: they compare floats, which must not trap
+  const Profiled profiled(engine.profiler, "frame", 0);
   FrameRun run(std::move(call), engine, job);
   if (const Status status = start(run, false); status != Status::kOk) return status;
   while (next_step(run))

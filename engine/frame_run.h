@@ -32,6 +32,7 @@ struct FrameRun {
 
 // A step of a frame: tasks that may run at the same time.
 struct FrameStep {
+  const char* name;  // what a Profiler is told
   // What is done on one thread after the tasks of the step before, and how many tasks there are; 0: the step is not
   // needed.
   std::uint32_t (*begin)(FrameRun& run);

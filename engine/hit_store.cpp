@@ -6,6 +6,7 @@
 #include "engine/frame_run.h"
 #include "engine/touching_links.h"
 #include "engine/worker.h"
+#include "layout/compiler.h"
 
 #include <algorithm>
 #include <utility>
@@ -169,9 +170,9 @@ void keep_hits(FrameRun& run) {
     if (ahead == used) return;
     const std::uint32_t* const group = store + ahead;
     const InstanceBatch& a = frame.batch(group[kBatchA]);
-    __builtin_prefetch(&a.rest[group[kInstanceA]]);
-    __builtin_prefetch(&frame.batch(group[kBatchB]).rest[group[kInstanceB]]);
-    __builtin_prefetch(&a.hit_chains[group[kInstanceA]]);
+    prefetch_line(&a.rest[group[kInstanceA]]);
+    prefetch_line(&frame.batch(group[kBatchB]).rest[group[kInstanceB]]);
+    prefetch_line(&a.hit_chains[group[kInstanceA]]);
     ahead += kGroupHead + group[kHits];
   };
   for (int group = 0; group < 16; ++group) prefetch_next();
@@ -235,7 +236,7 @@ void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   std::size_t at = of.batch.stored_before[of.run];
   for (std::uint32_t i = of.begin; i < of.end; ++i) {
     const std::uint32_t ahead = std::min(i + kPrefetched, of.batch.instance_count - 1);
-    if (const HitChain& next = of.batch.hit_chains[ahead]; next.count) __builtin_prefetch(store.data + next.head);
+    if (const HitChain& next = of.batch.hit_chains[ahead]; next.count) prefetch_line(store.data + next.head);
     const std::size_t count = of.batch.hit_chains[i].count;
     if (at < job.hits.size)
       write_chain(*run.characters, of.index, i, store, {job.hits.data + at, std::min(count, job.hits.size - at)});

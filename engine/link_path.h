@@ -14,7 +14,7 @@ class LinkPath {
   // in the earlier frame, or mirrored in only one of them.
   LinkPath(const InstanceBatch& last, const InstanceBatch& now, std::uint32_t instance, std::uint32_t link);
 
-  // Writes the pose at t, 0 to 1, relative to the origin of its instance: PoseFormat::kMatrix3x4, which holds the
+  // Writes the pose at t, 0 to 1, relative to the origin of its instance: PoseFormat::kMatrix3x4Rows, which holds the
   // scale.
   void pose_at(double t, float (&matrix)[12]) const;
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/candidate.h"
+#include "layout/compiler.h"
 #include "layout/instance_batch.h"
 
 #include <algorithm>
@@ -50,7 +51,7 @@ inline void set_live(const TileInstances& instances, std::uint32_t live, Instanc
     return;
   }
   for (; live; live &= live - 1) {
-    const std::uint32_t instance = instances.instance[__builtin_ctz(live)];
+    const std::uint32_t instance = instances.instance[lowest_bit(live)];
     __atomic_fetch_or(&batch.live[instance / kLanes], static_cast<std::uint16_t>(1u << instance % kLanes),
                       __ATOMIC_RELAXED);
   }

@@ -1,4 +1,6 @@
 // Why an instance is masked: the checks of the posing kernel, one link and one number after the other.
+#include "engine/mask_reason.h"
+
 #include "engine/call.h"
 #include "engine/convex_pair.h"
 #include "engine/validate.h"
@@ -52,7 +54,8 @@ class MaskSearch {
   // The first of `count` numbers that is a NaN or beyond the range.
   bool find_number_in(const float* from, std::uint32_t count, MaskCause cause) {
     for (std::uint32_t i = 0; i < count; ++i) {
-      const bool is_read = coding_.format != PoseFormat::kMatrix4x4 || cause != MaskCause::kPoseNumber || i % 4 != 3;
+      const bool is_read =
+          coding_.format != PoseFormat::kMatrix4x4Columns || cause != MaskCause::kPoseNumber || i % 4 != 3;
       if (is_read && !kernel::number_in_range(from[i]))
         return found(kInstanceNotFinite, cause, i, from[i], kMaxCoordinate);
     }
@@ -92,8 +95,8 @@ class MaskSearch {
         if (find_length(pose, MaskCause::kQuaternionLength)) return true;
         continue;
       }
-      const int step = coding_.format == PoseFormat::kMatrix3x4 ? 1 : 4,
-                down = coding_.format == PoseFormat::kMatrix3x4 ? 4 : 1;
+      const int step = coding_.format == PoseFormat::kMatrix3x4Rows ? 1 : 4,
+                down = coding_.format == PoseFormat::kMatrix3x4Rows ? 4 : 1;
       kernel::Vec3<float> column[3];
       for (int k = 0; k < 3; ++k) column[k] = {pose[k * step], pose[k * step + down], pose[k * step + 2 * down]};
       if (coding_.scaling == Scaling::kInMatrices) {
@@ -142,6 +145,10 @@ class MaskSearch {
 
 }  // namespace
 
+MaskReason mask_reason(const InstanceBatch& batch, std::uint32_t instance) {
+  return MaskSearch(batch, instance).reason();
+}
+
 Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance, MaskReason* out) noexcept {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
@@ -150,7 +157,7 @@ Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instanc
   const InstanceBatch& batch = engine.batch(input.batch);
   if (!is_given(batch, instance)) return Status::kBadInstance;
   if (!out) return Status::kBadOutput;
-  *out = MaskSearch(batch, instance).reason();
+  *out = mask_reason(batch, instance);
   return Status::kOk;
 }
 

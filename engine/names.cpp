@@ -18,8 +18,10 @@ const char* to_string(Status status) noexcept {
     case Status::kOutOfMemory: return "an allocation failed";
     case Status::kBusy: return "another call on the same engine is running";
     case Status::kIsaNotAvailable: return "isa is an instruction set that this CPU or this build lacks";
+    case Status::kBadAbiVersion: return "the program was compiled for another ABI of the C API than this library has";
     case Status::kBadScheduler: return "scheduler lacks parallel_for, or its worker_count is 0 or above 1024";
     case Status::kBadAllocator: return "allocator lacks allocate or release";
+    case Status::kBadProfiler: return "profiler lacks begin or end";
     case Status::kNoLinks: return "link_parents is empty, but an articulation needs at least one link";
     case Status::kTooManyLinks: return "link_parents holds more than 1024 links";
     case Status::kNoLeaves: return "leaves is empty, but an articulation needs at least one leaf";
@@ -94,8 +96,10 @@ const char* to_string(Status status) noexcept {
       return "pairs names a batch without input, a missing instance, a link without leaves, or a link twice";
     case Status::kBadSteps: return "steps must be 1 to 4096";
     case Status::kBadOutput: return "an output is null or too small";
+    case Status::kNullArgument: return "a pointer of the C API that must not be null is null";
     case Status::kHitsOverflow: return "hits is too small for all hits";
     case Status::kPairsOverflow: return "pairs is too small for all candidates";
+    case Status::kLinesOverflow: return "lines is too small for all edges";
     case Status::kNoFrame: return "no frame has begun";
     case Status::kBadTask: return "task or worker is out of range";
     case Status::kTasksLeft: return "not all tasks of the frame have ended";
@@ -107,8 +111,6 @@ const char* to_string(Status status) noexcept {
     case Status::kUnknownHistory: return "the history id is not one of this engine, or is of one that was removed";
     case Status::kHistoryGivenTwice: return "histories holds two histories of the same batch";
     case Status::kBadTime: return "a time must be finite, and later than those that the history has";
-    case Status::kBadAbiVersion: return "the program was compiled for another ABI of the C API than this library has";
-    case Status::kNullArgument: return "a pointer of the C API that must not be null is null";
     case Status::kBadHistoryPoses: return "a history takes neither mirrored links nor matrices that hold scales";
   }
   return "unknown status";

@@ -22,7 +22,7 @@ class Moments {
  public:
   Moments(const LinkPath& a, const LinkPath& b) : a_(a), b_(b) {
     for (kernel::ConvexSide* side : {&block_.a, &block_.b}) {
-      side->coding = {PoseFormat::kMatrix3x4, Scaling::kInMatrices};
+      side->coding = {PoseFormat::kMatrix3x4Rows, Scaling::kInMatrices};
       std::fill_n(side->orientation, kLanes, nullptr);
       std::fill_n(side->scales, kLanes, 1.0f);
     }

@@ -8,6 +8,7 @@
 #include "engine/worker.h"
 #include "kernels/filter_rows.h"
 #include "kernels/gather_pairs.h"
+#include "layout/compiler.h"
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
@@ -194,7 +195,7 @@ template <class AosBox>
 void test_block(const FrameContext& frame, std::uint32_t untested, PairBlock<AosBox>& block, Worker& worker,
                 std::uint32_t& kept) {
   pad(block);
-  worker.stats.box_tests += block.count - static_cast<std::uint32_t>(__builtin_popcount(untested));
+  worker.stats.box_tests += block.count - count_bits(untested);
   const std::uint32_t overlapping = overlap_block(frame.kernels, frame.policies.sat, block.boxes) | untested;
   for (std::uint32_t lane = 0; lane < block.count; ++lane) {
     worker.found.data[kept] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};

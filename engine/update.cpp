@@ -4,6 +4,7 @@
 #include "engine/worker.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"
+#include "layout/compiler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -141,7 +142,7 @@ void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
   constexpr std::size_t kLine = 64, kMostLines = 32;
   const char* const from = reinterpret_cast<const char*>(pose_of(batch, instance));
   const std::size_t bytes = std::min(batch.articulation->link_count * batch.link_stride, kMostLines * kLine);
-  for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(from + at);
+  for (std::size_t at = 0; at < bytes; at += kLine) prefetch_line(from + at);
 }
 
 std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
@@ -156,7 +157,7 @@ std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& 
   const Span<std::uint8_t> reported = tile.batch->input->flags;
   if (!reported.empty())
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) reported[instances.instance[lane]] = flags[lane];
-  worker.stats.instances_masked += instances.count - static_cast<std::uint32_t>(__builtin_popcount(out));
+  worker.stats.instances_masked += instances.count - count_bits(out);
   return out;
 }
 

@@ -14,15 +14,6 @@ namespace {
 
 bool has_input(const Engine& engine, BatchId id) { return has_batch(engine, id) && engine.batch(id).input; }
 
-bool valid_rule(const Engine& engine, const PairRule& rule) {
-  if (!has_input(engine, rule.a) || !has_input(engine, rule.b) || rule.resting > Resting::kSkipped) return false;
-  const InstanceBatch &a = engine.batch(rule.a), &b = engine.batch(rule.b);
-  if (rule.pairing == Pairing::kWithin) return &a == &b && !is_static(a);
-  if (rule.pairing != Pairing::kBetween || a.kind != b.kind) return false;
-  if (a.kind == BatchKind::kCharacters) return !(is_static(a) && is_static(b));
-  return &a != &b && (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
-}
-
 // Records a valid rule in engine.rule_bits, which has one bit per pairing and two batches, and as many again for rules
 // that skip what rests. False if a rule with the same pairing and the same two batches, in either order, was recorded
 // before.
@@ -79,14 +70,16 @@ bool have_sides(const InstanceBatch& batch) {
 }  // namespace
 
 bool valid_poses(const PoseView& poses, std::size_t link_count) {
-  if (!poses.data || poses.format > PoseFormat::kMatrix4x4) return false;
+  if (!poses.data || poses.format > PoseFormat::kMatrix4x4Columns) return false;
   if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation) return false;
-  const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
-  const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
-  if (link_stride % 4 || poses.instance_stride % 4 || link_stride < pose_bytes) return false;
-  if (link_stride > (std::size_t{1} << 32) || poses.instance_stride > (std::size_t{1} << 38)) return false;
-  const std::size_t span = (link_count - 1) * link_stride + pose_bytes;
-  return poses.instance_stride == 0 || poses.instance_stride >= span;
+  // In 64 bits, which hold the product below where std::size_t has 32.
+  const std::uint64_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
+  const std::uint64_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
+  const std::uint64_t instance_stride = poses.instance_stride;
+  if (link_stride % 4 || instance_stride % 4 || link_stride < pose_bytes) return false;
+  if (link_stride > (std::uint64_t{1} << 32) || instance_stride > (std::uint64_t{1} << 38)) return false;
+  const std::uint64_t span = (link_count - 1) * link_stride + pose_bytes;
+  return instance_stride == 0 || instance_stride >= span;
 }
 
 Status validate_input(const Engine& engine, const BatchInput& input, Needs needs) {
@@ -121,16 +114,29 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
   return Status::kOk;
 }
 
+Status bind_input(Engine& engine, Call& call, const BatchInput& input, Needs needs) {
+  if (const Status status = validate_input(engine, input, needs); status != Status::kOk) return status;
+  if (engine.batch(input.batch).input) return Status::kBatchGivenTwice;
+  call.bind(input, needs == Needs::kBounds);
+  if (!input.margins.empty() && !are_margins(engine.batch(input.batch))) return Status::kBadMargins;
+  if (!input.bounds.empty() && !have_sides(engine.batch(input.batch))) return Status::kBadBounds;
+  return Status::kOk;
+}
+
 Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs, Needs needs) {
   if (inputs.size && !inputs.data) return Status::kUnknownBatch;
-  for (const BatchInput& input : inputs) {
-    if (const Status status = validate_input(engine, input, needs); status != Status::kOk) return status;
-    if (engine.batch(input.batch).input) return Status::kBatchGivenTwice;
-    call.bind(input, needs == Needs::kBounds);
-    if (!input.margins.empty() && !are_margins(engine.batch(input.batch))) return Status::kBadMargins;
-    if (!input.bounds.empty() && !have_sides(engine.batch(input.batch))) return Status::kBadBounds;
-  }
+  for (const BatchInput& input : inputs)
+    if (const Status status = bind_input(engine, call, input, needs); status != Status::kOk) return status;
   return Status::kOk;
+}
+
+bool is_valid_rule(const Engine& engine, const PairRule& rule) {
+  if (!has_input(engine, rule.a) || !has_input(engine, rule.b) || rule.resting > Resting::kSkipped) return false;
+  const InstanceBatch &a = engine.batch(rule.a), &b = engine.batch(rule.b);
+  if (rule.pairing == Pairing::kWithin) return &a == &b && !is_static(a);
+  if (rule.pairing != Pairing::kBetween || a.kind != b.kind) return false;
+  if (a.kind == BatchKind::kCharacters) return !(is_static(a) && is_static(b));
+  return &a != &b && (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
 }
 
 Status validate_policies(const Policies& policies) {
@@ -145,7 +151,7 @@ Status validate_job(Engine& engine, const FrameJob& job) {
   if (job.rules.size && !job.rules.data) return Status::kBadPairRule;
   std::fill(engine.rule_bits.begin(), engine.rule_bits.end(), std::uint64_t{0});
   for (const PairRule& rule : job.rules) {
-    if (!valid_rule(engine, rule)) return Status::kBadPairRule;
+    if (!is_valid_rule(engine, rule)) return Status::kBadPairRule;
     if (!note_rule(engine, rule)) return Status::kPairRuleGivenTwice;
   }
   if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;

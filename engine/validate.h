@@ -15,8 +15,14 @@ enum class Needs : std::uint8_t { kNothing, kPoses, kBounds };
 // Checks one input against its batch: the id, what the call needs, and the size of every array.
 Status validate_input(const Engine& engine, const BatchInput& input, Needs needs);
 
-// Checks every input and binds its batch to it for the rest of the call. Refuses a batch that has two inputs.
+// Checks an input and binds its batch to it for the rest of the call. Refuses a batch that has an input already.
+Status bind_input(Engine& engine, Call& call, const BatchInput& input, Needs needs);
+
+// The same for every input.
 Status bind_inputs(Engine& engine, Call& call, Span<const BatchInput> inputs, Needs needs = Needs::kPoses);
+
+// Whether a rule names batches that are bound to an input, and pairs them as their kinds allow.
+bool is_valid_rule(const Engine& engine, const PairRule& rule);
 
 // Checks that every policy has a value of its enumeration.
 Status validate_policies(const Policies& policies);

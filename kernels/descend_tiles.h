@@ -4,6 +4,7 @@
 
 #include "kernels/overlap_sat.h"
 #include "layout/articulation.h"
+#include "layout/compiler.h"
 #include "layout/pair_list.h"
 
 namespace cab::kernel {
@@ -62,7 +63,7 @@ CAB_INLINE std::uint32_t overlap_lanes(const AabbTile& a, const AabbTile& b, con
 template <class V, class Tile, Sat kSat>
 CAB_INLINE std::uint32_t test_nodes(TileDescent<Tile>& job, std::uint32_t a, std::uint32_t b, std::uint32_t lanes,
                                     bool leaves) {
-  job.box_tests += static_cast<std::uint32_t>(__builtin_popcount(lanes));
+  job.box_tests += count_bits(lanes);
   return overlap_lanes<V, kSat>(job.nodes_a[a], job.nodes_b[b], job.shift, lanes, leaves);
 }
 

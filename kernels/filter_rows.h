@@ -5,6 +5,7 @@
 #include "kernels/simd.h"
 #include "kernels/transpose.h"
 #include "kernels/vec3.h"
+#include "layout/compiler.h"
 #include "layout/error_bounds.h"
 #include "layout/leaf_bounds_soa.h"
 #include "layout/pair_list.h"
@@ -87,8 +88,7 @@ CAB_INLINE std::uint32_t move_leaves(const RowFilter& filter, std::uint32_t firs
 template <class V>
 CAB_INLINE LeafPair* append_pairs(LeafPair* to, LeafPair first, std::uint32_t set) {
   for (; set != 0; set &= set - 1)
-    *to++ = {first.candidate, first.a,
-             static_cast<std::uint16_t>(first.b + static_cast<std::uint32_t>(__builtin_ctz(set)))};
+    *to++ = {first.candidate, first.a, static_cast<std::uint16_t>(first.b + lowest_bit(set))};
   return to;
 }
 #if XSIMD_WITH_AVX512F
@@ -104,7 +104,7 @@ CAB_INLINE LeafPair* append_pairs<Batch<xsimd::avx512bw>>(LeafPair* to, LeafPair
   const __m512i high = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm512_extracti64x4_epi64(b, 1)), 48);
   _mm512_storeu_si512(to, _mm512_add_epi64(from, low));
   _mm512_storeu_si512(to + 8, _mm512_add_epi64(from, high));
-  return to + __builtin_popcount(set);
+  return to + count_bits(set);
 }
 #endif
 
@@ -133,7 +133,7 @@ void filter_rows(const RowFilter& filter) {
     std::uint32_t left = move_leaves<V>(filter, first, lo, hi);
     if (filter.end_a - first < kLanes) left &= (1u << (filter.end_a - first)) - 1;
     for (; left != 0; left &= left - 1) {
-      const std::uint32_t i = static_cast<std::uint32_t>(__builtin_ctz(left)), a = first + i;
+      const std::uint32_t i = lowest_bit(left), a = first + i;
       const V lo_x(lo[0][i]), lo_y(lo[1][i]), lo_z(lo[2][i]), hi_x(hi[0][i]), hi_y(hi[1][i]), hi_z(hi[2][i]);
       const auto compare = [&](const LeafSides<V>& b, std::uint32_t j) {
         const V* const side = b.side;

@@ -123,9 +123,6 @@ constexpr BuiltIsa kBuiltIsas[] = {CAB_BUILT_ISAS(CAB_BUILT_ISA)};
 }  // namespace
 
 const KernelTable* find_kernels(Isa isa) {
-#if defined(__x86_64__)
-  __builtin_cpu_init();
-#endif
   const KernelTable* found = nullptr;
   for (const BuiltIsa& built : kBuiltIsas)
     if ((isa == Isa::kAuto || isa == built.table.isa) && built.cpu_runs()) found = &built.table;

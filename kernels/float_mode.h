@@ -2,11 +2,7 @@
 // whatever mode the caller runs with, so that results have the same bits.
 #pragma once
 
-#include <cstdint>
-
-#if defined(__x86_64__)
-#include <xmmintrin.h>
-#endif
+#include "layout/compiler.h"
 
 namespace cab::kernel {
 
@@ -14,33 +10,13 @@ namespace cab::kernel {
 // exception flags.
 class FloatMode {
  public:
-  FloatMode() noexcept : saved_(read()) { write(kOurs); }
-  ~FloatMode() { write(saved_); }
+  FloatMode() noexcept : saved_(read_float_control()) { write_float_control(kPlainFloatControl); }
+  ~FloatMode() { write_float_control(saved_); }
   FloatMode(const FloatMode&) = delete;
   FloatMode& operator=(const FloatMode&) = delete;
 
  private:
-#if defined(__x86_64__)
-  using Word = std::uint32_t;
-  static constexpr Word kOurs = 0x1f80;  // nearest, no FTZ, no DAZ, all exceptions masked
-  static Word read() noexcept { return _mm_getcsr(); }
-  static void write(Word word) noexcept { _mm_setcsr(word); }
-#elif defined(__aarch64__)
-  using Word = std::uint64_t;
-  static constexpr Word kOurs = 0;
-  static Word read() noexcept {
-    Word word;
-    __asm__ volatile("mrs %0, fpcr" : "=r"(word));
-    return word;
-  }
-  static void write(Word word) noexcept { __asm__ volatile("msr fpcr, %0" : : "r"(word)); }
-#else
-  using Word = std::uint32_t;
-  static constexpr Word kOurs = 0;
-  static Word read() noexcept { return 0; }
-  static void write(Word) noexcept {}
-#endif
-  Word saved_;
+  FloatControl saved_;
 };
 
 }  // namespace cab::kernel

@@ -2,36 +2,37 @@
 // compiler flags for each. Code that leaves an instruction set out fails to compile or to link.
 #pragma once
 
+#include "layout/compiler.h"
+
 #include <cab/types.h>
 
-// Each line is X(enumerator of Isa, name, vector type V of kernels/simd.h, whether this CPU runs it). Lines are in the
-// order of Isa. Those of one processor go from the narrowest vectors to the widest, because kAuto takes the last one
-// that runs.
-// __builtin_cpu_supports reads the operating system's support for the wide registers (XCR0) as well.
+// Each line is PICK(X, enumerator of Isa, name, vector type V of kernels/simd.h, whether this CPU runs it), and PICK
+// decides whether X is given the line. Lines are in the order of Isa. Those of one processor go from the narrowest
+// vectors to the widest, because kAuto takes the last one that runs.
 // clang-format off
-#define CAB_SCALAR_ISA(X) \
-  X(kScalar, scalar, float, true)
-#define CAB_X86_64_ISAS(X)                                                                            \
-  X(kSse2, sse2, Batch<xsimd::sse2>, true)                                                            \
-  X(kAvx2, avx2, Batch<xsimd::avx2>, __builtin_cpu_supports("avx2"))                                  \
-  X(kAvx512, avx512, Batch<xsimd::avx512bw>,                                                          \
-    __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&                        \
-    __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&                       \
-    __builtin_cpu_supports("avx512vl"))
-#define CAB_AARCH64_ISAS(X) \
-  X(kNeon64, neon64, Batch<xsimd::neon64>, true)
+#define CAB_ISA_LIST(PICK, X)                                              \
+  PICK(X, kScalar, scalar, float, true)                                    \
+  PICK(X, kSse2, sse2, Batch<xsimd::sse2>, true)                           \
+  PICK(X, kAvx2, avx2, Batch<xsimd::avx2>, cpu_runs_avx2())                \
+  PICK(X, kAvx512, avx512, Batch<xsimd::avx512bw>, cpu_runs_avx512())      \
+  PICK(X, kNeon64, neon64, Batch<xsimd::neon64>, true)                     \
+  PICK(X, kWasm128, wasm128, Batch<xsimd::sse2>, true)
 // clang-format on
+// WebAssembly's SIMD has the operations of SSE2, which Emscripten translates. A module that holds SIMD loads only where
+// it runs.
 
-#define CAB_ALL_ISAS(X) CAB_SCALAR_ISA(X) CAB_X86_64_ISAS(X) CAB_AARCH64_ISAS(X)
+// X(enumerator, name, V, runs) for every instruction set.
+#define CAB_ALL_ISAS(X) CAB_ISA_LIST(CAB_PICK_ALL, X)
+#define CAB_PICK_ALL(X, enumerator, name, V, runs) X(enumerator, name, V, runs)
 
-// The instruction sets for which a build for this processor has kernels.
-#if defined(__x86_64__)
-#define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X) CAB_X86_64_ISAS(X)
-#elif defined(__aarch64__)
-#define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X) CAB_AARCH64_ISAS(X)
-#else
-#define CAB_BUILT_ISAS(X) CAB_SCALAR_ISA(X)
-#endif
+// The same for those that this build has kernels for: CMake defines CAB_BUILT_name as 1 or 0 for every name, by the
+// processor and by its option CAB_ISAS.
+#define CAB_BUILT_ISAS(X) CAB_ISA_LIST(CAB_PICK_BUILT, X)
+#define CAB_PICK_BUILT(X, enumerator, name, V, runs) CAB_PICK_IF(CAB_BUILT_##name)(X, enumerator, name, V, runs)
+#define CAB_PICK_IF(built) CAB_PICK_IF_(built)
+#define CAB_PICK_IF_(built) CAB_PICK_IF_##built
+#define CAB_PICK_IF_1(X, enumerator, name, V, runs) X(enumerator, name, V, runs)
+#define CAB_PICK_IF_0(X, enumerator, name, V, runs)
 
 namespace cab::kernel {
 

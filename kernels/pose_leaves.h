@@ -53,7 +53,7 @@ struct RigidLanes {
 };
 
 inline constexpr std::uint32_t pose_float_count(PoseFormat format) {
-  return format == PoseFormat::kQuaternionTranslation ? 7u : format == PoseFormat::kMatrix3x4 ? 12u : 16u;
+  return format == PoseFormat::kQuaternionTranslation ? 7u : format == PoseFormat::kMatrix3x4Rows ? 12u : 16u;
 }
 
 // Reads four floats of every instance, from float `skip + at` on, into raw[at] to raw[at + 3].
@@ -205,8 +205,8 @@ CAB_INLINE RigidLanes<V> link_pose(const RawPoses& poses, PoseCoding coding, std
     read_quaternion(poses, lane, checks, out.column);
     out.translation = {at(4), at(5), at(6)};
   } else {
-    const int step = format == PoseFormat::kMatrix3x4 ? 1 : 4;  // floats from one column to the next
-    const int down = format == PoseFormat::kMatrix3x4 ? 4 : 1;  // floats from one row to the next
+    const int step = format == PoseFormat::kMatrix3x4Rows ? 1 : 4;  // floats from one column to the next
+    const int down = format == PoseFormat::kMatrix3x4Rows ? 4 : 1;  // floats from one row to the next
     for (int k = 0; k < 3; ++k) out.column[k] = {at(k * step), at(k * step + down), at(k * step + 2 * down)};
     out.translation = {at(3 * step), at(3 * step + down), at(3 * step + 2 * down)};
     checks.finite =

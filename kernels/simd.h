@@ -3,6 +3,7 @@
 // + - * divide sqrt abs min max select and comparisons.
 #pragma once
 
+#include "layout/compiler.h"
 #include "layout/tile.h"
 
 #include <xsimd/xsimd.hpp>
@@ -10,10 +11,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-
-#define CAB_INLINE inline __attribute__((always_inline))
-// For large functions with several callers: inlined everywhere they take minutes to compile.
-#define CAB_NOINLINE __attribute__((noinline))
 
 namespace cab::kernel {
 
@@ -141,7 +138,7 @@ struct Lanes<DoubleBatch<A>> {
 // min(a, b) is a < b ? a : b and max(a, b) is b < a ? a : b, as x86's instructions do. NEON's own differ on signed
 // zeros and NaN, so NEON selects. xsimd 8.1 approximates sqrt and division on NEON (an estimate and Newton steps), so
 // both use NEON's exact instructions.
-#if defined(__aarch64__)
+#if CAB_AARCH64
 CAB_INLINE float32x4_t neon_sqrt(float32x4_t v) { return vsqrtq_f32(v); }
 CAB_INLINE float64x2_t neon_sqrt(float64x2_t v) { return vsqrtq_f64(v); }
 CAB_INLINE float32x4_t neon_divide(float32x4_t a, float32x4_t b) { return vdivq_f32(a, b); }
@@ -194,8 +191,10 @@ CAB_INLINE float64x2_t neon_divide(float64x2_t a, float64x2_t b) { return vdivq_
   CAB_INLINE xsimd::batch_bool<T, A> without(xsimd::batch_bool<T, A> a, xsimd::batch_bool<T, A> b) {            \
     return a & ~b;                                                                                              \
   }
+#ifndef XSIMD_NO_SUPPORTED_ARCHITECTURE  // xsimd has no functions then
 CAB_BATCH_OPERATIONS(float)
 CAB_BATCH_OPERATIONS(double)
+#endif
 #undef CAB_BATCH_OPERATIONS
 #undef CAB_SQRT
 #undef CAB_DIVIDE

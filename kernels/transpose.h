@@ -13,15 +13,15 @@ inline constexpr std::uint32_t kQuadRows = kWidth<V> < 4 ? 4 : kWidth<V>;
 // alignment; out[0..3] are aligned like V. Scalar code moves the floats one by one. Part i of 128 bits of wide register
 // j holds the quad of row 4 i + j, so a transpose within the parts leaves the rows in order.
 template <class V>
-CAB_INLINE void transpose_quads(const float* const* rows, float* const (&out)[4]) {
-#if defined(__SSE2__)
+CAB_INLINE void transpose_quads([[maybe_unused]] const float* const* rows, [[maybe_unused]] float* const (&out)[4]) {
+#if XSIMD_WITH_SSE2
   __m128 a = _mm_loadu_ps(rows[0]), b = _mm_loadu_ps(rows[1]), c = _mm_loadu_ps(rows[2]), d = _mm_loadu_ps(rows[3]);
   _MM_TRANSPOSE4_PS(a, b, c, d);
   _mm_store_ps(out[0], a);
   _mm_store_ps(out[1], b);
   _mm_store_ps(out[2], c);
   _mm_store_ps(out[3], d);
-#elif defined(__aarch64__)
+#elif XSIMD_WITH_NEON64
   const float32x4_t a = vld1q_f32(rows[0]), b = vld1q_f32(rows[1]), c = vld1q_f32(rows[2]), d = vld1q_f32(rows[3]);
   const float32x4_t ac_lo = vzip1q_f32(a, c), ac_hi = vzip2q_f32(a, c), bd_lo = vzip1q_f32(b, d),
                     bd_hi = vzip2q_f32(b, d);
@@ -84,6 +84,7 @@ struct Transpose<float> {
   }
 };
 
+#ifndef XSIMD_NO_SUPPORTED_ARCHITECTURE
 // Four lanes: four 4x4 transposes by interleaving twice.
 template <class A>
 struct TransposeBy4 {
@@ -113,6 +114,7 @@ struct TransposeBy4 {
     }
   }
 };
+#endif
 
 #if XSIMD_WITH_SSE2
 template <>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/query_bounds.h"
+#include "layout/compiler.h"
 
 namespace cab::kernel {
 
@@ -39,9 +40,9 @@ struct IndexWalk {
 
 // The lane of those that are set in `lanes` with the least entry; of equal ones the lowest. lanes: not 0.
 inline std::uint32_t nearest_lane(std::uint32_t lanes, const float (&entry)[kLanes]) {
-  auto out = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+  auto out = lowest_bit(lanes);
   for (lanes &= lanes - 1; lanes; lanes &= lanes - 1) {
-    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+    const auto lane = lowest_bit(lanes);
     if (entry[lane] < entry[out]) out = lane;
   }
   return out;

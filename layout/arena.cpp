@@ -17,12 +17,15 @@ struct Arena::Block {
 
 namespace {
 
-// Blocks of at least two huge pages are aligned to huge pages and ask for them. A frame with many instances reads such
+// On Linux blocks of at least two huge pages are aligned to huge pages and ask for them. A frame with many instances reads such
 // blocks in an order that would otherwise miss the TLB at almost every instance.
-constexpr std::size_t kHugePage = std::size_t{1} << 21;
+[[maybe_unused]] constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
-std::align_val_t block_alignment(std::size_t bytes, std::size_t alignment) {
-  return std::align_val_t(bytes >= 2 * kHugePage && alignment < kHugePage ? kHugePage : alignment);
+std::align_val_t block_alignment([[maybe_unused]] std::size_t bytes, std::size_t alignment) {
+#ifdef MADV_HUGEPAGE
+  if (bytes >= 2 * kHugePage && alignment < kHugePage) return std::align_val_t(kHugePage);
+#endif
+  return std::align_val_t(alignment);
 }
 
 void* new_aligned(void*, std::size_t bytes, std::size_t alignment) {

@@ -30,6 +30,13 @@ class Arena {
     return {static_cast<T*>(allocate_bytes(count * sizeof(T), alignof(T) > 64 ? alignof(T) : 64)), count};
   }
 
+  // The same for `count` times `each` values, whose number may exceed std::size_t.
+  template <class T>
+  Span<T> allocate(std::size_t count, std::size_t each) {
+    if (each > 0 && count > static_cast<std::size_t>(-1) / each) throw std::bad_alloc();
+    return allocate<T>(count * each);
+  }
+
   // Returns a copy of a span. Throws std::bad_alloc.
   template <class T>
   Span<std::remove_const_t<T>> copy(Span<T> source) {

@@ -1,6 +1,8 @@
 // Lists of pairs in fixed memory: the pairs that traversals push, and the pairs that they find.
 #pragma once
 
+#include "layout/compiler.h"
+
 #include <cab/types.h>
 
 #include <cassert>
@@ -40,11 +42,11 @@ struct FixedList {
 
   void clear() { size = 0; }
   // Always inlined, because kernels of every instruction set use it.
-  __attribute__((always_inline)) void push(const T& value) {
+  CAB_INLINE void push(const T& value) {
     assert(size < capacity);
     data[size++] = value;
   }
-  __attribute__((always_inline)) T pop() { return data[--size]; }
+  CAB_INLINE T pop() { return data[--size]; }
   bool empty() const { return size == 0; }
   T* begin() const { return data; }
   T* end() const { return data + size; }

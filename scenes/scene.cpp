@@ -8,8 +8,8 @@ namespace cab::scenes {
 std::uint32_t pose_floats(PoseFormat format) {
   switch (format) {
     case PoseFormat::kQuaternionTranslation: return 7;
-    case PoseFormat::kMatrix3x4: return 12;
-    case PoseFormat::kMatrix4x4: return 16;
+    case PoseFormat::kMatrix3x4Rows: return 12;
+    case PoseFormat::kMatrix4x4Columns: return 16;
   }
   return 0;
 }

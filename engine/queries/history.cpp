@@ -76,7 +76,7 @@ void make_ring(const InstanceBatch& batch, std::uint32_t ticks, StoredHistory& o
   out.unordered = {arena.allocate<QueryCluster>(clusters).data, static_cast<std::uint32_t>(clusters), 0};
   out.ring = arena.allocate<HistoryTick>(std::size_t{ticks} + 1);
   for (HistoryTick& tick : out.ring) {
-    tick.poses = arena.allocate<float>(instances * links * kTickFloats);
+    tick.poses = arena.allocate<float>(instances, links * kTickFloats);
     tick.orientations = arena.allocate<float>(4 * instances);
     tick.scales = arena.allocate<float>(instances);
     tick.origins = arena.allocate<double>(3 * instances);
@@ -95,8 +95,8 @@ StoredPose pose_alone(const InstanceBatch& batch, std::uint32_t instance, std::u
 
 // Whether a matrix turns a right-handed frame into a left-handed one.
 bool is_mirrored(const StoredPose& pose) {
-  const int across = pose.coding.format == PoseFormat::kMatrix3x4 ? 1 : 4;  // floats from one column to the next
-  const int down = pose.coding.format == PoseFormat::kMatrix3x4 ? 4 : 1;
+  const int across = pose.coding.format == PoseFormat::kMatrix3x4Rows ? 1 : 4;  // floats from one column to the next
+  const int down = pose.coding.format == PoseFormat::kMatrix3x4Rows ? 4 : 1;
   Double3 column[3];
   for (int k = 0; k < 3; ++k)
     column[k] = {static_cast<double>(pose.pose[k * across]), static_cast<double>(pose.pose[k * across + down]),

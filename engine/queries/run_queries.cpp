@@ -1,6 +1,7 @@
 // run_queries: the index of all instances, then the queries in goes of as many as there is room for.
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/call.h"
+#include "engine/profiled.h"
 #include "engine/queries/past.h"
 #include "engine/queries/together.h"
 #include "engine/queries/validate_queries.h"
@@ -371,6 +372,7 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
+  const Profiled profiled(engine.profiler, "queries", 0);
   if (!engine.queries) return Status::kNoQueryRoom;
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate(engine, job); status != Status::kOk) return status;

@@ -10,6 +10,7 @@
 #include "kernels/vec3.h"
 #include "kernels/walk_index.h"
 #include "layout/box_aos.h"
+#include "layout/compiler.h"
 
 #include <array>
 #include <cmath>
@@ -109,7 +110,7 @@ inline bool looks_at(const Query& query, const InstanceBatch& batch, std::uint32
 // Prefetches memory that is read soon.
 inline void prefetch(const void* from, std::size_t bytes) {
   constexpr std::size_t kLine = 64;
-  for (std::size_t at = 0; at < bytes; at += kLine) __builtin_prefetch(static_cast<const char*>(from) + at);
+  for (std::size_t at = 0; at < bytes; at += kLine) prefetch_line(static_cast<const char*>(from) + at);
 }
 
 // A query on its way through the index of its run. A probe has:

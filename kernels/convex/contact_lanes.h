@@ -94,7 +94,7 @@ struct ContactLanes {
     const D components[3] = {d.x, d.y, d.z};
     for (int c = 0; c < 3; ++c) Lanes<D>::store(along[c], divide(components[c], norm));
     for (; active; active &= active - 1) {
-      const std::uint32_t lane = lowest_lane(active);
+      const std::uint32_t lane = lowest_bit(active);
       const ConvexShape& hull = *shapes[lane];
       const float by[3] = {static_cast<float>(along[0][lane]), static_cast<float>(along[1][lane]),
                            static_cast<float>(along[2][lane])};

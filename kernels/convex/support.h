@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/vec3.h"
+#include "layout/compiler.h"
 #include "layout/convex_shape.h"
 #include "layout/error_bounds.h"
 
@@ -50,8 +51,6 @@ struct SupportShape {
   HullLanes<V> hulls;  // hulls only
 };
 
-CAB_INLINE std::uint32_t lowest_lane(std::uint32_t lanes) { return static_cast<std::uint32_t>(__builtin_ctz(lanes)); }
-
 // The vertex of a hull farthest along d, of several the one that comes first in the hull's order. V's lanes are
 // vertices here.
 template <class V>
@@ -85,7 +84,7 @@ CAB_INLINE void hull_vertex(const ConvexShape& hull, const float (&d)[3], float 
     alignas(64) float chunk[kWidth<V>];
     Lanes<V>::store(chunk, from[s]);
     for (; at_top; at_top &= at_top - 1) {
-      const std::uint32_t lane = lowest_lane(at_top);
+      const std::uint32_t lane = lowest_bit(at_top);
       const std::uint32_t vertex = static_cast<std::uint32_t>(chunk[lane]) * kLanes + s * kWidth<V> + lane;
       first = vertex < first ? vertex : first;
     }
@@ -122,7 +121,7 @@ CAB_INLINE Vec3<V> hull_vertices(const HullLanes<V>& hulls, const Vec3<V>& d, st
   const V components[3] = {d.x, d.y, d.z};
   for (int c = 0; c < 3; ++c) Lanes<V>::store(along[c], components[c]);
   for (std::uint32_t lanes = hulls.one_by_one & active; lanes; lanes &= lanes - 1) {
-    const std::uint32_t lane = lowest_lane(lanes);
+    const std::uint32_t lane = lowest_bit(lanes);
     const ConvexShape& hull = *hulls.shapes[lane];
     float vertex[3];
     hull_vertex<V>(hull, {along[0][lane], along[1][lane], along[2][lane]}, vertex);

@@ -22,7 +22,7 @@ inline ExactPose exact_pose(const Poses& poses, std::uint32_t instance, std::uin
     quaternion_matrix(q, out.column);
     out.at = {{f[4], f[5], f[6]}};
   } else {
-    const bool rows = poses.format == PoseFormat::kMatrix3x4;
+    const bool rows = poses.format == PoseFormat::kMatrix3x4Rows;
     Point m[3];
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t c = 0; c < 3; ++c) m[k][c] = f[rows ? 4 * c + k : 4 * k + c];

@@ -399,7 +399,7 @@ void resize(double factor, Rig& rig, Poses& poses) {
       float* const pose = poses.pose(i, link);
       for (std::size_t c = 0; c < 3; ++c)
         times(pose[poses.format == PoseFormat::kQuaternionTranslation ? 4 + c
-                   : poses.format == PoseFormat::kMatrix3x4           ? 4 * c + 3
+                   : poses.format == PoseFormat::kMatrix3x4Rows       ? 4 * c + 3
                                                                       : 12 + c]);
     }
 }
@@ -410,7 +410,7 @@ void mirror_links(Random& random, Poses& poses) {
     if (random.chance(0.5)) continue;
     for (std::uint32_t i = 0; i < poses.instance_count; ++i)
       for (std::size_t c = 0; c < 3; ++c) {
-        float& entry = poses.pose(i, link)[poses.format == PoseFormat::kMatrix3x4 ? 4 * c + 2 : 8 + c];
+        float& entry = poses.pose(i, link)[poses.format == PoseFormat::kMatrix3x4Rows ? 4 * c + 2 : 8 + c];
         entry = -entry;
       }
   }

@@ -98,7 +98,7 @@ struct Poses {
   bool has_scale = false;  // matrices hold a scale
 
   std::size_t floats_per_pose() const {
-    return format == PoseFormat::kQuaternionTranslation ? 7 : format == PoseFormat::kMatrix3x4 ? 12 : 16;
+    return format == PoseFormat::kQuaternionTranslation ? 7 : format == PoseFormat::kMatrix3x4Rows ? 12 : 16;
   }
   float* pose(std::uint32_t instance, std::uint32_t link) {
     return data.data() + (std::size_t{instance} * link_count + link) * floats_per_pose();
@@ -147,7 +147,7 @@ inline void write_pose(PoseFormat format, const double (&q)[4], const Vec3<doubl
   }
   double column[3][3];
   quaternion_matrix(q, column);
-  const bool rows = format == PoseFormat::kMatrix3x4;
+  const bool rows = format == PoseFormat::kMatrix3x4Rows;
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < 3; ++k) out[rows ? 4 * c + k : 4 * k + c] = static_cast<float>(column[k][c]);
     out[rows ? 4 * c + 3 : 12 + c] = static_cast<float>(t[c]);
@@ -159,7 +159,7 @@ inline void write_pose(PoseFormat format, const double (&q)[4], const Vec3<doubl
 // Writes one matrix times a factor.
 inline void scale_matrix(PoseFormat format, float factor, float* pose) {
   for (std::size_t k = 0; k < 3; ++k)
-    for (std::size_t c = 0; c < 3; ++c) pose[format == PoseFormat::kMatrix3x4 ? 4 * c + k : 4 * k + c] *= factor;
+    for (std::size_t c = 0; c < 3; ++c) pose[format == PoseFormat::kMatrix3x4Rows ? 4 * c + k : 4 * k + c] *= factor;
 }
 
 // Random poses of a rig: every link has a new rotation, and links stay joined.

@@ -102,8 +102,8 @@ MeshQueries::MeshQueries(const scenes::Scene& scene) : scene_(scene), link_(scen
     return part.vertices == piece;
   };
   for (const scenes::Character& character : scene.characters) {
-    bool fits = character.pose_format == PoseFormat::kMatrix3x4 && character.origins.empty() && !character.is_static &&
-                character.leaves.size() == character.link_parents.size();
+    bool fits = character.pose_format == PoseFormat::kMatrix3x4Rows && character.origins.empty() &&
+                !character.is_static && character.leaves.size() == character.link_parents.size();
     for (const scenes::BodyLeaf& leaf : character.leaves)
       fits = fits && std::equal(leaf.parts.begin(), leaf.parts.end(), pieces.begin(), pieces.end(), is_piece);
     if (!fits) throw std::runtime_error(character.name + ": its links are not those that the triangle mesh is of");

@@ -66,7 +66,7 @@ BodyPose link_between(const Vec3& start, const Vec3& end, const Vec3& offset) {
 Character make_strand(std::uint32_t strand, std::uint32_t frame_count) {
   Character character;
   character.name = "strand " + std::to_string(strand);
-  character.pose_format = PoseFormat::kMatrix3x4;
+  character.pose_format = PoseFormat::kMatrix3x4Rows;
   const std::vector<float> vertices = superellipsoid(kHalf[0], kHalf[1], kHalf[2], kExponent);
   for (std::uint32_t i = 0; i < kLinkCount; ++i) {
     add_link(character, "link " + std::to_string(i), static_cast<std::int32_t>(i) - 1, kHalf);

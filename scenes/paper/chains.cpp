@@ -76,7 +76,7 @@ std::vector<ShapePart> link_parts(const Table& table) {
 Character make_chain(const Table& table, double side, std::uint32_t frame_count) {
   Character chain;
   chain.name = side < 0 ? "chain -" : "chain +";
-  chain.pose_format = PoseFormat::kMatrix3x4;
+  chain.pose_format = PoseFormat::kMatrix3x4Rows;
   const std::vector<ShapePart> parts = link_parts(table);
   for (std::uint32_t i = 0; i < kLinkCount; ++i) {
     add_link(chain, "link " + std::to_string(i), static_cast<std::int32_t>(i) - 1, table.half);

@@ -121,7 +121,7 @@ void add_body(Character& hand, const std::string& name, std::int32_t parent, con
 Character make_hand_character(std::uint32_t frame_count) {
   Character hand;
   hand.name = "hand";
-  hand.pose_format = PoseFormat::kMatrix3x4;
+  hand.pose_format = PoseFormat::kMatrix3x4Rows;
   add_body(hand, "forearm", -1, kForearmHalf);
   add_body(hand, "palm", kForearm, kPalmHalf);
   add_body(hand, "thumb metacarpal", kPalm, kMetacarpalHalf);
@@ -143,7 +143,7 @@ Character make_ball(std::uint32_t frame_count) {
   const Vec3 half = {kBallRadius, kBallRadius, kBallRadius};
   Character ball;
   ball.name = "ball";
-  ball.pose_format = PoseFormat::kMatrix3x4;
+  ball.pose_format = PoseFormat::kMatrix3x4Rows;
   add_body(ball, "ball", -1, half);
   for (std::uint32_t f = 0; f < frame_count; ++f) append_pose(tilted(ball_at(f / kFramesPerSecond), kTilt), ball.poses);
   return ball;
@@ -153,7 +153,7 @@ Character make_ball(std::uint32_t frame_count) {
 Character make_fixture(const std::string& name, const Vec3& center, const Vec3& half) {
   Character fixture;
   fixture.name = name;
-  fixture.pose_format = PoseFormat::kMatrix3x4;
+  fixture.pose_format = PoseFormat::kMatrix3x4Rows;
   fixture.is_static = true;
   add_link(fixture, name, -1, half);
   append_pose(tilted(upright(center), kTilt), fixture.poses);

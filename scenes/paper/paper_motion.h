@@ -29,7 +29,7 @@ std::array<Vec3, 3> about(Vec3 axis, const std::array<Vec3, 3>& axes, double ang
 // The pose after the whole world is rotated by tilt about the axis (1, 2, .5) through the origin.
 BodyPose tilted(const BodyPose& pose, double tilt);
 
-// Appends a link's pose in the format kMatrix3x4. Motion is rounded to float here and nowhere else.
+// Appends a link's pose in the format kMatrix3x4Rows. Motion is rounded to float here and nowhere else.
 void append_pose(const BodyPose& pose, std::vector<float>& poses);
 
 // Adds a link with one leaf to a character. The leaf box is centred in the link's frame, and the joint with the parent

@@ -38,8 +38,8 @@ struct Arrays {
 std::size_t floats_of(PoseFormat format) {
   switch (format) {
     case PoseFormat::kQuaternionTranslation: return 7;
-    case PoseFormat::kMatrix3x4: return 12;
-    case PoseFormat::kMatrix4x4: return 16;
+    case PoseFormat::kMatrix3x4Rows: return 12;
+    case PoseFormat::kMatrix4x4Columns: return 16;
   }
   return 0;
 }
@@ -47,7 +47,7 @@ std::size_t floats_of(PoseFormat format) {
 // Reads one pose. False if it is not rigid or not finite.
 bool read_pose(PoseFormat format, const float* p, Arrays& out) {
   for (std::size_t i = 0; i < floats_of(format); ++i) {
-    const bool is_read = format != PoseFormat::kMatrix4x4 || i % 4 != 3;
+    const bool is_read = format != PoseFormat::kMatrix4x4Columns || i % 4 != 3;
     if (is_read && !(std::fabs(p[i]) <= kMaxCoordinate)) return false;
   }
   Quat q = {0, 0, 0, 1};
@@ -58,7 +58,7 @@ bool read_pose(PoseFormat format, const float* p, Arrays& out) {
     q = normalized({p[0], p[1], p[2], p[3]});
     place = {p[4], p[5], p[6]};
   } else {
-    const bool by_rows = format == PoseFormat::kMatrix3x4;
+    const bool by_rows = format == PoseFormat::kMatrix3x4Rows;
     Affine matrix;
     for (std::size_t c = 0; c < 4; ++c) {
       Vec3& column = c < 3 ? matrix.columns[c] : matrix.translation;

@@ -1,5 +1,5 @@
 cmake_minimum_required(VERSION 3.25)
-# Installs cab, and configures, builds and runs tests/embed, tests/embed/rig and tests/embed/c against what was
+# Installs cab, and configures, builds and runs tests/embed and its folders c, golden and rig against what was
 # installed.
 # VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared where that at BUILD is
 # static.
@@ -28,7 +28,7 @@ if(VARIANT STREQUAL other)
 endif()
 
 # From an empty folder, so that nothing of an earlier run stands in for a file that is not installed any more.
-file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/project ${WORK}/rig ${WORK}/c)
+file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/project ${WORK}/rig ${WORK}/c ${WORK}/golden)
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 if(SANITIZE)
   list(APPEND common -D CMAKE_CXX_FLAGS=-fsanitize=${SANITIZE} -D CMAKE_C_FLAGS=-fsanitize=${SANITIZE})
@@ -59,6 +59,23 @@ if(NOT output STREQUAL expected)
   message(FATAL_ERROR "the ABI has changed: if it was released, raise CAB_ABI_VERSION in engine/bindings/make_c_api; "
     "then copy ${WORK}/layout.txt to tests/embed/c/layout.txt")
 endif()
+
+# The golden frames, in both languages and on every instruction set that this CPU has.
+run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/golden -B ${WORK}/golden ${common})
+run(${CMAKE_COMMAND} --build ${WORK}/golden)
+file(READ ${SOURCE}/tests/embed/golden/expected.txt expected)
+foreach(program golden_cpp golden_c)
+  foreach(isa auto scalar sse2 avx2 avx512 neon64)
+    execute_process(COMMAND ${WORK}/golden/${program} ${isa} RESULT_VARIABLE result OUTPUT_VARIABLE output
+      ERROR_VARIABLE error)
+    if(NOT isa MATCHES "auto|scalar" AND error STREQUAL
+        "golden: isa is an instruction set that this CPU or this build lacks\n")
+      message("${program}: this CPU has no ${isa}")
+    elseif(NOT result EQUAL 0 OR NOT output STREQUAL expected)
+      message(FATAL_ERROR "${program} ${isa} printed\n${output}${error}instead of\n${expected}")
+    endif()
+  endforeach()
+endforeach()
 
 run(${WORK}/rig/rig)
 set(expected "3 links, 3 leaves\n2 links, 2 leaves\n")

@@ -91,6 +91,36 @@ TEST_CASE("ids count up from 1, and info tells what was added") {
   }
 }
 
+TEST_CASE("a batch tells what it was added as, until it is removed") {
+  const EnginePtr engine = make_engine();
+  Random random(6);
+  const ArticulationId first = add_rig(*engine, any_rig(random, 8)), second = add_rig(*engine, any_rig(random, 8));
+  const BatchId characters = add_instances(*engine, second, 7);
+  const BatchId sequence = add_instances(*engine, first, 3, BatchKind::kSequence);
+  StaticBody wall;
+  wall.box = random_box(random, {}, 1, 2);
+  BatchId walls;
+  REQUIRE(add_static_batch(*engine, {{&wall, 1}, {}, {}, {}}, &walls) == Status::kOk);
+  BatchInfo info;
+  REQUIRE(batch_info(*engine, characters, &info) == Status::kOk);
+  CHECK(info.articulation.value == second.value);
+  CHECK(info.instance_count == 7);
+  CHECK(info.kind == BatchKind::kCharacters);
+  CHECK_FALSE(info.is_static);
+  REQUIRE(batch_info(*engine, sequence, &info) == Status::kOk);
+  CHECK(info.articulation.value == first.value);
+  CHECK(info.kind == BatchKind::kSequence);
+  REQUIRE(batch_info(*engine, walls, &info) == Status::kOk);
+  CHECK(info.articulation.value == 0);
+  CHECK(info.instance_count == 1);
+  CHECK(info.is_static);
+  CHECK(batch_info(*engine, walls, nullptr) == Status::kBadOutput);
+  REQUIRE(remove_batch(*engine, sequence) == Status::kOk);
+  CHECK(batch_info(*engine, sequence, &info) == Status::kUnknownBatch);
+  CHECK(batch_info(*engine, {}, &info) == Status::kUnknownBatch);
+  CHECK(info.is_static);
+}
+
 TEST_CASE("unknown articulations are refused, with outputs untouched") {
   const EnginePtr engine = make_engine();
   add_rig(*engine, simple_rig());
@@ -198,7 +228,7 @@ TEST_CASE("thousands of links: the largest chain and the largest star run, whole
     member.rig = random_rig(random, topology, kMaxLinks, 1);
     if (topology == Topology::kChain)
       for (auto& offset : member.rig.parent_offset) offset = 0.2 * offset;
-    member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4, {0.1, false, false, {}});
+    member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4Rows, {0.1, false, false, {}});
     world.members = {member, member};
     world.members[1].kind = BatchKind::kSequence;
     world.rules = {{{1}, {1}, Pairing::kBetween}, {{1}, {1}, Pairing::kWithin}, {{2}, {2}, Pairing::kWithin}};

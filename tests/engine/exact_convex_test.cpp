@@ -352,9 +352,9 @@ TEST_CASE("characters whose poses are stored in different ways share no block") 
     const World world = bodies(random, {ShapeKind::kEllipsoid, ShapeKind::kBox}, 2, 9, parts);
     std::vector<unsigned> turns;
     for (int i = 0; i < 18; ++i) turns.push_back(random.index(4));
-    for (const PoseFormat format_a : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4})
+    for (const PoseFormat format_a : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows})
       for (const PoseFormat format_b :
-           {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4})
+           {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns})
         for (const bool by_orientation : {false, true}) {
           World stored;
           stored.rules = {{{1}, {2}, Pairing::kBetween}, {{1}, {1}, Pairing::kBetween}, {{2}, {2}, Pairing::kBetween}};

@@ -78,7 +78,8 @@ Poses poses_at(const Place& at, PoseFormat format, bool by_origin, bool by_orien
 // either test.
 bool touch(Span<const ConvexPart> a, Span<const ConvexPart> b, const Place& at) {
   int yes = 0, asked = 0;
-  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+  for (const PoseFormat format :
+       {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns}) {
     for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence}) {
       for (const bool by_origin : {false, true}) {
         World world;
@@ -262,17 +263,17 @@ TEST_CASE("a leaf without parts is its box, plates and points included") {
   CHECK_FALSE(touch({}, {&ball, 1}, {3.8, 3.8, 0}));
   World world;
   world.members.push_back(
-      {body({}), poses_at({0, 0, 0}, PoseFormat::kMatrix3x4, false, false), BatchKind::kCharacters});
+      {body({}), poses_at({0, 0, 0}, PoseFormat::kMatrix3x4Rows, false, false), BatchKind::kCharacters});
   world.members.push_back(
-      {body({}), poses_at({3.5, 0, 0}, PoseFormat::kMatrix3x4, false, false), BatchKind::kCharacters});
+      {body({}), poses_at({3.5, 0, 0}, PoseFormat::kMatrix3x4Rows, false, false), BatchKind::kCharacters});
   world.rules = {{{1}, {2}, Pairing::kBetween}};
   for (int flat = 1; flat <= 3; ++flat) {
     CAPTURE(flat);
     for (int k = 0; k < flat; ++k) world.members[1].rig.leaves[0].box.half[k] = 0;
     CHECK(run_world(world, kExactTree).hits.size() == 0);
-    world.members[1].poses = poses_at({1, 0.5, 0.25}, PoseFormat::kMatrix3x4, false, false);
+    world.members[1].poses = poses_at({1, 0.5, 0.25}, PoseFormat::kMatrix3x4Rows, false, false);
     CHECK(run_world(world, kExactTree).hits.size() == 1);
-    world.members[1].poses = poses_at({3.5, 0, 0}, PoseFormat::kMatrix3x4, false, false);
+    world.members[1].poses = poses_at({3.5, 0, 0}, PoseFormat::kMatrix3x4Rows, false, false);
   }
 }
 
@@ -304,8 +305,8 @@ namespace {
 Contact contact_of(const ConvexPart& a, const ConvexPart& b, const Place& at, BatchKind kind,
                    Exact exact = Exact::kFcl) {
   World world;
-  world.members.push_back({body({&a, 1}), poses_at({0, 0, 0}, PoseFormat::kMatrix3x4, true, false), kind});
-  world.members.push_back({body({&b, 1}), poses_at(at, PoseFormat::kMatrix3x4, true, true), kind});
+  world.members.push_back({body({&a, 1}), poses_at({0, 0, 0}, PoseFormat::kMatrix3x4Rows, true, false), kind});
+  world.members.push_back({body({&b, 1}), poses_at(at, PoseFormat::kMatrix3x4Rows, true, true), kind});
   const EnginePtr engine = make_engine_for(world);
   const BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
   const PairRule rule = {{1}, {2}, Pairing::kBetween};

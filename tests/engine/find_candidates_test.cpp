@@ -47,7 +47,7 @@ World crowd(Random& random) {
   for (const std::uint32_t count : {70u, 45u, 20u}) {
     Member member;
     member.rig = random_rig(random, Topology::kTree, 5, 2);
-    member.poses = random_poses(random, member.rig, count, PoseFormat::kMatrix3x4,
+    member.poses = random_poses(random, member.rig, count, PoseFormat::kMatrix3x4Rows,
                                 {random.uniform(1.5, 6), random.chance(0.5), true, {}});
     world.members.push_back(member);
   }

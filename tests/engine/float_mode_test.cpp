@@ -121,7 +121,7 @@ World touchy_world(std::uint64_t seed) {
     for (std::uint32_t l = 0; l < poses.link_count; ++l)
       for (std::size_t c = 0; c < 3; ++c)
         poses.pose(i, l)[poses.format == PoseFormat::kQuaternionTranslation ? 4 + c
-                         : poses.format == PoseFormat::kMatrix3x4           ? 4 * c + 3
+                         : poses.format == PoseFormat::kMatrix3x4Rows       ? 4 * c + 3
                                                                             : 12 + c] *= 1e-38f;
   world.members.push_back(tiny);
   const auto last = static_cast<std::uint32_t>(world.members.size());

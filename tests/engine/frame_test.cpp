@@ -142,7 +142,8 @@ TEST_CASE("strides with gaps between links and instances change no bit") {
   Random random(11);
   World world;
   const PoseRange range = any_pose_range(random, false, {}, 0.5);
-  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+  for (const PoseFormat format :
+       {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns}) {
     Member member;
     member.rig = any_rig(random, 16);
     member.poses = random_poses(random, member.rig, 17, format, range);
@@ -199,7 +200,7 @@ TEST_CASE("an engine keeps nothing of a frame: the same frame after another one 
   add_frames(random, world, 16);
   World other = world;
   for (Member& member : other.members) {
-    member.poses = random_poses(random, member.rig, member.poses.instance_count, PoseFormat::kMatrix3x4,
+    member.poses = random_poses(random, member.rig, member.poses.instance_count, PoseFormat::kMatrix3x4Rows,
                                 {0.2, true, true, {{5, 5, 5}}});
     for (std::size_t i = 0; i < member.poses.data.size(); i += 7) member.poses.data[i] = 1e30f;
   }
@@ -249,7 +250,7 @@ TEST_CASE("candidates whose leaf pairs nearly fill a worker's list lose no pair 
       rig.leaves.push_back({link, random_box(random, {}, 1, 2), {}});
     }
     world.members.push_back(
-        {rig, random_poses(random, rig, instances, PoseFormat::kMatrix3x4, {0.1, false, true, {}})});
+        {rig, random_poses(random, rig, instances, PoseFormat::kMatrix3x4Rows, {0.1, false, true, {}})});
   }
   world.rules = {{{1}, {2}, Pairing::kBetween}};
   const std::vector<Hit> expected = run_world(world, kCabBrute).hits;

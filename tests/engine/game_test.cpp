@@ -46,7 +46,7 @@ Script any_script(Random& random) {
   if (out.policies.exact == Exact::kNone && random.chance(0.5)) out.middle = LodKind::kNodes;
   out.margin = random.chance(0.5) ? 0.0f : 0.05f;
   const auto pose = [&] {
-    Poses poses = random_poses(random, out.rig, kCharacters, PoseFormat::kMatrix4x4, {2, true, true, {}});
+    Poses poses = random_poses(random, out.rig, kCharacters, PoseFormat::kMatrix4x4Columns, {2, true, true, {}});
     for (std::uint32_t i = 0; i < kCharacters; ++i) {
       const auto factor = static_cast<float>(random.uniform(0.8, 1.25));
       for (std::uint32_t link = 0; link < poses.link_count; ++link) {

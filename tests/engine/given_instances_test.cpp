@@ -211,7 +211,8 @@ TEST_CASE("a frame of listed instances has the hits of a frame in which the othe
     Random random(seed);
     World all = two_batches(random);
     for (Member& member : all.members) {  // more instances, so that tasks share words of live bits
-      member.poses = random_poses(random, member.rig, 150, PoseFormat::kMatrix3x4, {2.5, random.chance(0.5), true, {}});
+      member.poses =
+          random_poses(random, member.rig, 150, PoseFormat::kMatrix3x4Rows, {2.5, random.chance(0.5), true, {}});
     }
     const Listed some(random, all, random.uniform(0.05, 0.95)), others(random, all, 0.5);
     for (const Strategy strategy :

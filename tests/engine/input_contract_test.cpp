@@ -56,7 +56,7 @@ Rig contract_rig(Random& random) {
 }
 
 float& entry(float* pose, PoseFormat format, std::size_t row, std::size_t column) {
-  return pose[format == PoseFormat::kMatrix3x4 ? 4 * row + column : 4 * column + row];
+  return pose[format == PoseFormat::kMatrix3x4Rows ? 4 * row + column : 4 * column + row];
 }
 
 using Matrix = std::array<std::array<double, 3>, 3>;  // columns
@@ -159,10 +159,10 @@ auto sized_instance(float scale) {
 
 std::vector<PoseRow> pose_rows() {
   const std::string not_rigid = "masked, `kInstanceNotRigid`", not_finite = "masked, `kInstanceNotFinite`";
-  const std::vector<PoseFormat> matrices = {PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4},
+  const std::vector<PoseFormat> matrices = {PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns},
                                 quaternions = {PoseFormat::kQuaternionTranslation},
-                                all = {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4,
-                                       PoseFormat::kMatrix4x4};
+                                all = {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows,
+                                       PoseFormat::kMatrix4x4Columns};
   const auto out_of_range = [](Random& random, Poses& poses, std::uint32_t i) {
     moved({9e17, 9e17, 0})(random, poses, i);
     oriented({0, 0, 0.38268343f, 0.92387953f})(random, poses, i);
@@ -222,7 +222,7 @@ std::vector<PoseRow> pose_rows() {
          const float q[4] = {kDenormal, -kDenormal, 1e-45f, 1};
          std::copy_n(q, 4, poses.pose(i, 0));
        }}},
-      {{"last row of a 4x4 matrix", "not read"}, kInstanceOk, {PoseFormat::kMatrix4x4}, {last_row}},
+      {{"last row of a 4x4 matrix", "not read"}, kInstanceOk, {PoseFormat::kMatrix4x4Columns}, {last_row}},
       {{"NaN in a link that has no leaf, its joint needed by a merge", not_finite},
        kInstanceNotFinite,
        all,
@@ -476,7 +476,7 @@ void check_taken(Random& random, const Rig& rig, InstanceFlag flag) {
   Member member;
   member.rig = rig;
   const std::uint32_t instances = rig.leaf_count() > 16 ? 1 : 3;  // a frame of large rigs has a million hits
-  member.poses = random_poses(random, rig, instances, PoseFormat::kMatrix3x4, {0.1, false, false, {}});
+  member.poses = random_poses(random, rig, instances, PoseFormat::kMatrix3x4Rows, {0.1, false, false, {}});
   world.members.push_back(member);
   world.rules = {{{1}, {1}, Pairing::kWithin}, {{1}, {1}, Pairing::kBetween}};
   for (const Policies& policies : {kCabTree, kHullTree, kObbLeaves}) {
@@ -686,7 +686,8 @@ void check_vertices() {
 
 // Adds the rig of the table with a rest pose that `change` has changed, and checks the answer.
 void check_rest(Status status, const std::function<void(Random&, Poses&, PoseView&)>& change) {
-  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+  for (const PoseFormat format :
+       {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns}) {
     Random random(11);
     const Rig rig = contract_rig(random);
     Poses poses = random_poses(random, rig, 1, format, {0.1, false, false, {}});
@@ -783,7 +784,7 @@ void check_bad_scales() {
   Call call;
   call.input.scales = {ones.data(), 19};
   CHECK(run_frame(*call.engine, call.job) == Status::kOk);
-  call.input.poses.format = PoseFormat::kMatrix3x4;
+  call.input.poses.format = PoseFormat::kMatrix3x4Rows;
   call.input.poses.has_scale = true;
   CHECK(run_frame(*call.engine, call.job) == Status::kBadScales);
 }
@@ -796,7 +797,7 @@ void check_scaled_quaternions() {
 }
 
 void check_scaled_matrices() {
-  for (const PoseFormat format : {PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4})
+  for (const PoseFormat format : {PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns})
     for (const bool mirrored : {false, true}) {
       Random random(mirrored ? 8 : 9);
       World world;

@@ -121,7 +121,7 @@ TEST_CASE(
       if (leaf % 2 == 1) rig.leaves.back().box.center[1] = leaf == 1 ? 40.0f : -40.0f;
     }
     World world;
-    world.members = {{rig, random_poses(random, rig, 1, PoseFormat::kMatrix3x4, {0.001, false, false, {}})}};
+    world.members = {{rig, random_poses(random, rig, 1, PoseFormat::kMatrix3x4Rows, {0.001, false, false, {}})}};
     world.rules = {{{1}, {1}, Pairing::kWithin}};
     const EnginePtr engine = make_engine_for(world);
     const auto touch = [&](float at, Strategy strategy) {

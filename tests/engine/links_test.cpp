@@ -71,7 +71,7 @@ World scaled(World world, double by) {
       for (std::uint32_t link = 0; link < member.poses.link_count; ++link)
         for (int c = 0; c < 3; ++c)
           scale(member.poses.pose(i, link)[format == PoseFormat::kQuaternionTranslation ? 4 + c
-                                           : format == PoseFormat::kMatrix3x4           ? 4 * c + 3
+                                           : format == PoseFormat::kMatrix3x4Rows       ? 4 * c + 3
                                                                                         : 12 + c]);
     for (double& v : member.poses.origins) scale(v);
   }
@@ -156,7 +156,7 @@ World two_characters(const Rig& rig, const std::vector<float>& pose_a, const std
   return world;
 }
 
-// Columns of a rotation and a translation as a pose of PoseFormat::kMatrix3x4.
+// Columns of a rotation and a translation as a pose of PoseFormat::kMatrix3x4Rows.
 std::vector<float> matrix_pose(const double (&column)[3][3], const V3& at) {
   std::vector<float> out;
   for (std::size_t r = 0; r < 3; ++r) {
@@ -212,7 +212,7 @@ TEST_CASE("edges that are nearly parallel: a pair within the leaf predicate's sl
         }
         World world =
             two_characters(rig, matrix_pose(here, {}), matrix_pose(there, {}), rotated({{2 * edge + gap, 0, 0}}));
-        for (Member& member : world.members) member.poses.format = PoseFormat::kMatrix3x4;
+        for (Member& member : world.members) member.poses.format = PoseFormat::kMatrix3x4Rows;
         for (const float length : {0.0f, 1.0f, 32.0f}) {
           // With one leaf, the second character has strategy rows. Its rod is not in a grown link box then.
           CAPTURE(length);
@@ -625,7 +625,7 @@ TEST_CASE("links are rows where no link has several leaves or boxes are axis-ali
     frames.members.back().kind = BatchKind::kSequence;
   }
   frames.members[1].poses =
-      random_poses(random, frames.members[1].rig, 40, PoseFormat::kMatrix4x4, {0.6, true, true, {}});
+      random_poses(random, frames.members[1].rig, 40, PoseFormat::kMatrix4x4Columns, {0.6, true, true, {}});
   pair_all(frames, 1, 2);
   const Outcome tree = run_world(frames, kTree), links = run_world(frames, kLinks);
   CHECK(tree.hits.size() > 100);

@@ -151,7 +151,7 @@ Crowd make_crowd(Random& random, Engine& engine, const Rig& rig, std::uint32_t c
     out.leaf_of_link.push_back(leaves_by_link(engine, id));
   }
   if (random.chance(0.5) && out.poses.orientations.empty())
-    out.poses = as_matrices(out.poses, random.chance(0.5) ? PoseFormat::kMatrix3x4 : PoseFormat::kMatrix4x4);
+    out.poses = as_matrices(out.poses, random.chance(0.5) ? PoseFormat::kMatrix3x4Rows : PoseFormat::kMatrix4x4Columns);
   for (std::uint32_t i = 0; i < count; ++i) out.level.push_back(random.index(3));
   return out;
 }

@@ -51,7 +51,8 @@ struct Body {
 }  // namespace
 
 TEST_CASE("a sound instance is masked for no reason") {
-  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+  for (const PoseFormat format :
+       {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns}) {
     Body body(format, true);
     for (std::uint32_t i = 0; i < 5; ++i) {
       CHECK(body.reason(i).cause == MaskCause::kNone);
@@ -100,11 +101,12 @@ TEST_CASE("a rotation at fault is named, with how far off it is") {
   CHECK(quaternions.flags()[0] == kInstanceNotRigid);
   CHECK(quaternions.flags()[1] == kInstanceNotRigid);
 
-  for (const PoseFormat format : {PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+  for (const PoseFormat format : {PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns}) {
     Body matrices(format, false);
     float* const pose = matrices.poses.pose(4, 2);
-    for (std::size_t c = 0; c < 3; ++c) pose[format == PoseFormat::kMatrix3x4 ? 4 * c : c] *= 1.1f;
-    if (format == PoseFormat::kMatrix4x4) matrices.poses.pose(3, 0)[3] = kNan;  // of the last row, which is not read
+    for (std::size_t c = 0; c < 3; ++c) pose[format == PoseFormat::kMatrix3x4Rows ? 4 * c : c] *= 1.1f;
+    if (format == PoseFormat::kMatrix4x4Columns)
+      matrices.poses.pose(3, 0)[3] = kNan;  // of the last row, which is not read
     const MaskReason scaled = matrices.reason(4);
     CHECK(scaled.flag == kInstanceNotRigid);
     CHECK(scaled.cause == MaskCause::kMatrix);

@@ -64,7 +64,7 @@ void mirror_poses(Poses& poses, const std::set<std::uint32_t>& links) {
   for (std::uint32_t i = 0; i < poses.instance_count; ++i)
     for (const std::uint32_t link : links)
       for (std::size_t c = 0; c < 3; ++c) {
-        float& entry = poses.pose(i, link)[poses.format == PoseFormat::kMatrix3x4 ? 4 * c + 2 : 8 + c];
+        float& entry = poses.pose(i, link)[poses.format == PoseFormat::kMatrix3x4Rows ? 4 * c + 2 : 8 + c];
         entry = -entry;
       }
 }
@@ -88,7 +88,7 @@ Worlds mirror(const World& world, Random& random, Kept& kept) {
 
 World crowd_of_matrices(Random& random, unsigned most_leaves) {
   World world;
-  for (const PoseFormat format : {PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+  for (const PoseFormat format : {PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns}) {
     Member member;
     member.rig = random_rig(random, Topology::kTree, 6, most_leaves);
     member.poses = random_poses(random, member.rig, 20, format, {0.5, random.chance(0.5), random.chance(0.5), {}});
@@ -186,7 +186,7 @@ TEST_CASE("shapes of every kind are mirrored with their link, for both exact tes
         rig.leaves.push_back(
             {link, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1.2f, 1.2f, 1.2f}}, {lists.back().data(), 1}});
       }
-      world.members.push_back({rig, random_poses(random, rig, 4, PoseFormat::kMatrix3x4, {0.6, false, false, {}})});
+      world.members.push_back({rig, random_poses(random, rig, 4, PoseFormat::kMatrix3x4Rows, {0.6, false, false, {}})});
     }
     world.rules = {{{1}, {2}, Pairing::kBetween}};
     world.contacts = true;

@@ -12,9 +12,9 @@ using namespace cab;
 
 TEST_CASE("every status has its own words, and a number beyond them is no status") {
   const std::string none = to_string(static_cast<Status>(-1));
-  CHECK(to_string(static_cast<Status>(static_cast<int>(Status::kNullArgument) + 1)) == none);
+  CHECK(to_string(static_cast<Status>(static_cast<int>(Status::kBadHistoryPoses) + 1)) == none);
   std::set<std::string> words;
-  for (int status = 0; status <= static_cast<int>(Status::kNullArgument); ++status) {
+  for (int status = 0; status <= static_cast<int>(Status::kBadHistoryPoses); ++status) {
     const std::string word = to_string(static_cast<Status>(status));
     CAPTURE(word);
     CHECK(!word.empty());
@@ -45,7 +45,7 @@ TEST_CASE(
     const std::string name = line.substr(2, line.find_first_of(" ,", 2) - 2);
     if (name != "kOk") CHECK(call_text.find(name) != std::string::npos);
   }
-  CHECK(status == static_cast<int>(Status::kNullArgument) + 1);
+  CHECK(status == static_cast<int>(Status::kBadHistoryPoses) + 1);
 }
 
 TEST_CASE("the words of a status begin with a small letter and end without a period") {
@@ -61,7 +61,7 @@ TEST_CASE("the words of a status begin with a small letter and end without a per
 TEST_CASE("every instruction set has its own name") {
   std::set<std::string> names;
   for (std::uint32_t isa = 0; isa < kIsaCount; ++isa) CHECK(names.insert(to_string(static_cast<Isa>(isa))).second);
-  CHECK(names == std::set<std::string>{"auto", "scalar", "sse2", "avx2", "avx512", "neon64"});
+  CHECK(names == std::set<std::string>{"auto", "scalar", "sse2", "avx2", "avx512", "neon64", "wasm128"});
   CHECK(names.count(to_string(static_cast<Isa>(kIsaCount))) == 0);
 }
 
@@ -71,8 +71,8 @@ TEST_CASE("the header, the library and the project of CMake are of one version")
   CHECK(library.minor == CAB_VERSION_MINOR);
   CHECK(library.patch == CAB_VERSION_PATCH);
   CHECK(library.text == std::string(CAB_VERSION_STRING));
-  CHECK(library.text ==
-        std::to_string(library.major) + "." + std::to_string(library.minor) + "." + std::to_string(library.patch));
+  CHECK(library.text == std::to_string(library.major) + "." + std::to_string(library.minor) + "." +
+                            std::to_string(library.patch) + CAB_VERSION_SUFFIX);
   CHECK(library.text == std::string(CAB_PROJECT_VERSION));
 }
 

@@ -31,7 +31,7 @@ struct Slots {
         rig.parent_offset.push_back({{0.1, 0, 0}});
         rig.leaves.push_back({link, random_box(random, {}, 0.1, 0.2), {}});
       }
-      world.members.push_back({rig, random_poses(random, rig, count, PoseFormat::kMatrix3x4, {})});
+      world.members.push_back({rig, random_poses(random, rig, count, PoseFormat::kMatrix3x4Rows, {})});
     }
     engine = make_engine_for(world);
     for (std::uint32_t m = 0; m < instances.size(); ++m) inputs.push_back(world.members[m].poses.input({m + 1}));

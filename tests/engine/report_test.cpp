@@ -52,7 +52,7 @@ World gathering(double spread) {
   body.parents = {-1};
   body.leaves = {{0, random_box(random, {}, 0.1, 0.2), {}}};
   world.members.push_back(
-      {body, random_poses(random, body, 50, PoseFormat::kMatrix3x4, {1, false, true, {}}), BatchKind::kCharacters});
+      {body, random_poses(random, body, 50, PoseFormat::kMatrix3x4Rows, {1, false, true, {}}), BatchKind::kCharacters});
   add_layers(random, world);
   world.rules = {{{1}, {1}, Pairing::kBetween}, {{2}, {1}, Pairing::kBetween}, {{1}, {3}, Pairing::kBetween},
                  {{3}, {2}, Pairing::kBetween}, {{2}, {2}, Pairing::kWithin},  {{3}, {3}, Pairing::kWithin}};
@@ -304,7 +304,7 @@ TEST_CASE("two instances with far more hits than a worker keeps at a time have t
     member.rig.parent_offset.push_back({});
     member.rig.leaves.push_back({link, random_box(random, {}, 0.5, 1), {}});
   }
-  member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4, {0.01, false, false, {}});
+  member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4Rows, {0.01, false, false, {}});
   world.members = {member};
   world.rules = {{{1}, {1}, Pairing::kBetween}};
   const EnginePtr engine = make_engine_for(world);

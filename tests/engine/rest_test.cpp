@@ -27,7 +27,7 @@ Member crowd_of(Random& random, std::uint32_t count, PoseFormat format, double s
 World two_crowds(Random& random, Resting resting) {
   World world;
   world.members.push_back(crowd_of(random, 230, PoseFormat::kQuaternionTranslation, 2.5));
-  world.members.push_back(crowd_of(random, 120, PoseFormat::kMatrix3x4, 2.5));
+  world.members.push_back(crowd_of(random, 120, PoseFormat::kMatrix3x4Rows, 2.5));
   world.rules = {{{1}, {1}, Pairing::kBetween, resting},
                  {{1}, {2}, Pairing::kBetween, resting},
                  {{2}, {2}, Pairing::kWithin, resting}};

@@ -92,8 +92,8 @@ TEST_CASE("auto is rows, links from 49 leaves on where links have several, tree 
     for (std::uint32_t i = 0; i < choice.leaves; ++i)
       rig.leaves.push_back({i % choice.links, random_box(random, 0.5 * random.unit_vector(), 0.03, 0.1), {}});
     World world;
-    world.members = {
-        {rig, random_poses(random, rig, 20, PoseFormat::kMatrix3x4, {1.0, false, true, {}}), BatchKind::kCharacters}};
+    world.members = {{rig, random_poses(random, rig, 20, PoseFormat::kMatrix3x4Rows, {1.0, false, true, {}}),
+                      BatchKind::kCharacters}};
     pair_all(world, 1, 1);
     const Outcome chosen = run_world(world, {Refit::kCab, Strategy::kAuto});
     CHECK(chosen.hits.size() > 0);

@@ -47,7 +47,7 @@ void scale_translations(Poses& poses, float factor) {
     for (std::uint32_t link = 0; link < poses.link_count; ++link)
       for (std::size_t c = 0; c < 3; ++c)
         poses.pose(i, link)[poses.format == PoseFormat::kQuaternionTranslation ? 4 + c
-                            : poses.format == PoseFormat::kMatrix3x4           ? 4 * c + 3
+                            : poses.format == PoseFormat::kMatrix3x4Rows       ? 4 * c + 3
                                                                                : 12 + c] *= factor;
 }
 
@@ -87,7 +87,7 @@ World world_of_shapes(Random& random, std::uint32_t count, PoseFormat format, Ke
       for (std::uint32_t link = 0; link < rig.link_count(); ++link)
         for (std::size_t c = 0; c < 3; ++c) {
           float& at = member.poses.pose(i, link)[format == PoseFormat::kQuaternionTranslation ? 4 + c
-                                                 : format == PoseFormat::kMatrix3x4           ? 4 * c + 3
+                                                 : format == PoseFormat::kMatrix3x4Rows       ? 4 * c + 3
                                                                                               : 12 + c];
           at = static_cast<float>(std::ldexp(std::floor(static_cast<double>(at) * 4096), -12));
         }
@@ -99,8 +99,8 @@ World world_of_shapes(Random& random, std::uint32_t count, PoseFormat format, Ke
 
 World random_crowd(Random& random, double least, double most) {
   World world;
-  for (const PoseFormat format :
-       {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4, PoseFormat::kMatrix3x4}) {
+  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows,
+                                  PoseFormat::kMatrix4x4Columns, PoseFormat::kMatrix3x4Rows}) {
     Member member;
     member.rig = random_rig(random, Topology::kTree, 5, 3);
     member.poses = random_poses(random, member.rig, 18, format, {1, random.chance(0.5), random.chance(0.7), {}});
@@ -178,7 +178,7 @@ TEST_CASE("shapes are scaled by any factor, as a whole or by the matrix of each 
     CAPTURE(seed);
     Random random(seed);
     Kept kept;
-    World by_scale = world_of_shapes(random, 5, PoseFormat::kMatrix3x4, kept), by_rig = by_scale;
+    World by_scale = world_of_shapes(random, 5, PoseFormat::kMatrix3x4Rows, kept), by_rig = by_scale;
     for (std::size_t m = 0; m < 2; ++m) {
       Poses& poses = by_scale.members[m].poses;
       by_rig.members[m].rig = scaled(by_rig.members[m].rig, 0.75f, kept);
@@ -191,7 +191,7 @@ TEST_CASE("shapes are scaled by any factor, as a whole or by the matrix of each 
       poses.has_scale = true;
       for (std::uint32_t i = 0; i < 5; ++i)
         for (std::uint32_t link = 0; link < poses.link_count; ++link)
-          scale_matrix(PoseFormat::kMatrix3x4, 0.75f, poses.pose(i, link));
+          scale_matrix(PoseFormat::kMatrix3x4Rows, 0.75f, poses.pose(i, link));
     }
     for (const Exact exact : {Exact::kConvex, Exact::kFcl}) {
       if (exact == Exact::kFcl && !build_info().fcl) {
@@ -251,7 +251,7 @@ TEST_CASE("a scale out of range masks its instance, and why_masked says so") {
   World world;
   Member member;
   member.rig = random_rig(random, Topology::kChain, 3, 1);
-  member.poses = random_poses(random, member.rig, 8, PoseFormat::kMatrix3x4, {0.2, false, false, {}});
+  member.poses = random_poses(random, member.rig, 8, PoseFormat::kMatrix3x4Rows, {0.2, false, false, {}});
   member.poses.scales = {
       1, 0, 9e-4f, 1001, -1, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1};
   world.members.push_back(member);
@@ -269,7 +269,7 @@ TEST_CASE("a scale out of range masks its instance, and why_masked says so") {
 
   world.members[0].poses.scales.clear();
   world.members[0].poses.has_scale = true;
-  scale_matrix(PoseFormat::kMatrix3x4, 5e-4f, world.members[0].poses.pose(2, 1));
+  scale_matrix(PoseFormat::kMatrix3x4Rows, 5e-4f, world.members[0].poses.pose(2, 1));
   for (std::size_t c = 0; c < 3; ++c) world.members[0].poses.pose(5, 0)[4 * c + 1] *= 1.01f;  // no longer uniform
   CHECK(run_world(world).flags[0] == std::vector<std::uint8_t>{0, 0, bad, 0, 0, bad, 0, 0});
   REQUIRE(why_masked(*engine, world.members[0].poses.input({1}), 2, &reason) == Status::kOk);
@@ -285,7 +285,7 @@ TEST_CASE("scales of the wrong number, or given in two ways, are refused") {
   World world;
   Member member;
   member.rig = random_rig(random, Topology::kChain, 3, 1);
-  member.poses = random_poses(random, member.rig, 8, PoseFormat::kMatrix4x4, {0.2, false, false, {}});
+  member.poses = random_poses(random, member.rig, 8, PoseFormat::kMatrix4x4Columns, {0.2, false, false, {}});
   world.members.push_back(member);
   const EnginePtr engine = make_engine_for(world);
   std::vector<Box> boxes(8 * member.rig.node_count());

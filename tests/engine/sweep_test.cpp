@@ -317,7 +317,8 @@ TEST_CASE("a sweep is the same in every pose format, with orientations and scale
   Random random(3);
   const Rig rig = any_rig(random, 10);
   std::vector<float> expected;
-  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4})
+  for (const PoseFormat format :
+       {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns})
     for (const Isa isa : available_isas()) {
       EngineDesc desc;
       desc.isa = isa;

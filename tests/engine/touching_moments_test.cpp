@@ -150,7 +150,7 @@ TEST_CASE("moments are the same on every instruction set and number of threads, 
   World now = last;
   for (std::size_t m = 0; m < 2; ++m)
     now.members[m].poses = random_poses(random, now.members[m].rig, now.members[m].poses.instance_count,
-                                        PoseFormat::kMatrix4x4, {0.8, true, true, {}});
+                                        PoseFormat::kMatrix4x4Columns, {0.8, true, true, {}});
   const std::vector<Hit> pairs = all_pairs(last);
   const std::vector<float> expected = moments_of(*make_engine_for(last), last, now, 20, pairs);
   for (const Isa isa : available_isas())

@@ -99,7 +99,7 @@ TEST_CASE("a tree opens fewer pairs than brute where bodies are apart, and both 
   Member member;
   member.rig = random_rig(random, Topology::kChain, 32, 1);
   const std::uint32_t leaves = member.rig.leaf_count();
-  member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4, {1.5, false, false, {}});
+  member.poses = random_poses(random, member.rig, 2, PoseFormat::kMatrix3x4Rows, {1.5, false, false, {}});
   member.kind = BatchKind::kSequence;
   world.members = {member, member};
   world.rules = {{{1}, {2}, Pairing::kBetween}};

@@ -25,7 +25,7 @@ struct Spoiling {
 
 // Entry of a matrix by row and column.
 float& entry(float* pose, PoseFormat format, std::size_t row, std::size_t column) {
-  return pose[format == PoseFormat::kMatrix3x4 ? 4 * row + column : 4 * column + row];
+  return pose[format == PoseFormat::kMatrix3x4Rows ? 4 * row + column : 4 * column + row];
 }
 
 void scale_columns(float* pose, PoseFormat format, float x, float y, float z) {
@@ -121,7 +121,8 @@ void check_masked(const World& sound, const World& spoilt, std::uint32_t who, In
 TEST_CASE("a spoilt pose masks its own instance with the right flag, and changes no bit of any other") {
   const auto isas = available_isas();
   std::uint64_t seed = 0;
-  for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4}) {
+  for (const PoseFormat format :
+       {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows, PoseFormat::kMatrix4x4Columns}) {
     for (const Spoiling& spoiling : spoilings()) {
       if (spoiling.matrices != (format != PoseFormat::kQuaternionTranslation)) continue;
       CAPTURE(spoiling.name);
@@ -147,7 +148,7 @@ TEST_CASE("a spoilt orientation masks its own instance") {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     CAPTURE(seed);
     Random random(seed);
-    World sound = one_batch(random, 17, PoseFormat::kMatrix3x4);
+    World sound = one_batch(random, 17, PoseFormat::kMatrix3x4Rows);
     if (sound.members[0].poses.orientations.empty())
       for (std::uint32_t i = 0; i < 17; ++i)
         sound.members[0].poses.orientations.insert(sound.members[0].poses.orientations.end(), {0, 0.6f, 0, 0.8f});
@@ -190,7 +191,7 @@ TEST_CASE("rotations within tolerance are mended, not masked: any quaternion len
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     CAPTURE(seed);
     Random random(seed);
-    World drifted = one_batch(random, 33, seed % 2 ? PoseFormat::kMatrix3x4 : PoseFormat::kMatrix4x4);
+    World drifted = one_batch(random, 33, seed % 2 ? PoseFormat::kMatrix3x4Rows : PoseFormat::kMatrix4x4Columns);
     Poses& poses = drifted.members[0].poses;
     for (std::uint32_t i = 0; i < 33; ++i)
       for (std::uint32_t l = 0; l < 5; ++l)

@@ -254,7 +254,7 @@ struct Session {
     }
     input.poses.format = static_cast<PoseFormat>(bytes.below(4));
     const std::size_t pose = input.poses.format == PoseFormat::kQuaternionTranslation ? 28
-                             : input.poses.format == PoseFormat::kMatrix3x4           ? 48
+                             : input.poses.format == PoseFormat::kMatrix3x4Rows       ? 48
                                                                                       : 64;
     if (bytes.rarely())
       input.poses.link_stride = bytes.below(2) ? pose + 4 * bytes.below(4) : bytes.raw<std::uint64_t>();

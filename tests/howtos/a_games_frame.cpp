@@ -31,7 +31,7 @@ int main() {
   set_pose(matrices.data(), 1);
   cab::LodDesc lod;  // one box for all links, wherever the hand may turn
   lod.of = body;
-  lod.rest_poses = {cab::PoseFormat::kMatrix4x4, matrices.data()};
+  lod.rest_poses = {cab::PoseFormat::kMatrix4x4Columns, matrices.data()};
   check(cab::add_lod(*engine, lod, &coarse));
   cab::BatchId near_crowd, far_crowd;
   check(cab::add_batch(*engine, {body, kSlots, cab::BatchKind::kCharacters}, &near_crowd));
@@ -51,7 +51,7 @@ int main() {
     }
     cab::BatchInput inputs[2];
     inputs[0].batch = near_crowd;
-    inputs[0].poses = {cab::PoseFormat::kMatrix4x4, matrices.data(), 0, 0, true};  // true: matrices hold a scale
+    inputs[0].poses = {cab::PoseFormat::kMatrix4x4Columns, matrices.data(), 0, 0, true};  // true: matrices hold a scale
     inputs[0].origins = origins;
     inputs[0].instances = near_slots;
     inputs[0].moved = moved;

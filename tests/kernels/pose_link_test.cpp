@@ -13,7 +13,8 @@
 namespace cab::tests {
 namespace {
 
-constexpr PoseFormat kFormats[] = {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4};
+constexpr PoseFormat kFormats[] = {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows,
+                                   PoseFormat::kMatrix4x4Columns};
 
 // The poses of a tile's instances in one format, and the orientations of the instances.
 struct TilePoses {
@@ -33,7 +34,7 @@ struct TilePoses {
       const auto factor = static_cast<float>(random.log_uniform(1.001e-3, most));
       for (std::size_t row = 0; row < 3; ++row)
         for (std::size_t column = 0; column < 3; ++column)
-          data[pose + (format == PoseFormat::kMatrix3x4 ? 4 * row + column : 4 * column + row)] *= factor;
+          data[pose + (format == PoseFormat::kMatrix3x4Rows ? 4 * row + column : 4 * column + row)] *= factor;
     }
   }
 
@@ -59,7 +60,7 @@ TilePoses random_tile(oracle::Random& random, PoseFormat format, std::uint32_t l
       if (format == PoseFormat::kQuaternionTranslation) {
         for (int c = 0; c < 4; ++c) put(rotated ? random.normal() : c == 3);
         for (std::size_t c = 0; c < 3; ++c) put(at[c]);
-      } else if (format == PoseFormat::kMatrix3x4) {
+      } else if (format == PoseFormat::kMatrix3x4Rows) {
         for (std::size_t r = 0; r < 3; ++r) {
           for (const auto& column : axis) put(column[r]);
           put(at[r]);

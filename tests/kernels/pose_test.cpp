@@ -136,7 +136,7 @@ Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation,
 
 const std::vector<float>& poses_of(const Poses& poses, PoseFormat format) {
   return format == PoseFormat::kQuaternionTranslation ? poses.quaternions
-         : format == PoseFormat::kMatrix3x4           ? poses.rows
+         : format == PoseFormat::kMatrix3x4Rows       ? poses.rows
                                                       : poses.columns;
 }
 
@@ -181,7 +181,8 @@ oracle::OracleBox<Quad> exact_box(const Motion& motion, const Box& local) {
   return out;
 }
 
-constexpr PoseFormat kFormats[] = {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4, PoseFormat::kMatrix4x4};
+constexpr PoseFormat kFormats[] = {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows,
+                                   PoseFormat::kMatrix4x4Columns};
 
 }  // namespace
 
@@ -264,11 +265,11 @@ TEST_CASE("a lane that holds no pose is named and cleared, and its neighbours ke
       {PoseFormat::kQuaternionTranslation, 4, 1e30f, kInstanceNotFinite},
       {PoseFormat::kQuaternionTranslation, 6, nan, kInstanceNotFinite},
       {PoseFormat::kQuaternionTranslation, -1, 0, kInstanceNotRigid},
-      {PoseFormat::kMatrix3x4, 5, nan, kInstanceNotFinite},
-      {PoseFormat::kMatrix3x4, -1, 1.01f, kInstanceNotRigid},
-      {PoseFormat::kMatrix3x4, -1, -1.01f, kInstanceNotRigid},
-      {PoseFormat::kMatrix4x4, -1, 0, kInstanceNotRigid},
-      {PoseFormat::kMatrix4x4, 14, -infinity, kInstanceNotFinite},
+      {PoseFormat::kMatrix3x4Rows, 5, nan, kInstanceNotFinite},
+      {PoseFormat::kMatrix3x4Rows, -1, 1.01f, kInstanceNotRigid},
+      {PoseFormat::kMatrix3x4Rows, -1, -1.01f, kInstanceNotRigid},
+      {PoseFormat::kMatrix4x4Columns, -1, 0, kInstanceNotRigid},
+      {PoseFormat::kMatrix4x4Columns, 14, -infinity, kInstanceNotFinite},
   };
   for (const Fault& fault : faults) {
     const Rig rig(random);
@@ -282,7 +283,7 @@ TEST_CASE("a lane that holds no pose is named and cleared, and its neighbours ke
       at[fault.at] = fault.value;
     } else {
       const int count = fault.format == PoseFormat::kQuaternionTranslation ? 4 : 3,
-                step = fault.format == PoseFormat::kMatrix3x4 ? 4 : 1;
+                step = fault.format == PoseFormat::kMatrix3x4Rows ? 4 : 1;
       for (int i = 0; i < count; ++i) at[i * step] *= fault.value;
     }
     for (const kernel::KernelTable* kernels : available_kernels()) {
@@ -308,7 +309,7 @@ TEST_CASE("a matrix within a thousandth of a rotation is taken, and its box is o
     for (std::size_t f = 0; f < poses.rows.size(); ++f)
       if (f % 4 != 3) poses.rows[f] *= 1 + static_cast<float>(random.uniform(-2e-4, 2e-4));
     const Posed posed =
-        pose(*kernel::find_kernels(Isa::kAuto), rig.articulation, PoseFormat::kMatrix3x4, poses.rows, nullptr);
+        pose(*kernel::find_kernels(Isa::kAuto), rig.articulation, PoseFormat::kMatrix3x4Rows, poses.rows, nullptr);
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       CHECK(posed.flags[lane] == kInstanceOk);
       for (const BoxTile& leaf : posed.leaves) CHECK(oracle::frame_error(get(leaf, lane)) <= 1);

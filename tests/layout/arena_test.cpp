@@ -91,6 +91,16 @@ TEST_CASE("blocks of an arena do not overlap") {
     for (const std::uint32_t value : blocks[b]) CHECK(value == b);
 }
 
+TEST_CASE("an arena refuses a product that std::size_t does not hold, and gives one that it does") {
+  Arena arena(default_allocator());
+  constexpr std::size_t kMost = static_cast<std::size_t>(-1);
+  CHECK_THROWS_AS(arena.allocate<std::uint8_t>(kMost / 2, 3), std::bad_alloc);
+  CHECK_THROWS_AS(arena.allocate<std::uint8_t>(3, kMost / 2), std::bad_alloc);
+  CHECK(arena.bytes() == 0);
+  CHECK(arena.allocate<float>(7, 6).size == 42);
+  CHECK(arena.allocate<float>(7, 0).empty());
+}
+
 TEST_CASE("an arena asks for no memory when nothing is asked of it") {
   Ledger ledger;
   Arena arena(ledger.allocator());

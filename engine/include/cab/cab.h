@@ -19,6 +19,7 @@
 //             FCL's shapes and temporary lists of calls come from operator new.
 #pragma once
 
+#include <cab/debug.h>
 #include <cab/query.h>
 #include <cab/types.h>
 #include <cab/version.h>
@@ -32,7 +33,8 @@ struct Engine;
 // owns the engine and frees it with destroy_engine. The structs that desc points to are copied.
 // Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB, if that is
 // built in.
-// Statuses: kBadOutput (out is null), kIsaNotAvailable, kBadAllocator, kBadScheduler, kOutOfMemory.
+// Statuses: kBadOutput (out is null), kIsaNotAvailable, kBadAllocator, kBadScheduler, kBadProfiler,
+// kOutOfMemory.
 // Thread: any.
 [[nodiscard]] CAB_API Status create_engine(const EngineDesc& desc, Engine** out) noexcept;
 
@@ -296,6 +298,33 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;
 
+// Writes in words what is wrong with a job: the first thing that run_frame would refuse it for, with the member, the
+// index and the value, and the words of the status. For a job that run_frame would take, it says what may not be meant:
+// no inputs, no rules, inputs that are in no rule, instances that are masked, and why. One remark per line, without a
+// newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text` receives as
+// much of it as fits, with a 0 at the end unless its size is 0.
+// Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
+// engine is running, the text says so. Thread: any, one call per engine at a time.
+CAB_API std::size_t explain_job(Engine& engine, const FrameJob& job, Span<char> text) noexcept;
+
+// Writes in words why an instance is masked, as why_masked has found it, such as "the quaternion of link 3 has the
+// length 0, below 0.001". Text and result as of explain_job. Cost: little; allocates nothing. Thread: any.
+CAB_API std::size_t explain_mask(const MaskReason& reason, Span<char> text) noexcept;
+
+// Writes the statistics of a frame as one line of text: milliseconds in all and by phase, then counts. Text and result
+// as of explain_job. Cost: little; allocates nothing. Thread: any.
+CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcept;
+
+// Writes the edges of boxes for a debug draw: of the leaves, or of one level of the hierarchies, with the boxes that
+// stand for links in hits marked. `job` says what is drawn, and receives the lines. The boxes are those of
+// compute_boxes. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
+// Cost: poses and refits all instances on the calling thread; 16 bytes per hit from operator new while it runs.
+// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances,
+// kBadOrigins (also an origin of the job that is not finite), kBadOrientations, kBadScales, kBadFlags, kBadLayers,
+// kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadPairs (hits has a size and no data), kBadOutput (lines has a
+// size and no data), kLinesOverflow, kOutOfMemory. Thread: any, one call per engine at a time.
+[[nodiscard]] CAB_API Status box_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) noexcept;
+
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
 // batches, instances and links are; leaves may differ. Both lists must be in the order of run_frame. Lists that changes
 // has no room for are cut off, and the counts are complete.
@@ -318,6 +347,12 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kUnknownArticulation, kBadOutput (out is null).
 // Thread: any, while no call adds to this engine.
 [[nodiscard]] CAB_API Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept;
+
+// Writes what a batch is to *out, which must not be null. Also tells whether an id names a batch.
+// Cost: a look at all articulations; allocates nothing.
+// Statuses: kUnknownBatch, kBadOutput (out is null).
+// Thread: any, while no call adds to or removes from this engine.
+[[nodiscard]] CAB_API Status batch_info(const Engine& engine, BatchId id, BatchInfo* out) noexcept;
 
 // Writes the merge order of an articulation's hierarchy, which is the same for all its instances and frames. It has
 // leaf_count - 1 steps, and `steps` must have room for them.

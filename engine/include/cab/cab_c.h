@@ -68,6 +68,7 @@ typedef struct cab_ArticulationInfo cab_ArticulationInfo;
 typedef struct cab_BatchDesc cab_BatchDesc;
 typedef struct cab_StaticBody cab_StaticBody;
 typedef struct cab_StaticDesc cab_StaticDesc;
+typedef struct cab_BatchInfo cab_BatchInfo;
 typedef struct cab_ReserveDesc cab_ReserveDesc;
 typedef struct cab_EngineMemory cab_EngineMemory;
 typedef struct cab_MaskReason cab_MaskReason;
@@ -82,6 +83,7 @@ typedef struct cab_FrameStats cab_FrameStats;
 typedef struct cab_FrameJob cab_FrameJob;
 typedef struct cab_Allocator cab_Allocator;
 typedef struct cab_Scheduler cab_Scheduler;
+typedef struct cab_Profiler cab_Profiler;
 typedef struct cab_EngineDesc cab_EngineDesc;
 typedef struct cab_HistoryId cab_HistoryId;
 typedef struct cab_HistoryDesc cab_HistoryDesc;
@@ -95,6 +97,8 @@ typedef struct cab_Policies cab_Policies;
 typedef struct cab_PolicyValue cab_PolicyValue;
 typedef struct cab_PolicyField cab_PolicyField;
 typedef struct cab_PolicyPreset cab_PolicyPreset;
+typedef struct cab_BoxLine cab_BoxLine;
+typedef struct cab_BoxLinesJob cab_BoxLinesJob;
 typedef struct cab_Version cab_Version;
 typedef struct cab_BuildInfo cab_BuildInfo;
 
@@ -179,6 +183,14 @@ typedef struct cab_QueryHitSpan {
   cab_QueryHit* data;
   size_t size;
 } cab_QueryHitSpan;
+typedef struct cab_ConstHitSpan {
+  const cab_Hit* data;
+  size_t size;
+} cab_ConstHitSpan;
+typedef struct cab_BoxLineSpan {
+  cab_BoxLine* data;
+  size_t size;
+} cab_BoxLineSpan;
 typedef struct cab_ConstPolicyFieldSpan {
   const cab_PolicyField* data;
   size_t size;
@@ -195,14 +207,14 @@ typedef struct cab_FloatSpan {
   float* data;
   size_t size;
 } cab_FloatSpan;
-typedef struct cab_ConstHitSpan {
-  const cab_Hit* data;
-  size_t size;
-} cab_ConstHitSpan;
 typedef struct cab_BoxSpan {
   cab_Box* data;
   size_t size;
 } cab_BoxSpan;
+typedef struct cab_CharSpan {
+  char* data;
+  size_t size;
+} cab_CharSpan;
 typedef struct cab_Uint32Span {
   uint32_t* data;
   size_t size;
@@ -347,88 +359,90 @@ enum {
   CAB_STATUS_OUT_OF_MEMORY = 1,      // an allocation failed
   CAB_STATUS_BUSY = 2,               // another call on the same engine is running
   CAB_STATUS_ISA_NOT_AVAILABLE = 3,  // isa is an instruction set that this CPU or this build lacks
-  CAB_STATUS_BAD_SCHEDULER = 4,      // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
-  CAB_STATUS_BAD_ALLOCATOR = 5,      // allocator lacks allocate or release
-  CAB_STATUS_NO_LINKS = 6,           // link_parents is empty, but an articulation needs at least one link
-  CAB_STATUS_TOO_MANY_LINKS = 7,     // link_parents holds more than 1024 links
-  CAB_STATUS_NO_LEAVES = 8,          // leaves is empty, but an articulation needs at least one leaf
-  CAB_STATUS_TOO_MANY_LEAVES = 9,    // leaves holds more than 1024 leaves
-  CAB_STATUS_BAD_PARENT = 10,  // link_parents must be -1 for the first link, and -1 or an earlier link for every other
-  CAB_STATUS_BAD_JOINT = 11,   // link_joints must be empty or hold one finite point per link
-  CAB_STATUS_BAD_LEAF_LINK = 12,  // link of a leaf is not the index of a link
-  CAB_STATUS_BAD_LEAF_BOX = 13,   // box of a leaf is not finite, has a negative half extent or exceeds 1e18
-  CAB_STATUS_BAD_LEAF_AXES = 14,  // box of a leaf has axes that are not orthonormal and right-handed to 1e-5
-  CAB_STATUS_BAD_SHAPE = 15,      // parts of a leaf need finite positions, unit quaternions, positive sizes and an area
-  CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX = 16,  // parts of a leaf, and the positions of half spaces, must lie within its box
-  CAB_STATUS_BAD_VERTICES = 17,  // vertices must hold x y z of at least one point, each number finite and at most 1e18
-  CAB_STATUS_BAD_IGNORED_PAIR = 18,  // ignored_pairs names a link that does not exist
+  CAB_STATUS_BAD_ABI_VERSION = 4,    // the program was compiled for another ABI of the C API than this library has
+  CAB_STATUS_BAD_SCHEDULER = 5,      // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
+  CAB_STATUS_BAD_ALLOCATOR = 6,      // allocator lacks allocate or release
+  CAB_STATUS_BAD_PROFILER = 7,       // profiler lacks begin or end
+  CAB_STATUS_NO_LINKS = 8,           // link_parents is empty, but an articulation needs at least one link
+  CAB_STATUS_TOO_MANY_LINKS = 9,     // link_parents holds more than 1024 links
+  CAB_STATUS_NO_LEAVES = 10,         // leaves is empty, but an articulation needs at least one leaf
+  CAB_STATUS_TOO_MANY_LEAVES = 11,   // leaves holds more than 1024 leaves
+  CAB_STATUS_BAD_PARENT = 12,  // link_parents must be -1 for the first link, and -1 or an earlier link for every other
+  CAB_STATUS_BAD_JOINT = 13,   // link_joints must be empty or hold one finite point per link
+  CAB_STATUS_BAD_LEAF_LINK = 14,  // link of a leaf is not the index of a link
+  CAB_STATUS_BAD_LEAF_BOX = 15,   // box of a leaf is not finite, has a negative half extent or exceeds 1e18
+  CAB_STATUS_BAD_LEAF_AXES = 16,  // box of a leaf has axes that are not orthonormal and right-handed to 1e-5
+  CAB_STATUS_BAD_SHAPE = 17,      // parts of a leaf need finite positions, unit quaternions, positive sizes and an area
+  CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX = 18,  // parts of a leaf, and the positions of half spaces, must lie within its box
+  CAB_STATUS_BAD_VERTICES = 19,  // vertices must hold x y z of at least one point, each number finite and at most 1e18
+  CAB_STATUS_BAD_IGNORED_PAIR = 20,  // ignored_pairs names a link that does not exist
   // rest_pose has an unknown format, an invalid stride, or values that are not a rigid pose
-  CAB_STATUS_BAD_REST_POSE = 19,
-  CAB_STATUS_UNKNOWN_ARTICULATION = 20,  // the articulation id is not one of this engine, or is of one that was removed
-  CAB_STATUS_UNKNOWN_BATCH = 21,         // the batch id is not one of this engine, or is of one that was removed
-  CAB_STATUS_ARTICULATION_IN_USE = 22,   // the articulation has batches or levels of nodes, which must be removed first
-  CAB_STATUS_BAD_LOD = 23,  // a level needs an articulation that is no level, leaves for all links, and a finite play
-  CAB_STATUS_TOO_FEW_LEAVES = 24,      // max_leaves is 0, above 1024, or below the number of trees that have leaves
-  CAB_STATUS_LOD_LEAF_TOO_SMALL = 25,  // the box of a level's leaf does not hold all that its links can reach
-  CAB_STATUS_BAD_BATCH_KIND = 26,      // kind is not a value of cab_BatchKind
-  CAB_STATUS_NO_INSTANCES = 27,        // instance_count is 0, but a batch needs at least one instance
+  CAB_STATUS_BAD_REST_POSE = 21,
+  CAB_STATUS_UNKNOWN_ARTICULATION = 22,  // the articulation id is not one of this engine, or is of one that was removed
+  CAB_STATUS_UNKNOWN_BATCH = 23,         // the batch id is not one of this engine, or is of one that was removed
+  CAB_STATUS_ARTICULATION_IN_USE = 24,   // the articulation has batches or levels of nodes, which must be removed first
+  CAB_STATUS_BAD_LOD = 25,  // a level needs an articulation that is no level, leaves for all links, and a finite play
+  CAB_STATUS_TOO_FEW_LEAVES = 26,      // max_leaves is 0, above 1024, or below the number of trees that have leaves
+  CAB_STATUS_LOD_LEAF_TOO_SMALL = 27,  // the box of a level's leaf does not hold all that its links can reach
+  CAB_STATUS_BAD_BATCH_KIND = 28,      // kind is not a value of cab_BatchKind
+  CAB_STATUS_NO_INSTANCES = 29,        // instance_count is 0, but a batch needs at least one instance
   // a static body needs a finite origin, a quaternion that is not 0, and a box within 1e18
-  CAB_STATUS_BAD_STATIC_BODY = 28,
-  CAB_STATUS_BAD_TRIANGLES = 29,  // triangles must be three indices each of vertices, which are finite and at most 1e18
+  CAB_STATUS_BAD_STATIC_BODY = 30,
+  CAB_STATUS_BAD_TRIANGLES = 31,  // triangles must be three indices each of vertices, which are finite and at most 1e18
   // instance_count is above 2^24, or the engine would exceed 4096 batches or 2^31 characters
-  CAB_STATUS_TOO_MANY_INSTANCES = 30,
-  CAB_STATUS_BATCH_GIVEN_TWICE = 31,  // inputs holds the same batch twice
+  CAB_STATUS_TOO_MANY_INSTANCES = 32,
+  CAB_STATUS_BATCH_GIVEN_TWICE = 33,  // inputs holds the same batch twice
   // poses has no data, an unknown format, or a stride that is too small or not a multiple of 4
-  CAB_STATUS_BAD_POSES = 32,
+  CAB_STATUS_BAD_POSES = 34,
   // a batch of static bodies takes nothing that says where instances are or how they move
-  CAB_STATUS_STATIC_INPUT = 33,
-  CAB_STATUS_BAD_ORIGINS = 34,       // origins must be empty or hold three finite doubles per instance
-  CAB_STATUS_BAD_ORIENTATIONS = 35,  // orientations must be empty or hold four floats per instance
-  CAB_STATUS_BAD_FLAGS = 36,         // flags must be empty or hold one byte per instance
-  CAB_STATUS_BAD_LAYERS = 37,        // layers and layer_masks must each be empty or hold one word per instance
-  CAB_STATUS_BAD_IN_CONTACT = 38,    // in_contact must be empty or hold one byte per instance
+  CAB_STATUS_STATIC_INPUT = 35,
+  CAB_STATUS_BAD_ORIGINS = 36,       // origins must be empty or hold three finite doubles per instance
+  CAB_STATUS_BAD_ORIENTATIONS = 37,  // orientations must be empty or hold four floats per instance
+  CAB_STATUS_BAD_FLAGS = 38,         // flags must be empty or hold one byte per instance
+  CAB_STATUS_BAD_LAYERS = 39,        // layers and layer_masks must each be empty or hold one word per instance
+  CAB_STATUS_BAD_IN_CONTACT = 40,    // in_contact must be empty or hold one byte per instance
   // scales must be empty or hold one float per instance, and be empty if matrices hold scales
-  CAB_STATUS_BAD_SCALES = 39,
-  CAB_STATUS_BAD_COUNT = 40,  // count is above the batch's instance_count, or not all of a sequence
+  CAB_STATUS_BAD_SCALES = 41,
+  CAB_STATUS_BAD_COUNT = 42,  // count is above the batch's instance_count, or not all of a sequence
   // instances must be empty or ascend, below count and instance_count; never of a sequence
-  CAB_STATUS_BAD_INSTANCES = 41,
-  CAB_STATUS_BAD_BOUNDS = 42,  // bounds must be empty or hold six finite floats per instance, none below its lower one
-  CAB_STATUS_BAD_MOVED = 43,   // moved must be empty or hold one byte per instance; never of a sequence
+  CAB_STATUS_BAD_INSTANCES = 43,
+  CAB_STATUS_BAD_BOUNDS = 44,  // bounds must be empty or hold six finite floats per instance, none below its lower one
+  CAB_STATUS_BAD_MOVED = 45,   // moved must be empty or hold one byte per instance; never of a sequence
   // margins must be empty or hold one float per instance, each 0 to 1e18; never of a sequence
-  CAB_STATUS_BAD_MARGINS = 44,
+  CAB_STATUS_BAD_MARGINS = 46,
   // moved is 0 for an instance whose pose, place, scale or layers changed (checked builds only)
-  CAB_STATUS_MOVED_AT_REST = 45,
-  CAB_STATUS_BAD_PAIR_RULE = 46,  // rules names a batch without input, or a pairing that its batches cannot have
-  CAB_STATUS_PAIR_RULE_GIVEN_TWICE = 47,  // rules pairs the same two batches twice in the same way
-  CAB_STATUS_BAD_POLICY = 48,             // policies holds a value that its enumeration lacks
-  CAB_STATUS_EXACT_NOT_BUILT = 49,        // policies asks for an exact test that this build of the library lacks
-  CAB_STATUS_BAD_REPORT = 50,             // report is not a value of Report
-  CAB_STATUS_BAD_MARGIN = 51,             // margin must be finite, not negative and at most 1e18
-  CAB_STATUS_BAD_MIN_DEPTH = 52,   // min_depth must be finite, not negative, and 0 if only in_contact is reported
-  CAB_STATUS_BAD_HIT_BUFFER = 53,  // hits has a size and no data, or contacts is not as long as hits where it must be
-  CAB_STATUS_CONTACTS_NEED_EXACT = 54,  // contacts, distances and min_depth need an exact test, such as convex
-  CAB_STATUS_LOD_WITHOUT_SHAPES = 55,   // an exact test needs shapes, but a batch with input is of a level of nodes
-  CAB_STATUS_BAD_INSTANCE = 56,         // instance is not one of the batch's instances in this call
+  CAB_STATUS_MOVED_AT_REST = 47,
+  CAB_STATUS_BAD_PAIR_RULE = 48,  // rules names a batch without input, or a pairing that its batches cannot have
+  CAB_STATUS_PAIR_RULE_GIVEN_TWICE = 49,  // rules pairs the same two batches twice in the same way
+  CAB_STATUS_BAD_POLICY = 50,             // policies holds a value that its enumeration lacks
+  CAB_STATUS_EXACT_NOT_BUILT = 51,        // policies asks for an exact test that this build of the library lacks
+  CAB_STATUS_BAD_REPORT = 52,             // report is not a value of Report
+  CAB_STATUS_BAD_MARGIN = 53,             // margin must be finite, not negative and at most 1e18
+  CAB_STATUS_BAD_MIN_DEPTH = 54,   // min_depth must be finite, not negative, and 0 if only in_contact is reported
+  CAB_STATUS_BAD_HIT_BUFFER = 55,  // hits has a size and no data, or contacts is not as long as hits where it must be
+  CAB_STATUS_CONTACTS_NEED_EXACT = 56,  // contacts, distances and min_depth need an exact test, such as convex
+  CAB_STATUS_LOD_WITHOUT_SHAPES = 57,   // an exact test needs shapes, but a batch with input is of a level of nodes
+  CAB_STATUS_BAD_INSTANCE = 58,         // instance is not one of the batch's instances in this call
   // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
-  CAB_STATUS_BAD_PAIRS = 57,
-  CAB_STATUS_BAD_STEPS = 58,       // steps must be 1 to 4096
-  CAB_STATUS_BAD_OUTPUT = 59,      // an output is null or too small
-  CAB_STATUS_HITS_OVERFLOW = 60,   // hits is too small for all hits
-  CAB_STATUS_PAIRS_OVERFLOW = 61,  // pairs is too small for all candidates
-  CAB_STATUS_NO_FRAME = 62,        // no frame has begun
-  CAB_STATUS_BAD_TASK = 63,        // task or worker is out of range
-  CAB_STATUS_TASKS_LEFT = 64,      // not all tasks of the frame have ended
-  CAB_STATUS_UNSORTED_HITS = 65,   // a list of hits has a size and no data, or is not in the order of cab_run_frame
+  CAB_STATUS_BAD_PAIRS = 59,
+  CAB_STATUS_BAD_STEPS = 60,       // steps must be 1 to 4096
+  CAB_STATUS_BAD_OUTPUT = 61,      // an output is null or too small
+  CAB_STATUS_NULL_ARGUMENT = 62,   // a pointer of the C API that must not be null is null
+  CAB_STATUS_HITS_OVERFLOW = 63,   // hits is too small for all hits
+  CAB_STATUS_PAIRS_OVERFLOW = 64,  // pairs is too small for all candidates
+  CAB_STATUS_LINES_OVERFLOW = 65,  // lines is too small for all edges
+  CAB_STATUS_NO_FRAME = 66,        // no frame has begun
+  CAB_STATUS_BAD_TASK = 67,        // task or worker is out of range
+  CAB_STATUS_TASKS_LEFT = 68,      // not all tasks of the frame have ended
+  CAB_STATUS_UNSORTED_HITS = 69,   // a list of hits has a size and no data, or is not in the order of cab_run_frame
   // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
-  CAB_STATUS_BAD_QUERY = 66,
-  CAB_STATUS_NO_QUERY_ROOM = 67,        // reserve has made no room for queries
-  CAB_STATUS_BAD_TICKS = 68,            // ticks must be 1 to 65536
-  CAB_STATUS_UNKNOWN_HISTORY = 69,      // the history id is not one of this engine, or is of one that was removed
-  CAB_STATUS_HISTORY_GIVEN_TWICE = 70,  // histories holds two histories of the same batch
-  CAB_STATUS_BAD_TIME = 71,             // a time must be finite, and later than those that the history has
-  CAB_STATUS_BAD_HISTORY_POSES = 72,    // a history takes neither mirrored links nor matrices that hold scales
-  CAB_STATUS_BAD_ABI_VERSION = 73,      // the program was compiled for another ABI of the C API than this library has
-  CAB_STATUS_NULL_ARGUMENT = 74,        // a pointer of the C API that must not be null is null
+  CAB_STATUS_BAD_QUERY = 70,
+  CAB_STATUS_NO_QUERY_ROOM = 71,        // reserve has made no room for queries
+  CAB_STATUS_BAD_TICKS = 72,            // ticks must be 1 to 65536
+  CAB_STATUS_UNKNOWN_HISTORY = 73,      // the history id is not one of this engine, or is of one that was removed
+  CAB_STATUS_HISTORY_GIVEN_TWICE = 74,  // histories holds two histories of the same batch
+  CAB_STATUS_BAD_TIME = 75,             // a time must be finite, and later than those that the history has
+  CAB_STATUS_BAD_HISTORY_POSES = 76,    // a history takes neither mirrored links nor matrices that hold scales
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -470,14 +484,15 @@ CAB_API cab_BatchSlot cab_slot_of(cab_BatchId id);
 // The instruction set that kernels use. All give the same bits. CAB_ISA_COUNT counts the values, CAB_ISA_AUTO included.
 typedef uint8_t cab_Isa;
 enum {
-  CAB_ISA_AUTO = 0,    // the best that this CPU, its operating system and this build offer
-  CAB_ISA_SCALAR = 1,  // no SIMD: the same source compiled for single floats
-  CAB_ISA_SSE2 = 2,    // x86-64, always there
-  CAB_ISA_AVX2 = 3,    // x86-64
-  CAB_ISA_AVX512 = 4,  // x86-64 with F, CD, DQ, BW and VL
-  CAB_ISA_NEON64 = 5,  // 64-bit ARM, always there
+  CAB_ISA_AUTO = 0,     // the best that this CPU, its operating system and this build offer
+  CAB_ISA_SCALAR = 1,   // no SIMD: the same source compiled for single floats
+  CAB_ISA_SSE2 = 2,     // x86-64, always there
+  CAB_ISA_AVX2 = 3,     // x86-64
+  CAB_ISA_AVX512 = 4,   // x86-64 with F, CD, DQ, BW and VL
+  CAB_ISA_NEON64 = 5,   // 64-bit ARM, always there
+  CAB_ISA_WASM128 = 6,  // WebAssembly with 128-bit SIMD
 };
-#define CAB_ISA_COUNT 6u
+#define CAB_ISA_COUNT 7u
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. cab_Leaf.box
 // and cab_fit_box use the link's frame. cab_compute_boxes writes boxes relative to the instance's origin.
@@ -494,9 +509,9 @@ typedef uint8_t cab_PoseFormat;
 enum {
   // 7 floats: quaternion x y z w, whose length is divided out; translation x y z
   CAB_POSE_FORMAT_QUATERNION_TRANSLATION = 0,
-  CAB_POSE_FORMAT_MATRIX3X4 = 1,  // 12 floats by rows: three rows of four, the translation in the last column
+  CAB_POSE_FORMAT_MATRIX3X4_ROWS = 1,  // 12 floats by rows: three rows of four, the translation in the last column
   // 16 floats by columns, as in glTF and ozz: translation in floats 12 to 14, last row unread
-  CAB_POSE_FORMAT_MATRIX4X4 = 2,
+  CAB_POSE_FORMAT_MATRIX4X4_COLUMNS = 2,
 };
 
 // The poses of all links of all instances of a batch. Each goes from link to instance ("model space"), never from link
@@ -753,6 +768,14 @@ typedef struct cab_StaticDesc {
   // x y z in the world to which vertices are relative. Sums are rounded to double.
   double origin[3];
 } cab_StaticDesc;
+
+// What a batch is. Written by cab_batch_info.
+typedef struct cab_BatchInfo {
+  cab_ArticulationId articulation;  // of every instance; 0 for static bodies
+  uint32_t instance_count;          // as it was added
+  cab_BatchKind kind;               // of static bodies too
+  bool is_static;                   // whether cab_add_static_batch made it
+} cab_BatchInfo;
 
 // What reserve makes room for, counting what the engine has already.
 typedef struct cab_ReserveDesc {
@@ -1100,6 +1123,24 @@ typedef struct cab_Scheduler {
                        void* context);
 } cab_Scheduler;
 
+// What a caller's profiler is told. cab_create_engine copies this struct. The functions are called on the thread that
+// does the work, in pairs that lie within each other, and on several threads at the same time: by cab_run_frame with
+// "frame" around all of it; by cab_run_queries with "queries"; and by cab_run_frame and cab_run_task, for each task,
+// with the name of its step: "bound", "keep", "count", "insert", "pair", "count hits", "write hits", "pair by key",
+// "sequences" or "contacts". They run in the library's floating-point mode, take time away from the frame, and must not
+// throw.
+typedef struct cab_Profiler {
+  // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
+  void* user;
+
+  // Called when a phase begins. The name lives as long as the program. worker: as of Scheduler; 0 for "frame" and
+  // "queries". Required.
+  void (*begin)(void* user, const char* phase, uint32_t worker);
+
+  // Called when the phase ends, with the same name and worker. Required.
+  void (*end)(void* user, const char* phase, uint32_t worker);
+} cab_Profiler;
+
 // What cab_create_engine needs to know.
 typedef struct cab_EngineDesc {
   // The instruction set of the kernels. Default: the best available one.
@@ -1116,6 +1157,9 @@ typedef struct cab_EngineDesc {
 
   // How tasks run. Borrowed for the call. Null (default): the built-in scheduler.
   const cab_Scheduler* scheduler;
+
+  // What is told when phases begin and end. Borrowed for the call. Null (default): nothing is.
+  const cab_Profiler* profiler;
 } cab_EngineDesc;
 
 // ------------------------------------------------------------------------------------------------------- histories
@@ -1326,12 +1370,56 @@ typedef struct cab_QueryJob {
   cab_QueryStats stats;
 } cab_QueryJob;
 
+// The value of cab_BoxLinesJob.level for the leaves of all instances.
+#define CAB_LEAF_LEVEL 0xffffffffu
+
+// The value of cab_BoxLine.link for a box that is not on one link alone.
+#define CAB_NO_LINK 0xffffu
+
+// One of the twelve edges of a box.
+typedef struct cab_BoxLine {
+  float from[3];      // x y z of one end, relative to cab_BoxLinesJob.origin, in the world's axes
+  float to[3];        // x y z of the other end, likewise
+  uint32_t instance;  // index of the instance that the box is of
+  uint16_t node;      // index of the box in the hierarchy, as in cab_compute_boxes
+  uint16_t link;      // index of the link that a leaf is on, or CAB_NO_LINK for an inner box
+  bool is_hit;        // whether a link that the box stands for is in one of cab_BoxLinesJob.hits
+} cab_BoxLine;
+
+// What cab_box_lines draws. If `lines` is too small, cab_box_lines answers CAB_STATUS_LINES_OVERFLOW. Then lines_needed
+// is right, line_count is 0, and the contents of lines are unspecified.
+typedef struct cab_BoxLinesJob {
+  // How boxes are made: `refit` and `extents`. Default: the preset `balanced`.
+  cab_Policies policies;
+
+  // Which boxes of an instance are drawn: those that are `level` merges below the root, and leaves that are fewer
+  // merges below it. 0 is the root. CAB_LEAF_LEVEL (default): the leaves.
+  uint32_t level;
+
+  // Hits of a frame with the same input, in any order. Empty (default): no box is hit.
+  cab_ConstHitSpan hits;
+
+  // x y z in the world that lines are relative to, such as a camera's position. Must be finite. Default: 0.
+  double origin[3];
+
+  // Output: room for the lines, twelve per box. The boxes are in the order of instances, then of nodes. Of each box
+  // four lines go along each of its axes, first the axis 0. Masked instances have no lines. Empty (default): room for
+  // no line.
+  cab_BoxLineSpan lines;
+
+  // Output: how many lines were written.
+  size_t line_count;
+
+  // Output: how many lines there are, whether `lines` has room for them or not.
+  size_t lines_needed;
+} cab_BoxLinesJob;
+
 // A version of cab.
 typedef struct cab_Version {
-  uint32_t major;    // 0 until the API is stable; later raised by changes to which programs must adapt
-  uint32_t minor;    // raised by every other change of the API, and by every change while major is 0
+  uint32_t major;    // raised by changes of the API to which programs must adapt
+  uint32_t minor;    // raised by every other change of the API
   uint32_t patch;    // raised by a release that leaves the API as it is
-  const char* text;  // "MAJOR.MINOR.PATCH"; lives as long as the program
+  const char* text;  // CAB_VERSION_STRING; lives as long as the program
 } cab_Version;
 
 // Returns the version of the library that runs. It differs from the macros above if a program was compiled with the
@@ -1358,7 +1446,8 @@ typedef struct cab_Engine cab_Engine;
 // Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB, if that is
 // built in.
 // Statuses: CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_ISA_NOT_AVAILABLE, CAB_STATUS_BAD_ALLOCATOR,
-// CAB_STATUS_BAD_SCHEDULER, CAB_STATUS_OUT_OF_MEMORY. Thread: any.
+// CAB_STATUS_BAD_SCHEDULER, CAB_STATUS_BAD_PROFILER, CAB_STATUS_OUT_OF_MEMORY.
+// Thread: any.
 // abi_version: CAB_ABI_VERSION; any other is refused with CAB_STATUS_BAD_ABI_VERSION.
 CAB_API cab_Status cab_create_engine(uint32_t abi_version, const cab_EngineDesc* desc, cab_Engine** out);
 
@@ -1650,6 +1739,36 @@ CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputS
 CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint32_t instance,
                                   cab_MaskReason* out);
 
+// Writes in words what is wrong with a job: the first thing that cab_run_frame would refuse it for, with the member,
+// the index and the value, and the words of the status. For a job that cab_run_frame would take, it says what may not
+// be meant: no inputs, no rules, inputs that are in no rule, instances that are masked, and why. One remark per line,
+// without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
+// receives as much of it as fits, with a 0 at the end unless its size is 0.
+// Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
+// engine is running, the text says so. Thread: any, one call per engine at a time.
+CAB_API size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text);
+
+// Writes in words why an instance is masked, as cab_why_masked has found it, such as "the quaternion of link 3 has the
+// length 0, below 0.001". Text and result as of cab_explain_job. Cost: little; allocates nothing. Thread: any.
+CAB_API size_t cab_explain_mask(const cab_MaskReason* reason, cab_CharSpan text);
+
+// Writes the statistics of a frame as one line of text: milliseconds in all and by phase, then counts. Text and result
+// as of cab_explain_job. Cost: little; allocates nothing. Thread: any.
+CAB_API size_t cab_stats_line(const cab_FrameStats* stats, cab_CharSpan text);
+
+// Writes the edges of boxes for a debug draw: of the leaves, or of one level of the hierarchies, with the boxes that
+// stand for links in hits marked. `job` says what is drawn, and receives the lines. The boxes are those of
+// cab_compute_boxes. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
+// Cost: poses and refits all instances on the calling thread; 16 bytes per hit from operator new while it runs.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_UNKNOWN_BATCH,
+// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS
+// (also an origin of the job that is not finite), CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES,
+// CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
+// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_PAIRS (hits has a size and no data),
+// CAB_STATUS_BAD_OUTPUT (lines has a size and no data), CAB_STATUS_LINES_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY. Thread:
+// any, one call per engine at a time.
+CAB_API cab_Status cab_box_lines(cab_Engine* engine, const cab_BatchInput* input, cab_BoxLinesJob* job);
+
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
 // batches, instances and links are; leaves may differ. Both lists must be in the order of cab_run_frame. Lists that
 // changes has no room for are cut off, and the counts are complete.
@@ -1673,6 +1792,12 @@ CAB_API cab_Status cab_spatial_order(cab_Engine* engine, cab_BatchId batch, cab_
 // Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_OUTPUT (out is null).
 // Thread: any, while no call adds to this engine.
 CAB_API cab_Status cab_articulation_info(const cab_Engine* engine, cab_ArticulationId id, cab_ArticulationInfo* out);
+
+// Writes what a batch is to *out, which must not be null. Also tells whether an id names a batch.
+// Cost: a look at all articulations; allocates nothing.
+// Statuses: CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_OUTPUT (out is null).
+// Thread: any, while no call adds to or removes from this engine.
+CAB_API cab_Status cab_batch_info(const cab_Engine* engine, cab_BatchId id, cab_BatchInfo* out);
 
 // Writes the merge order of an articulation's hierarchy, which is the same for all its instances and frames. It has
 // leaf_count - 1 steps, and `steps` must have room for them.
@@ -1742,6 +1867,7 @@ CAB_API cab_Query cab_default_query(void);
 CAB_API cab_QueryPlane cab_default_query_plane(void);
 CAB_API cab_QueryJob cab_default_query_job(void);
 CAB_API cab_Policies cab_default_policies(void);
+CAB_API cab_BoxLinesJob cab_default_box_lines_job(void);
 
 #ifdef __cplusplus
 }

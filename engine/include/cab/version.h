@@ -1,20 +1,20 @@
 // The version of cab: of the headers that a program was compiled with, and of the library that it runs. Also, what that
 // library was built with.
 //
-// The version is written only in the three numbers below; CMake reads them here. Before 1.0 each change of the API
-// raises the minor version.
+// The version is written only in the three numbers and the suffix below; CMake reads them here.
 #pragma once
 
 #include <cab/api.h>
 
 #include <cstdint>
 
-#define CAB_VERSION_MAJOR 0
-#define CAB_VERSION_MINOR 2
+#define CAB_VERSION_MAJOR 1
+#define CAB_VERSION_MINOR 0
 #define CAB_VERSION_PATCH 0
+#define CAB_VERSION_SUFFIX "-rc"
 
-// The version as text: "MAJOR.MINOR.PATCH". The two other macros serve this one.
-#define CAB_VERSION_STRING CAB_VERSION_TEXT(CAB_VERSION_MAJOR, CAB_VERSION_MINOR, CAB_VERSION_PATCH)
+// The version as text: "MAJOR.MINOR.PATCH", and "-rc" before the release of that version. The two other macros serve this one.
+#define CAB_VERSION_STRING CAB_VERSION_TEXT(CAB_VERSION_MAJOR, CAB_VERSION_MINOR, CAB_VERSION_PATCH) CAB_VERSION_SUFFIX
 #define CAB_VERSION_TEXT(major, minor, patch) \
   CAB_VERSION_QUOTE(major) "." CAB_VERSION_QUOTE(minor) "." CAB_VERSION_QUOTE(patch)
 #define CAB_VERSION_QUOTE(number) #number
@@ -23,10 +23,10 @@ namespace cab {
 
 // A version of cab.
 struct Version {
-  std::uint32_t major = 0;     // 0 until the API is stable; later raised by changes to which programs must adapt
-  std::uint32_t minor = 0;     // raised by every other change of the API, and by every change while major is 0
+  std::uint32_t major = 0;     // raised by changes of the API to which programs must adapt
+  std::uint32_t minor = 0;     // raised by every other change of the API
   std::uint32_t patch = 0;     // raised by a release that leaves the API as it is
-  const char* text = nullptr;  // "MAJOR.MINOR.PATCH"; lives as long as the program
+  const char* text = nullptr;  // CAB_VERSION_STRING; lives as long as the program
 };
 
 // Returns the version of the library that runs. It differs from the macros above if a program was compiled with the

@@ -4,6 +4,8 @@
 
 #include <cab/types.h>
 
+#include <limits>
+
 namespace cab {
 
 // ------------------------------------------------------------------------------------------------------- histories
@@ -31,7 +33,7 @@ struct HistorySpan {
 };
 
 // The time of a query that asks the job's inputs: infinity.
-inline constexpr double kNow = __builtin_huge_val();
+inline constexpr double kNow = std::numeric_limits<double>::infinity();
 
 // --------------------------------------------------------------------------------------------------------- queries
 

@@ -46,8 +46,10 @@ enum class Status : std::int32_t {
   kOutOfMemory,          // an allocation failed
   kBusy,                 // another call on the same engine is running
   kIsaNotAvailable,      // isa is an instruction set that this CPU or this build lacks
+  kBadAbiVersion,        // the program was compiled for another ABI of the C API than this library has
   kBadScheduler,         // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
   kBadAllocator,         // allocator lacks allocate or release
+  kBadProfiler,          // profiler lacks begin or end
   kNoLinks,              // link_parents is empty, but an articulation needs at least one link
   kTooManyLinks,         // link_parents holds more than 1024 links
   kNoLeaves,             // leaves is empty, but an articulation needs at least one leaf
@@ -102,8 +104,10 @@ enum class Status : std::int32_t {
   kBadPairs,       // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
   kBadSteps,       // steps must be 1 to 4096
   kBadOutput,      // an output is null or too small
+  kNullArgument,   // a pointer of the C API that must not be null is null
   kHitsOverflow,   // hits is too small for all hits
   kPairsOverflow,  // pairs is too small for all candidates
+  kLinesOverflow,  // lines is too small for all edges
   kNoFrame,        // no frame has begun
   kBadTask,        // task or worker is out of range
   kTasksLeft,      // not all tasks of the frame have ended
@@ -115,8 +119,6 @@ enum class Status : std::int32_t {
   kHistoryGivenTwice,  // histories holds two histories of the same batch
   kBadTime,            // a time must be finite, and later than those that the history has
   kBadHistoryPoses,    // a history takes neither mirrored links nor matrices that hold scales
-  kBadAbiVersion,      // the program was compiled for another ABI of the C API than this library has
-  kNullArgument,       // a pointer of the C API that must not be null is null
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -157,14 +159,15 @@ inline constexpr BatchSlot slot_of(BatchId id) { return {static_cast<std::uint32
 
 // The instruction set that kernels use. All give the same bits. kIsaCount counts the values, kAuto included.
 enum class Isa : std::uint8_t {
-  kAuto,    // the best that this CPU, its operating system and this build offer
-  kScalar,  // no SIMD: the same source compiled for single floats
-  kSse2,    // x86-64, always there
-  kAvx2,    // x86-64
-  kAvx512,  // x86-64 with F, CD, DQ, BW and VL
-  kNeon64,  // 64-bit ARM, always there
+  kAuto,     // the best that this CPU, its operating system and this build offer
+  kScalar,   // no SIMD: the same source compiled for single floats
+  kSse2,     // x86-64, always there
+  kAvx2,     // x86-64
+  kAvx512,   // x86-64 with F, CD, DQ, BW and VL
+  kNeon64,   // 64-bit ARM, always there
+  kWasm128,  // WebAssembly with 128-bit SIMD
 };
-inline constexpr std::uint32_t kIsaCount = 6;
+inline constexpr std::uint32_t kIsaCount = 7;
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. Leaf::box and
 // fit_box use the link's frame. compute_boxes writes boxes relative to the instance's origin.
@@ -179,8 +182,8 @@ struct Box {
 // How one pose, from link to instance, is stored in floats.
 enum class PoseFormat : std::uint8_t {
   kQuaternionTranslation,  // 7 floats: quaternion x y z w, whose length is divided out; translation x y z
-  kMatrix3x4,              // 12 floats by rows: three rows of four, the translation in the last column
-  kMatrix4x4,              // 16 floats by columns, as in glTF and ozz: translation in floats 12 to 14, last row unread
+  kMatrix3x4Rows,          // 12 floats by rows: three rows of four, the translation in the last column
+  kMatrix4x4Columns,       // 16 floats by columns, as in glTF and ozz: translation in floats 12 to 14, last row unread
 };
 
 // The poses of all links of all instances of a batch. Each goes from link to instance ("model space"), never from link
@@ -427,6 +430,14 @@ struct StaticDesc {
 
   // x y z in the world to which vertices are relative. Sums are rounded to double.
   double origin[3] = {0, 0, 0};
+};
+
+// What a batch is. Written by batch_info.
+struct BatchInfo {
+  ArticulationId articulation;              // of every instance; 0 for static bodies
+  std::uint32_t instance_count = 0;         // as it was added
+  BatchKind kind = BatchKind::kCharacters;  // of static bodies too
+  bool is_static = false;                   // whether add_static_batch made it
 };
 
 // What reserve makes room for, counting what the engine has already.
@@ -760,6 +771,23 @@ struct Scheduler {
                        void (*task)(void* context, std::uint32_t task, std::uint32_t worker), void* context) = nullptr;
 };
 
+// What a caller's profiler is told. create_engine copies this struct. The functions are called on the thread that does
+// the work, in pairs that lie within each other, and on several threads at the same time: by run_frame with "frame"
+// around all of it; by run_queries with "queries"; and by run_frame and run_task, for each task, with the name of its
+// step: "bound", "keep", "count", "insert", "pair", "count hits", "write hits", "pair by key", "sequences" or
+// "contacts". They run in the library's floating-point mode, take time away from the frame, and must not throw.
+struct Profiler {
+  // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
+  void* user = nullptr;
+
+  // Called when a phase begins. The name lives as long as the program. worker: as of Scheduler; 0 for "frame" and
+  // "queries". Required.
+  void (*begin)(void* user, const char* phase, std::uint32_t worker) = nullptr;
+
+  // Called when the phase ends, with the same name and worker. Required.
+  void (*end)(void* user, const char* phase, std::uint32_t worker) = nullptr;
+};
+
 // What create_engine needs to know.
 struct EngineDesc {
   // The instruction set of the kernels. Default: the best available one.
@@ -776,6 +804,9 @@ struct EngineDesc {
 
   // How tasks run. Borrowed for the call. Null (default): the built-in scheduler.
   const Scheduler* scheduler = nullptr;
+
+  // What is told when phases begin and end. Borrowed for the call. Null (default): nothing is.
+  const Profiler* profiler = nullptr;
 };
 
 }  // namespace cab

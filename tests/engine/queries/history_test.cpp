@@ -860,7 +860,7 @@ TEST_CASE("history: what a call must not be given is refused by its status, and 
   bad.poses.data = nullptr;
   CHECK(record_tick(*engine, history, bad, 3) == Status::kBadPoses);
   Poses matrices = poses;
-  matrices.format = PoseFormat::kMatrix3x4;
+  matrices.format = PoseFormat::kMatrix3x4Rows;
   matrices.data = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0};
   CHECK(record_tick(*engine, history, matrices.input(batch), 3) == Status::kBadHistoryPoses);
   matrices.data[22] = 1;

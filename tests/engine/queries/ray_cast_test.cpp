@@ -248,7 +248,7 @@ void make_pose(Random& random, double away, oracle::Poses& out) {
     oracle::quaternion_matrix(exact, column);
     out.has_scale = random.chance(0.3);
     const Real scale = out.has_scale ? random.log_uniform(0.01, 100) : 1, hand = random.chance(0.5) ? -1 : 1;
-    const bool rows = out.format == PoseFormat::kMatrix3x4;
+    const bool rows = out.format == PoseFormat::kMatrix3x4Rows;
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t c = 0; c < 3; ++c) {
         const Real skew = random.chance(0.3) ? random.uniform(-1e-4, 1e-4) : 0;

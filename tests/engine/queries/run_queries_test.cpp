@@ -133,7 +133,7 @@ void break_pose(Random& random, const Member& member, std::uint32_t i, Poses& po
   float* const pose = poses.pose(i, member.rig.leaves[random.index(member.rig.leaf_count())].link);
   switch (random.index(3)) {
     case 0: pose[random.index(3)] = kNan; break;
-    case 1: pose[poses.format == PoseFormat::kMatrix3x4 ? 3 : poses.floats_per_pose() - 2] = kInfinity; break;
+    case 1: pose[poses.format == PoseFormat::kMatrix3x4Rows ? 3 : poses.floats_per_pose() - 2] = kInfinity; break;
     default:
       std::fill_n(pose, 3, 0.0f);
       pose[poses.format == PoseFormat::kQuaternionTranslation ? 3 : 0] = 0;

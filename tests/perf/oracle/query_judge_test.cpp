@@ -230,7 +230,7 @@ TEST_CASE("query judge: shapes are where poses, scales and mirrors put them") {
   part.size[0] = 0.5f;
   part.position[2] = 2;
   stage.parts = {part};
-  stage.poses.format = PoseFormat::kMatrix3x4;
+  stage.poses.format = PoseFormat::kMatrix3x4Rows;
   stage.poses.data = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 1};  // mirrored across z, and moved by 1
   stage.poses.scales = {2};
   const auto s = static_cast<float>(std::sqrt(0.5));

@@ -59,7 +59,7 @@ TEST_CASE("random queries of every regime and kind are valid, and some meet a le
         Random random(seed);
         Rig rig = random_rig(random, Topology::kChain, 3, 2);
         if (random.chance(0.3)) flatten_leaves(random, rig);
-        Poses poses = random_poses(random, rig, 2, PoseFormat::kMatrix3x4, {1, true, true, {}});
+        Poses poses = random_poses(random, rig, 2, PoseFormat::kMatrix3x4Rows, {1, true, true, {}});
         if (random.chance(0.3)) resize(random.log_uniform(1e-20, 1e15), rig, poses);
         QueryScene scene;
         for (std::uint32_t i = 0; i < 2; ++i) scene.push_back(query_instance({1}, rig, poses, i));

@@ -143,8 +143,8 @@ TEST_CASE("the description of an articulation borrows what the character owns") 
 
 TEST_CASE("a pose has as many floats as its format says") {
   CHECK(pose_floats(cab::PoseFormat::kQuaternionTranslation) == 7);
-  CHECK(pose_floats(cab::PoseFormat::kMatrix3x4) == 12);
-  CHECK(pose_floats(cab::PoseFormat::kMatrix4x4) == 16);
+  CHECK(pose_floats(cab::PoseFormat::kMatrix3x4Rows) == 12);
+  CHECK(pose_floats(cab::PoseFormat::kMatrix4x4Columns) == 16);
 }
 
 TEST_CASE("tables without chains are refused") {

@@ -66,7 +66,7 @@ TEST_CASE("links are rigid and right-handed in every frame") {
     double worst = 0;
     for (const Character& character : scene.characters) {
       const std::uint32_t frames = character.is_static ? 1 : scene.frame_count;
-      REQUIRE(character.pose_format == cab::PoseFormat::kMatrix3x4);
+      REQUIRE(character.pose_format == cab::PoseFormat::kMatrix3x4Rows);
       REQUIRE(character.poses.size() == std::size_t{frames} * character.link_parents.size() * 12);
       REQUIRE(character.origins.empty());
       for (std::uint32_t f = 0; f < frames; ++f) {

@@ -87,8 +87,8 @@ TEST_CASE("the format and the strides of the poses do not matter") {
     rows.insert(rows.end(), {1, 0, 0, p[0], 0, 1, 0, p[1], 0, 0, 1, p[2], 99});
     columns.insert(columns.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, p[0], p[1], p[2], 1});
   }
-  for (const PoseView& poses : {PoseView{PoseFormat::kMatrix3x4, rows.data(), 13 * sizeof(float), 0},
-                                PoseView{PoseFormat::kMatrix4x4, columns.data(), 0, 0}}) {
+  for (const PoseView& poses : {PoseView{PoseFormat::kMatrix3x4Rows, rows.data(), 13 * sizeof(float), 0},
+                                PoseView{PoseFormat::kMatrix4x4Columns, columns.data(), 0, 0}}) {
     rig::SkeletonDesc desc = person.desc;
     desc.poses = poses;
     Bodies same;
@@ -161,7 +161,7 @@ TEST_CASE("bad skeletons are refused, and bodies stay as they were") {
     mirrored[12 * j + 5] = mirrored[12 * j + 10] = 1;
   }
   desc = person.desc;
-  desc.poses = {PoseFormat::kMatrix3x4, mirrored.data(), 0, 0};
+  desc.poses = {PoseFormat::kMatrix3x4Rows, mirrored.data(), 0, 0};
   CHECK(status(desc) == rig::Status::kBadPoses);
   CHECK(status(person.desc, {-1, 1}) == rig::Status::kBadSize);
   CHECK(status(person.desc, {0, 0}) == rig::Status::kBadSize);

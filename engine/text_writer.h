@@ -1,0 +1,42 @@
+// Text in a caller's buffer, as much of it as fits.
+#pragma once
+
+#include "layout/compiler.h"
+
+#include <cab/span.h>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+namespace cab {
+
+class TextWriter {
+ public:
+  explicit TextWriter(Span<char> text) : text_(text) {
+    if (!text_.empty()) text_[0] = 0;
+  }
+
+  // Adds formatted text, as of printf.
+#if defined(__GNUC__)
+  __attribute__((format(printf, 2, 3)))
+#endif
+  void
+  add(const char* format, ...) {
+    const std::size_t at = std::min(length_, text_.size);
+    std::va_list values;
+    va_start(values, format);
+    const int added = std::vsnprintf(text_.data + at, text_.size - at, format, values);
+    va_end(values);
+    if (added > 0) length_ += static_cast<std::size_t>(added);
+  }
+
+  // Characters of the whole text, without the 0 at its end.
+  std::size_t length() const { return length_; }
+
+ private:
+  Span<char> text_;
+  std::size_t length_ = 0;
+};
+
+}  // namespace cab
