@@ -116,11 +116,11 @@ PoseArray poses_of(const py::object& value, const char* name, bool column, bool 
     pose_bytes = 28;
   } else if (array.strides(2) == 16 && array.strides(3) == 4) {
     in_order = true;
-    poses.view.format = column ? PoseFormat::kMatrix4x4 : PoseFormat::kMatrix3x4;
+    poses.view.format = column ? PoseFormat::kMatrix4x4Columns : PoseFormat::kMatrix3x4Rows;
     pose_bytes = short_matrices ? 48 : 64;
   } else if (matrices && array.strides(2) == 4 && array.strides(3) == 16) {
     in_order = true;
-    poses.view.format = column ? PoseFormat::kMatrix3x4 : PoseFormat::kMatrix4x4;
+    poses.view.format = column ? PoseFormat::kMatrix3x4Rows : PoseFormat::kMatrix4x4Columns;
     pose_bytes = 64;
   }
   if (!in_order)

@@ -21,8 +21,8 @@ namespace {
 std::size_t pose_bytes(PoseFormat format) {
   switch (format) {
     case PoseFormat::kQuaternionTranslation: return 28;
-    case PoseFormat::kMatrix3x4: return 48;
-    case PoseFormat::kMatrix4x4: return 64;
+    case PoseFormat::kMatrix3x4Rows: return 48;
+    case PoseFormat::kMatrix4x4Columns: return 64;
   }
   return 0;
 }

@@ -93,6 +93,21 @@ auto released(const Call& call) {
   return call();
 }
 
+// The text that a call writes.
+template <class Write>
+std::string text_of(const Write& write) {
+  std::string text(write(Span<char>()) + 1, ' ');
+  write(Span<char>(text.data(), text.size()));
+  text.pop_back();
+  return text;
+}
+
+// What is wrong with a job that run_frame has refused.
+[[noreturn]] void raise_job(Engine& engine, const FrameJob& job, Status status) {
+  if (status == Status::kBusy || status == Status::kOutOfMemory) raise_status(status);
+  raise_message(status, text_of([&](Span<char> text) { return explain_job(engine, job, text); }));
+}
+
 }  // namespace
 
 template <class Call>
@@ -244,7 +259,7 @@ FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, cons
       room = hit_room_;
       continue;
     }
-    require(status);
+    if (status != Status::kOk) raise_job(*held, job, status);
     FrameResult result;
     result.hits = cut(std::move(hits), job.hit_count);
     result.contacts = options.contacts ? cut(std::move(contacts), job.hit_count) : py::object(py::none());
@@ -362,8 +377,8 @@ py::tuple EngineHandle::why_masked(const FrameInput& input, std::uint32_t instan
   const std::shared_ptr<Engine> held = engine();
   MaskReason reason;
   require(released([&] { return cab::why_masked(*held, input.input(), instance, &reason); }));
-  return py::make_tuple(static_cast<int>(reason.flag), static_cast<int>(reason.cause), reason.link, reason.index,
-                        reason.value, reason.limit);
+  return py::make_tuple(reason.cause != MaskCause::kNone, reason.link,
+                        text_of([&](Span<char> text) { return explain_mask(reason, text); }));
 }
 
 std::uint64_t EngineHandle::add_history(std::uint64_t batch, std::uint32_t ticks) {

@@ -42,7 +42,7 @@ _CLASSES: "dict[Status, type[Error]]" = {
 }
 
 
-def make_error(status: int, words: str, detail: str) -> Error:
+def make_error(status: int, message: str) -> Error:
     """The exception for a status other than OK. The extension module raises what this returns."""
     known = Status(status)
-    return _CLASSES.get(known, InputError)(known, f"{detail}: {words}" if detail else words)
+    return _CLASSES.get(known, InputError)(known, message)

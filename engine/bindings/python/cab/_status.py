@@ -12,8 +12,10 @@ class Status(enum.IntEnum):
     OUT_OF_MEMORY = enum.auto()
     BUSY = enum.auto()
     ISA_NOT_AVAILABLE = enum.auto()
+    BAD_ABI_VERSION = enum.auto()
     BAD_SCHEDULER = enum.auto()
     BAD_ALLOCATOR = enum.auto()
+    BAD_PROFILER = enum.auto()
     NO_LINKS = enum.auto()
     TOO_MANY_LINKS = enum.auto()
     NO_LEAVES = enum.auto()
@@ -68,8 +70,10 @@ class Status(enum.IntEnum):
     BAD_PAIRS = enum.auto()
     BAD_STEPS = enum.auto()
     BAD_OUTPUT = enum.auto()
+    NULL_ARGUMENT = enum.auto()
     HITS_OVERFLOW = enum.auto()
     PAIRS_OVERFLOW = enum.auto()
+    LINES_OVERFLOW = enum.auto()
     NO_FRAME = enum.auto()
     BAD_TASK = enum.auto()
     TASKS_LEFT = enum.auto()
@@ -81,8 +85,6 @@ class Status(enum.IntEnum):
     HISTORY_GIVEN_TWICE = enum.auto()
     BAD_TIME = enum.auto()
     BAD_HISTORY_POSES = enum.auto()
-    BAD_ABI_VERSION = enum.auto()
-    NULL_ARGUMENT = enum.auto()
 
     @property
     def words(self) -> str:

@@ -169,23 +169,6 @@ class Frame(NamedTuple):
     posed: Tuple[Posed, ...]
 
 
-def mask_words(flag: int, cause: int, link: int, index: int, value: float, limit: float, names: Sequence[str]) -> str:
-    """Why a character is masked, in words."""
-    name = f"link {link} ({names[link]})" if link < len(names) and names[link] != f"link {link}" else f"link {link}"
-    words = (
-        "nothing is wrong",
-        f"number {index} of the pose of {name} is {value:g}; it must be at most {limit:g}",
-        f"number {index} of its orientation is {value:g}; it must be at most {limit:g}",
-        f"the quaternion of {name} has the length {value:g}; the limit is {limit:g}",
-        f"its orientation has the length {value:g}; the limit is {limit:g}",
-        f"the matrix of {name} is off a rotation by {value:g}; it may be off by {limit:g}",
-        f"the scale of {name} is {value:g}; the limit is {limit:g}",
-        f"the joint of {name} lies at {value:g}; it must be within {limit:g}",
-        f"the box {index} of {name} reaches {value:g}; it must be within {limit:g}",
-    )
-    return words[cause]
-
-
 def warn_masked(
     engine: _cab.Engine, inputs: Iterable[Tuple[_cab.FrameInput, str, Sequence[str]]], known: bool, level: int
 ) -> None:
@@ -200,7 +183,7 @@ def warn_masked(
         else:
             for instance in range(frame_input.count):
                 try:
-                    bad = engine.why_masked(frame_input, instance)[1] != 0
+                    bad = engine.why_masked(frame_input, instance)[0]
                 except InputError as error:
                     if error.status != Status.BAD_INSTANCE:  # one that is not listed
                         raise
@@ -209,9 +192,10 @@ def warn_masked(
                     first = instance if first < 0 else first
                     count += 1
         if count:
-            reason = mask_words(*engine.why_masked(frame_input, first), names)
+            _, link, reason = engine.why_masked(frame_input, first)
+            name = f" (link {link} is {names[link]})" if names[link] != f"link {link}" else ""
             more = f"; {count - 1} more took no part" if count > 1 else ""
-            warnings.warn(f"{what} {first} took no part: {reason}{more}", MaskedWarning, stacklevel=level + 1)
+            warnings.warn(f"{what} {first} took no part: {reason}{name}{more}", MaskedWarning, stacklevel=level + 1)
 
 
 class History:
