@@ -18,18 +18,7 @@ class TextWriter {
   }
 
   // Adds formatted text, as of printf.
-#if defined(__GNUC__)
-  __attribute__((format(printf, 2, 3)))
-#endif
-  void
-  add(const char* format, ...) {
-    const std::size_t at = std::min(length_, text_.size);
-    std::va_list values;
-    va_start(values, format);
-    const int added = std::vsnprintf(text_.data + at, text_.size - at, format, values);
-    va_end(values);
-    if (added > 0) length_ += static_cast<std::size_t>(added);
-  }
+  void add(const char* format, ...) CAB_PRINTF(2, 3);
 
   // Characters of the whole text, without the 0 at its end.
   std::size_t length() const { return length_; }
@@ -38,5 +27,14 @@ class TextWriter {
   Span<char> text_;
   std::size_t length_ = 0;
 };
+
+inline void TextWriter::add(const char* format, ...) {
+  const std::size_t at = std::min(length_, text_.size);
+  std::va_list values;
+  va_start(values, format);
+  const int added = std::vsnprintf(text_.data + at, text_.size - at, format, values);
+  va_end(values);
+  if (added > 0) length_ += static_cast<std::size_t>(added);
+}
 
 }  // namespace cab

@@ -17,8 +17,8 @@ struct Arena::Block {
 
 namespace {
 
-// On Linux blocks of at least two huge pages are aligned to huge pages and ask for them. A frame with many instances reads such
-// blocks in an order that would otherwise miss the TLB at almost every instance.
+// On Linux blocks of at least two huge pages are aligned to huge pages and ask for them. A frame with many instances
+// reads such blocks in an order that would otherwise miss the TLB at almost every instance.
 [[maybe_unused]] constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
 std::align_val_t block_alignment([[maybe_unused]] std::size_t bytes, std::size_t alignment) {

@@ -13,7 +13,8 @@
 #define CAB_VERSION_PATCH 0
 #define CAB_VERSION_SUFFIX "-rc"
 
-// The version as text: "MAJOR.MINOR.PATCH", and "-rc" before the release of that version. The two other macros serve this one.
+// The version as text: "MAJOR.MINOR.PATCH", and "-rc" before the release of that version. The two other macros serve
+// this one.
 #define CAB_VERSION_STRING CAB_VERSION_TEXT(CAB_VERSION_MAJOR, CAB_VERSION_MINOR, CAB_VERSION_PATCH) CAB_VERSION_SUFFIX
 #define CAB_VERSION_TEXT(major, minor, patch) \
   CAB_VERSION_QUOTE(major) "." CAB_VERSION_QUOTE(minor) "." CAB_VERSION_QUOTE(patch)
