@@ -1,8 +1,9 @@
 cmake_minimum_required(VERSION 3.25)
-# Installs cab, and configures, builds and runs tests/embed and its folders c, golden and rig against what was
-# installed.
-# VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared where that at BUILD is
-# static.
+# Installs cab, moves what was installed, and configures, builds and runs tests/embed and its folders c, golden, rig,
+# components and pkg_config against it.
+# VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared, with a static one beside
+# it, where that at BUILD is static.
+# VERSION: cab's, three numbers.
 # CAB_WITH_FCL, CAB_WITH_QHULL, CAB_WITH_TBB: the options of the build at BUILD.
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -22,14 +23,28 @@ if(VARIANT STREQUAL other)
   endif()
   set(BUILD ${WORK}/library)
   run(${CMAKE_COMMAND} -S ${SOURCE} -B ${BUILD} ${common} -D BUILD_SHARED_LIBS=${SHARED} -D CAB_SANITIZE=${SANITIZE}
-    -D CAB_BUILD_TESTS=OFF -D CAB_BUILD_COMMAND=OFF
+    -D CAB_BUILD_TESTS=OFF -D CAB_BUILD_COMMAND=OFF -D CAB_BUILD_BOTH=ON
     -D CAB_WITH_FCL=${CAB_WITH_FCL} -D CAB_WITH_QHULL=${CAB_WITH_QHULL} -D CAB_WITH_TBB=${CAB_WITH_TBB})
-  run(${CMAKE_COMMAND} --build ${BUILD} --target cab cab_rig)
+  run(${CMAKE_COMMAND} --build ${BUILD})
 endif()
 
 # From an empty folder, so that nothing of an earlier run stands in for a file that is not installed any more.
-file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/project ${WORK}/rig ${WORK}/c ${WORK}/golden)
-run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+# It is installed into one folder and used in another.
+foreach(folder installed prefix project rig c golden components make static)
+  file(REMOVE_RECURSE ${WORK}/${folder})
+endforeach()
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
+file(RENAME ${WORK}/installed ${WORK}/prefix)
+file(GLOB_RECURSE installed ${WORK}/prefix/*.cmake ${WORK}/prefix/*.pc)
+foreach(file IN LISTS installed)
+  file(STRINGS ${file} lines REGEX "${WORK}|${BUILD}|${SOURCE}/")
+  if(lines)
+    message(FATAL_ERROR "${file} names a folder of this machine:\n${lines}")
+  endif()
+endforeach()
+file(GLOB_RECURSE shared_library ${WORK}/prefix/libcab.so)
+file(GLOB_RECURSE static_library ${WORK}/prefix/libcab.a)
+file(GLOB_RECURSE rig_library ${WORK}/prefix/libcab_rig.a)
 if(SANITIZE)
   list(APPEND common -D CMAKE_CXX_FLAGS=-fsanitize=${SANITIZE} -D CMAKE_C_FLAGS=-fsanitize=${SANITIZE})
 endif()
@@ -107,36 +122,114 @@ if(VARIANT STREQUAL built AND EXISTS ${WORK}/prefix/bin/cab)
   run(${WORK}/prefix/bin/cab --version)
 endif()
 
-# A shared libcab exports what the headers mark CAB_API, and nothing else.
+# What is missing is refused in words, and what is there is found.
 if(SHARED)
-  set(public "")
-  file(GLOB headers ${WORK}/prefix/include/cab/*.h)
-  foreach(header IN LISTS headers)
-    file(STRINGS ${header} lines REGEX "CAB_API [A-Za-z].*\\(")
-    foreach(line IN LISTS lines)
-      string(REGEX REPLACE ".* \\*?([a-z_]+)\\(.*" "\\1" name "${line}")
-      list(APPEND public ${name})
-    endforeach()
-  endforeach()
-  file(GLOB_RECURSE library ${WORK}/prefix/libcab.so)
-  run(${NM} -D --defined-only -C ${library})
-  string(REPLACE ";" "," output "${output}")
-  string(REGEX MATCHALL "[^\n]+" exported "${output}")
-  set(names "")
-  foreach(symbol IN LISTS exported)
-    if(symbol MATCHES " A CAB_[0-9]+")
-      continue()
+  set(kind shared)
+  set(library SHARED_LIBRARY)
+else()
+  set(kind static)
+  set(library STATIC_LIBRARY)
+endif()
+set(other "")
+if(NOT shared_library)
+  set(other shared)
+elseif(NOT static_library)
+  set(other static)
+endif()
+string(REGEX MATCH "^[0-9]+" major ${VERSION})
+math(EXPR next "${major} + 1")
+run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/components -B ${WORK}/components ${common} -D KIND=${kind}
+  -D OTHER=${other} -D THIS=${VERSION} -D NEXT=${next}.0 -D LAST=0.1)
+set(answers "wings: refused, cab has no component wings, only core, rig, shared and static\n"
+  "all: found, wings FALSE\ntype: ${library}\nrig: STATIC_LIBRARY\n" "next version: refused, \n"
+  "last version: refused, \n")
+if(other)
+  list(APPEND answers "other kind: refused, cab in ${WORK}/prefix has no ${other} library: -D CAB_BUILD_BOTH=ON")
+else()
+  list(APPEND answers "both kinds: refused, cab::cab cannot be shared and static in one project")
+endif()
+foreach(answer IN LISTS answers)
+  string(FIND "${output}" "${answer}" at)
+  if(at EQUAL -1)
+    message(FATAL_ERROR "find_package does not answer\n${answer}\nbut\n${output}")
+  endif()
+endforeach()
+
+# Without CMake: by pkg-config, in C++ and in C.
+find_program(PKG_CONFIG pkg-config REQUIRED)
+find_program(MAKE make REQUIRED)
+file(GLOB_RECURSE pc_file ${WORK}/prefix/cab.pc)
+get_filename_component(pc_folder ${pc_file} DIRECTORY)
+get_filename_component(library_folder ${pc_folder} DIRECTORY)
+set(compile ${COMPILER})
+set(compile_c cc)
+if(COMPILER MATCHES "clang")
+  set(compile_c clang)
+endif()
+if(SANITIZE)
+  string(APPEND compile " -fsanitize=${SANITIZE}")
+  string(APPEND compile_c " -fsanitize=${SANITIZE}")
+  if(COMPILER MATCHES "clang" AND SANITIZE MATCHES "undefined")
+    string(APPEND compile_c " -fsanitize-link-c++-runtime")
+  endif()
+endif()
+set(environment ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc_folder} LD_LIBRARY_PATH=${library_folder})
+file(COPY ${SOURCE}/tests/embed/pkg_config/Makefile ${SOURCE}/tests/embed/main.cpp DESTINATION ${WORK}/make)
+run(${environment} ${MAKE} -C ${WORK}/make CXX=${compile})
+run(${environment} sh -c "${compile_c} -std=c11 -Wall -Wextra -Wpedantic -Werror -o ${WORK}/make/hello_c \
+  ${SOURCE}/tests/embed/hello_c/main.c $(pkg-config --cflags --libs cab)")
+run(${environment} sh -c "${compile} -std=c++17 -o ${WORK}/make/rig ${SOURCE}/tests/embed/rig/main.cpp \
+  $(pkg-config --cflags --libs cab-rig)")
+set(expected "link 1 of arm 0 touches link 0 of arm 1\n")
+foreach(program hello hello_c)
+  run(${environment} ${WORK}/make/${program})
+  if(NOT output STREQUAL expected)
+    message(FATAL_ERROR "${program} of pkg-config printed\n${output}instead of\n${expected}")
+  endif()
+endforeach()
+run(${environment} ${WORK}/make/rig)
+run(${environment} ${PKG_CONFIG} --modversion cab)
+if(NOT output STREQUAL "${VERSION}\n")
+  message(FATAL_ERROR "cab.pc is of version ${output}")
+endif()
+
+# A static libcab beside a shared one, by both ways.
+if(shared_library AND static_library)
+  run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed -B ${WORK}/static ${common} -D BUILD_SHARED_LIBS=OFF)
+  run(${CMAKE_COMMAND} --build ${WORK}/static)
+  file(RENAME ${shared_library} ${shared_library}.hidden) # so that -lcab is the static one
+  run(${environment} sh -c "${compile_c} -std=c11 -o ${WORK}/static/hello_c \
+    ${SOURCE}/tests/embed/hello_c/main.c $(pkg-config --static --cflags --libs cab)")
+  file(RENAME ${shared_library}.hidden ${shared_library})
+  foreach(program embed hello_c)
+    run(ldd ${WORK}/static/${program})
+    if(output MATCHES "libcab")
+      message(FATAL_ERROR "${program} is not linked with the static libcab:\n${output}")
     endif()
-    string(REGEX REPLACE "^[0-9a-f]* [A-Z] (cab::)?([a-z_]+)(@@CAB_[0-9]+)?([(].*)?$" "\\2" name "${symbol}")
-    if(NOT name IN_LIST public)
-      message(FATAL_ERROR "libcab.so exports what is not public: ${symbol}")
-    endif()
-    list(APPEND names ${name})
-  endforeach()
-  foreach(name IN LISTS public)
-    if(NOT name IN_LIST names)
-      message(FATAL_ERROR "libcab.so does not export ${name}")
+    run(${WORK}/static/${program})
+    if(NOT output STREQUAL expected)
+      message(FATAL_ERROR "${program} printed\n${output}instead of\n${expected}")
     endif()
   endforeach()
+endif()
+
+# What a linker sees of the libraries. A sanitizer adds names of its own.
+if(SANITIZE)
+  message("the names in libraries are not looked at: -fsanitize=${SANITIZE} adds some")
+else()
+  foreach(file IN LISTS shared_library static_library rig_library)
+    run(${CMAKE_COMMAND} -D LIBRARIES=${file} -D NM=${NM} -D LIST=${SOURCE}/tests/embed/c/symbols.list
+      -D FOUND=${WORK}/symbols.list -P ${SOURCE}/tests/embed/check_symbols.cmake)
+    message("${output}")
+  endforeach()
+endif()
+
+# At last without the component rig.
+file(GLOB_RECURSE rig_package ${WORK}/prefix/cab-rig-targets*.cmake)
+file(REMOVE ${rig_package})
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/rig -B ${WORK}/rig ${common} RESULT_VARIABLE result
+  OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(result EQUAL 0 OR NOT output MATCHES "has no component rig: it was built with -D[ \n]+CAB_BUILD_RIG=OFF")
+  message(FATAL_ERROR "find_package does not say that the component rig is missing:\n${output}")
 endif()
 message("embed: ${VARIANT}, shared ${SHARED}: ${expected}")
