@@ -94,7 +94,7 @@ Status write_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) {
       if (!(live >> lane & 1)) continue;
       const std::uint32_t instance = instances.instance[lane];
       const auto from = std::lower_bound(hits.begin(), hits.end(), std::uint64_t{instance} << 16);
-      const auto to = std::lower_bound(from, hits.end(), std::uint64_t{instance} + 1 << 16);
+      const auto to = std::lower_bound(from, hits.end(), (std::uint64_t{instance} + 1) << 16);
       const NodeBits hit =
           hit_nodes(articulation, hits.data() + (from - hits.begin()), hits.data() + (to - hits.begin()));
       double at[3];

@@ -124,7 +124,7 @@ class JobSearch {
 
   void describe_poses(const PoseView& poses, std::size_t link_count) {
     if (!poses.data) return text_.add(".poses.data is null");
-    if (poses.format > PoseFormat::kMatrix4x4)
+    if (poses.format > PoseFormat::kMatrix4x4Columns)
       return text_.add(".poses.format is %u", static_cast<unsigned>(poses.format));
     if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation)
       return text_.add(".poses.has_scale is set with quaternions");
