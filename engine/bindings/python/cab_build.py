@@ -50,7 +50,7 @@ class BuildWithCMake(build_py):
         arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))
         self.call("cmake", "-S", str(ROOT), "-B", str(folder), *generator, *arguments)
         jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count() or 1))
-        self.call("cmake", "--build", str(folder), "--target", "cab_python_package", "--parallel", jobs)
+        self.call("cmake", "--build", str(folder), "--target", "cab_python_wheel", "--parallel", jobs)
         target = pathlib.Path(self.build_lib).resolve()
         self.call("cmake", "--install", str(folder), "--component", "python_wheel", "--prefix", str(target))
 
