@@ -74,10 +74,11 @@ test('worlds that come and go, with batches, frames and queries, do not make the
   const module = await cab.load();
   const live = () => {
     const world = module.createWorld();
-    const batch = world.addBatch(world.addArticulation(chain(8)), 100);
+    const batch = world.addBatch(world.addArticulation(chain(8)), 16);
     batch.inContact();
-    const hits = world.runFrame({rules: [{a: batch}], policies: {exact: 'convex'}, contacts: true});
-    assert.ok(hits.length > 10000);
+    assert.ok(world.runFrame({rules: [{a: batch}]}).length > 1000);
+    batch.count = 2;
+    assert.ok(world.runFrame({rules: [{a: batch}], policies: {exact: 'convex'}, contacts: true}).length > 10);
     world.runQueries({queries: [{kind: 'sphere', position: [0, 0, 0], radius: 9, want: 'all'}]});
     world.addStaticBatch({vertices: [0, 0, 0, 1, 0, 0, 0, 1, 0], triangles: [0, 1, 2]}).inContact();
     world.remove(world.addBatch(batch.articulation, 50));
