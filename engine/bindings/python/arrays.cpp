@@ -17,7 +17,9 @@ std::string shape_words(const py::array& array) {
   return words + (array.ndim() == 1 ? ",)" : ")");
 }
 
-std::string dtype_words(const py::dtype& dtype) { return py::str(static_cast<const py::handle&>(dtype)); }
+std::string dtype_words(const py::dtype& dtype) {
+  return dtype.has_fields() ? "fields" : py::str(static_cast<const py::handle&>(dtype)).cast<std::string>();
+}
 
 // "poses: float32 of shape (n, links, 7) is wanted, and"
 std::string wanted_words(const char* name, const py::dtype& dtype, const char* shape) {
@@ -29,9 +31,13 @@ py::array typed(const py::object& value, const py::dtype& dtype, const char* nam
   if (!py::isinstance<py::array>(value))
     throw py::type_error(wanted_words(name, dtype, shape) + std::string(Py_TYPE(value.ptr())->tp_name) + " is given");
   py::array array = py::reinterpret_borrow<py::array>(value);
-  if (!py::detail::npy_api::get().PyArray_EquivTypes_(array.dtype().ptr(), dtype.ptr()))
+  if (!py::detail::npy_api::get().PyArray_EquivTypes_(array.dtype().ptr(), dtype.ptr())) {
+    if (dtype.has_fields())
+      throw py::type_error(std::string(name) + ": an array of one of cab's structured dtypes is wanted, with its " +
+                           "fields at their places, and " + dtype_words(array.dtype()) + " are given");
     throw py::type_error(wanted_words(name, dtype, shape) + dtype_words(array.dtype()) + " is given; " + name +
                          ".astype(numpy." + dtype_words(dtype) + ") makes such an array");
+  }
   if (!(array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_))
     throw py::value_error(std::string(name) +
                           ": the array does not lie at a multiple of its number's size in memory; " + name +

@@ -234,7 +234,7 @@ class Clip:
         for key in ("a", "b", "link_a", "link_b"):
             same &= hits[key][1:] == hits[key][:-1]
         frames = hits["frame"].astype(np.int64)
-        starts = np.flatnonzero(np.concatenate(([True], ~(same & (np.diff(frames) <= gap + 1)))))
+        starts = np.append(0, np.flatnonzero(~(same & (np.diff(frames) <= gap + 1))) + 1)
         ends = np.append(starts[1:], len(hits))
         rows = np.empty(len(starts), dtype=INTERVAL)
         for key in ("a", "b", "link_a", "link_b"):

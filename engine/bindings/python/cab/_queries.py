@@ -1,7 +1,7 @@
 """Queries: rays, spheres, boxes, capsules, points and regions, as arrays."""
 
 import math
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
@@ -48,9 +48,12 @@ class Queries:
         return len(self.array)
 
     def __add__(self, other: "Queries") -> "Queries":
-        later = other.array.copy()
-        later["first_plane"] += np.uint32(len(self.planes))
-        return Queries(np.concatenate((self.array, later)), np.concatenate((self.planes, other.planes)))
+        # Not by numpy.concatenate, which closes the gaps between fields.
+        array = np.empty(len(self) + len(other), dtype=_cab.query_dtype)
+        array[: len(self)] = self.array
+        array[len(self) :] = other.array
+        array["first_plane"][len(self) :] += np.uint32(len(self.planes))
+        return Queries(array, np.concatenate((self.planes, other.planes)))
 
     def without(self, batch: Any, instances: ArrayLike) -> "Queries":
         """The same queries, each leaving out one character of a batch: the shooter. `instances` is one or one each."""
@@ -207,6 +210,3 @@ def regions(
     queries["first_plane"] = np.arange(len(queries), dtype=np.uint32) * np.uint32(count)
     queries["plane_count"] = count
     return Queries(queries, rows)
-
-
-QueriesLike = Union[Queries]

@@ -89,9 +89,10 @@ class Batch:
         return self._is_static
 
     def grow(self, room: int) -> None:
-        """Makes room for more characters. The numbers of those that are there stay; `slot` may change.
+        """Makes room for more characters. The numbers of those that are there stay.
 
-        The world's next frame has everything moved. A room that is not larger changes nothing.
+        `slot` changes only if a batch of a lower slot was removed before. What was posed, and histories of the batch,
+        are of no use any more. A room that is not larger changes nothing.
         """
         if self._is_static:
             raise ValueError("a static batch cannot grow")
@@ -328,13 +329,21 @@ class World:
             self._engine.remove_articulation(articulation)
 
     def _grow(self, batch: Batch, room: int) -> None:
+        # Its slot is the lowest free one, unless another of a lower slot has gone.
         articulation = self._articulations[id(batch.body)][1]
-        grown = self._engine.add_batch(articulation, room, False)
         self._engine.remove_batch(batch._id)
-        self._batches.pop(batch.slot, None)
+        self._batches.pop(batch.slot)
         self._last = tuple(posed for posed in self._last if posed._batch is not batch)
-        batch._id, batch._room = grown, room
-        self._batches[batch.slot] = batch
+        made = batch._room
+        try:
+            batch._id = self._engine.add_batch(articulation, room, False)
+            made = room
+        except Exception:
+            batch._id = self._engine.add_batch(articulation, batch._room, False)
+            raise
+        finally:
+            batch._room = made
+            self._batches[batch.slot] = batch
 
     @property
     def batches(self) -> Tuple[Batch, ...]:
