@@ -1,8 +1,12 @@
-# The packages that the folders use. In a cross build the header-only ones of the host have a path of their own, so that
-# it does not see the host's system headers.
+# The packages that the folders use. A cross build has the library without optional packages. The header-only ones are
+# the host's, and have a path of their own, so that the build does not see the host's system headers.
 add_library(cab_xsimd INTERFACE)
 add_library(cab_test_packages INTERFACE)
-if(CAB_KERNELS_ONLY OR CMAKE_CROSSCOMPILING)
+if(CMAKE_CROSSCOMPILING)
+  if(CAB_WITH_FCL OR CAB_WITH_QHULL OR CAB_WITH_TBB)
+    message(FATAL_ERROR
+      "a cross build has no optional packages: -D CAB_WITH_FCL=OFF -D CAB_WITH_QHULL=OFF -D CAB_WITH_TBB=OFF")
+  endif()
   set(CAB_HEADERS ${PROJECT_BINARY_DIR}/headers)
   file(MAKE_DIRECTORY ${CAB_HEADERS})
   foreach(package xsimd doctest eigen3)
