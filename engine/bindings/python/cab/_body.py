@@ -154,17 +154,19 @@ class Body:
         Joints that meet are ignored pairs. A skeleton that makes no body is a ValueError.
         """
         parent_array = small_array(parents, "i4", "parents", (None,), "(joints,)")
-        places = np.asarray(poses)
-        if places.shape == (len(parent_array), 3) and places.dtype.kind in "fiu":
-            pose_array = np.zeros((1, len(parent_array), 7), dtype=np.float32)
+        count = len(parent_array)
+        given: Any = poses if isinstance(poses, np.ndarray) else small_array(
+            poses, "f8", "poses", (count, 3), f"({count}, 3), or an array of poses,"
+        )
+        if given.shape == (count, 3):
+            places = small_array(given, "f4", "poses", (count, 3), f"({count}, 3)")
+            pose_array = np.zeros((1, count, 7), dtype=np.float32)
             pose_array[0, :, 3] = 1
             pose_array[0, :, 4:] = places
+        elif given.shape[:1] == (count,) and given.shape[1:] in ((7,), (3, 4), (4, 4)):
+            pose_array = given[np.newaxis]
         else:
-            given: Any = poses
-            flat = isinstance(given, np.ndarray) and len(given.shape) > 0 and given.shape[0] == len(parent_array) and (
-                given.shape[1:] in ((7,), (3, 4), (4, 4))
-            )
-            pose_array = given[np.newaxis] if flat else given
+            pose_array = given
         data = _cab.from_skeleton(
             parent_array, [] if names is None else list(names), pose_array, is_column(order), stature, thickness
         )
@@ -310,7 +312,7 @@ _SKIN_KINDS = {"hull": 1, "box": 2, "capsule": 4, "sphere": 8, "ellipsoid": 16}
 
 def by_columns(matrices: Any, name: str, shape: Sequence[Optional[int]], words: str, order: str) -> Float32Array:
     """Matrices as a packed array that is indexed by column, then row."""
-    array = small_array(matrices, "f4", name, shape, words)
+    array: Float32Array = small_array(matrices, "f4", name, shape, words)
     return array if is_column(order) else np.ascontiguousarray(np.swapaxes(array, -1, -2))
 
 
