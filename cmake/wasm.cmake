@@ -12,4 +12,4 @@ set(CMAKE_CROSSCOMPILING_EMULATOR node --no-experimental-fetch)
 set_property(GLOBAL PROPERTY RULE_LAUNCH_LINK "${CMAKE_COMMAND} -E env NODE_PATH=/usr/share/nodejs")
 # A failed allocation is a status of the library, so code that throws must find its handler.
 set(CMAKE_CXX_FLAGS_INIT -fwasm-exceptions)
-set(CMAKE_EXE_LINKER_FLAGS_INIT -fwasm-exceptions)
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-fwasm-exceptions -sALLOW_MEMORY_GROWTH")

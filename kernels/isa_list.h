@@ -9,6 +9,7 @@
 // Each line is PICK(X, enumerator of Isa, name, vector type V of kernels/simd.h, whether this CPU runs it), and PICK
 // decides whether X is given the line. Lines are in the order of Isa. Those of one processor go from the narrowest
 // vectors to the widest, because kAuto takes the last one that runs.
+// A WebAssembly module that holds SIMD loads only where SIMD runs, and Emscripten translates the operations of SSE2.
 // clang-format off
 #define CAB_ISA_LIST(PICK, X)                                              \
   PICK(X, kScalar, scalar, float, true)                                    \

@@ -1,15 +1,19 @@
 cmake_minimum_required(VERSION 3.25)
-# Fails unless DOCUMENT quotes each of SOURCES in full, letter for letter. Both are paths from ROOT. LANGUAGE is what the
-# quotes are marked with; default: cpp.
-if(NOT LANGUAGE)
-  set(LANGUAGE cpp)
-endif()
+# Fails unless DOCUMENT quotes each of SOURCES in full, letter for letter. Both are paths from ROOT.
 file(READ ${ROOT}/${DOCUMENT} document)
 foreach(source IN LISTS SOURCES)
+  set(language cpp)
+  if(source MATCHES "CMakeLists.txt$")
+    set(language cmake)
+  elseif(source MATCHES "Makefile$")
+    set(language make)
+  elseif(source MATCHES "[.](c|py|js|ts)$")
+    set(language ${CMAKE_MATCH_1})
+  endif()
   file(READ ${ROOT}/${source} program)
-  string(FIND "${document}" "<!-- ${source} -->\n```${LANGUAGE}\n${program}```\n" at)
+  string(FIND "${document}" "<!-- ${source} -->\n```${language}\n${program}```\n" at)
   if(at EQUAL -1)
     message(SEND_ERROR "the quote of ${source} in ${DOCUMENT} differs from the source: copy the one over the other, "
-      "between the line <!-- ${source} --> with ```${LANGUAGE} below it and the closing ```")
+      "between the line <!-- ${source} --> with ```${language} below it and the closing ```")
   endif()
 endforeach()

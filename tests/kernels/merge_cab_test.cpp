@@ -103,7 +103,7 @@ void judge(const MergeTile& tile, Worst& worst) {
 }  // namespace
 
 TEST_CASE("a merged box contains both children, is orthonormal and is the paper's, in every regime") {
-  const std::size_t per_regime = rounds(100000);
+  const auto per_regime = static_cast<std::size_t>(rounds(100000));
   const kernel::KernelTable& kernels = *kernel::find_kernels(Isa::kAuto);
   for (unsigned regime = 0; regime < oracle::kMergeRegimeCount; ++regime) {
     oracle::Random random(kSeed + regime);

@@ -1,0 +1,471 @@
+/**
+ * cab for JavaScript: which links of many articulated characters touch.
+ *
+ * Names are those of the C++ API in camel case: `link_parents` is `linkParents`, `run_frame` is `runFrame`. Values of
+ * enumerations are strings: `Strategy::kExactAll` is `'exact_all'`. What the headers of the C++ API say about units,
+ * frames, handedness and defaults holds here: all lengths are in one unit of your choice, quaternions are x y z w,
+ * indices count from 0. A member that is left out has the default of the C++ API.
+ *
+ * Arrays of a batch and lists of hits are views of the memory of the module. They are not copies, and they end:
+ * the memory may grow in any call that adds something and in `runFrame` and `runQueries`, and then every view from
+ * before has length 0. So ask for a view when you need it (`batch.poses()` costs next to nothing), and do not keep it
+ * over such a call.
+ */
+
+/** Three numbers x y z. */
+export type Vec3 = readonly [number, number, number];
+/** A quaternion x y z w. */
+export type Quaternion = readonly [number, number, number, number];
+/** Numbers that a call reads: copied, so any array will do; typed arrays are the fastest. */
+export type Numbers = ArrayLike<number>;
+
+/** What went wrong, by the name of the C++ API's `Status` without its k: `Status::kBadPoses` is `'bad_poses'`. */
+export type StatusName =
+    'out_of_memory' | 'busy' | 'isa_not_available' | 'no_links' | 'too_many_links' | 'no_leaves' | 'too_many_leaves' |
+    'bad_parent' | 'bad_joint' | 'bad_leaf_link' | 'bad_leaf_box' | 'bad_leaf_axes' | 'bad_shape' |
+    'shape_outside_leaf_box' | 'bad_vertices' | 'bad_ignored_pair' | 'bad_rest_pose' | 'unknown_articulation' |
+    'unknown_batch' | 'articulation_in_use' | 'bad_batch_kind' | 'no_instances' | 'bad_static_body' | 'bad_triangles' |
+    'too_many_instances' | 'batch_given_twice' | 'bad_poses' | 'static_input' | 'bad_origins' | 'bad_scales' |
+    'bad_count' | 'bad_instances' | 'bad_margins' | 'bad_pair_rule' | 'pair_rule_given_twice' | 'exact_not_built' |
+    'bad_margin' | 'bad_min_depth' | 'contacts_need_exact' | 'bad_instance' | 'bad_query' | (string & {});
+
+/** A call that the engine refused. The world is as it was before the call. */
+export declare class CabError extends Error {
+  readonly name: 'CabError';
+  /** The status by its name. `message` has it in words. */
+  readonly status: StatusName;
+  /** The status by its number in the C API. */
+  readonly code: number;
+  /** The index of the link, leaf, pair, body or query at fault, for statuses that have one. */
+  readonly element: number | undefined;
+}
+
+/** Whether this JavaScript engine runs WebAssembly with SIMD. */
+export declare function hasSimd(): boolean;
+
+export interface LoadOptions {
+  /** Which of the two modules: with SIMD or without. Both give the same bits. Default: with SIMD where it runs. */
+  simd?: boolean;
+  /** A compiled `cab_simd.wasm` or `cab_scalar.wasm`, for bundlers and workers that have it already. */
+  module?: WebAssembly.Module;
+}
+
+/**
+ * Loads the module: from beside this file, by `fetch` or in node by reading it. Each call makes a module with a memory
+ * of its own, of up to 2 GB.
+ */
+export declare function load(options?: LoadOptions): Promise<Cab>;
+
+/** The instruction set of a world's kernels. All give the same bits. */
+export type Isa = 'auto' | 'scalar' | 'wasm128';
+
+/** The module. */
+export declare class Cab {
+  /** The calls of the C API, `cab_run_frame` and so on, with `malloc` and `free`: for what this module leaves out. */
+  readonly exports: Readonly<Record<string, CallableFunction>>;
+  readonly memory: WebAssembly.Memory;
+  /** Which instruction sets there are: `['scalar', 'wasm128']`, or `['scalar']`. */
+  readonly instructionSets: readonly Isa[];
+
+  /**
+   * Makes an empty world. Its memory lies in that of the module, so no garbage collector gives it back: call
+   * `destroy()`.
+   */
+  createWorld(desc?: {isa?: Isa}): World;
+
+  /** An oriented box about points: x y z of each, in the frame of a link. Too slow for every frame. */
+  fitBox(vertices: Numbers): {center: number[]; axis: number[]; half: number[]};
+}
+
+// ------------------------------------------------------------------------------------------------------- description
+
+/** An oriented box, in the frame of its link. */
+export interface Box {
+  center: Vec3 | Numbers;
+  /** Three axes, each x y z: orthonormal and right-handed. */
+  axis: readonly [Vec3, Vec3, Vec3] | Numbers;
+  /** Half extents along the axes, 0 or more. */
+  half: Vec3 | Numbers;
+}
+
+export type ShapeKind = 'box' | 'ellipsoid' | 'capsule' | 'convex_hull' | 'sphere' | 'cylinder' | 'half_space';
+
+/** One convex part of a leaf's exact shape, in a frame of its own within the link's. It lies within the leaf's box. */
+export interface ConvexPart {
+  kind?: ShapeKind;
+  position?: Vec3 | Numbers;
+  rotation?: Quaternion | Numbers;
+  /** Box: half extents. Ellipsoid: radii. Capsule, cylinder: radius, half the length along z. Sphere: radius. */
+  size?: Vec3 | Numbers;
+  /** Convex hull: x y z of each vertex. */
+  vertices?: Numbers;
+}
+
+/** A rigid body on one link. */
+export interface Leaf {
+  link: number;
+  box: Box;
+  /** The exact shape, a union of convex parts. Left out: the box itself. */
+  parts?: readonly ConvexPart[];
+}
+
+export interface ArticulationDesc {
+  /** The index of each link's parent, lower than its own, or -1 for the root of a tree. 1 to 1024 links. */
+  linkParents: Numbers;
+  /** x y z per link: the joint with the parent, in the link's own frame. Left out: at the origins of the links. */
+  linkJoints?: Numbers;
+  /** 1 to 1024 leaves, in any order. */
+  leaves: readonly Leaf[];
+  /** Pairs of links of one instance that are never reported against each other. */
+  ignoredPairs?: readonly {a: number; b: number}[];
+  /** Links at most this many joints apart are not reported against each other: with 1, a link and its parent. */
+  ignoredHops?: number;
+}
+
+/** Shapes that do not change, shared by all instances of a batch. */
+export interface Articulation {
+  readonly id: bigint;
+  readonly linkCount: number;
+  readonly leafCount: number;
+  readonly nodeCount: number;
+}
+
+/** A body that never moves. */
+export interface StaticBody {
+  origin?: Vec3 | Numbers;
+  rotation?: Quaternion | Numbers;
+  box: Box;
+  parts?: readonly ConvexPart[];
+}
+
+/** Bodies that never move, then the triangles of a mesh; each is an instance of the batch. */
+export interface StaticDesc {
+  bodies?: readonly StaticBody[];
+  /** x y z per vertex. */
+  vertices?: Numbers;
+  /** Three indices of vertices per triangle. */
+  triangles?: Numbers;
+  /** What vertices are relative to. */
+  origin?: Vec3 | Numbers;
+}
+
+/**
+ * How a pose is stored: 7 floats x y z w x y z, a quaternion and a translation; 12 floats by rows; or 16 floats by
+ * columns, as in glTF and three.js (`Matrix4.elements`).
+ */
+export type PoseFormat = 'quaternion_translation' | 'matrix3x4_rows' | 'matrix4x4_columns';
+
+/** Characters may touch each other; of sequences frame f may touch frame f of others. */
+export type BatchKind = 'characters' | 'sequence';
+
+export interface BatchOptions {
+  kind?: BatchKind;
+  format?: PoseFormat;
+}
+
+// ------------------------------------------------------------------------------------------------------------ batches
+
+/**
+ * Instances of one articulation that are posed together. Its arrays are views of the module's memory, to be written
+ * into: see the top of this file. All but the poses are made when they are first asked for, with values that change
+ * nothing, and are given to the engine from then on.
+ */
+export declare class Batch {
+  private constructor();
+  /** The id in the C API. Null once the batch is removed. */
+  readonly id: bigint | null;
+  /** What stands for the batch in `Hits.words()`. */
+  readonly slot: number;
+  /** Null for static bodies. */
+  readonly articulation: Articulation | null;
+  /** How many instances there is room for. */
+  readonly size: number;
+  readonly format: PoseFormat | null;
+  /** How many instances take part, the first ones. Default: all. */
+  count: number;
+  /** The numbers of those that take part, ascending and below `count`. Default: null, all of them. */
+  instances: Numbers | null;
+
+  /** The pose of each link of each instance, from link to instance ("model space"): instances by rows, then links. */
+  poses(): Float32Array;
+  /** x y z per instance: its origin in the world. At first 0. */
+  origins(): Float64Array;
+  /** A quaternion x y z w per instance. */
+  orientations(): Float32Array;
+  /** A scale per instance, 1e-3 to 1e3. */
+  scales(): Float32Array;
+  /** Bits of the layers that an instance is on, and of those that it is tested against. At first all bits. */
+  layers(): Uint32Array;
+  layerMasks(): Uint32Array;
+  /** A margin per instance. */
+  margins(): Float32Array;
+  /** 0 states that an instance is what it was in the last frame. At first 1. */
+  moved(): Uint8Array;
+  /** Written by `runFrame`, once asked for: why an instance is masked, as bits. 1: not finite. 2: not rigid. */
+  flags(): Uint8Array;
+  /** Written by `runFrame`, once asked for: 1 if the instance is in a hit. */
+  inContact(): Uint8Array;
+}
+
+// ------------------------------------------------------------------------------------------------------------- frames
+
+export type Refit = 'cab' | 'cab_sum' | 'covariance' | 'covariance_leaves' | 'best3' | 'aabb_hull' | 'aabb_vertices';
+export type Strategy = 'tree' | 'rows' | 'links' | 'brute' | 'exact_all' | 'auto';
+export type Extents = 'children' | 'leaves';
+/** `'none'`: overlapping boxes are the answer. `'convex'`: the exact shapes decide. */
+export type Exact = 'none' | 'convex';
+export type Sat = 'all15' | 'faces6';
+export type Depth = 'three_starts' | 'one_start';
+export type Preset = 'balanced' | 'fast' | 'tight' | 'paper';
+
+export interface Policies {
+  refit?: Refit;
+  strategy?: Strategy;
+  exact?: Exact;
+  extents?: Extents;
+  sat?: Sat;
+  depth?: Depth;
+}
+
+/** What is tested against what. */
+export interface PairRule {
+  a: Batch;
+  /** Default: a. */
+  b?: Batch;
+  /** Links of different instances, or of each instance. Default: `'between'`. */
+  pairing?: 'between' | 'within';
+  /** What is done with the hits of two instances that rest. */
+  resting?: 'reported' | 'skipped';
+}
+
+export interface FrameJob {
+  rules: readonly PairRule[];
+  /** Which batches take part. Default: those that rules name. */
+  batches?: readonly Batch[];
+  /** How boxes are made and tested, or the name of a preset. */
+  policies?: Policies | Preset;
+  /** Links at most this far apart are reported too. */
+  margin?: number;
+  /** Drops hits that are less deep; needs `exact: 'convex'`. */
+  minDepth?: number;
+  /** `'in_contact'`: only `Batch.inContact()`. `'distances'`: of every two instances the nearest links. */
+  report?: 'hits' | 'in_contact' | 'distances';
+  /** Whether each hit gets a contact; needs `exact: 'convex'`. */
+  contacts?: boolean;
+}
+
+/** How two links touch. Points are relative to the origin of instance a, along the world's axes. */
+export interface Contact {
+  /** A unit vector from a to b. */
+  normal: number[];
+  /** How far b must move along the normal to be free. Below 0: minus the gap. */
+  depth: number;
+  pointA: number[];
+  pointB: number[];
+  leafA: number;
+  leafB: number;
+}
+
+/** Two links that touch. */
+export interface Hit {
+  batchA: Batch;
+  instanceA: number;
+  linkA: number;
+  leafA: number;
+  batchB: Batch;
+  instanceB: number;
+  linkB: number;
+  leafB: number;
+  /** With `FrameJob.contacts`. */
+  contact?: Contact;
+}
+
+/** Counts and seconds of a frame: `FrameStats` of the C++ API. */
+export interface FrameStats {
+  candidates: number;
+  boxTests: number;
+  leafPairs: number;
+  exactTests: number;
+  falsePositives: number;
+  /** Instances that took no part; `World.whyMasked` says why. */
+  instancesMasked: number;
+  secondsTotal: number;
+  [member: string]: number;
+}
+
+/** What all lists of hits have. They lie in the module's memory and last until the next call of the same sort. */
+export interface List<T, S> extends Iterable<T> {
+  readonly length: number;
+  readonly stats: S;
+  /** One hit as an object. */
+  at(i: number): T;
+  /** All hits as objects, which last. */
+  toArray(): T[];
+  /** The hits as the C API has them, `wordsPerHit` words each: a view, for the fastest loops. */
+  words(): Uint32Array;
+  readonly wordsPerHit: number;
+}
+
+/**
+ * The hits of a frame, sorted by batch, instance and link of a, then of b. Loop over them for objects, or read single
+ * numbers of hit i, which makes no objects.
+ */
+export declare class Hits implements List<Hit, FrameStats> {
+  private constructor();
+  readonly length: number;
+  readonly stats: FrameStats;
+  readonly wordsPerHit: number;
+  at(i: number): Hit;
+  toArray(): Hit[];
+  words(): Uint32Array;
+  [Symbol.iterator](): Iterator<Hit>;
+  batchA(i: number): Batch;
+  batchB(i: number): Batch;
+  instanceA(i: number): number;
+  instanceB(i: number): number;
+  linkA(i: number): number;
+  linkB(i: number): number;
+  leafA(i: number): number;
+  leafB(i: number): number;
+  /** With `FrameJob.contacts`. */
+  contact(i: number): Contact;
+  depth(i: number): number;
+}
+
+// ------------------------------------------------------------------------------------------------------------ queries
+
+export type QueryKind = 'ray' | 'sphere' | 'box' | 'capsule' | 'point' | 'region';
+
+/** One side of a region: points p with dot(normal, p - position) <= offset. */
+export interface QueryPlane {
+  normal: Vec3 | Numbers;
+  offset: number;
+}
+
+/** One query. Members that its kind does not name are not read. */
+export interface Query {
+  /** Default: `'ray'`. */
+  kind?: QueryKind;
+  /** Whether there is any link, the first one, or all. Default: `'closest'`. */
+  want?: 'any' | 'closest' | 'all';
+  /** Where a ray begins, the centre of a shape, or the point; in the world. */
+  position: Vec3 | Numbers;
+  /** Ray: its direction, of any length. */
+  direction?: Vec3 | Numbers;
+  /** Ray: how far it goes. Point: the largest distance. May be Infinity. */
+  length?: number;
+  /** Sphere, capsule: the radius. Ray: that of a sphere which is moved along it. */
+  radius?: number;
+  /** Box: half extents. Capsule: [2] is half its length along z. */
+  half?: Vec3 | Numbers;
+  /** Box, capsule: from the shape's frame to the world's axes. */
+  orientation?: Quaternion | Numbers;
+  /** Region: its planes. */
+  planes?: readonly QueryPlane[];
+  /** Sphere, box, capsule: whether hits say how deep. */
+  withDepth?: boolean;
+  /** With `want: 'all'`: the most hits. */
+  maxHits?: number;
+  layerMask?: number;
+  /** An instance that is left out, such as the shooter. */
+  ignoredBatch?: Batch;
+  ignoredInstance?: number;
+}
+
+export interface QueryJob {
+  queries: readonly Query[];
+  /** Whose links are asked for. Default: those of all batches. */
+  batches?: readonly Batch[];
+  /** Whether exact shapes decide. Default: boxes. */
+  exact?: Exact;
+  /** States that poses are those of the last frame. */
+  reuseBounds?: boolean;
+}
+
+/** A link that a query found. */
+export interface QueryHit {
+  query: number;
+  batch: Batch;
+  instance: number;
+  link: number;
+  leaf: number;
+  /** Along a ray, from a point, or minus the depth. */
+  distance: number;
+  /** Relative to the query's position. */
+  point: number[];
+  normal: number[];
+  /** Whether a ray begins, or a point is, inside the link. */
+  inside: boolean;
+}
+
+export interface QueryStats {
+  instances: number;
+  secondsTotal: number;
+  [member: string]: number;
+}
+
+/** The hits of queries, sorted by query and distance. */
+export declare class QueryHits implements List<QueryHit, QueryStats> {
+  private constructor();
+  readonly length: number;
+  readonly stats: QueryStats;
+  readonly wordsPerHit: number;
+  /** Per query 1 if it found a link, else 0. */
+  readonly found: Uint8Array;
+  at(i: number): QueryHit;
+  toArray(): QueryHit[];
+  words(): Uint32Array;
+  [Symbol.iterator](): Iterator<QueryHit>;
+}
+
+// -------------------------------------------------------------------------------------------------------------- world
+
+/** Why an instance is masked: `MaskReason` of the C++ API. */
+export interface MaskReason {
+  flag: 'instance_ok' | 'instance_not_finite' | 'instance_not_rigid';
+  cause: 'none' | 'pose_number' | 'orientation_number' | 'quaternion_length' | 'orientation_length' | 'matrix' |
+      'scale' | 'joint' | 'box';
+  link: number;
+  index: number;
+  value: number;
+  limit: number;
+}
+
+/** Bytes that a world holds in the memory of the module. */
+export interface EngineMemory {
+  articulations: number;
+  batches: number;
+  workers: number;
+  grid: number;
+  hits: number;
+  queries: number;
+  histories: number;
+  total: number;
+}
+
+/** Owns articulations and batches. One world does not know of another. Calls throw a `CabError` for what is refused. */
+export declare class World {
+  private constructor();
+  /** The instruction set of its kernels, never `'auto'`. */
+  readonly isa: Isa;
+
+  addArticulation(desc: ArticulationDesc): Articulation;
+  /** Makes room for `size` instances. All poses are the identity at first. */
+  addBatch(articulation: Articulation, size: number, options?: BatchOptions): Batch;
+  addStaticBatch(desc: StaticDesc): Batch;
+  /** Removes a batch, or an articulation that no batch uses. Views of its arrays must not be used any more. */
+  remove(what: Batch | Articulation): void;
+  /** Makes room beforehand. */
+  reserve(desc: {batches?: number; characters?: number; queries?: number}): void;
+
+  /** Poses all instances, and finds the links that touch. Hits last until the next `runFrame`. */
+  runFrame(job: FrameJob): Hits;
+  /** Answers rays, shapes, points and regions. Hits last until the next `runQueries`. */
+  runQueries(job: QueryJob): QueryHits;
+  /** Why `runFrame` masks an instance: which link, which number, how far off. */
+  whyMasked(batch: Batch, instance: number): MaskReason;
+  memory(): EngineMemory;
+
+  /** Gives all memory back to the module. The world, its batches and its hits must not be used any more. */
+  destroy(): void;
+}

@@ -1,0 +1,729 @@
+// cab for JavaScript: which links of many articulated characters touch. An ES module over the C API of cab, compiled to
+// WebAssembly. index.d.ts says what everything does; docs/wasm.md begins with a program.
+import {enums, structs, version as abiVersion} from './abi.js';
+
+// A module of one function that returns a vector: valid where the engine runs SIMD.
+const SIMD_MODULE = new Uint8Array(
+    [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]);
+
+const NUMBERS = {
+  u8: {bytes: 1, array: Uint8Array, set: 'setUint8', get: 'getUint8', least: 0, most: 0xff},
+  u16: {bytes: 2, array: Uint16Array, set: 'setUint16', get: 'getUint16', least: 0, most: 0xffff},
+  i32: {bytes: 4, array: Int32Array, set: 'setInt32', get: 'getInt32', least: -0x80000000, most: 0x7fffffff},
+  u32: {bytes: 4, array: Uint32Array, set: 'setUint32', get: 'getUint32', least: 0, most: 0xffffffff},
+  f32: {bytes: 4, array: Float32Array, set: 'setFloat32', get: 'getFloat32'},
+  f64: {bytes: 8, array: Float64Array, set: 'setFloat64', get: 'getFloat64'},
+};
+NUMBERS.size = NUMBERS.u32;
+NUMBERS['*'] = NUMBERS.u32;
+
+const FLOATS_OF_POSE = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
+const IDENTITY = {
+  quaternion_translation: [0, 0, 0, 1, 0, 0, 0],
+  matrix3x4_rows: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
+  matrix4x4_columns: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+};
+
+// The arrays that a batch may have besides its poses: their member of BatchInput, type and first values per instance.
+const ARRAYS = {
+  origins: {type: 'f64', fill: [0, 0, 0]},
+  orientations: {type: 'f32', fill: [0, 0, 0, 1]},
+  scales: {type: 'f32', fill: [1]},
+  layers: {type: 'u32', fill: [0xffffffff]},
+  layerMasks: {type: 'u32', fill: [0xffffffff]},
+  margins: {type: 'f32', fill: [0]},
+  moved: {type: 'u8', fill: [1]},
+  flags: {type: 'u8', fill: [0]},
+  inContact: {type: 'u8', fill: [0]},
+};
+
+// The statuses of calls that add something which say which element is at fault.
+const HAS_ELEMENT = new Set(['bad_parent', 'bad_joint', 'bad_leaf_link', 'bad_leaf_box', 'bad_leaf_axes', 'bad_shape',
+                             'shape_outside_leaf_box', 'bad_ignored_pair', 'bad_static_body', 'bad_triangles']);
+
+const nameOf = (enumeration, value) =>
+    Object.keys(enums[enumeration].values).find((name) => enums[enumeration].values[name] === value) ?? value;
+
+export class CabError extends Error {
+  constructor(code, words, element) {
+    const name = nameOf('Status', code);
+    super(element === undefined ? words : `${words} (element ${element})`);
+    this.name = 'CabError';
+    this.status = name;
+    this.code = code;
+    this.element = element;
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------- loading
+
+export const hasSimd = () => WebAssembly.validate(SIMD_MODULE);
+
+async function compile(url) {
+  if (url.protocol === 'file:') {
+    const {readFile} = await import(/* webpackIgnore: true */ /* @vite-ignore */ 'node:fs/promises');
+    return WebAssembly.compile(await readFile(url));
+  }
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`cab: ${url}: ${response.status} ${response.statusText}`);
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+export async function load({module, simd = hasSimd()} = {}) {
+  const url = simd ? new URL('./cab_simd.wasm', import.meta.url) : new URL('./cab_scalar.wasm', import.meta.url);
+  const compiled = module ?? await compile(url);
+  const ended = (code) => {
+    throw new Error(`cab: the module has ended with ${code}`);
+  };
+  let memory;
+  const instance = await WebAssembly.instantiate(compiled, {
+    env: {emscripten_notify_memory_growth() {}},
+    wasi_snapshot_preview1: {
+      proc_exit: ended,
+      clock_time_get(clock, precision, at) {
+        new DataView(memory.buffer).setBigUint64(at, BigInt(Math.round(performance.now() * 1e6)), true);
+        return 0;
+      },
+    },
+  });
+  memory = instance.exports.memory;
+  instance.exports._initialize();
+  return new Cab(instance.exports);
+}
+
+// ----------------------------------------------------------------------------------------------------------- memory
+
+// Values of a span that are in the memory of the module.
+class Place {
+  constructor(data, size) {
+    this.data = data;
+    this.size = size;
+  }
+}
+
+// Writes and reads structs of the C API in the memory of the module. Its own memory, for what a call borrows, is taken
+// between open() and close().
+class Structs {
+  #view;
+  #block = {at: 0, bytes: 0};
+  #used = 0;
+  #more = [];  // blocks that one call needed besides
+
+  constructor(exports) {
+    this.exports = exports;
+    this.memory = exports.memory;
+    this.#view = new DataView(this.memory.buffer);
+  }
+
+  // Memory that has grown has another buffer.
+  get view() {
+    if (this.#view.buffer !== this.memory.buffer) this.#view = new DataView(this.memory.buffer);
+    return this.#view;
+  }
+
+  error(code, element) { return new CabError(code, this.text(this.exports.cab_status_to_string(code)), element); }
+
+  check(code, element) {
+    if (code !== 0) throw this.error(code, element);
+  }
+
+  allocate(bytes) {
+    const at = bytes <= 0x7fffffff ? this.exports.malloc(Math.max(bytes, 1)) >>> 0 : 0;
+    if (!at) throw this.error(enums.Status.values.out_of_memory);
+    return at;
+  }
+
+  // Runs `call` with memory that is taken back afterwards.
+  borrowed(call) {
+    try {
+      return call();
+    } finally {
+      if (this.#more.length) {
+        let bytes = 2 * this.#block.bytes;
+        for (const {at, bytes: of} of this.#more) {
+          this.exports.free(at);
+          bytes += of;
+        }
+        this.#more = [];
+        this.exports.free(this.#block.at);
+        const at = this.exports.malloc(bytes);
+        this.#block = {at, bytes: at ? bytes : 0};
+      }
+      this.#used = 0;
+    }
+  }
+
+  take(bytes) {
+    const begin = (this.#used + 15) & ~15;
+    if (begin + bytes <= this.#block.bytes) {
+      this.#used = begin + bytes;
+      return this.#block.at + begin;
+    }
+    const at = this.allocate(bytes);
+    this.#more.push({at, bytes: bytes + 16});
+    return at;
+  }
+
+  text(at) {
+    const bytes = new Uint8Array(this.memory.buffer);
+    return new TextDecoder().decode(bytes.subarray(at, bytes.indexOf(0, at)));
+  }
+
+  array(type, at, length) { return new NUMBERS[type].array(this.memory.buffer, at, length); }
+
+  // The address of a new struct with its defaults, and with the members that `values` has.
+  make(name, values = {}) {
+    const at = this.take(structs[name].size);
+    this.fill(name, at, values);
+    return at;
+  }
+
+  fill(name, at, values) {
+    const {size, hasDefault} = structs[name];
+    if (hasDefault) this.exports[`cab_default_${snake(name)}`](at);
+    else new Uint8Array(this.memory.buffer, at, size).fill(0);
+    this.set(name, at, values);
+  }
+
+  set(name, at, values) {
+    if (typeof values !== 'object' || values === null) throw new TypeError(`cab: ${name} is not an object`);
+    for (const key of Object.keys(values)) {
+      const member = structs[name].members[key];
+      if (!member) throw new TypeError(`cab: ${name} has no member '${key}'`);
+      if (values[key] !== undefined) this.#setMember(`${name}.${key}`, member, at + member.at, values[key]);
+    }
+  }
+
+  #setMember(where, {type, count}, at, value) {
+    if (type.startsWith('[')) {
+      const {data, size} = this.span(where, type.slice(1, -1), value);
+      this.view.setUint32(at, data, true);
+      this.view.setUint32(at + 4, size, true);
+    } else if (count) {
+      const flat = ArrayBuffer.isView(value) ? value : Array.from(value ?? []).flat();
+      if (flat.length !== count) throw new TypeError(`cab: ${where} needs ${count} numbers, not ${flat.length}`);
+      for (let i = 0; i < count; ++i) this.#setNumber(where, type, at + i * NUMBERS[type].bytes, flat[i]);
+    } else if (type === 'ArticulationId' || type === 'BatchId') {
+      if (typeof value?.id !== 'bigint') {
+        throw new TypeError(`cab: ${where} is not what ${type === 'BatchId' ? 'addBatch' : 'addArticulation'} returns`);
+      }
+      this.view.setBigUint64(at, value.id, true);
+    } else if (structs[type]) {
+      this.set(type, at, value);
+    } else {
+      this.#setNumber(where, type, at, value);
+    }
+  }
+
+  #setNumber(where, type, at, value) {
+    if (enums[type]) {
+      const number = enums[type].values[value];
+      if (number === undefined) {
+        const names = Object.keys(enums[type].values).join(', ');
+        throw new TypeError(`cab: ${where} is '${value}', and not one of ${names}`);
+      }
+      type = enums[type].type;
+      value = number;
+    }
+    if (type === 'bool') {
+      this.view.setUint8(at, value ? 1 : 0);
+      return;
+    }
+    const {set, least, most} = NUMBERS[type];
+    if (typeof value !== 'number') throw new TypeError(`cab: ${where} is not a number: ${value}`);
+    if (least !== undefined && !(Number.isInteger(value) && least <= value && value <= most)) {
+      throw new RangeError(`cab: ${where} is ${value}, and not a whole number from ${least} to ${most}`);
+    }
+    this.view[set](at, value, true);
+  }
+
+  // Copies the values of a span into the module's memory, unless they have a Place there.
+  span(where, type, value) {
+    if (value instanceof Place) return value;
+    if (typeof value?.length !== 'number') throw new TypeError(`cab: ${where} is not an array`);
+    // A view of this memory would be gone once the memory has grown.
+    if (value.buffer === this.memory.buffer) value = value.slice();
+    const {length} = value;
+    if (!length) return {data: 0, size: 0};
+    if (structs[type]) {
+      const {size} = structs[type];
+      const data = this.take(size * length);
+      for (let i = 0; i < length; ++i) this.fill(type, data + i * size, value[i]);
+      return {data, size: length};
+    }
+    const {array: Values, bytes} = NUMBERS[type];
+    const data = this.take(bytes * length);
+    if (value instanceof Values) this.array(type, data, length).set(value);
+    else for (let i = 0; i < length; ++i) this.#setNumber(where, type, data + i * bytes, value[i]);
+    return {data, size: length};
+  }
+
+  // A struct as an object. Spans and pointers are left out.
+  get(name, at) {
+    const out = {};
+    for (const [key, {at: offset, type, count}] of Object.entries(structs[name].members)) {
+      if (type.startsWith('[') || type === '*') continue;
+      if (count) out[key] = Array.from(this.array(type, at + offset, count));
+      else out[key] = structs[type] ? this.get(type, at + offset) : this.#getNumber(type, at + offset);
+    }
+    return out;
+  }
+
+  member(name, key, at) { return this.#getNumber(structs[name].members[key].type, at + structs[name].members[key].at); }
+
+  #getNumber(type, at) {
+    if (enums[type]) return nameOf(type, this.view[NUMBERS[enums[type].type].get](at, true));
+    if (type === 'bool') return this.view.getUint8(at) !== 0;
+    if (type === 'u64') return Number(this.view.getBigUint64(at, true));
+    if (type === 'text') return this.text(this.view.getUint32(at, true));
+    return this.view[NUMBERS[type].get](at, true);
+  }
+}
+
+const snake = (name) => name.replace(/(?<=[a-z0-9])(?=[A-Z])/g, '_').toLowerCase();
+
+// -------------------------------------------------------------------------------------------------------------- cab
+
+export class Cab {
+  #structs;
+
+  constructor(exports) {
+    this.exports = exports;
+    this.memory = exports.memory;
+    this.#structs = new Structs(exports);
+  }
+
+  get instructionSets() {
+    const {values} = enums.Isa;
+    return Object.keys(values).filter((name) => name !== 'auto' && this.exports.cab_isa_available(values[name]));
+  }
+
+  createWorld(desc = {}) { return new World(this.#structs, desc); }
+
+  fitBox(vertices) {
+    const structs_ = this.#structs;
+    return structs_.borrowed(() => {
+      const {data, size} = structs_.span('vertices', 'f32', vertices);
+      const span = structs_.take(8), box = structs_.take(structs.Box.size);
+      structs_.view.setUint32(span, data, true);
+      structs_.view.setUint32(span + 4, size, true);
+      structs_.check(this.exports.cab_fit_box(span, box));
+      return structs_.get('Box', box);
+    });
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------------ world
+
+class Articulation {
+  constructor(id, info) {
+    this.id = id;
+    this.linkCount = info.linkCount;
+    this.leafCount = info.leafCount;
+    this.nodeCount = info.nodeCount;
+    Object.freeze(this);
+  }
+}
+
+export class Batch {
+  #structs;
+  #poses = 0;
+  #arrays = new Map();  // name -> address
+
+  constructor(structs_, id, articulation, size, format) {
+    this.#structs = structs_;
+    this.id = id;
+    this.slot = Number(id & 0xffffffffn);
+    this.articulation = articulation;
+    this.size = size;
+    this.format = format;
+    this.count = size;
+    this.instances = null;
+    if (!articulation) return;
+    const floats = FLOATS_OF_POSE[format];
+    const poses = size * articulation.linkCount;
+    this.#poses = structs_.allocate(4 * floats * poses);
+    fillWith(this.poses(), IDENTITY[format]);
+  }
+
+  poses() {
+    if (!this.#poses) throw new TypeError('cab: static bodies have no poses');
+    return this.#structs.array('f32', this.#poses,
+                               FLOATS_OF_POSE[this.format] * this.size * this.articulation.linkCount);
+  }
+
+  origins() { return this.#array('origins'); }
+  orientations() { return this.#array('orientations'); }
+  scales() { return this.#array('scales'); }
+  layers() { return this.#array('layers'); }
+  layerMasks() { return this.#array('layerMasks'); }
+  margins() { return this.#array('margins'); }
+  moved() { return this.#array('moved'); }
+  flags() { return this.#array('flags'); }
+  inContact() { return this.#array('inContact'); }
+
+  #array(name) {
+    const {type, fill} = ARRAYS[name];
+    if (this.id === null) throw new TypeError('cab: the batch has been removed');
+    const isNew = !this.#arrays.has(name);
+    if (isNew) this.#arrays.set(name, this.#structs.allocate(NUMBERS[type].bytes * fill.length * this.size));
+    const array = this.#structs.array(type, this.#arrays.get(name), fill.length * this.size);
+    if (isNew) fillWith(array, fill);
+    return array;
+  }
+
+  // What a call is given of the batch.
+  _input() {
+    const input = {batch: this, count: this.count};
+    if (this.#poses) input.poses = {format: this.format, data: this.#poses};
+    if (this.instances) input.instances = this.instances;
+    for (const [name, at] of this.#arrays) input[name] = new Place(at, ARRAYS[name].fill.length * this.size);
+    return input;
+  }
+
+  _release() {
+    if (this.#poses) this.#structs.exports.free(this.#poses);
+    for (const at of this.#arrays.values()) this.#structs.exports.free(at);
+    this.#poses = 0;
+    this.#arrays.clear();
+    this.id = null;
+  }
+}
+
+function fillWith(array, values) {
+  array.set(values);
+  for (let filled = values.length; filled < array.length; filled *= 2) array.copyWithin(filled, 0, filled);
+}
+
+export class World {
+  #structs;
+  #engine;
+  #batches = new Map();  // slot -> Batch
+  #hits = {at: 0, contacts: 0, room: 0};
+  #found = {at: 0, room: 0};
+  #frame = 0;
+  #asked = 0;
+
+  constructor(structs_, desc) {
+    this.#structs = structs_;
+    const {isa = 'auto', ...rest} = desc;
+    for (const key of Object.keys(rest)) throw new TypeError(`cab: createWorld takes no '${key}'`);
+    this.#engine = structs_.borrowed(() => {
+      const out = structs_.take(4);
+      structs_.check(structs_.exports.cab_create_engine(abiVersion, structs_.make('EngineDesc', {isa}), out));
+      return structs_.view.getUint32(out, true);
+    });
+  }
+
+  get isa() { return nameOf('Isa', this.#exports.cab_engine_isa(this.#alive())); }
+
+  get #exports() { return this.#structs.exports; }
+
+  #alive() {
+    if (!this.#engine) throw new TypeError('cab: the world has been destroyed');
+    return this.#engine;
+  }
+
+  destroy() {
+    if (!this.#engine) return;
+    for (const batch of this.#batches.values()) batch._release();
+    this.#batches.clear();
+    this.#exports.cab_destroy_engine(this.#engine);
+    for (const at of [this.#hits.at, this.#hits.contacts, this.#found.at]) this.#exports.free(at);
+    this.#hits = {at: 0, contacts: 0, room: 0};
+    this.#found = {at: 0, room: 0};
+    this.#engine = 0;
+    ++this.#frame;
+    ++this.#asked;
+  }
+
+  // Calls call(engine, desc, out, badElement), which adds something, and returns its id.
+  #add(call, name, desc) {
+    const structs_ = this.#structs, engine = this.#alive();
+    return structs_.borrowed(() => {
+      const out = structs_.take(8), bad = structs_.take(4);
+      const code = call(engine, structs_.make(name, desc), out, bad);
+      structs_.check(code, HAS_ELEMENT.has(nameOf('Status', code)) ? structs_.view.getUint32(bad, true) : undefined);
+      return structs_.view.getBigUint64(out, true);
+    });
+  }
+
+  addArticulation(desc) {
+    const id = this.#add(this.#exports.cab_add_articulation, 'ArticulationDesc', desc);
+    const info = this.#read('ArticulationInfo', (out) => this.#exports.cab_articulation_info(this.#engine, id, out));
+    return new Articulation(id, info);
+  }
+
+  #read(name, call) {
+    const structs_ = this.#structs;
+    return structs_.borrowed(() => {
+      const out = structs_.take(structs[name].size);
+      structs_.check(call(out));
+      return structs_.get(name, out);
+    });
+  }
+
+  addBatch(articulation, size, {kind, format = 'quaternion_translation'} = {}) {
+    if (!FLOATS_OF_POSE[format]) {
+      throw new TypeError(`cab: format is '${format}', and not one of ${Object.keys(FLOATS_OF_POSE).join(', ')}`);
+    }
+    const id = this.#add(this.#exports.cab_add_batch, 'BatchDesc', {articulation, instanceCount: size, kind});
+    let batch;
+    try {
+      batch = new Batch(this.#structs, id, articulation, size, format);
+    } catch (error) {
+      this.#exports.cab_remove_batch(this.#engine, id);
+      throw error;
+    }
+    this.#batches.set(batch.slot, batch);
+    return batch;
+  }
+
+  addStaticBatch(desc) {
+    const id = this.#add(this.#exports.cab_add_static_batch, 'StaticDesc', desc);
+    const size = (desc.bodies?.length ?? 0) + (desc.triangles?.length ?? 0) / 3;
+    const batch = new Batch(this.#structs, id, null, size, null);
+    this.#batches.set(batch.slot, batch);
+    return batch;
+  }
+
+  remove(what) {
+    const structs_ = this.#structs, engine = this.#alive();
+    if (typeof what?.id !== 'bigint') throw new TypeError('cab: this is neither a batch nor an articulation');
+    const call = what instanceof Batch ? this.#exports.cab_remove_batch : this.#exports.cab_remove_articulation;
+    structs_.check(call(engine, what.id));
+    if (!(what instanceof Batch)) return;
+    this.#batches.delete(what.slot);
+    what._release();
+    ++this.#frame;
+    ++this.#asked;
+  }
+
+  reserve(desc) {
+    const structs_ = this.#structs, engine = this.#alive();
+    structs_.borrowed(() => structs_.check(this.#exports.cab_reserve(engine, structs_.make('ReserveDesc', desc))));
+  }
+
+  memory() {
+    const engine = this.#alive();
+    return this.#read('EngineMemory', (out) => this.#exports.cab_engine_memory(engine, out));
+  }
+
+  whyMasked(batch, instance) {
+    const engine = this.#alive();
+    return this.#read('MaskReason', (out) => this.#exports.cab_why_masked(
+                                        engine, this.#structs.make('BatchInput', batch._input()), instance, out));
+  }
+
+  // ----------------------------------------------------------------------------------------------------------- frame
+
+  runFrame(job) {
+    const structs_ = this.#structs, engine = this.#alive();
+    const {rules = [], batches, policies = {}, contacts = false, ...rest} = job;
+    for (const key of Object.keys(rest)) {
+      if (!['margin', 'minDepth', 'report'].includes(key)) throw new TypeError(`cab: runFrame takes no '${key}'`);
+    }
+    ++this.#frame;
+    return structs_.borrowed(() => {
+      const inputs = [...new Set(batches ?? rules.flatMap(({a, b = a}) => [a, b]))];
+      for (const batch of inputs) if (!(batch instanceof Batch)) throw new TypeError('cab: a rule needs a batch');
+      const at = structs_.make('FrameJob', {
+        ...rest,
+        inputs: inputs.map((batch) => batch._input()),
+        rules: rules.map(({a, b = a, ...how}) => ({a, b, ...how})),
+      });
+      this.#setPolicies(at + structs.FrameJob.members.policies.at, policies);
+      const wantsContacts = contacts || rest.report === 'distances';
+      let code;
+      do {
+        this.#giveRoom(at, wantsContacts);
+        code = this.#exports.cab_run_frame(engine, at);
+      } while (code === enums.Status.values.hits_overflow &&
+               this.#makeRoom(structs_.member('FrameJob', 'hitsNeeded', at)));
+      structs_.check(code);
+      return new Hits(structs_, this.#batches, {
+        count: structs_.member('FrameJob', 'hitCount', at),
+        at: this.#hits.at,
+        contacts: wantsContacts ? this.#hits.contacts : 0,
+        stats: structs_.get('FrameStats', at + structs.FrameJob.members.stats.at),
+        isCurrent: ((frame) => () => frame === this.#frame)(this.#frame),
+      });
+    });
+  }
+
+  #setPolicies(at, policies) {
+    if (typeof policies !== 'string') {
+      this.#structs.set('Policies', at, policies);
+      return;
+    }
+    const bytes = new TextEncoder().encode(policies + '\0');
+    const name = this.#structs.take(bytes.length);
+    this.#structs.array('u8', name, bytes.length).set(bytes);
+    if (!this.#exports.cab_preset_set(at, name)) throw new TypeError(`cab: there is no preset '${policies}'`);
+  }
+
+  #giveRoom(job, wantsContacts) {
+    const {view} = this.#structs, {members} = structs.FrameJob, {at, contacts, room} = this.#hits;
+    view.setUint32(job + members.hits.at, at, true);
+    view.setUint32(job + members.hits.at + 4, room, true);
+    view.setUint32(job + members.contacts.at, wantsContacts ? contacts : 0, true);
+    view.setUint32(job + members.contacts.at + 4, wantsContacts ? room : 0, true);
+  }
+
+  // Makes room for as many hits, and some more.
+  #makeRoom(needed) {
+    const room = needed + (needed >> 1) + 64;
+    this.#exports.free(this.#hits.at);
+    this.#exports.free(this.#hits.contacts);
+    this.#hits = {at: 0, contacts: 0, room: 0};
+    this.#hits.at = this.#structs.allocate(structs.Hit.size * room);
+    this.#hits.contacts = this.#structs.allocate(structs.Contact.size * room);
+    this.#hits.room = room;
+    return true;
+  }
+
+  // --------------------------------------------------------------------------------------------------------- queries
+
+  runQueries(job) {
+    const structs_ = this.#structs, engine = this.#alive();
+    const {queries = [], batches = [...this.#batches.values()], exact, reuseBounds, ...rest} = job;
+    for (const key of Object.keys(rest)) throw new TypeError(`cab: runQueries takes no '${key}'`);
+    ++this.#asked;
+    return structs_.borrowed(() => {
+      const planes = [];
+      const asked = queries.map(({planes: own, ...query}) => {
+        if (own) Object.assign(query, {firstPlane: planes.push(...own) - own.length, planeCount: own.length});
+        return query;
+      });
+      const found = structs_.take(Math.max(asked.length, 1));
+      const at = structs_.make('QueryJob', {
+        exact, reuseBounds, planes,
+        inputs: batches.map((batch) => batch._input()),
+        queries: asked,
+        found: new Place(found, asked.length),
+      });
+      let code;
+      for (;;) {
+        structs_.view.setUint32(at + structs.QueryJob.members.hits.at, this.#found.at, true);
+        structs_.view.setUint32(at + structs.QueryJob.members.hits.at + 4, this.#found.room, true);
+        code = this.#exports.cab_run_queries(engine, at);
+        if (code === enums.Status.values.no_query_room) {
+          structs_.check(this.#exports.cab_reserve(engine, structs_.make('ReserveDesc', {queries: 256})));
+        } else if (code === enums.Status.values.hits_overflow) {
+          const needed = structs_.member('QueryJob', 'hitsNeeded', at), room = needed + (needed >> 1) + 64;
+          this.#exports.free(this.#found.at);
+          this.#found = {at: 0, room: 0};
+          this.#found = {at: structs_.allocate(structs.QueryHit.size * room), room};
+        } else {
+          break;
+        }
+      }
+      structs_.check(code, code === enums.Status.values.bad_query ? structs_.member('QueryJob', 'badQuery', at)
+                                                                  : undefined);
+      return new QueryHits(structs_, this.#batches, {
+        count: structs_.member('QueryJob', 'hitCount', at),
+        at: this.#found.at,
+        found: structs_.array('u8', found, asked.length).slice(),
+        stats: structs_.get('QueryStats', at + structs.QueryJob.members.stats.at),
+        isCurrent: ((call) => () => call === this.#asked)(this.#asked),
+      });
+    });
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------------- hits
+
+// A list of structs that the engine wrote, until it writes the next one.
+class List {
+  #isCurrent;
+
+  constructor(structs_, batches, {name, count, at, stats, isCurrent}) {
+    this._structs = structs_;
+    this._batches = batches;
+    this._name = name;
+    this._at = at;
+    this.#isCurrent = isCurrent;
+    this.length = count;
+    this.stats = stats;
+  }
+
+  // The address of entry i.
+  _entry(i, name = this._name, from = this._at) {
+    if (!this.#isCurrent()) {
+      throw new Error('cab: these hits have been replaced by those of a later call; toArray() keeps hits');
+    }
+    if (!(i >= 0 && i < this.length)) throw new RangeError(`cab: there is no hit ${i}`);
+    return from + i * structs[name].size;
+  }
+
+  _member(i, key) { return this._structs.member(this._name, key, this._entry(i)); }
+
+  _u32(i, key) { return this._structs.view.getUint32(this._entry(i) + structs[this._name].members[key].at, true); }
+
+  _u16(i, key) { return this._structs.view.getUint16(this._entry(i) + structs[this._name].members[key].at, true); }
+
+  words() {
+    if (!this.length) return new Uint32Array(0);
+    return this._structs.array('u32', this._entry(0), this.length * structs[this._name].size / 4);
+  }
+
+  get wordsPerHit() { return structs[this._name].size / 4; }
+
+  at(i) { return this._object(i); }
+
+  toArray() { return Array.from(this); }
+
+  * [Symbol.iterator]() {
+    for (let i = 0; i < this.length; ++i) yield this._object(i);
+  }
+}
+
+export class Hits extends List {
+  #contacts;
+
+  constructor(structs_, batches, values) {
+    super(structs_, batches, {...values, name: 'Hit'});
+    this.#contacts = values.contacts;
+  }
+
+  batchA(i) { return this._batches.get(this._u32(i, 'batchA')); }
+  batchB(i) { return this._batches.get(this._u32(i, 'batchB')); }
+  instanceA(i) { return this._u32(i, 'instanceA'); }
+  instanceB(i) { return this._u32(i, 'instanceB'); }
+  linkA(i) { return this._u16(i, 'linkA'); }
+  linkB(i) { return this._u16(i, 'linkB'); }
+  leafA(i) { return this._u16(i, 'leafA'); }
+  leafB(i) { return this._u16(i, 'leafB'); }
+
+  contact(i) {
+    if (!this.#contacts) throw new TypeError('cab: the frame was not asked for contacts');
+    return this._structs.get('Contact', this._entry(i, 'Contact', this.#contacts));
+  }
+
+  depth(i) {
+    if (!this.#contacts) throw new TypeError('cab: the frame was not asked for contacts');
+    return this._structs.member('Contact', 'depth', this._entry(i, 'Contact', this.#contacts));
+  }
+
+  _object(i) {
+    const hit = {
+      batchA: this.batchA(i), instanceA: this.instanceA(i), linkA: this.linkA(i), leafA: this.leafA(i),
+      batchB: this.batchB(i), instanceB: this.instanceB(i), linkB: this.linkB(i), leafB: this.leafB(i),
+    };
+    if (this.#contacts) hit.contact = this.contact(i);
+    return hit;
+  }
+}
+
+export class QueryHits extends List {
+  constructor(structs_, batches, values) {
+    super(structs_, batches, {...values, name: 'QueryHit'});
+    this.found = values.found;
+  }
+
+  _object(i) {
+    const hit = this._structs.get('QueryHit', this._entry(i));
+    hit.batch = this._batches.get(hit.batch.value);
+    return hit;
+  }
+}

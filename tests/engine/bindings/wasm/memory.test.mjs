@@ -1,0 +1,92 @@
+// The memory of the module: it grows under views, fails with a status, and is given back.
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import {cab, chain} from './package.mjs';
+
+test('views from before the memory grew are empty, and new ones show what was written', async () => {
+  const module = await cab.load();
+  const world = module.createWorld();
+  const arm = world.addArticulation(chain(4));
+  const batch = world.addBatch(arm, 2);
+  const before = batch.poses(), bytes = module.memory.buffer.byteLength;
+  batch.origins()[3] = 0.5;
+  const first = world.runFrame({rules: [{a: batch}]}).toArray();
+  assert.ok(first.length > 0);
+  const large = world.addBatch(arm, 200000);
+  assert.ok(module.memory.buffer.byteLength > bytes);
+  assert.equal(before.length, 0);
+  assert.equal(batch.poses().length, 2 * 4 * 7);
+  assert.equal(batch.origins()[3], 0.5);
+  const origins = large.origins();
+  for (let i = 0; i < large.size; ++i) origins[3 * i] = 10 * i + 100;
+  const second = world.runFrame({rules: [{a: batch}]});
+  assert.deepEqual(second.toArray(), first);
+  world.destroy();
+});
+
+test('memory that grows while a call is prepared loses no array of the call', async () => {
+  // The hits and the lists of a first frame are taken after its arrays are named.
+  for (const size of [3000, 30000, 120000]) {
+    const module = await cab.load();
+    const world = module.createWorld();
+    const batch = world.addBatch(world.addArticulation(chain(1)), size);
+    const origins = batch.origins();
+    for (let i = 0; i < size; ++i) origins[3 * i] = 10 * Math.floor(i / 2);
+    batch.instances = Uint32Array.from({length: size}, (_, i) => i);
+    const hits = world.runFrame({rules: [{a: batch}]});
+    assert.equal(hits.length, size / 2);
+    assert.equal(hits.instanceB(size / 2 - 1), size - 1);
+    world.destroy();
+  }
+});
+
+test('a failing allocation is an error, and the world goes on', async () => {
+  const module = await cab.load();
+  const world = module.createWorld();
+  const arm = world.addArticulation(chain(2));
+  const batch = world.addBatch(arm, 2);
+  batch.origins()[3] = 0.5;
+  const {length} = world.runFrame({rules: [{a: batch}]});
+  const {total} = world.memory();
+  for (const size of [1 << 24, (1 << 24) - 1]) {
+    assert.throws(() => world.addBatch(arm, size), {name: 'CabError', status: 'out_of_memory'});
+  }
+  assert.throws(() => world.reserve({queries: 0xffffffff}), {status: 'out_of_memory'});
+  assert.throws(() => world.reserve({characters: 0x7fffffff}), {status: 'out_of_memory'});
+  assert.equal(world.memory().total, total);
+  assert.equal(world.runFrame({rules: [{a: batch}]}).length, length);
+  world.destroy();
+});
+
+test('poses that find no memory take their batch with them', async () => {
+  const module = await cab.load();
+  const world = module.createWorld();
+  const arm = world.addArticulation(chain(1024, {leaves: chain(1).leaves}));
+  // 2136 MB of poses, of the 2147 MB of which the engine has some 50 already.
+  assert.throws(() => world.addBatch(arm, 74500), {status: 'out_of_memory'});
+  const batch = world.addBatch(arm, 2);
+  assert.equal(batch.slot, 1);
+  assert.ok(world.runFrame({rules: [{a: batch}]}).length > 0);
+  world.destroy();
+});
+
+test('worlds that come and go, with batches, frames and queries, do not make the memory grow', async () => {
+  const module = await cab.load();
+  const live = () => {
+    const world = module.createWorld();
+    const batch = world.addBatch(world.addArticulation(chain(8)), 16);
+    batch.inContact();
+    assert.ok(world.runFrame({rules: [{a: batch}]}).length > 1000);
+    batch.count = 2;
+    assert.ok(world.runFrame({rules: [{a: batch}], policies: {exact: 'convex'}, contacts: true}).length > 10);
+    world.runQueries({queries: [{kind: 'sphere', position: [0, 0, 0], radius: 9, want: 'all'}]});
+    world.addStaticBatch({vertices: [0, 0, 0, 1, 0, 0, 0, 1, 0], triangles: [0, 1, 2]}).inContact();
+    world.remove(world.addBatch(batch.articulation, 50));
+    assert.throws(() => world.addBatch(batch.articulation, 0));
+    world.destroy();
+  };
+  for (let i = 0; i < 3; ++i) live();
+  const bytes = module.memory.buffer.byteLength;
+  for (let i = 0; i < 60; ++i) live();
+  assert.equal(module.memory.buffer.byteLength, bytes);
+});

@@ -1,0 +1,79 @@
+// A program that tsc checks against the package's types, and node runs. Lines that must not compile say so.
+import {
+  Articulation, ArticulationDesc, Batch, Box, Cab, CabError, FrameJob, Hits, hasSimd, load, Query, QueryHits, World
+} from 'cab-collision';
+
+const box: Box = {
+  center: [0.5, 0, 0],
+  axis: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  half: new Float32Array([0.5, 0.1, 0.1]),
+};
+
+async function main(): Promise<string> {
+  const cab: Cab = await load({simd: hasSimd()});
+  const world: World = cab.createWorld({isa: 'auto'});
+  const desc: ArticulationDesc = {
+    linkParents: [-1, 0],
+    linkJoints: new Float32Array(6),
+    leaves: [{link: 0, box}, {link: 1, box, parts: [{kind: 'capsule', position: [0.5, 0, 0], size: [0.1, 0.05, 0]}]}],
+    ignoredPairs: [{a: 0, b: 1}],
+    ignoredHops: 1,
+  };
+  const body: Articulation = world.addArticulation(desc);
+  const batch: Batch = world.addBatch(body, 3, {kind: 'characters', format: 'quaternion_translation'});
+  const poses: Float32Array = batch.poses();
+  const origins: Float64Array = batch.origins();
+  const flags: Uint8Array = batch.flags();
+  origins[3] = 0.25;
+  poses[4] = 0.125;
+  batch.count = 2;
+  batch.instances = [0, 1];
+
+  const job: FrameJob = {
+    rules: [{a: batch}, {a: batch, b: batch, pairing: 'within', resting: 'reported'}],
+    policies: {refit: 'best3', strategy: 'rows', exact: 'convex', extents: 'leaves', sat: 'all15', depth: 'one_start'},
+    margin: 0.5,
+    minDepth: 0,
+    report: 'hits',
+    contacts: true,
+  };
+  const hits: Hits = world.runFrame(job);
+  let depth = 0;
+  for (const hit of hits) depth += hit.contact?.depth ?? NaN;
+  const same: boolean = hits.toArray().every((hit, i) => hit.linkA === hits.linkA(i) && hit.batchA === batch);
+
+  const ray: Query = {position: [0, 0, 5], direction: [0, 0, -1], length: Infinity, ignoredBatch: batch};
+  const region: Query = {kind: 'region', position: [0, 0, 0], planes: [{normal: [1, 0, 0], offset: 9}], want: 'all'};
+  const met: QueryHits = world.runQueries({queries: [ray, region], exact: 'convex'});
+  const links: number[] = Array.from(met, (hit) => hit.link);
+
+  let status = '';
+  try {
+    world.runFrame({...job, margin: -1});
+  } catch (error) {
+    if (error instanceof CabError && error.element === undefined) status = error.status;
+  }
+
+  // @ts-expect-error: no such strategy
+  const noStrategy: FrameJob = {rules: [], policies: {strategy: 'trees'}};
+  // @ts-expect-error: no such preset
+  const noPreset: FrameJob = {rules: [], policies: 'fastest'};
+  // @ts-expect-error: a rule needs a batch
+  const noBatch: FrameJob = {rules: [{a: body}]};
+  // @ts-expect-error: a leaf needs a box
+  const noBox: ArticulationDesc = {linkParents: [-1], leaves: [{link: 0}]};
+  // @ts-expect-error: a centre is no number
+  const noCenter: Box = {...box, center: 1};
+  // @ts-expect-error: not to be written
+  const noLength = () => { hits.length = 3; };
+  // @ts-expect-error: made by addBatch
+  const noNew = () => new Batch();
+  void [noStrategy, noPreset, noBatch, noBox, noCenter, noLength, noNew, flags];
+
+  world.remove(batch);
+  world.remove(body);
+  world.destroy();
+  return `${hits.length > 0} ${depth > -9} ${same} ${links.length} ${status}`;
+}
+
+main().then((line) => console.log(line));
