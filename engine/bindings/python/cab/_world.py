@@ -157,8 +157,8 @@ class Frame(NamedTuple):
 
     hits        structured, sorted: batch_a, instance_a, batch_b, instance_b, link_a, link_b, leaf_a, leaf_b
                 (`cab.HIT`). One entry per two links that touch. batch_a is the `slot` of a batch.
-    contacts    structured, one per hit, with an exact test: normal (3,) from a to b in the world's axes, depth (below 0:
-                minus the gap), point_a and point_b (3,) relative to the origin of instance_a, leaf_a, leaf_b
+    contacts    structured, one per hit, with an exact test: normal (3,) from a to b in the world's axes, depth (below
+                0: minus the gap), point_a and point_b (3,) relative to the origin of instance_a, leaf_a, leaf_b
                 (`cab.CONTACT`). None without.
     stats       counts and seconds: candidates, box_tests, instances_masked, seconds_total and others.
     posed       what was given, with `flags` and `in_contact` of each.
@@ -365,7 +365,7 @@ class World:
             poses = (poses,)
         if isinstance(poses, (tuple, list)) and all(isinstance(item, Posed) for item in poses):
             if arguments:
-                raise TypeError(f"{', '.join(arguments)}: give these to Batch.posed, since poses are of several batches")
+                raise TypeError(f"{', '.join(arguments)}: give these to Batch.posed, which made the poses")
             return tuple(poses)
         moving = [batch for batch in self._batches.values() if not batch.is_static]
         if len(moving) != 1:
@@ -393,6 +393,16 @@ class World:
         self,
         poses: Union[Float32Array, Posed, Sequence[Posed]],
         *,
+        origins: Optional[Float64Array] = None,
+        orientations: Optional[Float32Array] = None,
+        scales: Optional[Float32Array] = None,
+        layers: Optional[UInt32Array] = None,
+        layer_masks: Optional[UInt32Array] = None,
+        margins: Optional[Float32Array] = None,
+        moved: Optional[BoolArray] = None,
+        instances: Optional[ArrayLike] = None,
+        order: str = "row",
+        has_scale: bool = False,
         pairs: Optional[Iterable[Tuple[Batch, Batch]]] = None,
         within: Union[bool, Iterable[Batch]] = False,
         policies: PoliciesLike = None,
@@ -402,12 +412,12 @@ class World:
         report: str = "hits",
         contacts: Optional[bool] = None,
         resting: str = "reported",
-        **arguments: Any,
     ) -> Frame:
         """Runs one frame: which links touch.
 
-        poses      the poses of all characters, if the world has one batch, with the arguments of `Batch.posed` such as
-                   origins=; else a list of what `Batch.posed` made.
+        poses      the poses of all characters, if the world has one batch: then origins, orientations, scales, layers,
+                   layer_masks, margins, moved, instances, order and has_scale are those of `Batch.posed`. Else a list
+                   of what `Batch.posed` made.
         pairs      which batches are tested against each other; (a, a) tests the characters of a among themselves.
                    Default: all that are posed, and static bodies.
         within     whether the links of each character are tested with each other: True, or the batches.
@@ -426,8 +436,23 @@ class World:
             raise ValueError(f"report: {report!r} is none of {', '.join(_REPORTS)}")
         if resting not in _RESTING:
             raise ValueError(f"resting: {resting!r} is none of {', '.join(_RESTING)}")
-        if report == "in_contact":
-            arguments.setdefault("in_contact", True) if not isinstance(poses, (Posed, tuple, list)) else None
+        given = {
+            "origins": origins,
+            "orientations": orientations,
+            "scales": scales,
+            "layers": layers,
+            "layer_masks": layer_masks,
+            "margins": margins,
+            "moved": moved,
+            "instances": instances,
+        }
+        arguments: Dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+        if order != "row":
+            arguments["order"] = order
+        if has_scale:
+            arguments["has_scale"] = True
+        if report == "in_contact" and not isinstance(poses, (Posed, tuple, list)):
+            arguments["in_contact"] = True
         posed = self._posed(poses, arguments)
         inputs = self._inputs(posed)
         chosen = policies_of(policies, exact)
