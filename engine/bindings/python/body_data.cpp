@@ -92,6 +92,70 @@ std::unique_ptr<BodyData> from_skeleton(const py::object& parents, const std::ve
   return std::make_unique<BodyData>(bodies.desc());
 }
 
+// What a skin is made of, as keyword arguments; spans point into the arrays.
+rig::Skin skin_of(const py::kwargs& arrays) {
+  rig::Skin skin;
+  skin.joint_parents = span_of<const std::int32_t>(arrays["parents"], {"parents", {-1}, "(joints,)"});
+  const auto joints = static_cast<py::ssize_t>(skin.joint_parents.size);
+  skin.poses = span_of<const float>(arrays["poses"], {"poses", {-1, joints, 4, 4}, "(poses, joints, 4, 4)"});
+  skin.vertices = span_of<const float>(arrays["vertices"], {"vertices", {-1, 3}, "(n, 3)"});
+  skin.triangles = span_of<const std::uint32_t>(arrays["triangles"], {"triangles", {-1, 3}, "(m, 3)"});
+  const auto vertices = static_cast<py::ssize_t>(skin.vertices.size / 3);
+  skin.influence_bones = span_of<const std::uint32_t>(arrays["bones"], {"bones", {vertices, -1}, "(n, influences)"});
+  const auto influences =
+      vertices > 0 ? static_cast<py::ssize_t>(skin.influence_bones.size) / vertices : py::ssize_t{0};
+  skin.influence_count = static_cast<std::uint32_t>(influences);
+  skin.influence_weights =
+      span_of<const float>(arrays["weights"], {"weights", {vertices, influences}, "(n, influences)"});
+  skin.inverse_bind = span_of<const float>(arrays["inverse_bind"], {"inverse_bind", {-1, 4, 4}, "(bones, 4, 4)"});
+  skin.bone_joints = span_of<const std::uint32_t>(
+      arrays["bone_joints"], {"bone_joints", {static_cast<py::ssize_t>(skin.inverse_bind.size / 16)}, "(bones,)"});
+  return skin;
+}
+
+// Bodies of a skin, which stay for `link_poses`.
+struct SkinData {
+  rig::SkinBodies bodies;
+  std::size_t joint_count = 0;
+};
+
+std::unique_ptr<SkinData> from_skin(std::uint32_t kinds, std::uint32_t max_hull_vertices, std::uint32_t leaves_per_link,
+                                    bool inflate, float least_reach, const py::object& kept_joints,
+                                    const py::kwargs& arrays) {
+  const rig::Skin skin = skin_of(arrays);
+  rig::BodyRules rules;
+  rules.kinds = kinds;
+  rules.max_hull_vertices = max_hull_vertices;
+  rules.leaves_per_link = leaves_per_link;
+  rules.inflate = inflate;
+  rules.least_reach = least_reach;
+  rules.kept_joints = span_of<const std::uint32_t>(kept_joints, {"kept_joints", {-1}, "(k,)"});
+  auto made = std::make_unique<SkinData>();
+  made->joint_count = skin.joint_parents.size;
+  rig::SkinStatus status = rig::SkinStatus::kOk;
+  {
+    const py::gil_scoped_release release;
+    status = rig::bodies_from_skin(skin, rules, &made->bodies);
+  }
+  require_rig(status, "from_skin");
+  return made;
+}
+
+// (frames, joints, 4, 4) by columns to (frames, links, 7).
+py::array skin_link_poses(const SkinData& skin, const py::object& matrices) {
+  const auto joints = static_cast<py::ssize_t>(skin.joint_count);
+  const auto numbers =
+      span_of<const float>(matrices, {"matrices", {-1, joints, 4, 4}, "(frames, joints, 4, 4) by columns"});
+  const py::ssize_t frames = matrices.cast<py::array>().shape(0);
+  const std::size_t links = skin.bodies.joints().size;
+  py::array_t<float> poses({frames, static_cast<py::ssize_t>(links), py::ssize_t{7}});
+  for (std::size_t f = 0; f < static_cast<std::size_t>(frames); ++f)
+    require_rig(rig::link_poses(skin.bodies, {numbers.data + f * 16 * skin.joint_count, 16 * skin.joint_count},
+                                {poses.mutable_data() + f * 7 * links, 7 * links}),
+                "link_poses");
+  return std::move(poses);
+}
+
 // The parts of all leaves, as PartList takes them.
 py::list parts_of(const BodyData& body) {
   py::list list;
@@ -120,6 +184,20 @@ py::array boxes_of(const BodyData& body) {
   py::array boxes = empty_array(box_dtype(), leaves.size);
   for (std::size_t k = 0; k < leaves.size; ++k) static_cast<Box*>(boxes.mutable_data())[k] = leaves[k].box;
   return boxes;
+}
+
+// As `from_boxes` takes it, by rows: (1, links, ...), or None.
+py::object rest_pose_of(const BodyData& body) {
+  const PoseView& pose = body.desc().rest_pose;
+  if (!pose.data) return py::none();
+  const std::size_t links = body.desc().link_parents.size;
+  const py::object numbers = copy_of(Span<const float>(pose.data, links * pose_bytes(pose.format) / sizeof(float)));
+  switch (pose.format) {
+    case PoseFormat::kQuaternionTranslation: return numbers.attr("reshape")(1, -1, 7);
+    case PoseFormat::kMatrix3x4Rows: return numbers.attr("reshape")(1, -1, 3, 4);
+    case PoseFormat::kMatrix4x4Columns: return numbers.attr("reshape")(1, -1, 4, 4).attr("swapaxes")(2, 3);
+  }
+  return py::none();
 }
 
 py::array fitted_box(const py::object& vertices) {
@@ -219,9 +297,16 @@ void bind_body_data(py::module_& module) {
                                }
                                return copy_of(Span<const std::uint32_t>(numbers)).attr("reshape")(-1, 2);
                              })
+      .def_property_readonly("rest_pose", &rest_pose_of)
       .def_property_readonly("ignored_hops", [](const BodyData& body) { return body.desc().ignored_hops; });
   module.def("from_boxes", &from_boxes);
   module.def("from_skeleton", &from_skeleton);
+  py::class_<SkinData>(module, "SkinData")
+      .def_property_readonly("body",
+                             [](const SkinData& skin) { return std::make_unique<BodyData>(skin.bodies.desc()); })
+      .def_property_readonly("joints", [](const SkinData& skin) { return copy_of(skin.bodies.joints()); })
+      .def("link_poses", &skin_link_poses);
+  module.def("from_skin", &from_skin);
   module.def("fit_box", &fitted_box);
 }
 

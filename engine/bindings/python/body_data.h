@@ -45,6 +45,9 @@ class PartList {
   std::vector<std::vector<ConvexPart>> parts_;
 };
 
+// Adds the calls that read files, or nothing where the module is built without them.
+void bind_files(pybind11::module_& module);
+
 // Adds the class BodyData, and the calls that make one of arrays, to the module.
 void bind_body_data(pybind11::module_& module);
 

@@ -1,6 +1,7 @@
 """How pip builds the package cab: setuptools, whose command build_py calls CMake for the extension module.
 
-CMAKE_ARGS has further arguments for CMake's configuration: -DCAB_BUILD_COMMAND=ON puts the command cab into the wheel.
+CMAKE_ARGS has further arguments for CMake's configuration: -DCAB_BUILD_COMMAND=ON puts the command cab into the wheel,
+-DCAB_PYTHON_FILES=OFF leaves out what reads motion files and robots.
 The build is in build/python, or where CAB_PYTHON_BUILD says, and stays there for the next time.
 """
 
@@ -46,7 +47,7 @@ class BuildWithCMake(build_py):
             f"-DPython_EXECUTABLE={sys.executable}",
         ]
         if not (folder / "CMakeCache.txt").exists():
-            arguments += ["-DCAB_BUILD_TESTS=OFF", "-DCAB_BUILD_COMMAND=OFF"]
+            arguments += ["-DCAB_BUILD_TESTS=OFF", "-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
         arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))
         self.call("cmake", "-S", str(ROOT), "-B", str(folder), *generator, *arguments)
         jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count() or 1))

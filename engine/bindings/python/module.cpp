@@ -68,6 +68,7 @@ PYBIND11_MODULE(_cab, module) {
   module.def("status_words", [](int status) { return std::string(to_string(static_cast<Status>(status))); });
   bind_body_data(module);
   bind_engine(module);
+  bind_files(module);
 }
 
 }  // namespace cab::python

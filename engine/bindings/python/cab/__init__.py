@@ -14,9 +14,10 @@ They are never copied. Any unit of length will do. docs/python.md of the project
 from typing import List, NamedTuple
 
 from . import _cab
-from ._body import Body, Box, fit_box
+from ._body import Body, Box, SkinnedBody, fit_box
 from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip
-from ._errors import BusyError, Error, InputError, MaskedWarning, OutOfMemory, UnsupportedError
+from ._errors import BusyError, Error, FileError, InputError, MaskedWarning, OutOfMemory, UnsupportedError
+from ._files import Motion, Robot, Variable, load_motion
 from ._policies import Policies, PolicyField, policy_table, presets
 from ._queries import Answers, Queries, boxes, capsules, points, rays, regions, spheres
 from ._shape import Shape
@@ -71,12 +72,14 @@ __all__ = [
     "Clip",
     "DISTANCE",
     "Error",
+    "FileError",
     "Frame",
     "HIT",
     "History",
     "INTERVAL",
     "InputError",
     "MaskedWarning",
+    "Motion",
     "OutOfMemory",
     "Policies",
     "PolicyField",
@@ -84,9 +87,12 @@ __all__ = [
     "QUERY",
     "QUERY_HIT",
     "Queries",
+    "Robot",
     "Shape",
+    "SkinnedBody",
     "Status",
     "UnsupportedError",
+    "Variable",
     "World",
     "boxes",
     "build_info",
@@ -94,6 +100,7 @@ __all__ = [
     "fit_box",
     "isa",
     "isas",
+    "load_motion",
     "points",
     "policy_table",
     "presets",

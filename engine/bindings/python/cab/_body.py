@@ -154,21 +154,102 @@ class Body:
         Joints that meet are ignored pairs. A skeleton that makes no body is a ValueError.
         """
         parent_array = small_array(parents, "i4", "parents", (None,), "(joints,)")
-        places = np.asarray(poses)
-        if places.shape == (len(parent_array), 3) and places.dtype.kind in "fiu":
-            pose_array = np.zeros((1, len(parent_array), 7), dtype=np.float32)
+        count = len(parent_array)
+        given: Any = poses if isinstance(poses, np.ndarray) else small_array(
+            poses, "f8", "poses", (count, 3), f"({count}, 3), or an array of poses,"
+        )
+        if given.shape == (count, 3):
+            places = small_array(given, "f4", "poses", (count, 3), f"({count}, 3)")
+            pose_array = np.zeros((1, count, 7), dtype=np.float32)
             pose_array[0, :, 3] = 1
             pose_array[0, :, 4:] = places
+        elif given.shape[:1] == (count,) and given.shape[1:] in ((7,), (3, 4), (4, 4)):
+            pose_array = given[np.newaxis]
         else:
-            given: Any = poses
-            flat = isinstance(given, np.ndarray) and len(given.shape) > 0 and given.shape[0] == len(parent_array) and (
-                given.shape[1:] in ((7,), (3, 4), (4, 4))
-            )
-            pose_array = given[np.newaxis] if flat else given
+            pose_array = given
         data = _cab.from_skeleton(
             parent_array, [] if names is None else list(names), pose_array, is_column(order), stature, thickness
         )
         return cls(data, names)
+
+    @classmethod
+    def from_skin(
+        cls,
+        parents: ArrayLike,
+        poses: Float32Array,
+        vertices: ArrayLike,
+        bones: ArrayLike,
+        weights: ArrayLike,
+        inverse_bind: Float32Array,
+        *,
+        triangles: Optional[ArrayLike] = None,
+        bone_joints: Optional[ArrayLike] = None,
+        names: Optional[Sequence[str]] = None,
+        kinds: Sequence[str] = ("hull",),
+        max_hull_vertices: int = 40,
+        leaves_per_link: int = 1,
+        inflate: bool = False,
+        least_reach: float = 0,
+        kept_joints: Optional[ArrayLike] = None,
+        order: str = "row",
+    ) -> "SkinnedBody":
+        """A body about the mesh of a skinned character, for when it is loaded: milliseconds to seconds.
+
+        parents       (joints,) integers: each joint's parent, lower than its own index, or -1 for a root.
+        poses         (joints, 4, 4) from joint to model in the rest pose, or several poses (k, joints, 4, 4).
+        vertices      (n, 3) in the mesh's own space; triangles (m, 3), counter-clockwise from outside.
+        bones         (n, influences) integers: the bones of each vertex, and weights (n, influences) their shares.
+        inverse_bind  (bones, 4, 4) from the mesh to the joint; bone_joints (bones,): its joint. Default: bone b is
+                      joint b.
+        names         a name per joint.
+        kinds         of "hull", "box", "capsule", "sphere" and "ellipsoid": each box takes the one of least volume.
+        inflate       whether bodies grow until every triangle of every pose is inside.
+        least_reach   joints of a smaller reach have no link; kept_joints: the joints that have one.
+        order         of all matrices, as in `World.run`.
+
+        A skin that makes no body is a ValueError.
+        """
+        parent_array = small_array(parents, "i4", "parents", (None,), "(joints,)")
+        matrices = np.asarray(poses)
+        if matrices.ndim == 3:
+            matrices = matrices[np.newaxis]
+        vertex_array = small_array(vertices, "f4", "vertices", (None, 3), "(n, 3)")
+        binds = by_columns(inverse_bind, "inverse_bind", (None, 4, 4), "(bones, 4, 4)", order)
+        unknown = [kind for kind in kinds if kind not in _SKIN_KINDS]
+        if unknown or not kinds:
+            raise ValueError(f"kinds: {unknown or kinds!r} is none of {', '.join(_SKIN_KINDS)}")
+        n, bone_count = len(vertex_array), len(binds)
+        data = _cab.from_skin(
+            sum({_SKIN_KINDS[kind] for kind in kinds}),
+            max_hull_vertices,
+            leaves_per_link,
+            inflate,
+            least_reach,
+            small_array(() if kept_joints is None else kept_joints, "u4", "kept_joints", (None,), "(k,)"),
+            parents=parent_array,
+            poses=by_columns(matrices, "poses", (None, len(parent_array), 4, 4), "(joints, 4, 4)", order),
+            vertices=vertex_array,
+            triangles=small_array(() if triangles is None else triangles, "u4", "triangles", (None, 3), "(m, 3)"),
+            bones=small_array(bones, "u4", "bones", (n, None), f"({n}, influences)"),
+            weights=small_array(weights, "f4", "weights", (n, None), f"({n}, influences)"),
+            inverse_bind=binds,
+            bone_joints=small_array(
+                np.arange(bone_count) if bone_joints is None else bone_joints, "u4", "bone_joints", (bone_count,),
+                f"({bone_count},)",
+            ),
+        )
+        joints = data.joints
+        return SkinnedBody(data, None if names is None else [names[joint] for joint in joints])
+
+    def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> "Body":
+        """The same body with more pairs of links ignored: `pairs` (n, 2), and links at most `hops` joints apart."""
+        old = self._data
+        more = small_array(() if pairs is None else pairs, "u4", "pairs", (None, 2), "(n, 2)")
+        data = _cab.from_boxes(
+            old.parents, old.joints, old.links, old.boxes, old.parts, np.concatenate((old.ignored_pairs, more)),
+            max(hops, old.ignored_hops), old.rest_pose, False,
+        )
+        return Body(data, self._names)
 
     @property
     def names(self) -> Tuple[str, ...]:
@@ -202,6 +283,37 @@ class Body:
 
     def __repr__(self) -> str:
         return f"cab.Body({self.link_count} links, {len(self.box_links)} boxes)"
+
+
+class SkinnedBody(Body):
+    """A body that `Body.from_skin` made. Some joints have no link: `joints` says which have."""
+
+    __slots__ = ("_skin",)
+
+    def __init__(self, skin: _cab.SkinData, names: Optional[Sequence[str]]) -> None:
+        """For `Body.from_skin`."""
+        super().__init__(skin.body, names)
+        self._skin = skin
+
+    @property
+    def joints(self) -> UInt32Array:
+        """(links,) uint32: the joint of each link."""
+        return self._skin.joints
+
+    def link_poses(self, matrices: ArrayLike, order: str = "row") -> Float32Array:
+        """Poses (frames, links, 7) from the matrices of all joints (frames, joints, 4, 4), without scale and shear."""
+        return self._skin.link_poses(
+            by_columns(matrices, "matrices", (None, None, 4, 4), "(frames, joints, 4, 4)", order)
+        )
+
+
+_SKIN_KINDS = {"hull": 1, "box": 2, "capsule": 4, "sphere": 8, "ellipsoid": 16}
+
+
+def by_columns(matrices: Any, name: str, shape: Sequence[Optional[int]], words: str, order: str) -> Float32Array:
+    """Matrices as a packed array that is indexed by column, then row."""
+    array: Float32Array = small_array(matrices, "f4", name, shape, words)
+    return array if is_column(order) else np.ascontiguousarray(np.swapaxes(array, -1, -2))
 
 
 def is_column(order: str) -> bool:

@@ -35,6 +35,54 @@ class BodyData:
     def ignored_pairs(self) -> npt.NDArray[np.uint32]: ...
     @property
     def ignored_hops(self) -> int: ...
+    @property
+    def rest_pose(self) -> Optional[npt.NDArray[np.float32]]: ...
+
+class SkinData:
+    @property
+    def body(self) -> BodyData: ...
+    @property
+    def joints(self) -> npt.NDArray[np.uint32]: ...
+    def link_poses(self, matrices: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]: ...
+
+def from_skin(
+    kinds: int,
+    max_hull_vertices: int,
+    leaves_per_link: int,
+    inflate: bool,
+    least_reach: float,
+    kept_joints: npt.NDArray[np.uint32],
+    **arrays: npt.NDArray[Any],
+) -> SkinData: ...
+
+reads_files: bool
+
+class RobotData:
+    @property
+    def body(self) -> BodyData: ...
+    @property
+    def names(self) -> List[str]: ...
+    @property
+    def notes(self) -> List[str]: ...
+    @property
+    def variables(self) -> List[Tuple[str, float, float, float]]: ...
+    def poses(self, states: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]: ...
+    def random_states(self, count: int, seed: int) -> npt.NDArray[np.float64]: ...
+
+def load_robot(
+    path: str, packages: Sequence[Tuple[str, str]], srdf_path: Optional[str], leave_out_missing_meshes: bool
+) -> RobotData: ...
+def load_motion(
+    path: str,
+    metres_per_unit: float,
+    motion_path: Optional[str],
+    motion_metres_per_unit: float,
+    animation: Optional[str],
+    frames_per_second: float,
+    skin: bool,
+    stature: float,
+    thickness: float,
+) -> Tuple[BodyData, List[str], npt.NDArray[np.float32], npt.NDArray[np.float64], float, List[str]]: ...
 
 def from_boxes(
     parents: npt.NDArray[np.int32],

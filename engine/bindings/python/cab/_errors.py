@@ -29,6 +29,10 @@ class UnsupportedError(Error, NotImplementedError):
     """This CPU or this build of cab lacks what was asked for."""
 
 
+class FileError(ValueError):
+    """A file that cannot be read, or is no character. The message names the file, the line or element, the reason."""
+
+
 class MaskedWarning(UserWarning):
     """Some characters took no part in a call, since their poses are no numbers or no rigid motions."""
 
