@@ -1,6 +1,5 @@
 cmake_minimum_required(VERSION 3.25)
-# Fails unless DOCUMENT quotes each of SOURCES in full, letter for letter. Both are paths from ROOT. LANGUAGE is what
-# the quotes are marked with; default: by the name of the source.
+# Fails unless DOCUMENT quotes each of SOURCES in full, letter for letter. Both are paths from ROOT.
 file(READ ${ROOT}/${DOCUMENT} document)
 foreach(source IN LISTS SOURCES)
   set(language cpp)
@@ -10,9 +9,6 @@ foreach(source IN LISTS SOURCES)
     set(language make)
   elseif(source MATCHES "[.](c|py|js|ts)$")
     set(language ${CMAKE_MATCH_1})
-  endif()
-  if(LANGUAGE)
-    set(language ${LANGUAGE})
   endif()
   file(READ ${ROOT}/${source} program)
   string(FIND "${document}" "<!-- ${source} -->\n```${language}\n${program}```\n" at)

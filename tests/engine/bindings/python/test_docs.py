@@ -45,7 +45,7 @@ def test_the_clip_is_cleaned_as_the_document_says(tmp_path):
 
 
 def test_other_lines_of_python_in_the_document_run():
-    blocks = re.findall(r"(?<! -->\n)```python\n(.*?)```", DOCUMENT, re.S)
+    blocks = re.findall(r"```python\n(.*?)```", DOCUMENT, re.S)
     assert len(blocks) > 3
     names = {}
     for block in blocks:
