@@ -1,4 +1,4 @@
-// Arrays of NumPy as spans and poses. Nothing is copied: an array of another dtype, shape or layout is refused in words.
+// Arrays of NumPy as spans and poses. Nothing is copied: an array of another dtype, shape or layout is refused.
 #pragma once
 
 #include <pybind11/numpy.h>

@@ -2,7 +2,8 @@
 
 CMAKE_ARGS has further arguments for CMake's configuration: -DCAB_BUILD_COMMAND=ON puts the command cab into the wheel,
 -DCAB_PYTHON_FILES=OFF leaves out what reads motion files and robots.
-The build is in build/python, or where CAB_PYTHON_BUILD says, and stays there for the next time.
+The build is in build/python, and stays there for the next time. CAB_PYTHON_BUILD names another folder, which is taken as
+it is configured.
 """
 
 import os
@@ -39,21 +40,24 @@ class BuildWithCMake(build_py):
 
     def run(self) -> None:
         super().run()
-        folder = pathlib.Path(os.environ.get("CAB_PYTHON_BUILD", ROOT / "build" / "python")).resolve()
-        generator = ["-G", "Ninja"] if shutil.which("ninja") and not (folder / "CMakeCache.txt").exists() else []
-        arguments = [
-            "-DCMAKE_BUILD_TYPE=Release",
-            "-DCAB_BUILD_PYTHON=ON",
-            f"-DPython_EXECUTABLE={sys.executable}",
-        ]
-        if not (folder / "CMakeCache.txt").exists():
-            arguments += ["-DCAB_BUILD_TESTS=OFF", "-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
-        arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))
-        self.call("cmake", "-S", str(ROOT), "-B", str(folder), *generator, *arguments)
+        given = os.environ.get("CAB_PYTHON_BUILD")
+        folder = pathlib.Path(given).resolve() if given else ROOT / "build" / "python"
+        if not given:
+            self.configure(folder)
         jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count() or 1))
         self.call("cmake", "--build", str(folder), "--target", "cab_python_wheel", "--parallel", jobs)
         target = pathlib.Path(self.build_lib).resolve()
         self.call("cmake", "--install", str(folder), "--component", "python_wheel", "--prefix", str(target))
+
+    def configure(self, folder: pathlib.Path) -> None:
+        """Configures CMake. What CMAKE_ARGS says comes last, so it overrules."""
+        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCAB_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}"]
+        if not (folder / "CMakeCache.txt").exists():
+            arguments += ["-DCAB_BUILD_TESTS=OFF", "-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
+            if shutil.which("ninja"):
+                arguments += ["-G", "Ninja"]
+        arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))
+        self.call("cmake", "-S", str(ROOT), "-B", str(folder), *arguments)
 
     def call(self, *command: str) -> None:
         """Runs a command, whose output is that of the build."""

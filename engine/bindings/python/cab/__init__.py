@@ -6,8 +6,8 @@
     frame = world.run(poses, origins=origins)    # poses: float32 (1000, 2, 7)
     frame.hits["instance_a"]                     # structured arrays, no object per hit
 
-`Body` is what moves, `World` is who lives at the same time, and `Clip` is recorded motion. `rays` and its like ask about
-a world. Poses go from link to character ("model space"), as float32: quaternions x y z w with translations, or matrices.
+`Body` is what moves, `World` is who lives at the same time, and `Clip` is recorded motion. `rays` and its like ask a
+world. Poses go from link to character ("model space"), as float32: quaternions x y z w and translations, or matrices.
 They are never copied. Any unit of length will do. docs/python.md of the project has whole programs.
 """
 

@@ -146,7 +146,7 @@ class Body:
         parents    (joints,) integers: each joint's parent, lower than its own index, or -1 for the first joint.
         poses      the rest pose: places (joints, 3), or joints to model as float32 (joints, 7), (joints, 3, 4) or
                    (joints, 4, 4). Or frames of a motion, with one axis more in front, of which the first is the rest
-                   pose: the others tell which joints move. Poses of frames are later given in the same frames of joints.
+                   pose: the others tell which joints move. Later poses are of the same joints.
         names      a name per joint, which tells body parts: "LeftUpLeg", "upperarm_l".
         stature    the person's height in the unit of the poses. Default: by the figure's own bones.
         thickness  a factor of all thicknesses.

@@ -110,7 +110,7 @@ class Robot:
 
     @property
     def body(self) -> Body:
-        """Links and collision shapes. Links that a joint connects are not ignored: `Body.ignoring(hops=1)` does that."""
+        """Links and collision shapes. Links that a joint connects are tested, unless `Body.ignoring(hops=1)`."""
         return self._body
 
     @property

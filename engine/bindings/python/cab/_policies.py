@@ -73,5 +73,6 @@ def policies_of(policies: PoliciesLike, exact: Union[str, None]) -> Policies:
     elif isinstance(policies, Policies):
         made = policies
     else:
-        raise TypeError(f"policies: cab.Policies or the name of a preset is wanted, and {type(policies).__name__} is given")
+        given = type(policies).__name__
+        raise TypeError(f"policies: cab.Policies or the name of a preset is wanted, and {given} is given")
     return made if exact is None or exact == made.exact else dataclasses.replace(made, exact=exact)

@@ -157,8 +157,8 @@ class Frame(NamedTuple):
 
     hits        structured, sorted: batch_a, instance_a, batch_b, instance_b, link_a, link_b, leaf_a, leaf_b
                 (`cab.HIT`). One entry per two links that touch. batch_a is the `slot` of a batch.
-    contacts    structured, one per hit, with an exact test: normal (3,) from a to b in the world's axes, depth (below 0:
-                minus the gap), point_a and point_b (3,) relative to the origin of instance_a, leaf_a, leaf_b
+    contacts    structured, one per hit, with an exact test: normal (3,) from a to b in the world's axes, depth (below
+                0: minus the gap), point_a and point_b (3,) relative to the origin of instance_a, leaf_a, leaf_b
                 (`cab.CONTACT`). None without.
     stats       counts and seconds: candidates, box_tests, instances_masked, seconds_total and others.
     posed       what was given, with `flags` and `in_contact` of each.
@@ -365,7 +365,7 @@ class World:
             poses = (poses,)
         if isinstance(poses, (tuple, list)) and all(isinstance(item, Posed) for item in poses):
             if arguments:
-                raise TypeError(f"{', '.join(arguments)}: give these to Batch.posed, since poses are of several batches")
+                raise TypeError(f"{', '.join(arguments)}: give these to Batch.posed, which made the poses")
             return tuple(poses)
         moving = [batch for batch in self._batches.values() if not batch.is_static]
         if len(moving) != 1:

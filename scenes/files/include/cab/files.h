@@ -1,9 +1,9 @@
-// Characters and robots from files, as descriptions for add_articulation with poses: BVH, ASF/AMC, glTF, FBX and what
+// Characters and robots from files, as descriptions for add_articulation with poses: BVH, AMC, glTF, FBX and what
 // else assimp reads, URDF and MJCF. For the time of loading. The conventions are those of cab/types.h, with lengths in
 // metres.
 //
-// Files are read in a child process with limits on memory, time and rights, as docs/import.md says: a damaged file is an
-// error in words, whatever it does to the parser. The child is a fork of this process, so no other thread may hold a
+// Files are read in a child process with limits on memory, time and rights, as docs/import.md says: a damaged file is
+// an error in words, whatever it does to the parser. The child is a fork of this process, so no other thread may hold a
 // lock of a library that reads files. No call throws.
 #pragma once
 

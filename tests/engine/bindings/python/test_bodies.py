@@ -67,9 +67,9 @@ def test_a_skin_becomes_a_body_about_its_vertices():
     assert poses.shape == (3, 2, 7) and poses.dtype == np.float32
     assert np.allclose(poses[:, 1], [0, 0, 0, 1, 1, 0, 0])
     assert np.array_equal(body.link_poses(np.swapaxes(matrices, -1, -2), order="column"), poses)
-    columns = {**skin, "poses": np.swapaxes(skin["poses"], -1, -2), "inverse_bind": np.swapaxes(skin["inverse_bind"], -1, -2)}
-    assert np.array_equal(cab.Body.from_skin(**columns, kinds=["box"], order="column").boxes,
-                          cab.Body.from_skin(**skin, kinds=["box"]).boxes)
+    columns = {**skin, **{name: np.swapaxes(skin[name], -1, -2) for name in ("poses", "inverse_bind")}}
+    by_columns = cab.Body.from_skin(**columns, kinds=["box"], order="column")
+    assert np.array_equal(by_columns.boxes, cab.Body.from_skin(**skin, kinds=["box"]).boxes)
     cab.Clip(body, poses).hits()
     with pytest.raises(ValueError, match="kinds"):
         cab.Body.from_skin(**skin, kinds=["cone"])
