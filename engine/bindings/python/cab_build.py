@@ -2,8 +2,8 @@
 
 CMAKE_ARGS has further arguments for CMake's configuration: -DCAB_BUILD_COMMAND=ON puts the command cab into the wheel,
 -DCAB_PYTHON_FILES=OFF leaves out what reads motion files and robots.
-The build is in build/python, and stays there for the next time. CAB_PYTHON_BUILD names another folder, which is taken as
-it is configured.
+The build is in build/python, and stays there for the next time. CAB_PYTHON_BUILD names another folder, which is taken
+as it is configured.
 """
 
 import os
