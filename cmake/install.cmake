@@ -1,27 +1,117 @@
 # What `cmake --install` puts in place: the library and cab::rig, their public headers, the package that
-# find_package(cab CONFIG) finds, and the cab command.
+# find_package(cab CONFIG) finds, the files of pkg-config, and the cab command. All of it may be moved afterwards.
+# Each file belongs to one of the components cab_runtime, cab_development and cab_tools.
 include(CMakePackageConfigHelpers)
 
 set(CAB_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/cab)
-install(TARGETS cab EXPORT cab-targets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING PATTERN *.h)
-if(TARGET cab_rig)
-  install(TARGETS cab_rig EXPORT cab-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY scenes/rig/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
+set(CAB_KINDS static)
+if(BUILD_SHARED_LIBS)
+  set(CAB_KINDS shared)
 endif()
-install(EXPORT cab-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR})
+install(TARGETS cab EXPORT cab-${CAB_KINDS}-targets
+  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT cab_runtime
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_runtime NAMELINK_COMPONENT cab_development
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_development)
+if(TARGET cab_static)
+  list(APPEND CAB_KINDS static)
+  install(TARGETS cab_static EXPORT cab-static-targets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_development)
+endif()
+install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT cab_development FILES_MATCHING PATTERN *.h)
+if(TARGET cab_rig)
+  install(TARGETS cab_rig EXPORT cab-rig-targets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_development)
+  install(EXPORT cab-rig-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR} COMPONENT cab_development)
+  install(DIRECTORY scenes/rig/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+    COMPONENT cab_development FILES_MATCHING PATTERN *.h)
+endif()
+
+# The package for CMake.
+foreach(kind IN LISTS CAB_KINDS)
+  install(EXPORT cab-${kind}-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR} COMPONENT cab_development)
+endforeach()
 configure_package_config_file(cmake/cab-config.cmake.in ${PROJECT_BINARY_DIR}/cab-config.cmake
-  INSTALL_DESTINATION ${CAB_PACKAGE_DIR})
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/cab-config-version.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/cab-config.cmake ${PROJECT_BINARY_DIR}/cab-config-version.cmake
-  DESTINATION ${CAB_PACKAGE_DIR})
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+  INSTALL_DESTINATION ${CAB_PACKAGE_DIR} NO_CHECK_REQUIRED_COMPONENTS_MACRO NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/cab-config-version.cmake COMPATIBILITY SameMajorVersion)
+set(package_files ${PROJECT_BINARY_DIR}/cab-config.cmake ${PROJECT_BINARY_DIR}/cab-config-version.cmake)
+if("static" IN_LIST CAB_KINDS)
+  set(CAB_STATIC_PACKAGES "")
+  if(CAB_WITH_TBB)
+    list(APPEND CAB_STATIC_PACKAGES Threads TBB)
+  endif()
+  if(CAB_WITH_FCL)
+    list(APPEND CAB_STATIC_PACKAGES fcl)
+  endif()
+  if(CAB_WITH_QHULL)
+    list(APPEND CAB_STATIC_PACKAGES Qhull)
+  endif()
+  set(CAB_STATIC_RUNTIME ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
+  list(FILTER CAB_STATIC_RUNTIME INCLUDE REGEX "^(stdc[+][+]|c[+][+]|m)$")
+  configure_file(cmake/cab-static-packages.cmake.in ${PROJECT_BINARY_DIR}/cab-static-packages.cmake @ONLY)
+  list(APPEND package_files ${PROJECT_BINARY_DIR}/cab-static-packages.cmake)
+endif()
+install(FILES ${package_files} DESTINATION ${CAB_PACKAGE_DIR} COMPONENT cab_development)
+
+# The files for pkg-config. What a static libcab is linked with is private where there is a shared one too, and public
+# where there is none, so that no program has to say --static. It is linked by the C compiler in C programs, so it names
+# the C++ runtime. FCL is named as a library: its own file for pkg-config asks for -std=c++11.
+set(CAB_PC_LIBS "")
+set(CAB_PC_REQUIRES "")
+set(CAB_PC_LIBS_PRIVATE "")
+set(CAB_PC_REQUIRES_PRIVATE "")
+if("static" IN_LIST CAB_KINDS)
+  set(libs "")
+  set(requires "")
+  if(CAB_WITH_TBB)
+    list(APPEND requires tbb)
+  endif()
+  if(CAB_WITH_QHULL)
+    list(APPEND requires qhull_r)
+  endif()
+  if(CAB_WITH_FCL)
+    string(APPEND libs " -lfcl")
+  endif()
+  foreach(library IN LISTS CAB_STATIC_RUNTIME)
+    string(APPEND libs " -l${library}")
+  endforeach()
+  list(JOIN requires " " requires)
+  if("shared" IN_LIST CAB_KINDS)
+    set(CAB_PC_LIBS_PRIVATE "${libs}")
+    set(CAB_PC_REQUIRES_PRIVATE "${requires}")
+  else()
+    set(CAB_PC_LIBS "${libs}")
+    set(CAB_PC_REQUIRES "${requires}")
+  endif()
+endif()
+set(CAB_PC_CFLAGS "")
+if(WIN32 AND BUILD_SHARED_LIBS)
+  set(CAB_PC_CFLAGS " -DCAB_SHARED") # cab/api.h
+endif()
+# Folders are relative to that of the file, if they are within the prefix.
+foreach(folder LIBDIR INCLUDEDIR)
+  set(CAB_PC_${folder} ${CMAKE_INSTALL_${folder}})
+  if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_${folder}}")
+    set(CAB_PC_${folder} \${prefix}/${CMAKE_INSTALL_${folder}})
+  endif()
+endforeach()
+file(RELATIVE_PATH CAB_PC_PREFIX ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+string(REGEX REPLACE "/$" "" CAB_PC_PREFIX "${CAB_PC_PREFIX}")
+configure_file(cmake/cab.pc.in ${PROJECT_BINARY_DIR}/cab.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/cab.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT cab_development)
+if(TARGET cab_rig)
+  configure_file(cmake/cab-rig.pc.in ${PROJECT_BINARY_DIR}/cab-rig.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/cab-rig.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+    COMPONENT cab_development)
+endif()
 
 if(CAB_BUILD_COMMAND)
-  install(TARGETS cab_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS cab_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT cab_tools)
   if(BUILD_SHARED_LIBS)
     set_target_properties(cab_command PROPERTIES INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
   endif()
+endif()
+# The Debian packages have the licence in the form that Debian asks for.
+if(NOT CAB_DEBIAN)
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/cab COMPONENT cab_development)
 endif()

@@ -1,8 +1,12 @@
-# The packages that the folders use. In a cross build the header-only ones of the host have a path of their own, so that
-# it does not see the host's system headers.
+# The packages that the folders use. A cross build has the library without optional packages. The header-only ones are
+# the host's, and have a path of their own, so that the build does not see the host's system headers.
 add_library(cab_xsimd INTERFACE)
 add_library(cab_test_packages INTERFACE)
-if(CAB_KERNELS_ONLY OR CMAKE_CROSSCOMPILING)
+if(CMAKE_CROSSCOMPILING)
+  if(CAB_WITH_FCL OR CAB_WITH_QHULL OR CAB_WITH_TBB)
+    message(FATAL_ERROR
+      "a cross build has no optional packages: -D CAB_WITH_FCL=OFF -D CAB_WITH_QHULL=OFF -D CAB_WITH_TBB=OFF")
+  endif()
   set(CAB_HEADERS ${PROJECT_BINARY_DIR}/headers)
   file(MAKE_DIRECTORY ${CAB_HEADERS})
   foreach(package xsimd doctest eigen3)
@@ -14,10 +18,20 @@ if(CAB_KERNELS_ONLY OR CMAKE_CROSSCOMPILING)
   return()
 endif()
 
-find_package(xsimd 8.1 REQUIRED)
+# What the library cannot do without. A project that cab is a part of may have the targets already.
+function(cab_find_required package version target debian)
+  if(TARGET ${target})
+    return()
+  endif()
+  find_package(${package} ${version} QUIET)
+  if(NOT ${package}_FOUND)
+    message(FATAL_ERROR "cab needs ${package} ${version} or newer, which is not found: install it (Debian: ${debian})")
+  endif()
+endfunction()
+cab_find_required(xsimd 8.1 xsimd libxsimd-dev)
 get_target_property(CAB_XSIMD_INCLUDE xsimd INTERFACE_INCLUDE_DIRECTORIES)
 target_include_directories(cab_xsimd SYSTEM INTERFACE ${CAB_XSIMD_INCLUDE})
-find_package(Eigen3 3.4 REQUIRED)
+cab_find_required(Eigen3 3.4 Eigen3::Eigen libeigen3-dev)
 get_target_property(CAB_EIGEN_INCLUDE Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 # cab_find_optional(OPTION PACKAGE DEBIAN_PACKAGE): the package of an option that is ON must be there.
 macro(cab_find_optional option package debian)

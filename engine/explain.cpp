@@ -87,7 +87,7 @@ class JobSearch {
       case Status::kBadCount: return text_.add(".count is %u of %u", input.count, batch.capacity);
       case Status::kBadInstances: return describe_instances(batch, input.instances, n);
       case Status::kBadOrigins:
-        if (has_size(".origins", input.origins, 3, n, batch)) name_number(".origins", input.origins, 3, batch);
+        if (has_size(".origins", input.origins, 3, n, batch)) name_number(".origins", input.origins, 3, input, n);
         return;
       case Status::kBadOrientations: return void(has_size(".orientations", input.orientations, 4, n, batch));
       case Status::kBadScales:
@@ -104,9 +104,9 @@ class JobSearch {
       case Status::kBadMargins:
         if (!has_size(".margins", input.margins, 1, n, batch)) return;
         if (batch.kind == BatchKind::kSequence) return text_.add(".margins is given for a sequence");
-        return name_number(".margins", input.margins, 1, batch);
+        return name_number(".margins", input.margins, 1, input, n);
       case Status::kBadBounds:
-        if (has_size(".bounds", input.bounds, 6, n, batch)) name_number(".bounds", input.bounds, 6, batch);
+        if (has_size(".bounds", input.bounds, 6, n, batch)) name_number(".bounds", input.bounds, 6, input, n);
         return;
       default: return;
     }
@@ -161,12 +161,15 @@ class JobSearch {
 
   // Names the first number of the given instances that is not in range, or below the one three places before it.
   template <class T>
-  void name_number(const char* name, Span<const T> array, std::size_t per_instance, const InstanceBatch& batch) {
+  void name_number(const char* name, Span<const T> array, std::size_t per_instance, const BatchInput& input,
+                   std::size_t n) {
     const auto most = per_instance == 3 ? std::numeric_limits<T>::max() : static_cast<T>(kMaxCoordinate);
     const bool is_bounds = per_instance == 6;
-    for (std::uint32_t place = 0; place < given_count(batch); ++place)
+    // The input is refused, so it is not bound to its batch.
+    const Span<const std::uint32_t> listed = input.instances;
+    for (std::size_t place = 0; place < (listed.empty() ? n : listed.size); ++place)
       for (std::size_t k = 0; k < per_instance; ++k) {
-        const std::size_t i = per_instance * given_instance(batch, place) + k;
+        const std::size_t i = per_instance * (listed.empty() ? place : listed[place]) + k;
         const bool out_of_range = !(std::fabs(array[i]) <= most) || (per_instance == 1 && array[i] < 0);
         if (out_of_range || (is_bounds && k >= 3 && array[i] < array[i - 3]))
           return text_.add("%s[%zu] is %g", name, i, static_cast<double>(array[i]));

@@ -9,7 +9,8 @@ else()
   set(cxx_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wold-style-cast)
   set(c_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 endif()
-set(includes -I${ROOT}/layout/include -I${ROOT}/engine/include -I${ROOT}/scenes/rig/include)
+set(includes -I${ROOT}/layout/include -I${ROOT}/engine/include -I${ROOT}/scenes/rig/include
+  -I${ROOT}/scenes/files/include)
 
 function(compile header language)
   set(source ${WORK}/header.txt)
@@ -21,9 +22,10 @@ function(compile header language)
   endif()
 endfunction()
 
-file(GLOB headers ${ROOT}/layout/include/cab/*.h ${ROOT}/engine/include/cab/*.h ${ROOT}/scenes/rig/include/cab/*.h)
+file(GLOB headers ${ROOT}/layout/include/cab/*.h ${ROOT}/engine/include/cab/*.h ${ROOT}/scenes/rig/include/cab/*.h
+  ${ROOT}/scenes/files/include/cab/*.h)
 list(LENGTH headers count)
-if(count LESS 8)
+if(count LESS 10)
   message(FATAL_ERROR "only ${count} public headers were found")
 endif()
 foreach(path IN LISTS headers)

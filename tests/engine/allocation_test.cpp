@@ -2,6 +2,7 @@
 #include "engine/engine.h"
 #include "perf/oracle/random_queries.h"
 #include "perf/oracle/random_world.h"
+#include "tests/aligned_memory.h"
 #include "tests/engine/thread_pool.h"
 
 #include <doctest/doctest.h>
@@ -25,7 +26,7 @@ void* counted_new(std::size_t bytes, std::size_t alignment) noexcept {
   if (all_news_fail.load(std::memory_order_relaxed) || news_until_failure == 0) return nullptr;
   if (news_until_failure > 0) --news_until_failure;
   if (alignment <= alignof(std::max_align_t)) return std::malloc(bytes ? bytes : 1);
-  return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  return cab::tests::allocate_aligned(bytes, alignment);
 }
 
 void* counted_new_or_throw(std::size_t bytes, std::size_t alignment) {
@@ -36,6 +37,10 @@ void* counted_new_or_throw(std::size_t bytes, std::size_t alignment) {
 
 // Not inlined: GCC 12 would take an inlined free for a mismatch with new.
 [[gnu::noinline]] void give_back(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void give_back_aligned(void* memory, std::align_val_t alignment) noexcept {
+  if (static_cast<std::size_t>(alignment) <= alignof(std::max_align_t)) return std::free(memory);
+  cab::tests::free_aligned(memory);
+}
 
 }  // namespace
 
@@ -59,10 +64,10 @@ void operator delete(void* memory) noexcept { give_back(memory); }
 void operator delete[](void* memory) noexcept { give_back(memory); }
 void operator delete(void* memory, std::size_t) noexcept { give_back(memory); }
 void operator delete[](void* memory, std::size_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { give_back(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
+void operator delete(void* memory, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
+void operator delete[](void* memory, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
+void operator delete(void* memory, std::size_t, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
+void operator delete[](void* memory, std::size_t, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
 
 // Sanitizers bring their own malloc; without them the C library's is counted as well.
 #if defined(__has_feature)
@@ -121,7 +126,7 @@ class Ledger {
     if (ledger.until_failure_ > 0) --ledger.until_failure_;
     const std::int64_t countdown =
         std::exchange(news_until_failure, -1);  // allocations of the ledger itself never fail
-    void* const memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    void* const memory = allocate_aligned(bytes, alignment);
     std::memset(memory, 0xa5, bytes);
     ledger.out_[memory] = {bytes, alignment};
     news_until_failure = countdown;
@@ -136,7 +141,7 @@ class Ledger {
       return;
     }
     ledger.out_.erase(found);
-    std::free(memory);
+    free_aligned(memory);
   }
 
   std::mutex mutex_;

@@ -82,6 +82,10 @@ TEST_CASE("the contact of two links is the deepest of all their leaves, the hit 
   const std::vector<ConvexPart> balls = {ball(1, 0, 0, 0), ball(1, 3, 0, 0)};
   for (const Exact exact : {Exact::kConvex, Exact::kFcl})
     for (const bool swapped : {false, true}) {
+      if (exact == Exact::kFcl && !build_info().fcl) {
+        MESSAGE("skipped: this build lacks FCL");
+        continue;
+      }
       CAPTURE(static_cast<int>(exact));
       CAPTURE(swapped);
       World world;
@@ -157,6 +161,10 @@ TEST_CASE("hits that are less deep than min_depth are dropped, no other, and in_
   std::size_t dropped = 0, left = 0;
   for (const Exact exact : {Exact::kConvex, Exact::kFcl})
     for (std::uint64_t seed = 1; seed <= 3 + rounds(4); ++seed) {
+      if (exact == Exact::kFcl && !build_info().fcl) {
+        MESSAGE("skipped: this build lacks FCL");
+        continue;
+      }
       CAPTURE(seed);
       Random random(seed);
       RandomShapes made(random);

@@ -222,9 +222,9 @@ TEST_CASE("buffers must be there, and contacts be asked for with an exact test")
     b.job.policies.exact = exact;
     b.job.contacts = {b.contacts.data(), size};
   };
-  refuse(Status::kBadHitBuffer, [&](Bench& b) { with_contacts(b, Exact::kFcl, 3999); });
+  refuse(Status::kBadHitBuffer, [&](Bench& b) { with_contacts(b, Exact::kConvex, 3999); });
   refuse(Status::kBadHitBuffer, [&](Bench& b) {
-    with_contacts(b, Exact::kFcl, 4000);
+    with_contacts(b, Exact::kConvex, 4000);
     b.job.contacts.data = nullptr;
   });
   refuse(Status::kContactsNeedExact, [&](Bench& b) { with_contacts(b, Exact::kNone, 4000); });

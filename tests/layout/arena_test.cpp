@@ -1,5 +1,6 @@
 // The arena: the memory that it gives, and that all of it is released.
 #include "layout/arena.h"
+#include "tests/aligned_memory.h"
 
 #include <doctest/doctest.h>
 
@@ -25,7 +26,7 @@ struct Ledger {
     Ledger& ledger = *static_cast<Ledger*>(user);
     if (ledger.calls_left == 0) return nullptr;
     if (ledger.calls_left > 0) --ledger.calls_left;
-    void* const memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    void* const memory = tests::allocate_aligned(bytes, alignment);
     std::memset(memory, 0xa5, bytes);
     ledger.out[memory] = {bytes, alignment};
     return memory;
@@ -39,7 +40,7 @@ struct Ledger {
       return;
     }
     ledger.out.erase(found);
-    std::free(memory);
+    tests::free_aligned(memory);
   }
 };
 

@@ -23,6 +23,7 @@
 extern "C" {
 #endif
 
+// The ABI that a program is compiled for: the first argument of cab_create_engine.
 #define CAB_ABI_VERSION 1u
 
 // Conventions, for all of the API:
@@ -104,128 +105,128 @@ typedef struct cab_BuildInfo cab_BuildInfo;
 
 // Borrowed arrays: `size` values from `data` on. data may be null if size is 0.
 typedef struct cab_ConstFloatSpan {
-  const float* data;
-  size_t size;
+  const float* data;  // the first value
+  size_t size;        // how many values
 } cab_ConstFloatSpan;
 typedef struct cab_ConstConvexPartSpan {
-  const cab_ConvexPart* data;
-  size_t size;
+  const cab_ConvexPart* data;  // the first value
+  size_t size;                 // how many values
 } cab_ConstConvexPartSpan;
 typedef struct cab_ConstInt32Span {
-  const int32_t* data;
-  size_t size;
+  const int32_t* data;  // the first value
+  size_t size;          // how many values
 } cab_ConstInt32Span;
 typedef struct cab_ConstLeafSpan {
-  const cab_Leaf* data;
-  size_t size;
+  const cab_Leaf* data;  // the first value
+  size_t size;           // how many values
 } cab_ConstLeafSpan;
 typedef struct cab_ConstLinkPairSpan {
-  const cab_LinkPair* data;
-  size_t size;
+  const cab_LinkPair* data;  // the first value
+  size_t size;               // how many values
 } cab_ConstLinkPairSpan;
 typedef struct cab_ConstUint32Span {
-  const uint32_t* data;
-  size_t size;
+  const uint32_t* data;  // the first value
+  size_t size;           // how many values
 } cab_ConstUint32Span;
 typedef struct cab_ConstLodLeafSpan {
-  const cab_LodLeaf* data;
-  size_t size;
+  const cab_LodLeaf* data;  // the first value
+  size_t size;              // how many values
 } cab_ConstLodLeafSpan;
 typedef struct cab_ConstStaticBodySpan {
-  const cab_StaticBody* data;
-  size_t size;
+  const cab_StaticBody* data;  // the first value
+  size_t size;                 // how many values
 } cab_ConstStaticBodySpan;
 typedef struct cab_ConstDoubleSpan {
-  const double* data;
-  size_t size;
+  const double* data;  // the first value
+  size_t size;         // how many values
 } cab_ConstDoubleSpan;
 typedef struct cab_Uint8Span {
-  uint8_t* data;
-  size_t size;
+  uint8_t* data;  // the first value
+  size_t size;    // how many values
 } cab_Uint8Span;
 typedef struct cab_ConstUint8Span {
-  const uint8_t* data;
-  size_t size;
+  const uint8_t* data;  // the first value
+  size_t size;          // how many values
 } cab_ConstUint8Span;
 typedef struct cab_InstancePairSpan {
-  cab_InstancePair* data;
-  size_t size;
+  cab_InstancePair* data;  // the first value
+  size_t size;             // how many values
 } cab_InstancePairSpan;
 typedef struct cab_HitSpan {
-  cab_Hit* data;
-  size_t size;
+  cab_Hit* data;  // the first value
+  size_t size;    // how many values
 } cab_HitSpan;
 typedef struct cab_ConstBatchInputSpan {
-  const cab_BatchInput* data;
-  size_t size;
+  const cab_BatchInput* data;  // the first value
+  size_t size;                 // how many values
 } cab_ConstBatchInputSpan;
 typedef struct cab_ConstPairRuleSpan {
-  const cab_PairRule* data;
-  size_t size;
+  const cab_PairRule* data;  // the first value
+  size_t size;               // how many values
 } cab_ConstPairRuleSpan;
 typedef struct cab_ContactSpan {
-  cab_Contact* data;
-  size_t size;
+  cab_Contact* data;  // the first value
+  size_t size;        // how many values
 } cab_ContactSpan;
 typedef struct cab_ConstHistoryIdSpan {
-  const cab_HistoryId* data;
-  size_t size;
+  const cab_HistoryId* data;  // the first value
+  size_t size;                // how many values
 } cab_ConstHistoryIdSpan;
 typedef struct cab_ConstQuerySpan {
-  const cab_Query* data;
-  size_t size;
+  const cab_Query* data;  // the first value
+  size_t size;            // how many values
 } cab_ConstQuerySpan;
 typedef struct cab_ConstQueryPlaneSpan {
-  const cab_QueryPlane* data;
-  size_t size;
+  const cab_QueryPlane* data;  // the first value
+  size_t size;                 // how many values
 } cab_ConstQueryPlaneSpan;
 typedef struct cab_QueryHitSpan {
-  cab_QueryHit* data;
-  size_t size;
+  cab_QueryHit* data;  // the first value
+  size_t size;         // how many values
 } cab_QueryHitSpan;
 typedef struct cab_ConstHitSpan {
-  const cab_Hit* data;
-  size_t size;
+  const cab_Hit* data;  // the first value
+  size_t size;          // how many values
 } cab_ConstHitSpan;
 typedef struct cab_BoxLineSpan {
-  cab_BoxLine* data;
-  size_t size;
+  cab_BoxLine* data;  // the first value
+  size_t size;        // how many values
 } cab_BoxLineSpan;
 typedef struct cab_ConstPolicyFieldSpan {
-  const cab_PolicyField* data;
-  size_t size;
+  const cab_PolicyField* data;  // the first value
+  size_t size;                  // how many values
 } cab_ConstPolicyFieldSpan;
 typedef struct cab_ConstPolicyPresetSpan {
-  const cab_PolicyPreset* data;
-  size_t size;
+  const cab_PolicyPreset* data;  // the first value
+  size_t size;                   // how many values
 } cab_ConstPolicyPresetSpan;
 typedef struct cab_Uint16Span {
-  uint16_t* data;
-  size_t size;
+  uint16_t* data;  // the first value
+  size_t size;     // how many values
 } cab_Uint16Span;
 typedef struct cab_FloatSpan {
-  float* data;
-  size_t size;
+  float* data;  // the first value
+  size_t size;  // how many values
 } cab_FloatSpan;
 typedef struct cab_BoxSpan {
-  cab_Box* data;
-  size_t size;
+  cab_Box* data;  // the first value
+  size_t size;    // how many values
 } cab_BoxSpan;
 typedef struct cab_CharSpan {
-  char* data;
-  size_t size;
+  char* data;   // the first value
+  size_t size;  // how many values
 } cab_CharSpan;
 typedef struct cab_Uint32Span {
-  uint32_t* data;
-  size_t size;
+  uint32_t* data;  // the first value
+  size_t size;     // how many values
 } cab_Uint32Span;
 typedef struct cab_MergeStepSpan {
-  cab_MergeStep* data;
-  size_t size;
+  cab_MergeStep* data;  // the first value
+  size_t size;          // how many values
 } cab_MergeStepSpan;
 typedef struct cab_IgnoredPairSpan {
-  cab_IgnoredPair* data;
-  size_t size;
+  cab_IgnoredPair* data;  // the first value
+  size_t size;            // how many values
 } cab_IgnoredPairSpan;
 
 // How inner boxes are made in each frame. The comments of the values are their meanings in cab_policy_table(), word for
@@ -469,19 +470,21 @@ enum {
 // removed, or that is of another engine, is refused. A bare slot is an id too: that of whatever is in the slot. What is
 // added takes the lowest free slot; slots count from 1. The value 0 (default) names nothing.
 typedef struct cab_ArticulationId {
-  uint64_t value;
+  uint64_t value;  // 0: no articulation
 } cab_ArticulationId;
 typedef struct cab_BatchId {
-  uint64_t value;
+  uint64_t value;  // 0: no batch
 } cab_BatchId;
 
 // The slot of a batch. Hits name their batches by it, so that they do not depend on what a process did before.
 typedef struct cab_BatchSlot {
-  uint32_t value;
+  uint32_t value;  // from 1; 0: no batch
 } cab_BatchSlot;
+
+// The slot of an id: its lower 32 bits.
 CAB_API cab_BatchSlot cab_slot_of(cab_BatchId id);
 
-// The instruction set that kernels use. All give the same bits. CAB_ISA_COUNT counts the values, CAB_ISA_AUTO included.
+// The instruction set that kernels use. All give the same bits.
 typedef uint8_t cab_Isa;
 enum {
   CAB_ISA_AUTO = 0,     // the best that this CPU, its operating system and this build offer
@@ -492,6 +495,8 @@ enum {
   CAB_ISA_NEON64 = 5,   // 64-bit ARM, always there
   CAB_ISA_WASM128 = 6,  // WebAssembly with 128-bit SIMD
 };
+
+// How many values Isa has, CAB_ISA_AUTO included.
 #define CAB_ISA_COUNT 7u
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. cab_Leaf.box
@@ -965,10 +970,10 @@ typedef struct cab_Hit {
 
 // Two instances that a frame has to test. (batch_a, instance_a) is lower than (batch_b, instance_b).
 typedef struct cab_InstancePair {
-  cab_BatchSlot batch_a;
-  uint32_t instance_a;
-  cab_BatchSlot batch_b;
-  uint32_t instance_b;
+  cab_BatchSlot batch_a;  // batch of the first instance
+  uint32_t instance_a;    // its index
+  cab_BatchSlot batch_b;  // batch of the second instance
+  uint32_t instance_b;    // its index
 } cab_InstancePair;
 
 // The candidates of cab_find_candidates.
@@ -986,8 +991,10 @@ typedef struct cab_HitChanges {
   size_t ended_count;  // likewise
 } cab_HitChanges;
 
-// What cab_find_touching_moments writes for links that touch at none of its moments, and the most steps that it takes.
+// What cab_find_touching_moments writes for links that touch at none of its moments.
 #define CAB_NEVER_TOUCH 2.0f
+
+// The most steps that cab_find_touching_moments takes.
 #define CAB_MAX_STEPS 4096u
 
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
@@ -1166,7 +1173,7 @@ typedef struct cab_EngineDesc {
 
 // The poses that a batch had at its last moments, for queries about the past. The id is made like a cab_BatchId.
 typedef struct cab_HistoryId {
-  uint64_t value;
+  uint64_t value;  // 0: no history
 } cab_HistoryId;
 
 // What cab_add_history makes room for.
@@ -1177,6 +1184,8 @@ typedef struct cab_HistoryDesc {
   // How many moments are kept, the last ones that were recorded: 1 to CAB_MAX_TICKS.
   uint32_t ticks;
 } cab_HistoryDesc;
+
+// The most moments that a history keeps.
 #define CAB_MAX_TICKS 65536u
 
 // The moments that a history has.
@@ -1203,6 +1212,8 @@ enum {
   // links whose boxes are not wholly outside of any of several planes, such as those of a frustum
   CAB_QUERY_KIND_REGION = 5,
 };
+
+// How many values cab_QueryKind has.
 #define CAB_QUERY_KIND_COUNT 6u
 
 // How much a query wants to know.
@@ -1212,12 +1223,14 @@ enum {
   CAB_QUERY_WANT_CLOSEST = 1,  // the first link in the order of cab_QueryHit
   CAB_QUERY_WANT_ALL = 2,      // all links, or the first cab_Query.max_hits of them
 };
+
+// How many values cab_QueryWant has.
 #define CAB_QUERY_WANT_COUNT 3u
 
 // One query. Members that its kind does not name are not read.
 typedef struct cab_Query {
-  cab_QueryKind kind;
-  cab_QueryWant want;
+  cab_QueryKind kind;  // what is asked
+  cab_QueryWant want;  // which of the links that meet it are written
 
   // CAB_QUERY_KIND_SPHERE, CAB_QUERY_KIND_BOX, CAB_QUERY_KIND_CAPSULE: whether hits say how deep the link is in the
   // shape. Without it their distance is 0, and their points and normals are 0. Default: they do not.
@@ -1286,10 +1299,10 @@ typedef struct cab_QueryPlane {
 // and link, for the link's nearest leaf; of equally near ones the lowest.
 typedef struct cab_QueryHit {
   uint32_t query;       // index of the query
-  cab_BatchSlot batch;  // the link's batch, instance and index
-  uint32_t instance;
-  uint16_t link;
-  uint16_t leaf;  // the leaf that the rest is of
+  cab_BatchSlot batch;  // batch of the instance
+  uint32_t instance;    // instance of the link
+  uint16_t link;        // index of the link
+  uint16_t leaf;        // the leaf that the rest is of
   float
       distance;  // CAB_QUERY_KIND_RAY: along the ray, 0 where it begins inside. CAB_QUERY_KIND_POINT: from the point, 0
                  // inside. CAB_QUERY_KIND_SPHERE,

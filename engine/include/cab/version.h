@@ -8,6 +8,7 @@
 
 #include <cstdint>
 
+// The version of the headers, as three numbers and what follows them.
 #define CAB_VERSION_MAJOR 1
 #define CAB_VERSION_MINOR 0
 #define CAB_VERSION_PATCH 0

@@ -3,6 +3,7 @@
 #pragma once
 
 #if !defined(_WIN32)
+// Marks a call that a shared libcab exports.
 #define CAB_API __attribute__((visibility("default")))
 #elif !defined(CAB_SHARED)
 #define CAB_API

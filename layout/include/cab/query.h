@@ -12,7 +12,7 @@ namespace cab {
 
 // The poses that a batch had at its last moments, for queries about the past. The id is made like a BatchId.
 struct HistoryId {
-  std::uint64_t value = 0;
+  std::uint64_t value = 0;  // 0: no history
 };
 
 // What add_history makes room for.
@@ -23,6 +23,8 @@ struct HistoryDesc {
   // How many moments are kept, the last ones that were recorded: 1 to kMaxTicks.
   std::uint32_t ticks = 0;
 };
+
+// The most moments that a history keeps.
 inline constexpr std::uint32_t kMaxTicks = 65536;
 
 // The moments that a history has.
@@ -47,6 +49,8 @@ enum class QueryKind : std::uint8_t {
   kPoint,    // links within a distance of a point, nearest first
   kRegion,   // links whose boxes are not wholly outside of any of several planes, such as those of a frustum
 };
+
+// How many values QueryKind has.
 inline constexpr std::uint32_t kQueryKindCount = 6;
 
 // How much a query wants to know.
@@ -55,12 +59,14 @@ enum class QueryWant : std::uint8_t {
   kClosest,  // the first link in the order of QueryHit
   kAll,      // all links, or the first Query::max_hits of them
 };
+
+// How many values QueryWant has.
 inline constexpr std::uint32_t kQueryWantCount = 3;
 
 // One query. Members that its kind does not name are not read.
 struct Query {
-  QueryKind kind = QueryKind::kRay;
-  QueryWant want = QueryWant::kClosest;
+  QueryKind kind = QueryKind::kRay;      // what is asked
+  QueryWant want = QueryWant::kClosest;  // which of the links that meet it are written
 
   // kSphere, kBox, kCapsule: whether hits say how deep the link is in the shape. Without it their distance is 0, and
   // their points and normals are 0. Default: they do not.
@@ -124,18 +130,18 @@ struct QueryPlane {
 // that of the box. Hits are in the order of query, distance, batch, instance, link. There is one per query
 // and link, for the link's nearest leaf; of equally near ones the lowest.
 struct QueryHit {
-  std::uint32_t query;  // index of the query
-  BatchSlot batch;      // the link's batch, instance and index
-  std::uint32_t instance;
-  std::uint16_t link;
-  std::uint16_t leaf;  // the leaf that the rest is of
-  float distance;      // kRay: along the ray, 0 where it begins inside. kPoint: from the point, 0 inside. kSphere,
-                       // kBox, kCapsule: with depth minus the depth, which is 0 or more; else 0. kRegion: 0
-  float point[3];      // relative to Query::position, in the world's axes. kRay: where the ray, or the sphere, first
-                       // touches the link. kPoint: the link's nearest point. With depth: the link's deepest point
-  float normal[3];     // of length 1, out of the link: kRay: where the ray enters. kPoint: towards the point. With
-                       // depth: along which the shape leaves the link. 0 0 0 where a ray or point begins inside
-  bool inside;         // kRay, kPoint: whether the ray begins, or the point is, inside the link
+  std::uint32_t query;     // index of the query
+  BatchSlot batch;         // batch of the instance
+  std::uint32_t instance;  // instance of the link
+  std::uint16_t link;      // index of the link
+  std::uint16_t leaf;      // the leaf that the rest is of
+  float distance;          // kRay: along the ray, 0 where it begins inside. kPoint: from the point, 0 inside. kSphere,
+                           // kBox, kCapsule: with depth minus the depth, which is 0 or more; else 0. kRegion: 0
+  float point[3];   // relative to Query::position, in the world's axes. kRay: where the ray, or the sphere, first
+                    // touches the link. kPoint: the link's nearest point. With depth: the link's deepest point
+  float normal[3];  // of length 1, out of the link: kRay: where the ray enters. kPoint: towards the point. With
+                    // depth: along which the shape leaves the link. 0 0 0 where a ray or point begins inside
+  bool inside;      // kRay, kPoint: whether the ray begins, or the point is, inside the link
 };
 
 // What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. Seconds are

@@ -145,19 +145,21 @@ inline constexpr float kMaxScale = 1e3f;
 // removed, or that is of another engine, is refused. A bare slot is an id too: that of whatever is in the slot. What is
 // added takes the lowest free slot; slots count from 1. The value 0 (default) names nothing.
 struct ArticulationId {
-  std::uint64_t value = 0;
+  std::uint64_t value = 0;  // 0: no articulation
 };
 struct BatchId {
-  std::uint64_t value = 0;
+  std::uint64_t value = 0;  // 0: no batch
 };
 
 // The slot of a batch. Hits name their batches by it, so that they do not depend on what a process did before.
 struct BatchSlot {
-  std::uint32_t value = 0;
+  std::uint32_t value = 0;  // from 1; 0: no batch
 };
+
+// The slot of an id: its lower 32 bits.
 inline constexpr BatchSlot slot_of(BatchId id) { return {static_cast<std::uint32_t>(id.value)}; }
 
-// The instruction set that kernels use. All give the same bits. kIsaCount counts the values, kAuto included.
+// The instruction set that kernels use. All give the same bits.
 enum class Isa : std::uint8_t {
   kAuto,     // the best that this CPU, its operating system and this build offer
   kScalar,   // no SIMD: the same source compiled for single floats
@@ -167,6 +169,8 @@ enum class Isa : std::uint8_t {
   kNeon64,   // 64-bit ARM, always there
   kWasm128,  // WebAssembly with 128-bit SIMD
 };
+
+// How many values Isa has, Isa::kAuto included.
 inline constexpr std::uint32_t kIsaCount = 7;
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. Leaf::box and
@@ -616,10 +620,10 @@ struct Hit {
 
 // Two instances that a frame has to test. (batch_a, instance_a) is lower than (batch_b, instance_b).
 struct InstancePair {
-  BatchSlot batch_a;
-  std::uint32_t instance_a;
-  BatchSlot batch_b;
-  std::uint32_t instance_b;
+  BatchSlot batch_a;         // batch of the first instance
+  std::uint32_t instance_a;  // its index
+  BatchSlot batch_b;         // batch of the second instance
+  std::uint32_t instance_b;  // its index
 };
 
 // The candidates of find_candidates.
@@ -637,8 +641,10 @@ struct HitChanges {
   std::size_t ended_count = 0;  // likewise
 };
 
-// What find_touching_moments writes for links that touch at none of its moments, and the most steps that it takes.
+// What find_touching_moments writes for links that touch at none of its moments.
 inline constexpr float kNeverTouch = 2;
+
+// The most steps that find_touching_moments takes.
 inline constexpr std::uint32_t kMaxSteps = 4096;
 
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact

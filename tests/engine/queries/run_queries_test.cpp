@@ -5,6 +5,7 @@
 #include "perf/oracle/query_judge.h"
 #include "perf/oracle/random_queries.h"
 #include "perf/oracle/random_world.h"
+#include "tests/aligned_memory.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 
@@ -861,9 +862,9 @@ TEST_CASE("queries: a call asks the caller's allocator for nothing") {
     std::uint64_t calls = 0;
     static void* allocate(void* user, std::size_t bytes, std::size_t alignment) {
       ++static_cast<Counter*>(user)->calls;
-      return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+      return tests::allocate_aligned(bytes, alignment);
     }
-    static void release(void*, void* memory, std::size_t, std::size_t) { std::free(memory); }
+    static void release(void*, void* memory, std::size_t, std::size_t) { tests::free_aligned(memory); }
   };
   for_seeds(4, [&](Random& random) {
     const auto world = any_world(random);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "perf/oracle/random_queries.h"
@@ -156,8 +157,8 @@ TEST_CASE("query judge: shapes, points and regions meet a box where they should"
   CHECK(is_between(say(scene, with_depth(shape(QueryKind::kBox, 8.25, 0, 0, 1))), -0.25));
   CHECK(is_missed(say(scene, shape(QueryKind::kBox, 7.999, 0, 0, 1))));
   Query turned = shape(QueryKind::kBox, 7.6, 0, 0, 1);  // by 45 degrees about z, with a quaternion of another length
-  turned.orientation[2] = static_cast<float>(100 * std::sin(M_PI / 8));
-  turned.orientation[3] = static_cast<float>(100 * std::cos(M_PI / 8));
+  turned.orientation[2] = static_cast<float>(100 * std::sin(std::numbers::pi / 8));
+  turned.orientation[3] = static_cast<float>(100 * std::cos(std::numbers::pi / 8));
   CHECK(say(scene, turned).must);
   turned.position[0] = 7.58;
   CHECK(is_missed(say(scene, turned)));

@@ -17,15 +17,22 @@ enum class Status : std::int32_t {
   kBadSize,         // stature must be finite and 0 or more, thickness finite and above 0
   kNothingToCover,  // no two joints are apart, so there is nothing to make bodies of
 };
+
+// Returns a status in words. The string lives as long as the program.
 const char* to_string(Status status);
 
 // Owns an articulation's description and the arrays that it points to. It can be moved, not copied.
 class Bodies {
  public:
-  struct Storage;
+  struct Storage;  // private to the library
 
+  // Empty.
   Bodies() = default;
-  explicit Bodies(Storage* storage) : storage_(storage) {}  // for the calls below, takes the storage over
+
+  // For the calls below. Takes the storage over.
+  explicit Bodies(Storage* storage) : storage_(storage) {}
+
+  // Takes over what `other` holds, which is empty afterwards.
   Bodies(Bodies&& other) noexcept;
   Bodies& operator=(Bodies&& other) noexcept;
   ~Bodies();
@@ -56,6 +63,7 @@ struct SkeletonDesc {
   std::uint32_t pose_count = 1;
 };
 
+// What sizes the bodies have.
 struct SkeletonOptions {
   // The person's height in the caller's unit, for thickness and for the sizes of heads, hands and feet that have no
   // bone. 0 (default): by the figure's own legs and spine, or else arms, hand or height.

@@ -112,7 +112,10 @@ struct SkinBodyStorage;
 // Bodies, and the memory of their description.
 class SkinBodies {
  public:
+  // Empty.
   SkinBodies() noexcept = default;
+
+  // Takes over what `other` holds, which is empty afterwards.
   SkinBodies(SkinBodies&& other) noexcept : storage_(other.storage_) { other.storage_ = nullptr; }
   SkinBodies& operator=(SkinBodies&& other) noexcept;
   ~SkinBodies();

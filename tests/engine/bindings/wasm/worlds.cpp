@@ -1,7 +1,7 @@
 // Frames and queries with all that worlds.test.mjs asks of the ES module, by the C++ API: shapes, formats of poses,
 // scales, layers, margins, static bodies, contacts, distances, and all kinds of queries. Prints one hash of all
-// answers, and counts of hits; worlds.txt has them. Input comes from whole numbers, so that nothing is rounded before the engine
-// gets it. usage: worlds [ISA]
+// answers, and counts of hits; worlds.txt has them. Input comes from whole numbers, so that nothing is rounded before
+// the engine gets it. usage: worlds [ISA]
 #include <cab/cab.h>
 
 #include <cstdint>

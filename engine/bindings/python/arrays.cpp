@@ -1,0 +1,161 @@
+#include "engine/bindings/python/arrays.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace cab::python {
+namespace {
+
+std::string shape_words(const py::array& array) {
+  std::string words = "(";
+  for (py::ssize_t k = 0; k < array.ndim(); ++k) {
+    if (k > 0) words += ", ";
+    words += std::to_string(array.shape(k));
+  }
+  return words + (array.ndim() == 1 ? ",)" : ")");
+}
+
+std::string dtype_words(const py::dtype& dtype) {
+  return dtype.has_fields() ? "fields" : py::str(static_cast<const py::handle&>(dtype)).cast<std::string>();
+}
+
+// "poses: float32 of shape (n, links, 7) is wanted, and"
+std::string wanted_words(const char* name, const py::dtype& dtype, const char* shape) {
+  return std::string(name) + ": an array of " + dtype_words(dtype) + " of shape " + shape + " is wanted, and ";
+}
+
+// Raises TypeError unless `value` is an array of the dtype in the machine's byte order.
+py::array typed(const py::object& value, const py::dtype& dtype, const char* name, const char* shape) {
+  if (!py::isinstance<py::array>(value))
+    throw py::type_error(wanted_words(name, dtype, shape) + std::string(Py_TYPE(value.ptr())->tp_name) + " is given");
+  py::array array = py::reinterpret_borrow<py::array>(value);
+  if (!py::detail::npy_api::get().PyArray_EquivTypes_(array.dtype().ptr(), dtype.ptr())) {
+    if (dtype.has_fields())
+      throw py::type_error(std::string(name) + ": an array of one of cab's structured dtypes is wanted, with its " +
+                           "fields at their places, and " + dtype_words(array.dtype()) + " are given");
+    throw py::type_error(wanted_words(name, dtype, shape) + dtype_words(array.dtype()) + " is given; " + name +
+                         ".astype(numpy." + dtype_words(dtype) + ") makes such an array");
+  }
+  if (!(array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_))
+    throw py::value_error(std::string(name) +
+                          ": the array does not lie at a multiple of its number's size in memory; " + name +
+                          ".copy() makes one that does");
+  return array;
+}
+
+// The translation of a matrix by rows stands in its last column. A matrix by columns that is taken for one by rows has
+// it in the last row.
+void refuse_columns(const py::array& array, const char* name, const char* first, py::ssize_t links) {
+  for (py::ssize_t l = 0; l < links; ++l) {
+    const auto at = [&](py::ssize_t r, py::ssize_t c) {
+      return *reinterpret_cast<const float*>(first + l * array.strides(1) + r * array.strides(2) +
+                                             c * array.strides(3));
+    };
+    bool moved = false;
+    for (py::ssize_t k = 0; k < 3; ++k) {
+      const float last_row = at(3, k);
+      const float last_column = at(k, 3);
+      if (!std::isfinite(last_row) || last_column != 0) return;
+      moved = moved || last_row != 0;
+    }
+    if (moved)
+      throw py::value_error(std::string(name) + ": the matrix of link " + std::to_string(l) +
+                            " has its translation in the last row; say order=\"column\" if matrices are indexed "
+                            "by column, then row, or hand over " +
+                            name + ".swapaxes(-1, -2)");
+  }
+}
+
+}  // namespace
+
+py::array checked(const py::object& value, const py::dtype& dtype, const Wanted& wanted) {
+  py::array array = typed(value, dtype, wanted.name, wanted.words);
+  bool fits = array.ndim() == static_cast<py::ssize_t>(wanted.shape.size());
+  for (py::ssize_t k = 0; fits && k < array.ndim(); ++k) {
+    const py::ssize_t length = wanted.shape[static_cast<std::size_t>(k)];
+    fits = length < 0 || array.shape(k) == length;
+  }
+  if (!fits) {
+    std::string numbers = "(";
+    for (std::size_t k = 0; k < wanted.shape.size(); ++k) {
+      if (k > 0) numbers += ", ";
+      numbers += wanted.shape[k] < 0 ? "any" : std::to_string(wanted.shape[k]);
+    }
+    numbers += wanted.shape.size() == 1 ? ",)" : ")";
+    throw py::value_error(wanted_words(wanted.name, dtype, wanted.words) + "the shape " + shape_words(array) +
+                          " is given; here it must be " + numbers);
+  }
+  if (!(array.flags() & py::array::c_style))
+    throw py::value_error(std::string(wanted.name) + ": the array has gaps or another order in memory; numpy." +
+                          "ascontiguousarray(" + wanted.name + ") makes one without");
+  return array;
+}
+
+PoseArray poses_of(const py::object& value, const char* name, bool column, bool has_scale) {
+  constexpr const char* kRows = "(n, links, 7), (n, links, 3, 4) or (n, links, 4, 4)";
+  constexpr const char* kColumns = "(n, links, 4, 4), by columns,";
+  const char* const words = column ? kColumns : kRows;
+  const py::dtype dtype = py::dtype::of<float>();
+  const py::array array = typed(value, dtype, name, words);
+  const py::ssize_t dims = array.ndim();
+  const bool quaternions = !column && dims == 3 && array.shape(2) == 7;
+  const bool short_matrices = !column && dims == 4 && array.shape(2) == 3 && array.shape(3) == 4;
+  const bool matrices = dims == 4 && array.shape(2) == 4 && array.shape(3) == 4;
+  if ((!quaternions && !short_matrices && !matrices) || array.shape(1) == 0)
+    throw py::value_error(wanted_words(name, dtype, words) + "the shape " + shape_words(array) + " is given");
+  if (quaternions && has_scale) throw py::value_error(std::string(name) + ": only matrices can hold a scale");
+
+  PoseArray poses;
+  poses.instances = static_cast<std::size_t>(array.shape(0));
+  poses.links = static_cast<std::size_t>(array.shape(1));
+  poses.view.data = static_cast<const float*>(array.data());
+  poses.view.has_scale = has_scale;
+
+  // How the numbers of one pose lie in memory decides the format.
+  std::size_t pose_bytes = 0;
+  bool in_order = false;
+  if (quaternions) {
+    in_order = array.strides(2) == 4;
+    poses.view.format = PoseFormat::kQuaternionTranslation;
+    pose_bytes = 28;
+  } else if (array.strides(2) == 16 && array.strides(3) == 4) {
+    in_order = true;
+    poses.view.format = column ? PoseFormat::kMatrix4x4Columns : PoseFormat::kMatrix3x4Rows;
+    pose_bytes = short_matrices ? 48 : 64;
+  } else if (matrices && array.strides(2) == 4 && array.strides(3) == 16) {
+    in_order = true;
+    poses.view.format = column ? PoseFormat::kMatrix3x4Rows : PoseFormat::kMatrix4x4Columns;
+    pose_bytes = 64;
+  }
+  if (!in_order)
+    throw py::value_error(std::string(name) + ": the numbers of a pose must lie side by side in memory; numpy." +
+                          "ascontiguousarray(" + name + ") makes such an array");
+
+  // NumPy gives an axis of length 1 any stride.
+  const auto stride_of = [&](py::ssize_t axis, std::size_t least, const char* words_of) -> std::size_t {
+    if (array.shape(axis) <= 1) return least;
+    const py::ssize_t stride = array.strides(axis);
+    if (stride < static_cast<py::ssize_t>(least) || stride % 4 != 0)
+      throw py::value_error(std::string(name) + ": " + words_of + " are " + std::to_string(stride) +
+                            " bytes apart; at least " + std::to_string(least) +
+                            " are wanted, and a multiple of 4; numpy.ascontiguousarray(" + name +
+                            ") makes such an array");
+    return static_cast<std::size_t>(stride);
+  };
+  poses.view.link_stride = stride_of(1, pose_bytes, "links");
+  poses.view.instance_stride = stride_of(0, (poses.links - 1) * poses.view.link_stride + pose_bytes, "instances");
+
+  if (matrices && !column && poses.instances > 0) {
+    const char* const first = static_cast<const char*>(array.data());
+    refuse_columns(array, name, first, array.shape(1));
+  }
+  return poses;
+}
+
+py::array empty_array(const py::dtype& dtype, std::size_t count) {
+  return py::array(dtype, static_cast<py::ssize_t>(count));
+}
+
+}  // namespace cab::python

@@ -1,0 +1,111 @@
+"""cab: which links of many articulated characters touch.
+
+    body = cab.Body.from_boxes(parents=[-1, 0], half=[[.2, .2, .5], [.1, .1, .4]])
+    world = cab.World()
+    crowd = world.add(body, 1000)
+    frame = world.run(poses, origins=origins)    # poses: float32 (1000, 2, 7)
+    frame.hits["instance_a"]                     # structured arrays, no object per hit
+
+`Body` is what moves, `World` is who lives at the same time, and `Clip` is recorded motion. `rays` and its like ask a
+world. Poses go from link to character ("model space"), as float32: quaternions x y z w and translations, or matrices.
+They are never copied. Any unit of length will do. docs/python.md of the project has whole programs.
+"""
+
+from typing import List, NamedTuple
+
+from . import _cab
+from ._body import Body, Box, SkinnedBody, fit_box
+from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip
+from ._errors import BusyError, Error, FileError, InputError, MaskedWarning, OutOfMemory, UnsupportedError
+from ._files import Motion, Robot, Variable, load_motion
+from ._policies import Policies, PolicyField, policy_table, presets
+from ._queries import Answers, Queries, boxes, capsules, points, rays, regions, spheres
+from ._shape import Shape
+from ._status import Status
+from ._world import Batch, Frame, History, Posed, World
+
+HIT = _cab.hit_dtype
+CONTACT = _cab.contact_dtype
+QUERY = _cab.query_dtype
+QUERY_HIT = _cab.query_hit_dtype
+
+
+class BuildInfo(NamedTuple):
+    """Which optional packages the library was built with."""
+
+    fcl: bool
+    qhull: bool
+    tbb: bool
+
+
+def version() -> str:
+    """The version of the library."""
+    return _cab.version()
+
+
+def build_info() -> BuildInfo:
+    """Which optional packages the library was built with."""
+    return BuildInfo(*_cab.build_info())
+
+
+def isas() -> List[str]:
+    """The instruction sets that run here, the best one last. All give the same bits."""
+    return _cab.available_isas()
+
+
+def isa() -> str:
+    """The best instruction set that runs here: what "auto" takes."""
+    return _cab.available_isas()[-1]
+
+
+__version__ = version()
+
+__all__ = [
+    "Answers",
+    "Batch",
+    "Body",
+    "Box",
+    "BuildInfo",
+    "BusyError",
+    "CLIP_HIT",
+    "CONTACT",
+    "Clip",
+    "DISTANCE",
+    "Error",
+    "FileError",
+    "Frame",
+    "HIT",
+    "History",
+    "INTERVAL",
+    "InputError",
+    "MaskedWarning",
+    "Motion",
+    "OutOfMemory",
+    "Policies",
+    "PolicyField",
+    "Posed",
+    "QUERY",
+    "QUERY_HIT",
+    "Queries",
+    "Robot",
+    "Shape",
+    "SkinnedBody",
+    "Status",
+    "UnsupportedError",
+    "Variable",
+    "World",
+    "boxes",
+    "build_info",
+    "capsules",
+    "fit_box",
+    "isa",
+    "isas",
+    "load_motion",
+    "points",
+    "policy_table",
+    "presets",
+    "rays",
+    "regions",
+    "spheres",
+    "version",
+]

@@ -1,0 +1,271 @@
+"""Clips: recorded motion of one or several characters, frame by frame on one clock."""
+
+from typing import Any, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from . import _cab
+from ._arrays import Float32Array, Float64Array, StructuredArray
+from ._body import Body, is_column
+from ._policies import PoliciesLike, policies_of
+from ._world import warn_masked
+
+_BETWEEN, _WITHIN = 0, 1
+_HITS, _, _DISTANCES = range(3)
+
+CLIP_HIT = np.dtype(
+    [("frame", "u4"), ("a", "u4"), ("link_a", "u2"), ("b", "u4"), ("link_b", "u2"), ("depth", "f4")]
+)
+INTERVAL = np.dtype(
+    [
+        ("a", "u4"),
+        ("link_a", "u2"),
+        ("b", "u4"),
+        ("link_b", "u2"),
+        ("first", "u4"),
+        ("last", "u4"),
+        ("seconds", "f8"),
+        ("depth", "f4"),
+        ("deepest", "u4"),
+    ]
+)
+DISTANCE = np.dtype(
+    [("frame", "u4"), ("a", "u4"), ("link_a", "u2"), ("b", "u4"), ("link_b", "u2"), ("distance", "f4")]
+)
+
+
+class _Character(NamedTuple):
+    name: str
+    body: Body
+    batch: int
+    frame_input: _cab.FrameInput
+
+
+class Clip:
+    """Recorded motion of characters, to find where it touches what it should not. Frames are tested sixteen at a time.
+
+    fps      frames per second, for durations.
+    threads  how many threads calls run on; 0: all cores.
+    isa      the instruction set, one of `cab.isas()`, or "auto".
+
+    With `body` and `poses` the clip has its first character at once; `add` adds more.
+    """
+
+    def __init__(
+        self,
+        body: Optional[Body] = None,
+        poses: Optional[Float32Array] = None,
+        *,
+        fps: float = 30.0,
+        threads: int = 1,
+        isa: str = "auto",
+        **arguments: Any,
+    ) -> None:
+        if not fps > 0:
+            raise ValueError(f"fps: a number above 0 is wanted, and {fps!r} is given")
+        self._engine = _cab.Engine(isa, threads)
+        self._fps = float(fps)
+        self._frames = 1
+        self._characters: List[_Character] = []
+        if body is not None and poses is not None:
+            self.add(body, poses, **arguments)
+        elif body is not None or poses is not None or arguments:
+            raise TypeError("give both body and poses, or neither")
+
+    def __enter__(self) -> "Clip":
+        return self
+
+    def __exit__(self, *unused: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Gives all memory back. Further calls are a ValueError."""
+        self._characters.clear()
+        self._engine.close()
+
+    def add(
+        self,
+        body: Body,
+        poses: Float32Array,
+        *,
+        origins: Optional[Float64Array] = None,
+        orientations: Optional[Float32Array] = None,
+        scales: Optional[Float32Array] = None,
+        name: Optional[str] = None,
+        order: str = "row",
+        has_scale: bool = False,
+    ) -> int:
+        """Adds a character, and returns its number, from 0 on.
+
+        poses  float32 (frames, links, 7), (frames, links, 3, 4) or (frames, links, 4, 4), from link to character, as in
+               `Batch.posed`. One frame: a fixed object, such as a table, that is there in every frame.
+        origins, orientations, scales, order, has_scale  as in `Batch.posed`, one entry per frame.
+        name   for messages. Default: "character 0", and so on.
+
+        Arrays are borrowed: write into them, and the next call sees it. All characters that move have equally many
+        frames, else it is a ValueError.
+        """
+        shape: Tuple[int, ...] = getattr(poses, "shape", ())
+        frames = shape[0] if shape else 0
+        if frames > 1 and self._frames > 1 and frames != self._frames:
+            raise ValueError(f"poses: the clip has {self._frames} frames, and {frames} are given")
+        articulation = self._engine.add_articulation(body._data)
+        batch = 0
+        try:
+            batch = self._engine.add_batch(articulation, max(frames, 1), True)
+            frame_input = self._engine.make_input(
+                batch, poses, is_column(order), has_scale, origins=origins, orientations=orientations, scales=scales
+            )
+        except Exception:
+            if batch:
+                self._engine.remove_batch(batch)
+            self._engine.remove_articulation(articulation)
+            raise
+        number = len(self._characters)
+        self._frames = max(self._frames, frames)
+        self._characters.append(_Character(name or f"character {number}", body, batch, frame_input))
+        return number
+
+    @property
+    def frames(self) -> int:
+        """How many frames there are."""
+        return self._frames
+
+    @property
+    def fps(self) -> float:
+        """Frames per second."""
+        return self._fps
+
+    @property
+    def names(self) -> Tuple[str, ...]:
+        """The names of the characters."""
+        return tuple(character.name for character in self._characters)
+
+    def link_name(self, character: int, link: int) -> str:
+        """The name of a link."""
+        return self._characters[int(character)].body.names[int(link)]
+
+    def _run(
+        self, within: bool, between: bool, policies: PoliciesLike, exact: str, margin: float, min_depth: float,
+        report: int, contacts: bool,
+    ) -> Tuple[StructuredArray, Optional[StructuredArray]]:
+        chosen = policies_of(policies, exact)
+        rules: List[Tuple[int, int, int, int]] = []
+        for k, one in enumerate(self._characters):
+            if within:
+                rules.append((one.batch, one.batch, _WITHIN, 0))
+            if between:
+                rules.extend((one.batch, other.batch, _BETWEEN, 0) for other in self._characters[k + 1 :])
+        hits, found, stats = self._engine.run_frame(
+            [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report, contacts
+        )
+        if stats.instances_masked:
+            warn_masked(
+                self._engine,
+                [(one.frame_input, f"{one.name}, frame", one.body.names) for one in self._characters],
+                True,
+                3,
+            )
+        return hits, found
+
+    @staticmethod
+    def _fill(rows: StructuredArray, hits: StructuredArray) -> StructuredArray:
+        # A fixed object has the instance 0 in every frame.
+        rows["frame"] = np.maximum(hits["instance_a"], hits["instance_b"])
+        rows["a"] = hits["batch_a"] - 1
+        rows["b"] = hits["batch_b"] - 1
+        rows["link_a"] = hits["link_a"]
+        rows["link_b"] = hits["link_b"]
+        return rows
+
+    def hits(
+        self,
+        *,
+        within: bool = True,
+        between: bool = True,
+        exact: str = "convex",
+        min_depth: float = 0,
+        margin: float = 0,
+        policies: PoliciesLike = None,
+    ) -> StructuredArray:
+        """Every two links that touch, in every frame: `cab.CLIP_HIT`.
+
+        within     whether links of one character are tested with each other, but for its body's ignored pairs.
+        between    whether different characters are.
+        exact      "convex" (default): exact shapes, with depths. "none": boxes alone, and depth is NaN.
+        min_depth  a length: what is less deep does not count.
+        margin     a length: links that are at most this far apart count too, with a depth below 0.
+
+        Returns a structured array: frame, a, link_a, b, link_b (a and b are numbers of characters, equal within one),
+        depth: how far b must move to be free, by the shortest way found.
+        """
+        deep = exact != "none"
+        hits, contacts = self._run(within, between, policies, exact, margin, min_depth, _HITS, deep)
+        rows = self._fill(np.empty(len(hits), dtype=CLIP_HIT), hits)
+        rows["depth"] = np.nan if contacts is None else contacts["depth"]
+        return rows[np.argsort(rows["frame"], kind="stable")]
+
+    def intervals(
+        self,
+        *,
+        within: bool = True,
+        between: bool = True,
+        exact: str = "convex",
+        min_depth: float = 0,
+        margin: float = 0,
+        gap: int = 0,
+        policies: PoliciesLike = None,
+    ) -> StructuredArray:
+        """Runs of frames in which two links touch: `cab.INTERVAL`. Arguments are those of `hits`.
+
+        gap  runs of the same two links with at most so many frames between them are one.
+
+        Returns a structured array, one entry per run, by links, then time: a, link_a, b, link_b, first and last frame,
+        seconds, depth (the largest in the run) and deepest (the frame that has it, the first of several).
+        """
+        hits = self.hits(
+            within=within, between=between, exact=exact, min_depth=min_depth, margin=margin, policies=policies
+        )
+        order = np.lexsort((hits["frame"], hits["link_b"], hits["link_a"], hits["b"], hits["a"]))
+        hits = hits[order]
+        if len(hits) == 0:
+            return np.empty(0, dtype=INTERVAL)
+        same = np.ones(len(hits) - 1, dtype=bool)
+        for key in ("a", "b", "link_a", "link_b"):
+            same &= hits[key][1:] == hits[key][:-1]
+        frames = hits["frame"].astype(np.int64)
+        starts = np.append(0, np.flatnonzero(~(same & (np.diff(frames) <= gap + 1))) + 1)
+        ends = np.append(starts[1:], len(hits))
+        rows = np.empty(len(starts), dtype=INTERVAL)
+        for key in ("a", "b", "link_a", "link_b"):
+            rows[key] = hits[key][starts]
+        rows["first"] = frames[starts]
+        rows["last"] = frames[ends - 1]
+        rows["seconds"] = (frames[ends - 1] - frames[starts] + 1) / self._fps
+        rows["depth"] = np.maximum.reduceat(hits["depth"], starts)
+        run = np.repeat(np.arange(len(starts)), ends - starts)
+        first_deepest = np.lexsort((frames, -hits["depth"], run))[starts]
+        rows["deepest"] = frames[first_deepest]
+        return rows
+
+    def distances(
+        self,
+        most: float,
+        *,
+        within: bool = False,
+        between: bool = True,
+        exact: str = "convex",
+        policies: PoliciesLike = None,
+    ) -> StructuredArray:
+        """In every frame the two links of two characters that are nearest: `cab.DISTANCE`.
+
+        most    a length: characters that are farther apart are left out.
+        within  whether the two nearest links of one character are reported too, without its body's ignored pairs.
+
+        Returns a structured array: frame, a, link_a, b, link_b, distance; below 0: minus the depth.
+        """
+        hits, contacts = self._run(within, between, policies, exact, most, 0, _DISTANCES, True)
+        rows = self._fill(np.empty(len(hits), dtype=DISTANCE), hits)
+        if contacts is not None:
+            rows["distance"] = -contacts["depth"]
+        return rows[np.argsort(rows["frame"], kind="stable")]

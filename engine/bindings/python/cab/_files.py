@@ -1,0 +1,137 @@
+"""Characters and robots from files: motion files through assimp, URDF and MJCF."""
+
+import os
+from typing import Dict, List, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+
+from . import _cab
+from ._arrays import ArrayLike, Float32Array, Float64Array, small_array
+from ._body import Body
+from ._errors import UnsupportedError
+from ._status import Status
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+class Motion(NamedTuple):
+    """A character of a motion file. Lengths are in metres.
+
+    body     its links are the file's joints that have bodies.
+    poses    float32 (frames, links, 7), for `Clip.add` and `Batch.posed`.
+    origins  float64 (frames, 3): where the character stands in the world.
+    fps      frames per second; 0 for a file without motion, which has one frame.
+    notes    what was merged, dropped or doubted.
+    """
+
+    body: Body
+    poses: Float32Array
+    origins: Float64Array
+    fps: float
+    notes: Tuple[str, ...]
+
+
+def _need_files() -> None:
+    if not _cab.reads_files:
+        raise UnsupportedError(
+            Status.EXACT_NOT_BUILT, "this build of cab reads no files: build it with -D CAB_PYTHON_FILES=ON"
+        )
+
+
+def load_motion(
+    path: PathLike,
+    *,
+    units: float = 1,
+    motion: Optional[PathLike] = None,
+    motion_units: float = 0,
+    animation: Optional[str] = None,
+    fps: float = 0,
+    skin: bool = False,
+    stature: float = 0,
+    thickness: float = 1,
+) -> Motion:
+    """Reads a character and its motion: BVH, AMC with ASF beside it, glTF, FBX, Collada and what else assimp reads.
+
+    units        the length of one unit of the file, in metres.
+    motion       another file that has the motion, whose nodes are matched by name; motion_units is its unit.
+    animation    name of the animation, or its number from 0 on. Default: the first.
+    fps          of files that do not say it (AMC). Default: 120.
+    skin         whether bodies are hulls about the file's meshes. Default: ellipsoids about its bones.
+    stature      the person's height in metres, for thickness. Default: by the figure's own bones.
+    thickness    a factor of all thicknesses.
+
+    The file is read in a child process with limits. A bad one is a `FileError` that names file, line and reason.
+    """
+    _need_files()
+    data, names, poses, origins, seconds, notes = _cab.load_motion(
+        os.fspath(path), units, None if motion is None else os.fspath(motion), motion_units, animation, fps, skin,
+        stature, thickness,
+    )
+    return Motion(Body(data, names), poses, origins, 1 / seconds if seconds > 0 else 0.0, tuple(notes))
+
+
+class Variable(NamedTuple):
+    """A number of a joint state, with its limits and its value at rest: radians or metres."""
+
+    name: str
+    lower: float
+    upper: float
+    rest: float
+
+
+class Robot:
+    """A robot of a URDF or MJCF file: its body, and the joints that pose it. Lengths are in metres.
+
+    packages             folders by name, for package:// paths of meshes.
+    srdf                 an SRDF file, whose disabled pairs of links are ignored pairs of the body.
+    leave_out_missing    whether a shape is left out whose mesh file is not there. Default: the robot is refused.
+
+    Files are read in child processes with limits. A bad one is a `FileError` that names file, line or element and
+    reason.
+    """
+
+    __slots__ = ("_data", "_body", "_variables")
+
+    def __init__(
+        self,
+        path: PathLike,
+        *,
+        packages: Optional[Dict[str, PathLike]] = None,
+        srdf: Optional[PathLike] = None,
+        leave_out_missing: bool = False,
+    ) -> None:
+        _need_files()
+        folders: List[Tuple[str, str]] = [(name, os.fspath(folder)) for name, folder in (packages or {}).items()]
+        self._data = _cab.load_robot(
+            os.fspath(path), folders, None if srdf is None else os.fspath(srdf), leave_out_missing
+        )
+        self._body = Body(self._data.body, self._data.names)
+        self._variables = tuple(Variable(*row) for row in self._data.variables)
+
+    @property
+    def body(self) -> Body:
+        """Links and collision shapes. Links that a joint connects are tested, unless `Body.ignoring(hops=1)`."""
+        return self._body
+
+    @property
+    def variables(self) -> Tuple[Variable, ...]:
+        """What a joint state is of, in its order."""
+        return self._variables
+
+    @property
+    def notes(self) -> Tuple[str, ...]:
+        """What was left out or held still."""
+        return tuple(self._data.notes)
+
+    def rest(self) -> Float64Array:
+        """(variables,): the state at rest."""
+        return np.array([variable.rest for variable in self._variables], dtype=np.float64)
+
+    def random_states(self, count: int, seed: int = 1) -> Float64Array:
+        """(count, variables): random states within the limits."""
+        return self._data.random_states(count, seed)
+
+    def poses(self, states: ArrayLike) -> Float32Array:
+        """The poses of joint states (n, variables): float32 (n, links, 7)."""
+        count = len(self._variables)
+        return self._data.poses(small_array(states, "f8", "states", (None, count), f"(n, {count})"))

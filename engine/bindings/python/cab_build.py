@@ -1,0 +1,73 @@
+"""How pip builds the package cab: setuptools, whose command build_py calls CMake for the extension module.
+
+CMAKE_ARGS has further arguments for CMake's configuration: -DCAB_BUILD_COMMAND=ON puts the command cab into the wheel,
+-DCAB_PYTHON_FILES=OFF leaves out what reads motion files and robots.
+The build is in build/python, and stays there for the next time. CAB_PYTHON_BUILD names another folder, which is taken
+as it is configured.
+"""
+
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+from setuptools.build_meta import *  # noqa: F403 - the backend is that of setuptools
+from setuptools.command.build_py import build_py
+from wheel.bdist_wheel import bdist_wheel
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+def read_version() -> str:
+    """The version in engine/include/cab/version.h, as Python writes it: 1.0.0-rc is 1.0.0rc0."""
+    text = (ROOT / "engine/include/cab/version.h").read_text(encoding="utf-8")
+    numbers = re.findall(r"^#define CAB_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", text, re.M)
+    if len(numbers) != 3:
+        raise RuntimeError("engine/include/cab/version.h does not say the version in three numbers")
+    stage = re.search(r'^#define CAB_VERSION_\w+ "-rc\.?(\d*)"$', text, re.M)
+    return ".".join(numbers) + (f"rc{stage.group(1) or 0}" if stage else "")
+
+
+VERSION = read_version()
+(ROOT / "build").mkdir(exist_ok=True)  # for setuptools' own files
+
+
+class BuildWithCMake(build_py):
+    """Copies the Python files, as always, then builds and installs what CMake makes beside them."""
+
+    def run(self) -> None:
+        super().run()
+        given = os.environ.get("CAB_PYTHON_BUILD")
+        folder = pathlib.Path(given).resolve() if given else ROOT / "build" / "python"
+        if not given:
+            self.configure(folder)
+        jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count() or 1))
+        self.call("cmake", "--build", str(folder), "--target", "cab_python_wheel", "--parallel", jobs)
+        target = pathlib.Path(self.build_lib).resolve()
+        self.call("cmake", "--install", str(folder), "--component", "python_wheel", "--prefix", str(target))
+
+    def configure(self, folder: pathlib.Path) -> None:
+        """Configures CMake. What CMAKE_ARGS says comes last, so it overrules."""
+        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCAB_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}"]
+        if not (folder / "CMakeCache.txt").exists():
+            arguments += ["-DCAB_BUILD_TESTS=OFF", "-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
+            if shutil.which("ninja"):
+                arguments += ["-G", "Ninja"]
+        arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))
+        self.call("cmake", "-S", str(ROOT), "-B", str(folder), *arguments)
+
+    def call(self, *command: str) -> None:
+        """Runs a command, whose output is that of the build."""
+        print(" ".join(command), flush=True)
+        subprocess.run(command, check=True)
+
+
+class PlatformWheel(bdist_wheel):
+    """A wheel for this Python and this platform, since there is an extension module in it."""
+
+    def finalize_options(self) -> None:
+        super().finalize_options()
+        self.root_is_pure = False

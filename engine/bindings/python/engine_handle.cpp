@@ -1,0 +1,436 @@
+#include "engine/bindings/python/engine_handle.h"
+
+#include "engine/bindings/python/arrays.h"
+#include "engine/bindings/python/dtypes.h"
+#include "engine/bindings/python/errors.h"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace cab::python {
+namespace {
+
+// How many queries are worked on at a time: more take more memory and hardly less time.
+constexpr std::uint32_t kMostQueryRoom = 4096;
+
+Isa isa_of(const std::string& name) {
+  for (std::uint32_t value = 0; value < kIsaCount; ++value)
+    if (name == to_string(static_cast<Isa>(value))) return static_cast<Isa>(value);
+  std::string names;
+  for (std::uint32_t value = 0; value < kIsaCount; ++value)
+    names += std::string(value > 0 ? ", " : "") + to_string(static_cast<Isa>(value));
+  throw py::value_error("isa: '" + name + "' is none of " + names);
+}
+
+// A value of policies by its name, or ValueError with the names that there are.
+void set_policy(Policies& policies, std::uint32_t field, const std::string& name) {
+  if (policy_set(policies, field, name.c_str())) return;
+  const PolicyField& row = policy_table()[field];
+  std::string names;
+  for (std::uint32_t v = 0; v < row.value_count; ++v) names += std::string(v > 0 ? ", " : "") + row.values[v].name;
+  throw py::value_error(std::string(row.name) + ": '" + name + "' is none of " + names);
+}
+
+std::uint32_t field_of(const char* name) {
+  const Span<const PolicyField> table = policy_table();
+  for (std::uint32_t f = 0; f < table.size; ++f)
+    if (std::string(table[f].name) == name) return f;
+  throw py::value_error(name);
+}
+
+Policies policies_of(const PolicyNames& names) {
+  const Span<const PolicyField> table = policy_table();
+  if (names.size() != table.size) throw py::value_error("policies: one name per field is wanted");
+  Policies policies;
+  for (std::uint32_t f = 0; f < table.size; ++f) set_policy(policies, f, names[f]);
+  return policies;
+}
+
+std::vector<BatchInput> inputs_of(const std::vector<FrameInput*>& inputs) {
+  std::vector<BatchInput> list;
+  for (const FrameInput* input : inputs) list.push_back(input->input());
+  return list;
+}
+
+// What an element is called that add_articulation refuses.
+std::string refused(Status status, std::uint32_t index) {
+  switch (status) {
+    case Status::kBadParent:
+    case Status::kBadJoint: return element("link", index);
+    case Status::kBadLeafLink:
+    case Status::kBadLeafBox:
+    case Status::kBadLeafAxes:
+    case Status::kBadShape:
+    case Status::kShapeOutsideLeafBox: return element("box", index);
+    case Status::kBadIgnoredPair: return element("ignored pair", index);
+    default: return {};
+  }
+}
+
+// An array of `room` values of which the first `count` are kept.
+py::object cut(py::array array, std::size_t count) {
+  array.resize({static_cast<py::ssize_t>(count)}, false);
+  return std::move(array);
+}
+
+// The values of an array that this file has checked or made.
+template <class T>
+Span<T> values_of(py::array& array) {
+  return Span<T>(static_cast<T*>(array.mutable_data()), static_cast<std::size_t>(array.size()));
+}
+
+template <class T>
+Span<const T> constants_of(const py::array& array) {
+  return Span<const T>(static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size()));
+}
+
+// Runs a call without the interpreter's lock.
+template <class Call>
+auto released(const Call& call) {
+  const py::gil_scoped_release release;
+  return call();
+}
+
+// The text that a call writes.
+template <class Write>
+std::string text_of(const Write& write) {
+  std::string text(write(Span<char>()) + 1, ' ');
+  write(Span<char>(text.data(), text.size()));
+  text.pop_back();
+  return text;
+}
+
+// What is wrong with a job that run_frame has refused.
+[[noreturn]] void raise_job(Engine& engine, const FrameJob& job, Status status) {
+  if (status == Status::kBusy || status == Status::kOutOfMemory) raise_status(status);
+  raise_message(status, text_of([&](Span<char> text) { return explain_job(engine, job, text); }));
+}
+
+}  // namespace
+
+template <class Call>
+auto EngineHandle::changing(const Call& call) const {
+  const py::gil_scoped_release release;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return call();
+}
+
+EngineHandle::EngineHandle(const std::string& isa, std::uint32_t thread_count) {
+  EngineDesc desc;
+  desc.isa = isa_of(isa);
+  desc.thread_count = thread_count;
+  Engine* engine = nullptr;
+  const Status status = released([&] { return create_engine(desc, &engine); });
+  require(status);
+  engine_ = std::shared_ptr<Engine>(engine, destroy_engine);
+}
+
+void EngineHandle::close() {
+  std::shared_ptr<Engine> last;
+  last.swap(engine_);
+  const py::gil_scoped_release release;
+  last.reset();
+}
+
+std::shared_ptr<Engine> EngineHandle::engine() const {
+  if (!engine_) throw py::value_error("the engine is closed");
+  return engine_;
+}
+
+const BatchRecord& EngineHandle::record(std::uint64_t batch) const {
+  const auto found = batches_.find(batch);
+  if (found == batches_.end()) raise_status(Status::kUnknownBatch);
+  return found->second;
+}
+
+std::uint64_t EngineHandle::add_articulation(const BodyData& body) {
+  const std::shared_ptr<Engine> held = engine();
+  ArticulationId id;
+  std::uint32_t bad = 0;
+  const Status status = changing([&] { return cab::add_articulation(*held, body.desc(), &id, &bad); });
+  require(status, refused(status, bad));
+  return id.value;
+}
+
+void EngineHandle::remove_articulation(std::uint64_t id) {
+  const std::shared_ptr<Engine> held = engine();
+  require(changing([&] { return cab::remove_articulation(*held, {id}); }));
+}
+
+std::uint64_t EngineHandle::add_batch(std::uint64_t articulation, std::uint32_t instance_count, bool is_sequence) {
+  const std::shared_ptr<Engine> held = engine();
+  BatchRecord batch;
+  batch.instance_count = instance_count;
+  batch.kind = is_sequence ? BatchKind::kSequence : BatchKind::kCharacters;
+  const ArticulationInfo info = articulation_info(articulation);
+  batch.link_count = info.link_count;
+  batch.node_count = info.node_count;
+  const Status status = changing([&] {
+    return cab::add_batch(*held, {{articulation}, instance_count, batch.kind}, &batch.id);
+  });
+  require(status);
+  batches_[batch.id.value] = batch;
+  return batch.id.value;
+}
+
+std::uint64_t EngineHandle::add_static(const py::object& origins, const py::object& rotations, const py::object& boxes,
+                                       const py::sequence& parts, const py::object& vertices,
+                                       const py::object& triangles, const py::object& origin) {
+  const std::shared_ptr<Engine> held = engine();
+  const py::array box_array = checked(boxes, box_dtype(), {"boxes", {-1}, "(bodies,)"});
+  const Box* const box_data = static_cast<const Box*>(box_array.data());
+  const py::ssize_t n = box_array.size();
+  const auto places = span_of<const double>(origins, {"origins", {n, 3}, "(bodies, 3)"});
+  const auto turns = span_of<const float>(rotations, {"rotations", {n, 4}, "(bodies, 4)"});
+  const PartList part_list(parts, static_cast<std::size_t>(n));
+  std::vector<StaticBody> bodies(static_cast<std::size_t>(n));
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    for (std::size_t c = 0; c < 3; ++c) bodies[k].origin[c] = places[3 * k + c];
+    for (std::size_t c = 0; c < 4; ++c) bodies[k].rotation[c] = turns[4 * k + c];
+    bodies[k].box = box_data[k];
+    bodies[k].parts = part_list.of_leaf(k);
+  }
+  StaticDesc desc;
+  desc.bodies = bodies;
+  desc.vertices = span_of<const float>(vertices, {"vertices", {-1, 3}, "(n, 3)"});
+  desc.triangles = span_of<const std::uint32_t>(triangles, {"triangles", {-1, 3}, "(n, 3)"});
+  const auto place = span_of<const double>(origin, {"origin", {3}, "(3,)"});
+  for (std::size_t c = 0; c < 3; ++c) desc.origin[c] = place[c];
+  BatchRecord batch;
+  batch.instance_count = static_cast<std::uint32_t>(bodies.size() + desc.triangles.size / 3);
+  batch.link_count = 1;
+  batch.node_count = 1;
+  batch.is_static = true;
+  std::uint32_t bad = 0;
+  const Status status = changing([&] { return add_static_batch(*held, desc, &batch.id, &bad); });
+  const bool names_one = status == Status::kBadStaticBody || status == Status::kBadTriangles ||
+                         status == Status::kBadLeafBox || status == Status::kBadLeafAxes ||
+                         status == Status::kBadShape || status == Status::kShapeOutsideLeafBox;
+  require(status, names_one ? element("instance", bad) : std::string());
+  batches_[batch.id.value] = batch;
+  return batch.id.value;
+}
+
+void EngineHandle::remove_batch(std::uint64_t id) {
+  const std::shared_ptr<Engine> held = engine();
+  require(changing([&] { return cab::remove_batch(*held, {id}); }));
+  batches_.erase(id);
+}
+
+void EngineHandle::reserve(std::uint32_t batches, std::uint32_t characters) {
+  const std::shared_ptr<Engine> held = engine();
+  const Status status = changing([&] { return cab::reserve(*held, {batches, characters, 0}); });
+  require(status);
+}
+
+std::unique_ptr<FrameInput> EngineHandle::make_input(std::uint64_t batch, const py::object& poses, bool column,
+                                                     bool has_scale, const py::kwargs& rest) const {
+  return std::make_unique<FrameInput>(record(batch), poses, column, has_scale, rest);
+}
+
+FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, const std::vector<RuleTuple>& rules,
+                                    const FrameOptions& options) {
+  const std::shared_ptr<Engine> held = engine();
+  const std::vector<BatchInput> input_list = inputs_of(inputs);
+  std::vector<PairRule> rule_list;
+  for (const auto& [a, b, pairing, resting] : rules)
+    rule_list.push_back({{a}, {b}, static_cast<Pairing>(pairing), static_cast<Resting>(resting)});
+  FrameJob job;
+  job.inputs = input_list;
+  job.rules = rule_list;
+  job.policies = policies_of(options.policies);
+  job.margin = options.margin;
+  job.min_depth = options.min_depth;
+  job.report = static_cast<Report>(options.report);
+
+  std::size_t room = job.report == Report::kInContact ? 0 : hit_room_;
+  for (;;) {
+    py::array hits = empty_array(hit_dtype(), room);
+    py::array contacts = empty_array(contact_dtype(), options.contacts ? room : 0);
+    job.hits = values_of<Hit>(hits);
+    job.contacts = values_of<Contact>(contacts);
+    const Status status = released([&] { return cab::run_frame(*held, job); });
+    // The room of the next frame: as many as this one has, and a quarter more.
+    if (job.report != Report::kInContact && (status == Status::kOk || status == Status::kHitsOverflow))
+      hit_room_ = job.hits_needed + job.hits_needed / 4 + 64;
+    if (status == Status::kHitsOverflow) {
+      room = hit_room_;
+      continue;
+    }
+    if (status != Status::kOk) raise_job(*held, job, status);
+    FrameResult result;
+    result.hits = cut(std::move(hits), job.hit_count);
+    result.contacts = options.contacts ? cut(std::move(contacts), job.hit_count) : py::object(py::none());
+    result.stats = job.stats;
+    return result;
+  }
+}
+
+QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
+                                      const std::vector<std::uint64_t>& histories, const py::object& queries,
+                                      const py::object& planes, const std::string& exact, bool reuse_bounds) {
+  const std::shared_ptr<Engine> held = engine();
+  std::vector<BatchInput> input_list = inputs_of(inputs);
+  std::vector<HistoryId> history_list;
+  for (const std::uint64_t id : histories) history_list.push_back({id});
+  const py::array query_array = checked(queries, query_dtype(), {"queries", {-1}, "(n,)"});
+  const py::array plane_array = checked(planes, query_plane_dtype(), {"planes", {-1}, "(n,)"});
+  Policies policies;
+  set_policy(policies, field_of("exact"), exact);
+  QueryJob job;
+  job.inputs = input_list;
+  job.histories = history_list;
+  job.queries = constants_of<Query>(query_array);
+  job.planes = constants_of<QueryPlane>(plane_array);
+  job.exact = policies.exact;
+  job.reuse_bounds = reuse_bounds;
+
+  const auto wanted_room = static_cast<std::uint32_t>(std::clamp<std::size_t>(job.queries.size, 64, kMostQueryRoom));
+  if (wanted_room > query_room_) {
+    const Status status = changing([&] { return cab::reserve(*held, {0, 0, wanted_room}); });
+    require(status);
+    query_room_ = wanted_room;
+  }
+  py::array found(py::dtype::of<bool>(), static_cast<py::ssize_t>(job.queries.size));
+  job.found = {static_cast<std::uint8_t*>(found.mutable_data()), job.queries.size};
+  std::size_t room = query_hit_room_;
+  for (;;) {
+    py::array hits = empty_array(query_hit_dtype(), room);
+    job.hits = {static_cast<QueryHit*>(hits.mutable_data()), room};
+    const Status status = released([&] { return cab::run_queries(*held, job); });
+    if (status == Status::kOk || status == Status::kHitsOverflow)
+      query_hit_room_ = job.hits_needed + job.hits_needed / 4 + 64;
+    if (status == Status::kHitsOverflow) {
+      room = query_hit_room_;
+      continue;
+    }
+    require(status, status == Status::kBadQuery ? element("query", job.bad_query) : std::string());
+    return {cut(std::move(hits), job.hit_count), std::move(found), job.stats};
+  }
+}
+
+py::array EngineHandle::compute_contacts(const std::vector<FrameInput*>& inputs, const std::string& depth,
+                                         const py::object& pairs) {
+  const std::shared_ptr<Engine> held = engine();
+  const std::vector<BatchInput> input_list = inputs_of(inputs);
+  Policies policies;
+  set_policy(policies, field_of("depth"), depth);
+  const py::array pair_array = checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"});
+  const auto pair_list = constants_of<Hit>(pair_array);
+  py::array contacts = empty_array(contact_dtype(), pair_list.size);
+  const Span<Contact> contact_list = {static_cast<Contact*>(contacts.mutable_data()), pair_list.size};
+  const Status status =
+      released([&] { return cab::compute_contacts(*held, input_list, policies.depth, pair_list, contact_list); });
+  require(status);
+  return contacts;
+}
+
+py::array EngineHandle::compute_boxes(const FrameInput& input, const PolicyNames& policies) {
+  const std::shared_ptr<Engine> held = engine();
+  const Policies values = policies_of(policies);
+  const std::uint32_t nodes = record(input.input().batch.value).node_count;
+  const BatchInput& batch = input.input();
+  py::array boxes = empty_array(box_dtype(), input.count() * nodes);
+  const auto box_list = values_of<Box>(boxes);
+  const Status status = released([&] { return cab::compute_boxes(*held, batch, values, box_list); });
+  require(status);
+  return boxes.attr("reshape")(input.count(), nodes);
+}
+
+py::array EngineHandle::sweep_margins(const FrameInput& last, const FrameInput& input) {
+  const std::shared_ptr<Engine> held = engine();
+  py::array margins = py::module_::import("numpy").attr("zeros")(input.count(), py::dtype::of<float>());
+  const Span<float> values = {static_cast<float*>(margins.mutable_data()), input.count()};
+  const Status status = released([&] { return cab::sweep_margins(*held, last.input(), input.input(), values); });
+  require(status);
+  return margins;
+}
+
+py::array EngineHandle::find_touching_moments(const std::vector<FrameInput*>& last,
+                                              const std::vector<FrameInput*>& inputs, std::uint32_t steps,
+                                              const py::object& pairs) {
+  const std::shared_ptr<Engine> held = engine();
+  const std::vector<BatchInput> last_list = inputs_of(last);
+  const std::vector<BatchInput> input_list = inputs_of(inputs);
+  const py::array pair_array = checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"});
+  const auto pair_list = constants_of<Hit>(pair_array);
+  py::array moments = empty_array(py::dtype::of<float>(), pair_list.size);
+  const Span<float> values = {static_cast<float*>(moments.mutable_data()), pair_list.size};
+  const Status status =
+      released([&] { return cab::find_touching_moments(*held, last_list, input_list, steps, pair_list, values); });
+  require(status);
+  return moments;
+}
+
+py::array EngineHandle::spatial_order(std::uint64_t batch) {
+  const std::shared_ptr<Engine> held = engine();
+  py::array order = empty_array(py::dtype::of<std::uint32_t>(), record(batch).instance_count);
+  const auto values = values_of<std::uint32_t>(order);
+  const Status status = released([&] { return cab::spatial_order(*held, {batch}, values); });
+  require(status);
+  return order;
+}
+
+py::tuple EngineHandle::why_masked(const FrameInput& input, std::uint32_t instance) {
+  const std::shared_ptr<Engine> held = engine();
+  MaskReason reason;
+  require(released([&] { return cab::why_masked(*held, input.input(), instance, &reason); }));
+  return py::make_tuple(reason.cause != MaskCause::kNone, reason.link,
+                        text_of([&](Span<char> text) { return explain_mask(reason, text); }));
+}
+
+std::uint64_t EngineHandle::add_history(std::uint64_t batch, std::uint32_t ticks) {
+  const std::shared_ptr<Engine> held = engine();
+  HistoryId id;
+  const Status status = changing([&] { return cab::add_history(*held, {{batch}, ticks}, &id); });
+  require(status);
+  return id.value;
+}
+
+void EngineHandle::remove_history(std::uint64_t id) {
+  const std::shared_ptr<Engine> held = engine();
+  require(changing([&] { return cab::remove_history(*held, {id}); }));
+}
+
+void EngineHandle::record_tick(std::uint64_t id, const FrameInput& input, double time) {
+  const std::shared_ptr<Engine> held = engine();
+  const Status status = released([&] { return cab::record_tick(*held, {id}, input.input(), time); });
+  require(status);
+}
+
+HistorySpan EngineHandle::history_span(std::uint64_t id) const {
+  const std::shared_ptr<Engine> held = engine();
+  HistorySpan span;
+  require(changing([&] { return cab::history_span(*held, {id}, &span); }));
+  return span;
+}
+
+ArticulationInfo EngineHandle::articulation_info(std::uint64_t id) const {
+  const std::shared_ptr<Engine> held = engine();
+  ArticulationInfo info;
+  require(changing([&] { return cab::articulation_info(*held, {id}, &info); }));
+  return info;
+}
+
+py::array EngineHandle::ignored_pairs(std::uint64_t id) const {
+  const std::shared_ptr<Engine> held = engine();
+  py::array pairs = empty_array(ignored_pair_dtype(), articulation_info(id).ignored_pair_count);
+  const auto values = values_of<IgnoredPair>(pairs);
+  require(changing([&] { return cab::ignored_pairs(*held, {id}, values); }));
+  return pairs;
+}
+
+EngineMemory EngineHandle::memory() const {
+  const std::shared_ptr<Engine> held = engine();
+  EngineMemory memory;
+  require(changing([&] { return engine_memory(*held, &memory); }));
+  return memory;
+}
+
+std::string EngineHandle::isa() const { return to_string(engine_isa(*engine())); }
+
+std::uint32_t EngineHandle::thread_count() const { return engine_thread_count(*engine()); }
+
+}  // namespace cab::python

@@ -1,0 +1,116 @@
+// Characters and robots from files, as descriptions for add_articulation with poses: BVH, AMC, glTF, FBX and what
+// else assimp reads, URDF and MJCF. For the time of loading. The conventions are those of cab/types.h, with lengths in
+// metres.
+//
+// Files are read in a child process with limits on memory, time and rights, as docs/import.md says: a damaged file is
+// an error in words, whatever it does to the parser. The child is a fork of this process, so no other thread may hold a
+// lock of a library that reads files. No call throws.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace cab::files {
+
+// How a motion file becomes a character. Strings are borrowed for the call, and may be null where that is said.
+struct MotionOptions {
+  // The length of one unit of the file, in metres.
+  double metres_per_unit = 1;
+
+  // Another file that has the motion, whose nodes are matched by name, and its unit. Null (default): the file has it.
+  const char* motion_path = nullptr;
+  double motion_metres_per_unit = 0;  // 0: as metres_per_unit
+
+  // Name of the animation, or its number from 0 on. Null (default): the first.
+  const char* animation = nullptr;
+
+  // Of files that do not say it (AMC). 0 (default): 120.
+  double frames_per_second = 0;
+
+  // Whether bodies are hulls about the file's meshes. Default: ellipsoids about its bones.
+  bool skin = false;
+
+  // The person's height in metres, for thickness, and a factor of it. 0 (default): by the figure's own bones.
+  double stature = 0;
+  double thickness = 1;
+};
+
+struct RobotOptions {
+  // Names and folders of packages, for package:// paths: equally many.
+  Span<const char* const> package_names;
+  Span<const char* const> package_folders;
+
+  // An SRDF file, whose disabled pairs of links are ignored pairs. Null (default): none.
+  const char* srdf_path = nullptr;
+
+  // Whether a shape is left out whose mesh file is not there. Default: the robot is refused.
+  bool leave_out_missing_meshes = false;
+};
+
+// A number of a joint state, with its limits: radians or metres.
+struct RobotVariable {
+  const char* name = nullptr;
+  double lower = 0;
+  double upper = 0;
+  double rest = 0;
+};
+
+struct MotionStorage;
+struct RobotStorage;
+
+// A character with its motion. It can be neither moved nor copied.
+class Motion {
+ public:
+  Motion() noexcept = default;
+  Motion(const Motion&) = delete;
+  Motion& operator=(const Motion&) = delete;
+  ~Motion();
+
+  // Reads a file, in the place of what was read before. Returns whether it could; if not, error() says why: one line
+  // with the file, the line or element, and the reason. The object is empty then.
+  [[nodiscard]] bool load(const char* path, const MotionOptions& options) noexcept;
+  const char* error() const noexcept;
+
+  ArticulationDesc desc() const noexcept;               // for add_articulation; it points into this object
+  Span<const char* const> link_names() const noexcept;  // one per link
+  Span<const float> poses() const noexcept;             // [frame][link][7], kQuaternionTranslation
+  Span<const double> origins() const noexcept;          // [frame][3]
+  std::uint32_t frame_count() const noexcept;           // 1 for a file without motion
+  double frame_seconds() const noexcept;                // 0 for a file without motion
+  Span<const char* const> notes() const noexcept;       // what was merged, dropped or doubted
+
+ private:
+  MotionStorage* storage_ = nullptr;
+};
+
+// A robot: its links, and the joints that pose them. It can be neither moved nor copied.
+class Robot {
+ public:
+  Robot() noexcept = default;
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+  ~Robot();
+
+  // As Motion::load.
+  [[nodiscard]] bool load(const char* path, const RobotOptions& options) noexcept;
+  const char* error() const noexcept;
+
+  ArticulationDesc desc() const noexcept;
+  Span<const char* const> link_names() const noexcept;
+  Span<const RobotVariable> variables() const noexcept;  // of a joint state, in its order
+  Span<const char* const> notes() const noexcept;
+
+  // Writes the poses of joint states: `states` has the value of each variable per state, `poses` receives
+  // [state][link][7]. Returns false if the sizes do not fit each other, or an allocation failed.
+  [[nodiscard]] bool write_poses(Span<const double> states, Span<float> poses) const noexcept;
+
+  // Writes random states within the limits. State i of a seed does not depend on how many there are.
+  void write_random_states(std::uint64_t seed, Span<double> states) const noexcept;
+
+ private:
+  RobotStorage* storage_ = nullptr;
+};
+
+}  // namespace cab::files

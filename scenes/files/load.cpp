@@ -1,0 +1,183 @@
+#include <cab/files.h>
+
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scenes/import/import.h"
+#include "scenes/import/limits.h"
+#include "scenes/robot/kinematics.h"
+#include "scenes/robot/robot.h"
+
+namespace cab::files {
+namespace {
+
+// Strings as pointers, for spans.
+std::vector<const char*> pointers_to(const std::vector<std::string>& strings) {
+  std::vector<const char*> pointers;
+  for (const std::string& string : strings) pointers.push_back(string.c_str());
+  return pointers;
+}
+
+constexpr const char* kNoMemory = "an allocation failed";
+
+}  // namespace
+
+struct MotionStorage {
+  std::string error;
+  scenes::Clip clip;
+  std::optional<scenes::ArticulationStorage> articulation;
+  std::vector<const char*> names;
+  std::vector<const char*> notes;
+};
+
+struct RobotStorage {
+  std::string error;
+  scenes::Robot robot;
+  std::optional<scenes::ArticulationStorage> articulation;
+  std::vector<const char*> names;
+  std::vector<const char*> notes;
+  std::vector<RobotVariable> variables;
+};
+
+// ---------------------------------------------------------------------------------------------------------- motion
+
+Motion::~Motion() { delete storage_; }
+
+bool Motion::load(const char* path, const MotionOptions& options) noexcept {
+  delete storage_;
+  storage_ = new (std::nothrow) MotionStorage;
+  if (!storage_) return false;
+  try {
+    scenes::ImportOptions import;
+    import.metres_per_unit = options.metres_per_unit;
+    import.sandbox = scenes::kImportSandbox;
+    if (options.motion_path) import.motion = scenes::MotionFile{options.motion_path, options.motion_metres_per_unit};
+    if (options.animation) import.animation = options.animation;
+    import.frames_per_second = options.frames_per_second;
+    if (options.skin) import.skin = scenes::SkinOptions{};
+    import.bodies = {options.stature, options.thickness};
+    storage_->clip = scenes::import_clip(path, import);
+    storage_->articulation.emplace(storage_->clip.character);
+    storage_->names = pointers_to(storage_->clip.character.link_names);
+    storage_->notes = pointers_to(storage_->clip.notes);
+    return true;
+  } catch (const std::bad_alloc&) { delete std::exchange(storage_, nullptr); } catch (const std::exception& failure) {
+    MotionStorage* const failed = new (std::nothrow) MotionStorage;
+    if (failed) failed->error = failure.what();
+    delete std::exchange(storage_, failed);
+  }
+  return false;
+}
+
+const char* Motion::error() const noexcept { return storage_ ? storage_->error.c_str() : kNoMemory; }
+
+ArticulationDesc Motion::desc() const noexcept {
+  return storage_ && storage_->articulation ? storage_->articulation->desc() : ArticulationDesc{};
+}
+
+Span<const char* const> Motion::link_names() const noexcept {
+  if (!storage_) return {};
+  return storage_->names;
+}
+
+Span<const float> Motion::poses() const noexcept {
+  if (!storage_) return {};
+  return storage_->clip.character.poses;
+}
+
+Span<const double> Motion::origins() const noexcept {
+  if (!storage_) return {};
+  return storage_->clip.character.origins;
+}
+
+std::uint32_t Motion::frame_count() const noexcept { return storage_ ? storage_->clip.frame_count : 0; }
+
+double Motion::frame_seconds() const noexcept { return storage_ ? storage_->clip.frame_seconds : 0; }
+
+Span<const char* const> Motion::notes() const noexcept {
+  if (!storage_) return {};
+  return storage_->notes;
+}
+
+// ----------------------------------------------------------------------------------------------------------- robot
+
+Robot::~Robot() { delete storage_; }
+
+bool Robot::load(const char* path, const RobotOptions& options) noexcept {
+  delete storage_;
+  storage_ = new (std::nothrow) RobotStorage;
+  if (!storage_) return false;
+  try {
+    scenes::RobotOptions import;
+    import.sandbox = scenes::kImportSandbox;
+    for (std::size_t p = 0; p < options.package_names.size && p < options.package_folders.size; ++p)
+      import.packages.emplace_back(options.package_names[p], options.package_folders[p]);
+    if (options.leave_out_missing_meshes) import.missing_mesh = scenes::MissingMesh::kLeaveOut;
+    RobotStorage& storage = *storage_;
+    storage.robot = scenes::import_robot(path, import);
+    if (options.srdf_path) {
+      const scenes::DisabledPairs disabled =
+          scenes::read_disabled_pairs(options.srdf_path, storage.robot, import.sandbox);
+      std::vector<LinkPair>& ignored = storage.robot.body.ignored_pairs;
+      ignored.insert(ignored.end(), disabled.pairs.begin(), disabled.pairs.end());
+      storage.robot.notes.insert(storage.robot.notes.end(), disabled.notes.begin(), disabled.notes.end());
+    }
+    storage.articulation.emplace(storage.robot.body);
+    storage.names = pointers_to(storage.robot.body.link_names);
+    storage.notes = pointers_to(storage.robot.notes);
+    for (const scenes::RobotVariable& variable : storage.robot.variables)
+      storage.variables.push_back({variable.name.c_str(), variable.lower, variable.upper, variable.rest});
+    return true;
+  } catch (const std::bad_alloc&) { delete std::exchange(storage_, nullptr); } catch (const std::exception& failure) {
+    RobotStorage* const failed = new (std::nothrow) RobotStorage;
+    if (failed) failed->error = failure.what();
+    delete std::exchange(storage_, failed);
+  }
+  return false;
+}
+
+const char* Robot::error() const noexcept { return storage_ ? storage_->error.c_str() : kNoMemory; }
+
+ArticulationDesc Robot::desc() const noexcept {
+  return storage_ && storage_->articulation ? storage_->articulation->desc() : ArticulationDesc{};
+}
+
+Span<const char* const> Robot::link_names() const noexcept {
+  if (!storage_) return {};
+  return storage_->names;
+}
+
+Span<const RobotVariable> Robot::variables() const noexcept {
+  if (!storage_) return {};
+  return storage_->variables;
+}
+
+Span<const char* const> Robot::notes() const noexcept {
+  if (!storage_) return {};
+  return storage_->notes;
+}
+
+bool Robot::write_poses(Span<const double> states, Span<float> poses) const noexcept {
+  const std::size_t variable_count = variables().size, pose_count = 7 * link_names().size;
+  if (pose_count == 0 || poses.size % pose_count != 0) return false;
+  const std::size_t state_count = poses.size / pose_count;
+  if (states.size != state_count * variable_count) return false;
+  try {
+    for (std::size_t s = 0; s < state_count; ++s)
+      scenes::write_poses(storage_->robot, states.data + s * variable_count, poses.data + s * pose_count);
+  } catch (const std::bad_alloc&) { return false; }
+  return true;
+}
+
+void Robot::write_random_states(std::uint64_t seed, Span<double> states) const noexcept {
+  const std::size_t variable_count = variables().size;
+  if (variable_count == 0) return;
+  for (std::size_t s = 0; (s + 1) * variable_count <= states.size; ++s)
+    scenes::random_state(storage_->robot, seed, s, states.data + s * variable_count);
+}
+
+}  // namespace cab::files

@@ -1,0 +1,33 @@
+cmake_minimum_required(VERSION 3.25)
+# Makes an environment of Python in WORK, installs the package of the build at BUILD into it by pip, as docs/python.md
+# says, and uses it: without PYTHONPATH, without a network, with the command if COMMAND_BUILT.
+function(run)
+  execute_process(COMMAND ${ARGV} WORKING_DIRECTORY ${WORK} RESULT_VARIABLE result OUTPUT_VARIABLE output
+    ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    string(REPLACE ";" " " command "${ARGV}")
+    message(FATAL_ERROR "${command}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+unset(ENV{PYTHONPATH})
+set(ENV{CAB_PYTHON_BUILD} ${BUILD})
+set(ENV{PIP_NO_INDEX} 1)
+set(ENV{PIP_DISABLE_PIP_VERSION_CHECK} 1)
+file(REMOVE_RECURSE ${WORK})
+file(MAKE_DIRECTORY ${WORK})
+run(${PYTHON} -m venv --system-site-packages ${WORK}/v)
+run(${WORK}/v/bin/pip install --no-build-isolation ${ROOT})
+message("${output}")
+
+run(${WORK}/v/bin/python -c "import cab, os; print(os.path.dirname(cab.__file__), cab.__version__)")
+if(NOT output MATCHES "^${WORK}/v/lib/[^ ]*/cab [0-9]+[.][0-9]+[.][0-9]+")
+  message(FATAL_ERROR "the package that was imported is ${output}")
+endif()
+run(${WORK}/v/bin/python ${ROOT}/tests/engine/bindings/python/crowd.py)
+message("${output}")
+if(COMMAND_BUILT)
+  run(${CMAKE_COMMAND} -E env PATH=/usr/bin:/bin ${WORK}/v/bin/python -m cab --version)
+  message("python -m cab --version: ${output}")
+endif()

@@ -1,0 +1,49 @@
+"""A program that uses all of the package, for mypy --strict. It is not run."""
+
+from typing import List, Optional, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+import cab
+
+
+def crowd(poses: npt.NDArray[np.float32], origins: npt.NDArray[np.float64]) -> int:
+    body = cab.Body.from_boxes([-1, 0], [[0.1, 0.1, 0.1]] * 2, shapes=[cab.Shape.sphere(0.1), None], names=["a", "b"])
+    with cab.World(threads=2, isa="auto") as world:
+        batch: cab.Batch = world.add(body, len(poses))
+        frame: cab.Frame = world.run(poses, origins=origins, within=True, exact="convex", policies="fast")
+        posed: cab.Posed = batch.posed(poses, origins=origins, in_contact=True)
+        frame = world.run([posed], pairs=[(batch, batch)], policies=cab.Policies(refit="cab"))
+        depth: Optional[npt.NDArray[np.void]] = frame.contacts
+        seconds: float = frame.stats.seconds_total
+        queries: cab.Queries = cab.rays([[0, 0, 0]], [1, 0, 0]) + cab.points([[0, 0, 0]], 2.0)
+        answers: cab.Answers = world.query(queries, posed)
+        history: cab.History = world.add_history(batch, 4)
+        history.record(seconds, posed)
+        found: npt.NDArray[np.bool_] = answers.found
+        names: Tuple[str, ...] = body.names
+        return len(frame.hits) + len(names) + int(found.sum()) + (0 if depth is None else len(depth))
+
+
+def clip(body: cab.Body, poses: npt.NDArray[np.float32]) -> List[str]:
+    recording = cab.Clip(body, poses, fps=120)
+    number: int = recording.add(body, poses, name="b")
+    lines = [recording.link_name(number, 0), cab.__version__]
+    for row in recording.intervals(min_depth=0.01, gap=2):
+        lines.append(f"{row['first']} {row['depth']}")
+    return lines
+
+
+def failing(world: cab.World, body: cab.Body) -> cab.Status:
+    try:
+        world.add(body, 0)
+    except cab.InputError as error:
+        return error.status
+    return cab.Status.OK
+
+
+def what_there_is() -> Tuple[str, List[str], bool]:
+    fields: List[cab.PolicyField] = cab.policy_table()
+    assert fields and cab.presets()
+    return cab.isa(), cab.isas(), cab.build_info().fcl
