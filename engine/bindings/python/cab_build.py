@@ -38,6 +38,7 @@ class BuildWithCMake(build_py):
     """Copies the Python files, as always, then builds and installs what CMake makes beside them."""
 
     def run(self) -> None:
+        shutil.rmtree(pathlib.Path(self.build_lib) / "cab", ignore_errors=True)  # of an earlier build
         super().run()
         given = os.environ.get("CAB_PYTHON_BUILD")
         folder = pathlib.Path(given).resolve() if given else ROOT / "build" / "python"
