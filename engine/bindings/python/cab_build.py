@@ -1,9 +1,8 @@
 """How pip builds the package cab: setuptools, whose command build_py calls CMake for the extension module.
 
 CMAKE_ARGS has further arguments for CMake's configuration: -DCAB_BUILD_COMMAND=ON puts the command cab into the wheel,
--DCAB_PYTHON_FILES=OFF leaves out what reads motion files and robots.
-The build is in build/python, and stays there for the next time. CAB_PYTHON_BUILD names another folder, which is taken
-as it is configured.
+-DCAB_PYTHON_FILES=OFF leaves out what reads motion files and robots. The build is in build/python, and stays there for
+the next time. CAB_PYTHON_BUILD names another folder, which is taken as it is configured.
 """
 
 import os
@@ -39,6 +38,7 @@ class BuildWithCMake(build_py):
     """Copies the Python files, as always, then builds and installs what CMake makes beside them."""
 
     def run(self) -> None:
+        shutil.rmtree(pathlib.Path(self.build_lib) / "cab", ignore_errors=True)  # of an earlier build
         super().run()
         given = os.environ.get("CAB_PYTHON_BUILD")
         folder = pathlib.Path(given).resolve() if given else ROOT / "build" / "python"
