@@ -29,8 +29,6 @@ set(CPACK_DEBIAN_PACKAGE_VERSION "${debian_version}")
 set(CPACK_DEBIAN_PACKAGE_MAINTAINER "${maintainer}")
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/engine)
 set(CPACK_COMPONENTS_ALL "")
 # Each package has a synopsis of its own. CPack prepends that of the project, unless it is what CPack has by default.
@@ -89,7 +87,10 @@ endif()
 cab_package(cab_runtime ${library_package} libs ON "" "collision detection of characters: library"
   "${about}\n\nThis package has the shared library.")
 file(WRITE ${PROJECT_BINARY_DIR}/debian/triggers "activate-noawait ldconfig\n")
-set(CPACK_DEBIAN_CAB_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
+file(WRITE ${PROJECT_BINARY_DIR}/debian/shlibs
+  "libcab ${CAB_ABI_VERSION} ${library_package} (>= ${debian_version})\n")
+set(CPACK_DEBIAN_CAB_RUNTIME_PACKAGE_CONTROL_EXTRA
+  ${PROJECT_BINARY_DIR}/debian/triggers ${PROJECT_BINARY_DIR}/debian/shlibs)
 cab_package(cab_development libcab-dev libdevel OFF "${library_package} ${exactly}${static_needs}"
   "collision detection of characters: development files"
   "${about}\n\nThis package has the headers for C++ and C, the static library, and\nfiles for CMake and pkg-config.")

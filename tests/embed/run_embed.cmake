@@ -1,6 +1,6 @@
 cmake_minimum_required(VERSION 3.25)
-# Installs cab, moves what was installed, and configures, builds and runs tests/embed and its folders c, golden, rig,
-# components and pkg_config against it.
+# Installs cab, moves what was installed, and configures, builds and runs tests/embed and its folders c, hello_c,
+# golden, rig, components and pkg_config against it.
 # VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared, with a static one beside
 # it, where that at BUILD is static.
 # VERSION: cab's, three numbers.
@@ -30,7 +30,7 @@ endif()
 
 # From an empty folder, so that nothing of an earlier run stands in for a file that is not installed any more.
 # It is installed into one folder and used in another.
-foreach(folder installed prefix project rig c golden components make static)
+foreach(folder installed prefix project rig c golden components make static hello_c)
   file(REMOVE_RECURSE ${WORK}/${folder})
 endforeach()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
@@ -122,6 +122,28 @@ if(VARIANT STREQUAL built AND EXISTS ${WORK}/prefix/bin/cab)
   run(${WORK}/prefix/bin/cab --version)
 endif()
 
+# A project in C alone.
+set(compile ${COMPILER})
+set(compile_c cc)
+if(COMPILER MATCHES "clang")
+  set(compile_c clang)
+endif()
+set(flags_c "")
+if(SANITIZE)
+  set(flags_c -fsanitize=${SANITIZE})
+  string(APPEND compile " ${flags_c}")
+  if(COMPILER MATCHES "clang" AND SANITIZE MATCHES "undefined")
+    string(APPEND flags_c " -fsanitize-link-c++-runtime")
+  endif()
+endif()
+run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/hello_c -B ${WORK}/hello_c ${common} -D "CMAKE_C_FLAGS=${flags_c}")
+run(${CMAKE_COMMAND} --build ${WORK}/hello_c)
+run(${WORK}/hello_c/hello)
+if(NOT output STREQUAL expected)
+  message(FATAL_ERROR "the program of tests/embed/hello_c printed\n${output}instead of\n${expected}")
+endif()
+string(APPEND compile_c " ${flags_c}")
+
 # What is missing is refused in words, and what is there is found.
 if(SHARED)
   set(kind shared)
@@ -161,18 +183,6 @@ find_program(MAKE make REQUIRED)
 file(GLOB_RECURSE pc_file ${WORK}/prefix/cab.pc)
 get_filename_component(pc_folder ${pc_file} DIRECTORY)
 get_filename_component(library_folder ${pc_folder} DIRECTORY)
-set(compile ${COMPILER})
-set(compile_c cc)
-if(COMPILER MATCHES "clang")
-  set(compile_c clang)
-endif()
-if(SANITIZE)
-  string(APPEND compile " -fsanitize=${SANITIZE}")
-  string(APPEND compile_c " -fsanitize=${SANITIZE}")
-  if(COMPILER MATCHES "clang" AND SANITIZE MATCHES "undefined")
-    string(APPEND compile_c " -fsanitize-link-c++-runtime")
-  endif()
-endif()
 set(environment ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc_folder} LD_LIBRARY_PATH=${library_folder})
 file(COPY ${SOURCE}/tests/embed/pkg_config/Makefile ${SOURCE}/tests/embed/main.cpp DESTINATION ${WORK}/make)
 run(${environment} ${MAKE} -C ${WORK}/make CXX=${compile})

@@ -54,9 +54,12 @@ struct Row {
   }
 };
 
-// A scheduler on threads of the caller.
+// A scheduler on threads of the caller; where there are none, workers take turns.
 constexpr std::uint32_t kWorkers = 3;
 void run_on_threads(void*, std::uint32_t count, void (*task)(void*, std::uint32_t, std::uint32_t), void* context) {
+#ifdef __EMSCRIPTEN__
+  for (std::uint32_t t = 0; t < count; ++t) task(context, t, t % kWorkers);
+#else
   std::atomic<std::uint32_t> next{0};
   std::vector<std::thread> threads;
   for (std::uint32_t worker = 0; worker < kWorkers; ++worker)
@@ -64,6 +67,7 @@ void run_on_threads(void*, std::uint32_t count, void (*task)(void*, std::uint32_
       for (std::uint32_t t = next++; t < count; t = next++) task(context, t, worker);
     });
   for (std::thread& thread : threads) thread.join();
+#endif
 }
 
 }  // namespace

@@ -3,28 +3,12 @@
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import test from 'node:test';
-import {cab, chain} from './package.mjs';
+import {cab, chain, Hash, Numbers} from './package.mjs';
 
 const expected = readFileSync(new URL('../../../embed/golden/expected.txt', import.meta.url), 'utf8').trim();
 const REFITS = ['cab', 'cab_sum', 'covariance', 'covariance_leaves', 'best3', 'aabb_hull', 'aabb_vertices'];
 const STRATEGIES = ['tree', 'rows', 'links', 'brute'];
 const LINKS = 8, INSTANCES = 64, FRAMES = 300;
-
-// FNV-1a of words, their lowest byte first, in two halves of 32 bits.
-class Hash {
-  high = 0xcbf29ce4;
-  low = 0x84222325;
-  add(word) {
-    for (let shift = 0; shift < 32; shift += 8) {
-      const low = (this.low ^ ((word >>> shift) & 0xff)) >>> 0;
-      // Times 2^40 + 0x1b3.
-      const product = low * 0x1b3;
-      this.high = (Math.imul(this.high, 0x1b3) + Math.floor(product / 2 ** 32) + (low << 8)) >>> 0;
-      this.low = product >>> 0;
-    }
-  }
-  toString() { return [this.high, this.low].map((half) => half.toString(16).padStart(8, '0')).join(''); }
-}
 
 function golden(module, isa) {
   const world = module.createWorld({isa});
@@ -32,17 +16,12 @@ function golden(module, isa) {
   const origins = batch.origins();
   for (let i = 0; i < INSTANCES; ++i) origins.set([1.5 * (i % 8), 1.5 * Math.floor(i / 8), 0], 3 * i);
 
-  let numbers = 1;
-  const next = () => {
-    numbers = (Math.imul(numbers, 1664525) + 1013904223) >>> 0;
-    return ((numbers >>> 16) - 32768) / 32768;
-  };
-  const bits = new DataView(new ArrayBuffer(4));
+  const numbers = new Numbers(1);
   const hash = new Hash();
   let most = 0;
   for (let frame = 0; frame < FRAMES; ++frame) {
     const poses = batch.poses();
-    for (let i = 0; i < poses.length; ++i) poses[i] = i % 7 < 4 ? next() : 2 * next();
+    for (let i = 0; i < poses.length; ++i) poses[i] = i % 7 < 4 ? numbers.next() : 2 * numbers.next();
     const contacts = frame % 3 === 2;
     const hits = world.runFrame({
       rules: [{a: batch}, {a: batch, pairing: 'within'}],
@@ -60,9 +39,7 @@ function golden(module, isa) {
                           hits.linkB(i)]) {
         hash.add(word);
       }
-      if (!contacts) continue;
-      bits.setFloat32(0, hits.depth(i));
-      hash.add(bits.getUint32(0));
+      if (contacts) hash.addFloats(hits.depth(i));
     }
     most = Math.max(most, hits.length);
   }

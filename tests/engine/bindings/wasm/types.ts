@@ -15,7 +15,7 @@ async function main(): Promise<string> {
   const desc: ArticulationDesc = {
     linkParents: [-1, 0],
     linkJoints: new Float32Array(6),
-    leaves: [{link: 0, box}, {link: 1, box, parts: [{kind: 'capsule', position: [0.5, 0, 0], size: [0.1, 0.05, 0]}]}],
+    leaves: [{link: 0, box}, {link: 1, box, parts: [{kind: 'sphere', position: [0.5, 0, 0], size: [0.1, 0, 0]}]}],
     ignoredPairs: [{a: 0, b: 1}],
     ignoredHops: 1,
   };
