@@ -138,7 +138,7 @@ struct Lanes<DoubleBatch<A>> {
 // min(a, b) is a < b ? a : b and max(a, b) is b < a ? a : b, as x86's instructions do. NEON's own differ on signed
 // zeros and NaN, so NEON selects. xsimd 8.1 approximates sqrt and division on NEON (an estimate and Newton steps), so
 // both use NEON's exact instructions.
-#if CAB_AARCH64
+#if XSIMD_WITH_NEON64
 CAB_INLINE float32x4_t neon_sqrt(float32x4_t v) { return vsqrtq_f32(v); }
 CAB_INLINE float64x2_t neon_sqrt(float64x2_t v) { return vsqrtq_f64(v); }
 CAB_INLINE float32x4_t neon_divide(float32x4_t a, float32x4_t b) { return vdivq_f32(a, b); }
