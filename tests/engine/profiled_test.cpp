@@ -7,6 +7,7 @@
 
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -20,6 +21,7 @@ struct Told {
   std::mutex mutex;
   std::map<std::thread::id, std::vector<std::pair<std::string, std::uint32_t>>> open;
   std::map<std::string, std::size_t> count;
+  std::set<std::uint32_t> workers;
   std::size_t out_of_order = 0;
 
   static void begin(void* user, const char* phase, std::uint32_t worker) {
@@ -27,6 +29,7 @@ struct Told {
     const std::lock_guard lock(told.mutex);
     told.open[std::this_thread::get_id()].emplace_back(phase, worker);
     ++told.count[phase];
+    told.workers.insert(worker);
   }
   static void end(void* user, const char* phase, std::uint32_t worker) {
     Told& told = *static_cast<Told*>(user);
@@ -55,6 +58,7 @@ World any_world(Random& random) {
 TEST_CASE("a profiler is told of frames and their tasks, in pairs, and changes nothing") {
   ThreadPool pool(4);
   const Scheduler scheduler = pool.scheduler();
+  std::set<std::uint32_t> workers;
   for (std::uint64_t seed = 1; seed <= rounds(10); ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -70,11 +74,14 @@ TEST_CASE("a profiler is told of frames and their tasks, in pairs, and changes n
     CHECK(told.out_of_order == 0);
     CHECK(told.all_closed());
     CHECK(told.count["frame"] >= 1);
+    CHECK(*told.workers.rbegin() < engine_thread_count(*engine));
+    workers.insert(told.workers.begin(), told.workers.end());
     for (const char* phase : {"bound", "pair", "sequences"}) {
       CAPTURE(phase);
       CHECK(told.count[phase] >= 1);
     }
   }
+  if (rounds(10) > 2) CHECK(workers.size() > 1);
 }
 
 TEST_CASE("a profiler is told of queries and of the tasks that the caller runs") {
