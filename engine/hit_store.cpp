@@ -6,6 +6,7 @@
 #include "engine/frame_run.h"
 #include "engine/touching_links.h"
 #include "engine/worker.h"
+#include "layout/atomic_words.h"
 #include "layout/compiler.h"
 
 #include <algorithm>
@@ -151,8 +152,8 @@ void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
   std::copy(words.begin(), words.end(), to);
   for (std::uint32_t group = 0; group < words.size; group += kGroupHead + to[group + kHits]) {
     HitChain& chain = frame.batch(to[group + kBatchA]).hit_chains[to[group + kInstanceA]];
-    to[group + kNext] = __atomic_exchange_n(&chain.head, static_cast<std::uint32_t>(at + group), __ATOMIC_RELAXED);
-    __atomic_fetch_add(&chain.count, to[group + kHits], __ATOMIC_RELAXED);
+    to[group + kNext] = relaxed_exchange(chain.head, static_cast<std::uint32_t>(at + group));
+    relaxed_add(chain.count, to[group + kHits]);
   }
   words.clear();
 }

@@ -4,6 +4,7 @@
 
 #include "engine/candidate.h"
 #include "engine/frame_context.h"
+#include "layout/atomic_words.h"
 
 #include <algorithm>
 
@@ -12,7 +13,7 @@ namespace cab {
 // Whether no test of the instance can change what is reported about it: its byte is set, or the caller gave no bytes.
 inline bool is_already_reported(const InstanceBatch& batch, std::uint32_t instance) {
   const Span<std::uint8_t> in_contact = batch.input->in_contact;
-  return in_contact.empty() || __atomic_load_n(&in_contact[instance], __ATOMIC_RELAXED);
+  return in_contact.empty() || relaxed_load(in_contact[instance]);
 }
 
 // Whether this holds for both instances of a candidate.
@@ -24,7 +25,7 @@ inline bool is_already_reported(const FrameContext& frame, const Candidate& cand
 // Sets the byte of an instance. batch: its number.
 inline void set_in_contact(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance) {
   const Span<std::uint8_t> in_contact = frame.batch(batch).input->in_contact;
-  if (!in_contact.empty()) __atomic_store_n(&in_contact[instance], std::uint8_t{1}, __ATOMIC_RELAXED);
+  if (!in_contact.empty()) relaxed_store(in_contact[instance], 1);
 }
 
 // Sets the bytes of both instances of a candidate.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/candidate.h"
+#include "layout/atomic_words.h"
 #include "layout/compiler.h"
 #include "layout/instance_batch.h"
 
@@ -16,7 +17,7 @@ inline void clear_live(std::uint32_t instance, InstanceBatch& batch) {
   if (batch.input->instances.empty())
     word = static_cast<std::uint16_t>(word & others);
   else
-    __atomic_fetch_and(&word, others, __ATOMIC_RELAXED);
+    relaxed_and(word, others);
 }
 
 // The same for the instances that are not given in this call, where others may rest: their live bits are those of the
@@ -52,8 +53,7 @@ inline void set_live(const TileInstances& instances, std::uint32_t live, Instanc
   }
   for (; live; live &= live - 1) {
     const std::uint32_t instance = instances.instance[lowest_bit(live)];
-    __atomic_fetch_or(&batch.live[instance / kLanes], static_cast<std::uint16_t>(1u << instance % kLanes),
-                      __ATOMIC_RELAXED);
+    relaxed_or(batch.live[instance / kLanes], static_cast<std::uint16_t>(1u << instance % kLanes));
   }
 }
 

@@ -9,7 +9,7 @@
 // Each line is PICK(X, enumerator of Isa, name, vector type V of kernels/simd.h, whether this CPU runs it), and PICK
 // decides whether X is given the line. Lines are in the order of Isa. Those of one processor go from the narrowest
 // vectors to the widest, because kAuto takes the last one that runs.
-// A WebAssembly module that holds SIMD loads only where SIMD runs, and Emscripten translates the operations of SSE2.
+// Emscripten translates the operations of SSE2 to WebAssembly's SIMD, which is what the vector type of kWasm128 is.
 // clang-format off
 #define CAB_ISA_LIST(PICK, X)                                              \
   PICK(X, kScalar, scalar, float, true)                                    \
@@ -19,8 +19,8 @@
   PICK(X, kNeon64, neon64, Batch<xsimd::neon64>, true)                     \
   PICK(X, kWasm128, wasm128, Batch<xsimd::sse2>, true)
 // clang-format on
-// WebAssembly's SIMD has the operations of SSE2, which Emscripten translates. A module that holds SIMD loads only where
-// it runs.
+// kWasm128 asks no CPU whether it runs: a WebAssembly module that holds SIMD loads only where SIMD runs. One without
+// SIMD is beside it.
 
 // X(enumerator, name, V, runs) for every instruction set.
 #define CAB_ALL_ISAS(X) CAB_ISA_LIST(CAB_PICK_ALL, X)

@@ -1,6 +1,6 @@
-// What differs between compilers and between processors. No other file of layout, kernels and engine names a compiler,
-// besides the public header cab/api.h; .ci/check_compilers holds that. docs/platforms.md says which compilers were
-// tried.
+// What differs between compilers and between processors. No other file of layout, kernels and engine has any of it,
+// besides layout/atomic_words.h and the public header cab/api.h; .ci/check_compilers holds that.
+// docs/platforms.md says which compilers were tried.
 #pragma once
 
 #include <cstdint>

@@ -4,6 +4,7 @@
 #include "engine/batch_tasks.h"
 #include "engine/broad_phase/search.h"
 #include "engine/timed.h"
+#include "layout/atomic_words.h"
 #include "layout/error_bounds.h"
 
 #include <algorithm>
@@ -59,7 +60,7 @@ struct TimedGrid {
 // Adds to a counter that all workers share, and returns its value before the addition. If the worker is alone, a plain
 // addition suffices.
 std::uint32_t shared_add(std::uint32_t& counter, std::uint32_t amount, bool alone) {
-  if (!alone) return __atomic_fetch_add(&counter, amount, __ATOMIC_RELAXED);
+  if (!alone) return relaxed_add(counter, amount);
   const std::uint32_t before = counter;
   counter += amount;
   return before;
