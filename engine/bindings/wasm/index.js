@@ -534,6 +534,8 @@ export class World {
       });
       this.#setPolicies(at + structs.FrameJob.members.policies.at, policies);
       const wantsContacts = contacts || rest.report === 'distances';
+      // Without room for a contact the engine would not see that any are wanted.
+      if (wantsContacts && !this.#hits.room) this.#makeRoom(0);
       let code;
       do {
         this.#giveRoom(at, wantsContacts);

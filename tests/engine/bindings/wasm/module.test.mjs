@@ -68,6 +68,17 @@ test('contacts of boxes that overlap by an eighth say so', () => {
   world.destroy();
 });
 
+test('contacts without an exact test are refused in the first frame, though nothing touches', () => {
+  const {world, batch} = arms();
+  batch.origins()[3] = 100;
+  const error = thrown(() => world.runFrame({rules: [{a: batch}], contacts: true}));
+  assert.equal(error.status, 'contacts_need_exact');
+  const hits = world.runFrame({rules: [{a: batch}], policies: {exact: 'convex'}, contacts: true});
+  assert.equal(hits.length, 0);
+  assert.throws(() => hits.contact(0), RangeError);
+  world.destroy();
+});
+
 test('policies are an object or the name of a preset, and both are checked', () => {
   const {world, batch} = arms();
   const rules = [{a: batch}];
