@@ -204,15 +204,22 @@ class Structs {
       if (flat.length !== count) throw new TypeError(`cab: ${where} needs ${count} numbers, not ${flat.length}`);
       for (let i = 0; i < count; ++i) this.#setNumber(where, type, at + i * NUMBERS[type].bytes, flat[i]);
     } else if (type === 'ArticulationId' || type === 'BatchId') {
-      if (typeof value?.id !== 'bigint') {
+      if (!(value instanceof (type === 'BatchId' ? Batch : Articulation))) {
         throw new TypeError(`cab: ${where} is not what ${type === 'BatchId' ? 'addBatch' : 'addArticulation'} returns`);
       }
-      this.view.setBigUint64(at, value.id, true);
+      this.view.setBigUint64(at, this.idOf(where, value), true);
     } else if (structs[type]) {
       this.set(type, at, value);
     } else {
       this.#setNumber(where, type, at, value);
     }
+  }
+
+  // The id of a batch or articulation. Those of another module may have the same ids, and their memory is not this one.
+  idOf(where, what) {
+    if (what.id === null) throw new TypeError(`cab: ${where} has been removed`);
+    if (!what._isOf(this)) throw new TypeError(`cab: ${where} is of another module`);
+    return what.id;
   }
 
   #setNumber(where, type, at, value) {
@@ -316,13 +323,18 @@ export class Cab {
 // ------------------------------------------------------------------------------------------------------------ world
 
 class Articulation {
-  constructor(id, info) {
+  #structs;
+
+  constructor(structs_, id, info) {
+    this.#structs = structs_;
     this.id = id;
     this.linkCount = info.linkCount;
     this.leafCount = info.leafCount;
     this.nodeCount = info.nodeCount;
     Object.freeze(this);
   }
+
+  _isOf(structs_) { return this.#structs === structs_; }
 }
 
 export class Batch {
@@ -372,6 +384,8 @@ export class Batch {
     return array;
   }
 
+  _isOf(structs_) { return this.#structs === structs_; }
+
   // What a call is given of the batch.
   _input() {
     const input = {batch: this, count: this.count};
@@ -388,6 +402,11 @@ export class Batch {
     this.#arrays.clear();
     this.id = null;
   }
+}
+
+function inputOf(batch) {
+  if (!(batch instanceof Batch)) throw new TypeError('cab: this is not a batch');
+  return batch._input();
 }
 
 function fillWith(array, values) {
@@ -451,7 +470,7 @@ export class World {
   addArticulation(desc) {
     const id = this.#add(this.#exports.cab_add_articulation, 'ArticulationDesc', desc);
     const info = this.#read('ArticulationInfo', (out) => this.#exports.cab_articulation_info(this.#engine, id, out));
-    return new Articulation(id, info);
+    return new Articulation(this.#structs, id, info);
   }
 
   #read(name, call) {
@@ -489,10 +508,13 @@ export class World {
 
   remove(what) {
     const structs_ = this.#structs, engine = this.#alive();
-    if (typeof what?.id !== 'bigint') throw new TypeError('cab: this is neither a batch nor an articulation');
-    const call = what instanceof Batch ? this.#exports.cab_remove_batch : this.#exports.cab_remove_articulation;
-    structs_.check(call(engine, what.id));
-    if (!(what instanceof Batch)) return;
+    const isBatch = what instanceof Batch;
+    if (!isBatch && !(what instanceof Articulation)) {
+      throw new TypeError('cab: this is neither a batch nor an articulation');
+    }
+    const call = isBatch ? this.#exports.cab_remove_batch : this.#exports.cab_remove_articulation;
+    structs_.check(call(engine, structs_.idOf('what is to be removed', what)));
+    if (!isBatch) return;
     this.#batches.delete(what.slot);
     what._release();
     ++this.#frame;
@@ -512,7 +534,7 @@ export class World {
   whyMasked(batch, instance) {
     const engine = this.#alive();
     return this.#read('MaskReason', (out) => this.#exports.cab_why_masked(
-                                        engine, this.#structs.make('BatchInput', batch._input()), instance, out));
+                                        engine, this.#structs.make('BatchInput', inputOf(batch)), instance, out));
   }
 
   // ----------------------------------------------------------------------------------------------------------- frame
@@ -526,10 +548,9 @@ export class World {
     ++this.#frame;
     return structs_.borrowed(() => {
       const inputs = [...new Set(batches ?? rules.flatMap(({a, b = a}) => [a, b]))];
-      for (const batch of inputs) if (!(batch instanceof Batch)) throw new TypeError('cab: a rule needs a batch');
       const at = structs_.make('FrameJob', {
         ...rest,
-        inputs: inputs.map((batch) => batch._input()),
+        inputs: inputs.map(inputOf),
         rules: rules.map(({a, b = a, ...how}) => ({a, b, ...how})),
       });
       this.#setPolicies(at + structs.FrameJob.members.policies.at, policies);
@@ -600,7 +621,7 @@ export class World {
       const found = structs_.take(Math.max(asked.length, 1));
       const at = structs_.make('QueryJob', {
         exact, reuseBounds, planes,
-        inputs: batches.map((batch) => batch._input()),
+        inputs: batches.map(inputOf),
         queries: asked,
         found: new Place(found, asked.length),
       });

@@ -140,7 +140,7 @@ test('what no struct can hold is a TypeError or a RangeError that names the memb
     [TypeError, /Box.half needs 3 numbers, not 2/,
      () => world.addArticulation({...chain(1), leaves: [{link: 0, box: {...bone, half: [1, 1]}}]})],
     [TypeError, /leaves is not an array/, () => world.addArticulation({linkParents: [-1], leaves: 7})],
-    [TypeError, /a rule needs a batch/, () => world.runFrame({rules: [{}]})],
+    [TypeError, /this is not a batch/, () => world.runFrame({rules: [{}]})],
     [TypeError, /runFrame takes no 'margins'/, () => world.runFrame({rules: [{a: batch}], margins: 1})],
     [TypeError, /format is 'matrix'/, () => world.addBatch(batch.articulation, 1, {format: 'matrix'})],
     [TypeError, /not what addArticulation returns/, () => world.addBatch(7, 1)],
@@ -288,6 +288,52 @@ test('what is removed takes no part, is refused afterwards, and gives its slot t
   world.destroy();
   world.destroy();
   assert.throws(() => world.memory(), /destroyed/);
+});
+
+test('a batch or an articulation of another module is refused, though its id is the same', async () => {
+  const [first, second] = await Promise.all([cab.load(), cab.load()]);
+  const [own, other] = [first, second].map((of) => {
+    const world = of.createWorld();
+    const arm = world.addArticulation(chain(2));
+    return {world, arm, batch: world.addBatch(arm, 2)};
+  });
+  assert.deepEqual([own.arm.id, own.batch.id], [other.arm.id, other.batch.id]);
+  const {world} = own;
+  const query = {position: [0, 0, 0], direction: [1, 0, 0], length: 1};
+  const calls = [
+    () => world.addBatch(other.arm, 1),
+    () => world.remove(other.arm),
+    () => world.remove(other.batch),
+    () => world.runFrame({rules: [{a: other.batch}]}),
+    () => world.runFrame({rules: [{a: own.batch, b: other.batch}], batches: [own.batch]}),
+    () => world.runQueries({queries: [query], batches: [other.batch]}),
+    () => world.runQueries({queries: [{...query, ignoredBatch: other.batch, ignoredInstance: 0}]}),
+    () => world.whyMasked(other.batch, 0),
+  ];
+  for (const call of calls) assert.throws(call, {name: 'TypeError', message: /is of another module$/});
+  assert.equal(other.batch.poses().length, 2 * 2 * 7);
+  assert.equal(world.runFrame({rules: [{a: own.batch}]}).length, 4);
+  world.destroy();
+  other.world.destroy();
+});
+
+test('a batch is no articulation and an articulation no batch, though both have an id', () => {
+  const {world, arm, batch} = arms();
+  const like = {id: batch.id};
+  const query = {position: [0, 0, 0], direction: [1, 0, 0], length: 1};
+  const calls = [
+    [/not what addArticulation returns/, () => world.addBatch(batch, 1)],
+    [/not what addArticulation returns/, () => world.addBatch({...arm}, 1)],
+    [/PairRule.a is not what addBatch returns/, () => world.runFrame({rules: [{a: arm}], batches: [batch]})],
+    [/ignoredBatch is not what addBatch returns/, () => world.runQueries({queries: [{...query, ignoredBatch: arm}]})],
+    [/this is not a batch/, () => world.runFrame({rules: [{a: batch}], batches: [arm]})],
+    [/this is not a batch/, () => world.runQueries({queries: [query], batches: [arm]})],
+    [/this is not a batch/, () => world.whyMasked(arm, 0)],
+    [/neither a batch nor an articulation/, () => world.remove(like)],
+  ];
+  for (const [message, call] of calls) assert.throws(call, {name: 'TypeError', message});
+  assert.equal(world.runFrame({rules: [{a: batch}]}).length, 1);
+  world.destroy();
 });
 
 test('hits of an earlier frame are refused, not shown as those of another', () => {
