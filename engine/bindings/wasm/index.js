@@ -251,7 +251,10 @@ class Structs {
     // A view of this memory would be gone once the memory has grown.
     if (value.buffer === this.memory.buffer) value = value.slice();
     const {length} = value;
-    if (!length) return {data: 0, size: 0};
+    if (!length) {
+      refuseDetached(where, value);
+      return {data: 0, size: 0};
+    }
     if (structs[type]) {
       const {size} = structs[type];
       const data = this.take(size * length);
@@ -359,6 +362,7 @@ export class Batch {
   }
 
   poses() {
+    if (this.id === null) throw new TypeError('cab: the batch has been removed');
     if (!this.#poses) throw new TypeError('cab: static bodies have no poses');
     return this.#structs.array('f32', this.#poses,
                                FLOATS_OF_POSE[this.format] * this.size * this.articulation.linkCount);
@@ -390,7 +394,12 @@ export class Batch {
   _input() {
     const input = {batch: this, count: this.count};
     if (this.#poses) input.poses = {format: this.format, data: this.#poses};
-    if (this.instances) input.instances = this.instances;
+    if (this.instances?.length === 0) {
+      refuseDetached('Batch.instances', this.instances);
+      input.count = 0;  // to the engine an empty list is all instances
+    } else if (this.instances !== null && this.instances !== undefined) {
+      input.instances = this.instances;
+    }
     for (const [name, at] of this.#arrays) input[name] = new Place(at, ARRAYS[name].fill.length * this.size);
     return input;
   }
@@ -401,6 +410,16 @@ export class Batch {
     this.#poses = 0;
     this.#arrays.clear();
     this.id = null;
+  }
+}
+
+// A view of memory that has grown has length 0, but does not mean an empty list.
+function refuseDetached(where, view) {
+  if (!ArrayBuffer.isView(view)) return;
+  try {
+    new Uint8Array(view.buffer);
+  } catch {
+    throw new TypeError(`cab: ${where} is a view of memory that has grown since; ask for it again`);
   }
 }
 

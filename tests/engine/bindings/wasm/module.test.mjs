@@ -195,6 +195,33 @@ test('arrays of a batch begin as what changes nothing, and count from then on', 
   world.destroy();
 });
 
+test('an empty list of instances is none of them, and null is all', () => {
+  const {world, batch} = arms();
+  const rules = [{a: batch}];
+  const sphere = {kind: 'sphere', position: [0, 0, 0], radius: 9, want: 'all'};
+  const inContact = batch.inContact();
+  for (const none of [[], new Uint32Array(0)]) {
+    batch.instances = null;
+    assert.equal(world.runFrame({rules}).length, 1);
+    assert.deepEqual([...inContact], [1, 1]);
+    assert.equal(world.runQueries({queries: [sphere]}).length, 4);
+    batch.instances = none;
+    assert.equal(world.runFrame({rules}).length, 0);
+    assert.deepEqual([...inContact], [0, 0]);
+    assert.equal(world.runQueries({queries: [sphere]}).length, 0);
+  }
+  const detached = new Uint32Array([0]);
+  structuredClone(detached.buffer, {transfer: [detached.buffer]});
+  assert.equal(detached.length, 0);
+  batch.instances = detached;
+  assert.throws(() => world.runFrame({rules}), {name: 'TypeError', message: /Batch.instances is a view of memory/});
+  assert.throws(() => world.addArticulation({...chain(1), linkJoints: detached}),
+                {name: 'TypeError', message: /linkJoints is a view of memory/});
+  batch.instances = 0;
+  assert.throws(() => world.runFrame({rules}), {name: 'TypeError', message: /instances is not an array/});
+  world.destroy();
+});
+
 test('a matrix by columns and one by rows pose as a quaternion does', () => {
   const quarter = {
     matrix4x4_columns: [0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1],
@@ -273,7 +300,7 @@ test('what is removed takes no part, is refused afterwards, and gives its slot t
   world.remove(second);
   assert.ok(world.memory().batches < before.batches);
   assert.throws(() => world.runFrame({rules: [{a: batch, b: second}]}), TypeError);
-  assert.throws(() => second.poses(), TypeError);
+  assert.throws(() => second.poses(), /removed/);
   assert.throws(() => second.origins(), /removed/);
   assert.throws(() => world.remove(second), TypeError);
   assert.equal(world.runFrame({rules: [{a: batch}]}).length, 1);
@@ -285,8 +312,10 @@ test('what is removed takes no part, is refused afterwards, and gives its slot t
   world.remove(arm);
   assert.equal(thrown(() => world.remove(arm)).status, 'unknown_articulation');
   assert.equal(thrown(() => world.addBatch(arm, 1)).status, 'unknown_articulation');
+  const last = world.addBatch(world.addArticulation(chain(1)), 1);
   world.destroy();
   world.destroy();
+  assert.throws(() => last.poses(), /removed/);
   assert.throws(() => world.memory(), /destroyed/);
 });
 
