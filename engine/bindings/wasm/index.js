@@ -101,6 +101,9 @@ class Place {
   }
 }
 
+// The most memory that is kept from one call to the next for what calls borrow. More is given back after its call.
+const KEPT_BYTES = 1 << 20;
+
 // Writes and reads structs of the C API in the memory of the module. Its own memory, for what a call borrows, is taken
 // between open() and close().
 class Structs {
@@ -145,9 +148,12 @@ class Structs {
           bytes += of;
         }
         this.#more = [];
-        this.exports.free(this.#block.at);
-        const at = this.exports.malloc(bytes);
-        this.#block = {at, bytes: at ? bytes : 0};
+        bytes = Math.min(bytes, KEPT_BYTES);
+        if (bytes > this.#block.bytes) {
+          this.exports.free(this.#block.at);
+          const at = this.exports.malloc(bytes);
+          this.#block = {at, bytes: at ? bytes : 0};
+        }
       }
       this.#used = 0;
     }
