@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace cab {
@@ -62,7 +63,8 @@ void write_edges(const Box& box, const double (&at)[3], BoxLine line, BoxLine* o
     for (int c = 0; c < 3; ++c) {
       double value = at[c] + double{box.center[c]};
       for (int k = 0; k < 3; ++k) value += (signs >> k & 1 ? 1.0 : -1.0) * double{box.axis[k][c]} * double{box.half[k]};
-      to[c] = static_cast<float>(value);
+      constexpr double kLargest = std::numeric_limits<float>::max();
+      to[c] = static_cast<float>(std::clamp(value, -kLargest, kLargest));
     }
   };
   for (int k = 0; k < 3; ++k)

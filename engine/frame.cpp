@@ -142,8 +142,8 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;  // before the checks: they compare floats, which must not trap
-  const Profiled profiled(engine.profiler, "frame", 0);
   FrameRun run(std::move(call), engine, job);
+  const Profiled profiled(engine.profiler, "frame", 0);  // ends before `run` lets the engine go
   if (const Status status = start(run, false); status != Status::kOk) return status;
   while (next_step(run))
     engine.pool.tasks->for_each(run.task_count,

@@ -164,6 +164,44 @@ TEST_CASE("boxes of links in hits, and all boxes above them, are marked, and no 
   CHECK(unmarked > 0);
 }
 
+TEST_CASE("lines are drawn of static bodies, of levels of nodes, of listed instances and of sequences") {
+  Random random(9);
+  const World world = one_batch(random, 5);
+  const EnginePtr engine = make_engine_for(world);
+  const Poses& poses = world.members[0].poses;
+  LodDesc desc;
+  desc.of = {1};
+  desc.kind = LodKind::kNodes;
+  desc.max_leaves = 2;
+  ArticulationId coarse;
+  REQUIRE(add_lod(*engine, desc, &coarse) == Status::kOk);
+  const BatchId level = add_instances(*engine, coarse, 5),
+                frames = add_instances(*engine, {1}, 5, BatchKind::kSequence);
+  StaticBody wall;
+  wall.box = random_box(random, {}, 1, 2);
+  wall.origin[0] = 7;
+  BatchId walls;
+  REQUIRE(add_static_batch(*engine, {{&wall, 1}, {}, {}, {}}, &walls) == Status::kOk);
+
+  ArticulationInfo info;
+  REQUIRE(articulation_info(*engine, coarse, &info) == Status::kOk);
+  CHECK(draw(*engine, poses.input(level), {}).size() == std::size_t{5} * info.leaf_count);
+  CHECK(draw(*engine, poses.input(frames), {}).size() == world.members[0].rig.leaves.size() * 5);
+  BatchInput listed = poses.input({1});
+  const std::uint32_t numbers[] = {1, 4};
+  listed.instances = numbers;
+  std::set<std::uint32_t> instances;
+  for (const auto& [key, drawn] : draw(*engine, listed, {})) instances.insert(key.first);
+  CHECK(instances == std::set<std::uint32_t>{1, 4});
+  BatchInput still;
+  still.batch = walls;
+  const DrawnBoxes drawn = draw(*engine, still, {});
+  REQUIRE(drawn.size() == 1);
+  Box padded;
+  REQUIRE(compute_boxes(*engine, still, {}, {&padded, 1}) == Status::kOk);
+  check_edges(drawn.begin()->second, padded, wall.origin);
+}
+
 TEST_CASE("masked instances have no lines, and what cannot be drawn is refused") {
   Random random(5);
   World world = one_batch(random, 3);

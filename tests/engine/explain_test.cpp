@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <string>
@@ -248,6 +249,16 @@ TEST_CASE("texts are cut where the buffer ends, and a 0 follows") {
   CHECK(std::string(room) == "inpu");
   CHECK(room[5] == 'x');
   CHECK(length > 60);
+  const std::string whole = explained(*setting.engine, setting.job);
+  CHECK(whole.size() == length);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, length - 1, length, length + 1}) {
+    CAPTURE(size);
+    std::vector<char> text(length + 8, 'x');
+    CHECK(explain_job(*setting.engine, setting.job, {text.data(), size}) == length);
+    if (size) CHECK(text.data() == whole.substr(0, size - 1));
+    CHECK(std::count(text.begin() + static_cast<std::ptrdiff_t>(size), text.end(), 'x') ==
+          static_cast<std::ptrdiff_t>(text.size() - size));
+  }
   FrameStats stats;
   stats.seconds_total = 0.0025;
   stats.candidates = 12345;
@@ -258,9 +269,9 @@ TEST_CASE("texts are cut where the buffer ends, and a 0 follows") {
 
 TEST_CASE("explaining a job leaves its outputs and the next frame as they are") {
   std::size_t hits = 0;
-  for (std::uint64_t seed = 1; seed <= rounds(10); ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds(40); ++seed) {
     CAPTURE(seed);
-    Random random(seed);
+    Random random(seed + 7);
     World world;
     add_characters(random, world, 12);
     const EnginePtr engine = make_engine_for(world);

@@ -7,6 +7,7 @@
 
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -20,6 +21,7 @@ struct Told {
   std::mutex mutex;
   std::map<std::thread::id, std::vector<std::pair<std::string, std::uint32_t>>> open;
   std::map<std::string, std::size_t> count;
+  std::set<std::uint32_t> workers;
   std::size_t out_of_order = 0;
 
   static void begin(void* user, const char* phase, std::uint32_t worker) {
@@ -27,6 +29,7 @@ struct Told {
     const std::lock_guard lock(told.mutex);
     told.open[std::this_thread::get_id()].emplace_back(phase, worker);
     ++told.count[phase];
+    told.workers.insert(worker);
   }
   static void end(void* user, const char* phase, std::uint32_t worker) {
     Told& told = *static_cast<Told*>(user);
@@ -70,6 +73,7 @@ TEST_CASE("a profiler is told of frames and their tasks, in pairs, and changes n
     CHECK(told.out_of_order == 0);
     CHECK(told.all_closed());
     CHECK(told.count["frame"] >= 1);
+    CHECK(*told.workers.rbegin() < engine_thread_count(*engine));
     for (const char* phase : {"bound", "pair", "sequences"}) {
       CAPTURE(phase);
       CHECK(told.count[phase] >= 1);
@@ -83,8 +87,11 @@ TEST_CASE("a profiler is told of queries and of the tasks that the caller runs")
   add_characters(random, world, 12);
   Told told;
   const Profiler profiler = told.profiler();
+  ThreadPool pool(4);
+  const Scheduler scheduler = pool.scheduler();
   EngineDesc desc;
   desc.profiler = &profiler;
+  desc.scheduler = &scheduler;
   const EnginePtr engine = make_engine_for(world, desc);
   std::vector<BatchInput> inputs;
   for (std::size_t m = 0; m < world.members.size(); ++m)
@@ -93,13 +100,19 @@ TEST_CASE("a profiler is told of queries and of the tasks that the caller runs")
   job.inputs = inputs;
   REQUIRE(begin_frame(*engine, job) == Status::kOk);
   std::uint32_t count = 0, tasks = 0;
+  std::set<std::uint32_t> workers;
   while (next_tasks(*engine, &count) == Status::kOk && count > 0)
-    for (std::uint32_t task = 0; task < count; ++task, ++tasks) REQUIRE(run_task(*engine, task, 0) == Status::kOk);
+    for (std::uint32_t task = 0; task < count; ++task, ++tasks) {
+      workers.insert(3 - tasks % 4);
+      REQUIRE(run_task(*engine, task, 3 - tasks % 4) == Status::kOk);
+    }
   REQUIRE(end_frame(*engine) == Status::kOk);
   std::size_t told_tasks = 0;
   for (const auto& phase : told.count) told_tasks += phase.second;
   CHECK(tasks > 0);
   CHECK(told_tasks == tasks);
+  CHECK(workers.size() > 1);
+  CHECK(told.workers == workers);
 
   REQUIRE(reserve(*engine, {0, 0, 4}) == Status::kOk);
   Query ray;

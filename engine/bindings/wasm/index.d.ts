@@ -183,7 +183,10 @@ export declare class Batch {
   readonly format: PoseFormat | null;
   /** How many instances take part, the first ones. Default: all. */
   count: number;
-  /** The numbers of those that take part, ascending and below `count`. Default: null, all of them. */
+  /**
+   * The numbers of those that take part, ascending and below `count`. Characters only. Default: null, all of them. An
+   * empty array: none. A view of memory that has grown since is a `TypeError`.
+   */
   instances: Numbers | null;
 
   /** The pose of each link of each instance, from link to instance ("model space"): instances by rows, then links. */

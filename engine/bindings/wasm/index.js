@@ -101,6 +101,9 @@ class Place {
   }
 }
 
+// The most memory that is kept from one call to the next for what calls borrow. More is given back after its call.
+const KEPT_BYTES = 1 << 20;
+
 // Writes and reads structs of the C API in the memory of the module. Its own memory, for what a call borrows, is taken
 // between open() and close().
 class Structs {
@@ -145,9 +148,12 @@ class Structs {
           bytes += of;
         }
         this.#more = [];
-        this.exports.free(this.#block.at);
-        const at = this.exports.malloc(bytes);
-        this.#block = {at, bytes: at ? bytes : 0};
+        bytes = Math.min(bytes, KEPT_BYTES);
+        if (bytes > this.#block.bytes) {
+          this.exports.free(this.#block.at);
+          const at = this.exports.malloc(bytes);
+          this.#block = {at, bytes: at ? bytes : 0};
+        }
       }
       this.#used = 0;
     }
@@ -204,15 +210,22 @@ class Structs {
       if (flat.length !== count) throw new TypeError(`cab: ${where} needs ${count} numbers, not ${flat.length}`);
       for (let i = 0; i < count; ++i) this.#setNumber(where, type, at + i * NUMBERS[type].bytes, flat[i]);
     } else if (type === 'ArticulationId' || type === 'BatchId') {
-      if (typeof value?.id !== 'bigint') {
+      if (!(value instanceof (type === 'BatchId' ? Batch : Articulation))) {
         throw new TypeError(`cab: ${where} is not what ${type === 'BatchId' ? 'addBatch' : 'addArticulation'} returns`);
       }
-      this.view.setBigUint64(at, value.id, true);
+      this.view.setBigUint64(at, this.idOf(where, value), true);
     } else if (structs[type]) {
       this.set(type, at, value);
     } else {
       this.#setNumber(where, type, at, value);
     }
+  }
+
+  // The id of a batch or articulation. Those of another module may have the same ids, and their memory is not this one.
+  idOf(where, what) {
+    if (what.id === null) throw new TypeError(`cab: ${where} has been removed`);
+    if (!what._isOf(this)) throw new TypeError(`cab: ${where} is of another module`);
+    return what.id;
   }
 
   #setNumber(where, type, at, value) {
@@ -244,7 +257,10 @@ class Structs {
     // A view of this memory would be gone once the memory has grown.
     if (value.buffer === this.memory.buffer) value = value.slice();
     const {length} = value;
-    if (!length) return {data: 0, size: 0};
+    if (!length) {
+      refuseDetached(where, value);
+      return {data: 0, size: 0};
+    }
     if (structs[type]) {
       const {size} = structs[type];
       const data = this.take(size * length);
@@ -316,13 +332,18 @@ export class Cab {
 // ------------------------------------------------------------------------------------------------------------ world
 
 class Articulation {
-  constructor(id, info) {
+  #structs;
+
+  constructor(structs_, id, info) {
+    this.#structs = structs_;
     this.id = id;
     this.linkCount = info.linkCount;
     this.leafCount = info.leafCount;
     this.nodeCount = info.nodeCount;
     Object.freeze(this);
   }
+
+  _isOf(structs_) { return this.#structs === structs_; }
 }
 
 export class Batch {
@@ -347,6 +368,7 @@ export class Batch {
   }
 
   poses() {
+    if (this.id === null) throw new TypeError('cab: the batch has been removed');
     if (!this.#poses) throw new TypeError('cab: static bodies have no poses');
     return this.#structs.array('f32', this.#poses,
                                FLOATS_OF_POSE[this.format] * this.size * this.articulation.linkCount);
@@ -372,11 +394,18 @@ export class Batch {
     return array;
   }
 
+  _isOf(structs_) { return this.#structs === structs_; }
+
   // What a call is given of the batch.
   _input() {
     const input = {batch: this, count: this.count};
     if (this.#poses) input.poses = {format: this.format, data: this.#poses};
-    if (this.instances) input.instances = this.instances;
+    if (this.instances?.length === 0) {
+      refuseDetached('Batch.instances', this.instances);
+      input.count = 0;  // to the engine an empty list is all instances
+    } else if (this.instances !== null && this.instances !== undefined) {
+      input.instances = this.instances;
+    }
     for (const [name, at] of this.#arrays) input[name] = new Place(at, ARRAYS[name].fill.length * this.size);
     return input;
   }
@@ -388,6 +417,21 @@ export class Batch {
     this.#arrays.clear();
     this.id = null;
   }
+}
+
+// A view of memory that has grown has length 0, but does not mean an empty list.
+function refuseDetached(where, view) {
+  if (!ArrayBuffer.isView(view)) return;
+  try {
+    new Uint8Array(view.buffer);
+  } catch {
+    throw new TypeError(`cab: ${where} is a view of memory that has grown since; ask for it again`);
+  }
+}
+
+function inputOf(batch) {
+  if (!(batch instanceof Batch)) throw new TypeError('cab: this is not a batch');
+  return batch._input();
 }
 
 function fillWith(array, values) {
@@ -451,7 +495,7 @@ export class World {
   addArticulation(desc) {
     const id = this.#add(this.#exports.cab_add_articulation, 'ArticulationDesc', desc);
     const info = this.#read('ArticulationInfo', (out) => this.#exports.cab_articulation_info(this.#engine, id, out));
-    return new Articulation(id, info);
+    return new Articulation(this.#structs, id, info);
   }
 
   #read(name, call) {
@@ -489,10 +533,13 @@ export class World {
 
   remove(what) {
     const structs_ = this.#structs, engine = this.#alive();
-    if (typeof what?.id !== 'bigint') throw new TypeError('cab: this is neither a batch nor an articulation');
-    const call = what instanceof Batch ? this.#exports.cab_remove_batch : this.#exports.cab_remove_articulation;
-    structs_.check(call(engine, what.id));
-    if (!(what instanceof Batch)) return;
+    const isBatch = what instanceof Batch;
+    if (!isBatch && !(what instanceof Articulation)) {
+      throw new TypeError('cab: this is neither a batch nor an articulation');
+    }
+    const call = isBatch ? this.#exports.cab_remove_batch : this.#exports.cab_remove_articulation;
+    structs_.check(call(engine, structs_.idOf('what is to be removed', what)));
+    if (!isBatch) return;
     this.#batches.delete(what.slot);
     what._release();
     ++this.#frame;
@@ -512,7 +559,7 @@ export class World {
   whyMasked(batch, instance) {
     const engine = this.#alive();
     return this.#read('MaskReason', (out) => this.#exports.cab_why_masked(
-                                        engine, this.#structs.make('BatchInput', batch._input()), instance, out));
+                                        engine, this.#structs.make('BatchInput', inputOf(batch)), instance, out));
   }
 
   // ----------------------------------------------------------------------------------------------------------- frame
@@ -526,14 +573,15 @@ export class World {
     ++this.#frame;
     return structs_.borrowed(() => {
       const inputs = [...new Set(batches ?? rules.flatMap(({a, b = a}) => [a, b]))];
-      for (const batch of inputs) if (!(batch instanceof Batch)) throw new TypeError('cab: a rule needs a batch');
       const at = structs_.make('FrameJob', {
         ...rest,
-        inputs: inputs.map((batch) => batch._input()),
+        inputs: inputs.map(inputOf),
         rules: rules.map(({a, b = a, ...how}) => ({a, b, ...how})),
       });
       this.#setPolicies(at + structs.FrameJob.members.policies.at, policies);
       const wantsContacts = contacts || rest.report === 'distances';
+      // Without room for a contact the engine would not see that any are wanted.
+      if (wantsContacts && !this.#hits.room) this.#makeRoom(0);
       let code;
       do {
         this.#giveRoom(at, wantsContacts);
@@ -598,7 +646,7 @@ export class World {
       const found = structs_.take(Math.max(asked.length, 1));
       const at = structs_.make('QueryJob', {
         exact, reuseBounds, planes,
-        inputs: batches.map((batch) => batch._input()),
+        inputs: batches.map(inputOf),
         queries: asked,
         found: new Place(found, asked.length),
       });

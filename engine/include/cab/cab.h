@@ -298,11 +298,11 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;
 
-// Writes in words what is wrong with a job: the first thing that run_frame would refuse it for, with the member, the
-// index and the value, and the words of the status. For a job that run_frame would take, it says what may not be meant:
-// no inputs, no rules, inputs that are in no rule, instances that are masked, and why. One remark per line, without a
-// newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text` receives as
-// much of it as fits, with a 0 at the end unless its size is 0.
+// Writes in words what is wrong with a job: the first thing that run_frame would refuse it for (but for kMovedAtRest),
+// with member, index and value, and the words of the status. For a job that run_frame would take, it says what may not
+// be meant: no inputs, no rules, inputs that are in no rule, instances that are masked, and why. One remark per line,
+// without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
+// receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
 // engine is running, the text says so. Thread: any, one call per engine at a time.
 CAB_API std::size_t explain_job(Engine& engine, const FrameJob& job, Span<char> text) noexcept;

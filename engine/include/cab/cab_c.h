@@ -1752,11 +1752,11 @@ CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputS
 CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint32_t instance,
                                   cab_MaskReason* out);
 
-// Writes in words what is wrong with a job: the first thing that cab_run_frame would refuse it for, with the member,
-// the index and the value, and the words of the status. For a job that cab_run_frame would take, it says what may not
-// be meant: no inputs, no rules, inputs that are in no rule, instances that are masked, and why. One remark per line,
-// without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
-// receives as much of it as fits, with a 0 at the end unless its size is 0.
+// Writes in words what is wrong with a job: the first thing that cab_run_frame would refuse it for (but for
+// CAB_STATUS_MOVED_AT_REST), with member, index and value, and the words of the status. For a job that cab_run_frame
+// would take, it says what may not be meant: no inputs, no rules, inputs that are in no rule, instances that are
+// masked, and why. One remark per line, without a newline at the end. Returns the number of characters of the whole
+// text, without the 0 at its end. `text` receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
 // engine is running, the text says so. Thread: any, one call per engine at a time.
 CAB_API size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text);

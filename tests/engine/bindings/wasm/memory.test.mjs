@@ -90,3 +90,19 @@ test('worlds that come and go, with batches, frames and queries, do not make the
   for (let i = 0; i < 60; ++i) live();
   assert.equal(module.memory.buffer.byteLength, bytes);
 });
+
+test('memory that a call borrowed is given back after it', async () => {
+  const module = await cab.load();
+  const world = module.createWorld();
+  const linkParents = new Int32Array(15e6);
+  const refused = () => assert.throws(() => world.addArticulation({...chain(1), linkParents}),
+                                      {status: 'too_many_links'});
+  refused();
+  refused();  // beside what is kept from the first
+  const bytes = module.memory.buffer.byteLength;
+  for (let i = 0; i < 3; ++i) refused();
+  // Room where the 60 MB of the call were.
+  module.exports.free(module.exports.malloc(50e6));
+  assert.equal(module.memory.buffer.byteLength, bytes);
+  world.destroy();
+});

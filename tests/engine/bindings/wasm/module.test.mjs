@@ -68,6 +68,17 @@ test('contacts of boxes that overlap by an eighth say so', () => {
   world.destroy();
 });
 
+test('contacts without an exact test are refused in the first frame, though nothing touches', () => {
+  const {world, batch} = arms();
+  batch.origins()[3] = 100;
+  const error = thrown(() => world.runFrame({rules: [{a: batch}], contacts: true}));
+  assert.equal(error.status, 'contacts_need_exact');
+  const hits = world.runFrame({rules: [{a: batch}], policies: {exact: 'convex'}, contacts: true});
+  assert.equal(hits.length, 0);
+  assert.throws(() => hits.contact(0), RangeError);
+  world.destroy();
+});
+
 test('policies are an object or the name of a preset, and both are checked', () => {
   const {world, batch} = arms();
   const rules = [{a: batch}];
@@ -129,7 +140,7 @@ test('what no struct can hold is a TypeError or a RangeError that names the memb
     [TypeError, /Box.half needs 3 numbers, not 2/,
      () => world.addArticulation({...chain(1), leaves: [{link: 0, box: {...bone, half: [1, 1]}}]})],
     [TypeError, /leaves is not an array/, () => world.addArticulation({linkParents: [-1], leaves: 7})],
-    [TypeError, /a rule needs a batch/, () => world.runFrame({rules: [{}]})],
+    [TypeError, /this is not a batch/, () => world.runFrame({rules: [{}]})],
     [TypeError, /runFrame takes no 'margins'/, () => world.runFrame({rules: [{a: batch}], margins: 1})],
     [TypeError, /format is 'matrix'/, () => world.addBatch(batch.articulation, 1, {format: 'matrix'})],
     [TypeError, /not what addArticulation returns/, () => world.addBatch(7, 1)],
@@ -181,6 +192,33 @@ test('arrays of a batch begin as what changes nothing, and count from then on', 
   assert.equal(world.runFrame({rules}).length, 0);
   batch.instances = new Uint32Array([0, 1]);
   assert.ok(world.runFrame({rules}).length > 0);
+  world.destroy();
+});
+
+test('an empty list of instances is none of them, and null is all', () => {
+  const {world, batch} = arms();
+  const rules = [{a: batch}];
+  const sphere = {kind: 'sphere', position: [0, 0, 0], radius: 9, want: 'all'};
+  const inContact = batch.inContact();
+  for (const none of [[], new Uint32Array(0)]) {
+    batch.instances = null;
+    assert.equal(world.runFrame({rules}).length, 1);
+    assert.deepEqual([...inContact], [1, 1]);
+    assert.equal(world.runQueries({queries: [sphere]}).length, 4);
+    batch.instances = none;
+    assert.equal(world.runFrame({rules}).length, 0);
+    assert.deepEqual([...inContact], [0, 0]);
+    assert.equal(world.runQueries({queries: [sphere]}).length, 0);
+  }
+  const detached = new Uint32Array([0]);
+  structuredClone(detached.buffer, {transfer: [detached.buffer]});
+  assert.equal(detached.length, 0);
+  batch.instances = detached;
+  assert.throws(() => world.runFrame({rules}), {name: 'TypeError', message: /Batch.instances is a view of memory/});
+  assert.throws(() => world.addArticulation({...chain(1), linkJoints: detached}),
+                {name: 'TypeError', message: /linkJoints is a view of memory/});
+  batch.instances = 0;
+  assert.throws(() => world.runFrame({rules}), {name: 'TypeError', message: /instances is not an array/});
   world.destroy();
 });
 
@@ -262,7 +300,7 @@ test('what is removed takes no part, is refused afterwards, and gives its slot t
   world.remove(second);
   assert.ok(world.memory().batches < before.batches);
   assert.throws(() => world.runFrame({rules: [{a: batch, b: second}]}), TypeError);
-  assert.throws(() => second.poses(), TypeError);
+  assert.throws(() => second.poses(), /removed/);
   assert.throws(() => second.origins(), /removed/);
   assert.throws(() => world.remove(second), TypeError);
   assert.equal(world.runFrame({rules: [{a: batch}]}).length, 1);
@@ -274,9 +312,57 @@ test('what is removed takes no part, is refused afterwards, and gives its slot t
   world.remove(arm);
   assert.equal(thrown(() => world.remove(arm)).status, 'unknown_articulation');
   assert.equal(thrown(() => world.addBatch(arm, 1)).status, 'unknown_articulation');
+  const last = world.addBatch(world.addArticulation(chain(1)), 1);
   world.destroy();
   world.destroy();
+  assert.throws(() => last.poses(), /removed/);
   assert.throws(() => world.memory(), /destroyed/);
+});
+
+test('a batch or an articulation of another module is refused, though its id is the same', async () => {
+  const [first, second] = await Promise.all([cab.load(), cab.load()]);
+  const [own, other] = [first, second].map((of) => {
+    const world = of.createWorld();
+    const arm = world.addArticulation(chain(2));
+    return {world, arm, batch: world.addBatch(arm, 2)};
+  });
+  assert.deepEqual([own.arm.id, own.batch.id], [other.arm.id, other.batch.id]);
+  const {world} = own;
+  const query = {position: [0, 0, 0], direction: [1, 0, 0], length: 1};
+  const calls = [
+    () => world.addBatch(other.arm, 1),
+    () => world.remove(other.arm),
+    () => world.remove(other.batch),
+    () => world.runFrame({rules: [{a: other.batch}]}),
+    () => world.runFrame({rules: [{a: own.batch, b: other.batch}], batches: [own.batch]}),
+    () => world.runQueries({queries: [query], batches: [other.batch]}),
+    () => world.runQueries({queries: [{...query, ignoredBatch: other.batch, ignoredInstance: 0}]}),
+    () => world.whyMasked(other.batch, 0),
+  ];
+  for (const call of calls) assert.throws(call, {name: 'TypeError', message: /is of another module$/});
+  assert.equal(other.batch.poses().length, 2 * 2 * 7);
+  assert.equal(world.runFrame({rules: [{a: own.batch}]}).length, 4);
+  world.destroy();
+  other.world.destroy();
+});
+
+test('a batch is no articulation and an articulation no batch, though both have an id', () => {
+  const {world, arm, batch} = arms();
+  const like = {id: batch.id};
+  const query = {position: [0, 0, 0], direction: [1, 0, 0], length: 1};
+  const calls = [
+    [/not what addArticulation returns/, () => world.addBatch(batch, 1)],
+    [/not what addArticulation returns/, () => world.addBatch({...arm}, 1)],
+    [/PairRule.a is not what addBatch returns/, () => world.runFrame({rules: [{a: arm}], batches: [batch]})],
+    [/ignoredBatch is not what addBatch returns/, () => world.runQueries({queries: [{...query, ignoredBatch: arm}]})],
+    [/this is not a batch/, () => world.runFrame({rules: [{a: batch}], batches: [arm]})],
+    [/this is not a batch/, () => world.runQueries({queries: [query], batches: [arm]})],
+    [/this is not a batch/, () => world.whyMasked(arm, 0)],
+    [/neither a batch nor an articulation/, () => world.remove(like)],
+  ];
+  for (const [message, call] of calls) assert.throws(call, {name: 'TypeError', message});
+  assert.equal(world.runFrame({rules: [{a: batch}]}).length, 1);
+  world.destroy();
 });
 
 test('hits of an earlier frame are refused, not shown as those of another', () => {
