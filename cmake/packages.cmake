@@ -1,6 +1,6 @@
 # The packages that the folders use. A cross build has the library without optional packages. The header-only ones are
-# the targets of the project that cab is a part of, or else the host's, which have a path of their own, so that the build
-# does not see the host's system headers.
+# the targets of the project that cab is a part of, or else the host's. These have a path of their own, so that the
+# build does not see the host's system headers.
 add_library(cab_xsimd INTERFACE)
 add_library(cab_test_packages INTERFACE)
 if(CMAKE_CROSSCOMPILING AND NOT (TARGET xsimd AND TARGET Eigen3::Eigen))
