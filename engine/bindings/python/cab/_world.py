@@ -500,13 +500,13 @@ class World:
             arguments["in_contact"] = True
         posed = self._posed(poses, arguments)
         if report == "in_contact" and posed and all(one.in_contact is None for one in posed):
-            raise ValueError("report: 'in_contact' needs Batch.posed(..., in_contact=True), else there is no report")
+            raise ValueError("report: 'in_contact' needs Batch.posed(..., in_contact=True)")
         inputs = self._inputs(posed)
         chosen = policies_of(policies, exact)
         rest = _RESTING.index(resting)
         rules: List[Tuple[int, int, int, int]] = []
         if pairs is None:
-            there = [one._batch for one in posed] + [batch for batch in tuple(self._batches.values()) if batch.is_static]
+            there = [one._batch for one in posed] + [batch for batch in self.batches if batch.is_static]
             for k, a in enumerate(there):
                 for b in there[k:]:
                     if not (a.is_static and b.is_static):
