@@ -25,7 +25,8 @@ if(MSVC)
     set(CAB_AVX2_FLAGS /arch:AVX2)
     set(CAB_AVX512_FLAGS /arch:AVX512)
   endif()
-  set(CAB_KERNEL_FLAGS /bigobj $<$<NOT:$<CONFIG:Release>>:/O2>)
+  # Debug has /RTC1, which no optimisation may stand beside.
+  set(CAB_KERNEL_FLAGS /bigobj $<$<CONFIG:RelWithDebInfo,MinSizeRel>:/O2>)
   return()
 endif()
 
@@ -59,7 +60,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   # The AVX-512 headers of GCC 12 themselves cause these two warnings.
   list(APPEND CAB_AVX512_FLAGS -Wno-uninitialized -Wno-maybe-uninitialized)
 endif()
-if(MINGW)
+if(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   # The stack of Windows is aligned to 16 bytes, and g++ moves wider registers to it as if it were aligned to theirs
   # (GCC bug 54412). The assembler writes the unaligned forms of these moves, which cost the same where data is aligned.
   list(APPEND CAB_AVX2_FLAGS -Wa,-muse-unaligned-vector-move)

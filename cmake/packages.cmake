@@ -1,15 +1,23 @@
 # The packages that the folders use. A cross build has the library without optional packages. The header-only ones are
-# the host's, and have a path of their own, so that the build does not see the host's system headers.
+# the targets of the project that cab is a part of, or else the host's, which have a path of their own, so that the build
+# does not see the host's system headers.
 add_library(cab_xsimd INTERFACE)
 add_library(cab_test_packages INTERFACE)
-if(CMAKE_CROSSCOMPILING)
+if(CMAKE_CROSSCOMPILING AND NOT (TARGET xsimd AND TARGET Eigen3::Eigen))
   if(CAB_WITH_FCL OR CAB_WITH_QHULL OR CAB_WITH_TBB)
     message(FATAL_ERROR
       "a cross build has no optional packages: -D CAB_WITH_FCL=OFF -D CAB_WITH_QHULL=OFF -D CAB_WITH_TBB=OFF")
   endif()
   set(CAB_HEADERS ${PROJECT_BINARY_DIR}/headers)
   file(MAKE_DIRECTORY ${CAB_HEADERS})
-  foreach(package xsimd doctest eigen3)
+  set(packages xsimd eigen3)
+  if(CAB_BUILD_TESTS)
+    list(APPEND packages doctest)
+  endif()
+  foreach(package IN LISTS packages)
+    if(NOT EXISTS /usr/include/${package})
+      message(FATAL_ERROR "a cross build takes ${package} of /usr/include, or the project's targets; there are neither")
+    endif()
     file(CREATE_LINK /usr/include/${package} ${CAB_HEADERS}/${package} SYMBOLIC)
   endforeach()
   set(CAB_EIGEN_INCLUDE ${CAB_HEADERS}/eigen3)
