@@ -1,5 +1,6 @@
 #include "engine/bindings/python/arrays.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -26,6 +27,15 @@ std::string wanted_words(const char* name, const py::dtype& dtype, const char* s
   return std::string(name) + ": an array of " + dtype_words(dtype) + " of shape " + shape + " is wanted, and ";
 }
 
+// What addresses of structures must be a multiple of: NumPy calls structures without padding aligned anywhere.
+std::size_t alignment_of(const py::dtype& dtype) {
+  std::size_t most = 1;
+  if (!dtype.has_fields()) return most;
+  for (const py::handle field : dtype.attr("fields").attr("values")())
+    most = std::max(most, field[py::int_(0)].attr("base").attr("alignment").cast<std::size_t>());
+  return most;
+}
+
 // Raises TypeError unless `value` is an array of the dtype in the machine's byte order.
 py::array typed(const py::object& value, const py::dtype& dtype, const char* name, const char* shape) {
   if (!py::isinstance<py::array>(value))
@@ -38,7 +48,8 @@ py::array typed(const py::object& value, const py::dtype& dtype, const char* nam
     throw py::type_error(wanted_words(name, dtype, shape) + dtype_words(array.dtype()) + " is given; " + name +
                          ".astype(numpy." + dtype_words(dtype) + ") makes such an array");
   }
-  if (!(array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_))
+  const bool aligned = (array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
+  if (!aligned || reinterpret_cast<std::uintptr_t>(array.data()) % alignment_of(dtype) != 0)
     throw py::value_error(std::string(name) +
                           ": the array does not lie at a multiple of its number's size in memory; " + name +
                           ".copy() makes one that does");

@@ -69,6 +69,8 @@ void bind_engine(py::module_& module) {
       .def("add_batch", &EngineHandle::add_batch)
       .def("add_static", &EngineHandle::add_static)
       .def("remove_batch", &EngineHandle::remove_batch)
+      .def("grow_batch", &EngineHandle::grow_batch)
+      .def("has_batch", &EngineHandle::has_batch)
       .def("reserve", &EngineHandle::reserve)
       .def("make_input", &EngineHandle::make_input)
       .def("run_frame",
@@ -89,6 +91,7 @@ void bind_engine(py::module_& module) {
       .def("find_touching_moments", &EngineHandle::find_touching_moments)
       .def("spatial_order", &EngineHandle::spatial_order)
       .def("why_masked", &EngineHandle::why_masked)
+      .def("find_masked", &EngineHandle::find_masked)
       .def("add_history", &EngineHandle::add_history)
       .def("remove_history", &EngineHandle::remove_history)
       .def("record_tick", &EngineHandle::record_tick)

@@ -52,8 +52,10 @@ class BuildWithCMake(build_py):
     def configure(self, folder: pathlib.Path) -> None:
         """Configures CMake. What CMAKE_ARGS says comes last, so it overrules."""
         arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCAB_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}"]
+        # Said each time, so that what CMAKE_ARGS said for an earlier build does not stay.
+        arguments += ["-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
         if not (folder / "CMakeCache.txt").exists():
-            arguments += ["-DCAB_BUILD_TESTS=OFF", "-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
+            arguments += ["-DCAB_BUILD_TESTS=OFF"]
             if shutil.which("ninja"):
                 arguments += ["-G", "Ninja"]
         arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))

@@ -7,6 +7,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 namespace cab::python {
@@ -93,6 +94,28 @@ auto released(const Call& call) {
   return call();
 }
 
+// Runs a call until no frame of another thread is in its way. For changes that must not stop halfway.
+template <class Call>
+Status insist(const Call& call) {
+  for (;;) {
+    const Status status = call();
+    if (status != Status::kBusy) return status;
+    std::this_thread::yield();
+  }
+}
+
+// The engine writes nothing for instances that are not listed. So their flags go back to 0, if the list has changed.
+void clear_flags_of_absent(const BatchInput& input) {
+  if (input.instances.empty() && input.count != 0) return;
+  std::size_t next = 0;
+  for (const std::uint32_t listed : input.instances) {
+    if (listed < next || listed >= input.flags.size) continue;  // the caller has written into the list meanwhile
+    std::fill(input.flags.data + next, input.flags.data + listed, std::uint8_t{0});
+    next = std::size_t{listed} + 1;
+  }
+  std::fill(input.flags.data + next, input.flags.data + input.flags.size, std::uint8_t{0});
+}
+
 // The text that a call writes.
 template <class Write>
 std::string text_of(const Write& write) {
@@ -139,7 +162,7 @@ std::shared_ptr<Engine> EngineHandle::engine() const {
   return engine_;
 }
 
-const BatchRecord& EngineHandle::record(std::uint64_t batch) const {
+BatchRecord EngineHandle::record(std::uint64_t batch) const {
   const auto found = batches_.find(batch);
   if (found == batches_.end()) raise_status(Status::kUnknownBatch);
   return found->second;
@@ -219,6 +242,34 @@ void EngineHandle::remove_batch(std::uint64_t id) {
   batches_.erase(id);
 }
 
+std::uint64_t EngineHandle::grow_batch(std::uint64_t id, std::uint64_t articulation, std::uint32_t instance_count) {
+  const std::shared_ptr<Engine> held = engine();
+  const BatchRecord old = record(id);
+  BatchRecord grown = old;
+  grown.instance_count = instance_count;
+  const BatchDesc desc = {{articulation}, instance_count, old.kind};
+  bool gone = false;
+  const Status status = changing([&] {
+    // Whatever refuses the larger batch does so while the old one is there. Then both go, so that the lowest free slot
+    // is the old one's again.
+    BatchId trial;
+    const Status refusal = cab::add_batch(*held, desc, &trial);
+    if (refusal != Status::kOk) return refusal;
+    const Status removed = insist([&] { return cab::remove_batch(*held, {id}); });
+    gone = removed == Status::kOk;
+    const Status cleared = insist([&] { return cab::remove_batch(*held, trial); });
+    if (removed != Status::kOk) return removed;
+    if (cleared != Status::kOk) return cleared;
+    return insist([&] { return cab::add_batch(*held, desc, &grown.id); });
+  });
+  if (gone) batches_.erase(id);
+  require(status);
+  batches_[grown.id.value] = grown;
+  return grown.id.value;
+}
+
+bool EngineHandle::has_batch(std::uint64_t id) const { return batches_.find(id) != batches_.end(); }
+
 void EngineHandle::reserve(std::uint32_t batches, std::uint32_t characters) {
   const std::shared_ptr<Engine> held = engine();
   const Status status = changing([&] { return cab::reserve(*held, {batches, characters, 0}); });
@@ -260,6 +311,7 @@ FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, cons
       continue;
     }
     if (status != Status::kOk) raise_job(*held, job, status);
+    for (const BatchInput& input : input_list) clear_flags_of_absent(input);
     FrameResult result;
     result.hits = cut(std::move(hits), job.hit_count);
     result.contacts = options.contacts ? cut(std::move(contacts), job.hit_count) : py::object(py::none());
@@ -332,7 +384,8 @@ py::array EngineHandle::compute_boxes(const FrameInput& input, const PolicyNames
   const Policies values = policies_of(policies);
   const std::uint32_t nodes = record(input.input().batch.value).node_count;
   const BatchInput& batch = input.input();
-  py::array boxes = empty_array(box_dtype(), input.count() * nodes);
+  // Zeros, since boxes of instances that are not listed are not written.
+  py::array boxes = py::module_::import("numpy").attr("zeros")(input.count() * nodes, box_dtype());
   const auto box_list = values_of<Box>(boxes);
   const Status status = released([&] { return cab::compute_boxes(*held, batch, values, box_list); });
   require(status);
@@ -381,6 +434,32 @@ py::tuple EngineHandle::why_masked(const FrameInput& input, std::uint32_t instan
                         text_of([&](Span<char> text) { return explain_mask(reason, text); }));
 }
 
+py::object EngineHandle::find_masked(const std::vector<FrameInput*>& inputs) {
+  const std::shared_ptr<Engine> held = engine();
+  const std::vector<BatchInput> input_list = inputs_of(inputs);
+  MaskReason reason;
+  std::size_t at = 0;
+  std::uint32_t instance = 0;
+  const Status status = released([&] {
+    for (at = 0; at < input_list.size(); ++at) {
+      const BatchInput& input = input_list[at];
+      if (input.flags.empty()) continue;  // static bodies
+      const bool listed = !input.instances.empty() || input.count == 0;
+      const std::size_t count = listed ? input.instances.size : input.flags.size;
+      for (std::size_t k = 0; k < count; ++k) {
+        instance = listed ? input.instances[k] : static_cast<std::uint32_t>(k);
+        const Status answer = cab::why_masked(*held, input, instance, &reason);
+        if (answer != Status::kOk || reason.cause != MaskCause::kNone) return answer;
+      }
+    }
+    return Status::kOk;
+  });
+  require(status);
+  if (at == input_list.size()) return py::none();
+  return py::make_tuple(at, instance, reason.link,
+                        text_of([&](Span<char> text) { return explain_mask(reason, text); }));
+}
+
 std::uint64_t EngineHandle::add_history(std::uint64_t batch, std::uint32_t ticks) {
   const std::shared_ptr<Engine> held = engine();
   HistoryId id;
@@ -396,7 +475,7 @@ void EngineHandle::remove_history(std::uint64_t id) {
 
 void EngineHandle::record_tick(std::uint64_t id, const FrameInput& input, double time) {
   const std::shared_ptr<Engine> held = engine();
-  const Status status = released([&] { return cab::record_tick(*held, {id}, input.input(), time); });
+  const Status status = changing([&] { return cab::record_tick(*held, {id}, input.input(), time); });
   require(status);
 }
 

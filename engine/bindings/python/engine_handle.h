@@ -58,6 +58,12 @@ class EngineHandle {
                            const py::sequence& parts, const py::object& vertices, const py::object& triangles,
                            const py::object& origin);
   void remove_batch(std::uint64_t id);
+
+  // A larger batch in the place of one, and its id. If it is refused, the old one stays. Only memory that runs out in
+  // the middle leaves none: has_batch says so.
+  std::uint64_t grow_batch(std::uint64_t id, std::uint64_t articulation, std::uint32_t instance_count);
+  bool has_batch(std::uint64_t id) const;
+
   void reserve(std::uint32_t batches, std::uint32_t characters);
 
   std::unique_ptr<FrameInput> make_input(std::uint64_t batch, const py::object& poses, bool column, bool has_scale,
@@ -76,6 +82,9 @@ class EngineHandle {
   py::array spatial_order(std::uint64_t batch);
   py::tuple why_masked(const FrameInput& input, std::uint32_t instance);
 
+  // The first masked instance: (index of its input, instance, link, why). None without one.
+  py::object find_masked(const std::vector<FrameInput*>& inputs);
+
   std::uint64_t add_history(std::uint64_t batch, std::uint32_t ticks);
   void remove_history(std::uint64_t id);
   void record_tick(std::uint64_t id, const FrameInput& input, double time);
@@ -93,7 +102,7 @@ class EngineHandle {
   auto changing(const Call& call) const;
 
   std::shared_ptr<Engine> engine() const;
-  const BatchRecord& record(std::uint64_t batch) const;
+  BatchRecord record(std::uint64_t batch) const;
 
   std::shared_ptr<Engine> engine_;
   mutable std::mutex mutex_;  // of `changing`; never waited for with the interpreter's lock

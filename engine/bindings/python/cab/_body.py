@@ -243,13 +243,15 @@ class Body:
 
     def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> "Body":
         """The same body with more pairs of links ignored: `pairs` (n, 2), and links at most `hops` joints apart."""
+        return Body(self._ignoring(pairs, hops), self._names)
+
+    def _ignoring(self, pairs: Optional[ArrayLike], hops: int) -> _cab.BodyData:
         old = self._data
         more = small_array(() if pairs is None else pairs, "u4", "pairs", (None, 2), "(n, 2)")
-        data = _cab.from_boxes(
+        return _cab.from_boxes(
             old.parents, old.joints, old.links, old.boxes, old.parts, np.concatenate((old.ignored_pairs, more)),
             max(hops, old.ignored_hops), old.rest_pose, False,
         )
-        return Body(data, self._names)
 
     @property
     def names(self) -> Tuple[str, ...]:
@@ -290,10 +292,16 @@ class SkinnedBody(Body):
 
     __slots__ = ("_skin",)
 
-    def __init__(self, skin: _cab.SkinData, names: Optional[Sequence[str]]) -> None:
+    def __init__(
+        self, skin: _cab.SkinData, names: Optional[Sequence[str]], data: Optional[_cab.BodyData] = None
+    ) -> None:
         """For `Body.from_skin`."""
-        super().__init__(skin.body, names)
+        super().__init__(skin.body if data is None else data, names)
         self._skin = skin
+
+    def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> "SkinnedBody":
+        """As `Body.ignoring`: joints and poses of links stay."""
+        return SkinnedBody(self._skin, self._names, self._ignoring(pairs, hops))
 
     @property
     def joints(self) -> UInt32Array:

@@ -7,8 +7,9 @@ import numpy as np
 from . import _cab
 from ._arrays import Float32Array, Float64Array, StructuredArray
 from ._body import Body, is_column
-from ._policies import PoliciesLike, policies_of
-from ._world import warn_masked
+from ._errors import BusyError
+from ._policies import Policies, PoliciesLike, policies_of
+from ._world import warn_flagged
 
 _BETWEEN, _WITHIN = 0, 1
 _HITS, _, _DISTANCES = range(3)
@@ -39,6 +40,12 @@ class _Character(NamedTuple):
     body: Body
     batch: int
     frame_input: _cab.FrameInput
+
+
+def _exact_policies(policies: PoliciesLike, exact: Optional[str]) -> Policies:
+    # An exact test of the caller's policies stands, unless `exact` overrules it.
+    chosen = policies_of(policies, exact)
+    return policies_of(chosen, "convex") if exact is None and chosen.exact == "none" else chosen
 
 
 class Clip:
@@ -117,9 +124,12 @@ class Clip:
                 batch, poses, is_column(order), has_scale, origins=origins, orientations=orientations, scales=scales
             )
         except Exception:
-            if batch:
-                self._engine.remove_batch(batch)
-            self._engine.remove_articulation(articulation)
+            try:
+                if batch:
+                    self._engine.remove_batch(batch)
+                self._engine.remove_articulation(articulation)
+            except BusyError:  # another thread is in a call: the engine keeps what no call names until `close`
+                pass
             raise
         number = len(self._characters)
         self._frames = max(self._frames, frames)
@@ -146,44 +156,59 @@ class Clip:
         return self._characters[int(character)].body.names[int(link)]
 
     def _run(
-        self, within: bool, between: bool, policies: PoliciesLike, exact: str, margin: float, min_depth: float,
-        report: int, contacts: bool,
-    ) -> Tuple[StructuredArray, Optional[StructuredArray]]:
-        chosen = policies_of(policies, exact)
+        self, dtype: "np.dtype[np.void]", within: bool, between: bool, chosen: Policies, margin: float,
+        min_depth: float, report: int,
+    ) -> Tuple[StructuredArray, Float32Array]:
         rules: List[Tuple[int, int, int, int]] = []
         for k, one in enumerate(self._characters):
             if within:
                 rules.append((one.batch, one.batch, _WITHIN, 0))
             if between:
                 rules.extend((one.batch, other.batch, _BETWEEN, 0) for other in self._characters[k + 1 :])
-        hits, found, stats = self._engine.run_frame(
-            [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report, contacts
+        hits, contacts, stats = self._engine.run_frame(
+            [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report,
+            chosen.exact != "none",
         )
         if stats.instances_masked:
-            warn_masked(
+            warn_flagged(
                 self._engine,
                 [(one.frame_input, f"{one.name}, frame", one.body.names) for one in self._characters],
-                True,
                 3,
             )
-        return hits, found
+        depths = np.full(len(hits), np.nan, dtype=np.float32) if contacts is None else contacts["depth"]
+        return self._rows(dtype, hits, depths)
 
-    @staticmethod
-    def _fill(rows: StructuredArray, hits: StructuredArray) -> StructuredArray:
-        # A fixed object has the instance 0 in every frame.
-        rows["frame"] = np.maximum(hits["instance_a"], hits["instance_b"])
-        rows["a"] = hits["batch_a"] - 1
-        rows["b"] = hits["batch_b"] - 1
-        rows["link_a"] = hits["link_a"]
-        rows["link_b"] = hits["link_b"]
-        return rows
+    def _rows(
+        self, dtype: "np.dtype[np.void]", hits: StructuredArray, depths: Float32Array
+    ) -> Tuple[StructuredArray, Float32Array]:
+        # Rows by frames, and their depths.
+        slots = [one.batch & 0xFFFFFFFF for one in self._characters]
+        number = np.zeros(max(slots, default=0) + 1, dtype=np.uint32)
+        number[slots] = np.arange(len(slots), dtype=np.uint32)
+        a, b = number[hits["batch_a"]], number[hits["batch_b"]]
+        # A fixed object has the instance 0 in every frame. What touches among fixed objects touches in every frame, and
+        # the engine has tested it once.
+        frames = np.maximum(hits["instance_a"], hits["instance_b"])
+        fixed = np.array([one.frame_input.count == 1 for one in self._characters], dtype=bool)
+        once = np.flatnonzero(fixed[a] & fixed[b])
+        index = np.concatenate([np.arange(len(hits)), np.tile(once, self._frames - 1)])
+        frames = np.concatenate([frames, np.repeat(np.arange(1, self._frames, dtype=np.uint32), len(once))])
+        order = np.lexsort((index, frames))
+        index = index[order]
+        rows = np.empty(len(index), dtype=dtype)
+        rows["frame"] = frames[order]
+        rows["a"] = a[index]
+        rows["b"] = b[index]
+        rows["link_a"] = hits["link_a"][index]
+        rows["link_b"] = hits["link_b"][index]
+        return rows, depths[index]
 
     def hits(
         self,
         *,
         within: bool = True,
         between: bool = True,
-        exact: str = "convex",
+        exact: Optional[str] = None,
         min_depth: float = 0,
         margin: float = 0,
         policies: PoliciesLike = None,
@@ -192,25 +217,25 @@ class Clip:
 
         within     whether links of one character are tested with each other, but for its body's ignored pairs.
         between    whether different characters are.
-        exact      "convex" (default): exact shapes, with depths. "none": boxes alone, and depth is NaN.
+        exact      "convex": exact shapes, with depths. "none": boxes alone, and depth is NaN. Default: the exact test
+                   of `policies`, or "convex" if they have none.
         min_depth  a length: what is less deep does not count.
         margin     a length: links that are at most this far apart count too, with a depth below 0.
 
         Returns a structured array: frame, a, link_a, b, link_b (a and b are numbers of characters, equal within one),
         depth: how far b must move to be free, by the shortest way found.
         """
-        deep = exact != "none"
-        hits, contacts = self._run(within, between, policies, exact, margin, min_depth, _HITS, deep)
-        rows = self._fill(np.empty(len(hits), dtype=CLIP_HIT), hits)
-        rows["depth"] = np.nan if contacts is None else contacts["depth"]
-        return rows[np.argsort(rows["frame"], kind="stable")]
+        chosen = _exact_policies(policies, exact)
+        rows, depths = self._run(CLIP_HIT, within, between, chosen, margin, min_depth, _HITS)
+        rows["depth"] = depths
+        return rows
 
     def intervals(
         self,
         *,
         within: bool = True,
         between: bool = True,
-        exact: str = "convex",
+        exact: Optional[str] = None,
         min_depth: float = 0,
         margin: float = 0,
         gap: int = 0,
@@ -254,7 +279,7 @@ class Clip:
         *,
         within: bool = False,
         between: bool = True,
-        exact: str = "convex",
+        exact: Optional[str] = None,
         policies: PoliciesLike = None,
     ) -> StructuredArray:
         """In every frame the two links of two characters that are nearest: `cab.DISTANCE`.
@@ -264,8 +289,9 @@ class Clip:
 
         Returns a structured array: frame, a, link_a, b, link_b, distance; below 0: minus the depth.
         """
-        hits, contacts = self._run(within, between, policies, exact, most, 0, _DISTANCES, True)
-        rows = self._fill(np.empty(len(hits), dtype=DISTANCE), hits)
-        if contacts is not None:
-            rows["distance"] = -contacts["depth"]
-        return rows[np.argsort(rows["frame"], kind="stable")]
+        chosen = _exact_policies(policies, exact)
+        if chosen.exact == "none":
+            raise ValueError("exact: distances are those of exact shapes; 'convex' has them")
+        rows, depths = self._run(DISTANCE, within, between, chosen, most, 0, _DISTANCES)
+        rows["distance"] = -depths
+        return rows

@@ -20,7 +20,7 @@ class Motion(NamedTuple):
     body     its links are the file's joints that have bodies.
     poses    float32 (frames, links, 7), for `Clip.add` and `Batch.posed`.
     origins  float64 (frames, 3): where the character stands in the world.
-    fps      frames per second; 0 for a file without motion, which has one frame.
+    fps      frames per second; 0 for a file without motion, which has one frame. `Clip` wants a number above 0.
     notes    what was merged, dropped or doubted.
     """
 
@@ -44,7 +44,7 @@ def load_motion(
     units: float = 1,
     motion: Optional[PathLike] = None,
     motion_units: float = 0,
-    animation: Optional[str] = None,
+    animation: Union[str, int, None] = None,
     fps: float = 0,
     skin: bool = False,
     stature: float = 0,
@@ -64,8 +64,8 @@ def load_motion(
     """
     _need_files()
     data, names, poses, origins, seconds, notes = _cab.load_motion(
-        os.fspath(path), units, None if motion is None else os.fspath(motion), motion_units, animation, fps, skin,
-        stature, thickness,
+        os.fspath(path), units, None if motion is None else os.fspath(motion), motion_units,
+        None if animation is None else str(animation), fps, skin, stature, thickness,
     )
     return Motion(Body(data, names), poses, origins, 1 / seconds if seconds > 0 else 0.0, tuple(notes))
 

@@ -1,5 +1,7 @@
 """Worlds: characters that live at the same time, and which of their links touch."""
 
+import operator
+import threading
 import warnings
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
@@ -8,7 +10,7 @@ import numpy as np
 from . import _cab
 from ._arrays import ArrayLike, BoolArray, Float32Array, Float64Array, StructuredArray, UInt32Array, small_array
 from ._body import Body, ShapesLike, box_array, is_column, shape_rows
-from ._errors import InputError, MaskedWarning
+from ._errors import BusyError, Error, InputError, MaskedWarning
 from ._policies import PoliciesLike, policies_of
 from ._queries import Answers, Queries
 from ._status import Status
@@ -21,7 +23,8 @@ _BETWEEN, _WITHIN = 0, 1
 class Posed:
     """Characters of one batch with their poses, for one call or several. `Batch.posed` makes it.
 
-    It borrows the arrays, and keeps them alive: write into them and run the next frame. Nothing is copied.
+    It borrows the arrays, and keeps them alive: write into them and run the next frame. Nothing is copied, but for
+    `instances` unless they are uint32.
     """
 
     __slots__ = ("_batch", "_input")
@@ -38,7 +41,10 @@ class Posed:
 
     @property
     def flags(self) -> "np.ndarray[Any, np.dtype[np.uint8]]":
-        """(n,) uint8: 0 for characters that took part in the last frame; 1: a number was not finite; 2: not rigid."""
+        """(n,) uint8: 0 for characters that the last frame did not mask; 1: a number was not finite; 2: not rigid.
+
+        Queries do not change it.
+        """
         flags: Any = self._input.flags
         return flags  # type: ignore[no-any-return]
 
@@ -92,7 +98,7 @@ class Batch:
         """Makes room for more characters. The numbers of those that are there stay.
 
         `slot` changes only if a batch of a lower slot was removed before. What was posed, and histories of the batch,
-        are of no use any more. A room that is not larger changes nothing.
+        are of no use any more. A room that is not larger, or is refused, changes nothing.
         """
         if self._is_static:
             raise ValueError("a static batch cannot grow")
@@ -116,12 +122,12 @@ class Batch:
         order: str = "row",
         has_scale: bool = False,
     ) -> Posed:
-        """Characters with their poses. Arrays are borrowed, never copied or converted.
+        """Characters with their poses. Arrays are borrowed, never copied or converted, but for `instances`.
 
         poses         float32, from link to character ("model space"):
                       (n, links, 7)     quaternion x y z w, translation x y z
                       (n, links, 3, 4)  matrix by rows, translation in the last column
-                      (n, links, 4, 4)  the same with a last row that is not read
+                      (n, links, 4, 4)  the same with a last row, which must be 0 0 0 1
                       With `order="column"` only (n, links, 4, 4), indexed by column, then row, as in glTF and ozz.
                       n is at most `room`. Axes of characters and links may have any stride that is a positive multiple
                       of 4 bytes; the numbers of one pose lie side by side, by rows or by columns.
@@ -133,7 +139,8 @@ class Batch:
         margins       float32 (n,): a length, a margin of its own.
         moved         bool (n,): False for characters that rest: all about them is as in the last frame.
         bounds        float32 (n, 2, 3): lower and upper corners that hold their boxes, relative to the origins.
-        instances     integers, ascending: the characters that are there in this call. Default: all n.
+        instances     integers, ascending: the characters that are there in this call. Default: all n. A packed array
+                      of uint32 is borrowed; a list and other integers are copied.
         in_contact    whether frames fill `Posed.in_contact`.
         has_scale     whether matrices hold a uniform scale, from 1e-3 to 1e3.
 
@@ -170,33 +177,51 @@ class Frame(NamedTuple):
     posed: Tuple[Posed, ...]
 
 
-def warn_masked(
-    engine: _cab.Engine, inputs: Iterable[Tuple[_cab.FrameInput, str, Sequence[str]]], known: bool, level: int
-) -> None:
-    """Warns of masked instances: (input, what its instances are called, names of links). `known`: flags are written."""
+Masked = Tuple[_cab.FrameInput, str, Sequence[str]]  # input, what its instances are called, names of links
+
+
+def warn_flagged(engine: _cab.Engine, inputs: Iterable[Masked], level: int) -> None:
+    """Warns of the instances that a frame has masked: per input of the first one, and how many there are."""
     for frame_input, what, names in inputs:
         if frame_input.flags is None:
             continue
-        first, count = -1, 0
-        if known:
-            masked = np.flatnonzero(frame_input.flags)
-            first, count = (int(masked[0]), len(masked)) if len(masked) else (-1, 0)
-        else:
-            for instance in range(frame_input.count):
-                try:
-                    bad = engine.why_masked(frame_input, instance)[0]
-                except InputError as error:
-                    if error.status != Status.BAD_INSTANCE:  # one that is not listed
-                        raise
-                    bad = False
-                if bad:
-                    first = instance if first < 0 else first
-                    count += 1
-        if count:
-            _, link, reason = engine.why_masked(frame_input, first)
-            name = f" (link {link} is {names[link]})" if names[link] != f"link {link}" else ""
-            more = f"; {count - 1} more took no part" if count > 1 else ""
-            warnings.warn(f"{what} {first} took no part: {reason}{name}{more}", MaskedWarning, stacklevel=level + 1)
+        masked = np.flatnonzero(frame_input.flags)
+        if len(masked):
+            try:
+                _, link, reason = engine.why_masked(frame_input, int(masked[0]))
+                words = f": {reason}{_named(link, names)}"
+            except (Error, ValueError):  # another thread is in the engine, or has changed it: the frame is worth more
+                words = ""
+            _warn_of(f"{what} {masked[0]} took no part{words}", len(masked) - 1, level)
+
+
+def warn_found(engine: _cab.Engine, inputs: Sequence[Masked], count: int, level: int) -> None:
+    """Warns of the `count` instances that a call without flags has masked: of the first one, if it is to be found."""
+    try:
+        found = engine.find_masked([one[0] for one in inputs])
+    except (Error, ValueError):  # as above
+        found = None
+    if found is None:
+        warnings.warn(f"{count} characters took no part", MaskedWarning, stacklevel=level + 1)
+        return
+    at, instance, link, reason = found
+    _, what, names = inputs[at]
+    _warn_of(f"{what} {instance} took no part: {reason}{_named(link, names)}", count - 1, level)
+
+
+def _named(link: int, names: Sequence[str]) -> str:
+    return f" (link {link} is {names[link]})" if names[link] != f"link {link}" else ""
+
+
+def _warn_of(words: str, others: int, level: int) -> None:
+    more = f"; {others} more took no part" if others > 0 else ""
+    warnings.warn(words + more, MaskedWarning, stacklevel=level + 2)
+
+
+def refuse_arguments(arguments: Dict[str, Any], why: str) -> None:
+    """Raises TypeError if there are any: they would have no effect."""
+    if arguments:
+        raise TypeError(f"{', '.join(arguments)}: {why}")
 
 
 class History:
@@ -221,6 +246,8 @@ class History:
         time is in seconds, or what the caller counts in, and above that of the last moment. The earliest moment goes
         once there are as many as there is room for. Masked characters are absent.
         """
+        if isinstance(poses, Posed):
+            refuse_arguments(arguments, "give these to Batch.posed, which made the poses")
         posed = poses if isinstance(poses, Posed) else self._batch.posed(poses, **arguments)
         self._world._engine.record_tick(self._id, posed._input, time)
 
@@ -247,6 +274,7 @@ class World:
         self._batches: Dict[int, Batch] = {}
         self._articulations: Dict[int, Tuple[Body, int]] = {}  # by id(body): the body, its articulation
         self._last: Tuple[Posed, ...] = ()
+        self._changes = threading.Lock()  # held by what adds and removes, which are several calls of the engine
 
     def __enter__(self) -> "World":
         return self
@@ -265,17 +293,16 @@ class World:
 
     def add(self, body: Body, count: int = 1) -> Batch:
         """Adds room for `count` characters of a body, at any time. Raises `InputError` for a body that is refused."""
-        known = self._articulations.get(id(body))
-        articulation = self._engine.add_articulation(body._data) if known is None else known[1]
-        try:
-            batch_id = self._engine.add_batch(articulation, count, False)
-        except Exception:
-            if known is None:
-                self._engine.remove_articulation(articulation)
-            raise
-        self._articulations[id(body)] = (body, articulation)
-        batch = Batch(self, body, batch_id, count)
-        self._batches[batch.slot] = batch
+        with self._changes:
+            if id(body) not in self._articulations:
+                self._articulations[id(body)] = (body, self._engine.add_articulation(body._data))
+            try:
+                batch_id = self._engine.add_batch(self._articulations[id(body)][1], count, False)
+            except Exception:
+                self._remove_unused()
+                raise
+            batch = Batch(self, body, batch_id, operator.index(count))
+            self._batches[batch.slot] = batch
         return batch
 
     def add_static(
@@ -305,54 +332,74 @@ class World:
         places = np.zeros((n, 3)) if origins is None else origins
         turns = np.tile(np.array([0, 0, 0, 1], "f4"), (n, 1)) if rotations is None else rotations
         triangle_array = small_array(() if triangles is None else triangles, "u4", "triangles", (None, 3), "(m, 3)")
-        batch_id = self._engine.add_static(
-            small_array(places, "f8", "origins", (n, 3), f"({n}, 3)"),
-            small_array(turns, "f4", "rotations", (n, 4), f"({n}, 4)"),
-            boxes,
-            shape_rows(shapes, n),
-            small_array(() if vertices is None else vertices, "f4", "vertices", (None, 3), "(n, 3)"),
-            triangle_array,
-            small_array(mesh_origin, "f8", "mesh_origin", (3,), "(3,)"),
-        )
-        batch = Batch(self, None, batch_id, n + len(triangle_array))
-        self._batches[batch.slot] = batch
+        with self._changes:
+            batch_id = self._engine.add_static(
+                small_array(places, "f8", "origins", (n, 3), f"({n}, 3)"),
+                small_array(turns, "f4", "rotations", (n, 4), f"({n}, 4)"),
+                boxes,
+                shape_rows(shapes, n),
+                small_array(() if vertices is None else vertices, "f4", "vertices", (None, 3), "(n, 3)"),
+                triangle_array,
+                small_array(mesh_origin, "f8", "mesh_origin", (3,), "(3,)"),
+            )
+            batch = Batch(self, None, batch_id, n + len(triangle_array))
+            self._batches[batch.slot] = batch
         return batch
 
     def remove(self, batch: Batch) -> None:
         """Removes a batch, and its body once no batch has it. Its slot goes to what is added next."""
-        self._engine.remove_batch(batch._id)
+        with self._changes:
+            self._engine.remove_batch(batch._id)
+            self._forget(batch)
+            self._remove_unused()
+
+    def _forget(self, batch: Batch) -> None:
         self._batches.pop(batch.slot, None)
         self._last = tuple(posed for posed in self._last if posed._batch is not batch)
-        body = batch._body
-        if body is not None and not any(other._body is body for other in self._batches.values()):
-            _, articulation = self._articulations.pop(id(body))
-            self._engine.remove_articulation(articulation)
+
+    def _remove_unused(self) -> None:
+        # A body that another thread's frame keeps from being removed goes with the next batch.
+        used = {id(batch._body) for batch in self._batches.values()}
+        for key, (_, articulation) in tuple(self._articulations.items()):
+            if key not in used:
+                try:
+                    self._engine.remove_articulation(articulation)
+                except BusyError:
+                    continue
+                del self._articulations[key]
 
     def _grow(self, batch: Batch, room: int) -> None:
         # Its slot is the lowest free one, unless another of a lower slot has gone.
-        articulation = self._articulations[id(batch.body)][1]
-        self._engine.remove_batch(batch._id)
-        self._batches.pop(batch.slot)
-        self._last = tuple(posed for posed in self._last if posed._batch is not batch)
-        made = batch._room
-        try:
-            batch._id = self._engine.add_batch(articulation, room, False)
-            made = room
-        except Exception:
-            batch._id = self._engine.add_batch(articulation, batch._room, False)
-            raise
-        finally:
-            batch._room = made
+        with self._changes:
+            old = batch._id
+            articulation = self._articulations[id(batch.body)][1]
+            try:
+                grown = self._engine.grow_batch(old, articulation, room)
+            except Exception:
+                if not self._engine.has_batch(old):  # memory ran out in the middle
+                    self._forget(batch)
+                    self._remove_unused()
+                raise
+            self._forget(batch)
+            batch._id, batch._room = grown, operator.index(room)
             self._batches[batch.slot] = batch
 
     @property
     def batches(self) -> Tuple[Batch, ...]:
         """All batches, by slot."""
-        return tuple(batch for _, batch in sorted(self._batches.items()))
+        return tuple(batch for _, batch in sorted(tuple(self._batches.items())))
 
     def batch_of(self, slot: int) -> Batch:
         """The batch that hits name by this slot. An unknown one is a KeyError."""
         return self._batches[int(slot)]
+
+    def ignored_pairs(self, batch: Batch) -> StructuredArray:
+        """All pairs of links that are never tested with each other within a character, and why.
+
+        Returns a structured array: a and b, the lower and the higher link, and reasons, a sum of 1: `ignored_pairs` of
+        the body names them; 2: they are at most `ignored_hops` joints apart; 4: they touch in the rest pose.
+        """
+        return self._engine.ignored_pairs(self._articulations[id(batch.body)][1])
 
     def reserve(self, *, batches: int = 0, characters: int = 0) -> None:
         """Makes room for so many batches and characters in all, so that adding them later is cheap."""
@@ -361,13 +408,15 @@ class World:
     # ------------------------------------------------------------------------------------------------- frames
 
     def _posed(self, poses: Any, arguments: Dict[str, Any]) -> Tuple[Posed, ...]:
+        if poses is None:
+            refuse_arguments(arguments, "there is no such argument, or it needs poses")
+            return self._last
         if isinstance(poses, Posed):
             poses = (poses,)
         if isinstance(poses, (tuple, list)) and all(isinstance(item, Posed) for item in poses):
-            if arguments:
-                raise TypeError(f"{', '.join(arguments)}: give these to Batch.posed, which made the poses")
+            refuse_arguments(arguments, "give these to Batch.posed, which made the poses")
             return tuple(poses)
-        moving = [batch for batch in self._batches.values() if not batch.is_static]
+        moving = [batch for batch in tuple(self._batches.values()) if not batch.is_static]
         if len(moving) != 1:
             raise ValueError(f"poses: the world has {len(moving)} batches; say [batch.posed(poses, ...), ...]")
         return (moving[0].posed(poses, **arguments),)
@@ -376,18 +425,14 @@ class World:
         for one in posed:
             if one._batch._world is not self:
                 raise InputError(Status.UNKNOWN_BATCH, "poses: a batch of another world is given")
-        static = [batch for batch in self._batches.values() if batch.is_static]
+        static = [batch for batch in tuple(self._batches.values()) if batch.is_static]
         return [one._input for one in posed] + [
             self._engine.make_input(batch._id, None, False, False) for batch in static
         ]
 
-    def _warn(self, posed: Sequence[Posed], known: bool, level: int) -> None:
-        warn_masked(
-            self._engine,
-            [(one._input, f"batch {one._batch.slot}, character", one._batch.body.names) for one in posed],
-            known,
-            level + 1,
-        )
+    @staticmethod
+    def _masked(posed: Sequence[Posed]) -> List[Masked]:
+        return [(one._input, f"batch {one._batch.slot}, character", one._batch.body.names) for one in posed]
 
     def run(
         self,
@@ -454,12 +499,14 @@ class World:
         if report == "in_contact" and not isinstance(poses, (Posed, tuple, list)):
             arguments["in_contact"] = True
         posed = self._posed(poses, arguments)
+        if report == "in_contact" and posed and all(one.in_contact is None for one in posed):
+            raise ValueError("report: 'in_contact' needs Batch.posed(..., in_contact=True)")
         inputs = self._inputs(posed)
         chosen = policies_of(policies, exact)
         rest = _RESTING.index(resting)
         rules: List[Tuple[int, int, int, int]] = []
         if pairs is None:
-            there = [one._batch for one in posed] + [batch for batch in self._batches.values() if batch.is_static]
+            there = [one._batch for one in posed] + [batch for batch in self.batches if batch.is_static]
             for k, a in enumerate(there):
                 for b in there[k:]:
                     if not (a.is_static and b.is_static):
@@ -474,7 +521,7 @@ class World:
         )
         self._last = posed
         if stats.instances_masked:
-            self._warn(posed, True, 2)
+            warn_flagged(self._engine, self._masked(posed), 2)
         return Frame(hits, found, stats, posed)
 
     def contacts(
@@ -492,7 +539,7 @@ class World:
 
         Returns `cab.CONTACT` (n,). A masked link has the depth minus infinity.
         """
-        posed = self._last if poses is None else self._posed(poses, arguments)
+        posed = self._posed(poses, arguments)
         return self._engine.compute_contacts(self._inputs(posed), depth, pairs)
 
     def boxes(self, posed: Posed, policies: PoliciesLike = None) -> StructuredArray:
@@ -539,12 +586,12 @@ class World:
 
         Raises `InputError` for a query that is refused, with its number.
         """
-        posed = self._last if poses is None else self._posed(poses, arguments)
+        posed = self._posed(poses, arguments)
         hits, found, stats = self._engine.run_queries(
             self._inputs(posed), [one._id for one in histories], queries.array, queries.planes, exact, reuse_bounds
         )
         if stats.instances_masked:
-            self._warn(posed, False, 2)
+            warn_found(self._engine, self._masked(posed), stats.instances_masked, 2)
         return Answers(hits, found, stats)
 
     def add_history(self, batch: Batch, ticks: int) -> History:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cab
-from conftest import make_chain, matrices_of, random_poses
+from conftest import matrices_of, random_poses
 
 
 @pytest.fixture
@@ -60,10 +60,12 @@ def test_a_frame_of_views_has_the_hits_of_packed_poses(rng, chain):
 
 def test_a_frame_allocates_no_room_for_poses(rng, chain):
     world = cab.World()
-    world.add(chain, 20000)
+    crowd = world.add(chain, 20000)
     poses = random_poses(rng, 20000, 8)
     origins = np.ascontiguousarray(np.stack([np.arange(20000.0) * 100] * 3, 1))
     world.run(poses, origins=origins)
+    held = world.memory.total
+    # NumPy's memory is seen by tracemalloc, the engine's by the engine, and what neither sees is read where it is.
     tracemalloc.start()
     try:
         world.run(poses, origins=origins)
@@ -73,6 +75,8 @@ def test_a_frame_allocates_no_room_for_poses(rng, chain):
     # A byte of flags per character, and a little: a copy of the poses would take 4.5 MB, one of the origins 0.5 MB.
     assert poses.nbytes > 4_000_000
     assert peak < 200_000
+    assert world.memory.total == held
+    assert crowd.posed(poses, origins=origins).poses_address == poses.ctypes.data
 
 
 def test_what_is_written_between_frames_is_seen(rng, crowd):
@@ -163,8 +167,29 @@ def test_strides_that_cannot_be_walked_are_a_value_error(rng, crowd):
 
 
 def test_arrays_live_as_long_as_what_was_posed(rng, crowd):
-    posed = crowd.posed(random_poses(rng, 2000, 8), origins=np.zeros((2000, 3)))
-    junk = [np.ones((2000, 8, 7), dtype=np.float32) for _ in range(4)]
-    frame = crowd._world.run(posed)
-    assert frame.stats.instances_masked == 0 and len(junk) == 4
-    assert make_chain(2).link_count == 2
+    poses = random_poses(rng, 2000, 8)
+    origins = rng.uniform(-20, 20, (2000, 3))
+    expected = crowd._world.run(poses, origins=origins).hits
+    assert len(expected) > 100
+    posed = crowd.posed(poses.copy(), origins=origins.copy())
+    junk = [np.full((2000, 8, 7), np.nan, dtype=np.float32) for _ in range(8)]
+    more = [np.full((2000, 3), np.nan) for _ in range(8)]
+    assert np.array_equal(crowd._world.run(posed).hits, expected)
+    assert len(junk) == len(more)
+
+
+def test_structures_that_do_not_lie_as_in_c_are_a_value_error(chain):
+    world = cab.World()
+    world.add(chain, 1)
+    for start, call in [
+        (2, lambda pairs: world.contacts(pairs)),
+        (4, lambda queries: world._engine.run_queries([], [], queries, np.empty(0, cab._queries._cab.query_plane_dtype),
+                                                      "none", False)),
+    ]:
+        dtype = cab.HIT if start == 2 else cab.QUERY
+        memory = np.zeros(2 * dtype.itemsize + 16, dtype=np.uint8)
+        skipped = start + -memory.ctypes.data % 8
+        moved = memory[skipped : skipped + dtype.itemsize].view(dtype)
+        assert moved.ctypes.data % 8 == start
+        with pytest.raises(ValueError, match="multiple"):
+            call(moved)

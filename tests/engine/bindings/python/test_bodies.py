@@ -71,6 +71,11 @@ def test_a_skin_becomes_a_body_about_its_vertices():
     by_columns = cab.Body.from_skin(**columns, kinds=["box"], order="column")
     assert np.array_equal(by_columns.boxes, cab.Body.from_skin(**skin, kinds=["box"]).boxes)
     cab.Clip(body, poses).hits()
+    quiet = body.ignoring(hops=1)
+    assert isinstance(quiet, cab.SkinnedBody) and quiet.names == body.names
+    assert quiet.joints.tolist() == [0, 1] and np.array_equal(quiet.link_poses(matrices), poses)
+    world = cab.World()
+    assert len(world.ignored_pairs(world.add(quiet))) == 1
     with pytest.raises(ValueError, match="kinds"):
         cab.Body.from_skin(**skin, kinds=["cone"])
     with pytest.raises(ValueError, match="influences must be"):
@@ -183,7 +188,12 @@ def test_a_motion_file_is_a_body_with_poses(reads_files):
     assert "Hips" in motion.body.names and "Head" in motion.body.names
     tall = (motion.poses[0, :, 4:] + motion.origins[0]).max(0) - (motion.poses[0, :, 4:] + motion.origins[0]).min(0)
     assert 1.2 < tall.max() < 2
-    assert len(cab.Clip(motion.body, motion.poses[:50], origins=motion.origins[:50], fps=motion.fps).hits()) >= 0
+    hits = cab.Clip(motion.body, motion.poses[:50], origins=motion.origins[:50], fps=motion.fps).hits()
+    pairs = {(motion.body.names[hit["link_a"]], motion.body.names[hit["link_b"]]) for hit in hits}
+    assert set(hits["frame"].tolist()) == set(range(50)) and ("Hips", "Spine") in pairs
+    for animation in (0, "walk"):  # a number is taken as its digits are
+        with pytest.raises(cab.FileError, match="without a name"):
+            cab.load_motion(files[0], animation=animation)
 
 
 def test_a_bad_file_is_an_error_that_names_file_line_and_reason(reads_files, tmp_path):

@@ -125,3 +125,54 @@ def test_poses_of_clips_are_read_where_they_are(rng, chain):
     clip = cab.Clip(chain, poses[::2])
     assert clip._characters[0].frame_input.poses_address == poses.ctypes.data
     assert np.array_equal(clip.hits(), cab.Clip(chain, poses[::2].copy()).hits())
+
+
+def test_fixed_objects_touch_each_other_in_every_frame():
+    clip = cab.Clip(sphere_body(), places(np.zeros(1)), fps=10)
+    clip.add(sphere_body(), places(np.array([0.75])))
+    clip.add(sphere_body(), places(np.array([9, 1.5, 9, 9])))
+    hits = clip.hits()
+    assert hits[["frame", "a", "b"]].tolist() == [(0, 0, 1), (1, 0, 1), (1, 1, 2), (2, 0, 1), (3, 0, 1)]
+    assert hits["depth"] == pytest.approx([0.25] * 5, abs=1e-5)
+    rows = clip.intervals()
+    assert rows[["a", "b", "first", "last"]].tolist() == [(0, 1, 0, 3), (1, 2, 1, 1)]
+    assert rows["seconds"] == pytest.approx([0.4, 0.1])
+    near = clip.distances(1)
+    assert near["frame"].tolist() == [0, 1, 1, 1, 2, 3]
+    two = cab.Body.from_boxes([-1, 0], [[0.5] * 3] * 2)
+    poses = np.zeros((1, 2, 7), dtype=np.float32)
+    poses[..., 3] = 1
+    alone = cab.Clip(two, poses)  # a fixed object goes through itself
+    alone.add(sphere_body(), places(np.array([9.0, 9, 9])))
+    assert alone.hits()[["frame", "a", "b", "link_a", "link_b"]].tolist() == [(k, 0, 0, 0, 1) for k in range(3)]
+
+
+def test_policies_of_a_clip_keep_their_exact_test(rng, chain):
+    clip = cab.Clip(chain, random_poses(rng, 10, 8))
+    chosen = []
+    engine = clip._engine
+
+    class Watching:
+        def __getattr__(self, name):
+            return getattr(engine, name)
+
+        def run_frame(self, inputs, rules, names, *rest):
+            chosen.append(dict(zip([field.name for field in cab.policy_table()], names))["exact"])
+            return engine.run_frame(inputs, rules, names, *rest)
+
+    clip._engine = Watching()
+    for policies, exact, expected in [
+        (None, None, "convex"),
+        ("tight", None, "convex"),
+        (cab.Policies(exact="fcl"), None, "fcl"),
+        (cab.Policies(exact="fcl"), "convex", "convex"),
+        (None, "none", "none"),
+    ]:
+        for call in (clip.hits, clip.intervals):
+            try:
+                call(policies=policies, **({} if exact is None else {"exact": exact}))
+            except cab.UnsupportedError:
+                assert expected == "fcl" and not cab.build_info().fcl
+            assert chosen.pop() == expected
+    with pytest.raises(ValueError, match="exact"):
+        clip.distances(1, exact="none")

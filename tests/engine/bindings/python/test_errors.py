@@ -147,16 +147,13 @@ def test_wrong_batches_and_rules():
 
 
 def test_an_instruction_set_that_is_not_there():
-    for isa in {"neon64", "avx512", "avx2", "wasm_simd128"} - set(cab.isas()):
-        try:
+    # A PC has no NEON, and an ARM no SSE: one of the two is known to the library, and does not run here.
+    missing = {"neon64", "sse2"} - set(cab.isas())
+    assert missing
+    for isa in missing:
+        with pytest.raises(cab.UnsupportedError) as caught:
             cab.World(isa=isa)
-        except cab.UnsupportedError as error:
-            assert error.status is cab.Status.ISA_NOT_AVAILABLE
-            break
-        except ValueError as error:
-            assert "is none of" in str(error)
-    else:
-        pytest.fail("every instruction set runs here")
+        assert caught.value.status is cab.Status.ISA_NOT_AVAILABLE
     with pytest.raises(ValueError, match="'mmx' is none of auto, scalar"):
         cab.World(isa="mmx")
 

@@ -1,6 +1,7 @@
 """Worlds: the hits are those of NumPy and of C++, and characters come, go, rest and grow."""
 
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -181,7 +182,8 @@ def test_rests_scales_layers_and_margins(rng, chain):
     rested = world.run(poses, origins=origins, moved=still)
     assert rested.stats.instances_resting == 60
     assert np.array_equal(rested.hits, everything)
-    assert len(world.run(poses, origins=origins, moved=still, resting="skipped").hits) <= len(everything)
+    world.run(poses, origins=origins, moved=still, resting="skipped")
+    assert len(world.run(poses, origins=origins, moved=still, resting="skipped").hits) == 0 < len(everything)
 
     layers = np.array([1, 2] * 30, dtype=np.uint32)
     odd = world.run(poses, origins=origins, layers=layers, layer_masks=layers).hits
@@ -338,3 +340,180 @@ def test_memory_and_close(chain):
     world.close()
     with pytest.raises(ValueError, match="closed"):
         world.add(chain, 1)
+
+
+def test_growth_that_is_refused_changes_nothing(rng, chain):
+    world = cab.World()
+    crowd = world.add(chain, 10)
+    posed = crowd.posed(random_poses(rng, 10, 8))
+    hits, slot = world.run(posed).hits, crowd.slot
+    with pytest.raises(cab.InputError) as caught:
+        crowd.grow(2**24 + 1)
+    assert caught.value.status is cab.Status.TOO_MANY_INSTANCES
+    for room in (10.5, 2**40):
+        with pytest.raises(TypeError):
+            crowd.grow(room)
+    assert crowd.room == 10 and crowd.slot == slot and world.batches == (crowd,)
+    assert np.array_equal(world.run(posed).hits, hits)  # what was posed is of use still
+    crowd.grow(20)
+    assert crowd.room == 20 and crowd.slot == slot
+    with pytest.raises(cab.InputError):
+        world.run(posed)
+
+
+def test_a_batch_that_growth_has_lost_is_forgotten(chain, monkeypatch):
+    world = cab.World()
+    crowd = world.add(chain, 10)
+    engine = world._engine
+
+    class Losing:
+        def __getattr__(self, name):
+            return getattr(engine, name)
+
+        def grow_batch(self, batch, articulation, room):
+            engine.remove_batch(batch)
+            raise cab.OutOfMemory(cab.Status.OUT_OF_MEMORY, "x")
+
+    monkeypatch.setattr(world, "_engine", Losing())
+    with pytest.raises(MemoryError):
+        crowd.grow(20)
+    assert world.batches == () and world.memory.articulations == 0
+
+
+class BusyOnce:
+    """An engine that another thread is in, for the first call of one name."""
+
+    def __init__(self, engine, name):
+        self._engine, self._name = engine, name
+
+    def __getattr__(self, name):
+        if name == self._name:
+            self._name = ""
+            raise cab.BusyError(cab.Status.BUSY, "another call on the same engine is running")
+        return getattr(self._engine, name)
+
+
+def test_a_busy_engine_leaves_no_half_of_a_change(rng, chain, monkeypatch):
+    world = cab.World()
+    first = world.add(chain, 3)
+    engine = world._engine
+    monkeypatch.setattr(world, "_engine", BusyOnce(engine, "remove_articulation"))
+    world.remove(first)  # the body stays until the next change
+    assert world.batches == () and engine.memory.articulations > 0
+    one = engine.memory.articulations
+    again = world.add(chain, 3)  # it is taken again
+    assert engine.memory.articulations == one
+    world.remove(again)
+    assert engine.memory.articulations == 0
+    monkeypatch.setattr(world, "_engine", BusyOnce(engine, "remove_articulation"))
+    with pytest.raises(cab.InputError):
+        world.add(chain, 0)
+    assert engine.memory.articulations > 0
+    world.remove(world.add(make_chain(2), 1))
+    assert engine.memory.articulations == 0
+
+    clip = cab.Clip(chain, random_poses(rng, 5, 8))
+    other = random_poses(rng, 5, 8)
+    expected = cab.Clip(chain, other)
+    monkeypatch.setattr(clip, "_engine", BusyOnce(clip._engine, "remove_batch"))
+    with pytest.raises(TypeError):
+        clip.add(chain, other.astype("f8"))
+    assert clip.add(chain, other) == 1
+    rows = clip.hits(between=False)
+    assert np.array_equal(rows[rows["a"] == 1]["link_b"], expected.hits()["link_b"]) and set(rows["a"]) == {0, 1}
+
+
+def test_flags_and_boxes_are_of_those_that_are_listed_now(rng, chain):
+    world = cab.World()
+    crowd = world.add(chain, 4)
+    poses = random_poses(rng, 4, 8)
+    poses[2, 0, 0] = np.nan
+    listed = np.array([0, 2], dtype=np.uint32)
+    posed = crowd.posed(poses, instances=listed)
+    with pytest.warns(cab.MaskedWarning, match="character 2"):
+        world.run(posed)
+    assert posed.flags.tolist() == [0, 0, 1, 0]
+    listed[:] = [0, 1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        frame = world.run(posed)
+    assert posed.flags.tolist() == [0, 0, 0, 0] and len(frame.hits) > 0
+    poses[1, 0, 0] = np.nan
+    with pytest.warns(cab.MaskedWarning, match="character 1"):
+        world.run(posed)
+    assert posed.flags.tolist() == [0, 1, 0, 0]
+
+    junk = [np.full(4 * 15 * 15, 7, dtype=np.float32) for _ in range(50)]  # what the boxes' memory was before
+    del junk
+    boxes = world.boxes(crowd.posed(random_poses(rng, 4, 8), instances=[0, 3]))
+    assert (boxes["half"][[0, 3], :8] > 0).all()
+    assert not boxes[1:3].tobytes().strip(b"\0")
+    assert len(world.boxes(crowd.posed(poses, instances=[])).tobytes().strip(b"\0")) == 0
+
+
+def test_a_frame_is_not_lost_when_the_reason_of_a_mask_is(rng, chain, monkeypatch):
+    world = cab.World()
+    crowd = world.add(chain, 6)
+    poses = random_poses(rng, 6, 8)
+    poses[3, 0, 0] = poses[5, 0, 0] = np.nan
+    posed = crowd.posed(poses)
+    engine = world._engine
+    monkeypatch.setattr(world, "_engine", BusyOnce(engine, "why_masked"))
+    with pytest.warns(cab.MaskedWarning, match="^batch 1, character 3 took no part; 1 more took no part$"):
+        frame = world.run(posed, within=True)
+    assert len(frame.hits) > 0
+    monkeypatch.setattr(world, "_engine", BusyOnce(engine, "find_masked"))
+    with pytest.warns(cab.MaskedWarning, match="^2 characters took no part$"):
+        answers = world.query(cab.points([[0, 0, 0]]))
+    assert answers.found.all()
+    with pytest.warns(cab.MaskedWarning, match="character 3 took no part: .*; 1 more took no part$") as caught:
+        world.query(cab.points([[0, 0, 0]]), crowd.posed(poses, instances=[0, 3, 5]))
+    assert caught[0].filename == __file__
+    clip = cab.Clip(chain, poses)
+    monkeypatch.setattr(clip, "_engine", BusyOnce(clip._engine, "why_masked"))
+    with pytest.warns(cab.MaskedWarning, match="^character 0, frame 3 took no part; 1 more"):
+        assert len(clip.hits()) > 0
+
+
+def test_arguments_without_effect_are_refused(rng, chain):
+    world = cab.World()
+    crowd = world.add(chain, 4)
+    posed = crowd.posed(random_poses(rng, 4, 8))
+    world.run(posed)
+    pairs = np.empty(0, dtype=cab.HIT)
+    history = world.add_history(crowd, 2)
+    for call in [
+        lambda: world.query(cab.points([[0, 0, 0]]), exakt="convex"),
+        lambda: world.query(cab.points([[0, 0, 0]]), posed, exakt="convex"),
+        lambda: world.contacts(pairs, exakt=1),
+        lambda: world.contacts(pairs, origins=np.zeros((4, 3))),
+        lambda: history.record(0.0, posed, exakt=1),
+    ]:
+        with pytest.raises(TypeError, match="exakt|origins"):
+            call()
+    assert history.span[0] == 0
+    with pytest.raises(ValueError, match="in_contact=True"):
+        world.run(posed, report="in_contact")
+
+
+def test_overflow_with_contacts_and_in_contact(chain):
+    poses = np.zeros((30, 8, 7), dtype=np.float32)
+    poses[..., 3] = 1
+    poses[..., 4] = np.arange(30)[:, None] * 0.01
+    poses[29, :, 4] = 500
+    world = cab.World()
+    posed = world.add(chain, 30).posed(poses, in_contact=True)
+    grown = world.run(posed, exact="convex")
+    assert len(grown.hits) > 20_000 and len(grown.contacts) == len(grown.hits)
+    assert posed.in_contact.tolist() == [True] * 29 + [False]
+    again = world.run(posed, exact="convex")  # there is room now
+    assert np.array_equal(again.hits, grown.hits)
+    assert again.contacts.tobytes() == grown.contacts.tobytes()
+
+
+def test_ignored_pairs_say_why():
+    world = cab.World()
+    crowd = world.add(make_chain(4, ignored_hops=1, ignored_pairs=[[0, 3], [1, 0]]), 1)
+    assert world.ignored_pairs(crowd).tolist() == [(0, 1, 3), (0, 3, 1), (1, 2, 2), (2, 3, 2)]
+    with pytest.raises(ValueError, match="static"):
+        world.ignored_pairs(world.add_static([[1, 1, 1]]))
