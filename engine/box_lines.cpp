@@ -105,8 +105,7 @@ Status write_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) {
         if (!shown[node]) continue;
         needed += 12;
         if (needed > job.lines.size) continue;
-        const Box box =
-            is_axis_aligned(job.policies.refit) ? box_of(worker.bounds[node], lane) : box_of(worker.boxes[node], lane);
+        const Box box = box_of(worker, job.policies.refit, node, lane);
         const std::uint16_t link = node < articulation.leaf_count ? articulation.leaf_link[node] : kNoLink;
         write_edges(box, at, {{}, {}, instance, static_cast<std::uint16_t>(node), link, hit[node]},
                     job.lines.data + needed - 12);

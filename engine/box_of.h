@@ -1,6 +1,8 @@
 // The box of one instance out of a tile.
 #pragma once
 
+#include "engine/worker.h"
+#include "layout/instance_batch.h"
 #include "layout/tile.h"
 
 #include <cab/types.h>
@@ -34,6 +36,11 @@ inline Box box_of(const AabbTile& tile, std::uint32_t lane) {
       box.half[c] = std::nextafter(box.half[c], std::numeric_limits<float>::infinity());
   }
   return box;
+}
+
+// The box of a node of one lane in the tile that a worker has updated by a refit.
+inline Box box_of(const Worker& worker, Refit refit, std::size_t node, std::uint32_t lane) {
+  return is_axis_aligned(refit) ? box_of(worker.bounds[node], lane) : box_of(worker.boxes[node], lane);
 }
 
 }  // namespace cab

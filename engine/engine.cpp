@@ -225,7 +225,6 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
   Worker& worker = engine.pool[0];
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
-  const bool axis_aligned = is_axis_aligned(policies.refit);
   for (std::uint32_t tile = 0; tile < tile_count(given_count(batch)); ++tile) {
     const TileInstances instances = instances_of(batch, tile);
     const std::uint32_t live = update_and_flag_tile(
@@ -233,7 +232,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
       Box* to = boxes.data + instances.instance[lane] * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {
-        to[n] = axis_aligned ? box_of(worker.bounds[n], lane) : box_of(worker.boxes[n], lane);
+        to[n] = box_of(worker, policies.refit, n, lane);
         if (!(live >> lane & 1)) to[n] = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
       }
     }
