@@ -1,0 +1,55 @@
+// The engine in the page: cab compiled to WebAssembly, fed with frames of a recording.
+import type {Frame} from '../recording/types.js';
+
+/** What a person changes about a frame before it runs again. Left out: as it was recorded. */
+export interface Dial {
+  refit?: string;
+  extents?: string;
+  strategy?: string;
+  sat?: string;
+  exact?: string;
+  depth?: string;
+  margin?: number;
+  /** Articulations are replaced by a level of detail of so many leaves. */
+  levelLeaves?: number;
+}
+
+export interface RunResult {
+  /** As of Frame. */
+  hits: Uint32Array;
+  contacts: Float32Array | null;
+  /** FNV-1a, 64 bits, of the bytes of hits, then of contacts. */
+  hash: bigint;
+  milliseconds: number;
+  boxTests: number;
+  leafPairs: number;
+  exactTests: number;
+  falsePositives: number;
+}
+
+/** One merge of a hierarchy: node leafCount + index joins two nodes. */
+export interface MergeStep {
+  left: number;
+  right: number;
+}
+
+export interface EngineInPage {
+  /** `wasm128` or `scalar`. */
+  readonly isa: string;
+  readonly version: string;
+  /** Runs a frame again. */
+  run(frame: Frame, dial: Dial): RunResult;
+  /**
+   * Pairs of links whose boxes overlap and whose shapes are apart, as words of hits: what the frame's exact test
+   * dropped, or what an exact test would drop of a frame without one.
+   */
+  falsePositives(frame: Frame, dial: Dial): Uint32Array;
+  /**
+   * Boxes of all nodes of the instances of a batch, leaves first, the root last: 15 floats each (centre, axes, half
+   * extents), relative to the instance's origin along the world's axes.
+   */
+  boxes(frame: Frame, batch: number, dial: Dial): {nodeCount: number; leafCount: number; values: Float32Array};
+  /** The merges of a batch's hierarchy, in order. */
+  merges(batch: number, dial: Dial): MergeStep[];
+  destroy(): void;
+}
