@@ -182,10 +182,7 @@ bool print_problems(const ReportOptions& options, const std::vector<ReportFile>&
   bool is_bad = false;
   for (const ReportFile& file : files) {
     for (const std::string& problem : file.problems) {
-      // A message may begin with the path already.
-      const bool has_path = problem.rfind(file.path, 0) == 0;
-      std::cerr << (file.is_open ? "warning: " : "error: ")
-                << scenes::printable(has_path ? problem : file.path + ": " + problem) << '\n';
+      std::cerr << (file.is_open ? "warning: " : "error: ") << scenes::printable(file.path + ": " + problem) << '\n';
       is_bad = true;
     }
     if (file.is_open && !file.has_depths && options.min_depth)

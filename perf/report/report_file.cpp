@@ -77,6 +77,12 @@ std::optional<std::vector<LinkHit>> hits_of(const record::RecordedFrame& frame, 
   return hits;
 }
 
+// A message of a recording without the path that it begins with.
+std::string without_path(const std::string& message, const std::string& path) {
+  const std::string begin = path + ": ";
+  return message.rfind(begin, 0) == 0 ? message.substr(begin.size()) : message;
+}
+
 // Frames that cannot be read, told one run after the other.
 class UnreadFrames {
  public:
@@ -112,7 +118,7 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
   file.path = path;
   record::Recording recording;
   if (!recording.open(path.c_str())) {
-    file.problems.emplace_back(recording.error());
+    file.problems.push_back(without_path(recording.error(), path));
     advance(1);
     return file;
   }
@@ -141,7 +147,8 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
       file.has_depths = file.has_depths || frame.contacts.size > 0;
       finder.add_frame({f, frame.time}, std::move(*hits));
     } else {
-      unread.add(f, is_read ? "a hit is of an instance that the frame does not have" : recording.error());
+      unread.add(
+          f, is_read ? "a hit is of an instance that the frame does not have" : without_path(recording.error(), path));
     }
     advance((f + 1.0) / file.frames);
   }
