@@ -27,7 +27,8 @@ export type StatusName =
     'unknown_batch' | 'articulation_in_use' | 'bad_batch_kind' | 'no_instances' | 'bad_static_body' | 'bad_triangles' |
     'too_many_instances' | 'batch_given_twice' | 'bad_poses' | 'static_input' | 'bad_origins' | 'bad_scales' |
     'bad_count' | 'bad_instances' | 'bad_margins' | 'bad_pair_rule' | 'pair_rule_given_twice' | 'exact_not_built' |
-    'bad_margin' | 'bad_min_depth' | 'contacts_need_exact' | 'bad_instance' | 'bad_query' | (string & {});
+    'bad_margin' | 'bad_min_depth' | 'contacts_need_exact' | 'bad_lod' | 'too_few_leaves' | 'lod_leaf_too_small' |
+    'lod_without_shapes' | 'bad_instance' | 'bad_query' | (string & {});
 
 /** A call that the engine refused. The world is as it was before the call. */
 export declare class CabError extends Error {
@@ -109,6 +110,21 @@ export interface Leaf {
   parts?: readonly ConvexPart[];
 }
 
+/**
+ * How a pose is stored: 7 floats x y z w x y z, a quaternion and a translation; 12 floats by rows; or 16 floats by
+ * columns, as in glTF and three.js (`Matrix4.elements`).
+ */
+export type PoseFormat = 'quaternion_translation' | 'matrix3x4_rows' | 'matrix4x4_columns';
+
+/** Poses of all links of one instance or several, from link to instance: instances by rows, then links. Copied. */
+export interface Poses {
+  /** Default: `'quaternion_translation'`. */
+  format?: PoseFormat;
+  /** Whether matrices hold a uniform scale. Default: they are rotations. */
+  hasScale?: boolean;
+  data: Numbers;
+}
+
 export interface ArticulationDesc {
   /** The index of each link's parent, lower than its own, or -1 for the root of a tree. 1 to 1024 links. */
   linkParents: Numbers;
@@ -120,6 +136,8 @@ export interface ArticulationDesc {
   ignoredPairs?: readonly {a: number; b: number}[];
   /** Links at most this many joints apart are not reported against each other: with 1, a link and its parent. */
   ignoredHops?: number;
+  /** The pose of one instance. Links whose leaf boxes touch in it are not reported against each other. */
+  restPose?: Poses;
 }
 
 /** Shapes that do not change, shared by all instances of a batch. */
@@ -128,6 +146,40 @@ export interface Articulation {
   readonly linkCount: number;
   readonly leafCount: number;
   readonly nodeCount: number;
+}
+
+/** A leaf of a coarser level: a box on one link that stands for several links. */
+export interface LodLeaf {
+  link: number;
+  box: Box;
+  links: Numbers;
+}
+
+/** A coarser level of an articulation: the same links with fewer leaves. `LodDesc` of the C++ API. */
+export interface LodDesc {
+  /** What it is a level of; no level itself. */
+  of: Articulation;
+  /**
+   * `'reach'`: boxes on links, with room for whatever their links can reach. `'nodes'`: nodes of the hierarchy, made in
+   * every frame from all leaves, without shapes. Default: `'reach'`.
+   */
+  kind?: 'reach' | 'nodes';
+  /** How many leaves there may be, if the library makes them. Default: 1. */
+  maxLeaves?: number;
+  /** Leaves that the caller makes, for `'reach'` only. Default: the library makes them. */
+  leaves?: readonly LodLeaf[];
+  /** For `'reach'`: poses that say how far joints are from their links. There may be those of several instances. */
+  restPoses?: Poses;
+  /** For `'reach'`: how much farther away a joint may be. Default: 0. */
+  jointPlay?: number;
+}
+
+/** One merge of a hierarchy. Step s makes node leafCount + s from two nodes. */
+export interface MergeStep {
+  left: number;
+  right: number;
+  /** The link whose joint the two share, or null. */
+  jointLink: number | null;
 }
 
 /** A body that never moves. */
@@ -149,18 +201,14 @@ export interface StaticDesc {
   origin?: Vec3 | Numbers;
 }
 
-/**
- * How a pose is stored: 7 floats x y z w x y z, a quaternion and a translation; 12 floats by rows; or 16 floats by
- * columns, as in glTF and three.js (`Matrix4.elements`).
- */
-export type PoseFormat = 'quaternion_translation' | 'matrix3x4_rows' | 'matrix4x4_columns';
-
 /** Characters may touch each other; of sequences frame f may touch frame f of others. */
 export type BatchKind = 'characters' | 'sequence';
 
 export interface BatchOptions {
   kind?: BatchKind;
   format?: PoseFormat;
+  /** Whether matrices hold a uniform scale. Default: they are rotations. */
+  hasScale?: boolean;
 }
 
 // ------------------------------------------------------------------------------------------------------------ batches
@@ -181,6 +229,7 @@ export declare class Batch {
   /** How many instances there is room for. */
   readonly size: number;
   readonly format: PoseFormat | null;
+  readonly hasScale: boolean;
   /** How many instances take part, the first ones. Default: all. */
   count: number;
   /**
@@ -333,6 +382,18 @@ export declare class Hits implements List<Hit, FrameStats> {
   /** With `FrameJob.contacts`. */
   contact(i: number): Contact;
   depth(i: number): number;
+  /** The contacts as the C API has them, `wordsPerContact` words each, ten floats and leaves: a view. */
+  contactWords(): Uint32Array;
+  readonly wordsPerContact: number;
+}
+
+/** All boxes of a batch, relative to the origin of their instance, along the world's axes. */
+export interface BatchBoxes {
+  /** How many boxes each instance has: leaves first, the root last. */
+  readonly nodeCount: number;
+  readonly leafCount: number;
+  /** 15 floats per box, by instance, then by node: centre, three axes, half extents. 0 for instances left out. */
+  readonly values: Float32Array;
 }
 
 // ------------------------------------------------------------------------------------------------------------ queries
@@ -453,6 +514,10 @@ export declare class World {
   readonly isa: Isa;
 
   addArticulation(desc: ArticulationDesc): Articulation;
+  /** Adds a coarser level. Its batches take the poses of all links; hits name its leaves. */
+  addLod(desc: LodDesc): Articulation;
+  /** The order in which boxes are merged, from the leaves to the root. */
+  mergeSteps(articulation: Articulation): MergeStep[];
   /** Makes room for `size` instances. All poses are the identity at first. */
   addBatch(articulation: Articulation, size: number, options?: BatchOptions): Batch;
   addStaticBatch(desc: StaticDesc): Batch;
@@ -465,6 +530,8 @@ export declare class World {
   runFrame(job: FrameJob): Hits;
   /** Answers rays, shapes, points and regions. Hits last until the next `runQueries`. */
   runQueries(job: QueryJob): QueryHits;
+  /** Poses all instances of a batch, and gives the boxes that `runFrame` tests. Of masked ones `half` is 0. */
+  computeBoxes(batch: Batch, policies?: Policies | Preset): BatchBoxes;
   /** Why `runFrame` masks an instance: which link, which number, how far off. */
   whyMasked(batch: Batch, instance: number): MaskReason;
   memory(): EngineMemory;

@@ -17,7 +17,16 @@ const NUMBERS = {
 NUMBERS.size = NUMBERS.u32;
 NUMBERS['*'] = NUMBERS.u32;
 
+// The joint link of a merge whose children share no joint.
+const NO_JOINT = 0xffff;
+
 const FLOATS_OF_POSE = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
+function floatsOfPose(format) {
+  const floats = FLOATS_OF_POSE[format];
+  if (floats) return floats;
+  throw new TypeError(`cab: format is '${format}', and not one of ${Object.keys(FLOATS_OF_POSE).join(', ')}`);
+}
+
 const IDENTITY = {
   quaternion_translation: [0, 0, 0, 1, 0, 0, 0],
   matrix3x4_rows: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
@@ -39,7 +48,9 @@ const ARRAYS = {
 
 // The statuses of calls that add something which say which element is at fault.
 const HAS_ELEMENT = new Set(['bad_parent', 'bad_joint', 'bad_leaf_link', 'bad_leaf_box', 'bad_leaf_axes', 'bad_shape',
-                             'shape_outside_leaf_box', 'bad_ignored_pair', 'bad_static_body', 'bad_triangles']);
+                             'shape_outside_leaf_box', 'bad_ignored_pair', 'bad_static_body', 'bad_triangles',
+                             'bad_lod', 'lod_leaf_too_small']);
+const NO_ELEMENT = 0xffffffff;
 
 const nameOf = (enumeration, value) =>
     Object.keys(enums[enumeration].values).find((name) => enums[enumeration].values[name] === value) ?? value;
@@ -274,6 +285,27 @@ class Structs {
     return {data, size: length};
   }
 
+  // The address of a new span of so many values.
+  spanAt(data, size) {
+    const at = this.take(8);
+    this.view.setUint32(at, data, true);
+    this.view.setUint32(at + 4, size, true);
+    return at;
+  }
+
+  // Copies the poses of so many links, by instance, into the module's memory: a view of them, and of how many instances
+  // they are. `count`: how many they must be.
+  poses(where, {format = 'quaternion_translation', hasScale = false, data, ...rest}, links, count) {
+    for (const key of Object.keys(rest)) throw new TypeError(`cab: ${where} has no member '${key}'`);
+    const floats = floatsOfPose(format) * links;
+    const {data: at, size} = this.span(`${where}.data`, 'f32', data);
+    const wanted = count === undefined ? `a multiple of ${floats}` : `${floats * count}`;
+    if (size === 0 || (count === undefined ? size % floats !== 0 : size !== floats * count)) {
+      throw new TypeError(`cab: ${where}.data needs ${wanted} numbers, not ${size}`);
+    }
+    return {view: {format, hasScale, data: at}, count: size / floats};
+  }
+
   // A struct as an object. Spans and pointers are left out.
   get(name, at) {
     const out = {};
@@ -320,9 +352,7 @@ export class Cab {
     const structs_ = this.#structs;
     return structs_.borrowed(() => {
       const {data, size} = structs_.span('vertices', 'f32', vertices);
-      const span = structs_.take(8), box = structs_.take(structs.Box.size);
-      structs_.view.setUint32(span, data, true);
-      structs_.view.setUint32(span + 4, size, true);
+      const span = structs_.spanAt(data, size), box = structs_.take(structs.Box.size);
       structs_.check(this.exports.cab_fit_box(span, box));
       return structs_.get('Box', box);
     });
@@ -351,13 +381,14 @@ export class Batch {
   #poses = 0;
   #arrays = new Map();  // name -> address
 
-  constructor(structs_, id, articulation, size, format) {
+  constructor(structs_, id, articulation, size, format, hasScale) {
     this.#structs = structs_;
     this.id = id;
     this.slot = Number(id & 0xffffffffn);
     this.articulation = articulation;
     this.size = size;
     this.format = format;
+    this.hasScale = hasScale;
     this.count = size;
     this.instances = null;
     if (!articulation) return;
@@ -399,7 +430,7 @@ export class Batch {
   // What a call is given of the batch.
   _input() {
     const input = {batch: this, count: this.count};
-    if (this.#poses) input.poses = {format: this.format, data: this.#poses};
+    if (this.#poses) input.poses = {format: this.format, hasScale: this.hasScale, data: this.#poses};
     if (this.instances?.length === 0) {
       refuseDetached('Batch.instances', this.instances);
       input.count = 0;  // to the engine an empty list is all instances
@@ -481,21 +512,60 @@ export class World {
     ++this.#asked;
   }
 
-  // Calls call(engine, desc, out, badElement), which adds something, and returns its id.
-  #add(call, name, desc) {
+  // Calls call(engine, desc, out, badElement), which adds something, and returns its id. descOf() makes the members of
+  // the description while memory is borrowed.
+  #add(call, name, descOf) {
     const structs_ = this.#structs, engine = this.#alive();
     return structs_.borrowed(() => {
-      const out = structs_.take(8), bad = structs_.take(4);
-      const code = call(engine, structs_.make(name, desc), out, bad);
-      structs_.check(code, HAS_ELEMENT.has(nameOf('Status', code)) ? structs_.view.getUint32(bad, true) : undefined);
+      const out = structs_.take(8), bad = structs_.take(4), desc = structs_.make(name, descOf());
+      structs_.view.setUint32(bad, NO_ELEMENT, true);
+      const code = call(engine, desc, out, bad);
+      const element = structs_.view.getUint32(bad, true);
+      structs_.check(code, HAS_ELEMENT.has(nameOf('Status', code)) && element !== NO_ELEMENT ? element : undefined);
       return structs_.view.getBigUint64(out, true);
     });
   }
 
   addArticulation(desc) {
-    const id = this.#add(this.#exports.cab_add_articulation, 'ArticulationDesc', desc);
+    return this.#articulation(this.#add(this.#exports.cab_add_articulation, 'ArticulationDesc', () => {
+      const {restPose, ...rest} = desc;
+      // Without links the engine has its own words.
+      if (restPose && rest.linkParents?.length) {
+        rest.restPose = this.#structs.poses('restPose', restPose, rest.linkParents.length, 1).view;
+      }
+      return rest;
+    }));
+  }
+
+  addLod(desc) {
+    if (!(desc.of instanceof Articulation)) throw new TypeError('cab: LodDesc.of is not what addArticulation returns');
+    return this.#articulation(this.#add(this.#exports.cab_add_lod, 'LodDesc', () => {
+      const {restPoses, ...rest} = desc;
+      if (restPoses) {
+        const {view, count} = this.#structs.poses('restPoses', restPoses, rest.of.linkCount);
+        Object.assign(rest, {restPoses: view, restPoseCount: count});
+      }
+      return rest;
+    }));
+  }
+
+  #articulation(id) {
     const info = this.#read('ArticulationInfo', (out) => this.#exports.cab_articulation_info(this.#engine, id, out));
     return new Articulation(this.#structs, id, info);
+  }
+
+  mergeSteps(articulation) {
+    const structs_ = this.#structs, engine = this.#alive();
+    if (!(articulation instanceof Articulation)) throw new TypeError('cab: this is not an articulation');
+    const id = structs_.idOf('the articulation', articulation), {size} = structs.MergeStep;
+    return structs_.borrowed(() => {
+      const count = articulation.nodeCount - articulation.leafCount, at = structs_.take(size * count);
+      structs_.check(this.#exports.cab_merge_steps(engine, id, structs_.spanAt(at, count)));
+      return Array.from({length: count}, (_, step) => {
+        const {jointLink, ...children} = structs_.get('MergeStep', at + size * step);
+        return {...children, jointLink: jointLink === NO_JOINT ? null : jointLink};
+      });
+    });
   }
 
   #read(name, call) {
@@ -507,14 +577,12 @@ export class World {
     });
   }
 
-  addBatch(articulation, size, {kind, format = 'quaternion_translation'} = {}) {
-    if (!FLOATS_OF_POSE[format]) {
-      throw new TypeError(`cab: format is '${format}', and not one of ${Object.keys(FLOATS_OF_POSE).join(', ')}`);
-    }
-    const id = this.#add(this.#exports.cab_add_batch, 'BatchDesc', {articulation, instanceCount: size, kind});
+  addBatch(articulation, size, {kind, format = 'quaternion_translation', hasScale = false} = {}) {
+    floatsOfPose(format);
+    const id = this.#add(this.#exports.cab_add_batch, 'BatchDesc', () => ({articulation, instanceCount: size, kind}));
     let batch;
     try {
-      batch = new Batch(this.#structs, id, articulation, size, format);
+      batch = new Batch(this.#structs, id, articulation, size, format, hasScale);
     } catch (error) {
       this.#exports.cab_remove_batch(this.#engine, id);
       throw error;
@@ -524,9 +592,9 @@ export class World {
   }
 
   addStaticBatch(desc) {
-    const id = this.#add(this.#exports.cab_add_static_batch, 'StaticDesc', desc);
+    const id = this.#add(this.#exports.cab_add_static_batch, 'StaticDesc', () => desc);
     const size = (desc.bodies?.length ?? 0) + (desc.triangles?.length ?? 0) / 3;
-    const batch = new Batch(this.#structs, id, null, size, null);
+    const batch = new Batch(this.#structs, id, null, size, null, false);
     this.#batches.set(batch.slot, batch);
     return batch;
   }
@@ -560,6 +628,21 @@ export class World {
     const engine = this.#alive();
     return this.#read('MaskReason', (out) => this.#exports.cab_why_masked(
                                         engine, this.#structs.make('BatchInput', inputOf(batch)), instance, out));
+  }
+
+  computeBoxes(batch, policies = {}) {
+    const structs_ = this.#structs, engine = this.#alive(), input = inputOf(batch);
+    if (!batch.articulation) throw new TypeError('cab: static bodies have no hierarchy');
+    const {nodeCount} = batch.articulation, {size} = structs.Box;
+    return structs_.borrowed(() => {
+      const count = batch.size * nodeCount, floats = size / 4 * count;
+      const at = structs_.take(size * count), made = structs_.make('Policies');
+      this.#setPolicies(made, policies);
+      structs_.array('f32', at, floats).fill(0);
+      const given = structs_.make('BatchInput', input);
+      structs_.check(this.#exports.cab_compute_boxes(engine, given, made, structs_.spanAt(at, count)));
+      return {nodeCount, leafCount: batch.articulation.leafCount, values: structs_.array('f32', at, floats).slice()};
+    });
   }
 
   // ----------------------------------------------------------------------------------------------------------- frame
@@ -747,6 +830,14 @@ export class Hits extends List {
     if (!this.#contacts) throw new TypeError('cab: the frame was not asked for contacts');
     return this._structs.get('Contact', this._entry(i, 'Contact', this.#contacts));
   }
+
+  contactWords() {
+    if (!this.#contacts) throw new TypeError('cab: the frame was not asked for contacts');
+    if (!this.length) return new Uint32Array(0);
+    return this._structs.array('u32', this._entry(0, 'Contact', this.#contacts), this.length * this.wordsPerContact);
+  }
+
+  get wordsPerContact() { return structs.Contact.size / 4; }
 
   depth(i) {
     if (!this.#contacts) throw new TypeError('cab: the frame was not asked for contacts');

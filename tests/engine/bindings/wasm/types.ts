@@ -1,6 +1,7 @@
 // A program that tsc checks against the package's types, and node runs. Lines that must not compile say so.
 import {
-  Articulation, ArticulationDesc, Batch, Box, Cab, CabError, FrameJob, Hits, hasSimd, load, Query, QueryHits, World
+  Articulation, ArticulationDesc, Batch, BatchBoxes, Box, Cab, CabError, FrameJob, Hits, hasSimd, load, LodDesc,
+  MergeStep, Query, QueryHits, World
 } from 'cab-collision';
 
 const box: Box = {
@@ -18,6 +19,7 @@ async function main(): Promise<string> {
     leaves: [{link: 0, box}, {link: 1, box, parts: [{kind: 'sphere', position: [0.5, 0, 0], size: [0.1, 0, 0]}]}],
     ignoredPairs: [{a: 0, b: 1}],
     ignoredHops: 1,
+    restPose: {format: 'quaternion_translation', data: [0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 9, 0, 0]},
   };
   const body: Articulation = world.addArticulation(desc);
   const batch: Batch = world.addBatch(body, 3, {kind: 'characters', format: 'quaternion_translation'});
@@ -40,6 +42,11 @@ async function main(): Promise<string> {
   const hits: Hits = world.runFrame(job);
   let depth = 0;
   for (const hit of hits) depth += hit.contact?.depth ?? NaN;
+  const words: Uint32Array = hits.contactWords();
+  const boxes: BatchBoxes = world.computeBoxes(batch, {refit: 'cab'});
+  const steps: MergeStep[] = world.mergeSteps(body);
+  const lod: LodDesc = {of: body, kind: 'nodes', maxLeaves: 1, jointPlay: 0};
+  const level: Articulation = world.addLod(lod);
   const same: boolean = hits.toArray().every((hit, i) => hit.linkA === hits.linkA(i) && hit.batchA === batch);
 
   const ray: Query = {position: [0, 0, 5], direction: [0, 0, -1], length: Infinity, ignoredBatch: batch};
@@ -68,9 +75,12 @@ async function main(): Promise<string> {
   const noLength = () => { hits.length = 3; };
   // @ts-expect-error: made by addBatch
   const noNew = () => new Batch();
-  void [noStrategy, noPreset, noBatch, noBox, noCenter, noLength, noNew, flags];
+  // @ts-expect-error: a level is of an articulation
+  const noLod: LodDesc = {of: batch};
+  void [noLod, words, boxes.values, steps, noStrategy, noPreset, noBatch, noBox, noCenter, noLength, noNew, flags];
 
   world.remove(batch);
+  world.remove(level);
   world.remove(body);
   world.destroy();
   return `${hits.length > 0} ${depth > -9} ${same} ${links.length} ${status}`;
