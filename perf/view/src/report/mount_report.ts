@@ -3,6 +3,7 @@ import './report.css';
 
 import {el} from '../ui/dom.js';
 import {plural} from '../ui/format.js';
+import {makeTabs} from '../ui/tabs.js';
 import {fileColumns, type FileRow, fileRows, intervalColumns, pairColumns} from './columns.js';
 import {filterIntervals, filterPairs} from './filter.js';
 import {FilterBar} from './filter_bar.js';
@@ -10,7 +11,6 @@ import {MatrixView} from './matrix_view.js';
 import {pairText} from './pair_text.js';
 import {RowTable} from './row_table.js';
 import {makeStrip} from './strip.js';
-import {makeTabs} from './tabs.js';
 import {fileNames, notEmbeddedText, notesOf, pairTitle} from './texts.js';
 import type {OpenRecording, Report, ReportInterval, Row} from './types.js';
 
@@ -92,8 +92,7 @@ export function mountReport(element: HTMLElement, report: Report, open: OpenReco
   const rows = fileRows(report, names);
   files.setRows(rows, rows.length);
   element.replaceChildren(el('section', {class: 'report', 'aria-label': 'Report'}, heading(report), bar.element,
-    makeTabs('Parts of the report', [
-      {name: 'Intervals', panel: intervals.element}, {name: 'Pairs', panel: pairs.element},
-      {name: 'Matrix', panel: matrix.element}, {name: 'Files', panel: files.element},
+    makeTabs([
+      ['Intervals', intervals.element], ['Pairs', pairs.element], ['Matrix', matrix.element], ['Files', files.element],
     ])));
 }
