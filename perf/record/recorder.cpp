@@ -401,13 +401,20 @@ void Recorder::Storage::write_moments(const FrameJob& job, double time) {
   std::size_t moments = 1;
   for (const BatchInput& input : job.inputs)
     moments = std::max<std::size_t>(moments, known(input.batch).instance_count);
+  std::map<std::uint32_t, bool> moves;  // by slot
+  for (const BatchInput& input : job.inputs)
+    moves[known(input.batch).slot] = moments == 1 || known(input.batch).instance_count > 1;
   std::vector<FrameHits> found(moments);
   for (std::size_t h = 0; h < job.hit_count; ++h) {
     Hit hit = job.hits[h];
-    FrameHits& moment = found[std::max(hit.instance_a, hit.instance_b)];
+    // What fixed objects touch alone, they touch at every moment.
+    const bool is_fixed = !moves[hit.batch_a.value] && !moves[hit.batch_b.value];
+    const std::size_t only = std::max(hit.instance_a, hit.instance_b);
     hit.instance_a = hit.instance_b = 0;
-    moment.hits.push_back(hit);
-    if (!job.contacts.empty()) moment.contacts.push_back(job.contacts[h]);
+    for (std::size_t m = is_fixed ? 0 : only; m < (is_fixed ? moments : only + 1); ++m) {
+      found[m].hits.push_back(hit);
+      if (!job.contacts.empty()) found[m].contacts.push_back(job.contacts[h]);
+    }
   }
   std::vector<BatchInput> inputs;
   for (std::size_t m = 0; m < moments; ++m) {
