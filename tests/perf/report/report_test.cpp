@@ -144,7 +144,7 @@ TEST_CASE("filters leave out intervals that are short or flat, and with them pai
 }
 
 TEST_CASE("without depths the longest come first, and a filter by depth is told") {
-  const Files files({});
+  const Files files(Words{});
   REQUIRE(files.report({}).exit_code == 0);
   const Json json = files.json();
   REQUIRE(json["intervals"].size() > 1);
