@@ -23,8 +23,8 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-// How long a run still takes if it goes on as fast as on average, as words such as "about 3 min left". Empty if it is too
-// early to tell, or if nothing is left. What is longer than 99 hours is "over 99 h left".
+// How long a run still takes if it goes on as fast as on average, in words such as "about 3 min left". Empty if it is
+// too early to tell, or if nothing is left. What is longer than 99 hours is "over 99 h left".
 std::string time_left(std::uint64_t done, std::uint64_t total, double seconds_passed);
 
 // One line on standard error that says how far a run is, and how long it still takes. It is removed at the end. If

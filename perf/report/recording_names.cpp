@@ -1,26 +1,27 @@
 #include "perf/report/recording_names.h"
 
+#include "perf/replay/hit_names.h"
+
 namespace cab::perf {
+namespace {
+
+std::string name_at(const std::vector<std::string>& names, std::size_t index) {
+  return index < names.size() ? names[index] : std::string();
+}
+
+}  // namespace
 
 std::string RecordingNames::character(const LinkPlace& place) const {
   const BatchNames& batch = batches[place.batch];
-  const std::string name = batch.name.empty() ? "batch " + std::to_string(place.batch) : batch.name;
-  const bool is_named = place.instance < batch.instances.size() && !batch.instances[place.instance].empty();
-  if (is_named) {
-    const std::string& instance = batch.instances[place.instance];
-    return batch.name.empty() || instance == batch.name ? instance : name + " " + instance;
-  }
-  return batch.instance_count > 1 ? name + " " + std::to_string(place.instance) : name;
+  return instance_name(batch.name, place.batch, batch.instance_count, name_at(batch.instances, place.instance),
+                       place.instance);
 }
 
 std::string RecordingNames::link(const LinkPlace& place) const {
   const BatchNames& batch = batches[place.batch];
-  if (batch.is_static) return "body";
-  if (batch.articulation < link_names.size()) {
-    const std::vector<std::string>& names = link_names[batch.articulation];
-    if (place.link < names.size() && !names[place.link].empty()) return names[place.link];
-  }
-  return "link " + std::to_string(place.link);
+  const bool has_names = batch.articulation < link_names.size();
+  return link_name(batch.is_static, has_names ? name_at(link_names[batch.articulation], place.link) : std::string(),
+                   place.link);
 }
 
 }  // namespace cab::perf

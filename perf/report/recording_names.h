@@ -22,11 +22,8 @@ struct RecordingNames {
   std::vector<BatchNames> batches;
   std::vector<std::vector<std::string>> link_names;  // by articulation; those without names have none
 
-  // The name of the batch, or "batch N" by its index; then the name or the number of the instance, if there are
-  // several. An instance whose name is that of its batch has it once.
+  // As hit_names.h has them.
   std::string character(const LinkPlace& place) const;
-
-  // The name of the link, or "link N"; of static bodies "body".
   std::string link(const LinkPlace& place) const;
 };
 

@@ -1,5 +1,5 @@
 // A pair of links as the page's fragment has it: `&pair=0.0.12-1.0.7`, slot, instance and link of each side.
-import type {LinkRef, PairRef} from './types';
+import type {LinkRef, PairRef} from './types.js';
 
 export function pairText(pair: PairRef): string {
   return `${pair.a.join('.')}-${pair.b.join('.')}`;
