@@ -1,0 +1,38 @@
+// What the page carries: recordings, and both modules of the engine.
+
+export interface EmbeddedRecording {
+  name: string;
+  /** Decodes it, which takes a while for a large one. */
+  bytes: () => Promise<Uint8Array>;
+}
+
+/** Base64 to bytes. */
+async function decode(text: string): Promise<Uint8Array> {
+  const binary = atob(text.trim());
+  const bytes = new Uint8Array(binary.length);
+  for (let i = 0; i < binary.length; ++i) bytes[i] = binary.charCodeAt(i);
+  return bytes;
+}
+
+export function embeddedRecordings(): EmbeddedRecording[] {
+  return [...document.querySelectorAll<HTMLScriptElement>('script.cab-recording')].map((script, i) => ({
+    name: script.dataset['name'] || `recording ${i + 1}`,
+    bytes: () => decode(script.textContent ?? ''),
+  }));
+}
+
+/** One of the two WebAssembly modules of the engine: base64 of its deflated bytes. */
+export async function engineModule(simd: boolean): Promise<WebAssembly.Module> {
+  const script = document.getElementById(simd ? 'cab-wasm-simd' : 'cab-wasm-scalar');
+  const deflated = new Blob([await decode(script?.textContent ?? '') as BlobPart]);
+  const stream = deflated.stream().pipeThrough(new DecompressionStream('deflate-raw'));
+  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+}
+
+/** `#recording=1&frame=20`. Null: the fragment names no recording. */
+export function placeInFragment(): {recording: number; frame: number} | null {
+  const fields = new URLSearchParams(location.hash.slice(1));
+  const recording = fields.get('recording');
+  if (recording === null) return null;
+  return {recording: Number(recording) || 0, frame: Number(fields.get('frame')) || 0};
+}

@@ -1,0 +1,81 @@
+// The contacts of a frame: both points, and the normal as an arrow from a to b.
+import * as THREE from 'three';
+import {COLORS} from './colors.js';
+import {unitArrow, unitBall} from './geometries.js';
+import {FLOATS_OF_CONTACT} from './hits.js';
+import {Instances, PATTERN} from './instances.js';
+import {ROWS} from './transforms.js';
+
+export class ContactMarks {
+  readonly object = new THREE.Group();
+  readonly #arrows = new Instances(unitArrow(), 'over');
+  readonly #points = new Instances(unitBall('coarse'), 'over');
+
+  constructor() {
+    this.object.add(this.#arrows.object, this.#points.object);
+  }
+
+  /**
+   * `originOf` writes the origin of hit i's first instance, relative to the scene's centre. `size` is the length of an
+   * arrow. `isSelected` says which hits stand out.
+   */
+  show(contacts: Float32Array, originOf: (hit: number, out: Float32Array) => void, size: number,
+       isSelected: (hit: number) => boolean): void {
+    const count = contacts.length / FLOATS_OF_CONTACT;
+    this.#arrows.reserve(count);
+    this.#points.reserve(2 * count);
+    this.#arrows.count = count;
+    this.#points.count = 2 * count;
+    const origin = new Float32Array(3);
+    for (let hit = 0; hit < count; ++hit) {
+      originOf(hit, origin);
+      const at = hit * FLOATS_OF_CONTACT;
+      const factor = isSelected(hit) ? 1.6 : 1;
+      writeArrow(contacts, at, origin, size * factor, this.#arrows.rows, hit * ROWS);
+      this.#arrows.setPaint(hit, COLORS.contact, PATTERN.plain);
+      for (const [k, from] of [4, 7].entries()) {
+        const copy = 2 * hit + k;
+        writeBall(contacts, at + from, origin, 0.09 * size * factor, this.#points.rows, copy * ROWS);
+        this.#points.setPaint(copy, COLORS.contact, PATTERN.plain);
+      }
+    }
+    this.#arrows.changed();
+    this.#points.changed();
+  }
+
+  hide(): void {
+    this.#arrows.count = 0;
+    this.#points.count = 0;
+  }
+
+  dispose(): void {
+    this.#arrows.dispose();
+    this.#points.dispose();
+  }
+}
+
+function writeBall(contacts: Float32Array, from: number, origin: Float32Array, radius: number, out: Float32Array,
+                   at: number): void {
+  out.fill(0, at, at + ROWS);
+  for (let k = 0; k < 3; ++k) {
+    out[at + k * 5] = radius;
+    out[at + k * 4 + 3] = origin[k]! + contacts[from + k]!;
+  }
+}
+
+const normal = new THREE.Vector3();
+const side = new THREE.Vector3();
+const other = new THREE.Vector3();
+
+function writeArrow(contacts: Float32Array, from: number, origin: Float32Array, length: number, out: Float32Array,
+                    at: number): void {
+  normal.set(contacts[from]!, contacts[from + 1]!, contacts[from + 2]!);
+  side.set(Math.abs(normal.x) < 0.7 ? 1 : 0, Math.abs(normal.x) < 0.7 ? 0 : 1, 0).cross(normal).normalize();
+  other.copy(normal).cross(side);
+  for (let k = 0; k < 3; ++k) {
+    out[at + k * 4] = side.getComponent(k) * length;
+    out[at + k * 4 + 1] = other.getComponent(k) * length;
+    out[at + k * 4 + 2] = normal.getComponent(k) * length;
+    out[at + k * 4 + 3] = origin[k]! + contacts[from + 4 + k]!;
+  }
+}

@@ -1,0 +1,202 @@
+// One batch in the scene: characters, or static bodies, which are drawn as the links of a single character.
+import * as THREE from 'three';
+import type {Input, Recording, StaticBody} from '../recording/types.js';
+import type {Bounds} from './bounds.js';
+import {characterColor, COLORS, shaded} from './colors.js';
+import {Instances, PATTERN} from './instances.js';
+import {clearMarks, makeMarks, mark, MARK, type Marks} from './marks.js';
+import {characterPieces, linkCountOf, type PieceGroup, staticPieces} from './pieces.js';
+import {isDrawable, multiply, placeLinks, ROWS, writeRotation} from './transforms.js';
+
+interface DrawnGroup extends PieceGroup {
+  instances: Instances;
+}
+
+export interface Picked {
+  batch: number;
+  instance: number;
+  link: number;
+  distance: number;
+}
+
+export class DrawnBatch {
+  readonly object = new THREE.Group();
+  readonly index: number;
+  readonly isStatic: boolean;
+  readonly linkCount: number;
+  readonly instanceCount: number;
+  readonly marks: Marks;
+  /** From link to world, relative to the scene's centre: by instance, then by link. */
+  readonly linkRows: Float32Array;
+  /** 1 per instance that takes part. */
+  readonly present: Uint8Array;
+  readonly #groups: DrawnGroup[];
+
+  /** `mirrored`: whether poses may mirror links. */
+  constructor(recording: Recording, index: number, center: Float64Array, mirrored: boolean) {
+    const batch = recording.batches[index]!;
+    const bodies = batch.staticBodies?.bodies;
+    this.index = index;
+    this.isStatic = bodies !== undefined;
+    this.linkCount = bodies ? bodies.length : linkCountOf(recording.articulations, batch);
+    this.instanceCount = bodies ? 1 : batch.instanceCount;
+    this.linkRows = new Float32Array(this.instanceCount * this.linkCount * ROWS);
+    this.present = new Uint8Array(this.instanceCount);
+    this.marks = makeMarks(this.instanceCount, this.linkCount);
+    const groups = bodies ? staticPieces(bodies) : characterPieces(recording.articulations, batch);
+    this.#groups = groups.map((group) => {
+      const look = group.endless || mirrored ? 'solid_both_sides' : 'solid';
+      const instances = new Instances(group.geometry, look, group.pieces.length * this.instanceCount);
+      this.object.add(instances.object);
+      return {...group, instances};
+    });
+    if (bodies) this.#placeBodies(bodies, center);
+  }
+
+  #placeBodies(bodies: readonly StaticBody[], center: Float64Array): void {
+    bodies.forEach(({origin, rotation}, i) => {
+      writeRotation(rotation, 0, 1, this.linkRows, i * ROWS);
+      for (let k = 0; k < 3; ++k) this.linkRows[i * ROWS + k * 4 + 3] = origin[k]! - center[k]!;
+    });
+    this.present.fill(1);
+    this.#placePieces();
+  }
+
+  /** Moves all links to where a frame has them, and takes all marks away. */
+  place(input: Input, center: Float64Array): void {
+    clearMarks(this.marks);
+    if (this.isStatic) return;
+    placeLinks(input, this.linkCount, center, this.linkRows, this.present);
+    for (const instance of input.masked) {
+      if (instance < this.instanceCount) this.#mask(instance);
+    }
+    this.#placePieces();
+  }
+
+  // What is drawn of a masked instance are those links whose poses are numbers.
+  #mask(instance: number): void {
+    this.marks.masked[instance] = 1;
+    for (let link = 0; link < this.linkCount; ++link) {
+      const at = (instance * this.linkCount + link) * ROWS;
+      if (!isDrawable(this.linkRows, at)) this.linkRows.fill(0, at, at + ROWS);
+    }
+  }
+
+  #placePieces(): void {
+    for (const {instances, pieces} of this.#groups) {
+      let at = 0;
+      for (let i = 0; i < this.instanceCount; ++i) {
+        if (this.present[i] === 0) continue;
+        const first = i * this.linkCount;
+        for (const {link, local} of pieces) {
+          multiply(this.linkRows, (first + link) * ROWS, local, 0, instances.rows, at);
+          at += ROWS;
+        }
+      }
+      instances.count = at / ROWS;
+    }
+  }
+
+  /** `instance` and `link` as hits have them. */
+  markLink(instance: number, link: number, value: number): void {
+    mark(this.marks, this.isStatic ? instance : instance * this.linkCount + link, value);
+  }
+
+  /** Colours all pieces as the marks say. */
+  paint(): void {
+    const {links, masked, selectedInstance} = this.marks;
+    for (const {instances, pieces, endless} of this.#groups) {
+      let copy = 0;
+      for (let i = 0; i < this.instanceCount; ++i) {
+        if (this.present[i] === 0) continue;
+        const own = this.isStatic ? COLORS.statics : characterColor(this.index, i);
+        const base = masked[i] ? COLORS.masked : i === selectedInstance ? shaded(own, 1.25) : own;
+        const plain = masked[i] ? PATTERN.crosses : PATTERN.plain;
+        for (const {link} of pieces) {
+          const value = links[i * this.linkCount + link]!;
+          if (value === MARK.none) {
+            instances.setPaint(copy, link % 2 === 0 ? base : shaded(base, endless ? 0.6 : 0.88), plain);
+          } else if (value === MARK.falsePositive) {
+            instances.setPaint(copy, COLORS.falsePositive, PATTERN.stripes);
+          } else {
+            instances.setPaint(copy, COLORS.hit, value === MARK.selected ? PATTERN.stripes : PATTERN.plain);
+          }
+          ++copy;
+        }
+      }
+      instances.changed();
+    }
+  }
+
+  addBounds(bounds: Bounds, onlyInstance = -1): void {
+    for (const {instances, pieces, half, endless} of this.#groups) {
+      if (endless) continue;
+      let copy = 0;
+      for (let i = 0; i < this.instanceCount; ++i) {
+        if (this.present[i] === 0) continue;
+        const wanted = !this.marks.masked[i] && (onlyInstance < 0 || onlyInstance === i);
+        for (let p = 0; p < pieces.length; ++p, ++copy) {
+          if (wanted) bounds.addRows(instances.rows, copy * ROWS, half);
+        }
+      }
+    }
+  }
+
+  /** Where a link's frame is. */
+  positionOf(instance: number, link: number): [number, number, number] {
+    const at = (instance * this.linkCount + link) * ROWS;
+    return [this.linkRows[at + 3]!, this.linkRows[at + 7]!, this.linkRows[at + 11]!];
+  }
+
+  /** The nearest piece that a ray meets, by the boxes about pieces. */
+  pick(ray: THREE.Ray): Picked | null {
+    let best: Picked | null = null;
+    for (const {instances, pieces, half, endless} of this.#groups) {
+      if (endless) continue;
+      let copy = 0;
+      for (let i = 0; i < this.instanceCount; ++i) {
+        if (this.present[i] === 0) continue;
+        for (const {link} of pieces) {
+          const distance = meetBox(ray, instances.rows, copy * ROWS, half);
+          if (distance < (best?.distance ?? Infinity)) {
+            best = this.isStatic ? {batch: this.index, instance: link, link: 0, distance} :
+                                   {batch: this.index, instance: i, link, distance};
+          }
+          ++copy;
+        }
+      }
+    }
+    return best;
+  }
+
+  dispose(): void {
+    for (const {instances, geometry} of this.#groups) {
+      instances.dispose();
+      geometry.dispose();
+    }
+  }
+}
+
+// Where a ray enters a box, as a distance; Infinity if it does not.
+function meetBox(ray: THREE.Ray, rows: Float32Array, at: number, half: readonly number[]): number {
+  let enter = 0;
+  let leave = Infinity;
+  const {origin, direction} = ray;
+  const dx = origin.x - rows[at + 3]!;
+  const dy = origin.y - rows[at + 7]!;
+  const dz = origin.z - rows[at + 11]!;
+  for (let k = 0; k < 3; ++k) {
+    const x = rows[at + k]!;
+    const y = rows[at + 4 + k]!;
+    const z = rows[at + 8 + k]!;
+    const square = x * x + y * y + z * z;
+    if (square === 0) return Infinity;
+    const from = (dx * x + dy * y + dz * z) / square;
+    const step = (direction.x * x + direction.y * y + direction.z * z) / square;
+    const one = (-half[k]! - from) / step;
+    const other = (half[k]! - from) / step;
+    enter = Math.max(enter, Math.min(one, other));
+    leave = Math.min(leave, Math.max(one, other));
+  }
+  return enter <= leave ? enter : Infinity;
+}

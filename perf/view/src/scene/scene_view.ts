@@ -1,0 +1,123 @@
+// The canvas: draws the stage when something has changed, and no more often than the browser shows pictures.
+import * as THREE from 'three';
+import {COLORS} from './colors.js';
+import {light} from './instances.js';
+import type {Picked} from './drawn_batch.js';
+import type {Stage} from './stage.js';
+import {Viewpoint} from './viewpoint.js';
+
+/** A text that stands at a place of the scene. */
+export interface Label {
+  text: string;
+  position: THREE.Vector3;
+  kind: 'masked' | 'selected';
+}
+
+export class SceneView {
+  readonly viewpoint: Viewpoint;
+  readonly canvas: HTMLCanvasElement;
+  readonly #surface: HTMLElement;
+  readonly #labelLayer: HTMLElement;
+  readonly #renderer: THREE.WebGLRenderer;
+  readonly #stage: Stage;
+  readonly #resizing: ResizeObserver;
+  #labels: Label[] = [];
+  #labelElements: HTMLElement[] = [];
+  #stale = true;
+  #fitted = false;
+
+  /** Throws if the browser has no WebGL 2. */
+  constructor(surface: HTMLElement, stage: Stage, crowd: boolean) {
+    THREE.ColorManagement.enabled = false;
+    this.#surface = surface;
+    this.#stage = stage;
+    this.#renderer = new THREE.WebGLRenderer({antialias: !crowd, powerPreference: 'high-performance'});
+    this.#renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
+    this.#renderer.setPixelRatio(crowd ? 1 : Math.min(window.devicePixelRatio, 2));
+    this.#renderer.setClearColor(COLORS.background);
+    this.canvas = this.#renderer.domElement;
+    this.canvas.setAttribute('role', 'img');
+    this.#labelLayer = document.createElement('div');
+    this.#labelLayer.className = 'scene-labels';
+    surface.append(this.canvas, this.#labelLayer);
+    this.viewpoint = new Viewpoint(this.canvas, stage.up, () => this.invalidate());
+    this.#resizing = new ResizeObserver(() => this.#resize());
+    this.#resizing.observe(surface);
+  }
+
+  #resize(): void {
+    const {clientWidth: width, clientHeight: height} = this.#surface;
+    if (width === 0 || height === 0) return;
+    this.#renderer.setSize(width, height, false);
+    this.viewpoint.resize(width, height);
+    this.#stale = true;
+    if (this.#fitted) return;
+    this.#fitted = true;
+    this.viewpoint.fit(this.#stage.bounds(), false);
+  }
+
+  /** The scene has changed. */
+  invalidate(): void {
+    this.#stale = true;
+  }
+
+  /** Draws if something has changed. Returns whether it did. */
+  render(): boolean {
+    if (!this.#stale) return false;
+    this.#stale = false;
+    light.copy(this.viewpoint.direction).addScaledVector(this.viewpoint.camera.up, 0.8).normalize();
+    this.#renderer.render(this.#stage.scene, this.viewpoint.camera);
+    this.#placeLabels();
+    return true;
+  }
+
+  /** Draw calls and triangles of the last picture. */
+  get drawn(): {calls: number; triangles: number} {
+    const {calls, triangles} = this.#renderer.info.render;
+    return {calls, triangles};
+  }
+
+  setLabels(labels: readonly Label[]): void {
+    this.#labels = [...labels];
+    this.#stale = true;
+    while (this.#labelElements.length > labels.length) this.#labelElements.pop()!.remove();
+    while (this.#labelElements.length < labels.length) {
+      const element = document.createElement('span');
+      this.#labelLayer.append(element);
+      this.#labelElements.push(element);
+    }
+    labels.forEach(({text, kind}, i) => {
+      const element = this.#labelElements[i]!;
+      if (element.textContent !== text) element.textContent = text;
+      element.className = `scene-label ${kind}`;
+    });
+  }
+
+  #placeLabels(): void {
+    const {clientWidth: width, clientHeight: height} = this.#surface;
+    this.#labels.forEach(({position}, i) => {
+      const p = position.clone().project(this.viewpoint.camera);
+      const isInView = Math.abs(p.x) < 1 && Math.abs(p.y) < 1 && p.z < 1;
+      const {style} = this.#labelElements[i]!;
+      style.display = isInView ? '' : 'none';
+      style.transform = `translate(${((p.x + 1) / 2 * width).toFixed(1)}px, ${((1 - p.y) / 2 * height).toFixed(1)}px)`;
+    });
+  }
+
+  /** What is drawn under a pointer, given in pixels of the window. */
+  pick(clientX: number, clientY: number): Picked | null {
+    const {left, top, width, height} = this.canvas.getBoundingClientRect();
+    const caster = new THREE.Raycaster();
+    const at = new THREE.Vector2((clientX - left) / width * 2 - 1, 1 - (clientY - top) / height * 2);
+    caster.setFromCamera(at, this.viewpoint.camera);
+    return this.#stage.pick(caster.ray);
+  }
+
+  dispose(): void {
+    this.#resizing.disconnect();
+    this.viewpoint.dispose();
+    this.#renderer.dispose();
+    this.canvas.remove();
+    this.#labelLayer.remove();
+  }
+}

@@ -1,0 +1,322 @@
+// What stands in the scene: batches, static triangles, boxes, contacts and a grid. It shows one frame at a time.
+import * as THREE from 'three';
+import type {Frame, Input, Recording} from '../recording/types.js';
+import {Bounds} from './bounds.js';
+import {COLORS} from './colors.js';
+import {ContactMarks} from './contact_marks.js';
+import {DrawnBatch, type Picked} from './drawn_batch.js';
+import {DrawnTriangles} from './drawn_triangles.js';
+import {type Hit, hitAt, hitCount, isSamePair} from './hits.js';
+import {MARK} from './marks.js';
+import {type Axis, upAxis} from './up_axis.js';
+import {WireBoxes} from './wire_boxes.js';
+
+export interface Selection {
+  /** A character; null: none. */
+  instance: {batch: number; instance: number} | null;
+  /** A pair of links; null: none. */
+  pair: Hit | null;
+}
+
+/** A frame, and what is to be shown with it. */
+export interface Picture {
+  frame: Frame;
+  hits: Uint32Array;
+  contacts: Float32Array | null;
+  falsePositives: Uint32Array | null;
+  showContacts: boolean;
+  selection: Selection;
+}
+
+/** Boxes of the nodes of some instances of a batch. */
+export interface BoxSet {
+  batch: number;
+  /** As EngineInPage.boxes writes them, of all instances. */
+  values: Float32Array;
+  nodeCount: number;
+  leafCount: number;
+  instances: readonly number[];
+  /** Which nodes, and whether they are drawn as leaves. */
+  nodes: readonly number[];
+}
+
+/** What a person can read about an instance that is masked, and where. */
+export interface MaskedPlace {
+  batch: number;
+  instance: number;
+  position: THREE.Vector3;
+}
+
+const MOST_BOXES = 200_000;
+
+export class Stage {
+  readonly scene = new THREE.Scene();
+  readonly up: Axis;
+  readonly #recording: Recording;
+  readonly #center = new Float64Array(3);
+  readonly #batches = new Map<number, DrawnBatch>();
+  readonly #triangles = new Map<number, DrawnTriangles>();
+  readonly #contacts = new ContactMarks();
+  readonly #boxes = new WireBoxes();
+  readonly #mirrored: boolean;
+  #inputs = new Map<number, Input>();
+  #batchOfSlot = new Map<number, number>();
+  #characterSize = 1;
+  #masked: MaskedPlace[] = [];
+
+  /** Takes the scene's centre and size from a frame. */
+  constructor(recording: Recording, first: Frame) {
+    this.#recording = recording;
+    this.#center.set(centerOf(recording, first));
+    this.#mirrored = first.inputs.some(({poses}) => poses !== null && poses.format !== 'quaternion_translation');
+    this.scene.add(this.#contacts.object, this.#boxes.object);
+    this.#place(first);
+    const bounds = this.bounds();
+    const characters = first.inputs.reduce((sum, {batch}) => sum + (this.#batches.get(batch)?.instanceCount ?? 0), 0);
+    this.up = upAxis(recording.header, bounds, characters);
+    this.#characterSize = this.#sizeOfCharacter(first) || bounds.radius || 1;
+    this.scene.add(makeGrid(bounds, this.up, recording.header.metresPerUnit));
+  }
+
+  /** About how large a character is. */
+  get characterSize(): number {
+    return this.#characterSize;
+  }
+
+  get masked(): readonly MaskedPlace[] {
+    return this.#masked;
+  }
+
+  #sizeOfCharacter(frame: Frame): number {
+    for (const {batch} of frame.inputs) {
+      const drawn = this.#batches.get(batch);
+      if (!drawn || drawn.isStatic) continue;
+      const bounds = new Bounds();
+      drawn.addBounds(bounds, drawn.present.findIndex((here, i) => here === 1 && drawn.marks.masked[i] === 0));
+      if (!bounds.empty) return 2 * bounds.radius;
+    }
+    return 0;
+  }
+
+  #drawn(batch: number): DrawnBatch {
+    const known = this.#batches.get(batch);
+    if (known) return known;
+    const made = new DrawnBatch(this.#recording, batch, this.#center, this.#mirrored);
+    this.#batches.set(batch, made);
+    this.scene.add(made.object);
+    const bodies = this.#recording.batches[batch]?.staticBodies;
+    if (bodies && bodies.triangles.length > 0) {
+      const triangles = new DrawnTriangles(bodies, this.#center);
+      this.#triangles.set(batch, triangles);
+      this.scene.add(triangles.object);
+    }
+    return made;
+  }
+
+  #place(frame: Frame): void {
+    this.#inputs = new Map(frame.inputs.map((input) => [input.batch, input]));
+    this.#batchOfSlot = new Map(frame.inputs.map(({batch}) => [this.#recording.batches[batch]!.slot, batch]));
+    for (const input of frame.inputs) this.#drawn(input.batch).place(input, this.#center);
+    for (const [index, drawn] of this.#batches) {
+      drawn.object.visible = this.#inputs.has(index);
+      const triangles = this.#triangles.get(index);
+      if (triangles) triangles.object.visible = this.#inputs.has(index);
+    }
+  }
+
+  show({frame, hits, contacts, falsePositives, showContacts, selection}: Picture): void {
+    this.#place(frame);
+    for (const triangles of this.#triangles.values()) triangles.clearMarks();
+    if (falsePositives) this.#markAll(falsePositives, () => MARK.falsePositive);
+    const {pair, instance} = selection;
+    this.#markAll(hits, (hit) => pair && isSamePair(hit, pair) ? MARK.selected : MARK.hit);
+    for (const [index, drawn] of this.#batches) {
+      if (!drawn.object.visible) continue;
+      drawn.marks.selectedInstance = instance?.batch === index ? instance.instance : -1;
+      drawn.paint();
+    }
+    for (const triangles of this.#triangles.values()) triangles.paint();
+    if (contacts && showContacts) {
+      this.#contacts.show(contacts, (hit, out) => this.#originOfHit(hits, hit, out), 0.12 * this.#characterSize,
+                          (hit) => pair !== null && isSamePair(hitAt(hits, hit), pair));
+    } else {
+      this.#contacts.hide();
+    }
+    this.#findMasked(frame);
+  }
+
+  #markAll(words: Uint32Array, valueOf: (hit: Hit) => number): void {
+    for (let i = 0; i < hitCount(words); ++i) {
+      const hit = hitAt(words, i);
+      const value = valueOf(hit);
+      this.#mark(hit.slotA, hit.instanceA, hit.linkA, value);
+      this.#mark(hit.slotB, hit.instanceB, hit.linkB, value);
+    }
+  }
+
+  #mark(slot: number, instance: number, link: number, value: number): void {
+    const batch = this.#batchOfSlot.get(slot);
+    if (batch === undefined) return;
+    this.#batches.get(batch)?.markLink(instance, link, value);
+    this.#triangles.get(batch)?.markInstance(instance, value);
+  }
+
+  // Contacts are relative to the origin of the first instance. Of a triangle that is the origin of the mesh.
+  #originOfHit(hits: Uint32Array, index: number, out: Float32Array): void {
+    const {slotA, instanceA} = hitAt(hits, index);
+    const batch = this.#batchOfSlot.get(slotA);
+    const origin = batch === undefined ? null : this.#originOf(batch, instanceA);
+    for (let k = 0; k < 3; ++k) out[k] = (origin?.[k] ?? 0) - this.#center[k]!;
+  }
+
+  /** The origin of an instance in the world. */
+  #originOf(batch: number, instance: number): [number, number, number] {
+    const bodies = this.#recording.batches[batch]?.staticBodies;
+    const values = bodies ? bodies.bodies[instance]?.origin ?? bodies.origin :
+                            this.#inputs.get(batch)?.origins?.subarray(instance * 3, instance * 3 + 3);
+    return [values?.[0] ?? 0, values?.[1] ?? 0, values?.[2] ?? 0];
+  }
+
+  #findMasked(frame: Frame): void {
+    this.#masked = [];
+    for (const {batch, masked} of frame.inputs) {
+      for (const instance of masked) {
+        const origin = this.#originOf(batch, instance).map((value, k) => value - this.#center[k]!);
+        if (!origin.every(Number.isFinite)) continue;
+        this.#masked.push({batch, instance, position: new THREE.Vector3(...origin)});
+      }
+    }
+  }
+
+  /** Draws boxes as wires, and a cube about each masked instance's origin. Returns how many were left out. */
+  showBoxes(sets: readonly BoxSet[]): number {
+    const wanted = sets.reduce((sum, {instances, nodes}) => sum + instances.length * nodes.length, 0);
+    this.#boxes.begin(Math.min(wanted, MOST_BOXES) + this.#masked.length);
+    const origin = [0, 0, 0];
+    let left = MOST_BOXES;
+    for (const {batch, values, nodeCount, leafCount, instances, nodes} of sets) {
+      for (const instance of instances) {
+        if (left < nodes.length) break;
+        left -= nodes.length;
+        this.#originOf(batch, instance).forEach((value, k) => (origin[k] = value - this.#center[k]!));
+        for (const node of nodes) {
+          this.#boxes.addBox(values, instance * nodeCount + node, origin, 0,
+                             node < leafCount ? COLORS.leafBox : COLORS.innerBox);
+        }
+      }
+    }
+    const drawn = this.#boxes.count;
+    for (const {position} of this.#masked) {
+      this.#boxes.addCube(position.toArray(), 0.25 * this.#characterSize, COLORS.masked);
+    }
+    this.#boxes.end();
+    return wanted - drawn;
+  }
+
+  /** Bounds of everything, or of one instance. */
+  bounds(only: {batch: number; instance: number} | null = null): Bounds {
+    const bounds = new Bounds();
+    for (const [index, drawn] of this.#batches) {
+      if (!drawn.object.visible) continue;
+      if (!only) drawn.addBounds(bounds);
+      if (only?.batch === index) drawn.addBounds(bounds, only.instance);
+    }
+    if (!only) {
+      for (const triangles of this.#triangles.values()) triangles.addBounds(bounds);
+    }
+    return bounds;
+  }
+
+  /** Instances of a batch whose middle is at most `distance` from a point. */
+  near(batch: number, point: THREE.Vector3, distance: number): number[] {
+    const drawn = this.#batches.get(batch);
+    if (!drawn || drawn.isStatic) return [];
+    const found: number[] = [];
+    for (let i = 0; i < drawn.instanceCount; ++i) {
+      if (drawn.present[i] === 0) continue;
+      const middle = this.middleOf(batch, i);
+      if (middle && middle.distanceTo(point) <= distance) found.push(i);
+    }
+    return found;
+  }
+
+  /** The instances of a batch that take part. */
+  presentInstances(batch: number): number[] {
+    const drawn = this.#batches.get(batch);
+    return drawn ? [...drawn.present.keys()].filter((i) => drawn.present[i] === 1) : [];
+  }
+
+  /** Where an instance's first link is. */
+  middleOf(batch: number, instance: number): THREE.Vector3 | null {
+    const drawn = this.#batches.get(batch);
+    if (!drawn || drawn.present[instance] !== 1 || drawn.marks.masked[instance] === 1) return null;
+    return new THREE.Vector3(...drawn.positionOf(instance, 0));
+  }
+
+  /** Where a link of a hit is; of static bodies that is the instance. */
+  linkPosition(slot: number, instance: number, link: number): THREE.Vector3 | null {
+    const drawn = this.#batches.get(this.#batchOfSlot.get(slot) ?? -1);
+    if (!drawn) return null;
+    if (!drawn.isStatic) return new THREE.Vector3(...drawn.positionOf(instance, link));
+    return instance < drawn.linkCount ? new THREE.Vector3(...drawn.positionOf(0, instance)) : null;
+  }
+
+  batchOfSlot(slot: number): number | undefined {
+    return this.#batchOfSlot.get(slot);
+  }
+
+  pick(ray: THREE.Ray): Picked | null {
+    let best: Picked | null = null;
+    for (const drawn of this.#batches.values()) {
+      if (!drawn.object.visible) continue;
+      const picked = drawn.pick(ray);
+      if (picked && picked.distance < (best?.distance ?? Infinity)) best = picked;
+    }
+    return best;
+  }
+
+  dispose(): void {
+    for (const drawn of this.#batches.values()) drawn.dispose();
+    for (const triangles of this.#triangles.values()) triangles.dispose();
+    this.#contacts.dispose();
+    this.#boxes.dispose();
+  }
+}
+
+// The mean of all finite origins, so that floats relative to it are small.
+function centerOf(recording: Recording, frame: Frame): Float64Array {
+  const sum = new Float64Array(3);
+  let count = 0;
+  const add = (origins: Float64Array, at: number): void => {
+    const [x, y, z] = [origins[at]!, origins[at + 1]!, origins[at + 2]!];
+    if (!Number.isFinite(x + y + z)) return;
+    sum[0]! += x;
+    sum[1]! += y;
+    sum[2]! += z;
+    ++count;
+  };
+  for (const {batch, origins} of frame.inputs) {
+    for (let at = 0; origins && at + 2 < origins.length; at += 3) add(origins, at);
+    const bodies = recording.batches[batch]?.staticBodies;
+    for (const {origin} of bodies?.bodies ?? []) add(origin, 0);
+  }
+  return sum.map((value) => value / Math.max(count, 1));
+}
+
+// Lines on the lowest plane, a metre apart, or what looks well where that is not known.
+function makeGrid(bounds: Bounds, up: Axis, metresPerUnit: number): THREE.Object3D {
+  const width = Math.max(2 * bounds.radius, 1e-6) * 1.5;
+  const rough = metresPerUnit > 0 ? 1 / metresPerUnit : 10 ** Math.floor(Math.log10(width / 8));
+  let cell = rough;
+  while (width / cell > 100) cell *= 10;
+  const cells = Math.max(2, Math.ceil(width / cell));
+  const grid = new THREE.GridHelper(cells * cell, cells, COLORS.grid, COLORS.grid);
+  if (up === 0) grid.rotation.z = Math.PI / 2;
+  if (up === 2) grid.rotation.x = Math.PI / 2;
+  if (!bounds.empty) {
+    const place = bounds.center();
+    place[up] = bounds.low[up]! - 1e-3 * bounds.radius;
+    grid.position.set(...place);
+  }
+  return grid;
+}

@@ -1,0 +1,82 @@
+// The camera: it orbits about a point, fits what it is shown, and goes along with what moves.
+import * as THREE from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import type {Bounds} from './bounds.js';
+import type {Axis} from './up_axis.js';
+
+const FIELD_OF_VIEW = 40;
+const UPS: readonly (readonly [number, number, number])[] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+// From where a scene is first seen, by the axis that points up.
+const DIRECTIONS: readonly (readonly [number, number, number])[] = [[0.45, 0.6, 0.9], [0.6, 0.45, 0.9],
+                                                                    [0.6, -0.9, 0.45]];
+
+export class Viewpoint {
+  readonly camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
+  readonly #controls: OrbitControls;
+  #up: Axis;
+
+  constructor(surface: HTMLElement, up: Axis, onChange: () => void) {
+    this.#up = up;
+    this.camera.up.set(...UPS[up]!);
+    this.#controls = new OrbitControls(this.camera, surface);
+    this.#controls.addEventListener('change', onChange);
+    this.#controls.zoomToCursor = true;
+  }
+
+  get target(): THREE.Vector3 {
+    return this.#controls.target;
+  }
+
+  /** From the target to the camera, of length 1. */
+  get direction(): THREE.Vector3 {
+    return this.camera.position.clone().sub(this.target).normalize();
+  }
+
+  resize(width: number, height: number): void {
+    this.camera.aspect = width / Math.max(height, 1);
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** Looks at all of the bounds, from the first direction or from where the camera is. */
+  fit(bounds: Bounds, keepDirection: boolean): void {
+    if (bounds.empty) return;
+    const direction = keepDirection ? this.direction : new THREE.Vector3(...DIRECTIONS[this.#up]!).normalize();
+    const radius = Math.max(bounds.radius, 1e-6);
+    this.target.set(...bounds.center());
+    const distance = this.#fittingDistance(bounds, direction);
+    this.camera.position.copy(this.target).addScaledVector(direction, distance);
+    this.camera.near = radius / 200;
+    this.camera.far = distance + radius * 60;
+    this.camera.updateProjectionMatrix();
+    this.#controls.maxDistance = radius * 50;
+    this.#controls.minDistance = radius / 150;
+    this.#controls.update();
+  }
+
+  // How far from the target all corners of the bounds are in view.
+  #fittingDistance(bounds: Bounds, direction: THREE.Vector3): number {
+    const right = this.camera.up.clone().cross(direction).normalize();
+    const up = direction.clone().cross(right);
+    const tangent = Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW / 2)) * 0.92;
+    let distance = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const p = new THREE.Vector3(
+          (corner & 1 ? bounds.high : bounds.low)[0], (corner & 2 ? bounds.high : bounds.low)[1],
+          (corner & 4 ? bounds.high : bounds.low)[2]).sub(this.target);
+      const across = Math.max(Math.abs(p.dot(right)) / Math.min(this.camera.aspect, 4), Math.abs(p.dot(up)));
+      distance = Math.max(distance, p.dot(direction) + across / tangent);
+    }
+    return distance;
+  }
+
+  /** Goes along with what moved by so much. */
+  shift(by: THREE.Vector3): void {
+    this.target.add(by);
+    this.camera.position.add(by);
+    this.#controls.update();
+  }
+
+  dispose(): void {
+    this.#controls.dispose();
+  }
+}

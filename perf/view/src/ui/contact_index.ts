@@ -1,0 +1,97 @@
+// What touches when, over all frames of a recording: hits per frame, and for each pair of links its intervals.
+import type {Frame, Recording} from '../recording/types.js';
+import {depthAt, type Hit, hitAt, hitCount} from '../scene/hits.js';
+import {inSlices, type Progress} from './slices.js';
+
+export interface PairHistory {
+  hit: Hit;
+  /** Indices of batches. */
+  batchA: number;
+  batchB: number;
+  /** First and last frame of each interval. */
+  intervals: number[];
+  frames: number;
+  /** Null: no contacts are recorded. */
+  worstDepth: number | null;
+  worstFrame: number;
+}
+
+export class ContactIndex {
+  readonly hitsPerFrame: Uint32Array;
+  readonly times: Float64Array;
+  /** 1 per frame that cannot be read. */
+  readonly damaged: Uint8Array;
+  readonly #pairs = new Map<string, PairHistory>();
+  readonly #recording: Recording;
+
+  constructor(recording: Recording) {
+    this.#recording = recording;
+    this.hitsPerFrame = new Uint32Array(recording.frameCount);
+    this.times = new Float64Array(recording.frameCount);
+    this.damaged = new Uint8Array(recording.frameCount);
+  }
+
+  get pairs(): PairHistory[] {
+    return [...this.#pairs.values()];
+  }
+
+  /** Reads all frames. */
+  async scan(onProgress: (progress: Progress) => void, signal: AbortSignal): Promise<void> {
+    await inSlices(this.#recording.frameCount, (index) => this.#read(index), onProgress, signal);
+  }
+
+  #read(index: number): void {
+    let frame: Frame;
+    try {
+      frame = this.#recording.frame(index);
+    } catch {
+      // The recording's problems say what is wrong with it.
+      this.damaged[index] = 1;
+      this.times[index] = Number.NaN;
+      return;
+    }
+    this.times[index] = frame.time;
+    this.hitsPerFrame[index] = hitCount(frame.hits);
+    const batchOfSlot = new Map(frame.inputs.map(({batch}) => [this.#recording.batches[batch]!.slot, batch]));
+    for (let i = 0; i < hitCount(frame.hits); ++i) {
+      this.#add(hitAt(frame.hits, i), batchOfSlot, index, frame.contacts ? depthAt(frame.contacts, i) : null);
+    }
+  }
+
+  #add(hit: Hit, batchOfSlot: ReadonlyMap<number, number>, frame: number, depth: number | null): void {
+    const batchA = batchOfSlot.get(hit.slotA) ?? -1;
+    const batchB = batchOfSlot.get(hit.slotB) ?? -1;
+    const key = `${batchA} ${hit.instanceA} ${hit.linkA} ${batchB} ${hit.instanceB} ${hit.linkB}`;
+    const known = this.#pairs.get(key);
+    if (!known) {
+      this.#pairs.set(key, {hit, batchA, batchB, intervals: [frame, frame], frames: 1, worstDepth: depth,
+                            worstFrame: frame});
+      return;
+    }
+    const {intervals} = known;
+    ++known.frames;
+    if (intervals[intervals.length - 1] === frame - 1) intervals[intervals.length - 1] = frame;
+    else intervals.push(frame, frame);
+    if (depth !== null && depth > (known.worstDepth ?? -Infinity)) {
+      known.worstDepth = depth;
+      known.worstFrame = frame;
+    }
+  }
+
+  /** The first frame of the next run of frames with hits behind `frame`, or of the one before it; -1: there is none. */
+  contactFrom(frame: number, forward: boolean): number {
+    const touches = (i: number): boolean => (this.hitsPerFrame[i] ?? 0) > 0;
+    const begins = (i: number): boolean => touches(i) && !touches(i - 1);
+    const step = forward ? 1 : -1;
+    for (let i = frame + step; i >= 0 && i < this.hitsPerFrame.length; i += step) {
+      if (begins(i)) return i;
+    }
+    return -1;
+  }
+}
+
+/** As contactFrom(), of one pair of links. */
+export function contactOfPair({intervals}: PairHistory, frame: number, forward: boolean): number {
+  const firsts = intervals.filter((_, i) => i % 2 === 0);
+  return (forward ? firsts.find((first) => first > frame) : firsts.reverse().find((first) => first < frame)) ?? -1;
+}

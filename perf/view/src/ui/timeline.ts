@@ -1,0 +1,139 @@
+// The strip of all frames: how many hits each has, where the selected pair touches, and which frame is shown. Clicking
+// and dragging go to a frame.
+import type {ContactIndex, PairHistory} from './contact_index.js';
+import {el, prepareCanvas} from './dom.js';
+import {count, plural, seconds} from './format.js';
+import type {Player} from './player.js';
+
+const COLOR = {
+  track: '#f3f5f7', bar: '#c0392b', pair: '#1f5fbf', head: '#1c232b', damaged: '#9aa4ae',
+  text: '#4a5560', line: '#d5dae0',
+};
+const PAIR_HEIGHT = 7;
+const AXIS_HEIGHT = 15;
+
+export class Timeline {
+  readonly element: HTMLCanvasElement;
+  readonly #player: Player;
+  readonly #index: ContactIndex;
+  #pair: PairHistory | null = null;
+
+  constructor(player: Player, index: ContactIndex) {
+    this.#player = player;
+    this.#index = index;
+    this.element = el('canvas', {
+      class: 'timeline', tabindex: 0, role: 'slider', 'aria-label': 'Frame', 'aria-valuemin': 0,
+      'aria-valuemax': Math.max(0, player.frameCount - 1),
+      title: 'Links that touch, per frame. Click or drag to go to a frame.',
+      pointerdown: (event) => this.#drag(event as PointerEvent, true),
+      pointermove: (event) => this.#drag(event as PointerEvent, false),
+    });
+    new ResizeObserver(() => this.draw()).observe(this.element);
+  }
+
+  setPair(pair: PairHistory | null): void {
+    this.#pair = pair;
+    this.draw();
+  }
+
+  #drag(event: PointerEvent, begins: boolean): void {
+    if (begins) this.element.setPointerCapture(event.pointerId);
+    if (!this.element.hasPointerCapture(event.pointerId)) return;
+    const {left, width} = this.element.getBoundingClientRect();
+    this.#player.pause();
+    this.#player.goTo(Math.floor((event.clientX - left) / width * this.#player.frameCount));
+  }
+
+  draw(): void {
+    this.#describe();
+    const prepared = prepareCanvas(this.element);
+    if (!prepared) return;
+    const {context, width, height} = prepared;
+    const bottom = height - AXIS_HEIGHT - PAIR_HEIGHT - 2;
+    context.fillStyle = COLOR.track;
+    context.fillRect(0, 0, width, height - AXIS_HEIGHT);
+    this.#drawBars(context, width, bottom);
+    if (this.#pair) drawIntervals(context, this.#pair, this.#player.frameCount, width, bottom + 2, PAIR_HEIGHT);
+    this.#drawAxis(context, width, height);
+    this.#drawHead(context, width, height);
+  }
+
+  #describe(): void {
+    const {frame} = this.#player;
+    this.element.setAttribute('aria-valuenow', String(frame));
+    this.element.setAttribute('aria-valuetext',
+                              `frame ${frame}, ${plural(this.#index.hitsPerFrame[frame] ?? 0, 'hit')}`);
+  }
+
+  // Each column of pixels has the largest count of its frames.
+  #drawBars(context: CanvasRenderingContext2D, width: number, bottom: number): void {
+    const {hitsPerFrame, damaged} = this.#index;
+    const frames = this.#player.frameCount;
+    const most = hitsPerFrame.reduce((a, b) => Math.max(a, b), 1);
+    const columns = Math.min(Math.ceil(width), frames);
+    const step = width / columns;
+    for (let column = 0; column < columns; ++column) {
+      const first = Math.floor(column * frames / columns);
+      const behind = Math.max(first + 1, Math.floor((column + 1) * frames / columns));
+      let hits = 0;
+      let bad = false;
+      for (let i = first; i < behind; ++i) {
+        hits = Math.max(hits, hitsPerFrame[i]!);
+        bad ||= damaged[i] === 1;
+      }
+      if (bad) {
+        context.fillStyle = COLOR.damaged;
+        context.fillRect(column * step, 0, step, bottom);
+      }
+      if (hits === 0) continue;
+      const tall = Math.max(3, hits / most * (bottom - 3));
+      context.fillStyle = COLOR.bar;
+      context.fillRect(column * step, bottom - tall, Math.max(step - (step > 4 ? 1 : 0), 1), tall);
+    }
+    context.fillStyle = COLOR.text;
+    context.font = '10px system-ui, sans-serif';
+    context.fillText(`at most ${plural(hitsPerFrame.reduce((a, b) => Math.max(a, b), 0), 'hit')}`, 4, 11);
+  }
+
+  #drawAxis(context: CanvasRenderingContext2D, width: number, height: number): void {
+    const frames = this.#player.frameCount;
+    const marks = Math.max(2, Math.floor(width / 120));
+    const rough = frames / marks;
+    const power = 10 ** Math.floor(Math.log10(Math.max(rough, 1)));
+    const step = [1, 2, 5, 10].map((factor) => factor * power).find((value) => value >= rough) ?? power * 10;
+    context.strokeStyle = COLOR.line;
+    context.fillStyle = COLOR.text;
+    context.font = '10px system-ui, sans-serif';
+    for (let frame = 0; frame < frames; frame += step) {
+      const x = Math.round(frame / frames * width) + 0.5;
+      context.beginPath();
+      context.moveTo(x, height - AXIS_HEIGHT);
+      context.lineTo(x, height - AXIS_HEIGHT + 4);
+      context.stroke();
+      context.fillText(`${count(frame)} \u00b7 ${seconds(this.#player.timeOf(frame))}`, x + 3, height - 3);
+    }
+  }
+
+  #drawHead(context: CanvasRenderingContext2D, width: number, height: number): void {
+    const frames = Math.max(this.#player.frameCount, 1);
+    const x = (this.#player.frame + 0.5) / frames * width;
+    context.fillStyle = COLOR.head;
+    context.fillRect(Math.round(x) - 1, 0, 2, height - AXIS_HEIGHT);
+    context.beginPath();
+    context.moveTo(x - 5, 0);
+    context.lineTo(x + 5, 0);
+    context.lineTo(x, 7);
+    context.fill();
+  }
+}
+
+/** Draws when a pair of links touches, as bars of at least a pixel. */
+export function drawIntervals(context: CanvasRenderingContext2D, {intervals}: PairHistory, frames: number,
+                              width: number, top: number, height: number): void {
+  context.fillStyle = COLOR.pair;
+  for (let i = 0; i < intervals.length; i += 2) {
+    const from = intervals[i]! / frames * width;
+    const to = (intervals[i + 1]! + 1) / frames * width;
+    context.fillRect(from, top, Math.max(to - from, 1.5), height);
+  }
+}

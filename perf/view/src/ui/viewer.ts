@@ -1,0 +1,322 @@
+// Plays one recording: joins the scene, the panels, the keyboard and the engine in the page.
+import type {Dial, EngineInPage} from '../engine/types.js';
+import type {Frame, Recording, Stats} from '../recording/types.js';
+import {hitCount} from '../scene/hits.js';
+import {type Label, SceneView} from '../scene/scene_view.js';
+import {type Selection, Stage} from '../scene/stage.js';
+import {aboutOf} from './about.js';
+import {BoxChooser} from './boxes_shown.js';
+import {ContactIndex, contactOfPair, type PairHistory} from './contact_index.js';
+import {isAsRecorded} from './dial_state.js';
+import {el, setText} from './dom.js';
+import {count, hash, timeLeft, wordsOf} from './format.js';
+import {FramePanel} from './frame_panel.js';
+import {FrameRate} from './frame_rate.js';
+import {listenToKeys} from './keyboard.js';
+import {LiveEngine} from './live_engine.js';
+import type {Messages} from './messages.js';
+import {Names} from './names.js';
+import {PairList} from './pair_list.js';
+import {Player} from './player.js';
+import {makeTabs} from './tabs.js';
+import {Timeline} from './timeline.js';
+import {Transport} from './transport.js';
+import {ViewPanel, type ViewOptions} from './view_panel.js';
+
+const CROWD_LEAVES = 4000;
+const MOST_LABELS = 40;
+
+export interface ViewerOptions {
+  recording: Recording;
+  /** Rejects with the reason why there is no engine. */
+  engine: Promise<EngineInPage>;
+  messages: Messages;
+  firstFrame: number;
+  onHelp: () => void;
+}
+
+export class Viewer {
+  readonly element: HTMLElement;
+  readonly player: Player;
+  readonly live: LiveEngine;
+  /** Settles when all frames are read. */
+  readonly indexed: Promise<void>;
+  readonly #recording: Recording;
+  readonly #messages: Messages;
+  readonly #names: Names;
+  readonly #stage: Stage;
+  readonly #view: SceneView;
+  readonly #index: ContactIndex;
+  readonly #timeline: Timeline;
+  readonly #transport: Transport;
+  readonly #pairs: PairList;
+  readonly #framePanel = new FramePanel();
+  readonly #viewPanel: ViewPanel;
+  readonly #status = el('p', {class: 'status', role: 'status'});
+  readonly #rate = new FrameRate();
+  readonly #ended = new AbortController();
+  #boxes: BoxChooser | null = null;
+  #frame: Frame | null = null;
+  #options: ViewOptions = {leafBoxes: false, level: 0, contacts: true, falsePositives: false, follow: false};
+  #selection: Selection = {instance: null, pair: null};
+  #selectedPair: PairHistory | null = null;
+
+  /** Throws if no frame can be read, or if the browser cannot draw. */
+  constructor({recording, engine, messages, firstFrame, onHelp}: ViewerOptions) {
+    this.#recording = recording;
+    this.#messages = messages;
+    this.#names = new Names(recording);
+    this.#stage = new Stage(recording, firstReadable(recording));
+    this.player = new Player(recording.frameCount, recording.header.secondsPerFrame, () => this.#refresh());
+    this.#index = new ContactIndex(recording);
+    this.#timeline = new Timeline(this.player, this.#index);
+    this.#transport = new Transport(this.player, {jump: (forward) => void this.jump(forward)});
+    this.#pairs = new PairList({
+      names: this.#names,
+      frameCount: recording.frameCount,
+      metresPerUnit: recording.header.metresPerUnit,
+      onPick: (pair, frame) => this.#pickPair(pair, frame),
+    });
+    this.live = new LiveEngine(recording, this.#names, engine, () => this.#draw(),
+                               (words) => messages.add(words, 'error'));
+    this.#viewPanel = new ViewPanel((change) => this.#setOptions(change), () => this.#fit());
+    const surface = el('div', {class: 'surface'});
+    this.#view = new SceneView(surface, this.#stage, leafCount(recording) > CROWD_LEAVES);
+    this.element = el('div', {class: 'viewer'},
+      el('div', {class: 'scene'}, this.#viewPanel.controls, surface, this.#viewPanel.legend),
+      el('aside', {class: 'side', 'aria-label': 'Numbers and settings'}, this.#framePanel.element,
+        makeTabs([['Contacts', this.#pairs.element], ['The dial', this.live.panel.element],
+                  ['About', aboutOf(recording)]])),
+      el('div', {class: 'bottom'}, this.#timeline.element,
+        el('div', {class: 'row'}, this.#transport.element, this.#status)));
+    this.#listen(surface, onHelp);
+    this.#setOptions({});
+    this.player.goTo(firstFrame);
+    this.#refresh();
+    this.indexed = this.#readAll();
+    requestAnimationFrame((now) => this.#tick(now));
+  }
+
+  get stats(): Stats | null {
+    return this.#frame?.stats ?? null;
+  }
+
+  get hits(): number {
+    return this.#frame ? hitCount(this.#frame.hits) : 0;
+  }
+
+  get hash(): string {
+    return this.#frame ? hash(this.#frame.hash) : '';
+  }
+
+  get framesPerSecond(): number {
+    return this.#rate.perSecond(performance.now());
+  }
+
+  get drawn(): {calls: number; triangles: number} {
+    return this.#view.drawn;
+  }
+
+  async #readAll(): Promise<void> {
+    await this.#index.scan(({done, of, secondsLeft}) => {
+      setText(this.#status, done < of ? `Reading frames: ${count(done)} of ${count(of)}, ${timeLeft(secondsLeft)}` : '');
+      this.#timeline.draw();
+    }, this.#ended.signal);
+    if (this.#ended.signal.aborted) return;
+    this.player.setTimes(this.#index.times);
+    this.#pairs.setPairs(this.#index.pairs);
+    this.#refresh();
+  }
+
+  #tick(now: number): void {
+    if (this.#ended.signal.aborted) return;
+    this.player.tick(now);
+    if (this.#view.render()) this.#rate.add(performance.now());
+    requestAnimationFrame((next) => this.#tick(next));
+  }
+
+  // The player shows another frame, or plays or pauses.
+  #refresh(): void {
+    const {frame, playing} = this.player;
+    this.#transport.update();
+    this.#timeline.draw();
+    try {
+      this.#frame = this.#recording.frame(frame);
+    } catch (error) {
+      this.#messages.add(wordsOf(error), 'problem');
+      return;
+    }
+    this.#framePanel.show(this.#frame, this.player.timeOf(frame));
+    this.live.show(this.#frame, playing);
+    this.#draw();
+  }
+
+  // Shows the frame as it was recorded, or what other settings of the dial found.
+  #draw(): void {
+    const frame = this.#frame;
+    if (!frame) return;
+    const {dial, engine, result} = this.live;
+    const shown = result && !isAsRecorded(dial) ? result : frame;
+    const before = this.#focus();
+    const {contacts, falsePositives} = this.#options;
+    this.#stage.show({
+      frame,
+      hits: shown.hits,
+      contacts: shown.contacts,
+      falsePositives: falsePositives ? this.live.falsePositives(frame) : null,
+      showContacts: contacts,
+      selection: this.#selection,
+    });
+    const after = this.#focus();
+    if (this.#options.follow && before && after) this.#view.viewpoint.shift(after.sub(before));
+    if (engine) this.#boxes ??= new BoxChooser(this.#recording, engine, this.#names);
+    const notes = [shown === frame ? '' : 'Hits are those of the dial, not those recorded.'];
+    notes.push(this.#showBoxes(frame));
+    this.#viewPanel.setNote(notes.filter((note) => note !== '').join(' '));
+    this.#showLabels();
+    this.#view.invalidate();
+  }
+
+  // Returns what is left out, in words.
+  #showBoxes(frame: Frame): string {
+    if (!this.#boxes) {
+      this.#stage.showBoxes([]);
+      return '';
+    }
+    try {
+      this.#viewPanel.setDepth(this.#boxes.depth(frame, this.live.dial));
+      const {sets, note} = this.#boxes.choose(frame, this.live.dial, this.#options, this.#selection, this.#stage);
+      const left = this.#stage.showBoxes(sets);
+      return left > 0 ? `${note} ${count(left)} boxes are too many to draw.` : note;
+    } catch (error) {
+      this.#stage.showBoxes([]);
+      return `No boxes: ${wordsOf(error)}`;
+    }
+  }
+
+  #focus(): ReturnType<Stage['middleOf']> {
+    const {instance} = this.#selection;
+    return instance && this.#stage.middleOf(instance.batch, instance.instance);
+  }
+
+  #showLabels(): void {
+    const labels: Label[] = this.#stage.masked.slice(0, MOST_LABELS).map(({batch, instance, position}) =>
+      ({text: `masked: ${this.#names.instance(batch, instance)}`, position, kind: 'masked'}));
+    const {instance, pair} = this.#selection;
+    const position = this.#focus();
+    if (instance && position) {
+      labels.push({text: this.#names.instance(instance.batch, instance.instance), position, kind: 'selected'});
+    }
+    if (pair && this.#selectedPair) {
+      const {batchA, batchB} = this.#selectedPair;
+      const a = this.#stage.linkPosition(pair.slotA, pair.instanceA, pair.linkA);
+      const b = this.#stage.linkPosition(pair.slotB, pair.instanceB, pair.linkB);
+      if (a) labels.push({text: `a: ${this.#names.place(batchA, pair.instanceA, pair.linkA)}`, position: a,
+                          kind: 'selected'});
+      if (b) labels.push({text: `b: ${this.#names.place(batchB, pair.instanceB, pair.linkB)}`, position: b,
+                          kind: 'selected'});
+    }
+    this.#view.setLabels(labels);
+  }
+
+  #setOptions(change: Partial<ViewOptions>): void {
+    this.#options = {...this.#options, ...change};
+    this.#viewPanel.show(this.#options);
+    this.#draw();
+  }
+
+  #fit(): void {
+    this.#view.viewpoint.fit(this.#stage.bounds(this.#selection.instance), true);
+    this.#view.invalidate();
+  }
+
+  #pickPair(pair: PairHistory, frame: number): void {
+    this.#selectedPair = pair;
+    this.#selection = {...this.#selection, pair: pair.hit};
+    this.#pairs.select(pair);
+    this.#timeline.setPair(pair);
+    this.player.pause();
+    this.player.goTo(frame);
+    this.#draw();
+  }
+
+  select(batch: number, instance: number): void {
+    this.#selection = {...this.#selection, instance: {batch, instance}};
+    this.#draw();
+  }
+
+  #clearSelection(): void {
+    this.#selection = {instance: null, pair: null};
+    this.#selectedPair = null;
+    this.#pairs.select(null);
+    this.#timeline.setPair(null);
+    this.#draw();
+  }
+
+  /** To the next contact or the one before, of the selected pair if there is one. Returns the frame; -1: none. */
+  jump(forward: boolean): number {
+    const {frame} = this.player;
+    const to = this.#selectedPair ? contactOfPair(this.#selectedPair, frame, forward) :
+                                    this.#index.contactFrom(frame, forward);
+    this.player.pause();
+    if (to >= 0) this.player.goTo(to);
+    setText(this.#status, to >= 0 ? '' : `There is no ${forward ? 'later' : 'earlier'} contact.`);
+    return to;
+  }
+
+  #listen(surface: HTMLElement, onHelp: () => void): void {
+    const {signal} = this.#ended;
+    let pressed: {x: number; y: number} | null = null;
+    surface.addEventListener('pointerdown', ({clientX, clientY}) => (pressed = {x: clientX, y: clientY}), {signal});
+    surface.addEventListener('pointerup', ({clientX, clientY}) => {
+      if (!pressed || Math.hypot(clientX - pressed.x, clientY - pressed.y) > 4) return;
+      const picked = this.#view.pick(clientX, clientY);
+      if (picked) this.select(picked.batch, picked.instance);
+      else this.#clearSelection();
+    }, {signal});
+    const toggle = (name: 'leafBoxes' | 'contacts' | 'falsePositives' | 'follow') => (): void =>
+      this.#setOptions({[name]: !this.#options[name]});
+    listenToKeys({
+      toggle: () => this.player.toggle(),
+      step: (by) => this.player.step(by),
+      jump: (forward) => void this.jump(forward),
+      first: () => this.player.step(-this.player.frame),
+      last: () => this.player.step(this.player.frameCount - 1 - this.player.frame),
+      level: (level) => this.#setOptions({level}),
+      boxes: toggle('leafBoxes'),
+      contacts: toggle('contacts'),
+      falsePositives: toggle('falsePositives'),
+      follow: toggle('follow'),
+      fit: () => this.#fit(),
+      clear: () => this.#clearSelection(),
+      help: onHelp,
+    }, signal);
+  }
+
+  setDial(dial: Dial): void {
+    this.live.setDial(dial);
+  }
+
+  dispose(): void {
+    this.#ended.abort();
+    this.live.destroy();
+    this.#view.dispose();
+    this.#stage.dispose();
+    this.element.remove();
+  }
+}
+
+function firstReadable(recording: Recording): Frame {
+  let reason: unknown = new Error('the recording has no frames');
+  for (let i = 0; i < recording.frameCount; ++i) {
+    try {
+      return recording.frame(i);
+    } catch (error) {
+      reason = error;
+    }
+  }
+  throw reason;
+}
+
+const leafCount = ({batches, articulations}: Recording): number => batches.reduce((sum, batch) =>
+  sum + batch.instanceCount * (articulations[batch.articulation]?.leaves.length ?? 0), 0);
