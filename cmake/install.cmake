@@ -1,4 +1,4 @@
-# What `cmake --install` puts in place: the library and cab::rig, their public headers, the package that
+# What `cmake --install` puts in place: the library, cab::rig and cab::record, their public headers, the package that
 # find_package(cab CONFIG) finds, the files of pkg-config, and the cab command. All of it may be moved afterwards.
 # Each file belongs to one of the components cab_runtime, cab_development and cab_tools.
 include(CMakePackageConfigHelpers)
@@ -19,13 +19,19 @@ if(TARGET cab_static)
 endif()
 install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT cab_development FILES_MATCHING PATTERN *.h)
-if(TARGET cab_rig)
-  install(TARGETS cab_rig EXPORT cab-rig-targets
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_development)
-  install(EXPORT cab-rig-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR} COMPONENT cab_development)
-  install(DIRECTORY scenes/rig/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-    COMPONENT cab_development FILES_MATCHING PATTERN *.h)
-endif()
+# The libraries beside libcab, which are static, and where their headers are.
+set(CAB_PARTS "")
+foreach(part scenes/rig perf/record)
+  get_filename_component(name ${part} NAME)
+  if(TARGET cab_${name})
+    list(APPEND CAB_PARTS ${name})
+    install(TARGETS cab_${name} EXPORT cab-${name}-targets
+      ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_development)
+    install(EXPORT cab-${name}-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR} COMPONENT cab_development)
+    install(DIRECTORY ${part}/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+      COMPONENT cab_development FILES_MATCHING PATTERN *.h)
+  endif()
+endforeach()
 
 # The package for CMake.
 foreach(kind IN LISTS CAB_KINDS)
@@ -99,14 +105,21 @@ file(RELATIVE_PATH CAB_PC_PREFIX ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_
 string(REGEX REPLACE "/$" "" CAB_PC_PREFIX "${CAB_PC_PREFIX}")
 configure_file(cmake/cab.pc.in ${PROJECT_BINARY_DIR}/cab.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/cab.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT cab_development)
-if(TARGET cab_rig)
-  configure_file(cmake/cab-rig.pc.in ${PROJECT_BINARY_DIR}/cab-rig.pc @ONLY)
-  install(FILES ${PROJECT_BINARY_DIR}/cab-rig.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
-    COMPONENT cab_development)
+set(CAB_RECORD_LIBS "")
+if(CAB_WITH_ZSTD)
+  set(CAB_RECORD_LIBS " -lzstd")
 endif()
+foreach(name IN LISTS CAB_PARTS)
+  configure_file(cmake/cab-${name}.pc.in ${PROJECT_BINARY_DIR}/cab-${name}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/cab-${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+    COMPONENT cab_development)
+endforeach()
 
 if(CAB_BUILD_COMMAND)
   install(TARGETS cab_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT cab_tools)
+  # The page of `cab view`, if ./dev view has built it.
+  install(FILES ${PROJECT_BINARY_DIR}/../view/cab_view.html DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/cab
+    COMPONENT cab_tools OPTIONAL)
   if(BUILD_SHARED_LIBS)
     set_target_properties(cab_command PROPERTIES INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
   endif()

@@ -64,6 +64,12 @@ double read_positive(const std::string& option, const std::string& text) {
   return value;
 }
 
+double read_not_negative(const std::string& option, const std::string& text) {
+  double value = 0;
+  if (!read_finite(text, value) || value < 0) reject(option, text, "a number that is 0 or above, for example 0.01");
+  return value;
+}
+
 FrameRange read_frame_range(const std::string& option, const std::string& text) {
   const std::size_t colon = text.find(':');
   FrameRange range;

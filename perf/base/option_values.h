@@ -26,6 +26,9 @@ std::array<double, 3> read_offset(const std::string& option, const std::string& 
 // A finite number above zero.
 double read_positive(const std::string& option, const std::string& text);
 
+// A finite number that is 0 or above.
+double read_not_negative(const std::string& option, const std::string& text);
+
 // A:B with A < B.
 FrameRange read_frame_range(const std::string& option, const std::string& text);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -46,8 +47,27 @@ void TextTable::print(std::ostream& out) const {
   }
 }
 
+std::string time_left(std::uint64_t done, std::uint64_t total, double seconds_passed) {
+  // Before this much has passed an average says little.
+  constexpr double kLeastSeconds = 2, kLeastShare = 0.01;
+  if (done >= total || !(seconds_passed >= kLeastSeconds)) return "";
+  const double share = static_cast<double>(done) / static_cast<double>(total);
+  if (share < kLeastShare) return "";
+  constexpr double kMinute = 60, kHour = 3600, kMostHours = 99;
+  const double seconds = seconds_passed * (1 - share) / share;
+  const auto about = [](double count, const char* unit) { return "about " + fixed(count, 0) + " " + unit + " left"; };
+  // Rounded up, to 5 s and to whole minutes and hours: more would not be honest.
+  if (seconds <= kMinute - 5) return about(5 * std::max(1.0, std::ceil(seconds / 5)), "s");
+  if (seconds <= kHour - kMinute) return about(std::ceil(seconds / kMinute), "min");
+  if (seconds <= kMostHours * kHour) return about(std::ceil(seconds / kHour), "h");
+  return "over " + fixed(kMostHours, 0) + " h left";
+}
+
 ProgressBar::ProgressBar(std::string label, std::uint64_t total)
-    : label_(std::move(label)), total_(total), on_(total > 0 && isatty(STDERR_FILENO) == 1) {
+    : label_(std::move(label)),
+      total_(total),
+      start_(std::chrono::steady_clock::now()),
+      on_(total > 0 && isatty(STDERR_FILENO) == 1) {
   if (on_) draw();
 }
 
@@ -57,14 +77,23 @@ ProgressBar::~ProgressBar() {
 
 void ProgressBar::advance(std::uint64_t count) {
   const std::uint64_t shown = 100 * done_ / std::max<std::uint64_t>(total_, 1);
-  done_ = std::min(total_, done_ + count);
-  if (on_ && 100 * done_ / total_ != shown) draw();
+  done_ = count < total_ - done_ ? done_ + count : total_;
+  if (!on_) return;
+  constexpr double kSecondsBetweenDraws = 1;
+  if (100 * done_ / total_ != shown || seconds_passed() - drawn_at_ >= kSecondsBetweenDraws) draw();
 }
 
-void ProgressBar::draw() const {
+double ProgressBar::seconds_passed() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void ProgressBar::draw() {
+  drawn_at_ = seconds_passed();
   const std::uint64_t filled = kBarWidth * done_ / total_;
   const std::string bar = std::string(filled, '#') + std::string(kBarWidth - filled, '.');
-  std::fprintf(stderr, "\r\033[K%s [%s] %d %%", label_.c_str(), bar.c_str(), static_cast<int>(100 * done_ / total_));
+  const std::string left = time_left(done_, total_, drawn_at_);
+  std::fprintf(stderr, "\r\033[K%s [%s] %d %%%s%s", label_.c_str(), bar.c_str(), static_cast<int>(100 * done_ / total_),
+               left.empty() ? "" : ", ", left.c_str());
   std::fflush(stderr);
 }
 

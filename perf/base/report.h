@@ -1,6 +1,7 @@
 // Output for people and files: text tables, a progress bar, number formats, CSV and JSON files.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
@@ -22,8 +23,12 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-// One line on standard error that says how far a run is. It is removed at the end. If standard error is not a terminal,
-// nothing is written.
+// How long a run still takes if it goes on as fast as on average, in words such as "about 3 min left". Empty if it is
+// too early to tell, or if nothing is left. What is longer than 99 hours is "over 99 h left".
+std::string time_left(std::uint64_t done, std::uint64_t total, double seconds_passed);
+
+// One line on standard error that says how far a run is, and how long it still takes. It is removed at the end. If
+// standard error is not a terminal, nothing is written.
 class ProgressBar {
  public:
   ProgressBar(std::string label, std::uint64_t total);
@@ -33,10 +38,13 @@ class ProgressBar {
   void advance(std::uint64_t count);
 
  private:
-  void draw() const;
+  void draw();
+  double seconds_passed() const;
   std::string label_;
   std::uint64_t total_;
   std::uint64_t done_ = 0;
+  std::chrono::steady_clock::time_point start_;
+  double drawn_at_ = 0;  // seconds after the start
   bool on_;
 };
 

@@ -184,6 +184,7 @@ Command add_run(CLI::App& app) {
       ->type_name("METRES");
   add_json(command, o.json_path, "write the table as JSON");
   add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  add_record_file(command, "--record", o.recording, "write a recording, to replay and to look at");
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
             const bool asks = options->contacts || options->min_depth > 0;

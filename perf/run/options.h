@@ -10,6 +10,7 @@
 
 #include "perf/base/engine_session.h"
 #include "perf/base/options.h"
+#include "perf/replay/options.h"
 #include "perf/run/run_world.h"
 
 namespace cab::perf {
@@ -25,6 +26,7 @@ struct RunOptions {
   bool contacts = false;           // also the normal and depth of each hit
   std::string json_path;           // empty: no file
   std::string hits_path;           // empty: no file
+  RecordFileOptions recording;     // of the same frames
 };
 Command add_run(CLI::App& app);
 int run_command(const RunOptions& options);

@@ -11,6 +11,7 @@
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
+#include "perf/replay/recorded_engine.h"
 #include "perf/run/options.h"
 
 namespace cab::perf {
@@ -33,7 +34,8 @@ void check(const RunOptions& options) {
   if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
     throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
                      ": boxes alone have no normal and depth; leave out --exact none");
-  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, input_paths(options.world));
+  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
+                input_paths(options.world));
 }
 
 FrameRange choose_frames(const RunOptions& options, const scenes::Scene& scene) {
@@ -219,6 +221,27 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   return json;
 }
 
+// Writes the recording. Its frames run once more, since one block of the run above has many frames.
+void write_recording(const RunOptions& options, const scenes::Scene& scene, FrameRange frames,
+                     const EngineSession& session, std::uint64_t hits) {
+  RecordSettings settings;
+  settings.path = options.recording.path;
+  settings.title = scene.name;
+  settings.policies = options.policies;
+  settings.min_depth = options.min_depth;
+  settings.isa = session.isa();
+  settings.thread_count = options.thread_count;
+  settings.metres_per_unit = 1;
+  settings.up = options.world.up;
+  settings.compress = options.recording.compress;
+  settings.pose_step = options.recording.pose_step;
+  ProgressBar bar("recording", frames.count());
+  const RecordTotals totals = record_scene(scene, frames, options.within, settings, [&bar] { bar.advance(1); });
+  std::cout << "recording: " << settings.path << ", " << totals.bytes << " bytes\n";
+  if (totals.hits != hits)
+    std::cerr << "note: with poses rounded to 16 bits there are " << totals.hits << " hits, not " << hits << '\n';
+}
+
 }  // namespace
 
 int run_command(const RunOptions& options) {
@@ -247,6 +270,7 @@ int run_command(const RunOptions& options) {
   print_table(options, scene, session, totals, frames);
   warn_of_masked(scene, session, totals.stats, frames);
   if (options.within) print_masked(scene, session);
+  if (!options.recording.path.empty()) write_recording(options, scene, frames, session, totals.hits);
   write_json(json, to_json(options, scene, session, totals, frames));
   return 0;
 }

@@ -1,6 +1,6 @@
 cmake_minimum_required(VERSION 3.25)
 # Installs cab, moves what was installed, and configures, builds and runs tests/embed and its folders c, hello_c,
-# golden, rig, components and pkg_config against it.
+# golden, rig, record, components and pkg_config against it.
 # VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared, with a static one beside
 # it, where that at BUILD is static.
 # VERSION: cab's, three numbers.
@@ -30,7 +30,7 @@ endif()
 
 # From an empty folder, so that nothing of an earlier run stands in for a file that is not installed any more.
 # It is installed into one folder and used in another.
-foreach(folder installed prefix project rig c golden components make static hello_c)
+foreach(folder installed prefix project rig record c golden components make static hello_c)
   file(REMOVE_RECURSE ${WORK}/${folder})
 endforeach()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
@@ -53,6 +53,20 @@ run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed -B ${WORK}/project ${common})
 run(${CMAKE_COMMAND} --build ${WORK}/project)
 run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/rig -B ${WORK}/rig ${common})
 run(${CMAKE_COMMAND} --build ${WORK}/rig)
+
+# Recordings, if they were built.
+set(recorded "60 of 60 frames have the same bits, 30 have hits\n")
+file(GLOB_RECURSE record_library ${WORK}/prefix/libcab_record.a)
+if(record_library)
+  run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/record -B ${WORK}/record ${common})
+  run(${CMAKE_COMMAND} --build ${WORK}/record)
+  run(${CMAKE_COMMAND} -E chdir ${WORK}/record ${WORK}/record/record)
+  if(NOT output STREQUAL recorded)
+    message(FATAL_ERROR "the program of recordings printed\n${output}instead of\n${recorded}")
+  endif()
+else()
+  message("cab::record is not in this build: its program is left out")
+endif()
 
 if(COMPILER MATCHES "clang")
   list(APPEND common -D CMAKE_C_COMPILER=clang)
@@ -165,7 +179,7 @@ string(REGEX MATCH "^[0-9]+" major ${VERSION})
 math(EXPR next "${major} + 1")
 run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/components -B ${WORK}/components ${common} -D KIND=${kind}
   -D OTHER=${other} -D THIS=${VERSION} -D NEXT=${next}.0 -D LAST=0.1)
-set(answers "wings: refused, cab has no component wings, only core, rig, shared and static\n"
+set(answers "wings: refused, cab has no component wings, only core, rig, record, shared and static\n"
   "all: found, wings FALSE\ntype: ${library}\nrig: STATIC_LIBRARY\n" "next version: refused, \n"
   "last version: refused, \n")
 if(other)
@@ -201,6 +215,14 @@ foreach(program hello hello_c)
   endif()
 endforeach()
 run(${environment} ${WORK}/make/rig)
+if(record_library)
+  run(${environment} sh -c "${compile} -std=c++17 -o ${WORK}/make/record ${SOURCE}/tests/howtos/record_frames.cpp \
+    $(pkg-config --cflags --libs cab-record)")
+  run(${environment} ${CMAKE_COMMAND} -E chdir ${WORK}/make ${WORK}/make/record)
+  if(NOT output STREQUAL recorded)
+    message(FATAL_ERROR "the program of recordings by pkg-config printed\n${output}instead of\n${recorded}")
+  endif()
+endif()
 run(${environment} ${PKG_CONFIG} --modversion cab)
 if(NOT output STREQUAL "${VERSION}\n")
   message(FATAL_ERROR "cab.pc is of version ${output}")
@@ -230,7 +252,7 @@ endif()
 if(SANITIZE)
   message("the names in libraries are not looked at: -fsanitize=${SANITIZE} adds some")
 else()
-  foreach(file IN LISTS shared_library static_library rig_library)
+  foreach(file IN LISTS shared_library static_library rig_library record_library)
     run(${CMAKE_COMMAND} -D LIBRARIES=${file} -D NM=${NM} -D LIST=${SOURCE}/tests/embed/c/symbols.list
       -D FOUND=${WORK}/symbols.list -P ${SOURCE}/tests/embed/check_symbols.cmake)
     message("${output}")

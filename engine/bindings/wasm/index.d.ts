@@ -67,6 +67,8 @@ export declare class Cab {
   readonly memory: WebAssembly.Memory;
   /** Which instruction sets there are: `['scalar', 'wasm128']`, or `['scalar']`. */
   readonly instructionSets: readonly Isa[];
+  /** The version of the library, such as `'1.0.0'`. */
+  readonly version: string;
 
   /**
    * Makes an empty world. Its memory lies in that of the module, so no garbage collector gives it back: call

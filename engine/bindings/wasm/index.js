@@ -346,6 +346,14 @@ export class Cab {
     return Object.keys(values).filter((name) => name !== 'auto' && this.exports.cab_isa_available(values[name]));
   }
 
+  get version() {
+    return this.#structs.borrowed(() => {
+      const out = this.#structs.take(structs.Version.size);
+      this.exports.cab_version(out);
+      return this.#structs.member('Version', 'text', out);
+    });
+  }
+
   createWorld(desc = {}) { return new World(this.#structs, desc); }
 
   fitBox(vertices) {

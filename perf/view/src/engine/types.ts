@@ -25,6 +25,17 @@ export interface RunResult {
   leafPairs: number;
   exactTests: number;
   falsePositives: number;
+  /** In words: what is not as it was asked for, such as another exact test. Empty: all of it is. */
+  notes: string[];
+}
+
+/** 15 floats per box: centre, axes, half extents, relative to the instance's origin along the world's axes. */
+export interface Boxes {
+  /** Per instance: leaves first, the root last. 0 for static bodies. */
+  nodeCount: number;
+  leafCount: number;
+  /** By instance, then by node. 0 for instances left out; of masked ones the half extents are 0. */
+  values: Float32Array;
 }
 
 /** One merge of a hierarchy: node leafCount + index joins two nodes. */
@@ -41,14 +52,11 @@ export interface EngineInPage {
   run(frame: Frame, dial: Dial): RunResult;
   /**
    * Pairs of links whose boxes overlap and whose shapes are apart, as words of hits: what the frame's exact test
-   * dropped, or what an exact test would drop of a frame without one.
+   * dropped, or what an exact test would drop of a frame without one. None where a level of detail has no shapes.
    */
   falsePositives(frame: Frame, dial: Dial): Uint32Array;
-  /**
-   * Boxes of all nodes of the instances of a batch, leaves first, the root last: 15 floats each (centre, axes, half
-   * extents), relative to the instance's origin along the world's axes.
-   */
-  boxes(frame: Frame, batch: number, dial: Dial): {nodeCount: number; leafCount: number; values: Float32Array};
+  /** Boxes of all nodes of the instances of a batch. */
+  boxes(frame: Frame, batch: number, dial: Dial): Boxes;
   /** The merges of a batch's hierarchy, in order. */
   merges(batch: number, dial: Dial): MergeStep[];
   destroy(): void;

@@ -131,7 +131,7 @@ export class FramesOfChunk {
 
   #posesOf(index: number, batch: Batch, table: PosesTable | null, what: string, least: number): Poses {
     const {payload, definitions} = this;
-    if (table === null) payload.fail(`${what} has no poses, and no frame before it in this chunk has any`);
+    if (table === null) return payload.fail(`${what} has no poses, and no frame before it in this chunk has any`);
     const kept = this.#poses.get(index);
     const links = definitions.articulations[batch.articulation]!.linkParents.length;
     if (kept?.at === table.bb_pos && kept.least >= least) return kept.poses;
@@ -144,7 +144,7 @@ export class FramesOfChunk {
   #settingsOf(frame: FrameTable, what: string, sources: ReadonlyMap<number, unknown>): Settings {
     const {payload} = this;
     const table = frame.settings();
-    if (table === null) payload.fail(`${what} has no settings`);
+    if (table === null) return payload.fail(`${what} has no settings`);
     let settings = this.#settings.get(table.bb_pos);
     if (settings === undefined) {
       settings = this.#readSettings(table, what);

@@ -4,7 +4,9 @@ import type {Payload} from './payload.js';
 import type {PoseFormat, Poses} from './types.js';
 
 const FORMATS: readonly PoseFormat[] = ['quaternion_translation', 'matrix3x4_rows', 'matrix4x4_columns'];
-const FLOATS: Record<PoseFormat, number> = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
+/** Floats per pose. */
+export const FLOATS_PER_POSE: Record<PoseFormat, number> =
+    {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
 const QUATERNION_STEPS = 32767;
 
 /** How many poses there may be. */
@@ -24,11 +26,11 @@ export function readPoses(payload: Payload, what: string, table: PosesTable, pos
   if (rounded !== null && format !== 'quaternion_translation') payload.fail(`${what}: matrices are rounded`);
   if (rounded !== null && !(poseStep > 0)) payload.fail(`${what}: poses are rounded, and their step is not known`);
   const given = values ?? rounded;
-  const count = (given?.length ?? 0) / FLOATS[format];
+  const count = (given?.length ?? 0) / FLOATS_PER_POSE[format];
   if (!(count >= least && count <= most && count % links === 0)) {
     const wanted = least === most ? `${most}` : `${least} to ${most}, by ${links} links,`;
     payload.fail(`${what}: ${given?.length ?? 0} numbers are not the poses that are needed: ${wanted} of ` +
-                 `${FLOATS[format]} numbers`);
+                 `${FLOATS_PER_POSE[format]} numbers`);
   }
   const floats = rounded === null ? values ?? new Float32Array(0) : unrounded(rounded, poseStep);
   return {format, hasScale: table.hasScale(), values: floats};

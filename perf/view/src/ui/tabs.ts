@@ -1,11 +1,14 @@
 // Tabs, of which one panel is shown.
 import {el} from './dom.js';
 
+let made = 0;
+
 export function makeTabs(panels: readonly (readonly [title: string, panel: HTMLElement])[]): HTMLElement {
+  const set = made++;
   const tabs = panels.map(([title, panel], i) => {
-    panel.id ||= `cab-panel-${i}`;
+    panel.id ||= `cab-panel-${set}-${i}`;
     return el('button', {
-      type: 'button', role: 'tab', id: `cab-tab-${i}`, 'aria-controls': panel.id, click: () => show(i),
+      type: 'button', role: 'tab', id: `cab-tab-${set}-${i}`, 'aria-controls': panel.id, click: () => show(i),
     }, title);
   });
   const show = (shown: number): void => {
@@ -29,7 +32,7 @@ export function makeTabs(panels: readonly (readonly [title: string, panel: HTMLE
   }, ...tabs);
   panels.forEach(([, panel], i) => {
     panel.setAttribute('role', 'tabpanel');
-    panel.setAttribute('aria-labelledby', `cab-tab-${i}`);
+    panel.setAttribute('aria-labelledby', `cab-tab-${set}-${i}`);
   });
   show(0);
   return el('div', {class: 'tabs'}, list, ...panels.map(([, panel]) => panel));

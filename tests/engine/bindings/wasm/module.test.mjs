@@ -1,5 +1,6 @@
 // The ES module: what its calls answer, what they refuse in which words, and what its views show.
 import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
 import test from 'node:test';
 import {abi, bone, cab, chain, folder} from './package.mjs';
 
@@ -391,6 +392,11 @@ test('fitBox holds the points it is given', () => {
       assert.ok(Math.abs(along) <= half[k] * (1 + 1e-6));
     }
   }
+});
+
+test('the version is that of the package', () => {
+  const {version} = JSON.parse(readFileSync(`${folder}/package.json`, 'utf8'));
+  assert.equal(module.version, version);
 });
 
 test('calls of the C API that the module does not use are exported too', () => {

@@ -1,0 +1,142 @@
+// Reads recordings (cab/record.h), and runs their frames again. Target cab::record. The conventions are those of
+// cab/types.h; nothing here is thrown.
+#pragma once
+
+#include <cab/record.h>
+#include <cab/types.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace cab {
+struct Engine;
+}
+
+namespace cab::record {
+
+// What is true of a whole recording. Strings live as long as the recording is open.
+struct RecordingInfo {
+  const char* library = "";  // version of the library that wrote it
+  const char* title = "";
+  double seconds_per_frame = 0;  // 0: unknown
+  double metres_per_unit = 0;    // 0: unknown
+  char up = 0;                   // 'x', 'y', 'z', or 0: unknown
+  const char* isa = "";          // what it was run with; empty: unknown
+  std::uint32_t thread_count = 0;
+  float pose_step = 0;  // 0: poses are floats
+};
+
+// An articulation of a recording.
+struct RecordedArticulation {
+  const char* name = "";
+  Span<const char* const> link_names;  // one per link, or empty
+  std::uint32_t link_count = 0;
+  bool is_lod = false;
+  ArticulationDesc desc;  // of one that is no level of detail
+  LodDesc lod;            // of a level; its `of` is the slot of an articulation of the recording: index + 1
+};
+
+// A batch of a recording.
+struct RecordedBatch {
+  const char* name = "";
+  Span<const char* const> instance_names;  // one per instance, or empty
+  std::uint32_t slot = 0;                  // what hits call it
+  std::uint32_t articulation = 0;          // index; unused for static bodies
+  std::uint32_t instance_count = 0;
+  bool is_static = false;
+  StaticDesc static_desc;  // of static bodies
+};
+
+// A frame of a recording, as it was given and as it came back. Spans live until another frame is read.
+struct RecordedFrame {
+  double time = 0;  // seconds
+
+  // Inputs, rules, policies, margin, min_depth and report. A batch is named by its index + 1 in place of an id. hits,
+  // contacts and stats are empty; hit_count is their number.
+  FrameJob job;
+
+  Span<const Hit> hits;              // batches by the slots of RecordedBatch
+  Span<const Contact> contacts;      // one per hit, or empty
+  bool has_contacts = false;         // whether contacts were asked for
+  std::uint64_t hash = 0;            // of hits and contacts, as hash_hits gives it
+  FrameStats stats;                  // the members that docs/recording.md names
+  Span<const std::uint32_t> masked;  // one after the other: index of a batch, instance
+};
+
+// FNV-1a, 64 bits, of the bytes of hits and then of contacts, little-endian.
+std::uint64_t hash_hits(Span<const Hit> hits, Span<const Contact> contacts) noexcept;
+
+// A recording that is read from its file, which is mapped into memory. It can be neither moved nor copied.
+class Recording {
+ public:
+  struct Storage;  // private to the library
+
+  Recording() noexcept = default;
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+  ~Recording();
+
+  // Opens a recording. Returns whether there is one that has a whole first chunk; if not, error() says why. What is
+  // cut off or damaged behind it is told by problems(). A file may be cut off anywhere.
+  [[nodiscard]] bool open(const char* path) noexcept;
+
+  // The same from memory, which must stay as it is while the recording is open. `name` is for messages.
+  [[nodiscard]] bool open_bytes(Span<const std::uint8_t> bytes, const char* name) noexcept;
+
+  // Why the last call failed; empty if it did not.
+  const char* error() const noexcept;
+
+  // What cannot be read, one line each: which chunk, at which byte, which frames. Empty if all can.
+  Span<const char* const> problems() const noexcept;
+
+  // Bytes from the beginning of the file to the end of its last whole chunk.
+  std::uint64_t whole_bytes() const noexcept;
+
+  RecordingInfo info() const noexcept;
+  std::uint32_t articulation_count() const noexcept;
+  std::uint32_t batch_count() const noexcept;
+  std::uint32_t frame_count() const noexcept;
+
+  // By index below the count.
+  RecordedArticulation articulation(std::uint32_t index) const noexcept;
+  RecordedBatch batch(std::uint32_t index) const noexcept;
+
+  // Reads a frame. False if there is none, or if its chunk is damaged; error() says so.
+  [[nodiscard]] bool read_frame(std::uint32_t index, RecordedFrame* frame) noexcept;
+
+ private:
+  Storage* storage_ = nullptr;
+};
+
+// Runs frames of a recording in an engine of its own. It can be neither moved nor copied.
+class Player {
+ public:
+  struct Storage;  // private to the library
+
+  Player() noexcept = default;
+  Player(const Player&) = delete;
+  Player& operator=(const Player&) = delete;
+  ~Player();
+
+  // Makes an engine. The recording must stay open, and what `desc` points to must stay. False if the engine refuses;
+  // error() says why.
+  [[nodiscard]] bool open(const Recording& recording, const EngineDesc& desc = {}) noexcept;
+
+  // Runs a frame with other policies than it was recorded with, if `policies` is not null. The result has the slots of
+  // the recording, and lives until the next call. False if the engine refuses; error() says why.
+  [[nodiscard]] bool run(const RecordedFrame& frame, const Policies* policies = nullptr) noexcept;
+
+  Span<const Hit> hits() const noexcept;
+  Span<const Contact> contacts() const noexcept;  // one per hit, if the frame has_contacts and there is an exact test
+  FrameStats stats() const noexcept;
+
+  // The engine, for questions such as engine_isa. Null before open.
+  const Engine* engine() const noexcept;
+
+  const char* error() const noexcept;
+
+ private:
+  Storage* storage_ = nullptr;
+};
+
+}  // namespace cab::record

@@ -1,0 +1,579 @@
+#include <cab/policy.h>
+#include <cab/record.h>
+#include <cab/replay.h>
+#include <cab/version.h>
+
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "perf/record/attempt.h"
+#include "perf/record/chunk.h"
+#include "perf/record/definitions.h"
+#include "perf/record/rounded_poses.h"
+#include "perf/record/words.h"
+#include "recording_generated.h"
+
+namespace cab::record {
+namespace {
+
+namespace fb = flatbuffers;
+
+// A chunk is written once its frames take this much.
+constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
+
+// The most frames of a chunk, so that a reader finds one among short frames fast.
+constexpr std::size_t kChunkFrames = 1024;
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+[[noreturn]] void fail(const std::string& reason) { throw Failure(reason); }
+[[noreturn]] void fail_with_errno(const std::string& what) { fail(what + ": " + std::strerror(errno)); }
+
+// What is known of an articulation or a batch of the engine that is recorded.
+struct KnownArticulation {
+  std::uint32_t index = 0, link_count = 0;
+};
+struct KnownBatch {
+  std::uint32_t index = 0, slot = 0, link_count = 0, instance_count = 0;
+  bool is_sequence = false, is_static = false;
+};
+
+// The arrays of one batch in one frame, without gaps.
+struct Arrays {
+  PoseFormat format = PoseFormat::kQuaternionTranslation;
+  bool has_scale = false;
+  std::vector<float> poses;
+  std::vector<double> origins;
+  std::vector<float> orientations, scales, margins;
+  std::vector<std::uint32_t> layers, layer_masks, instances;
+  std::uint32_t count = kAllInstances;
+
+  bool has_poses_of(const Arrays& other) const {
+    return format == other.format && has_scale == other.has_scale && same_bytes(poses, other.poses);
+  }
+  bool has_rest_of(const Arrays& other) const {
+    return count == other.count && same_bytes(origins, other.origins) && same_bytes(orientations, other.orientations) &&
+           same_bytes(scales, other.scales) && same_bytes(margins, other.margins) && layers == other.layers &&
+           layer_masks == other.layer_masks && instances == other.instances;
+  }
+
+ private:
+  template <class T>
+  static bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+  }
+};
+
+// The first `count` entries of a span that has `each` values per instance.
+template <class T>
+std::vector<T> first_of(Span<const T> span, std::size_t count, std::size_t each) {
+  return std::vector<T>(span.data, span.data + std::min(span.size, count * each));
+}
+
+template <class T>
+fb::Offset<fb::Vector<T>> vector_of(fb::FlatBufferBuilder& builder, const std::vector<T>& values) {
+  return values.empty() ? fb::Offset<fb::Vector<T>>() : builder.CreateVector(values);
+}
+
+// The table as bytes that tell equal tables.
+template <class Table, class TableT>
+std::string bytes_of(const TableT& table) {
+  fb::FlatBufferBuilder builder;
+  builder.Finish(Table::Pack(builder, &table));
+  return std::string(reinterpret_cast<const char*>(builder.GetBufferPointer()), builder.GetSize());
+}
+
+// Hits of one frame, and the contacts of them.
+struct FrameHits {
+  std::vector<Hit> hits;
+  std::vector<Contact> contacts;
+};
+
+}  // namespace
+
+struct Recorder::Storage {
+  std::string path, error;
+  File file;
+  RecorderOptions options;
+  std::string title;
+  bool wants_header = false;
+  bool is_broken = false;  // a write failed
+
+  std::map<std::uint64_t, KnownArticulation> articulations;
+  std::map<std::uint64_t, KnownBatch> batches;
+  std::map<std::string, std::uint32_t> articulation_bytes;                     // index by table
+  std::map<std::uint32_t, std::pair<std::string, std::uint32_t>> batch_bytes;  // table and index by slot
+  std::uint32_t articulation_count = 0, batch_count = 0;
+  std::vector<format::ArticulationT> new_articulations;
+  std::vector<format::BatchT> new_batches;
+
+  std::unique_ptr<fb::FlatBufferBuilder> builder;
+  std::vector<fb::Offset<format::Frame>> frames;
+  std::string settings_key;
+  fb::Offset<format::Settings> settings;
+  std::map<std::uint32_t, Arrays> before;   // by index of batch: the last frame of this chunk
+  std::map<std::uint32_t, Arrays> at_hand;  // of the frame that is being written
+  std::uint32_t frame_count = 0;            // frames at hand included
+  std::uint64_t byte_count = 0;
+
+  void begin_chunk();
+  void write_chunk();
+  void write_bytes(const void* bytes, std::size_t size);
+  void open_new();
+  void open_behind();
+
+  std::uint32_t index_of(format::ArticulationT table);
+  std::uint32_t index_of(format::BatchT table);
+  const KnownBatch& known(BatchId id) const;
+
+  void check(const FrameJob& job) const;
+  Arrays gather(const BatchInput& input, const KnownBatch& batch) const;
+  fb::Offset<format::Poses> poses_of(const Arrays& arrays);
+  fb::Offset<format::Input> input_of(const BatchInput& input);
+  fb::Offset<format::Settings> settings_of(const FrameJob& job);
+  void write_frame(const FrameJob& job, const FrameHits& found, const FrameStats& stats, double time);
+  void write_moments(const FrameJob& job, double time);
+};
+
+// ------------------------------------------------------------------------------------------------------------ chunks
+
+void Recorder::Storage::begin_chunk() {
+  builder = std::make_unique<fb::FlatBufferBuilder>(kChunkBytes);
+  frames.clear();
+  settings_key.clear();
+  before.clear();
+}
+
+void Recorder::Storage::write_bytes(const void* bytes, std::size_t size) {
+  if (std::fwrite(bytes, 1, size, file.get()) != size) {
+    is_broken = true;
+    fail_with_errno("cannot write");
+  }
+  byte_count += size;
+}
+
+void Recorder::Storage::write_chunk() {
+  if (is_broken) fail("nothing more is written after a failure");
+  if (frames.empty() && new_articulations.empty() && new_batches.empty() && !wants_header) return;
+  fb::Offset<format::Header> header;
+  if (wants_header)
+    header =
+        format::CreateHeader(*builder, builder->CreateString(CAB_VERSION_STRING), builder->CreateString(title),
+                             options.seconds_per_frame, options.metres_per_unit, static_cast<std::uint8_t>(options.up),
+                             builder->CreateString(options.isa == Isa::kAuto ? "" : to_string(options.isa)),
+                             options.thread_count, options.pose_step);
+  std::vector<fb::Offset<format::Articulation>> articulation_tables;
+  for (const format::ArticulationT& table : new_articulations)
+    articulation_tables.push_back(format::Articulation::Pack(*builder, &table));
+  std::vector<fb::Offset<format::Batch>> batch_tables;
+  for (const format::BatchT& table : new_batches) batch_tables.push_back(format::Batch::Pack(*builder, &table));
+  const auto chunk = format::CreateChunk(*builder, header, vector_of(*builder, articulation_tables),
+                                         vector_of(*builder, batch_tables), vector_of(*builder, frames));
+  format::FinishSizePrefixedChunkBuffer(*builder, chunk);
+  if (builder->GetSize() > kMostPayloadBytes) fail("a chunk would have more than 2 GB");
+
+  const std::uint8_t* const first = builder->GetBufferPointer();
+  std::vector<std::uint8_t> payload(first, first + builder->GetSize());
+  ChunkHeader bytes_around = encode(payload, options.compress);
+  bytes_around.has_definitions = wants_header || !new_articulations.empty() || !new_batches.empty();
+  bytes_around.frame_count = static_cast<std::uint32_t>(frames.size());
+  bytes_around.first_frame = frame_count - bytes_around.frame_count;
+  payload.resize(static_cast<std::size_t>(padded(payload.size())));
+  const auto chunk_header = to_bytes(bytes_around);
+  write_bytes(chunk_header.data(), chunk_header.size());
+  write_bytes(payload.data(), payload.size());
+  wants_header = false;
+  new_articulations.clear();
+  new_batches.clear();
+  begin_chunk();
+}
+
+void Recorder::Storage::open_new() {
+  file.reset(std::fopen(path.c_str(), "wb"));
+  if (file == nullptr) fail_with_errno("cannot be opened for writing");
+  const auto bytes = file_header();
+  write_bytes(bytes.data(), bytes.size());
+  wants_header = true;
+}
+
+// Goes on behind the last whole chunk of a file that is there. What it has defined keeps its index.
+void Recorder::Storage::open_behind() {
+  std::uint64_t end = 0;
+  {
+    Recording recording;
+    if (!recording.open(path.c_str())) fail(std::string(recording.error()).substr(path.size() + 2));
+    if (recording.info().pose_step != options.pose_step) fail("append: the recording has another pose_step");
+    options.seconds_per_frame = recording.info().seconds_per_frame;
+    end = recording.whole_bytes();
+    frame_count = recording.frame_count();
+    articulation_count = recording.articulation_count();
+    batch_count = recording.batch_count();
+    std::vector<std::uint32_t> links;
+    for (std::uint32_t a = 0; a < articulation_count; ++a) {
+      const RecordedArticulation entry = recording.articulation(a);
+      const ArticulationNames names = {entry.name, entry.link_names};
+      articulation_bytes.emplace(
+          bytes_of<format::Articulation>(
+              entry.is_lod
+                  ? lod_table(entry.lod, static_cast<std::uint32_t>(entry.lod.of.value - 1), entry.link_count, names)
+                  : articulation_table(entry.desc, names)),
+          a);
+    }
+    for (std::uint32_t b = 0; b < batch_count; ++b) {
+      const RecordedBatch entry = recording.batch(b);
+      const BatchNames names = {entry.name, entry.instance_names};
+      format::BatchT table = entry.is_static ? static_batch_table(entry.slot, entry.static_desc, names)
+                                             : batch_table(entry.slot, entry.instance_count, names);
+      table.articulation = entry.articulation;
+      batch_bytes[entry.slot] = {bytes_of<format::Batch>(table), b};
+    }
+  }
+  std::error_code wrong;
+  std::filesystem::resize_file(path, end, wrong);
+  if (wrong) fail("what is cut off at its end cannot be dropped: " + wrong.message());
+  file.reset(std::fopen(path.c_str(), "ab"));
+  if (file == nullptr) fail_with_errno("cannot be opened for writing");
+}
+
+// ------------------------------------------------------------------------------------------------------- definitions
+
+std::uint32_t Recorder::Storage::index_of(format::ArticulationT table) {
+  const auto [found, is_new] = articulation_bytes.emplace(bytes_of<format::Articulation>(table), articulation_count);
+  if (is_new) {
+    new_articulations.push_back(std::move(table));
+    ++articulation_count;
+  }
+  return found->second;
+}
+
+// A batch takes the place of an earlier one in the same slot, unless it is the same.
+std::uint32_t Recorder::Storage::index_of(format::BatchT table) {
+  std::string bytes = bytes_of<format::Batch>(table);
+  auto& [last_bytes, index] = batch_bytes[table.slot];
+  if (last_bytes != bytes) {
+    last_bytes = std::move(bytes);
+    index = batch_count++;
+    new_batches.push_back(std::move(table));
+  }
+  return index;
+}
+
+const KnownBatch& Recorder::Storage::known(BatchId id) const {
+  const auto found = batches.find(id.value);
+  if (found == batches.end()) fail("a batch was not told by add_batch or add_static_batch");
+  return found->second;
+}
+
+// ------------------------------------------------------------------------------------------------------------ frames
+
+void Recorder::Storage::check(const FrameJob& job) const {
+  if (job.report != Report::kHits && job.report != Report::kDistances)
+    fail("a frame that reports in_contact alone has no hits to record");
+  for (const PairRule& rule : job.rules)
+    if (rule.resting == Resting::kSkipped)
+      fail("a rule skips the hits of what rests, so the frame does not say what touches");
+  if (!job.contacts.empty() && job.contacts.size < job.hit_count) fail("contacts are fewer than hits");
+  if (job.hits.size < job.hit_count) fail("hit_count is above the number of hits");
+}
+
+Arrays Recorder::Storage::gather(const BatchInput& input, const KnownBatch& batch) const {
+  Arrays arrays;
+  arrays.count = std::min(input.count, batch.instance_count);
+  const std::size_t count = arrays.count;
+  arrays.layers = first_of(input.layers, count, 1);
+  arrays.layer_masks = first_of(input.layer_masks, count, 1);
+  arrays.instances.assign(input.instances.begin(), input.instances.end());
+  if (batch.is_static) return arrays;
+  arrays.format = input.poses.format;
+  arrays.has_scale = input.poses.has_scale;
+  if (input.poses.data == nullptr && count > 0) fail("a batch has no poses");
+  gather_poses(input.poses, batch.link_count, count, input.instances, arrays.poses);
+  arrays.origins = first_of(input.origins, count, 3);
+  arrays.orientations = first_of(input.orientations, count, 4);
+  arrays.scales = first_of(input.scales, count, 1);
+  arrays.margins = first_of(input.margins, count, 1);
+  return arrays;
+}
+
+fb::Offset<format::Poses> Recorder::Storage::poses_of(const Arrays& arrays) {
+  const auto pose_format = static_cast<std::uint8_t>(arrays.format);
+  if (options.pose_step == 0)
+    return format::CreatePoses(*builder, pose_format, arrays.has_scale, builder->CreateVector(arrays.poses));
+  if (arrays.format != PoseFormat::kQuaternionTranslation)
+    fail("with a pose_step poses must be quaternions and translations");
+  std::vector<std::int16_t> rounded;
+  if (!to_steps(arrays.poses, options.pose_step, rounded))
+    fail("with a pose_step poses must be those of round_poses, and be given to run_frame so");
+  return format::CreatePoses(*builder, pose_format, arrays.has_scale, 0, builder->CreateVector(rounded));
+}
+
+fb::Offset<format::Input> Recorder::Storage::input_of(const BatchInput& input) {
+  const KnownBatch& batch = known(input.batch);
+  Arrays arrays = gather(input, batch);
+  std::vector<std::uint32_t> masked;
+  for (std::size_t i = 0; i < std::min<std::size_t>(input.flags.size, arrays.count); ++i)
+    if (input.flags[i] != 0) masked.push_back(static_cast<std::uint32_t>(i));
+
+  const auto last = before.find(batch.index);
+  const bool same_poses = last != before.end() && arrays.has_poses_of(last->second);
+  const bool same_rest = last != before.end() && arrays.has_rest_of(last->second);
+  if (same_poses && same_rest) {
+    const auto masked_vector = vector_of(*builder, masked);
+    format::InputBuilder out(*builder);
+    out.add_batch(batch.index);
+    out.add_masked(masked_vector);
+    out.add_same_as_before(true);
+    return out.Finish();
+  }
+  const auto poses = same_poses || batch.is_static ? fb::Offset<format::Poses>() : poses_of(arrays);
+  const auto table = format::CreateInput(*builder, batch.index, poses, vector_of(*builder, arrays.origins),
+                                         vector_of(*builder, arrays.orientations), vector_of(*builder, arrays.scales),
+                                         vector_of(*builder, arrays.layers), vector_of(*builder, arrays.layer_masks),
+                                         vector_of(*builder, arrays.margins), arrays.count,
+                                         vector_of(*builder, arrays.instances), vector_of(*builder, masked));
+  at_hand[batch.index] = std::move(arrays);
+  return table;
+}
+
+fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job) {
+  std::vector<format::Rule> rules;
+  for (const PairRule& rule : job.rules)
+    rules.emplace_back(known(rule.a).index, known(rule.b).index, static_cast<std::uint32_t>(rule.pairing));
+  std::string key(reinterpret_cast<const char*>(rules.data()), rules.size() * sizeof(format::Rule));
+  const float lengths[] = {job.margin, job.min_depth};
+  key.append(reinterpret_cast<const char*>(lengths), sizeof lengths);
+  key.push_back(static_cast<char>(job.report));
+  key.push_back(job.contacts.empty() ? 0 : 1);
+  const Span<const PolicyField> fields = policy_table();
+  for (std::uint32_t f = 0; f < fields.size; ++f) key.push_back(static_cast<char>(policy_get(job.policies, f)));
+  if (key == settings_key) return settings;
+
+  std::vector<fb::Offset<format::PolicyChoice>> choices;
+  for (std::uint32_t f = 0; f < fields.size; ++f)
+    choices.push_back(
+        format::CreatePolicyChoice(*builder, builder->CreateSharedString(fields[f].name),
+                                   builder->CreateSharedString(fields[f].values[policy_get(job.policies, f)].name)));
+  settings = format::CreateSettings(*builder, builder->CreateVector(choices), job.margin, job.min_depth,
+                                    static_cast<std::uint8_t>(job.report), !job.contacts.empty(),
+                                    builder->CreateVectorOfStructs(rules));
+  settings_key = std::move(key);
+  return settings;
+}
+
+void Recorder::Storage::write_frame(const FrameJob& job, const FrameHits& found, const FrameStats& stats, double time) {
+  at_hand.clear();
+  std::vector<fb::Offset<format::Input>> inputs;
+  for (const BatchInput& input : job.inputs) inputs.push_back(input_of(input));
+  std::vector<std::uint32_t> hit_words(found.hits.size() * kHitWords);
+  if (!hit_words.empty()) std::memcpy(hit_words.data(), found.hits.data(), found.hits.size() * sizeof(Hit));
+  std::vector<std::uint32_t> contact_words(found.contacts.size() * kContactWords);
+  if (!contact_words.empty())
+    std::memcpy(contact_words.data(), found.contacts.data(), found.contacts.size() * sizeof(Contact));
+  const format::Stats counts(stats.candidates, stats.box_tests, stats.leaf_pairs, stats.exact_tests,
+                             stats.false_positives, stats.instances_masked, stats.seconds_total);
+  const auto shared = settings_of(job);
+  const auto input_tables = builder->CreateVector(inputs);
+  const auto hits = vector_of(*builder, hit_words), contacts = vector_of(*builder, contact_words);
+  frames.push_back(format::CreateFrame(*builder, time, shared, input_tables, hits, contacts,
+                                       hash_hits(found.hits, found.contacts), &counts));
+  for (auto& [batch, arrays] : at_hand) before[batch] = std::move(arrays);
+  ++frame_count;
+  if (builder->GetSize() >= kChunkBytes || frames.size() >= kChunkFrames) write_chunk();
+}
+
+// Sequences: instance m of each is a character of the frame of moment m, and the one of a fixed object is in all.
+void Recorder::Storage::write_moments(const FrameJob& job, double time) {
+  std::size_t moments = 1;
+  for (const BatchInput& input : job.inputs)
+    moments = std::max<std::size_t>(moments, known(input.batch).instance_count);
+  std::map<std::uint32_t, bool> moves;  // by slot
+  for (const BatchInput& input : job.inputs)
+    moves[known(input.batch).slot] = moments == 1 || known(input.batch).instance_count > 1;
+  std::vector<FrameHits> found(moments);
+  for (std::size_t h = 0; h < job.hit_count; ++h) {
+    Hit hit = job.hits[h];
+    // What fixed objects touch alone, they touch at every moment.
+    const bool is_fixed = !moves[hit.batch_a.value] && !moves[hit.batch_b.value];
+    const std::size_t only = std::max(hit.instance_a, hit.instance_b);
+    hit.instance_a = hit.instance_b = 0;
+    for (std::size_t m = is_fixed ? 0 : only; m < (is_fixed ? moments : only + 1); ++m) {
+      found[m].hits.push_back(hit);
+      if (!job.contacts.empty()) found[m].contacts.push_back(job.contacts[h]);
+    }
+  }
+  std::vector<BatchInput> inputs;
+  for (std::size_t m = 0; m < moments; ++m) {
+    inputs.assign(job.inputs.begin(), job.inputs.end());
+    for (BatchInput& input : inputs) {
+      const KnownBatch& batch = known(input.batch);
+      const std::size_t i = batch.instance_count > 1 ? m : 0;
+      const auto one_of = [i](auto& span, std::size_t each) {
+        if (span.size > 0) span = {span.data + i * each, each};
+      };
+      const std::size_t floats = pose_floats(input.poses.format);
+      const std::size_t link_stride = input.poses.link_stride > 0 ? input.poses.link_stride : floats * sizeof(float);
+      const std::size_t stride =
+          input.poses.instance_stride > 0 ? input.poses.instance_stride : link_stride * batch.link_count;
+      input.poses.data += i * stride / sizeof(float);
+      one_of(input.origins, 3);
+      one_of(input.orientations, 4);
+      one_of(input.scales, 1);
+      one_of(input.layers, 1);
+      one_of(input.layer_masks, 1);
+      one_of(input.flags, 1);
+      input.count = 1;
+    }
+    FrameJob moment = job;
+    moment.inputs = inputs;
+    write_frame(moment, found[m], FrameStats{}, time + static_cast<double>(m) * options.seconds_per_frame);
+  }
+}
+
+// -------------------------------------------------------------------------------------------------------------- calls
+
+Recorder::~Recorder() {
+  if (storage_ != nullptr && storage_->file != nullptr) static_cast<void>(close());
+  delete storage_;
+}
+
+bool Recorder::open(const char* path, const RecorderOptions& options) noexcept {
+  if (storage_ != nullptr && storage_->file != nullptr && !close()) return false;
+  delete storage_;
+  storage_ = nullptr;
+  return attempt(storage_, [&](Storage& to) {
+    to.path = path == nullptr ? "" : path;
+    to.options = options;
+    to.title = options.title == nullptr ? "" : options.title;
+    if (to.path.empty()) fail("a recording needs a path");
+    if (options.up != 0 && (options.up < 'x' || options.up > 'z')) fail("up is x, y or z");
+    if (!is_step(options.pose_step)) fail("pose_step must be 0 or a power of two from 2^-60 to 2^60");
+    to.begin_chunk();
+    if (options.append && std::filesystem::exists(to.path))
+      to.open_behind();
+    else
+      to.open_new();
+  });
+}
+
+namespace {
+
+// Calls work(storage) if a file is open.
+template <class Storage, class Work>
+bool with_file(Storage*& storage, Work work) noexcept {
+  return attempt(storage, [&](auto& to) {
+    if (to.file == nullptr) throw Failure("no recording is open");
+    work(to);
+  });
+}
+
+}  // namespace
+
+bool Recorder::add_articulation(ArticulationId id, const ArticulationDesc& desc,
+                                const ArticulationNames& names) noexcept {
+  return with_file(storage_, [&](Storage& to) {
+    if (!names.links.empty() && names.links.size != desc.link_parents.size) fail("links have names, but not each one");
+    const std::uint32_t index = to.index_of(articulation_table(desc, names));
+    to.articulations[id.value] = {index, static_cast<std::uint32_t>(desc.link_parents.size)};
+  });
+}
+
+bool Recorder::add_lod(ArticulationId id, const LodDesc& desc, const ArticulationNames& names) noexcept {
+  return with_file(storage_, [&](Storage& to) {
+    const auto of = to.articulations.find(desc.of.value);
+    if (of == to.articulations.end()) fail("a level is of an articulation that was not told by add_articulation");
+    const auto [of_index, links] = of->second;
+    if (!names.links.empty() && names.links.size != links) fail("links have names, but not each one");
+    to.articulations[id.value] = {to.index_of(lod_table(desc, of_index, links, names)), links};
+  });
+}
+
+bool Recorder::add_batch(BatchId id, const BatchDesc& desc, const BatchNames& names) noexcept {
+  return with_file(storage_, [&](Storage& to) {
+    const auto articulation = to.articulations.find(desc.articulation.value);
+    if (articulation == to.articulations.end())
+      fail("a batch is of an articulation that was not told by add_articulation or add_lod");
+    const bool is_sequence = desc.kind == BatchKind::kSequence;
+    const std::uint32_t recorded_count = is_sequence ? 1 : desc.instance_count;
+    if (!names.instances.empty() && names.instances.size != recorded_count)
+      fail("instances have names, but not each one");
+    format::BatchT table = batch_table(slot_of(id).value, recorded_count, names);
+    table.articulation = articulation->second.index;
+    to.batches[id.value] = {to.index_of(std::move(table)), slot_of(id).value, articulation->second.link_count,
+                            desc.instance_count,           is_sequence,       false};
+  });
+}
+
+bool Recorder::add_static_batch(BatchId id, const StaticDesc& desc, const BatchNames& names) noexcept {
+  return with_file(storage_, [&](Storage& to) {
+    format::BatchT table = static_batch_table(slot_of(id).value, desc, names);
+    const std::uint32_t count = table.instance_count;
+    if (!names.instances.empty() && names.instances.size != count) fail("instances have names, but not each one");
+    to.batches[id.value] = {to.index_of(std::move(table)), slot_of(id).value, 1, count, false, true};
+  });
+}
+
+bool Recorder::add_frame(const FrameJob& job, double time) noexcept {
+  return with_file(storage_, [&](Storage& to) {
+    if (to.is_broken) fail("nothing more is written after a failure");
+    to.check(job);
+    std::size_t sequences = 0;
+    for (const BatchInput& input : job.inputs) sequences += to.known(input.batch).is_sequence ? 1 : 0;
+    for (const PairRule& rule : job.rules)
+      for (const BatchId id : {rule.a, rule.b}) static_cast<void>(to.known(id));
+    if (sequences > 0 && sequences < job.inputs.size)
+      fail("sequences beside characters are not recorded: give each a frame of its own");
+    if (sequences > 0) {
+      to.write_moments(job, time);
+      return;
+    }
+    FrameHits found;
+    found.hits.assign(job.hits.data, job.hits.data + job.hit_count);
+    if (!job.contacts.empty()) found.contacts.assign(job.contacts.data, job.contacts.data + job.hit_count);
+    to.write_frame(job, found, job.stats, time);
+  });
+}
+
+bool Recorder::flush() noexcept {
+  return with_file(storage_, [](Storage& to) {
+    to.write_chunk();
+    if (std::fflush(to.file.get()) != 0) {
+      to.is_broken = true;
+      fail_with_errno("cannot write");
+    }
+  });
+}
+
+bool Recorder::close() noexcept {
+  return with_file(storage_, [](Storage& to) {
+    File file;
+    try {
+      to.write_chunk();
+    } catch (...) {
+      to.file.reset();
+      throw;
+    }
+    file = std::move(to.file);
+    if (std::fclose(file.release()) != 0) fail_with_errno("cannot write");
+  });
+}
+
+const char* Recorder::error() const noexcept { return error_of(storage_); }
+std::uint32_t Recorder::frame_count() const noexcept { return storage_ == nullptr ? 0 : storage_->frame_count; }
+std::uint64_t Recorder::byte_count() const noexcept { return storage_ == nullptr ? 0 : storage_->byte_count; }
+
+}  // namespace cab::record

@@ -1,0 +1,112 @@
+// The columns of the tables of intervals, pairs and files.
+import {count, seconds} from '../ui/format.js';
+import {baseName, depthText, shareText} from './texts.js';
+import type {Report, ReportFile, ReportInterval, ReportPair, Row} from './types.js';
+
+/** What rows are sorted by. Null stands last in either order. */
+export type SortKey = number | string | null;
+
+export interface Column<R> {
+  readonly title: string;
+  /** What the number means, in words. */
+  readonly meaning: string;
+  readonly isNumber: boolean;
+  readonly key: (row: R) => SortKey;
+  readonly text: (row: R) => string;
+}
+
+type Described = readonly [title: string, meaning: string];
+
+function words<R>([title, meaning]: Described, text: (row: R) => string): Column<R> {
+  return {title, meaning, isNumber: false, key: text, text};
+}
+
+function numbers<R>([title, meaning]: Described, key: (row: R) => number | null, text: (row: R) => string): Column<R> {
+  return {title, meaning, isNumber: true, key, text};
+}
+
+/** Sorts rows by a column; rows of the same key keep their order. */
+export function sortRows<R>(rows: readonly R[], column: Column<R>, ascends: boolean): R[] {
+  const keyed = rows.map((row) => ({row, key: column.key(row)}));
+  const compare = (a: SortKey, b: SortKey): number => {
+    if (a === null || b === null) return a === b ? 0 : a === null ? 1 : -1;
+    const order = typeof a === 'string' || typeof b === 'string' ?
+      String(a).localeCompare(String(b), 'en', {numeric: true}) : a - b;
+    return ascends ? order : -order;
+  };
+  return keyed.sort((a, b) => compare(a.key, b.key)).map(({row}) => row);
+}
+
+export function linkColumns<R extends Row>(names: readonly string[]): Column<R>[] {
+  const columns: Column<R>[] = [
+    words(['Character', 'the first character'], (row) => row.character_a),
+    words(['Link', 'the link of the first character'], (row) => row.link_a),
+    words(['Other', 'the second character'], (row) => row.character_b),
+    words(['Its link', 'the link of the second character'], (row) => row.link_b),
+  ];
+  if (names.length > 1) columns.unshift(words(['File', 'the recording'], (row) => names[row.file] ?? ''));
+  return columns;
+}
+
+function depthColumn<R extends Row>(report: Report): Column<R> {
+  return numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst_depth,
+    (row) => depthText(row.worst_depth, report.files[row.file]));
+}
+
+function worstColumn<R extends Row>(): Column<R> {
+  return numbers(['At', 'when the deepest contact is'], (row) => row.worst_frame,
+    (row) => `${count(row.worst_frame)} (${seconds(row.worst_seconds)})`);
+}
+
+export function intervalColumns(report: Report, names: readonly string[]): Column<ReportInterval>[] {
+  return [
+    ...linkColumns<ReportInterval>(names),
+    depthColumn(report),
+    worstColumn(),
+    numbers(['First', 'the first frame in contact'], (row) => row.first, (row) => count(row.first)),
+    numbers(['Last', 'the last frame in contact'], (row) => row.last, (row) => count(row.last)),
+    numbers(['Frames', 'how many frames it lasts'], (row) => row.frames, (row) => count(row.frames)),
+  ];
+}
+
+export function pairColumns(report: Report, names: readonly string[]): Column<ReportPair>[] {
+  return [
+    ...linkColumns<ReportPair>(names),
+    depthColumn(report),
+    worstColumn(),
+    numbers(['Share', 'the share of all frames in contact'], (row) => row.share, (row) => shareText(row.share)),
+    numbers(['Frames', 'how many frames are in contact'], (row) => row.frames, (row) => count(row.frames)),
+    numbers(['Intervals', 'how many intervals of contact there are'], (row) => row.intervals,
+      (row) => count(row.intervals)),
+    numbers(['Longest', 'frames of the longest interval'], (row) => row.longest, (row) => count(row.longest)),
+  ];
+}
+
+/** A recording and the worst of its intervals, if it has one. */
+export interface FileRow {
+  readonly file: ReportFile;
+  readonly name: string;
+  readonly worst: ReportInterval | undefined;
+}
+
+export function fileColumns(): Column<FileRow>[] {
+  return [
+    words(['File', 'the recording'], (row) => row.name),
+    words(['Title', 'what the recording says of itself'], (row) => row.file.title),
+    numbers(['Frames', 'frames that could be read'], (row) => row.file.frames_read,
+      (row) => count(row.file.frames_read)),
+    numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst?.worst_depth ?? null,
+      (row) => row.worst ? depthText(row.worst.worst_depth, row.file) : '\u2013'),
+    words(['Problems', 'what could not be read'], (row) => row.file.problems.join('; ')),
+  ];
+}
+
+/** Files with a problem first, then in their order. */
+export function fileRows(report: Report, names: readonly string[]): FileRow[] {
+  const worst = new Map<number, ReportInterval>();
+  for (const interval of report.intervals) if (!worst.has(interval.file)) worst.set(interval.file, interval);
+  const rows = report.files.map((file, index) =>
+    ({file, name: names[index] ?? baseName(file.name), worst: worst.get(index)}));
+  const hasProblem = (row: FileRow): number => row.file.problems.length > 0 ? 0 : 1;
+  return rows.sort((a, b) => hasProblem(a) - hasProblem(b));
+}

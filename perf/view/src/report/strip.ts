@@ -1,0 +1,31 @@
+// A small timeline of a row: when it is in contact, from the first to the last frame of its recording.
+import type {ReportInterval} from './types.js';
+
+const NAMESPACE = 'http://www.w3.org/2000/svg';
+const WIDTH = 160;
+const HEIGHT = 12;
+const LEAST_WIDTH = 1.5;
+
+function rectangle(kind: string, x: number, width: number): SVGElement {
+  const element = document.createElementNS(NAMESPACE, 'rect');
+  const attributes = {class: kind, x, y: 0, width, height: HEIGHT};
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+  return element;
+}
+
+/** The numbers that it shows are in the cells beside it, so it is not read aloud. */
+export function makeStrip(intervals: readonly Pick<ReportInterval, 'first' | 'last'>[], worstFrame: number,
+                          frames: number): SVGElement {
+  const strip = document.createElementNS(NAMESPACE, 'svg');
+  strip.setAttribute('class', 'report-strip');
+  strip.setAttribute('viewBox', `0 0 ${WIDTH} ${HEIGHT}`);
+  strip.setAttribute('preserveAspectRatio', 'none');
+  strip.setAttribute('aria-hidden', 'true');
+  const at = (frame: number): number => WIDTH * frame / Math.max(frames, 1);
+  for (const {first, last} of intervals) {
+    const width = Math.max(at(last + 1) - at(first), LEAST_WIDTH);
+    strip.append(rectangle('touch', Math.min(at(first), WIDTH - width), width));
+  }
+  strip.append(rectangle('worst', Math.min(at(worstFrame + 0.5), WIDTH - LEAST_WIDTH), LEAST_WIDTH));
+  return strip;
+}

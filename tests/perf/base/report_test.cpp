@@ -1,0 +1,62 @@
+// perf/base/report.h: how long a run still takes.
+#include "perf/base/report.h"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+namespace cab::tests {
+namespace {
+
+using perf::time_left;
+
+TEST_CASE("the time left is what the average so far asks for, in coarse units") {
+  CHECK(time_left(50, 100, 10) == "about 10 s left");
+  CHECK(time_left(90, 100, 10) == "about 5 s left");
+  CHECK(time_left(1, 2, 55) == "about 55 s left");
+  CHECK(time_left(1, 2, 57) == "about 1 min left");
+  CHECK(time_left(10, 100, 20) == "about 3 min left");
+  CHECK(time_left(10, 100, 21) == "about 4 min left");
+  CHECK(time_left(1, 2, 3540) == "about 59 min left");
+  CHECK(time_left(1, 2, 3599) == "about 1 h left");
+  CHECK(time_left(1, 2, 3601) == "about 2 h left");
+}
+
+TEST_CASE("nothing is said too early, at the end and of no work") {
+  CHECK(time_left(50, 100, 1.9).empty());
+  CHECK(time_left(9, 1000, 100).empty());
+  CHECK(time_left(0, 100, 100).empty());
+  CHECK(time_left(100, 100, 100).empty());
+  CHECK(time_left(0, 0, 100).empty());
+  CHECK(time_left(7, 5, 100).empty());
+}
+
+TEST_CASE("the time left is bounded whatever the numbers are") {
+  constexpr std::uint64_t kMost = ~std::uint64_t{0};
+  CHECK(time_left(kMost / 50, kMost, 1e300) == "over 99 h left");
+  CHECK(time_left(kMost - 1, kMost, 2).empty() == false);
+  CHECK(time_left(1, 100, 99.0 * 3600 / 99) == "about 99 h left");
+  CHECK(time_left(1, 100, 99.0 * 3600 / 99 + 1) == "over 99 h left");
+}
+
+TEST_CASE("the time left never grows while work goes on at one speed") {
+  const auto seconds_of = [](const std::string& text) {
+    const double count = std::atof(text.c_str() + std::string("about ").size());
+    return count * (text.find(" h ") != std::string::npos ? 3600 : text.find(" min ") != std::string::npos ? 60 : 1);
+  };
+  for (const double seconds_each : {0.05, 1.0, 70.0}) {
+    double last = 1e9;
+    for (std::uint64_t done = 1; done < 1000; ++done) {
+      const std::string text = time_left(done, 1000, seconds_each * static_cast<double>(done));
+      if (text.empty()) continue;
+      CHECK(seconds_of(text) <= last);
+      CHECK(seconds_of(text) >= seconds_each * static_cast<double>(1000 - done) - 1e-6);
+      last = seconds_of(text);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cab::tests

@@ -1,0 +1,162 @@
+// Recordings that are cut off or damaged: what is whole is read, the rest is told, and nothing else happens.
+#include "tests/perf/record/recorded_world.h"
+
+#include <map>
+#include <set>
+
+#include "perf/record/chunk.h"
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+// A recording in memory, in some chunks.
+struct SmallRecording {
+  std::vector<std::uint8_t> bytes;
+  std::vector<std::size_t> ends;            // of chunks
+  std::vector<std::uint32_t> frames_until;  // frames up to there
+  std::vector<std::uint64_t> hashes;        // by frame
+
+  explicit SmallRecording(std::uint64_t seed, bool compressed) {
+    Random random(seed);
+    const TemporaryFile file("damaged_" + std::to_string(seed));
+    record::Recorder recorder;
+    record::RecorderOptions options;
+    options.compress = compressed;
+    must(recorder, recorder.open(file.path(), options));
+    World world;
+    add_characters(random, world, 6);
+    const EnginePtr engine = make_engine_for(world);
+    tell(recorder, world);
+    for (std::uint32_t f = 0; f < 9; ++f) {
+      for (Member& member : world.members)
+        member.poses = random_poses(random, member.rig, member.poses.instance_count, member.poses.format, {});
+      const Outcome outcome = run_recorded(*engine, recorder, world, {}, f);
+      hashes.push_back(record::hash_hits(outcome.hits, outcome.contacts));
+      if (f % 3 != 2) continue;
+      must(recorder, recorder.flush());
+      ends.push_back(static_cast<std::size_t>(recorder.byte_count()));
+      frames_until.push_back(f + 1);
+    }
+    must(recorder, recorder.close());
+    bytes = file.bytes();
+    REQUIRE(bytes.size() == ends.back());
+  }
+};
+
+TEST_CASE("a recording that is cut off keeps what is whole, and says what is missing") {
+  for (const bool compressed : {false, true}) {
+    const SmallRecording whole(711, compressed);
+    Random random(712);
+    std::set<std::size_t> cuts;
+    for (std::size_t cut = 0; cut <= 70; ++cut) cuts.insert(cut);
+    for (const std::size_t end : whole.ends)
+      for (int by = -9; by <= 60; ++by) {
+        const auto cut = static_cast<std::ptrdiff_t>(end) + by;
+        if (cut <= static_cast<std::ptrdiff_t>(whole.bytes.size())) cuts.insert(static_cast<std::size_t>(cut));
+      }
+    for (std::uint64_t n = 0; n < rounds(300); ++n)
+      cuts.insert(random.index(static_cast<unsigned>(whole.bytes.size())));
+    for (const std::size_t cut : cuts) {
+      CAPTURE(cut);
+      // The bytes lie alone, so that a sanitizer sees what is read behind them.
+      const std::vector<std::uint8_t> bytes(whole.bytes.begin(),
+                                            whole.bytes.begin() + static_cast<std::ptrdiff_t>(cut));
+      record::Recording recording;
+      const bool opened = recording.open_bytes(bytes, "cut.cab");
+      // The zeros behind a payload are no part of it.
+      std::size_t chunks = 0;
+      while (chunks < whole.ends.size() && cut + 7 >= whole.ends[chunks]) ++chunks;
+      if (!opened) {
+        CHECK(chunks <= 1);
+        CHECK(std::string(recording.error()).rfind("cut.cab: ", 0) == 0);
+        continue;
+      }
+      REQUIRE(chunks >= 1);
+      const std::uint32_t frames = recording.frame_count();
+      const bool counts_padding = frames < whole.frames_until[chunks - 1];
+      CHECK(frames ==
+            (counts_padding ? (chunks > 1 ? whole.frames_until[chunks - 2] : 0) : whole.frames_until[chunks - 1]));
+      CHECK(recording.problems().empty() == (recording.whole_bytes() == cut));
+      for (std::uint32_t f = 0; f < frames; ++f) {
+        record::RecordedFrame frame;
+        must(recording, recording.read_frame(f, &frame));
+        CHECK(frame.hash == whole.hashes[f]);
+        CHECK(record::hash_hits(frame.hits, frame.contacts) == whole.hashes[f]);
+      }
+      record::RecordedFrame frame;
+      CHECK_FALSE(recording.read_frame(frames, &frame));
+    }
+  }
+}
+
+TEST_CASE("of a recording that is cut off the chunk, the byte and the frames are named") {
+  const SmallRecording whole(713, false);
+  std::vector<std::uint8_t> bytes(whole.bytes.begin(),
+                                  whole.bytes.begin() + static_cast<std::ptrdiff_t>(whole.ends[1]));
+  bytes.resize(whole.ends[1] - 100);
+  record::Recording recording;
+  must(recording, recording.open_bytes(bytes, "cut.cab"));
+  REQUIRE(recording.problems().size == 1);
+  const std::string problem = recording.problems()[0];
+  CHECK(problem.find("chunk 1 at byte " + std::to_string(whole.ends[0]) + " with frames 3 to 5 is cut off") == 0);
+  CHECK(recording.whole_bytes() == whole.ends[0]);
+}
+
+TEST_CASE("no changed byte makes another frame of a recording") {
+  for (const bool compressed : {false, true}) {
+    const SmallRecording whole(714, compressed);
+    Random random(715);
+    std::size_t unread = 0;
+    for (std::uint64_t round = 0; round < rounds(400); ++round) {
+      CAPTURE(round);
+      std::vector<std::uint8_t> bytes = whole.bytes;
+      const unsigned at = random.index(static_cast<unsigned>(bytes.size()));
+      bytes[at] = static_cast<std::uint8_t>(bytes[at] ^ (1u << random.index(8)));
+      record::Recording recording;
+      if (!recording.open_bytes(bytes, "changed.cab")) continue;
+      for (std::uint32_t f = 0; f < recording.frame_count(); ++f) {
+        record::RecordedFrame frame;
+        if (recording.read_frame(f, &frame)) {
+          CHECK(record::hash_hits(frame.hits, frame.contacts) == whole.hashes[f]);
+        } else {
+          ++unread;
+          CHECK(std::string(recording.error()).find("changed.cab: frame " + std::to_string(f)) == 0);
+          CHECK_FALSE(recording.problems().empty());
+        }
+      }
+    }
+    CHECK(unread > 0);
+  }
+}
+
+TEST_CASE("a chunk whose frames are out of order is left out") {
+  const SmallRecording whole(716, false);
+  std::vector<std::uint8_t> bytes(whole.bytes.begin(),
+                                  whole.bytes.begin() + static_cast<std::ptrdiff_t>(whole.ends[0]));
+  bytes.insert(bytes.end(), whole.bytes.begin() + static_cast<std::ptrdiff_t>(whole.ends[1]), whole.bytes.end());
+  record::Recording recording;
+  must(recording, recording.open_bytes(bytes, "twice.cab"));
+  CHECK(recording.frame_count() == 3);
+  REQUIRE(recording.problems().size == 1);
+  CHECK(std::string(recording.problems()[0]).find("out of order: frame 3 is next") != std::string::npos);
+}
+
+TEST_CASE("what is no recording is refused") {
+  record::Recording recording;
+  CHECK_FALSE(recording.open("/nowhere/at/all.cab"));
+  CHECK(std::string(recording.error()).rfind("/nowhere/at/all.cab: ", 0) == 0);
+  CHECK_FALSE(recording.open_bytes({}, "empty"));
+  const std::vector<std::uint8_t> text = {'H', 'I', 'E', 'R', 'A', 'R', 'C', 'H', 'Y', '\n', 0, 0, 0, 0, 0, 0, 0};
+  CHECK_FALSE(recording.open_bytes(text, "clip.bvh"));
+  CHECK(std::string(recording.error()).find("it does not begin with CABREC") != std::string::npos);
+  const auto header = record::file_header();
+  std::vector<std::uint8_t> later(header.begin(), header.end());
+  later[8] = 2;
+  CHECK_FALSE(recording.open_bytes(later, "later.cab"));
+  CHECK(std::string(recording.error()).find("format 2, and this library reads format 1") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace cab::tests
