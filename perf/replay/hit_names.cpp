@@ -16,7 +16,7 @@ std::uint32_t batch_of(const record::Recording& recording, const record::Recorde
 
 std::string instance_name(std::string_view batch_name, std::uint32_t batch, std::uint32_t instance_count,
                           std::string_view own_name, std::uint32_t instance) {
-  const std::string name = batch_name.empty() ? "batch " + std::to_string(batch) : scenes::printable(batch_name);
+  std::string name = batch_name.empty() ? "batch " + std::to_string(batch) : scenes::printable(batch_name);
   if (instance_count == 1) return name;
   return name + " " + (own_name.empty() ? std::to_string(instance) : scenes::printable(own_name));
 }

@@ -90,7 +90,7 @@ void write_recording(std::ostream& out, const PageRecording& recording,
 std::filesystem::path find_page(const std::filesystem::path& command) {
   const std::filesystem::path folder = command.parent_path();
   for (const char* const place : {"../share/cab/cab_view.html", "../../view/cab_view.html"}) {
-    const std::filesystem::path page = (folder / place).lexically_normal();
+    std::filesystem::path page = (folder / place).lexically_normal();
     std::error_code ignored;
     if (std::filesystem::is_regular_file(page, ignored)) return page;
   }
