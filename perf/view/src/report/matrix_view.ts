@@ -1,7 +1,7 @@
 // Shows the matrix of links of two characters as a heat map, whose numbers stand below it in words.
 import {el, setText} from '../ui/dom.js';
-import {characterPairs, type CharacterPair, heat, makeMatrix, type Measure} from './matrix_data.js';
-import {pairSentence} from './texts.js';
+import {characterPairs, type CharacterPair, heat, hottest, makeMatrix, type Measure} from './matrix_data.js';
+import {depthText, pairSentence, shareText} from './texts.js';
 import type {Report, ReportPair} from './types.js';
 
 const MOST_LINKS = 80;
@@ -56,12 +56,14 @@ export class MatrixView {
     }
     const matrix = makeMatrix(chosen, MOST_LINKS);
     if (matrix.leftOut > 0) notes.push(`${matrix.leftOut} links that touch the least are left out.`);
-    setText(this.#note, notes.join(' '));
     const measure = this.#measure.value as Measure;
+    const hottestPair = hottest(chosen.pairs, measure);
+    notes.unshift(this.#scale(hottestPair, measure));
+    setText(this.#note, notes.join(' '));
     const {columns, rows, cells} = matrix;
     const header = el('tr', {}, el('td'), ...columns.map((name) => el('th', {scope: 'col'}, el('span', {}, name))));
     const body = rows.map((name, row) => el('tr', {}, el('th', {scope: 'row'}, name),
-      ...columns.map((_, column) => this.#cell(cells[row * columns.length + column] ?? null, chosen, measure))));
+      ...columns.map((_, column) => this.#cell(cells[row * columns.length + column] ?? null, measure, hottestPair))));
     const table = el('table', {'aria-label': `Links of ${chosen.a} and ${chosen.b} that touch`},
       el('thead', {}, header), el('tbody', {}, ...body));
     table.addEventListener('keydown', (event) => walk(event));
@@ -69,10 +71,17 @@ export class MatrixView {
     table.querySelector('button')?.setAttribute('tabindex', '0');
   }
 
-  #cell(pair: ReportPair | null, {pairs}: CharacterPair, measure: Measure): HTMLTableCellElement {
+  #scale(pair: ReportPair | undefined, measure: Measure): string {
+    if (!pair) return 'No depth is known; record it with contacts.';
+    const most = measure === 'share' ? `${shareText(pair.share)} of the frames` :
+      depthText(pair.worst_depth, this.#report.files[pair.file]);
+    return `The warmest colour is ${most}, the coolest none.`;
+  }
+
+  #cell(pair: ReportPair | null, measure: Measure, hottestPair: ReportPair | undefined): HTMLTableCellElement {
     if (!pair) return el('td');
     const sentence = pairSentence(pair, this.#report.files[pair.file]);
-    const warmth = heat(pair, measure, pairs);
+    const warmth = heat(pair, measure, hottestPair);
     const tell = (): void => setText(this.#words, sentence);
     const button = el('button', {
       type: 'button', tabindex: -1, title: sentence, 'aria-label': sentence,

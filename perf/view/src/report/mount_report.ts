@@ -46,7 +46,7 @@ function heading(report: Report): HTMLElement {
   const notes = notesOf(report);
   if (outside.length > 0) {
     notes.push(`${plural(outside.length, 'recording')} of ${report.files.length} ` +
-      `${outside.length === 1 ? 'is' : 'are'} not in this page; \`cab view FILE\` shows them.`);
+      `${outside.length === 1 ? 'is' : 'are'} not in this page; \`cab view FILE\` shows ${outside.length === 1 ? 'it' : 'them'}.`);
   }
   const problems = bad === 0 ? [] : [el('p', {class: 'report-problem', role: 'status'},
     `\u26a0 ${plural(bad, 'file')} could not be read in full; the tab Files says what is missing.`)];
