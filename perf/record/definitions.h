@@ -5,12 +5,11 @@
 #include <cab/replay.h>
 #include <cab/types.h>
 
+#include <recording_generated.h>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "recording_generated.h"
 
 namespace cab::record {
 

@@ -5,6 +5,7 @@
 
 #include <cab/cab.h>
 
+#include <recording_generated.h>
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -23,7 +24,6 @@
 #include "perf/record/definitions.h"
 #include "perf/record/rounded_poses.h"
 #include "perf/record/words.h"
-#include "recording_generated.h"
 
 namespace cab::record {
 namespace {

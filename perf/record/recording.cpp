@@ -1,6 +1,7 @@
 #include <cab/policy.h>
 #include <cab/replay.h>
 
+#include <recording_generated.h>
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -16,7 +17,6 @@
 #include "perf/record/mapped_file.h"
 #include "perf/record/rounded_poses.h"
 #include "perf/record/words.h"
-#include "recording_generated.h"
 
 namespace cab::record {
 namespace {

@@ -1,7 +1,7 @@
 cmake_minimum_required(VERSION 3.25)
 # What an installed cab shows to a linker. LIBRARIES: files libcab.so, libcab.a, libcab_rig.a or libcab_record.a. LIST:
-# symbols.list, all calls of the public API by their names and, in C++, parameters. NM: the program. FOUND: where the list of a shared
-# library is written that differs.
+# symbols.list, all calls of the public API by their names and, in C++, parameters. NM: the program. FOUND: where
+# the list of a shared library is written that differs.
 #   libcab.so     exports LIST and nothing else, each with the number of the ABI
 #   libcab.a      defines LIST. Whatever else it defines for other objects is in the namespace cab or begins with cab_,
 #                 but for weak C++ symbols, of which the linker keeps one: those of inline functions and templates of

@@ -18,15 +18,15 @@
 namespace cab::tests {
 
 // A file that goes with the test. Tests may run at the same time, so each needs a name of its own.
-class TemporaryFile {
+class RecordingFile {
  public:
-  explicit TemporaryFile(const std::string& name)
+  explicit RecordingFile(const std::string& name)
       : path_((std::filesystem::temp_directory_path() / ("cab_test_" + name + ".cab")).string()) {
     std::filesystem::remove(path_);
   }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
+  RecordingFile(const RecordingFile&) = delete;
+  RecordingFile& operator=(const RecordingFile&) = delete;
+  ~RecordingFile() {
     std::error_code ignored;
     std::filesystem::remove(path_, ignored);
   }

@@ -79,7 +79,7 @@ TEST_CASE("a recording of random worlds holds what was given, and replays to the
   for (std::uint64_t round = 0; round < rounds(40); ++round) {
     CAPTURE(round);
     World world = any_world(random);
-    const TemporaryFile file("random_worlds");
+    const RecordingFile file("random_worlds");
     const bool compressed = random.chance(0.5);
     std::vector<WrittenFrame> written;
     {
@@ -140,7 +140,7 @@ TEST_CASE("every moment of sequences is a frame of characters") {
     add_frames(random, world, 12);
     world.contacts = random.chance(0.5);
     Policies policies = any_policies(random, world.contacts);
-    const TemporaryFile file("moments");
+    const RecordingFile file("moments");
     record::Recorder recorder;
     record::RecorderOptions options;
     options.seconds_per_frame = 0.25;
@@ -220,7 +220,7 @@ struct CubeRow {
 };
 
 TEST_CASE("a batch may take the slot of one that was removed") {
-  const TemporaryFile file("slots");
+  const RecordingFile file("slots");
   CubeRow row;
   record::Recorder recorder;
   must(recorder, recorder.open(file.path()));
@@ -250,7 +250,7 @@ TEST_CASE("a batch may take the slot of one that was removed") {
 }
 
 TEST_CASE("a recording is appended to, behind what is whole") {
-  const TemporaryFile file("append");
+  const RecordingFile file("append");
   CubeRow row;
   std::vector<BatchInput> inputs;
   std::vector<PairRule> rules;
@@ -297,7 +297,7 @@ TEST_CASE("a recording is appended to, behind what is whole") {
 TEST_CASE("rounded poses are recorded as they ran, and poses that are not rounded are refused") {
   constexpr float kStep = 1.0f / 1024;
   Random random(703);
-  const TemporaryFile file("rounded");
+  const RecordingFile file("rounded");
   for (std::uint64_t round = 0; round < rounds(20); ++round) {
     World world;
     add_characters(random, world, 12);
@@ -336,7 +336,7 @@ TEST_CASE("rounded poses are recorded as they ran, and poses that are not rounde
 }
 
 TEST_CASE("static bodies and levels of detail are recorded") {
-  const TemporaryFile file("levels");
+  const RecordingFile file("levels");
   Random random(704);
   const EnginePtr engine = make_engine();
   const Rig rig = random_rig(random, Topology::kTree, 9, 2);
@@ -420,7 +420,7 @@ TEST_CASE("static bodies and levels of detail are recorded") {
 }
 
 TEST_CASE("what cannot be recorded is refused in words, and the file stays whole") {
-  const TemporaryFile file("refused");
+  const RecordingFile file("refused");
   record::Recorder recorder;
   const auto refuses = [&](bool ok, const std::string& words) {
     CHECK_FALSE(ok);

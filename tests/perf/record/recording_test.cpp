@@ -20,7 +20,7 @@ struct SmallRecording {
 
   explicit SmallRecording(std::uint64_t seed, bool compressed) {
     Random random(seed);
-    const TemporaryFile file("damaged_" + std::to_string(seed));
+    const RecordingFile file("damaged_" + std::to_string(seed));
     record::Recorder recorder;
     record::RecorderOptions options;
     options.compress = compressed;

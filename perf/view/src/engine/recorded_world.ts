@@ -170,7 +170,7 @@ export class RecordedWorld {
     if (restPoses !== null) {
       try {
         const level = this.#world.addLod({of, kind: 'reach', maxLeaves, restPoses});
-        this.#note(index, 'has boxes for what its joints do in some frames: where bones stretch more, hits may be lost');
+        this.#note(index, 'has boxes for its bones in some frames: where they stretch more, it may lose hits');
         return level;
       } catch (error) {
         if (!(error instanceof CabError)) throw error;

@@ -2,7 +2,8 @@
 //
 //   node replay.mjs FILE.cab [--isa scalar|wasm128] [--package DIR]
 //
-// DIR is the folder of the engine's package. Exits with 1 if a frame differs, is lost, or cannot be compared.
+// DIR is the folder of the engine's package. Exits with 1 if a frame differs or cannot be compared, or if the recording
+// is not whole.
 import {readFile} from 'node:fs/promises';
 import {basename, join} from 'node:path';
 import {fileURLToPath} from 'node:url';
@@ -137,7 +138,7 @@ async function main(): Promise<number> {
   if (differ > 0) console.error(`${differ} of ${frames} frames differ`);
   if (lost > 0) console.error(`${lost} frames are lost`);
   if (notCompared > 0) console.error(`${notCompared} frames are not compared`);
-  return differ > 0 || lost > 0 || notCompared > 0 ? 1 : 0;
+  return differ > 0 || notCompared > 0 || recording.problems.length > 0 || lost > 0 ? 1 : 0;
 }
 
 try {

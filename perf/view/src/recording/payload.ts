@@ -25,8 +25,8 @@ export class Payload {
     this.bytes = bytes.length;
     this.#left = this.#budget();
     const buffer = new ByteBuffer(bytes);
-    const identifier = String.fromCharCode(...bytes.subarray(8, 12));
-    if (bytes.length < LEAST_BYTES || buffer.readUint32(0) !== bytes.length - PREFIX_BYTES || identifier !== IDENTIFIER) {
+    const isPrefixed = bytes.length >= LEAST_BYTES && buffer.readUint32(0) === bytes.length - PREFIX_BYTES;
+    if (!isPrefixed || String.fromCharCode(...bytes.subarray(8, 12)) !== IDENTIFIER) {
       this.fail('its payload is no FlatBuffer of a recording');
     }
     this.root = ChunkTable.getSizePrefixedRootAsChunk(buffer);
@@ -70,7 +70,8 @@ export class Payload {
   }
 
   /** A list of tables or structs, each made by `make`. */
-  list<T, U>(what: string, length: number, read: (index: number) => T | null, make: (entry: T, what: string) => U): U[] {
+  list<T, U>(what: string, length: number, read: (index: number) => T | null,
+             make: (entry: T, what: string) => U): U[] {
     if (length < 0 || length > this.bytes / 4) this.fail(`${what}: ${length} entries do not lie within the payload`);
     this.#pay(length, what);
     const list: U[] = [];

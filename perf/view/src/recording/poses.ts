@@ -5,7 +5,8 @@ import type {PoseFormat, Poses} from './types.js';
 
 const FORMATS: readonly PoseFormat[] = ['quaternion_translation', 'matrix3x4_rows', 'matrix4x4_columns'];
 /** Floats per pose. */
-export const FLOATS_PER_POSE: Record<PoseFormat, number> = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
+export const FLOATS_PER_POSE: Record<PoseFormat, number> =
+    {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
 const QUATERNION_STEPS = 32767;
 
 /** How many poses there may be. */

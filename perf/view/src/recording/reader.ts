@@ -68,8 +68,8 @@ class FileRecording implements Recording {
       if (!chunk.hasDefinitions) continue;
       if (this.#definitionsLost !== null && this.#definitionsLost.byte < chunk.byte) {
         // Indices count from what is lost.
-        this.#problems.push(`The definitions of chunk ${chunk.number} at byte ${chunk.byte} are lost too, since those ` +
-                            `of chunk ${this.#definitionsLost.chunk} are.`);
+        this.#problems.push(`The definitions of chunk ${chunk.number} at byte ${chunk.byte} are lost too, since ` +
+                            `those of chunk ${this.#definitionsLost.chunk} are, or may be.`);
         continue;
       }
       try {
@@ -83,7 +83,9 @@ class FileRecording implements Recording {
     }
     if (definitions !== null) return definitions;
     const lost = this.#definitionsLost;
-    if (lost !== null) throw new RecordingError(this.name, lost.chunk, lost.byte, `it ${lost.reason}; all else needs it`);
+    if (lost !== null) {
+      throw new RecordingError(this.name, lost.chunk, lost.byte, `it ${lost.reason}; all else needs it`);
+    }
     throw new RecordingError(this.name, null, 0, 'the recording has no chunk with definitions');
   }
 
@@ -102,8 +104,8 @@ class FileRecording implements Recording {
       // What a frame lacks may be what is lost.
       const cause = this.#definitionsLost;
       if (!(error instanceof RecordingError) || cause === null || cause.byte > chunk.byte) throw error;
-      throw new RecordingError(error.file, error.chunk, error.byte, `${error.reason}; definitions are lost with chunk ` +
-                               `${cause.chunk} at byte ${cause.byte}`);
+      throw new RecordingError(error.file, error.chunk, error.byte, `${error.reason}; definitions may be lost with ` +
+                               `chunk ${cause.chunk} at byte ${cause.byte}`);
     }
   }
 
