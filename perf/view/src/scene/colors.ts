@@ -1,7 +1,13 @@
-// The colours of the scene, as red, green, blue in 24 bits. The legend says in words what they stand for.
+// The colours of the scene.
+import * as THREE from 'three';
+
+// Shaders write the numbers as they stand, so three.js must not convert them either.
+THREE.ColorManagement.enabled = false;
+
+/** Red, green, blue in 24 bits. The legend says in words what they stand for. */
 export const COLORS = {
   background: 0x1c232b,
-  grid: 0x35404b,
+  grid: 0x34404c,
   statics: 0x8a949e,
   hit: 0xff4a3d,
   falsePositive: 0xffb52e,

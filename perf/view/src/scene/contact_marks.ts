@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import {COLORS} from './colors.js';
 import {unitArrow, unitBall} from './geometries.js';
 import {FLOATS_OF_CONTACT} from './hits.js';
-import {Instances, PATTERN} from './instances.js';
+import {COPY, Instances, PATTERN} from './instances.js';
 import {ROWS} from './transforms.js';
 
 export class ContactMarks {
@@ -16,36 +16,31 @@ export class ContactMarks {
   }
 
   /**
-   * `originOf` writes the origin of hit i's first instance, relative to the scene's centre. `size` is the length of an
-   * arrow. `isSelected` says which hits stand out.
+   * `hits` are the contacts that are drawn. `originOf` writes the origin of a hit's first instance, relative to the
+   * scene's centre. `size` is the length of an arrow. `isSelected` says which hits stand out.
    */
-  show(contacts: Float32Array, originOf: (hit: number, out: Float32Array) => void, size: number,
+  show(contacts: Float32Array, hits: readonly number[], originOf: (hit: number, out: Float32Array) => void, size: number,
        isSelected: (hit: number) => boolean): void {
-    const count = contacts.length / FLOATS_OF_CONTACT;
+    const count = hits.length;
     this.#arrows.reserve(count);
     this.#points.reserve(2 * count);
     this.#arrows.count = count;
     this.#points.count = 2 * count;
     const origin = new Float32Array(3);
-    for (let hit = 0; hit < count; ++hit) {
+    for (const [drawn, hit] of hits.entries()) {
       originOf(hit, origin);
       const at = hit * FLOATS_OF_CONTACT;
       const factor = isSelected(hit) ? 1.6 : 1;
-      writeArrow(contacts, at, origin, size * factor, this.#arrows.rows, hit * ROWS);
-      this.#arrows.setPaint(hit, COLORS.contact, PATTERN.plain);
+      writeArrow(contacts, at, origin, size * factor, this.#arrows.data, drawn * COPY);
+      this.#arrows.setPaint(drawn, COLORS.contact, PATTERN.plain);
       for (const [k, from] of [4, 7].entries()) {
-        const copy = 2 * hit + k;
-        writeBall(contacts, at + from, origin, 0.09 * size * factor, this.#points.rows, copy * ROWS);
+        const copy = 2 * drawn + k;
+        writeBall(contacts, at + from, origin, 0.09 * size * factor, this.#points.data, copy * COPY);
         this.#points.setPaint(copy, COLORS.contact, PATTERN.plain);
       }
     }
     this.#arrows.changed();
     this.#points.changed();
-  }
-
-  hide(): void {
-    this.#arrows.count = 0;
-    this.#points.count = 0;
   }
 
   dispose(): void {

@@ -3,7 +3,8 @@ import * as THREE from 'three';
 import type {Input, Recording, StaticBody} from '../recording/types.js';
 import type {Bounds} from './bounds.js';
 import {characterColor, COLORS, shaded} from './colors.js';
-import {Instances, PATTERN} from './instances.js';
+import type {Fineness} from './geometries.js';
+import {COPY, Instances, PATTERN} from './instances.js';
 import {clearMarks, makeMarks, mark, MARK, type Marks} from './marks.js';
 import {characterPieces, linkCountOf, type PieceGroup, staticPieces} from './pieces.js';
 import {isDrawable, multiply, placeLinks, ROWS, writeRotation} from './transforms.js';
@@ -33,7 +34,7 @@ export class DrawnBatch {
   readonly #groups: DrawnGroup[];
 
   /** `mirrored`: whether poses may mirror links. */
-  constructor(recording: Recording, index: number, center: Float64Array, mirrored: boolean) {
+  constructor(recording: Recording, index: number, center: Float64Array, fineness: Fineness, mirrored: boolean) {
     const batch = recording.batches[index]!;
     const bodies = batch.staticBodies?.bodies;
     this.index = index;
@@ -43,10 +44,9 @@ export class DrawnBatch {
     this.linkRows = new Float32Array(this.instanceCount * this.linkCount * ROWS);
     this.present = new Uint8Array(this.instanceCount);
     this.marks = makeMarks(this.instanceCount, this.linkCount);
-    const groups = bodies ? staticPieces(bodies) : characterPieces(recording.articulations, batch);
+    const groups = bodies ? staticPieces(bodies) : characterPieces(recording.articulations, batch, fineness);
     this.#groups = groups.map((group) => {
-      const look = group.endless || mirrored ? 'solid_both_sides' : 'solid';
-      const instances = new Instances(group.geometry, look, group.pieces.length * this.instanceCount);
+      const instances = new Instances(group.geometry, group.look, group.endless || mirrored);
       this.object.add(instances.object);
       return {...group, instances};
     });
@@ -83,17 +83,19 @@ export class DrawnBatch {
   }
 
   #placePieces(): void {
+    const presentCount = this.present.reduce((sum, here) => sum + here, 0);
     for (const {instances, pieces} of this.#groups) {
+      instances.reserve(presentCount * pieces.length);
       let at = 0;
       for (let i = 0; i < this.instanceCount; ++i) {
         if (this.present[i] === 0) continue;
         const first = i * this.linkCount;
         for (const {link, local} of pieces) {
-          multiply(this.linkRows, (first + link) * ROWS, local, 0, instances.rows, at);
-          at += ROWS;
+          multiply(this.linkRows, (first + link) * ROWS, local, 0, instances.data, at);
+          at += COPY;
         }
       }
-      instances.count = at / ROWS;
+      instances.count = at / COPY;
     }
   }
 
@@ -136,7 +138,7 @@ export class DrawnBatch {
         if (this.present[i] === 0) continue;
         const wanted = !this.marks.masked[i] && (onlyInstance < 0 || onlyInstance === i);
         for (let p = 0; p < pieces.length; ++p, ++copy) {
-          if (wanted) bounds.addRows(instances.rows, copy * ROWS, half);
+          if (wanted) bounds.addRows(instances.data, copy * COPY, half);
         }
       }
     }
@@ -157,7 +159,7 @@ export class DrawnBatch {
       for (let i = 0; i < this.instanceCount; ++i) {
         if (this.present[i] === 0) continue;
         for (const {link} of pieces) {
-          const distance = meetBox(ray, instances.rows, copy * ROWS, half);
+          const distance = meetBox(ray, instances.data, copy * COPY, half);
           if (distance < (best?.distance ?? Infinity)) {
             best = this.isStatic ? {batch: this.index, instance: link, link: 0, distance} :
                                    {batch: this.index, instance: i, link, distance};

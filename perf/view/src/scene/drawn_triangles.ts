@@ -45,7 +45,7 @@ export class DrawnTriangles {
       glslVersion: THREE.GLSL3,
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
-      uniforms: {light: {value: light}},
+      uniforms: {light: {value: light.world}},
       side: THREE.DoubleSide,
       polygonOffset: true,
       polygonOffsetFactor: 1,

@@ -2,13 +2,25 @@
 // and hulls have geometries of their own.
 import * as THREE from 'three';
 import {ConvexGeometry} from 'three/addons/geometries/ConvexGeometry.js';
-import {mergeGeometries} from 'three/addons/utils/BufferGeometryUtils.js';
+import {mergeGeometries, mergeVertices} from 'three/addons/utils/BufferGeometryUtils.js';
 
 /** How finely round shapes are drawn: `fine` for a few characters, `coarse` for crowds. */
 export type Fineness = 'fine' | 'coarse';
 
-/** From -1 to 1 along each axis. */
-export const unitBox = (): THREE.BufferGeometry => new THREE.BoxGeometry(2, 2, 2);
+// Faces that are lit as faces share their corners.
+function withoutNormals(geometry: THREE.BufferGeometry): THREE.BufferGeometry {
+  geometry.deleteAttribute('normal');
+  geometry.deleteAttribute('uv');
+  return mergeVertices(geometry);
+}
+
+/** The three faces of a box from -1 to 1 that meet in its upper corner. */
+export function boxCorner(): THREE.BufferGeometry {
+  const corners = [[1, 1, 1], [-1, 1, 1], [-1, -1, 1], [1, -1, 1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]];
+  return new THREE.BufferGeometry()
+      .setAttribute('position', new THREE.Float32BufferAttribute(corners.flat(), 3))
+      .setIndex([0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 0, 5, 6, 0, 6, 1]);
+}
 
 /** Of radius 1. */
 export const unitBall = (fineness: Fineness): THREE.BufferGeometry =>
@@ -24,9 +36,9 @@ export const unitCapsule = (halfLength: number, fineness: Fineness): THREE.Buffe
                          new THREE.CapsuleGeometry(1, 2 * halfLength, 2, 8)).rotateX(Math.PI / 2);
 
 /** From -1 to 1 along x and y, at z = 0. */
-export const unitQuad = (): THREE.BufferGeometry => new THREE.PlaneGeometry(2, 2);
+export const unitQuad = (): THREE.BufferGeometry => withoutNormals(new THREE.PlaneGeometry(2, 2));
 
-/** The edges of unitBox(), for lines. */
+/** The edges of a box from -1 to 1, for lines. */
 export function unitBoxEdges(): THREE.BufferGeometry {
   const corners: number[] = [];
   for (let axis = 0; axis < 3; ++axis) {
@@ -57,7 +69,7 @@ export function hull(vertices: Float32Array): THREE.BufferGeometry {
   for (let i = 0; i + 2 < vertices.length; i += 3) {
     points.push(new THREE.Vector3(vertices[i], vertices[i + 1], vertices[i + 2]));
   }
-  return flatNormal(points) ? polygon(points) : new ConvexGeometry(points);
+  return withoutNormals(flatNormal(points) ? polygon(points) : new ConvexGeometry(points));
 }
 
 /** The normal of the plane that all points are in; null if they are not in one. */
@@ -94,7 +106,5 @@ function polygon(points: readonly THREE.Vector3[]): THREE.BufferGeometry {
     const next = around[(i + 1) % around.length]!;
     triangles.push(middle, p, next, middle, next, p);
   });
-  const geometry = new THREE.BufferGeometry().setFromPoints(triangles);
-  geometry.computeVertexNormals();
-  return geometry;
+  return new THREE.BufferGeometry().setFromPoints(triangles);
 }

@@ -1,177 +1,232 @@
-// Many copies of one geometry in one draw call. Each copy has a transform of 12 floats and a paint of four bytes: red,
-// green, blue and a pattern.
+// Many copies of one geometry in one draw call. Each copy has a transform of 12 floats, and a paint: red, green, blue
+// and a pattern.
+//
+// Copies lie in a texture, and each instance of the draw call is a chunk of copies. One instance per copy would be the
+// plain way, but drawing in software takes as long for an instance of a box as for a hundred triangles.
 import * as THREE from 'three';
 import {ROWS} from './transforms.js';
+
+/** Floats of one copy: its rows, then its paint. */
+export const COPY = 16;
 
 /** What a copy is filled with. Patterns tell apart what colours alone do not tell everyone. */
 export const PATTERN = {plain: 0, crosses: 1, stripes: 2} as const;
 
-/** `solid` is lit, `wire` are lines, and `over` is lit and drawn over all else. */
-export type Look = 'solid' | 'solid_both_sides' | 'wire' | 'over';
+/**
+ * `flat` is lit by faces, `round` by normals, `over` as round and over all else; `wire` is lines. `box` takes
+ * boxCorner(), which it turns to the camera, and is lit by faces.
+ */
+export type Look = 'flat' | 'box' | 'round' | 'over' | 'wire';
 
-const TRANSFORM = `
-  in vec4 rowX;
-  in vec4 rowY;
-  in vec4 rowZ;
-  in vec4 paint;
-  out vec3 tint;
+const VERTICES_OF_CHUNK = 1024;
+const COPIES_OF_TEXTURE_ROW = 256;
+const TEXELS_OF_COPY = COPY / 4;
+
+const PLACE = `
+  uniform highp sampler2D copies;
+  uniform int count;
+  uniform int chunk;
+  in float place;
+  vec4 rowX, rowY, rowZ, paint;
   vec3 placed(vec4 p) { return vec3(dot(rowX, p), dot(rowY, p), dot(rowZ, p)); }
+  // Copies behind the last one have no size.
+  bool readCopy() {
+    int copy = gl_InstanceID * chunk + int(place);
+    ivec2 at = ivec2(copy % ${COPIES_OF_TEXTURE_ROW} * ${TEXELS_OF_COPY}, copy / ${COPIES_OF_TEXTURE_ROW});
+    rowX = texelFetch(copies, at, 0);
+    rowY = texelFetch(copies, at + ivec2(1, 0), 0);
+    rowZ = texelFetch(copies, at + ivec2(2, 0), 0);
+    paint = texelFetch(copies, at + ivec2(3, 0), 0);
+    return copy < count;
+  }
 `;
 
 // The columns of a transform are orthogonal, so its inverse transpose is itself with columns divided by their squares.
-const SOLID_VERTEX = `${TRANSFORM}
+const ROUND_VERTEX = `${PLACE}
   uniform vec3 light;
-  flat out int pattern;
+  out vec4 tint;
   void main() {
+    bool isCopy = readCopy();
     vec3 squares = rowX.xyz * rowX.xyz + rowY.xyz * rowY.xyz + rowZ.xyz * rowZ.xyz;
     vec3 n = normalize(placed(vec4(normal / max(squares, vec3(1e-30)), 0.0)));
-    float facing = dot(n, light);
-    tint = paint.rgb * (0.66 + 0.34 * facing);
-    pattern = int(paint.a * 255.0 + 0.5);
-    gl_Position = projectionMatrix * viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0);
+    tint = vec4(paint.rgb * (0.66 + 0.34 * dot(n, light)), paint.a);
+    gl_Position = isCopy ? projectionMatrix * viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0) : vec4(0.0);
   }
 `;
 
-const SOLID_FRAGMENT = `
-  in vec3 tint;
-  flat in int pattern;
+const FLAT_VERTEX = `${PLACE}
+  out vec4 tint;
+  out vec3 seen;
+  vec3 turned();
+  void main() {
+    bool isCopy = readCopy();
+    vec4 p = viewMatrix * vec4(placed(vec4(turned(), 1.0)), 1.0);
+    seen = p.xyz;
+    tint = paint;
+    gl_Position = isCopy ? projectionMatrix * p : vec4(0.0);
+  }
+`;
+
+const AS_IT_IS = 'vec3 turned() { return position; }';
+
+// Of a box at most the three faces are seen that meet in the corner which is nearest to the camera along all axes.
+const TO_CAMERA = `
+  vec3 turned() {
+    vec3 d = cameraPosition - vec3(rowX.w, rowY.w, rowZ.w);
+    vec3 along = d.x * rowX.xyz + d.y * rowY.xyz + d.z * rowZ.xyz;
+    return vec3(along.x < 0.0 ? -position.x : position.x, along.y < 0.0 ? -position.y : position.y,
+                along.z < 0.0 ? -position.z : position.z);
+  }
+`;
+
+const WIRE_VERTEX = `${PLACE}
+  out vec4 tint;
+  void main() {
+    bool isCopy = readCopy();
+    tint = paint;
+    gl_Position = isCopy ? projectionMatrix * viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0) : vec4(0.0);
+  }
+`;
+
+const PATTERNED = `
+  in vec4 tint;
   out vec4 color;
-  void main() {
-    float shade = 1.0;
-    if (pattern != 0) {
-      vec2 p = gl_FragCoord.xy;
-      bool falling = mod(p.x + p.y, 8.0) < 2.5;
-      bool rising = pattern == 1 && mod(p.x - p.y, 8.0) < 2.5;
-      if (falling || rising) shade = 0.45;
-    }
-    color = vec4(tint * shade, 1.0);
+  vec3 patterned(vec3 rgb) {
+    if (tint.a < 0.5) return rgb;
+    vec2 p = gl_FragCoord.xy;
+    bool falling = mod(p.x + p.y, 8.0) < 2.5;
+    bool rising = tint.a < 1.5 && mod(p.x - p.y, 8.0) < 2.5;
+    return falling || rising ? rgb * 0.45 : rgb;
   }
 `;
 
-const WIRE_VERTEX = `${TRANSFORM}
+const ROUND_FRAGMENT = `${PATTERNED}
+  void main() { color = vec4(patterned(tint.rgb), 1.0); }
+`;
+
+// The normal of a face is that of the plane through neighbouring pixels.
+const FLAT_FRAGMENT = `${PATTERNED}
+  in vec3 seen;
+  uniform vec3 lightSeen;
   void main() {
-    tint = paint.rgb;
-    gl_Position = projectionMatrix * viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0);
+    vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
+    color = vec4(patterned(tint.rgb * (0.66 + 0.34 * dot(n, lightSeen))), 1.0);
   }
 `;
 
 const WIRE_FRAGMENT = `
-  in vec3 tint;
+  in vec4 tint;
   out vec4 color;
-  void main() { color = vec4(tint, 1.0); }
+  void main() { color = vec4(tint.rgb, 1.0); }
 `;
 
-/** Where the light comes from, in the world. All lit materials share it. */
-export const light = new THREE.Vector3(0.3, 0.8, 0.5).normalize();
+const SHADERS: Record<Look, readonly [vertex: string, fragment: string]> = {
+  flat: [FLAT_VERTEX + AS_IT_IS, FLAT_FRAGMENT],
+  box: [FLAT_VERTEX + TO_CAMERA, FLAT_FRAGMENT],
+  round: [ROUND_VERTEX, ROUND_FRAGMENT],
+  over: [ROUND_VERTEX, ROUND_FRAGMENT],
+  wire: [WIRE_VERTEX, WIRE_FRAGMENT],
+};
 
-function makeMaterial(look: Look): THREE.Material {
-  if (look === 'wire') {
-    return new THREE.ShaderMaterial({
-      glslVersion: THREE.GLSL3, vertexShader: WIRE_VERTEX, fragmentShader: WIRE_FRAGMENT,
-    });
-  }
-  return new THREE.ShaderMaterial({
-    glslVersion: THREE.GLSL3,
-    vertexShader: SOLID_VERTEX,
-    fragmentShader: SOLID_FRAGMENT,
-    uniforms: {light: {value: light}},
-    side: look === 'solid_both_sides' ? THREE.DoubleSide : THREE.FrontSide,
-    depthTest: look !== 'over',
-    depthWrite: look !== 'over',
-  });
-}
-
-const materials = new Map<Look, THREE.Material>();
-
-function materialOf(look: Look): THREE.Material {
-  const known = materials.get(look);
-  if (known) return known;
-  const made = makeMaterial(look);
-  materials.set(look, made);
-  return made;
-}
+/** Where the light comes from: in the world, and as the camera sees it. All lit materials share it. */
+export const light = {world: new THREE.Vector3(0, 1, 0), seen: new THREE.Vector3(0, 1, 0)};
 
 export class Instances {
   readonly object: THREE.Mesh | THREE.LineSegments;
-  /** 12 floats per copy. Call changed() after writing. */
-  rows = new Float32Array(0);
-  /** Four bytes per copy. Call changed() after writing. */
-  paint = new Uint8Array(0);
+  /** COPY floats per copy. Call changed() after writing. */
+  data = new Float32Array(0);
   readonly #geometry: THREE.InstancedBufferGeometry;
-  #rowBuffer: THREE.InstancedInterleavedBuffer | null = null;
-  #paintAttribute: THREE.InstancedBufferAttribute | null = null;
+  readonly #material: THREE.ShaderMaterial;
+  readonly #chunk: number;
+  #texture: THREE.DataTexture | null = null;
+  #count = 0;
 
-  constructor(shape: THREE.BufferGeometry, look: Look, capacity = 16) {
-    this.#geometry = Instances.#copyOf(shape);
-    const material = materialOf(look);
-    this.object = look === 'wire' ? new THREE.LineSegments(this.#geometry, material) :
-                                    new THREE.Mesh(this.#geometry, material);
+  constructor(shape: THREE.BufferGeometry, look: Look, bothSides = false) {
+    this.#chunk = Math.max(1, Math.floor(VERTICES_OF_CHUNK / shape.getAttribute('position').count));
+    this.#geometry = makeChunk(shape, this.#chunk);
+    const [vertexShader, fragmentShader] = SHADERS[look];
+    this.#material = new THREE.ShaderMaterial({
+      glslVersion: THREE.GLSL3,
+      vertexShader,
+      fragmentShader,
+      uniforms: {
+        copies: {value: null}, count: {value: 0}, chunk: {value: this.#chunk}, light: {value: light.world},
+        lightSeen: {value: light.seen},
+      },
+      side: bothSides || look === 'box' ? THREE.DoubleSide : THREE.FrontSide,
+      depthTest: look !== 'over',
+      depthWrite: look !== 'over',
+    });
+    this.object = look === 'wire' ? new THREE.LineSegments(this.#geometry, this.#material) :
+                                    new THREE.Mesh(this.#geometry, this.#material);
     this.object.frustumCulled = false;
     this.object.matrixAutoUpdate = false;
     if (look === 'over') this.object.renderOrder = 1;
-    this.reserve(capacity);
     this.count = 0;
   }
 
-  static #copyOf(shape: THREE.BufferGeometry): THREE.InstancedBufferGeometry {
-    const geometry = new THREE.InstancedBufferGeometry();
-    geometry.index = shape.index;
-    for (const name of ['position', 'normal']) {
-      if (shape.hasAttribute(name)) geometry.setAttribute(name, shape.getAttribute(name));
-    }
-    return geometry;
-  }
-
   get count(): number {
-    return this.#geometry.instanceCount;
+    return this.#count;
   }
 
   set count(count: number) {
-    this.#geometry.instanceCount = count;
+    this.#count = count;
+    this.#geometry.instanceCount = Math.ceil(count / this.#chunk);
+    this.#material.uniforms['count']!.value = count;
     this.object.visible = count > 0;
   }
 
   /** Makes room for so many copies. What was written is lost if there was less room. */
   reserve(capacity: number): void {
-    if (capacity * ROWS <= this.rows.length) return;
-    // The renderer frees the buffers of a geometry that is disposed of, and makes new ones when it draws it again.
-    this.#geometry.dispose();
-    this.rows = new Float32Array(capacity * ROWS);
-    this.paint = new Uint8Array(capacity * 4);
-    const rows = new THREE.InstancedInterleavedBuffer(this.rows, ROWS);
-    rows.setUsage(THREE.DynamicDrawUsage);
-    this.#rowBuffer = rows;
-    ['rowX', 'rowY', 'rowZ'].forEach((name, i) => {
-      this.#geometry.setAttribute(name, new THREE.InterleavedBufferAttribute(rows, 4, 4 * i));
-    });
-    this.#paintAttribute = new THREE.InstancedBufferAttribute(this.paint, 4, true);
-    this.#paintAttribute.setUsage(THREE.DynamicDrawUsage);
-    this.#geometry.setAttribute('paint', this.#paintAttribute);
+    if (capacity * COPY <= this.data.length) return;
+    const rows = Math.ceil(capacity / COPIES_OF_TEXTURE_ROW);
+    this.#texture?.dispose();
+    this.data = new Float32Array(rows * COPIES_OF_TEXTURE_ROW * COPY);
+    this.#texture = new THREE.DataTexture(this.data, COPIES_OF_TEXTURE_ROW * TEXELS_OF_COPY, rows, THREE.RGBAFormat,
+                                          THREE.FloatType);
+    this.#material.uniforms['copies']!.value = this.#texture;
   }
 
-  /** Writes the paint of copy i. */
-  setPaint(i: number, rgb: number, pattern: number): void {
-    const at = i * 4;
-    this.paint[at] = rgb >> 16;
-    this.paint[at + 1] = rgb >> 8;
-    this.paint[at + 2] = rgb;
-    this.paint[at + 3] = pattern;
+  /** Writes the paint of a copy, a colour of 24 bits and a PATTERN. */
+  setPaint(copy: number, rgb: number, pattern: number): void {
+    const at = copy * COPY + ROWS;
+    this.data[at] = (rgb >> 16) / 255;
+    this.data[at + 1] = ((rgb >> 8) & 255) / 255;
+    this.data[at + 2] = (rgb & 255) / 255;
+    this.data[at + 3] = pattern;
   }
 
+  /** What was written is drawn from now on. */
   changed(): void {
-    this.#upload(this.#rowBuffer, this.count * ROWS);
-    this.#upload(this.#paintAttribute, this.count * 4);
-  }
-
-  #upload(buffer: THREE.InstancedInterleavedBuffer | THREE.InstancedBufferAttribute | null, numbers: number): void {
-    if (!buffer) return;
-    buffer.clearUpdateRanges();
-    buffer.addUpdateRange(0, numbers);
-    buffer.needsUpdate = true;
+    if (this.#texture) this.#texture.needsUpdate = true;
   }
 
   dispose(): void {
     this.object.removeFromParent();
     this.#geometry.dispose();
+    this.#material.dispose();
+    this.#texture?.dispose();
   }
+}
+
+// A geometry that repeats a shape, and numbers the repetitions in `place`.
+function makeChunk(shape: THREE.BufferGeometry, chunk: number): THREE.InstancedBufferGeometry {
+  const geometry = new THREE.InstancedBufferGeometry();
+  const vertices = shape.getAttribute('position').count;
+  for (const name of ['position', 'normal']) {
+    if (!shape.hasAttribute(name)) continue;
+    const one = shape.getAttribute(name).array;
+    const all = new Float32Array(one.length * chunk);
+    for (let i = 0; i < chunk; ++i) all.set(one, i * one.length);
+    geometry.setAttribute(name, new THREE.BufferAttribute(all, 3));
+  }
+  const places = Float32Array.from({length: vertices * chunk}, (_, i) => Math.floor(i / vertices));
+  geometry.setAttribute('place', new THREE.BufferAttribute(places, 1));
+  if (shape.index) {
+    const one = shape.index.array;
+    const all = new Uint32Array(one.length * chunk);
+    for (let i = 0; i < all.length; ++i) all[i] = one[i % one.length]! + Math.floor(i / one.length) * vertices;
+    geometry.setIndex(new THREE.BufferAttribute(all, 1));
+  }
+  return geometry;
 }

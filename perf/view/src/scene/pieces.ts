@@ -2,7 +2,8 @@
 // instances of one draw call.
 import type * as THREE from 'three';
 import type {Articulation, Batch, Box, Leaf, Part, StaticBody} from '../recording/types.js';
-import {type Fineness, hull, unitBall, unitBox, unitCapsule, unitCylinder, unitQuad} from './geometries.js';
+import {boxCorner, type Fineness, hull, unitBall, unitCapsule, unitCylinder, unitQuad} from './geometries.js';
+import type {Look} from './instances.js';
 import {ROWS, writeRotation} from './transforms.js';
 
 export interface Piece {
@@ -13,6 +14,7 @@ export interface Piece {
 
 export interface PieceGroup {
   geometry: THREE.BufferGeometry;
+  look: Look;
   /** Half the extents of the geometry about its origin. */
   half: readonly [number, number, number];
   /** Whether it is a plane without end, which is not part of what the camera looks at. */
@@ -62,7 +64,7 @@ class Collector {
 
   add(drawn: Drawn): void {
     if (drawn.parts.length === 0) {
-      this.#put('box', unitBox, [1, 1, 1], {link: drawn.link, local: boxRows(drawn.box)});
+      this.#put('box', boxCorner, [1, 1, 1], {link: drawn.link, local: boxRows(drawn.box)});
       return;
     }
     for (const part of drawn.parts) this.#addPart(drawn, part);
@@ -75,7 +77,7 @@ class Collector {
       this.#put(key, make, half, {link, local: partRows(part, scale)});
     switch (part.kind) {
       case 'box':
-        return put('box', unitBox, [1, 1, 1], [x, y, z]);
+        return put('box', boxCorner, [1, 1, 1], [x, y, z]);
       case 'ellipsoid':
         return put('ball', () => unitBall(this.#fineness), [1, 1, 1], [x, y, z]);
       case 'sphere':
@@ -101,7 +103,9 @@ class Collector {
     if (known) {
       known.pieces.push(piece);
     } else {
-      this.#groups.set(key, {geometry: make(), half, endless: key === 'half space', pieces: [piece]});
+      const geometry = make();
+      const look = key === 'box' ? 'box' : geometry.hasAttribute('normal') ? 'round' : 'flat';
+      this.#groups.set(key, {geometry, look, half, endless: key === 'half space', pieces: [piece]});
     }
   }
 }
@@ -135,8 +139,9 @@ export function linkCountOf(articulations: readonly Articulation[], batch: Batch
   return base?.linkParents.length ?? 0;
 }
 
-export function characterPieces(articulations: readonly Articulation[], batch: Batch): PieceGroup[] {
-  const collector = new Collector(batch.instanceCount > 32 ? 'coarse' : 'fine');
+export function characterPieces(articulations: readonly Articulation[], batch: Batch,
+                                fineness: Fineness): PieceGroup[] {
+  const collector = new Collector(fineness);
   for (const leaf of leavesOf(articulations, batch.articulation)) collector.add(leaf);
   return collector.groups;
 }

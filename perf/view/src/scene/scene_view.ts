@@ -28,7 +28,6 @@ export class SceneView {
 
   /** Throws if the browser has no WebGL 2. */
   constructor(surface: HTMLElement, stage: Stage, crowd: boolean) {
-    THREE.ColorManagement.enabled = false;
     this.#surface = surface;
     this.#stage = stage;
     this.#renderer = new THREE.WebGLRenderer({antialias: !crowd, powerPreference: 'high-performance'});
@@ -53,7 +52,7 @@ export class SceneView {
     this.#stale = true;
     if (this.#fitted) return;
     this.#fitted = true;
-    this.viewpoint.fit(this.#stage.bounds(), false);
+    this.viewpoint.fit(this.#stage.sampled, false);
   }
 
   /** The scene has changed. */
@@ -65,10 +64,18 @@ export class SceneView {
   render(): boolean {
     if (!this.#stale) return false;
     this.#stale = false;
-    light.copy(this.viewpoint.direction).addScaledVector(this.viewpoint.camera.up, 0.8).normalize();
+    this.#placeLight();
     this.#renderer.render(this.#stage.scene, this.viewpoint.camera);
     this.#placeLabels();
     return true;
+  }
+
+  // The light is behind the camera, and above.
+  #placeLight(): void {
+    const {camera, direction} = this.viewpoint;
+    light.world.copy(direction).addScaledVector(camera.up, 0.8).normalize();
+    camera.updateMatrixWorld();
+    light.seen.copy(light.world).transformDirection(camera.matrixWorldInverse);
   }
 
   /** Draw calls and triangles of the last picture. */

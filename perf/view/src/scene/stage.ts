@@ -22,9 +22,9 @@ export interface Selection {
 export interface Picture {
   frame: Frame;
   hits: Uint32Array;
+  /** Null: none are drawn. */
   contacts: Float32Array | null;
   falsePositives: Uint32Array | null;
-  showContacts: boolean;
   selection: Selection;
 }
 
@@ -48,6 +48,9 @@ export interface MaskedPlace {
 }
 
 const MOST_BOXES = 200_000;
+const MOST_CONTACTS = 400;
+// From how many characters on shapes are drawn coarsely.
+const CROWD = 32;
 
 export class Stage {
   readonly scene = new THREE.Scene();
@@ -62,20 +65,30 @@ export class Stage {
   #inputs = new Map<number, Input>();
   #batchOfSlot = new Map<number, number>();
   #characterSize = 1;
+  readonly #sampled = new Bounds();
   #masked: MaskedPlace[] = [];
 
-  /** Takes the scene's centre and size from a frame. */
-  constructor(recording: Recording, first: Frame) {
+  /** Takes the scene's centre and size from some frames of the recording, at least one. */
+  constructor(recording: Recording, samples: readonly Frame[]) {
+    const first = samples[0]!;
     this.#recording = recording;
     this.#center.set(centerOf(recording, first));
     this.#mirrored = first.inputs.some(({poses}) => poses !== null && poses.format !== 'quaternion_translation');
     this.scene.add(this.#contacts.object, this.#boxes.object);
-    this.#place(first);
-    const bounds = this.bounds();
-    const characters = first.inputs.reduce((sum, {batch}) => sum + (this.#batches.get(batch)?.instanceCount ?? 0), 0);
+    for (const frame of [...samples].reverse()) {
+      this.#place(frame);
+      this.#sampled.add(this.bounds());
+    }
+    const bounds = this.#sampled;
+    const characters = first.inputs.reduce((sum, input) => sum + countIn(recording, input), 0);
     this.up = upAxis(recording.header, bounds, characters);
     this.#characterSize = this.#sizeOfCharacter(first) || bounds.radius || 1;
     this.scene.add(makeGrid(bounds, this.up, recording.header.metresPerUnit));
+  }
+
+  /** Bounds of everything, in some frames of the recording. */
+  get sampled(): Bounds {
+    return this.#sampled;
   }
 
   /** About how large a character is. */
@@ -101,7 +114,9 @@ export class Stage {
   #drawn(batch: number): DrawnBatch {
     const known = this.#batches.get(batch);
     if (known) return known;
-    const made = new DrawnBatch(this.#recording, batch, this.#center, this.#mirrored);
+    const input = this.#inputs.get(batch);
+    const fineness = input && countIn(this.#recording, input) > CROWD ? 'coarse' : 'fine';
+    const made = new DrawnBatch(this.#recording, batch, this.#center, fineness, this.#mirrored);
     this.#batches.set(batch, made);
     this.scene.add(made.object);
     const bodies = this.#recording.batches[batch]?.staticBodies;
@@ -124,7 +139,8 @@ export class Stage {
     }
   }
 
-  show({frame, hits, contacts, falsePositives, showContacts, selection}: Picture): void {
+  /** Returns how many contacts are left out, since they are too many. */
+  show({frame, hits, contacts, falsePositives, selection}: Picture): number {
     this.#place(frame);
     for (const triangles of this.#triangles.values()) triangles.clearMarks();
     if (falsePositives) this.#markAll(falsePositives, () => MARK.falsePositive);
@@ -136,13 +152,23 @@ export class Stage {
       drawn.paint();
     }
     for (const triangles of this.#triangles.values()) triangles.paint();
-    if (contacts && showContacts) {
-      this.#contacts.show(contacts, (hit, out) => this.#originOfHit(hits, hit, out), 0.12 * this.#characterSize,
-                          (hit) => pair !== null && isSamePair(hitAt(hits, hit), pair));
-    } else {
-      this.#contacts.hide();
-    }
     this.#findMasked(frame);
+    return this.#showContacts(hits, contacts, selection);
+  }
+
+  #showContacts(hits: Uint32Array, contacts: Float32Array | null, {pair, instance}: Selection): number {
+    const all = contacts ? hitCount(hits) : 0;
+    const isOfSelected = (hit: Hit): boolean => (pair !== null && isSamePair(hit, pair)) || (instance !== null &&
+      ((this.#batchOfSlot.get(hit.slotA) === instance.batch && hit.instanceA === instance.instance) ||
+       (this.#batchOfSlot.get(hit.slotB) === instance.batch && hit.instanceB === instance.instance)));
+    const indices: number[] = [];
+    for (let i = 0; i < all; ++i) {
+      if (all <= MOST_CONTACTS || isOfSelected(hitAt(hits, i))) indices.push(i);
+    }
+    const isPair = (i: number): boolean => pair !== null && isSamePair(hitAt(hits, i), pair);
+    this.#contacts.show(contacts ?? new Float32Array(0), indices, (i, out) => this.#originOfHit(hits, i, out),
+                        0.12 * this.#characterSize, isPair);
+    return all - indices.length;
   }
 
   #markAll(words: Uint32Array, valueOf: (hit: Hit) => number): void {
@@ -283,6 +309,12 @@ export class Stage {
   }
 }
 
+/** How many instances of a batch a frame has. */
+export function countIn(recording: Recording, {batch, instances, count}: Input): number {
+  const {instanceCount} = recording.batches[batch]!;
+  return instances ? instances.length : Math.min(count, instanceCount);
+}
+
 // The mean of all finite origins, so that floats relative to it are small.
 function centerOf(recording: Recording, frame: Frame): Float64Array {
   const sum = new Float64Array(3);
@@ -303,12 +335,12 @@ function centerOf(recording: Recording, frame: Frame): Float64Array {
   return sum.map((value) => value / Math.max(count, 1));
 }
 
-// Lines on the lowest plane, a metre apart, or what looks well where that is not known.
+// Lines on the lowest plane: 10 to 50 cells, of 1, 2 or 5 times a power of ten metres, or units if those are unknown.
 function makeGrid(bounds: Bounds, up: Axis, metresPerUnit: number): THREE.Object3D {
   const width = Math.max(2 * bounds.radius, 1e-6) * 1.5;
-  const rough = metresPerUnit > 0 ? 1 / metresPerUnit : 10 ** Math.floor(Math.log10(width / 8));
-  let cell = rough;
-  while (width / cell > 100) cell *= 10;
+  const unit = metresPerUnit > 0 ? 1 / metresPerUnit : 1;
+  const power = 10 ** Math.floor(Math.log10(width / unit / 10));
+  const cell = unit * power * (width / unit / power > 50 ? 5 : width / unit / power > 20 ? 2 : 1);
   const cells = Math.max(2, Math.ceil(width / cell));
   const grid = new THREE.GridHelper(cells * cell, cells, COLORS.grid, COLORS.grid);
   if (up === 0) grid.rotation.z = Math.PI / 2;

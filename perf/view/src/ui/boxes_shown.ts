@@ -73,10 +73,8 @@ export class BoxChooser {
   }
 
   #instances(batch: number, {instance, pair}: Selection, stage: Stage): {instances: number[]; note: string} {
-    const {instanceCount} = this.#recording.batches[batch]!;
-    if (instanceCount <= FEW) {
-      return {instances: stage.presentInstances(batch), note: ''};
-    }
+    const present = stage.presentInstances(batch);
+    if (present.length <= FEW) return {instances: present, note: ''};
     const focus = instance ?? (pair ? {batch: stage.batchOfSlot(pair.slotA) ?? -1, instance: pair.instanceA} : null);
     if (!focus) {
       return {instances: [], note: `Boxes of ${this.#names.batch(batch)}: select a character to see those near it.`};
@@ -85,7 +83,7 @@ export class BoxChooser {
     const instances = middle ? stage.near(batch, middle, NEAR_SIZES * stage.characterSize) : [];
     return {
       instances,
-      note: `Boxes of ${count(instances.length)} of ${count(instanceCount)} characters, near ` +
+      note: `Boxes of ${count(instances.length)} of ${count(present.length)} characters, near ` +
           `${this.#names.instance(focus.batch, focus.instance)}.`,
     };
   }

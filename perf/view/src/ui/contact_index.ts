@@ -19,6 +19,8 @@ export interface PairHistory {
 export class ContactIndex {
   readonly hitsPerFrame: Uint32Array;
   readonly times: Float64Array;
+  /** How many pairs of links begin to touch, per frame. */
+  readonly begins: Uint32Array;
   /** 1 per frame that cannot be read. */
   readonly damaged: Uint8Array;
   readonly #pairs = new Map<string, PairHistory>();
@@ -27,6 +29,7 @@ export class ContactIndex {
   constructor(recording: Recording) {
     this.#recording = recording;
     this.hitsPerFrame = new Uint32Array(recording.frameCount);
+    this.begins = new Uint32Array(recording.frameCount);
     this.times = new Float64Array(recording.frameCount);
     this.damaged = new Uint8Array(recording.frameCount);
   }
@@ -66,25 +69,28 @@ export class ContactIndex {
     if (!known) {
       this.#pairs.set(key, {hit, batchA, batchB, intervals: [frame, frame], frames: 1, worstDepth: depth,
                             worstFrame: frame});
+      ++this.begins[frame]!;
       return;
     }
     const {intervals} = known;
     ++known.frames;
-    if (intervals[intervals.length - 1] === frame - 1) intervals[intervals.length - 1] = frame;
-    else intervals.push(frame, frame);
+    if (intervals[intervals.length - 1] === frame - 1) {
+      intervals[intervals.length - 1] = frame;
+    } else {
+      intervals.push(frame, frame);
+      ++this.begins[frame]!;
+    }
     if (depth !== null && depth > (known.worstDepth ?? -Infinity)) {
       known.worstDepth = depth;
       known.worstFrame = frame;
     }
   }
 
-  /** The first frame of the next run of frames with hits behind `frame`, or of the one before it; -1: there is none. */
+  /** The next frame behind `frame`, or the last one before it, in which a pair begins to touch; -1: there is none. */
   contactFrom(frame: number, forward: boolean): number {
-    const touches = (i: number): boolean => (this.hitsPerFrame[i] ?? 0) > 0;
-    const begins = (i: number): boolean => touches(i) && !touches(i - 1);
     const step = forward ? 1 : -1;
-    for (let i = frame + step; i >= 0 && i < this.hitsPerFrame.length; i += step) {
-      if (begins(i)) return i;
+    for (let i = frame + step; i >= 0 && i < this.begins.length; i += step) {
+      if (this.begins[i]! > 0) return i;
     }
     return -1;
   }

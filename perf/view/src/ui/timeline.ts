@@ -6,14 +6,16 @@ import {count, plural, seconds} from './format.js';
 import type {Player} from './player.js';
 
 const COLOR = {
-  track: '#f3f5f7', bar: '#c0392b', pair: '#1f5fbf', head: '#1c232b', damaged: '#9aa4ae',
-  text: '#4a5560', line: '#d5dae0',
+  track: '#f3f5f7', bar: '#c0392b', pair: '#1f5fbf', damaged: '#9aa4ae',
+  text: '#4a5560', behindText: 'rgb(243 245 247 / 88%)', line: '#d5dae0',
 };
 const PAIR_HEIGHT = 7;
 const AXIS_HEIGHT = 15;
 
 export class Timeline {
-  readonly element: HTMLCanvasElement;
+  readonly element: HTMLElement;
+  readonly #canvas = el('canvas', {'aria-hidden': 'true'});
+  readonly #head = el('div', {class: 'timeline-head'});
   readonly #player: Player;
   readonly #index: ContactIndex;
   #pair: PairHistory | null = null;
@@ -21,14 +23,17 @@ export class Timeline {
   constructor(player: Player, index: ContactIndex) {
     this.#player = player;
     this.#index = index;
-    this.element = el('canvas', {
+    this.element = el('div', {
       class: 'timeline', tabindex: 0, role: 'slider', 'aria-label': 'Frame', 'aria-valuemin': 0,
       'aria-valuemax': Math.max(0, player.frameCount - 1),
       title: 'Links that touch, per frame. Click or drag to go to a frame.',
       pointerdown: (event) => this.#drag(event as PointerEvent, true),
       pointermove: (event) => this.#drag(event as PointerEvent, false),
-    });
-    new ResizeObserver(() => this.draw()).observe(this.element);
+    }, this.#canvas, this.#head);
+    new ResizeObserver(() => {
+      this.draw();
+      this.update();
+    }).observe(this.element);
   }
 
   setPair(pair: PairHistory | null): void {
@@ -44,9 +49,19 @@ export class Timeline {
     this.#player.goTo(Math.floor((event.clientX - left) / width * this.#player.frameCount));
   }
 
+  /** Another frame is shown. Only the head moves: drawing the strip anew takes longer than drawing the scene. */
+  update(): void {
+    const {frame, frameCount} = this.#player;
+    this.element.setAttribute('aria-valuenow', String(frame));
+    this.element.setAttribute('aria-valuetext',
+                              `frame ${frame}, ${plural(this.#index.hitsPerFrame[frame] ?? 0, 'hit')}`);
+    const x = (frame + 0.5) / Math.max(frameCount, 1) * this.element.clientWidth;
+    this.#head.style.transform = `translateX(${x.toFixed(1)}px)`;
+  }
+
+  /** What it shows of all frames has changed. */
   draw(): void {
-    this.#describe();
-    const prepared = prepareCanvas(this.element);
+    const prepared = prepareCanvas(this.#canvas);
     if (!prepared) return;
     const {context, width, height} = prepared;
     const bottom = height - AXIS_HEIGHT - PAIR_HEIGHT - 2;
@@ -55,14 +70,6 @@ export class Timeline {
     this.#drawBars(context, width, bottom);
     if (this.#pair) drawIntervals(context, this.#pair, this.#player.frameCount, width, bottom + 2, PAIR_HEIGHT);
     this.#drawAxis(context, width, height);
-    this.#drawHead(context, width, height);
-  }
-
-  #describe(): void {
-    const {frame} = this.#player;
-    this.element.setAttribute('aria-valuenow', String(frame));
-    this.element.setAttribute('aria-valuetext',
-                              `frame ${frame}, ${plural(this.#index.hitsPerFrame[frame] ?? 0, 'hit')}`);
   }
 
   // Each column of pixels has the largest count of its frames.
@@ -71,7 +78,7 @@ export class Timeline {
     const frames = this.#player.frameCount;
     const most = hitsPerFrame.reduce((a, b) => Math.max(a, b), 1);
     const columns = Math.min(Math.ceil(width), frames);
-    const step = width / columns;
+    const edge = (column: number): number => Math.round(column / columns * width);
     for (let column = 0; column < columns; ++column) {
       const first = Math.floor(column * frames / columns);
       const behind = Math.max(first + 1, Math.floor((column + 1) * frames / columns));
@@ -83,16 +90,20 @@ export class Timeline {
       }
       if (bad) {
         context.fillStyle = COLOR.damaged;
-        context.fillRect(column * step, 0, step, bottom);
+        context.fillRect(edge(column), 0, edge(column + 1) - edge(column), bottom);
       }
       if (hits === 0) continue;
       const tall = Math.max(3, hits / most * (bottom - 3));
       context.fillStyle = COLOR.bar;
-      context.fillRect(column * step, bottom - tall, Math.max(step - (step > 4 ? 1 : 0), 1), tall);
+      const wide = edge(column + 1) - edge(column);
+      context.fillRect(edge(column), bottom - tall, wide > 4 ? wide - 1 : wide, tall);
     }
-    context.fillStyle = COLOR.text;
+    const words = `at most ${plural(hitsPerFrame.reduce((a, b) => Math.max(a, b), 0), 'hit')} per frame`;
     context.font = '10px system-ui, sans-serif';
-    context.fillText(`at most ${plural(hitsPerFrame.reduce((a, b) => Math.max(a, b), 0), 'hit')}`, 4, 11);
+    context.fillStyle = COLOR.behindText;
+    context.fillRect(2, 1, context.measureText(words).width + 6, 13);
+    context.fillStyle = COLOR.text;
+    context.fillText(words, 5, 11);
   }
 
   #drawAxis(context: CanvasRenderingContext2D, width: number, height: number): void {
@@ -112,18 +123,6 @@ export class Timeline {
       context.stroke();
       context.fillText(`${count(frame)} \u00b7 ${seconds(this.#player.timeOf(frame))}`, x + 3, height - 3);
     }
-  }
-
-  #drawHead(context: CanvasRenderingContext2D, width: number, height: number): void {
-    const frames = Math.max(this.#player.frameCount, 1);
-    const x = (this.#player.frame + 0.5) / frames * width;
-    context.fillStyle = COLOR.head;
-    context.fillRect(Math.round(x) - 1, 0, 2, height - AXIS_HEIGHT);
-    context.beginPath();
-    context.moveTo(x - 5, 0);
-    context.lineTo(x + 5, 0);
-    context.lineTo(x, 7);
-    context.fill();
   }
 }
 

@@ -15,6 +15,7 @@ export class Transport {
   readonly #player: Player;
   readonly #play: HTMLButtonElement;
   readonly #frame: HTMLInputElement;
+  readonly #speed: HTMLSelectElement;
   readonly #time = el('span', {class: 'time'});
   #shownPlaying = false;
 
@@ -27,8 +28,8 @@ export class Transport {
       type: 'number', min: 0, max: last, value: 0, 'aria-label': 'Frame',
       change: () => player.step(Number(this.#frame.value) - player.frame),
     });
-    const speed = el('select', {
-      'aria-label': 'Speed', change: () => player.setSpeed(Number(speed.value)),
+    this.#speed = el('select', {
+      'aria-label': 'Speed', change: () => player.setSpeed(Number(this.#speed.value)),
     }, ...SPEEDS.map((value) => el('option', {value, selected: value === 1}, `${value}\u00d7`)));
     this.element = el('div', {class: 'transport', role: 'group', 'aria-label': 'Playback'},
       el('div', {class: 'buttons'},
@@ -40,13 +41,14 @@ export class Transport {
         button('nextContact', 'Next contact (Shift+Right)', () => jump(true)),
         button('last', 'Last frame (End)', () => player.step(last - player.frame))),
       el('label', {}, 'Frame ', this.#frame), el('span', {class: 'of'}, `of ${count(player.frameCount)}`), this.#time,
-      el('label', {}, 'Speed ', speed));
+      el('label', {}, 'Speed ', this.#speed));
     this.update();
   }
 
   update(): void {
     const {frame, playing} = this.#player;
     if (document.activeElement !== this.#frame || playing) this.#frame.value = String(frame);
+    this.#speed.value = String(this.#player.speed);
     setText(this.#time, seconds(this.#player.timeOf(frame)));
     if (playing === this.#shownPlaying) return;
     this.#shownPlaying = playing;

@@ -11,13 +11,22 @@ export interface ViewOptions {
   follow: boolean;
 }
 
-export const MOST_LEVELS = 64;
+/** What the picture has. */
+export interface Drawn extends ViewOptions {
+  selectedPair: boolean;
+  masked: boolean;
+}
+
+type Entry = 'hit' | 'selectedPair' | 'falsePositives' | 'masked' | 'contacts' | 'leafBoxes' | 'level';
+
+const MOST_LEVELS = 64;
 
 export class ViewPanel {
   readonly controls: HTMLElement;
   readonly legend: HTMLElement;
   readonly #boxes: Record<'leafBoxes' | 'contacts' | 'falsePositives' | 'follow', HTMLInputElement>;
   readonly #level: HTMLSelectElement;
+  readonly #entries: Record<Entry, HTMLElement>;
   readonly #note = el('p', {class: 'scene-note', 'aria-live': 'polite'});
 
   constructor(onChange: (change: Partial<ViewOptions>) => void, onFit: () => void) {
@@ -40,16 +49,23 @@ export class ViewPanel {
       check(this.#boxes.falsePositives, 'False positives', 'Links whose boxes overlap and whose shapes are apart (p)'),
       check(this.#boxes.follow, 'Follow', 'The camera goes along with the selected character (f)'),
       el('button', {type: 'button', title: 'See everything (Z)', click: onFit}, 'Fit'));
-    this.legend = el('div', {class: 'legend', 'aria-label': 'Legend'},
-      el('ul', {},
-        entry('hit', 'red: links in a hit'),
-        entry('selected', 'red, striped: the selected pair'),
-        entry('amber', 'amber, striped: false positive, boxes overlap and shapes are apart'),
-        entry('masked', 'grey, crossed: masked, its pose is no pose'),
-        entry('contact', 'white arrow: contact normal, from a to b'),
-        entry('leaf-box', 'light blue lines: leaf boxes'),
-        entry('inner-box', 'violet lines: inner boxes')),
-      this.#note);
+    this.#entries = {
+      hit: entry('hit', 'red: links in a hit'),
+      selectedPair: entry('selected', 'red, striped: the selected pair'),
+      falsePositives: entry('amber', 'amber, striped: false positive, boxes overlap and shapes are apart'),
+      masked: entry('masked', 'grey, crossed: masked, its pose is no pose'),
+      contacts: entry('contact', 'white arrow: contact normal, from a to b'),
+      leafBoxes: entry('leaf-box', 'light blue lines: leaf boxes'),
+      level: entry('inner-box', 'violet lines: inner boxes'),
+    };
+    this.legend = el('div', {class: 'legend', role: 'group', 'aria-label': 'Legend'},
+      el('ul', {}, ...Object.values(this.#entries)), this.#note);
+  }
+
+  /** Only what is drawn is explained. */
+  showLegend({selectedPair, falsePositives, masked, contacts, leafBoxes, level}: Drawn): void {
+    const drawn = {hit: true, selectedPair, falsePositives, masked, contacts, leafBoxes, level: level > 0};
+    for (const name of Object.keys(drawn) as (keyof typeof drawn)[]) this.#entries[name].hidden = !drawn[name];
   }
 
   /** The deepest level that there is to choose. */

@@ -1,9 +1,9 @@
 // Plays one recording: joins the scene, the panels, the keyboard and the engine in the page.
-import type {Dial, EngineInPage} from '../engine/types.js';
+import type {EngineInPage} from '../engine/types.js';
 import type {Frame, Recording, Stats} from '../recording/types.js';
 import {hitCount} from '../scene/hits.js';
 import {type Label, SceneView} from '../scene/scene_view.js';
-import {type Selection, Stage} from '../scene/stage.js';
+import {countIn, type Selection, Stage} from '../scene/stage.js';
 import {aboutOf} from './about.js';
 import {BoxChooser} from './boxes_shown.js';
 import {ContactIndex, contactOfPair, type PairHistory} from './contact_index.js';
@@ -25,6 +25,7 @@ import {ViewPanel, type ViewOptions} from './view_panel.js';
 
 const CROWD_LEAVES = 4000;
 const MOST_LABELS = 40;
+const SAMPLES = 5;
 
 export interface ViewerOptions {
   recording: Recording;
@@ -66,7 +67,8 @@ export class Viewer {
     this.#recording = recording;
     this.#messages = messages;
     this.#names = new Names(recording);
-    this.#stage = new Stage(recording, firstReadable(recording));
+    const samples = sampleFrames(recording);
+    this.#stage = new Stage(recording, samples);
     this.player = new Player(recording.frameCount, recording.header.secondsPerFrame, () => this.#refresh());
     this.#index = new ContactIndex(recording);
     this.#timeline = new Timeline(this.player, this.#index);
@@ -81,7 +83,7 @@ export class Viewer {
                                (words) => messages.add(words, 'error'));
     this.#viewPanel = new ViewPanel((change) => this.#setOptions(change), () => this.#fit());
     const surface = el('div', {class: 'surface'});
-    this.#view = new SceneView(surface, this.#stage, leafCount(recording) > CROWD_LEAVES);
+    this.#view = new SceneView(surface, this.#stage, leafCount(recording, samples[0]!) > CROWD_LEAVES);
     this.element = el('div', {class: 'viewer'},
       el('div', {class: 'scene'}, this.#viewPanel.controls, surface, this.#viewPanel.legend),
       el('aside', {class: 'side', 'aria-label': 'Numbers and settings'}, this.#framePanel.element,
@@ -124,6 +126,7 @@ export class Viewer {
     }, this.#ended.signal);
     if (this.#ended.signal.aborted) return;
     this.player.setTimes(this.#index.times);
+    this.#timeline.draw();
     this.#pairs.setPairs(this.#index.pairs);
     this.#refresh();
   }
@@ -139,7 +142,7 @@ export class Viewer {
   #refresh(): void {
     const {frame, playing} = this.player;
     this.#transport.update();
-    this.#timeline.draw();
+    this.#timeline.update();
     try {
       this.#frame = this.#recording.frame(frame);
     } catch (error) {
@@ -158,21 +161,22 @@ export class Viewer {
     const {dial, engine, result} = this.live;
     const shown = result && !isAsRecorded(dial) ? result : frame;
     const before = this.#focus();
-    const {contacts, falsePositives} = this.#options;
-    this.#stage.show({
-      frame,
-      hits: shown.hits,
-      contacts: shown.contacts,
-      falsePositives: falsePositives ? this.live.falsePositives(frame) : null,
-      showContacts: contacts,
-      selection: this.#selection,
+    const falsePositives = this.#options.falsePositives ? this.live.falsePositives(frame) : null;
+    const contacts = this.#options.contacts ? shown.contacts : null;
+    const unshown = this.#stage.show({
+      frame, hits: shown.hits, contacts, falsePositives, selection: this.#selection,
     });
     const after = this.#focus();
     if (this.#options.follow && before && after) this.#view.viewpoint.shift(after.sub(before));
     if (engine) this.#boxes ??= new BoxChooser(this.#recording, engine, this.#names);
     const notes = [shown === frame ? '' : 'Hits are those of the dial, not those recorded.'];
+    if (unshown > 0) notes.push(`${count(unshown)} contacts are too many to draw: select a character to see its own.`);
     notes.push(this.#showBoxes(frame));
     this.#viewPanel.setNote(notes.filter((note) => note !== '').join(' '));
+    this.#viewPanel.showLegend({
+      ...this.#options, selectedPair: this.#selection.pair !== null, contacts: contacts !== null,
+      masked: this.#stage.masked.length > 0,
+    });
     this.#showLabels();
     this.#view.invalidate();
   }
@@ -293,8 +297,9 @@ export class Viewer {
     }, signal);
   }
 
-  setDial(dial: Dial): void {
-    this.live.setDial(dial);
+  setSpeed(speed: number): void {
+    this.player.setSpeed(speed);
+    this.#transport.update();
   }
 
   dispose(): void {
@@ -306,17 +311,27 @@ export class Viewer {
   }
 }
 
-function firstReadable(recording: Recording): Frame {
+// A few frames that can be read, spread over the recording, in their order.
+function sampleFrames(recording: Recording): Frame[] {
+  const wanted = new Set(Array.from({length: SAMPLES}, (_, i) =>
+    Math.round(i * (recording.frameCount - 1) / (SAMPLES - 1))));
+  const frames: Frame[] = [];
   let reason: unknown = new Error('the recording has no frames');
   for (let i = 0; i < recording.frameCount; ++i) {
+    // All frames are tried until one can be read.
+    if (!wanted.has(i) && frames.length > 0) continue;
     try {
-      return recording.frame(i);
+      frames.push(recording.frame(i));
     } catch (error) {
       reason = error;
     }
   }
-  throw reason;
+  if (frames.length === 0) throw reason;
+  return frames;
 }
 
-const leafCount = ({batches, articulations}: Recording): number => batches.reduce((sum, batch) =>
-  sum + batch.instanceCount * (articulations[batch.articulation]?.leaves.length ?? 0), 0);
+// How many leaves a frame has.
+const leafCount = (recording: Recording, {inputs}: Frame): number => inputs.reduce((sum, input) => {
+  const articulation = recording.articulations[recording.batches[input.batch]!.articulation];
+  return sum + countIn(recording, input) * (articulation?.leaves.length ?? 0);
+}, 0);

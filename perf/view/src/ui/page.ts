@@ -1,0 +1,246 @@
+// The page around the viewer: which recording is open, files that are dropped on it, and the object for tests.
+import type {EmbeddedRecording} from '../embedded.js';
+import type {EngineInPage} from '../engine/types.js';
+import type {Recording} from '../recording/types.js';
+import {el, setText} from './dom.js';
+import {plural, wordsOf} from './format.js';
+import {makeHelp} from './help.js';
+import {Messages} from './messages.js';
+import type {CabPage} from './page_api.js';
+import {Viewer} from './viewer.js';
+
+export interface PageOptions {
+  embedded: readonly EmbeddedRecording[];
+  read: (bytes: Uint8Array, name: string) => Recording;
+  startEngine: (recording: Recording) => Promise<EngineInPage>;
+}
+
+/** Something that can be opened. */
+interface Source {
+  name: string;
+  bytes: () => Promise<Uint8Array>;
+}
+
+export class Page implements CabPage {
+  readonly element: HTMLElement;
+  readonly #options: PageOptions;
+  readonly #messages = new Messages();
+  readonly #help = makeHelp();
+  readonly #title = el('h1', {}, 'cab');
+  readonly #chooser: HTMLSelectElement;
+  readonly #place = el('div', {class: 'place'});
+  readonly #sources: Source[];
+  readonly #pageErrors: string[] = [];
+  #viewer: Viewer | null = null;
+  #shown = -1;
+  #opening: Promise<void> = Promise.resolve();
+
+  constructor(options: PageOptions) {
+    this.#options = options;
+    this.#sources = [...options.embedded];
+    this.#chooser = el('select', {'aria-label': 'Recording', change: () => void this.open(Number(this.#chooser.value))});
+    const file = el('input', {
+      type: 'file', accept: '.cab', hidden: true, 'aria-label': 'Open a recording',
+      change: () => this.#openFile(file.files?.[0]),
+    });
+    this.element = el('div', {class: 'page'},
+      el('header', {class: 'top'}, el('span', {class: 'brand'}, 'cab'), this.#title, this.#chooser,
+        el('span', {class: 'spring'}),
+        el('button', {type: 'button', click: () => file.click()}, 'Open\u2026'), file,
+        el('button', {type: 'button', title: 'Keys and mouse (?)', click: () => this.#showHelp()}, 'Help')),
+      this.#messages.element, this.#place, this.#help);
+    this.#listen();
+    this.#showStart();
+  }
+
+  #listen(): void {
+    window.addEventListener('error', ({message}) => this.#fail(message));
+    window.addEventListener('unhandledrejection', ({reason}) => this.#fail(wordsOf(reason)));
+    document.addEventListener('dragover', (event) => event.preventDefault());
+    document.addEventListener('drop', (event) => {
+      event.preventDefault();
+      this.#openFile(event.dataTransfer?.files[0]);
+    });
+  }
+
+  #fail(words: string): void {
+    this.#pageErrors.push(words);
+    this.#messages.add(words, 'error');
+  }
+
+  #showHelp(): void {
+    if (!this.#help.open) this.#help.showModal();
+  }
+
+  #showStart(): void {
+    setText(this.#title, 'Recordings');
+    this.#chooser.hidden = this.#sources.length < 2;
+    this.#place.replaceChildren(el('div', {class: 'start'},
+      el('h2', {}, 'Open a recording'),
+      el('p', {}, 'Drop a file here that ', el('code', {}, 'cab run \u2026 --record FILE.cab'),
+         ' wrote, or choose one with Open. Nothing leaves this computer.')));
+  }
+
+  #openFile(file: File | undefined): void {
+    if (!file) return;
+    this.#sources.push({name: file.name, bytes: async () => new Uint8Array(await file.arrayBuffer())});
+    void this.open(this.#sources.length - 1);
+  }
+
+  /** Opens one of the recordings that the page holds or was given. */
+  open(recording: number, frame = 0): Promise<void> {
+    this.#opening = this.#open(recording, frame);
+    return this.#opening;
+  }
+
+  async #open(index: number, frame: number): Promise<void> {
+    if (index === this.#shown && this.#viewer) {
+      this.#viewer.player.pause();
+      this.#viewer.player.goTo(frame);
+      return;
+    }
+    this.#viewer?.dispose();
+    this.#viewer = null;
+    this.#shown = index;
+    this.#messages.clear();
+    this.#showSources();
+    const source = this.#sources[index];
+    if (!source) {
+      this.#showStart();
+      this.#messages.add(`There is no recording ${index}: the page holds ${plural(this.#sources.length, 'recording')}, ` +
+                         'counted from 0.', 'error');
+      return;
+    }
+    this.#place.replaceChildren(el('p', {class: 'start', role: 'status'}, `Opening ${source.name}\u2026`));
+    // The browser shows the words before the page is busy.
+    await new Promise((resolve) => setTimeout(resolve));
+    try {
+      await this.#show(source, frame);
+    } catch (error) {
+      this.#showStart();
+      this.#messages.add(wordsOf(error), 'error');
+    }
+  }
+
+  async #show(source: Source, frame: number): Promise<void> {
+    const recording = this.#options.read(await source.bytes(), source.name);
+    for (const problem of recording.problems) this.#messages.add(problem, 'problem');
+    setText(this.#title, recording.header.title || source.name);
+    document.title = `${recording.header.title || source.name} \u2013 cab`;
+    const viewer = new Viewer({
+      recording,
+      engine: this.#options.startEngine(recording),
+      messages: this.#messages,
+      firstFrame: frame,
+      onHelp: () => this.#showHelp(),
+    });
+    this.#viewer = viewer;
+    this.#place.replaceChildren(viewer.element);
+    await viewer.indexed;
+  }
+
+  #showSources(): void {
+    this.#chooser.replaceChildren(...this.#sources.map(({name}, value) => el('option', {value}, name)));
+    this.#chooser.value = String(this.#shown);
+    this.#chooser.hidden = this.#sources.length < 2;
+  }
+
+  get ready(): Promise<void> {
+    return this.#opening;
+  }
+
+  get engineReady(): Promise<void> {
+    return this.#opening.then(() => this.#viewer?.live.ready);
+  }
+
+  get title(): string {
+    return this.#title.textContent ?? '';
+  }
+
+  get recordings(): readonly string[] {
+    return this.#sources.map(({name}) => name);
+  }
+
+  get recording(): number {
+    return this.#shown;
+  }
+
+  get frame(): number {
+    return this.#viewer?.player.frame ?? 0;
+  }
+
+  get frameCount(): number {
+    return this.#viewer?.player.frameCount ?? 0;
+  }
+
+  get playing(): boolean {
+    return this.#viewer?.player.playing ?? false;
+  }
+
+  get stats(): CabPage['stats'] {
+    return this.#viewer?.stats ?? null;
+  }
+
+  get hits(): number {
+    return this.#viewer?.hits ?? 0;
+  }
+
+  get hash(): string {
+    return this.#viewer?.hash ?? '';
+  }
+
+  get dial(): CabPage['dial'] {
+    return this.#viewer?.live.dial ?? {};
+  }
+
+  get run(): CabPage['run'] {
+    return this.#viewer?.live.state ?? null;
+  }
+
+  get rerun(): CabPage['rerun'] {
+    return this.#viewer?.live.rerun ?? null;
+  }
+
+  get framesPerSecond(): number {
+    return this.#viewer?.framesPerSecond ?? 0;
+  }
+
+  get drawn(): CabPage['drawn'] {
+    return this.#viewer?.drawn ?? {calls: 0, triangles: 0};
+  }
+
+  get errors(): readonly string[] {
+    return [...new Set([...this.#messages.texts, ...this.#pageErrors])];
+  }
+
+  goTo(frame: number): void {
+    this.#viewer?.player.pause();
+    this.#viewer?.player.goTo(frame);
+  }
+
+  play(speed?: number): void {
+    if (speed !== undefined) this.#viewer?.setSpeed(speed);
+    this.#viewer?.player.play();
+  }
+
+  pause(): void {
+    this.#viewer?.player.pause();
+  }
+
+  jump(forward: boolean): number {
+    return this.#viewer?.jump(forward) ?? -1;
+  }
+
+  setDial(dial: CabPage['dial']): void {
+    this.#viewer?.live.setDial(dial);
+  }
+
+  async rerunAll(): ReturnType<CabPage['rerunAll']> {
+    if (!this.#viewer) throw new Error('no recording is open');
+    return this.#viewer.live.rerunAll();
+  }
+
+  select(batch: number, instance: number): void {
+    this.#viewer?.select(batch, instance);
+  }
+}
