@@ -50,7 +50,8 @@ test('filters take what is deep and long enough, of a file, with all words of an
   const deep = intervalOf(0, 0, 0.5);
   const long = intervalOf(10, 19, 0.1, {file: 1, link_a: 'Left Foot'});
   const unknown = intervalOf(30, 34, null);
-  const report = reportOf({files: [fileOf(), fileOf({name: 'b.cab', title: 'Salsa'})], intervals: [deep, long, unknown]});
+  const files = [fileOf(), fileOf({name: 'b.cab', title: 'Salsa'})];
+  const report = reportOf({files, intervals: [deep, long, unknown]});
   const found = (given: Partial<Filter>) => filterIntervals(report, filterOf(given));
   assert.deepEqual(found({}), [deep, long, unknown]);
   assert.deepEqual(found({minDepth: 0.1}), [deep, long]);

@@ -16,8 +16,8 @@ export class MatrixView {
   readonly #measure = el('select', {'aria-label': 'Colour by', change: () => this.#show()},
     el('option', {value: 'share'}, 'share of frames'), el('option', {value: 'depth'}, 'worst depth'));
   readonly #grid = el('div', {class: 'report-scroll'});
-  readonly #note = el('p', {class: 'report-quiet'});
-  readonly #words = el('p', {class: 'report-status', 'aria-live': 'polite'});
+  readonly #note = el('p', {class: 'quiet'});
+  readonly #words = el('p', {class: 'quiet', 'aria-live': 'polite'});
   #found: CharacterPair[] = [];
 
   constructor(report: Report, names: readonly string[], onOpen: (pair: ReportPair) => void) {
@@ -47,8 +47,8 @@ export class MatrixView {
     setText(this.#words, chosen ? 'Point at a cell, or walk with the arrow keys, to read its numbers.' :
       'No pair of links passes the filters.');
     const rest = this.#found.length - MOST_CHARACTER_PAIRS;
-    const notes = rest > 0 ? [`The list has the worst ${MOST_CHARACTER_PAIRS} pairs of characters; filter for others.`] :
-      [];
+    const notes: string[] = [];
+    if (rest > 0) notes.push(`The list has the worst ${MOST_CHARACTER_PAIRS} pairs of characters; filter for others.`);
     if (!chosen) {
       this.#grid.replaceChildren();
       setText(this.#note, '');
@@ -92,7 +92,7 @@ export class MatrixView {
   }
 }
 
-// Moves the focus to the next cell with a contact in the direction of an arrow key, of which one is in the order of Tab.
+// Moves the focus to the next cell with a contact in the direction of an arrow key. Tab reaches one cell alone.
 function walk(event: KeyboardEvent): void {
   const steps: Record<string, readonly [row: number, column: number]> = {
     ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowDown: [1, 0], ArrowUp: [-1, 0],
