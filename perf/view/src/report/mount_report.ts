@@ -45,7 +45,7 @@ function heading(report: Report): HTMLElement {
   const outside = report.files.filter(({recording, frames}) => recording === null && frames > 0);
   const notes = notesOf(report);
   if (outside.length > 0)
-    notes.push(`Not in this page: ${outside.length} of ${plural(report.files.length, 'recording')}; see cab view FILE.`);
+    notes.push(`Not in this page: ${outside.length} of ${plural(report.files.length, 'file')}; see cab view FILE.`);
   const problems = bad === 0 ? [] : [el('p', {class: 'report-problem', role: 'status'},
     `\u26a0 ${plural(bad, 'file')} could not be read in full; the tab Files says what is missing.`)];
   return el('header', {}, el('h2', {}, 'Contacts'),
