@@ -93,6 +93,8 @@ Command add_robot(CLI::App& app) {
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the table, the matrix and all pairs that touch as JSON");
   add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  add_record_file(command, "--record", o.recording,
+                  "write a recording of the checked states, to replay and to look at");
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
             // A preset says nothing about exact tests.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "perf/base/options.h"
+#include "perf/replay/options.h"
 #include "scenes/robot/robot.h"
 
 namespace cab::perf {
@@ -27,6 +28,7 @@ struct RobotCommandOptions {
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: no file
   std::string hits_path;           // empty: no file
+  RecordFileOptions recording;     // of the states that are checked, one frame each
 };
 Command add_robot(CLI::App& app);
 int robot_command(const RobotCommandOptions& options);

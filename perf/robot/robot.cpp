@@ -11,6 +11,7 @@
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
+#include "perf/replay/recorded_engine.h"
 #include "perf/robot/matrix.h"
 #include "perf/robot/options.h"
 #include "perf/robot/session.h"
@@ -24,6 +25,9 @@ using Json = nlohmann::ordered_json;
 
 // The most pairs that the table prints. The JSON file has all.
 constexpr std::size_t kPrintedPairs = 20;
+
+// The most states of a recording. Their poses take 100 MB for a robot of 36 links.
+constexpr std::uint64_t kMostRecordedStates = 100000;
 
 // A pair of links that touches in some state.
 struct TouchingPair {
@@ -252,13 +256,44 @@ std::vector<MaskedPair> choose_matrix(const RobotCommandOptions& options, const 
   return make_matrix(robot, matrix, session);
 }
 
+// Writes the checked states as frames. All their poses are in memory.
+void write_recording(const RobotCommandOptions& options, const scenes::Robot& robot, std::vector<LinkPair> masked,
+                     const StateSource& states) {
+  scenes::Scene scene;
+  scene.name = robot.body.name;
+  scene.frame_count = static_cast<std::uint32_t>(states.count);
+  scenes::Character& body = scene.characters.emplace_back(robot.body);
+  body.ignored_pairs = std::move(masked);
+  const std::size_t floats = 7 * robot.links.size();
+  body.poses.resize(states.count * floats);
+  std::vector<double> state(robot.variables.size());
+  for (std::uint64_t s = 0; s < states.count; ++s) {
+    states.fill(s, state.data());
+    scenes::write_poses(robot, state.data(), body.poses.data() + s * floats);
+  }
+  RecordSettings settings;
+  settings.path = options.recording.path;
+  settings.title = robot.body.name;
+  settings.policies = options.policies;
+  settings.isa = options.isa;
+  settings.thread_count = options.thread_count;
+  settings.metres_per_unit = 1;
+  settings.up = 'z';
+  settings.compress = options.recording.compress;
+  settings.pose_step = options.recording.pose_step;
+  ProgressBar bar("recording", states.count);
+  const RecordTotals totals = record_scene(scene, {0, scene.frame_count}, true, settings, [&bar] { bar.advance(1); });
+  std::cout << "recording: " << settings.path << ", " << totals.bytes << " bytes\n";
+}
+
 }  // namespace
 
 int robot_command(const RobotCommandOptions& options) {
   std::vector<std::string> inputs = {options.file};
   for (const std::string& path : {options.srdf_path, options.states_path})
     if (!path.empty()) inputs.push_back(path);
-  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}}, inputs);
+  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
+                inputs);
   OutputFile hits(options.hits_path), json(options.json_path);
   scenes::Robot robot = scenes::import_robot(options.file, options.import);
   named_pairs(robot, options);  // a wrong name ends the command before the work
@@ -278,6 +313,9 @@ int robot_command(const RobotCommandOptions& options) {
     states = {given.count, [&](std::uint64_t index, double* state) {
                 std::copy_n(given.values.data() + index * robot.variables.size(), robot.variables.size(), state);
               }};
+  if (!options.recording.path.empty() && states.count > kMostRecordedStates)
+    throw UsageError("--record: " + std::to_string(states.count) + " states are too many; at most " +
+                     std::to_string(kMostRecordedStates) + " are recorded");
   if (hits) hits.stream() << "state,link_a,link_b\n";
   const RobotSessionOptions settings = {options.isa, options.thread_count, options.policies};
   const std::vector<MaskedPair> matrix = choose_matrix(options, robot, disabled.pairs, settings);
@@ -288,6 +326,7 @@ int robot_command(const RobotCommandOptions& options) {
   if (hits) hits.close();
   print_table(options, robot, session, matrix, totals);
   if (json) write_json(json, to_json(options, robot, session, matrix, totals));
+  if (!options.recording.path.empty()) write_recording(options, robot, std::move(masked), states);
   return 0;
 }
 
