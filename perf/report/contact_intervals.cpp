@@ -19,10 +19,6 @@ double shallowness(float depth) {
 
 }  // namespace
 
-LinkPlaces ordered(const LinkPlace& one, const LinkPlace& other) {
-  return other < one ? LinkPlaces{other, one} : LinkPlaces{one, other};
-}
-
 void IntervalFinder::add_frame(const Moment& moment, std::vector<LinkHit> hits) {
   if (!open_.empty() && open_.front().last.frame + 1 != moment.frame) finish();
   std::sort(hits.begin(), hits.end(), [](const LinkHit& one, const LinkHit& other) {

@@ -15,15 +15,12 @@ struct LinkPlace {
   auto operator<=>(const LinkPlace&) const = default;
 };
 
-// Two links of a recording, a < b.
+// Two links of a recording, in the order of its hits: a pair has one order in all of them.
 struct LinkPlaces {
   LinkPlace a;
   LinkPlace b;
   auto operator<=>(const LinkPlaces&) const = default;
 };
-
-// The pair of two links in either order.
-LinkPlaces ordered(const LinkPlace& one, const LinkPlace& other);
 
 // A hit of two links. The depth is NaN if none is known.
 struct LinkHit {

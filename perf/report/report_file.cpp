@@ -72,7 +72,7 @@ std::optional<std::vector<LinkHit>> hits_of(const record::RecordedFrame& frame, 
     float depth = std::numeric_limits<float>::quiet_NaN();
     if (h < frame.contacts.size) depth = depth_of(frame.contacts[h]);
     if (metres_per_unit > 0) depth = static_cast<float>(static_cast<double>(depth) * metres_per_unit);
-    hits.push_back({ordered(*a, *b), depth});
+    hits.push_back({{*a, *b}, depth});
   }
   return hits;
 }

@@ -104,8 +104,8 @@ std::filesystem::path find_page() {
 }
 
 std::string how_to_get_page() {
-  return "the page of the viewer, cab_view.html, is not beside this command; "
-         "`npm ci && npm run build` in perf/view of the sources makes it, and --page FILE says where it is";
+  return "the page of the viewer, cab_view.html, is not beside this command; `./dev view` in the sources makes it in "
+         "build/view, and --page FILE says where it is";
 }
 
 Page read_page(const std::filesystem::path& path) {

@@ -68,12 +68,27 @@ export function makeMatrix({pairs}: CharacterPair, most: number): Matrix {
 
 export type Measure = 'share' | 'depth';
 
-/** From 0, where a pair hardly touches, to 1 for the pair that touches the most. Null: the measure knows nothing. */
-export function heat(pair: ReportPair, measure: Measure, pairs: readonly ReportPair[]): number | null {
-  const value = (of: ReportPair): number | null => measure === 'share' ? of.share : of.worst_depth;
-  const own = value(pair);
-  if (own === null) return null;
-  let most = 0;
-  for (const other of pairs) most = Math.max(most, value(other) ?? 0);
+/** How much a pair touches. Null: the measure knows nothing of it. */
+export const measureOf = (pair: ReportPair, measure: Measure): number | null =>
+  measure === 'share' ? pair.share : pair.worst_depth;
+
+/** The pair that touches the most; undefined: the measure knows nothing of any. */
+export function hottest(pairs: readonly ReportPair[], measure: Measure): ReportPair | undefined {
+  let best: ReportPair | undefined;
+  let most = -Infinity;
+  for (const pair of pairs) {
+    const value = measureOf(pair, measure) ?? -Infinity;
+    if (value <= most) continue;
+    best = pair;
+    most = value;
+  }
+  return best;
+}
+
+/** From 0, where a pair hardly touches, to 1 for the one that touches the most. Null: the measure knows nothing. */
+export function heat(pair: ReportPair, measure: Measure, hottestPair: ReportPair | undefined): number | null {
+  const own = measureOf(pair, measure);
+  const most = hottestPair && measureOf(hottestPair, measure);
+  if (own === null || most === null || most === undefined) return null;
   return most > 0 ? Math.min(Math.max(own / most, 0), 1) : 0;
 }

@@ -1,7 +1,7 @@
 // Shows the matrix of links of two characters as a heat map, whose numbers stand below it in words.
 import {el, setText} from '../ui/dom.js';
-import {characterPairs, type CharacterPair, heat, makeMatrix, type Measure} from './matrix_data.js';
-import {pairSentence} from './texts.js';
+import {characterPairs, type CharacterPair, heat, hottest, makeMatrix, type Measure} from './matrix_data.js';
+import {depthText, pairSentence, shareText} from './texts.js';
 import type {Report, ReportPair} from './types.js';
 
 const MOST_LINKS = 80;
@@ -16,8 +16,8 @@ export class MatrixView {
   readonly #measure = el('select', {'aria-label': 'Colour by', change: () => this.#show()},
     el('option', {value: 'share'}, 'share of frames'), el('option', {value: 'depth'}, 'worst depth'));
   readonly #grid = el('div', {class: 'report-scroll'});
-  readonly #note = el('p', {class: 'report-quiet'});
-  readonly #words = el('p', {class: 'report-status', 'aria-live': 'polite'});
+  readonly #note = el('p', {class: 'quiet'});
+  readonly #words = el('p', {class: 'quiet', 'aria-live': 'polite'});
   #found: CharacterPair[] = [];
 
   constructor(report: Report, names: readonly string[], onOpen: (pair: ReportPair) => void) {
@@ -47,8 +47,8 @@ export class MatrixView {
     setText(this.#words, chosen ? 'Point at a cell, or walk with the arrow keys, to read its numbers.' :
       'No pair of links passes the filters.');
     const rest = this.#found.length - MOST_CHARACTER_PAIRS;
-    const notes = rest > 0 ? [`The list has the worst ${MOST_CHARACTER_PAIRS} pairs of characters; filter for others.`] :
-      [];
+    const notes: string[] = [];
+    if (rest > 0) notes.push(`The list has the worst ${MOST_CHARACTER_PAIRS} pairs of characters; filter for others.`);
     if (!chosen) {
       this.#grid.replaceChildren();
       setText(this.#note, '');
@@ -56,12 +56,14 @@ export class MatrixView {
     }
     const matrix = makeMatrix(chosen, MOST_LINKS);
     if (matrix.leftOut > 0) notes.push(`${matrix.leftOut} links that touch the least are left out.`);
-    setText(this.#note, notes.join(' '));
     const measure = this.#measure.value as Measure;
+    const hottestPair = hottest(chosen.pairs, measure);
+    notes.unshift(this.#scale(hottestPair, measure));
+    setText(this.#note, notes.join(' '));
     const {columns, rows, cells} = matrix;
     const header = el('tr', {}, el('td'), ...columns.map((name) => el('th', {scope: 'col'}, el('span', {}, name))));
     const body = rows.map((name, row) => el('tr', {}, el('th', {scope: 'row'}, name),
-      ...columns.map((_, column) => this.#cell(cells[row * columns.length + column] ?? null, chosen, measure))));
+      ...columns.map((_, column) => this.#cell(cells[row * columns.length + column] ?? null, measure, hottestPair))));
     const table = el('table', {'aria-label': `Links of ${chosen.a} and ${chosen.b} that touch`},
       el('thead', {}, header), el('tbody', {}, ...body));
     table.addEventListener('keydown', (event) => walk(event));
@@ -69,10 +71,17 @@ export class MatrixView {
     table.querySelector('button')?.setAttribute('tabindex', '0');
   }
 
-  #cell(pair: ReportPair | null, {pairs}: CharacterPair, measure: Measure): HTMLTableCellElement {
+  #scale(pair: ReportPair | undefined, measure: Measure): string {
+    if (!pair) return 'No depth is known; record it with contacts.';
+    const most = measure === 'share' ? `${shareText(pair.share)} of the frames` :
+      depthText(pair.worst_depth, this.#report.files[pair.file]);
+    return `The warmest colour is ${most}, the coolest none.`;
+  }
+
+  #cell(pair: ReportPair | null, measure: Measure, hottestPair: ReportPair | undefined): HTMLTableCellElement {
     if (!pair) return el('td');
     const sentence = pairSentence(pair, this.#report.files[pair.file]);
-    const warmth = heat(pair, measure, pairs);
+    const warmth = heat(pair, measure, hottestPair);
     const tell = (): void => setText(this.#words, sentence);
     const button = el('button', {
       type: 'button', tabindex: -1, title: sentence, 'aria-label': sentence,
@@ -83,7 +92,7 @@ export class MatrixView {
   }
 }
 
-// Moves the focus to the next cell with a contact in the direction of an arrow key, of which one is in the order of Tab.
+// Moves the focus to the next cell with a contact in the direction of an arrow key. Tab reaches one cell alone.
 function walk(event: KeyboardEvent): void {
   const steps: Record<string, readonly [row: number, column: number]> = {
     ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowDown: [1, 0], ArrowUp: [-1, 0],

@@ -44,17 +44,15 @@ function heading(report: Report): HTMLElement {
   const bad = report.files.filter(({problems}) => problems.length > 0).length;
   const outside = report.files.filter(({recording, frames}) => recording === null && frames > 0);
   const notes = notesOf(report);
-  if (outside.length > 0) {
-    notes.push(`${plural(outside.length, 'recording')} of ${report.files.length} ` +
-      `${outside.length === 1 ? 'is' : 'are'} not in this page; \`cab view FILE\` shows them.`);
-  }
+  if (outside.length > 0)
+    notes.push(`Not in this page: ${outside.length} of ${plural(report.files.length, 'file')}; see cab view FILE.`);
   const problems = bad === 0 ? [] : [el('p', {class: 'report-problem', role: 'status'},
     `\u26a0 ${plural(bad, 'file')} could not be read in full; the tab Files says what is missing.`)];
   return el('header', {}, el('h2', {}, 'Contacts'),
     el('p', {}, report.interval_count === 0 ? `No contact in ${plural(report.files.length, 'recording')}.` :
       `${plural(report.interval_count, 'interval')} of ${plural(report.pair_count, 'pair')} of links in ` +
       `${plural(report.files.length, 'recording')}, worst first.`),
-    ...problems, ...notes.map((note) => el('p', {class: 'report-quiet'}, note)));
+    ...problems, ...notes.map((note) => el('p', {class: 'quiet'}, note)));
 }
 
 /** Fills an element with a report. `open` is called when a row with an embedded recording is opened. */

@@ -19,7 +19,7 @@ export class RowTable<R> {
   readonly element: HTMLElement;
   readonly #options: RowTableOptions<R>;
   readonly #body = el('tbody');
-  readonly #status = el('p', {class: 'report-status', 'aria-live': 'polite'});
+  readonly #status = el('p', {class: 'quiet', 'aria-live': 'polite'});
   readonly #previous = el('button', {type: 'button', click: () => this.#turn(-1)}, 'Previous rows');
   readonly #next = el('button', {type: 'button', click: () => this.#turn(1)}, 'Next rows');
   readonly #headers: HTMLTableCellElement[];
@@ -98,9 +98,9 @@ export class RowTable<R> {
   #row(row: R): HTMLTableRowElement {
     const {columns, strip, openable, onOpen} = this.#options;
     const state = openable(row);
-    const button = 'words' in state ?
-      el('button', {type: 'button', 'aria-label': state.words, title: state.words}, '\u25b6') :
-      el('button', {type: 'button', 'aria-disabled': 'true', 'aria-label': state.reason, title: state.reason}, '\u2013');
+    const [words, sign] = 'words' in state ? [state.words, '\u25b6'] : [state.reason, '\u2013'];
+    const button = el('button', {type: 'button', 'aria-label': words, title: words}, sign);
+    if ('reason' in state) button.setAttribute('aria-disabled', 'true');
     const element = el('tr', {}, el('td', {}, button),
       ...columns.map((column) => this.#dataCell(column, column.text(row))),
       ...(strip ? [el('td', {class: 'strip'}, strip(row))] : []));

@@ -4,11 +4,11 @@ import type {ReportInterval} from './types.js';
 const NAMESPACE = 'http://www.w3.org/2000/svg';
 const WIDTH = 160;
 const HEIGHT = 12;
-const LEAST_WIDTH = 1.5;
+const LEAST_WIDTH = 3;
 
-function rectangle(kind: string, x: number, width: number): SVGElement {
+function rectangle(kind: string, x: number, width: number, height: number): SVGElement {
   const element = document.createElementNS(NAMESPACE, 'rect');
-  const attributes = {class: kind, x, y: 0, width, height: HEIGHT};
+  const attributes = {class: kind, x, y: HEIGHT - height, width, height};
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
   return element;
 }
@@ -24,8 +24,9 @@ export function makeStrip(intervals: readonly Pick<ReportInterval, 'first' | 'la
   const at = (frame: number): number => WIDTH * frame / Math.max(frames, 1);
   for (const {first, last} of intervals) {
     const width = Math.max(at(last + 1) - at(first), LEAST_WIDTH);
-    strip.append(rectangle('touch', Math.min(at(first), WIDTH - width), width));
+    strip.append(rectangle('touch', Math.min(at(first), WIDTH - width), width, HEIGHT));
   }
-  strip.append(rectangle('worst', Math.min(at(worstFrame + 0.5), WIDTH - LEAST_WIDTH), LEAST_WIDTH));
+  const worst = Math.min(at(worstFrame), WIDTH - LEAST_WIDTH);
+  strip.append(rectangle('worst', worst, LEAST_WIDTH, HEIGHT / 2));
   return strip;
 }
