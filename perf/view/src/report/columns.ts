@@ -1,6 +1,6 @@
 // The columns of the tables of intervals, pairs and files.
-import {count, seconds} from '../ui/format.js';
-import {baseName, depthText, shareText} from './texts.js';
+import {count} from '../ui/format.js';
+import {baseName, depthText, momentText, shareText} from './texts.js';
 import type {Report, ReportFile, ReportInterval, ReportPair, Row} from './types.js';
 
 /** What rows are sorted by. Null stands last in either order. */
@@ -55,7 +55,7 @@ function depthColumn<R extends Row>(report: Report): Column<R> {
 
 function worstColumn<R extends Row>(): Column<R> {
   return numbers(['At', 'when the deepest contact is'], (row) => row.worst_frame,
-    (row) => `${count(row.worst_frame)} (${seconds(row.worst_seconds)})`);
+    (row) => momentText(row.worst_frame, row.worst_seconds));
 }
 
 export function intervalColumns(report: Report, names: readonly string[]): Column<ReportInterval>[] {
