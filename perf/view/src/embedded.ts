@@ -1,4 +1,5 @@
-// What the page carries: recordings, and both modules of the engine.
+// What the page carries: recordings, a report, and both modules of the engine.
+import type {Report} from './report/types.js';
 
 export interface EmbeddedRecording {
   name: string;
@@ -19,6 +20,12 @@ export function embeddedRecordings(): EmbeddedRecording[] {
     name: script.dataset['name'] || `recording ${i + 1}`,
     bytes: () => decode(script.textContent ?? ''),
   }));
+}
+
+/** What `cab report` has found. Null: the page has no report. */
+export function embeddedReport(): Report | null {
+  const script = document.getElementById('cab-report');
+  return script ? JSON.parse(script.textContent ?? '') as Report : null;
 }
 
 /** One of the two WebAssembly modules of the engine: base64 of its deflated bytes. */

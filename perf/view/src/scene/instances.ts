@@ -138,11 +138,14 @@ export class Instances {
   readonly #geometry: THREE.InstancedBufferGeometry;
   readonly #material: THREE.ShaderMaterial;
   readonly #chunk: number;
+  readonly #pointsOfCopy: number;
   #texture: THREE.DataTexture | null = null;
   #count = 0;
 
   constructor(shape: THREE.BufferGeometry, look: Look, bothSides = false) {
-    this.#chunk = Math.max(1, Math.floor(VERTICES_OF_CHUNK / shape.getAttribute('position').count));
+    const vertices = shape.getAttribute('position').count;
+    this.#chunk = Math.max(1, Math.floor(VERTICES_OF_CHUNK / vertices));
+    this.#pointsOfCopy = shape.index ? shape.index.count : vertices;
     this.#geometry = makeChunk(shape, this.#chunk);
     const [vertexShader, fragmentShader] = SHADERS[look];
     this.#material = new THREE.ShaderMaterial({
@@ -172,6 +175,7 @@ export class Instances {
   set count(count: number) {
     this.#count = count;
     this.#geometry.instanceCount = Math.ceil(count / this.#chunk);
+    this.#geometry.setDrawRange(0, count < this.#chunk ? count * this.#pointsOfCopy : Infinity);
     this.#material.uniforms['count']!.value = count;
     this.object.visible = count > 0;
   }

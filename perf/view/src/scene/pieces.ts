@@ -52,7 +52,6 @@ function partRows(part: Part, scale: readonly [number, number, number]): Float32
 class Collector {
   readonly #groups = new Map<string, PieceGroup>();
   readonly #fineness: Fineness;
-  #hulls = 0;
 
   constructor(fineness: Fineness) {
     this.#fineness = fineness;
@@ -94,7 +93,7 @@ class Collector {
         return put('half space', unitQuad, [1, 1, 0], [size, size, 1]);
       }
       case 'convex_hull':
-        return put(`hull ${this.#hulls++}`, () => hull(part.vertices), extentsOf(part.vertices), [1, 1, 1]);
+        return put(`hull ${part.vertices.join(' ')}`, () => hull(part.vertices), extentsOf(part.vertices), [1, 1, 1]);
     }
   }
 

@@ -18,7 +18,7 @@ export interface DialActions {
 const RESULTS = {
   milliseconds: 'Time',
   boxTests: 'Box tests',
-  leafPairs: 'Leaf pairs (#coll)',
+  leafPairs: 'Leaf pairs',
   exactTests: 'Exact tests',
   falsePositives: 'False positives',
   hits: 'Hits',
@@ -36,6 +36,7 @@ export class DialPanel {
   readonly #levelLeaves: HTMLInputElement;
   readonly #cells = new Map<ResultRow, {recorded: HTMLElement; here: HTMLElement}>();
   readonly #engine = el('p', {class: 'quiet'}, 'The engine is starting.');
+  readonly #notes = el('p', {class: 'quiet'});
   readonly #verdict = el('p', {class: 'verdict', role: 'status'}, '');
   readonly #reset: HTMLButtonElement;
   readonly #rerun: HTMLButtonElement;
@@ -59,16 +60,15 @@ export class DialPanel {
     fields.append(
       el('label', {title: 'Links at most this far apart are reported too'}, el('span', {}, 'Margin'), this.#margin),
       el('label', {title: 'Articulations are replaced by a level of detail of at most so many leaves'},
-         el('span', {}, 'Level of detail, leaves'), this.#levelLeaves));
-    this.#reset = button('As recorded', () => actions.onDial({}));
+         el('span', {}, 'Level, leaves'), this.#levelLeaves));
+    this.#reset = button('Reset', () => actions.onDial({}));
     this.#rerun = button('Rerun all frames', actions.onRerunAll);
     this.#stop = button('Stop', actions.onStop);
     const playing = el('input', {type: 'checkbox', change: () => actions.onRunWhilePlaying(playing.checked)});
-    this.element = el('section', {class: 'dial-panel', 'aria-label': 'The dial'},
-      this.#engine, fields, el('div', {class: 'row'}, this.#reset, el('label', {class: 'check'}, playing,
-        'run each frame while playing')),
-      this.#resultTable(), this.#verdict, el('div', {class: 'row'}, this.#rerun, this.#stop, this.#progress),
-      this.#rerunText);
+    this.element = el('section', {class: 'dial-panel', 'aria-label': 'The dial'}, fields,
+      el('div', {class: 'row'}, this.#reset, el('label', {class: 'check'}, playing, 'run each frame while playing')),
+      this.#resultTable(), this.#verdict, this.#notes,
+      el('div', {class: 'row'}, this.#rerun, this.#stop, this.#progress), this.#rerunText, this.#engine);
     this.#progress.hidden = true;
     this.#stop.hidden = true;
     this.setEngine(null);
@@ -118,8 +118,8 @@ export class DialPanel {
   /** What the frame was recorded with, as the words of "as recorded". */
   showRecorded(frame: Frame): void {
     const {policies, margin} = frame.settings;
-    for (const [name, select] of this.#selects) setText(select.options[0]!, `as recorded: ${policies[name] ?? '?'}`);
-    this.#margin.placeholder = `as recorded: ${margin}`;
+    for (const [name, select] of this.#selects) setText(select.options[0]!, `${policies[name] ?? 'unknown'}, recorded`);
+    this.#margin.placeholder = `${margin}, recorded`;
     const {stats} = frame;
     this.#write('recorded', {
       milliseconds: stats.secondsTotal * 1000, boxTests: stats.boxTests, leafPairs: stats.leafPairs,
@@ -140,6 +140,7 @@ export class DialPanel {
     const {kind, text} = verdictOf(frame, result, this.#dial);
     setText(this.#verdict, text);
     this.#verdict.className = `verdict ${kind}`;
+    setText(this.#notes, result.notes.join(' '));
     this.element.classList.remove('stale');
   }
 

@@ -1,5 +1,6 @@
 // What batches, instances and links are called.
 import type {Articulation, Recording} from '../recording/types.js';
+import type {Hit} from '../scene/hits.js';
 
 export class Names {
   readonly #recording: Recording;
@@ -35,6 +36,13 @@ export class Names {
   place(batch: number, instance: number, link: number): string {
     const name = this.instance(batch, instance);
     return this.#recording.batches[batch]?.staticBodies ? name : `${name}: ${this.link(batch, link)}`;
+  }
+
+  /** Two links. Of one instance, its name is there once. */
+  pair(batchA: number, {instanceA, linkA, instanceB, linkB}: Hit, batchB: number): string {
+    const a = this.place(batchA, instanceA, linkA);
+    const isWithin = batchA === batchB && instanceA === instanceB;
+    return `${a} \u2013 ${isWithin ? this.link(batchB, linkB) : this.place(batchB, instanceB, linkB)}`;
   }
 
   // A level of detail may have no names of links, and then has those of what it is a level of.

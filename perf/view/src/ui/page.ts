@@ -1,7 +1,9 @@
 // The page around the viewer: which recording is open, files that are dropped on it, and the object for tests.
-import type {EmbeddedRecording} from '../embedded.js';
+import {type EmbeddedRecording, placeInFragment} from '../embedded.js';
 import type {EngineInPage} from '../engine/types.js';
 import type {Recording} from '../recording/types.js';
+import type {LinkRef, OpenRecording, PairRef} from '../report/types.js';
+import type {Hit} from '../scene/hits.js';
 import {el, setText} from './dom.js';
 import {plural, wordsOf} from './format.js';
 import {makeHelp} from './help.js';
@@ -13,6 +15,8 @@ export interface PageOptions {
   embedded: readonly EmbeddedRecording[];
   read: (bytes: Uint8Array, name: string) => Recording;
   startEngine: (recording: Recording) => Promise<EngineInPage>;
+  /** Fills an element with the report that the page carries; null: it carries none. */
+  showReport: ((element: HTMLElement, open: OpenRecording) => void) | null;
 }
 
 /** Something that can be opened. */
@@ -29,6 +33,8 @@ export class Page implements CabPage {
   readonly #title = el('h1', {}, 'cab');
   readonly #chooser: HTMLSelectElement;
   readonly #place = el('div', {class: 'place'});
+  readonly #report = el('div', {class: 'report-place', hidden: true});
+  readonly #toReport: HTMLButtonElement;
   readonly #sources: Source[];
   readonly #pageErrors: string[] = [];
   #viewer: Viewer | null = null;
@@ -43,14 +49,41 @@ export class Page implements CabPage {
       type: 'file', accept: '.cab', hidden: true, 'aria-label': 'Open a recording',
       change: () => this.#openFile(file.files?.[0]),
     });
+    this.#toReport = el('button', {type: 'button', hidden: true, click: () => (location.hash = '')}, 'Report');
     this.element = el('div', {class: 'page'},
       el('header', {class: 'top'}, el('span', {class: 'brand'}, 'cab'), this.#title, this.#chooser,
-        el('span', {class: 'spring'}),
+        el('span', {class: 'spring'}), this.#toReport,
         el('button', {type: 'button', click: () => file.click()}, 'Open\u2026'), file,
         el('button', {type: 'button', title: 'Keys and mouse (?)', click: () => this.#showHelp()}, 'Help')),
-      this.#messages.element, this.#place, this.#help);
+      this.#messages.element, this.#report, this.#place, this.#help);
     this.#listen();
     this.#showStart();
+    options.showReport?.(this.#report, (recording, frame, pair) => this.#openFromReport(recording, frame, pair));
+    window.addEventListener('hashchange', () => this.#follow());
+    this.#follow();
+  }
+
+  // The fragment says what is shown: a recording at a frame, else the report, else the first recording.
+  #follow(): void {
+    const place = placeInFragment();
+    const showsReport = place === null && this.#options.showReport !== null;
+    this.#report.hidden = !showsReport;
+    this.#place.hidden = showsReport;
+    this.#toReport.hidden = showsReport || this.#options.showReport === null;
+    if (showsReport) {
+      this.#viewer?.player.pause();
+      setText(this.#title, 'Report');
+    } else if (place || this.#sources.length > 0) {
+      void this.open(place?.recording ?? 0, place?.frame ?? 0);
+    }
+  }
+
+  #openFromReport(recording: number, frame: number, pair: PairRef): void {
+    const hash = `#recording=${recording}&frame=${frame}`;
+    if (location.hash === hash) this.#follow();
+    else location.hash = hash;
+    // The fragment has opened the recording before the pair is asked for.
+    setTimeout(() => void this.#opening.then(() => this.#viewer?.selectPair(hitOf(pair))));
   }
 
   #listen(): void {
@@ -95,6 +128,7 @@ export class Page implements CabPage {
 
   async #open(index: number, frame: number): Promise<void> {
     if (index === this.#shown && this.#viewer) {
+      setText(this.#title, this.#viewer.title);
       this.#viewer.player.pause();
       this.#viewer.player.goTo(frame);
       return;
@@ -125,10 +159,12 @@ export class Page implements CabPage {
   async #show(source: Source, frame: number): Promise<void> {
     const recording = this.#options.read(await source.bytes(), source.name);
     for (const problem of recording.problems) this.#messages.add(problem, 'problem');
-    setText(this.#title, recording.header.title || source.name);
-    document.title = `${recording.header.title || source.name} \u2013 cab`;
+    const title = recording.header.title || source.name;
+    setText(this.#title, title);
+    document.title = `${title} \u2013 cab`;
     const viewer = new Viewer({
       recording,
+      title,
       engine: this.#options.startEngine(recording),
       messages: this.#messages,
       firstFrame: frame,
@@ -243,4 +279,9 @@ export class Page implements CabPage {
   select(batch: number, instance: number): void {
     this.#viewer?.select(batch, instance);
   }
+}
+
+function hitOf({a, b}: PairRef): Hit {
+  const [[slotA, instanceA, linkA], [slotB, instanceB, linkB]]: [LinkRef, LinkRef] = [a, b];
+  return {slotA, instanceA, linkA, slotB, instanceB, linkB};
 }

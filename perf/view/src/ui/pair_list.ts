@@ -61,10 +61,7 @@ export class PairList {
   #textOf(pair: PairHistory): string {
     const known = this.#texts.get(pair);
     if (known !== undefined) return known;
-    const {names} = this.#options;
-    const {hit, batchA, batchB} = pair;
-    const text = `${names.place(batchA, hit.instanceA, hit.linkA)} \u2013 ` +
-        `${names.place(batchB, hit.instanceB, hit.linkB)}`;
+    const text = this.#options.names.pair(pair.batchA, pair.hit, pair.batchB);
     this.#texts.set(pair, text);
     return text;
   }

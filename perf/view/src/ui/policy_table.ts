@@ -47,8 +47,8 @@ export const POLICY_TABLE: readonly PolicyField[] = [
     label: 'Axes',
     meaning: 'Which axes can separate two oriented boxes',
     values: {
-      all15: 'six face normals and nine cross products of edges',
-      faces6: 'the six face normals: less time per test, more pairs pass',
+      all_15: 'six face normals and nine cross products of edges',
+      faces_6: 'the six face normals: less time per test, more pairs pass',
     },
   },
   {

@@ -61,8 +61,7 @@ function describe(recorded: Uint32Array, here: Uint32Array, batches: readonly nu
   const name = (words: Uint32Array): string => {
     if (index >= hitCount(words)) return 'no hit';
     const hit = hitAt(words, index);
-    return `${names.place(batchOfSlot.get(hit.slotA) ?? -1, hit.instanceA, hit.linkA)} \u2013 ` +
-        names.place(batchOfSlot.get(hit.slotB) ?? -1, hit.instanceB, hit.linkB);
+    return names.pair(batchOfSlot.get(hit.slotA) ?? -1, hit, batchOfSlot.get(hit.slotB) ?? -1);
   };
   return `hit ${index} was recorded as ${name(recorded)}, and here is ${name(here)}`;
 }

@@ -121,7 +121,8 @@ export class Timeline {
       context.moveTo(x, height - AXIS_HEIGHT);
       context.lineTo(x, height - AXIS_HEIGHT + 4);
       context.stroke();
-      context.fillText(`${count(frame)} \u00b7 ${seconds(this.#player.timeOf(frame))}`, x + 3, height - 3);
+      const words = `${count(frame)} \u00b7 ${seconds(this.#player.timeOf(frame))}`;
+      if (x + 3 + context.measureText(words).width < width) context.fillText(words, x + 3, height - 3);
     }
   }
 }

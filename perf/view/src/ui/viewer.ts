@@ -1,7 +1,7 @@
 // Plays one recording: joins the scene, the panels, the keyboard and the engine in the page.
 import type {EngineInPage} from '../engine/types.js';
 import type {Frame, Recording, Stats} from '../recording/types.js';
-import {hitCount} from '../scene/hits.js';
+import {type Hit, hitCount, isSamePair} from '../scene/hits.js';
 import {type Label, SceneView} from '../scene/scene_view.js';
 import {countIn, type Selection, Stage} from '../scene/stage.js';
 import {aboutOf} from './about.js';
@@ -29,6 +29,7 @@ const SAMPLES = 5;
 
 export interface ViewerOptions {
   recording: Recording;
+  title: string;
   /** Rejects with the reason why there is no engine. */
   engine: Promise<EngineInPage>;
   messages: Messages;
@@ -38,6 +39,7 @@ export interface ViewerOptions {
 
 export class Viewer {
   readonly element: HTMLElement;
+  readonly title: string;
   readonly player: Player;
   readonly live: LiveEngine;
   /** Settles when all frames are read. */
@@ -63,8 +65,9 @@ export class Viewer {
   #selectedPair: PairHistory | null = null;
 
   /** Throws if no frame can be read, or if the browser cannot draw. */
-  constructor({recording, engine, messages, firstFrame, onHelp}: ViewerOptions) {
+  constructor({recording, title, engine, messages, firstFrame, onHelp}: ViewerOptions) {
     this.#recording = recording;
+    this.title = title;
     this.#messages = messages;
     this.#names = new Names(recording);
     const samples = sampleFrames(recording);
@@ -242,6 +245,14 @@ export class Viewer {
     this.player.pause();
     this.player.goTo(frame);
     this.#draw();
+  }
+
+  /** Selects a pair of links once all frames are read, if it touches in any of them. */
+  selectPair(hit: Hit): void {
+    void this.indexed.then(() => {
+      const pair = this.#index.pairs.find((known) => isSamePair(known.hit, hit));
+      if (pair) this.#pickPair(pair, this.player.frame);
+    });
   }
 
   select(batch: number, instance: number): void {
