@@ -10,6 +10,7 @@ import {Fnv1a, hashOfHits} from '../../perf/view/src/engine/fnv1a.js';
 import type {EngineInPage} from '../../perf/view/src/engine/types.js';
 import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Articulation, Batch, Input, Recording, Settings} from '../../perf/view/src/recording/types.js';
+import {fixture} from './fixture.js';
 import {
   ARM, armPoses, boxOf, CRATE, CRATES, DEFINITIONS, HEADER, inputOf, NO_STATS, Numbers, POLICIES, posesOf,
   SETTINGS,
@@ -17,12 +18,11 @@ import {
 import type {Contents, WrittenFrame} from './write_recording.js';
 import {chunkOfContents, fileOf} from './write_recording.js';
 
-const FIXTURES = process.env['CAB_FIXTURES']!;
-const PACKAGE = process.env['CAB_PACKAGE']!;
+const MODULES_AT = new URL('../engine_package/', import.meta.url);
 
 const MODULES = {
-  wasm128: new WebAssembly.Module(readFileSync(`${PACKAGE}/cab_simd.wasm`)),
-  scalar: new WebAssembly.Module(readFileSync(`${PACKAGE}/cab_scalar.wasm`)),
+  wasm128: new WebAssembly.Module(readFileSync(new URL('cab_simd.wasm', MODULES_AT))),
+  scalar: new WebAssembly.Module(readFileSync(new URL('cab_scalar.wasm', MODULES_AT))),
 };
 
 /** The ways to run: both modules, and both instruction sets of the one with SIMD. */
@@ -166,7 +166,7 @@ test('links that touch are hits with the slots of the recording, by every instru
 
 test('a recording of another machine has the same bits here', async () => {
   // Written by `cab record` with AVX-512.
-  const recording = readRecording(readFileSync(`${FIXTURES}/avx512.cab`), 'avx512.cab');
+  const recording = readRecording(fixture('avx512.cab'), 'avx512.cab');
   assert.equal(recording.header.isa, 'avx512');
   assert.deepEqual(recording.problems, []);
   for (const way of WAYS) {

@@ -1,16 +1,15 @@
 // Recordings that are whole: everything that is written is read.
 import assert from 'node:assert/strict';
-import {readFileSync} from 'node:fs';
 import test from 'node:test';
 import {crc32 as crc32OfNode} from 'node:zlib';
 import {crc32} from '../../perf/view/src/recording/crc32.js';
 import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Articulation, Frame} from '../../perf/view/src/recording/types.js';
 import {ARM, ARMS, CRATE, CRATES, DEFINITIONS, FLOOR, frameOf, HEADER, Numbers, posesOf} from './scene.js';
+import {fixture} from './fixture.js';
 import type {WrittenFrame} from './write_recording.js';
 import {chunkOfContents, fileOf} from './write_recording.js';
 
-const FIXTURES = process.env['CAB_FIXTURES']!;
 
 /** A frame as the reader gives it. */
 const read = (frame: WrittenFrame): Frame => ({
@@ -158,7 +157,7 @@ test('links without names are numbered', () => {
 
 test('chunks that zstd compressed are read', () => {
   // Eight frames of the scene in two chunks, by zstd -19.
-  const recording = readRecording(readFileSync(`${FIXTURES}/arms_zstd.cab`), 'arms_zstd.cab');
+  const recording = readRecording(fixture('arms_zstd.cab'), 'arms_zstd.cab');
   assert.deepEqual(recording.problems, []);
   assert.deepEqual(recording.articulations, [ARM, CRATE]);
   assert.equal(recording.frameCount, 8);

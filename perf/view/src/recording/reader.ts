@@ -9,7 +9,8 @@ import {Payload} from './payload.js';
 import type {Articulation, Batch, Frame, Header, Recording} from './types.js';
 
 const KEPT_FRAMES = 8;
-const KEPT_CHUNKS = 2;
+const KEPT_CHUNK_BYTES = 1 << 26;
+const LEAST_KEPT_CHUNKS = 2;
 
 /** Reads a file whose name is for messages. Throws RecordingError where nothing of it can be shown. */
 export function readRecording(bytes: ArrayBuffer | Uint8Array, name: string): Recording {
@@ -38,7 +39,7 @@ class FileRecording implements Recording {
   readonly #definitions: Definitions;
   #definitionsLost: RecordingError | null;
   #problems: string[];
-  #chunks = new Kept<FramesOfChunk>(KEPT_CHUNKS);
+  readonly #chunks: Kept<FramesOfChunk>;
   #frames = new Kept<Frame>(KEPT_FRAMES);
   readonly #withFrames: readonly Chunk[];
 
@@ -47,6 +48,8 @@ class FileRecording implements Recording {
     this.#definitionsLost = scan.definitionsLost;
     this.#definitions = this.#readDefinitions();
     this.#withFrames = scan.chunks.filter(({frameCount}) => frameCount > 0);
+    const largest = this.#withFrames.reduce((most, {bytes}) => Math.max(most, bytes), 1);
+    this.#chunks = new Kept(Math.max(LEAST_KEPT_CHUNKS, Math.floor(KEPT_CHUNK_BYTES / largest)));
     this.frameCount = scan.frameCount;
     this.problems = this.#problems;
   }
