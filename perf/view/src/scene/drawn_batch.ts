@@ -130,15 +130,17 @@ export class DrawnBatch {
     }
   }
 
-  addBounds(bounds: Bounds, onlyInstance = -1): void {
+  /** Adds the pieces that stand; -1: those of all instances, of all links. */
+  addBounds(bounds: Bounds, onlyInstance = -1, onlyLink = -1): void {
     for (const {instances, pieces, half, endless} of this.#groups) {
       if (endless) continue;
       let copy = 0;
       for (let i = 0; i < this.instanceCount; ++i) {
         if (this.present[i] === 0) continue;
         const wanted = !this.marks.masked[i] && (onlyInstance < 0 || onlyInstance === i);
-        for (let p = 0; p < pieces.length; ++p, ++copy) {
-          if (wanted) bounds.addRows(instances.data, copy * COPY, half);
+        for (const {link} of pieces) {
+          const at = COPY * copy++;
+          if (wanted && (onlyLink < 0 || onlyLink === link)) bounds.addRows(instances.data, at, half);
         }
       }
     }

@@ -239,18 +239,32 @@ export class Stage {
     return wanted - drawn;
   }
 
-  /** Bounds of everything, or of one instance. */
-  bounds(only: {batch: number; instance: number} | null = null): Bounds {
+  /** Bounds of everything. */
+  bounds(): Bounds {
     const bounds = new Bounds();
-    for (const [index, drawn] of this.#batches) {
-      if (!drawn.object.visible) continue;
-      if (!only) drawn.addBounds(bounds);
-      if (only?.batch === index) drawn.addBounds(bounds, only.instance);
+    for (const drawn of this.#batches.values()) {
+      if (drawn.object.visible) drawn.addBounds(bounds);
     }
-    if (!only) {
-      for (const triangles of this.#triangles.values()) triangles.addBounds(bounds);
-    }
+    for (const triangles of this.#triangles.values()) triangles.addBounds(bounds);
     return bounds;
+  }
+
+  /** Bounds of the selected pair, else of the selected character, else of everything. */
+  boundsOf({pair, instance}: Selection): Bounds {
+    const bounds = new Bounds();
+    if (pair) {
+      this.#addLink(bounds, pair.slotA, pair.instanceA, pair.linkA);
+      this.#addLink(bounds, pair.slotB, pair.instanceB, pair.linkB);
+    } else if (instance) {
+      this.#batches.get(instance.batch)?.addBounds(bounds, instance.instance);
+    }
+    return bounds.empty ? this.bounds() : bounds;
+  }
+
+  #addLink(bounds: Bounds, slot: number, instance: number, link: number): void {
+    const drawn = this.#batches.get(this.#batchOfSlot.get(slot) ?? -1);
+    if (drawn?.isStatic) drawn.addBounds(bounds, 0, instance);
+    else drawn?.addBounds(bounds, instance, link);
   }
 
   /** Instances of a batch whose middle is at most `distance` from a point. */

@@ -6,9 +6,13 @@ import type {Axis} from './up_axis.js';
 
 const FIELD_OF_VIEW = 40;
 const UPS: readonly (readonly [number, number, number])[] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-// From where a scene is first seen, by the axis that points up.
-const DIRECTIONS: readonly (readonly [number, number, number])[] = [[0.45, 0.6, 0.9], [0.6, 0.45, 0.9],
-                                                                    [0.6, -0.9, 0.45]];
+// From the middle of a scene to where it is first seen from: from the front, the side and above.
+function firstDirection(up: Axis): THREE.Vector3 {
+  const direction = new THREE.Vector3().setComponent(up, 0.45);
+  direction.setComponent(up === 0 ? 1 : 0, 0.6);
+  direction.setComponent(up === 2 ? 1 : 2, up === 2 ? -0.9 : 0.9);
+  return direction.normalize();
+}
 
 export class Viewpoint {
   readonly camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
@@ -40,7 +44,7 @@ export class Viewpoint {
   /** Looks at all of the bounds, from the first direction or from where the camera is. */
   fit(bounds: Bounds, keepDirection: boolean): void {
     if (bounds.empty) return;
-    const direction = keepDirection ? this.direction : new THREE.Vector3(...DIRECTIONS[this.#up]!).normalize();
+    const direction = keepDirection ? this.direction : firstDirection(this.#up);
     const radius = Math.max(bounds.radius, 1e-6);
     this.target.set(...bounds.center());
     const distance = this.#fittingDistance(bounds, direction);

@@ -67,7 +67,7 @@ export class DialPanel {
     const playing = el('input', {type: 'checkbox', change: () => actions.onRunWhilePlaying(playing.checked)});
     this.element = el('section', {class: 'dial-panel', 'aria-label': 'The dial'}, fields,
       el('div', {class: 'row'}, this.#reset, el('label', {class: 'check'}, playing, 'run each frame while playing')),
-      this.#resultTable(), this.#verdict, this.#notes,
+      this.#verdict, this.#notes, this.#resultTable(),
       el('div', {class: 'row'}, this.#rerun, this.#stop, this.#progress), this.#rerunText, this.#engine);
     this.#progress.hidden = true;
     this.#stop.hidden = true;

@@ -26,7 +26,7 @@ export const KEYS: readonly (readonly [keys: string, meaning: string])[] = [
   ['c', 'contacts'],
   ['p', 'false positives'],
   ['f', 'follow the selected character'],
-  ['z', 'fit the camera to the scene'],
+  ['z', 'fit the camera to what is selected, or to everything'],
   ['Escape', 'nothing is selected'],
   ['?', 'this help'],
 ];

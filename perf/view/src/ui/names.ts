@@ -9,10 +9,16 @@ export class Names {
     this.#recording = recording;
   }
 
+  /** Batches that are called the same have their numbers too. */
   batch(index: number): string {
+    const name = this.#nameOf(index);
+    const isShared = this.#recording.batches.some((_, other) => other !== index && this.#nameOf(other) === name);
+    return isShared ? `${name} (batch ${index})` : name;
+  }
+
+  #nameOf(index: number): string {
     const batch = this.#recording.batches[index];
-    if (!batch) return `batch ${index}`;
-    return batch.name || this.#articulation(index)?.name || (batch.staticBodies ? 'static bodies' : `batch ${index}`);
+    return batch?.name || this.#articulation(index)?.name || (batch?.staticBodies ? 'static bodies' : `batch ${index}`);
   }
 
   instance(batch: number, instance: number): string {

@@ -48,7 +48,7 @@ export class ViewPanel {
       check(this.#boxes.contacts, 'Contacts', 'Points and normals of contacts (c)'),
       check(this.#boxes.falsePositives, 'False positives', 'Links whose boxes overlap and whose shapes are apart (p)'),
       check(this.#boxes.follow, 'Follow', 'The camera goes along with the selected character (f)'),
-      el('button', {type: 'button', title: 'See everything (Z)', click: onFit}, 'Fit'));
+      el('button', {type: 'button', title: 'Fit the camera to what is selected, or to everything (z)', click: onFit}, 'Fit'));
     this.#entries = {
       hit: entry('hit', 'red: links in a hit'),
       selectedPair: entry('selected', 'red, striped: the selected pair'),

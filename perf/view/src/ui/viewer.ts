@@ -233,7 +233,7 @@ export class Viewer {
   }
 
   #fit(): void {
-    this.#view.viewpoint.fit(this.#stage.bounds(this.#selection.instance), true);
+    this.#view.viewpoint.fit(this.#stage.boundsOf(this.#selection), true);
     this.#view.invalidate();
   }
 
