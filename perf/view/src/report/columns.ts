@@ -10,7 +10,8 @@ export interface Column<R> {
   readonly title: string;
   /** What the number means, in words. */
   readonly meaning: string;
-  readonly isNumber: boolean;
+  /** Words are cut off where they are long, a sentence is not. */
+  readonly kind: 'words' | 'sentence' | 'number';
   readonly key: (row: R) => SortKey;
   readonly text: (row: R) => string;
 }
@@ -18,11 +19,11 @@ export interface Column<R> {
 type Described = readonly [title: string, meaning: string];
 
 function words<R>([title, meaning]: Described, text: (row: R) => string): Column<R> {
-  return {title, meaning, isNumber: false, key: text, text};
+  return {title, meaning, kind: 'words', key: text, text};
 }
 
 function numbers<R>([title, meaning]: Described, key: (row: R) => number | null, text: (row: R) => string): Column<R> {
-  return {title, meaning, isNumber: true, key, text};
+  return {title, meaning, kind: 'number', key, text};
 }
 
 /** Sorts rows by a column; rows of the same key keep their order. */
@@ -97,7 +98,7 @@ export function fileColumns(): Column<FileRow>[] {
       (row) => count(row.file.frames_read)),
     numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst?.worst_depth ?? null,
       (row) => row.worst ? depthText(row.worst.worst_depth, row.file) : '\u2013'),
-    words(['Problems', 'what could not be read'], (row) => row.file.problems.join('; ')),
+    {...words<FileRow>(['Problems', 'what could not be read'], (row) => row.file.problems.join('. ')), kind: 'sentence'},
   ];
 }
 
