@@ -157,6 +157,10 @@ export class Instances {
         lightSeen: {value: light.seen},
       },
       side: bothSides || look === 'box' ? THREE.DoubleSide : THREE.FrontSide,
+      // Wires along the edges of solids are in front of them.
+      polygonOffset: look !== 'wire',
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 1,
       depthTest: look !== 'over',
       depthWrite: look !== 'over',
     });

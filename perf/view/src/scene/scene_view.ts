@@ -64,6 +64,7 @@ export class SceneView {
   render(): boolean {
     if (!this.#stale) return false;
     this.#stale = false;
+    this.viewpoint.setRange(this.#stage.sampled);
     this.#placeLight();
     this.#renderer.render(this.#stage.scene, this.viewpoint.camera);
     this.#placeLabels();

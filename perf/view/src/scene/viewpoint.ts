@@ -45,16 +45,20 @@ export class Viewpoint {
   fit(bounds: Bounds, keepDirection: boolean): void {
     if (bounds.empty) return;
     const direction = keepDirection ? this.direction : firstDirection(this.#up);
-    const radius = Math.max(bounds.radius, 1e-6);
     this.target.set(...bounds.center());
     const distance = this.#fittingDistance(bounds, direction);
     this.camera.position.copy(this.target).addScaledVector(direction, distance);
-    this.camera.near = radius / 200;
-    this.camera.far = distance + radius * 60;
-    this.camera.updateProjectionMatrix();
-    this.#controls.maxDistance = radius * 50;
-    this.#controls.minDistance = radius / 150;
     this.#controls.update();
+  }
+
+  /** Before a picture is drawn: what is near is not cut off, and the scene is drawn to its end. */
+  setRange(scene: Bounds): void {
+    const {camera, target} = this;
+    const distance = camera.position.distanceTo(target);
+    const middle = new THREE.Vector3(...scene.center());
+    camera.far = camera.position.distanceTo(middle) + 8 * scene.radius + distance;
+    camera.near = Math.max(0.02 * distance, 1e-6 * camera.far);
+    camera.updateProjectionMatrix();
   }
 
   // How far from the target all corners of the bounds are in view.
