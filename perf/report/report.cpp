@@ -112,7 +112,7 @@ std::vector<PageRecording> choose_embedded(const std::vector<ReportFile>& files,
     if (!files[f].is_open || files[f].bytes > kMostEmbeddedBytes - bytes) continue;
     bytes += files[f].bytes;
     page.recordings[f] = static_cast<std::uint32_t>(embedded.size());
-    embedded.push_back({files[f].path, files[f].path});
+    embedded.push_back({std::filesystem::path(files[f].path).filename().string(), files[f].path});
   }
   return embedded;
 }

@@ -2,6 +2,7 @@
 
 #include <cab/replay.h>
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -52,11 +53,14 @@ std::optional<LinkPlace> place_of(const BatchesOfSlots& slots, const RecordingNa
   return LinkPlace{batch->second, instance, link};
 }
 
-// The depth of a contact, or NaN if the exact test gave none: then its normal is zero.
+// The depth of a contact, or NaN if there is none. Then its normal is zero, or the file holds what no test computes.
 float depth_of(const Contact& contact) {
   const bool given = contact.normal[0] != 0 || contact.normal[1] != 0 || contact.normal[2] != 0;
-  return given ? contact.depth : std::numeric_limits<float>::quiet_NaN();
+  return given && std::isfinite(contact.depth) ? contact.depth : std::numeric_limits<float>::quiet_NaN();
 }
+
+// A length of time or space that a recording knows, or 0.
+double known(double length) { return std::isfinite(length) && length > 0 ? length : 0; }
 
 // Empty if a hit is of an instance that is not there.
 std::optional<std::vector<LinkHit>> hits_of(const record::RecordedFrame& frame, const RecordingNames& names,
@@ -129,8 +133,8 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
   const record::RecordingInfo info = recording.info();
   file.title = info.title;
   file.frames = recording.frame_count();
-  file.seconds_per_frame = info.seconds_per_frame;
-  file.metres_per_unit = info.metres_per_unit;
+  file.seconds_per_frame = known(info.seconds_per_frame);
+  file.metres_per_unit = known(info.metres_per_unit);
   for (const char* const problem : recording.problems()) file.problems.emplace_back(problem);
   file.names = names_of(recording);
 

@@ -21,7 +21,11 @@ void write_links(std::ostream& out, const ReportFile& file, const LinkPlaces& li
       << csv_field(file.names.link(links.b));
 }
 
-std::string depth_field(float depth) { return std::isnan(depth) ? std::string() : shortest(depth); }
+// Empty for what is unknown.
+template <class Number>
+std::string number_field(Number number) {
+  return std::isfinite(number) ? shortest(number) : std::string();
+}
 
 // The shortest decimal number of a float, so that JSON has no digits that the float does not have.
 Json decimal(float value) {
@@ -102,9 +106,9 @@ void write_interval_header(std::ostream& out) {
 void write_interval(std::ostream& out, const ReportFile& file, const Interval& interval) {
   write_links(out, file, interval.links);
   out << ',' << interval.first.frame << ',' << interval.last.frame << ',' << interval.frames() << ','
-      << shortest(interval.first.seconds) << ',' << shortest(interval.last.seconds) << ','
-      << depth_field(interval.worst_depth) << ',' << interval.worst.frame << ',' << shortest(interval.worst.seconds)
-      << ",\n";
+      << number_field(interval.first.seconds) << ',' << number_field(interval.last.seconds) << ','
+      << number_field(interval.worst_depth) << ',' << interval.worst.frame << ','
+      << number_field(interval.worst.seconds) << ",\n";
 }
 
 void write_problem(std::ostream& out, const ReportFile& file, const std::string& problem) {
@@ -118,8 +122,8 @@ void write_pair_header(std::ostream& out) {
 void write_pair(std::ostream& out, const ReportFile& file, const PairTotals& pair) {
   write_links(out, file, pair.links);
   out << ',' << pair.frames << ',' << shortest(share_of_frames(file, pair)) << ',' << pair.intervals << ','
-      << pair.longest << ',' << depth_field(pair.worst_depth) << ',' << pair.worst.frame << ','
-      << shortest(pair.worst.seconds) << '\n';
+      << pair.longest << ',' << number_field(pair.worst_depth) << ',' << pair.worst.frame << ','
+      << number_field(pair.worst.seconds) << '\n';
 }
 
 double share_of_frames(const ReportFile& file, const PairTotals& pair) {

@@ -6,7 +6,7 @@ import {type Filter, filterIntervals, filterPairs, hasMetres, NO_FILTER} from '.
 import {characterPairs, heat, hottest, makeMatrix} from '../../perf/view/src/report/matrix_data.js';
 import {pairText, readPair} from '../../perf/view/src/report/pair_text.js';
 import {
-  depthText, fileNames, notEmbeddedText, notesOf, pairSentence, shareText,
+  depthText, fileNames, momentText, notEmbeddedText, notesOf, pairSentence, shareText,
 } from '../../perf/view/src/report/texts.js';
 import type {LinkRef, Report, ReportFile, ReportInterval, ReportPair} from '../../perf/view/src/report/types.js';
 
@@ -119,6 +119,8 @@ test('numbers in words', () => {
   assert.equal(depthText(-0.01234, fileOf()), '12.3 mm apart');
   assert.equal(depthText(0.01234, fileOf({metres_per_unit: 0})), '0.0123');
   assert.equal(depthText(null, fileOf()), '\u2013');
+  assert.equal(momentText(1234, 5.678), '1\u202f234 (5.68 s)');
+  assert.equal(momentText(7, null), '7');
   assert.equal(shareText(0), '0 %');
   assert.equal(shareText(0.0005), 'under 0.1 %');
   assert.equal(shareText(0.1234), '12.3 %');
@@ -136,7 +138,8 @@ test('the page says what it leaves out', () => {
   assert.deepEqual(notesOf(reportOf({intervals: [intervalOf(0, 1, 1)]})), []);
   const notes = notesOf(reportOf({interval_count: 30, pair_count: 20, min_depth: 0.002, min_frames: 3}));
   assert.equal(notes.length, 4);
-  assert.match(notes[0]!, /2 mm/);
+  assert.match(notes[0]!, /2\.00 mm/);
+  assert.match(notesOf(reportOf({min_depth: 2, files: [fileOf({metres_per_unit: 0})]}))[0]!, / 2\.00 deep/);
   assert.match(notes[2]!, /0 of 30 intervals.*report\.csv/);
 });
 

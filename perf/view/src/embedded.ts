@@ -1,5 +1,6 @@
 // What the page carries: recordings, a report, and both modules of the engine.
-import type {Report} from './report/types.js';
+import {pairText, readPair} from './report/pair_text.js';
+import type {PairRef, Report} from './report/types.js';
 
 export interface EmbeddedRecording {
   name: string;
@@ -36,10 +37,22 @@ export async function engineModule(simd: boolean): Promise<WebAssembly.Module> {
   return WebAssembly.compile(await new Response(stream).arrayBuffer());
 }
 
-/** `#recording=1&frame=20`. Null: the fragment names no recording. */
-export function placeInFragment(): {recording: number; frame: number} | null {
+/** What the page shows: a frame of a recording, and a pair of links that is selected there. */
+export interface Place {
+  recording: number;
+  frame: number;
+  pair: PairRef | null;
+}
+
+/** `#recording=1&frame=20&pair=1.0.4-2.0.7` */
+export const fragmentOf = ({recording, frame, pair}: Place): string =>
+  `#recording=${recording}&frame=${frame}${pair ? `&pair=${pairText(pair)}` : ''}`;
+
+/** Null: the fragment names no recording. */
+export function placeInFragment(): Place | null {
   const fields = new URLSearchParams(location.hash.slice(1));
   const recording = fields.get('recording');
   if (recording === null) return null;
-  return {recording: Number(recording) || 0, frame: Number(fields.get('frame')) || 0};
+  const frame = Number(fields.get('frame')) || 0;
+  return {recording: Number(recording) || 0, frame, pair: readPair(fields.get('pair') ?? '')};
 }

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -211,6 +212,21 @@ TEST_CASE("a hit of an instance that is not there makes its frame unreadable, an
     CHECK(file.problems[0] == "frame 1 is left out: a hit is of an instance that the frame does not have");
     CHECK(intervals.size() == 2);
   }
+}
+
+TEST_CASE("numbers that no run computes are unknown, not a depth or a length") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.cab";
+  const float infinity = std::numeric_limits<float>::infinity();
+  MadeRecording recording(path, -1);
+  recording.add({{0, infinity}, {1, -infinity}, {2, 0.5f}});
+  recording.close();
+  const auto [file, intervals] = read(path);
+  CHECK(file.metres_per_unit == 0);
+  REQUIRE(intervals.size() == 3);
+  CHECK(std::isnan(intervals[0].worst_depth));
+  CHECK(std::isnan(intervals[1].worst_depth));
+  CHECK(intervals[2].worst_depth == 0.5f);
 }
 
 TEST_CASE("what is no recording is one problem") {

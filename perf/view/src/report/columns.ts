@@ -1,6 +1,6 @@
 // The columns of the tables of intervals, pairs and files.
-import {count, seconds} from '../ui/format.js';
-import {baseName, depthText, shareText} from './texts.js';
+import {count} from '../ui/format.js';
+import {baseName, depthText, momentText, shareText} from './texts.js';
 import type {Report, ReportFile, ReportInterval, ReportPair, Row} from './types.js';
 
 /** What rows are sorted by. Null stands last in either order. */
@@ -10,7 +10,8 @@ export interface Column<R> {
   readonly title: string;
   /** What the number means, in words. */
   readonly meaning: string;
-  readonly isNumber: boolean;
+  /** Words are cut off where they are long, a sentence is not. */
+  readonly kind: 'words' | 'sentence' | 'number';
   readonly key: (row: R) => SortKey;
   readonly text: (row: R) => string;
 }
@@ -18,11 +19,11 @@ export interface Column<R> {
 type Described = readonly [title: string, meaning: string];
 
 function words<R>([title, meaning]: Described, text: (row: R) => string): Column<R> {
-  return {title, meaning, isNumber: false, key: text, text};
+  return {title, meaning, kind: 'words', key: text, text};
 }
 
 function numbers<R>([title, meaning]: Described, key: (row: R) => number | null, text: (row: R) => string): Column<R> {
-  return {title, meaning, isNumber: true, key, text};
+  return {title, meaning, kind: 'number', key, text};
 }
 
 /** Sorts rows by a column; rows of the same key keep their order. */
@@ -55,7 +56,7 @@ function depthColumn<R extends Row>(report: Report): Column<R> {
 
 function worstColumn<R extends Row>(): Column<R> {
   return numbers(['At', 'when the deepest contact is'], (row) => row.worst_frame,
-    (row) => `${count(row.worst_frame)} (${seconds(row.worst_seconds)})`);
+    (row) => momentText(row.worst_frame, row.worst_seconds));
 }
 
 export function intervalColumns(report: Report, names: readonly string[]): Column<ReportInterval>[] {
@@ -97,7 +98,7 @@ export function fileColumns(): Column<FileRow>[] {
       (row) => count(row.file.frames_read)),
     numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst?.worst_depth ?? null,
       (row) => row.worst ? depthText(row.worst.worst_depth, row.file) : '\u2013'),
-    words(['Problems', 'what could not be read'], (row) => row.file.problems.join('; ')),
+    {...words<FileRow>(['Problems', 'what could not be read'], (row) => row.file.problems.join('. ')), kind: 'sentence'},
   ];
 }
 

@@ -59,12 +59,12 @@ export class RowTable<R> {
   #header(column: Column<R>, index: number): HTMLTableCellElement {
     const button = el('button', {type: 'button', title: column.meaning, click: () => this.#sortBy(index)},
       column.title);
-    return el('th', {scope: 'col', class: column.isNumber ? 'number' : '', 'aria-sort': 'none'}, button);
+    return el('th', {scope: 'col', class: column.kind, 'aria-sort': 'none'}, button);
   }
 
   // Numbers begin with the largest and words with the first. A third press brings back the order that was given.
   #sortBy(index: number): void {
-    const first = !this.#options.columns[index]?.isNumber;
+    const first = this.#options.columns[index]?.kind !== 'number';
     const now = this.#sort?.column === index ? this.#sort : null;
     this.#sort = now === null ? {column: index, ascends: first} :
       now.ascends === first ? {column: index, ascends: !first} : null;
@@ -115,8 +115,8 @@ export class RowTable<R> {
   }
 
   // A long name is cut off, and has all of it in its title.
-  #dataCell({isNumber}: Column<R>, text: string): HTMLTableCellElement {
-    return isNumber ? el('td', {class: 'number'}, text) : el('td', {class: 'words', title: text}, text);
+  #dataCell({kind}: Column<R>, text: string): HTMLTableCellElement {
+    return kind === 'words' ? el('td', {class: kind, title: text}, text) : el('td', {class: kind}, text);
   }
 
   #onKey(event: KeyboardEvent): void {

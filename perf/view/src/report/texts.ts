@@ -1,5 +1,6 @@
 // The words and numbers of a report.
-import {count, length, plural} from '../ui/format.js';
+import {count, length, plural, seconds} from '../ui/format.js';
+import {hasMetres} from './filter.js';
 import type {Report, ReportFile, ReportPair, Row} from './types.js';
 
 /** A depth of a file. Depths of files whose unit is known are in metres. */
@@ -8,6 +9,10 @@ export function depthText(depth: number | null, file: ReportFile | undefined): s
   const text = length(Math.abs(depth), file !== undefined && file.metres_per_unit > 0 ? 1 : 0);
   return depth < 0 ? `${text} apart` : text;
 }
+
+/** A frame and when it is. */
+export const momentText = (frame: number, time: number | null): string =>
+  time === null ? count(frame) : `${count(frame)} (${seconds(time)})`;
 
 export function shareText(share: number): string {
   const percent = 100 * share;
@@ -42,7 +47,8 @@ export function pairSentence(pair: ReportPair, file: ReportFile | undefined): st
 /** What filters the command had, and what the page leaves out. */
 export function notesOf(report: Report): string[] {
   const notes: string[] = [];
-  if (report.min_depth !== null) notes.push(`Only intervals at least ${report.min_depth * 1000} mm deep are in it.`);
+  if (report.min_depth !== null)
+    notes.push(`Only intervals at least ${length(report.min_depth, hasMetres(report) ? 1 : 0)} deep are in it.`);
   if (report.min_frames > 1) notes.push(`Only intervals of at least ${plural(report.min_frames, 'frame')} are in it.`);
   const rest = (shown: number, all: number, what: string, where: string): void => {
     if (shown < all) notes.push(`The worst ${count(shown)} of ${count(all)} ${what} are here; ${where}.`);

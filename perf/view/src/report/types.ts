@@ -40,14 +40,15 @@ export interface Row extends RowLinks {
   /** Null: none is known. */
   readonly worst_depth: number | null;
   readonly worst_frame: number;
-  readonly worst_seconds: number;
+  /** Null: the recording has no time there. */
+  readonly worst_seconds: number | null;
 }
 
 export interface ReportInterval extends Row {
   readonly first: number;
   readonly last: number;
-  readonly first_seconds: number;
-  readonly last_seconds: number;
+  readonly first_seconds: number | null;
+  readonly last_seconds: number | null;
 }
 
 export interface ReportPair extends Row {

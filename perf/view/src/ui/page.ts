@@ -1,5 +1,5 @@
 // The page around the viewer: which recording is open, files that are dropped on it, and the object for tests.
-import {type EmbeddedRecording, placeInFragment} from '../embedded.js';
+import {type EmbeddedRecording, fragmentOf, placeInFragment} from '../embedded.js';
 import type {EngineInPage} from '../engine/types.js';
 import type {Recording} from '../recording/types.js';
 import type {LinkRef, OpenRecording, PairRef} from '../report/types.js';
@@ -49,7 +49,7 @@ export class Page implements CabPage {
       type: 'file', accept: '.cab', hidden: true, 'aria-label': 'Open a recording',
       change: () => this.#openFile(file.files?.[0]),
     });
-    this.#toReport = el('button', {type: 'button', hidden: true, click: () => (location.hash = '')}, 'Report');
+    this.#toReport = el('button', {type: 'button', hidden: true, click: () => this.#backToReport()}, 'Report');
     this.element = el('div', {class: 'page'},
       el('header', {class: 'top'}, el('span', {class: 'brand'}, 'cab'), this.#title, this.#chooser,
         el('span', {class: 'spring'}), this.#toReport,
@@ -58,7 +58,11 @@ export class Page implements CabPage {
       this.#messages.element, this.#report, this.#place, this.#help);
     this.#listen();
     this.#showStart();
-    options.showReport?.(this.#report, (recording, frame, pair) => this.#openFromReport(recording, frame, pair));
+    options.showReport?.(this.#report, (recording, frame, pair) => {
+      const fragment = fragmentOf({recording, frame, pair});
+      if (location.hash === fragment) this.#follow();
+      else location.hash = fragment;
+    });
     window.addEventListener('hashchange', () => this.#follow());
     this.#follow();
   }
@@ -66,24 +70,28 @@ export class Page implements CabPage {
   // The fragment says what is shown: a recording at a frame, else the report, else the first recording.
   #follow(): void {
     const place = placeInFragment();
-    const showsReport = place === null && this.#options.showReport !== null;
-    this.#report.hidden = !showsReport;
-    this.#place.hidden = showsReport;
-    this.#toReport.hidden = showsReport || this.#options.showReport === null;
-    if (showsReport) {
+    if (!place && this.#options.showReport) {
+      this.#turnToReport(true);
       this.#viewer?.player.pause();
       setText(this.#title, 'Report');
     } else if (place || this.#sources.length > 0) {
-      void this.open(place?.recording ?? 0, place?.frame ?? 0);
+      const {recording, frame, pair} = place ?? {recording: 0, frame: 0, pair: null};
+      const opened = this.open(recording, frame);
+      if (pair) void opened.then(() => this.#shown === recording && this.#viewer?.selectPair(hitOf(pair)));
     }
   }
 
-  #openFromReport(recording: number, frame: number, pair: PairRef): void {
-    const hash = `#recording=${recording}&frame=${frame}`;
-    if (location.hash === hash) this.#follow();
-    else location.hash = hash;
-    // The fragment has opened the recording before the pair is asked for.
-    setTimeout(() => void this.#opening.then(() => this.#viewer?.selectPair(hitOf(pair))));
+  #backToReport(): void {
+    location.hash = '';
+    this.#follow();
+  }
+
+  // Shows the report in the place of the viewer, or the other way round.
+  #turnToReport(isReport: boolean): void {
+    this.#report.hidden = !isReport;
+    this.#place.hidden = isReport;
+    this.#chooser.hidden = isReport || this.#sources.length < 2;
+    this.#toReport.hidden = isReport || this.#options.showReport === null;
   }
 
   #listen(): void {
@@ -122,6 +130,7 @@ export class Page implements CabPage {
 
   /** Opens one of the recordings that the page holds or was given. */
   open(recording: number, frame = 0): Promise<void> {
+    this.#turnToReport(false);
     this.#opening = this.#open(recording, frame);
     return this.#opening;
   }
