@@ -170,7 +170,8 @@ export class RecordedWorld {
     if (restPoses !== null) {
       try {
         const level = this.#world.addLod({of, kind: 'reach', maxLeaves, restPoses});
-        this.#note(index, 'has boxes for its bones in some frames: where they stretch more, it may lose hits');
+        this.#note(index, 'has boxes that hold whatever its links can reach, by the joints of some frames: where links ' +
+                          'are farther apart, hits may be lost');
         return level;
       } catch (error) {
         if (!(error instanceof CabError)) throw error;

@@ -7,14 +7,15 @@ export const CHUNK_HEADER_BYTES = 48;
 const MAGIC = 'CABREC\r\n';
 const VERSION = 1;
 const CHUNK_MAGIC = 0x4b4e4843;  // CHNK
-/** What a FlatBuffer can have. */
-const MOST_BYTES = 0x7fffffff;
+/** What a FlatBuffer can have, and what may be decompressed. */
+const MOST_BYTES = {stored: 0x7fffffff, zstd: 1 << 28};
+const CODECS = ['stored', 'zstd'] as const;
 /** An offset, a table and its vtable. */
 const LEAST_BYTES_PER_FRAME = 12;
 /** Three days at 60 frames a second. Lists by frame stay within the memory of a page. */
 const MOST_FRAMES = 1 << 24;
 
-export type Codec = 'stored' | 'zstd';
+export type Codec = typeof CODECS[number];
 
 export interface Chunk {
   /** Counted from 0 in the file, damaged ones included. */
@@ -195,7 +196,7 @@ class Scanner {
 
   #add(header: ChunkHeader, stored: Uint8Array): void {
     const {hasDefinitions, bytes, firstFrame, frameCount} = header;
-    const codec = header.codec === 0 ? 'stored' : 'zstd';
+    const codec = CODECS[header.codec]!;
     this.#scan.chunks.push(
         {number: this.#number, byte: this.#at, codec, hasDefinitions, stored, bytes, firstFrame, frameCount});
     if (frameCount > 0) this.#scan.frameCount = firstFrame + frameCount;
@@ -236,9 +237,10 @@ class Scanner {
 
 function faultOfPayload({codec, stored: storedBytes, bytes, crc}: ChunkHeader, stored: Uint8Array): string | null {
   if (crc32(stored) !== crc) return 'is damaged: the checksum of its payload is another';
-  if (codec > 1) return `has the codec ${codec}, and 0 and 1 are known`;
-  if (bytes > MOST_BYTES) return `has a payload of ${bytes} bytes, and a FlatBuffer has at most ${MOST_BYTES}`;
-  if (codec === 0 && bytes !== storedBytes) {
+  const name = CODECS[codec];
+  if (name === undefined) return `has the codec ${codec}, and 0 and 1 are known`;
+  if (bytes > MOST_BYTES[name]) return `has a payload of ${bytes} bytes, and ${MOST_BYTES[name]} may be`;
+  if (name === 'stored' && bytes !== storedBytes) {
     return `is stored in ${storedBytes} bytes, and its payload has ${bytes}`;
   }
   return null;
