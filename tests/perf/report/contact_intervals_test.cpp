@@ -91,7 +91,7 @@ TEST_CASE("of several hits of one pair in a frame the deepest counts") {
   CHECK(intervals[0].worst_depth == 5);
 }
 
-TEST_CASE("worst first: the deeper, then the longer, then by file, links and frame; without a depth last") {
+TEST_CASE("worst first: the deeper, then the longer, then by file, links and frame, without a depth last") {
   const auto interval = [](float depth, std::uint32_t frames, std::uint32_t file = 0, std::uint32_t first = 0) {
     return Interval{file, kPair, {first, 0}, {first + frames - 1, 0}, {first, 0}, depth};
   };

@@ -125,7 +125,7 @@ TEST_CASE("the page is found beside an installed command and in a build tree") {
   write_text(folder / "build/view/cab_view.html", "");
   CHECK(perf::find_page(installed) == folder / "usr/share/cab/cab_view.html");
   CHECK(perf::find_page(built) == folder / "build/view/cab_view.html");
-  CHECK(perf::find_page("cab").empty());
+  CHECK(perf::find_page(folder / "elsewhere/bin/cab").empty());
 }
 
 }  // namespace
