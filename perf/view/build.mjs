@@ -199,6 +199,7 @@ function buildPrograms({work, programs}, bundle) {
       format: 'esm',
       sourcemap: 'inline',
       packages: 'bundle',
+      external: ['puppeteer-core'],
     });
   }
 }
