@@ -165,9 +165,9 @@ export class Stage {
     for (let i = 0; i < all; ++i) {
       if (all <= MOST_CONTACTS || isOfSelected(hitAt(hits, i))) indices.push(i);
     }
-    const isPair = (i: number): boolean => pair !== null && isSamePair(hitAt(hits, i), pair);
+    const size = 0.1 * this.#characterSize;
     this.#contacts.show(contacts ?? new Float32Array(0), indices, (i, out) => this.#originOfHit(hits, i, out),
-                        0.12 * this.#characterSize, isPair);
+                        (i) => pair === null ? size : isSamePair(hitAt(hits, i), pair) ? 1.5 * size : 0.5 * size);
     return all - indices.length;
   }
 

@@ -53,7 +53,7 @@ export class ViewPanel {
       hit: entry('hit', 'red: links in a hit'),
       selectedPair: entry('selected', 'red, striped: the selected pair'),
       falsePositives: entry('amber', 'amber, striped: false positive, boxes overlap and shapes are apart'),
-      masked: entry('masked', 'grey, crossed: masked, its pose is no pose'),
+      masked: entry('masked', 'grey, crossed, in a cube: masked, since its pose is no pose'),
       contacts: entry('contact', 'white arrow: contact normal, from a to b'),
       leafBoxes: entry('leaf-box', 'light blue lines: leaf boxes'),
       level: entry('inner-box', 'violet lines: inner boxes'),
