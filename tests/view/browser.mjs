@@ -296,7 +296,8 @@ describe('the dial', () => {
       assert.deepEqual(await page.read('dial'), {refit});
       const run = await page.read('run');
       assert.equal(run.frame, await page.read('frame'));
-      const cells = await page.tab.$$eval('.results tbody tr:last-child td', (all) => all.map((cell) => cell.textContent));
+      const cells = await page.tab.$$eval('.results tbody tr:last-child td',
+                                          (all) => all.map((cell) => cell.textContent));
       assert.deepEqual(cells, [await page.read('hash'), run.hash]);
       assert.equal(await text(page, '.dial-panel .verdict'), run.text);
     }

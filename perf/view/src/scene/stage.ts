@@ -286,6 +286,15 @@ export class Stage {
     return drawn ? [...drawn.present.keys()].filter((i) => drawn.present[i] === 1) : [];
   }
 
+  /** The first character that takes part. */
+  firstCharacter(): Selection['instance'] {
+    for (const [batch, drawn] of this.#batches) {
+      const instance = drawn.present.indexOf(1);
+      if (!drawn.isStatic && drawn.object.visible && instance >= 0) return {batch, instance};
+    }
+    return null;
+  }
+
   /** Where an instance's first link is. */
   middleOf(batch: number, instance: number): THREE.Vector3 | null {
     const drawn = this.#batches.get(batch);

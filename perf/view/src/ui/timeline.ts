@@ -69,6 +69,7 @@ export class Timeline {
     context.fillRect(0, 0, width, height - AXIS_HEIGHT);
     this.#drawBars(context, width, bottom);
     if (this.#pair) drawIntervals(context, this.#pair, this.#player.frameCount, width, bottom + 2, PAIR_HEIGHT);
+    this.#drawWords(context);
     this.#drawAxis(context, width, height);
   }
 
@@ -98,9 +99,14 @@ export class Timeline {
       const wide = edge(column + 1) - edge(column);
       context.fillRect(edge(column), bottom - tall, wide > 4 ? wide - 1 : wide, tall);
     }
+  }
+
+  // What the colours stand for.
+  #drawWords(context: CanvasRenderingContext2D): void {
+    const {hitsPerFrame, damaged} = this.#index;
     const most = hitsPerFrame.reduce((a, b) => Math.max(a, b), 0);
-    const words = `red: hits, at most ${count(most)} per frame${this.#pair ? '; blue: the selected pair touches' : ''}` +
-        (damaged.includes(1) ? '; grey: damaged' : '');
+    const words = `red: hits, at most ${count(most)} per frame` +
+        (this.#pair ? '; blue: the selected pair touches' : '') + (damaged.includes(1) ? '; grey: damaged' : '');
     context.font = '10px system-ui, sans-serif';
     context.fillStyle = COLOR.behindText;
     context.fillRect(2, 1, context.measureText(words).width + 6, 13);

@@ -21,7 +21,7 @@ import {Player} from './player.js';
 import {makeTabs} from './tabs.js';
 import {Timeline} from './timeline.js';
 import {Transport} from './transport.js';
-import {ViewPanel, type ViewOptions} from './view_panel.js';
+import {type Switch, type ViewOptions, ViewPanel} from './view_panel.js';
 
 const CROWD_LEAVES = 4000;
 const MOST_LABELS = 40;
@@ -125,7 +125,8 @@ export class Viewer {
 
   async #readAll(): Promise<void> {
     await this.#index.scan(({done, of, secondsLeft}) => {
-      setText(this.#reading, done < of ? `Reading frames: ${count(done)} of ${count(of)}, ${timeLeft(secondsLeft)}` : '');
+      const words = `Reading frames: ${count(done)} of ${count(of)}, ${timeLeft(secondsLeft)}`;
+      setText(this.#reading, done < of ? words : '');
       this.#timeline.draw();
     }, this.#ended.signal);
     if (this.#ended.signal.aborted) return;
@@ -239,6 +240,7 @@ export class Viewer {
 
   #setOptions(change: Partial<ViewOptions>): void {
     this.#options = {...this.#options, ...change};
+    if (change.follow) this.#selection.instance ??= this.#stage.firstCharacter();
     this.#viewPanel.show(this.#options);
     this.#draw();
   }
@@ -300,7 +302,7 @@ export class Viewer {
       if (picked) this.select(picked.batch, picked.instance);
       else this.#clearSelection();
     }, {signal});
-    const toggle = (name: 'leafBoxes' | 'contacts' | 'falsePositives' | 'follow') => (): void =>
+    const toggle = (name: Switch) => (): void =>
       this.#setOptions({[name]: !this.#options[name]});
     listenToKeys({
       toggle: () => this.player.toggle(),
