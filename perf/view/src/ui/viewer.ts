@@ -179,7 +179,10 @@ export class Viewer {
     if (this.#options.follow && before && after) this.#view.viewpoint.shift(after.sub(before));
     if (engine) this.#boxes ??= new BoxChooser(this.#recording, engine, this.#names);
     const notes = [shown === frame ? '' : 'Hits are those of the dial, not those recorded.'];
-    if (unshown > 0) notes.push(`${count(unshown)} contacts are too many to draw: select a character to see its own.`);
+    if (unshown > 0) {
+      notes.push(`${count(unshown)} contacts are too many to draw${
+        this.#selection.instance ? ' beside those of the character' : ': select a character to see its own'}.`);
+    }
     notes.push(this.#showBoxes(frame));
     this.#viewPanel.setNote(notes.filter((note) => note !== '').join(' '));
     this.#viewPanel.showLegend({
