@@ -104,7 +104,7 @@ export class DrawnBatch {
     mark(this.marks, this.isStatic ? instance : instance * this.linkCount + link, value);
   }
 
-  /** Colours all pieces as the marks say. */
+  /** Colours all pieces as the marks say. A floor without end in red would hide all other red. */
   paint(): void {
     const {links, masked, selectedInstance} = this.marks;
     for (const {instances, pieces, endless} of this.#groups) {
@@ -116,8 +116,10 @@ export class DrawnBatch {
         const plain = masked[i] ? PATTERN.crosses : PATTERN.plain;
         for (const {link} of pieces) {
           const value = links[i * this.linkCount + link]!;
-          if (value === MARK.none) {
-            instances.setPaint(copy, link % 2 === 0 ? base : shaded(base, endless ? 0.6 : 0.88), plain);
+          if (endless) {
+            instances.setPaint(copy, value < MARK.hit ? COLORS.floor : COLORS.floorHit, PATTERN.plain);
+          } else if (value === MARK.none) {
+            instances.setPaint(copy, link % 2 === 0 ? base : shaded(base, 0.88), plain);
           } else if (value === MARK.falsePositive) {
             instances.setPaint(copy, COLORS.falsePositive, PATTERN.stripes);
           } else {

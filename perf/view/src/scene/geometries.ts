@@ -14,12 +14,17 @@ function withoutNormals(geometry: THREE.BufferGeometry): THREE.BufferGeometry {
   return mergeVertices(geometry);
 }
 
-/** The three faces of a box from -1 to 1 that meet in its upper corner. */
+/**
+ * The three faces of a box from -1 to 1 that meet in its upper corner. Both triangles of a face end in a vertex that no
+ * other face has, whose normal is that of the face: it is the one that counts where shading is flat.
+ */
 export function boxCorner(): THREE.BufferGeometry {
   const corners = [[1, 1, 1], [-1, 1, 1], [-1, -1, 1], [1, -1, 1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]];
+  const normals = [[0, 0, 1], [0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0], [0, 0, 1], [0, 1, 0]];
   return new THREE.BufferGeometry()
       .setAttribute('position', new THREE.Float32BufferAttribute(corners.flat(), 3))
-      .setIndex([0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 0, 5, 6, 0, 6, 1]);
+      .setAttribute('normal', new THREE.Float32BufferAttribute(normals.flat(), 3))
+      .setIndex([0, 1, 2, 3, 0, 2, 0, 3, 4, 5, 0, 4, 0, 5, 6, 1, 0, 6]);
 }
 
 /** Of radius 1. */

@@ -165,9 +165,9 @@ export class Stage {
     for (let i = 0; i < all; ++i) {
       if (all <= MOST_CONTACTS || isOfSelected(hitAt(hits, i))) indices.push(i);
     }
-    const isPair = (i: number): boolean => pair !== null && isSamePair(hitAt(hits, i), pair);
+    const size = 0.1 * this.#characterSize;
     this.#contacts.show(contacts ?? new Float32Array(0), indices, (i, out) => this.#originOfHit(hits, i, out),
-                        0.12 * this.#characterSize, isPair);
+                        (i) => pair === null ? size : isSamePair(hitAt(hits, i), pair) ? 1.5 * size : 0.5 * size);
     return all - indices.length;
   }
 
@@ -284,6 +284,15 @@ export class Stage {
   presentInstances(batch: number): number[] {
     const drawn = this.#batches.get(batch);
     return drawn ? [...drawn.present.keys()].filter((i) => drawn.present[i] === 1) : [];
+  }
+
+  /** The first character that takes part. */
+  firstCharacter(): Selection['instance'] {
+    for (const [batch, drawn] of this.#batches) {
+      const instance = drawn.present.indexOf(1);
+      if (!drawn.isStatic && drawn.object.visible && instance >= 0) return {batch, instance};
+    }
+    return null;
   }
 
   /** Where an instance's first link is. */

@@ -44,7 +44,9 @@ export class Page implements CabPage {
   constructor(options: PageOptions) {
     this.#options = options;
     this.#sources = [...options.embedded];
-    this.#chooser = el('select', {'aria-label': 'Recording', change: () => void this.open(Number(this.#chooser.value))});
+    this.#chooser = el('select', {
+      'aria-label': 'Recording', change: () => void this.open(Number(this.#chooser.value)),
+    });
     const file = el('input', {
       type: 'file', accept: '.cab', hidden: true, 'aria-label': 'Open a recording',
       change: () => this.#openFile(file.files?.[0]),
@@ -150,8 +152,8 @@ export class Page implements CabPage {
     const source = this.#sources[index];
     if (!source) {
       this.#showStart();
-      this.#messages.add(`There is no recording ${index}: the page holds ${plural(this.#sources.length, 'recording')}, ` +
-                         'counted from 0.', 'error');
+      const held = plural(this.#sources.length, 'recording');
+      this.#messages.add(`There is no recording ${index}: the page holds ${held}, counted from 0.`, 'error');
       return;
     }
     this.#place.replaceChildren(el('p', {class: 'start', role: 'status'}, `Opening ${source.name}\u2026`));
