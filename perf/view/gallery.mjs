@@ -25,17 +25,18 @@ for (const name of ['work', 'browser', 'recordings', 'out']) {
 }
 
 // What each picture shows: the frame, keys that are pressed, and how the camera goes. `wheel` is in pixels, below 0
-// nearer; `drag` in pixels. whole: the page with its panels.
+// nearer; `drag` in pixels. pair: the first pair of the list is selected. contact: the next frame with a contact.
+// whole: the page with its panels.
 const PICTURES = [
-  {name: 'viewer', of: 'people', frame: 1664, keys: ['1'], wheel: -500, whole: true},
-  {name: 'people', of: 'people', frame: 1664, keys: ['b'], wheel: -700},
-  {name: 'dancers', of: 'dancers', frame: 605, keys: ['5'], wheel: -600},
-  {name: 'rope', of: 'rope', frame: 10, keys: ['6'], wheel: -2600, drag: [120, 60]},
+  {name: 'viewer', of: 'people', frame: 1664, keys: ['z', '5'], pair: true, wheel: 1300, whole: true},
+  {name: 'people', of: 'people', frame: 1664, keys: ['z', 'b', 'Escape'], pair: true, wheel: 1300},
+  {name: 'dancers', of: 'dancers', frame: 605, keys: ['5'], wheel: -400},
+  {name: 'rope', of: 'rope', frame: 10, keys: ['z', '8', 'Escape'], pair: true, wheel: 1100},
   {name: 'crowd', of: 'crowd', frame: 10, keys: [], wheel: -900, drag: [60, 20]},
   {name: 'dented', of: 'dented', frame: 520, keys: ['b', 'p'], wheel: -600},
-  {name: 'robot', of: 'robot', frame: 0, keys: ['b'], contact: true, wheel: -500},
+  {name: 'robot', of: 'robot', frame: 0, keys: ['b'], contact: true, wheel: -300},
 ];
-const FILM = {of: 'people', first: 1560, last: 1760, step: 8, wheel: -500, width: 560, height: 360};
+const FILM = {of: 'people', first: 1560, last: 1760, step: 8, keys: ['z', 'Escape'], pair: true, wheel: 1400, scale: .6};
 
 const work = resolve(options.work), out = resolve(options.out);
 const folder = mkdtempSync(join(tmpdir(), 'cab-gallery-'));
@@ -54,9 +55,9 @@ function pageOf(name) {
   return pathToFileURL(file).href;
 }
 
-async function open(browser, address, frame, width, height) {
+async function open(browser, address, frame, {width = 1240, height = 800, scale = 1} = {}) {
   const page = await browser.newPage();
-  await page.setViewport({width, height});
+  await page.setViewport({width, height, deviceScaleFactor: scale});
   await page.goto(`${address}#recording=0&frame=${frame}`);
   await page.evaluate(async () => {
     await window.cabPage.ready;
@@ -65,10 +66,11 @@ async function open(browser, address, frame, width, height) {
   return page;
 }
 
-async function aim(page, {wheel = 0, drag, keys = [], contact = false}) {
+async function aim(page, {wheel = 0, drag, keys = [], pair = false, contact = false}) {
   const stage = await page.$('canvas');
   const box = await stage.boundingBox();
   const x = box.x + box.width / 2, y = box.y + box.height / 2;
+  if (pair) await page.click('.pair-name');
   if (contact) await page.evaluate(() => window.cabPage.jump(true));
   for (const key of keys) await page.keyboard.press(key);
   await page.mouse.move(x, y);
@@ -100,14 +102,15 @@ try {
       console.log(`${picture.name}: left out, there is no ${picture.of}.cab`);
       continue;
     }
-    const page = await open(browser, address, picture.frame, picture.whole ? 1280 : 1240, 800);
+    const page = await open(browser, address, picture.frame);
     const stage = await aim(page, picture);
     await (picture.whole ? page : stage).screenshot({path: join(out, `${picture.name}.png`)});
     await page.close();
   }
   const address = pageOf(FILM.of);
   if (address !== null) {
-    const page = await open(browser, address, FILM.first, FILM.width + 372, FILM.height + 210);
+    const page = await open(browser, address, FILM.first, FILM);
+    await page.evaluate((frame) => window.cabPage.goTo(frame), FILM.first);
     const stage = await aim(page, FILM);
     for (let frame = FILM.first, k = 0; frame < FILM.last; frame += FILM.step, ++k) {
       await page.evaluate((to) => window.cabPage.goTo(to), frame);
