@@ -74,7 +74,20 @@ export function hull(vertices: Float32Array): THREE.BufferGeometry {
   for (let i = 0; i + 2 < vertices.length; i += 3) {
     points.push(new THREE.Vector3(vertices[i], vertices[i + 1], vertices[i + 2]));
   }
-  return withoutNormals(flatNormal(points) ? polygon(points) : new ConvexGeometry(points));
+  return withoutNormals(flatNormal(points) ? polygon(points) : solidHull(points));
+}
+
+// Points that are almost in one plane may have no hull in float: they become the box about them.
+function solidHull(points: THREE.Vector3[]): THREE.BufferGeometry {
+  try {
+    const made = new ConvexGeometry(points);
+    if (made.getAttribute('position').count > 0) return made;
+  } catch {
+    // The box below takes its place.
+  }
+  const box = new THREE.Box3().setFromPoints(points);
+  const size = box.getSize(new THREE.Vector3());
+  return new THREE.BoxGeometry(size.x, size.y, size.z).translate(...box.getCenter(new THREE.Vector3()).toArray());
 }
 
 /** The normal of the plane that all points are in; null if they are not in one. */

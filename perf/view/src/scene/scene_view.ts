@@ -55,6 +55,11 @@ export class SceneView {
     this.viewpoint.fit(this.#stage.sampled, false);
   }
 
+  /** What the scene is called by those who do not see it. */
+  describe(words: string): void {
+    this.canvas.setAttribute('aria-label', words);
+  }
+
   /** The scene has changed. */
   invalidate(): void {
     this.#stale = true;

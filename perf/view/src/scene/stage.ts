@@ -49,6 +49,8 @@ export interface MaskedPlace {
 
 const MOST_BOXES = 200_000;
 const MOST_CONTACTS = 400;
+// As many characters as tell a crowd from a few.
+const SOME = 4;
 // From how many characters on shapes are drawn coarsely.
 const CROWD = 32;
 
@@ -80,9 +82,9 @@ export class Stage {
       this.#sampled.add(this.bounds());
     }
     const bounds = this.#sampled;
-    const characters = first.inputs.reduce((sum, input) => sum + countIn(recording, input), 0);
-    this.up = upAxis(recording.header, bounds, characters);
-    this.#characterSize = this.#sizeOfCharacter(first) || bounds.radius || 1;
+    const characters = this.#someCharacters(first);
+    this.up = upAxis(recording.header, characters, bounds);
+    this.#characterSize = 2 * (characters[0]?.radius ?? 0) || bounds.radius || 1;
     this.scene.add(makeGrid(bounds, this.up, recording.header.metresPerUnit));
   }
 
@@ -100,15 +102,19 @@ export class Stage {
     return this.#masked;
   }
 
-  #sizeOfCharacter(frame: Frame): number {
+  // Bounds of the first few characters, each by itself.
+  #someCharacters(frame: Frame): Bounds[] {
+    const found: Bounds[] = [];
     for (const {batch} of frame.inputs) {
       const drawn = this.#batches.get(batch);
       if (!drawn || drawn.isStatic) continue;
-      const bounds = new Bounds();
-      drawn.addBounds(bounds, drawn.present.findIndex((here, i) => here === 1 && drawn.marks.masked[i] === 0));
-      if (!bounds.empty) return 2 * bounds.radius;
+      for (let i = 0; i < drawn.instanceCount && found.length < SOME; ++i) {
+        const bounds = new Bounds();
+        drawn.addBounds(bounds, i);
+        if (!bounds.empty) found.push(bounds);
+      }
     }
-    return 0;
+    return found;
   }
 
   #drawn(batch: number): DrawnBatch {

@@ -9,7 +9,7 @@ import {BoxChooser} from './boxes_shown.js';
 import {ContactIndex, contactOfPair, type PairHistory} from './contact_index.js';
 import {isAsRecorded} from './dial_state.js';
 import {el, setText} from './dom.js';
-import {count, hash, timeLeft, wordsOf} from './format.js';
+import {count, hash, plural, timeLeft, wordsOf} from './format.js';
 import {FramePanel} from './frame_panel.js';
 import {FrameRate} from './frame_rate.js';
 import {listenToKeys} from './keyboard.js';
@@ -190,6 +190,7 @@ export class Viewer {
       masked: this.#stage.masked.length > 0,
     });
     this.#showLabels();
+    this.#view.describe(`The scene at frame ${frame.index}: ${plural(hitCount(shown.hits), 'hit')}`);
     this.#view.invalidate();
   }
 
