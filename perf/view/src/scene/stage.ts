@@ -26,6 +26,8 @@ export interface Picture {
   contacts: Float32Array | null;
   falsePositives: Uint32Array | null;
   selection: Selection;
+  /** Where the camera is. */
+  eye: THREE.Vector3;
 }
 
 /** Boxes of the nodes of some instances of a batch. */
@@ -78,7 +80,7 @@ export class Stage {
     this.#mirrored = first.inputs.some(({poses}) => poses !== null && poses.format !== 'quaternion_translation');
     this.scene.add(this.#contacts.object, this.#boxes.object);
     for (const frame of [...samples].reverse()) {
-      this.#place(frame);
+      this.#place(frame, new THREE.Vector3());
       this.#sampled.add(this.bounds());
     }
     const bounds = this.#sampled;
@@ -134,10 +136,10 @@ export class Stage {
     return made;
   }
 
-  #place(frame: Frame): void {
+  #place(frame: Frame, eye: THREE.Vector3): void {
     this.#inputs = new Map(frame.inputs.map((input) => [input.batch, input]));
     this.#batchOfSlot = new Map(frame.inputs.map(({batch}) => [this.#recording.batches[batch]!.slot, batch]));
-    for (const input of frame.inputs) this.#drawn(input.batch).place(input, this.#center);
+    for (const input of frame.inputs) this.#drawn(input.batch).place(input, this.#center, eye);
     for (const [index, drawn] of this.#batches) {
       drawn.object.visible = this.#inputs.has(index);
       const triangles = this.#triangles.get(index);
@@ -146,8 +148,8 @@ export class Stage {
   }
 
   /** Returns how many contacts are left out, since they are too many. */
-  show({frame, hits, contacts, falsePositives, selection}: Picture): number {
-    this.#place(frame);
+  show({frame, hits, contacts, falsePositives, selection, eye}: Picture): number {
+    this.#place(frame, eye);
     for (const triangles of this.#triangles.values()) triangles.clearMarks();
     if (falsePositives) this.#markAll(falsePositives, () => MARK.falsePositive);
     const {pair, instance} = selection;

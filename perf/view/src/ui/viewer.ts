@@ -174,6 +174,7 @@ export class Viewer {
     const contacts = this.#options.contacts ? shown.contacts : null;
     const unshown = this.#stage.show({
       frame, hits: shown.hits, contacts, falsePositives, selection: this.#selection,
+      eye: this.#view.viewpoint.camera.position,
     });
     const after = this.#focus();
     if (this.#options.follow && before && after) this.#view.viewpoint.shift(after.sub(before));
