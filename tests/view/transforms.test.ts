@@ -3,8 +3,9 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import type {Input, Poses} from '../../perf/view/src/recording/types.js';
+import {boxesOfBodies} from '../../perf/view/src/scene/static_boxes.js';
 import {isDrawable, multiply, placeLinks, ROWS} from '../../perf/view/src/scene/transforms.js';
-import {inputOf, posesOf} from './scene.js';
+import {boxOf, inputOf, posesOf} from './scene.js';
 
 const HALF = Math.SQRT1_2;
 // A quarter turn about z, then by 1, 2, 3.
@@ -79,4 +80,12 @@ test('a product of transforms takes a point through both', () => {
   const rows = Float32Array.from(TURNED_ROWS);
   multiply(rows, 0, rows, 0, out, 0);
   near(out, [-1, 0, 0, -1, 0, -1, 0, 3, 0, 0, 1, 6]);
+});
+
+test('boxes of static bodies turn with them, and are relative to their origins', () => {
+  const body = {
+    origin: new Float64Array([100, 200, 300]), rotation: Float32Array.from(TURNED.slice(0, 4)),
+    box: boxOf([1, 2, 3], [4, 5, 6]), parts: [],
+  };
+  near(boxesOfBodies([body]), [-2, 1, 3, 0, 1, 0, -1, 0, 0, 0, 0, 1, 4, 5, 6]);
 });

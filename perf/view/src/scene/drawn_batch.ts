@@ -148,6 +148,10 @@ export class DrawnBatch {
     }
   }
 
+  isLink(instance: number, link: number): boolean {
+    return instance < this.instanceCount && link < this.linkCount;
+  }
+
   /** Where a link's frame is. */
   positionOf(instance: number, link: number): [number, number, number] {
     const at = (instance * this.linkCount + link) * ROWS;

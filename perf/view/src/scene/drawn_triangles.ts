@@ -12,7 +12,7 @@ const VERTEX = `
   uniform vec3 light;
   void main() {
     tint = paint * (0.66 + 0.34 * abs(dot(normal, light)));
-    gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
+    gl_Position = projectionMatrix * (viewMatrix * vec4(position, 1.0));
   }
 `;
 

@@ -53,7 +53,7 @@ const lit = (qualifier: '' | 'flat', turned: string): string => `${PLACE}
     vec3 n = normalize(placed(vec4(signs * normal / max(squares, vec3(1e-30)), 0.0)));
     tint = vec4(paint.rgb * (0.66 + 0.34 * dot(n, light)), paint.a);
     vec4 p = vec4(placed(vec4(signs * position, 1.0)), 1.0);
-    gl_Position = isCopy ? projectionMatrix * viewMatrix * p : vec4(0.0);
+    gl_Position = isCopy ? projectionMatrix * (viewMatrix * p) : vec4(0.0);
   }
 `;
 
@@ -85,7 +85,7 @@ const WIRE_VERTEX = `${PLACE}
   void main() {
     bool isCopy = readCopy();
     tint = paint;
-    gl_Position = isCopy ? projectionMatrix * viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0) : vec4(0.0);
+    gl_Position = isCopy ? projectionMatrix * (viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0)) : vec4(0.0);
   }
 `;
 

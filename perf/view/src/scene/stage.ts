@@ -262,7 +262,9 @@ export class Stage {
       this.#addLink(bounds, pair.slotA, pair.instanceA, pair.linkA);
       this.#addLink(bounds, pair.slotB, pair.instanceB, pair.linkB);
     } else if (instance) {
-      this.#batches.get(instance.batch)?.addBounds(bounds, instance.instance);
+      const drawn = this.#batches.get(instance.batch);
+      if (drawn?.isStatic) drawn.addBounds(bounds, 0, instance.instance);
+      else drawn?.addBounds(bounds, instance.instance);
     }
     return bounds.empty ? this.bounds() : bounds;
   }
@@ -301,19 +303,21 @@ export class Stage {
     return null;
   }
 
-  /** Where an instance's first link is. */
+  /** Where an instance's first link is; of static bodies, the body. Null: it takes no part. */
   middleOf(batch: number, instance: number): THREE.Vector3 | null {
     const drawn = this.#batches.get(batch);
-    if (!drawn || drawn.present[instance] !== 1 || drawn.marks.masked[instance] === 1) return null;
+    if (!drawn) return null;
+    if (drawn.isStatic) return drawn.isLink(0, instance) ? new THREE.Vector3(...drawn.positionOf(0, instance)) : null;
+    if (drawn.present[instance] !== 1 || drawn.marks.masked[instance] === 1) return null;
     return new THREE.Vector3(...drawn.positionOf(instance, 0));
   }
 
-  /** Where a link of a hit is; of static bodies that is the instance. */
+  /** Where a link of a hit is. */
   linkPosition(slot: number, instance: number, link: number): THREE.Vector3 | null {
-    const drawn = this.#batches.get(this.#batchOfSlot.get(slot) ?? -1);
-    if (!drawn) return null;
-    if (!drawn.isStatic) return new THREE.Vector3(...drawn.positionOf(instance, link));
-    return instance < drawn.linkCount ? new THREE.Vector3(...drawn.positionOf(0, instance)) : null;
+    const batch = this.#batchOfSlot.get(slot) ?? -1;
+    const drawn = this.#batches.get(batch);
+    if (!drawn || drawn.isStatic) return this.middleOf(batch, instance);
+    return drawn.isLink(instance, link) ? new THREE.Vector3(...drawn.positionOf(instance, link)) : null;
   }
 
   batchOfSlot(slot: number): number | undefined {

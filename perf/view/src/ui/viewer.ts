@@ -306,8 +306,7 @@ export class Viewer {
       if (picked) this.select(picked.batch, picked.instance);
       else this.#clearSelection();
     }, {signal});
-    const toggle = (name: Switch) => (): void =>
-      this.#setOptions({[name]: !this.#options[name]});
+    const toggle = (name: Switch) => (): void => this.#setOptions({[name]: !this.#options[name]});
     listenToKeys({
       toggle: () => this.player.toggle(),
       step: (by) => this.player.step(by),
