@@ -209,7 +209,8 @@ TEST_CASE("a hit of an instance that is not there makes its frame unreadable, an
     const auto [file, intervals] = read(path);
     CHECK(file.frames_read == 2);
     REQUIRE(file.problems.size() == 1);
-    CHECK(file.problems[0] == "frame 1 is left out: a hit is of an instance that the frame does not have");
+    CHECK(file.problems[0].find("frame 1 is left out: ") == 0);
+    CHECK(file.problems[0].find("a hit names what the frame does not have") != std::string::npos);
     CHECK(intervals.size() == 2);
   }
 }
