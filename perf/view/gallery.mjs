@@ -36,7 +36,9 @@ const PICTURES = [
   {name: 'dented', of: 'dented', frame: 520, keys: ['b', 'p'], wheel: -600},
   {name: 'robot', of: 'robot', frame: 0, keys: ['b'], contact: true, wheel: -300},
 ];
-const FILM = {of: 'people', first: 1560, last: 1760, step: 8, keys: ['z', 'Escape'], pair: true, wheel: 1400, scale: .6};
+const FILM = {
+  of: 'people', first: 1560, last: 1760, step: 8, keys: ['z', 'Escape'], pair: true, wheel: 1400, scale: .6,
+};
 
 const work = resolve(options.work), out = resolve(options.out);
 const folder = mkdtempSync(join(tmpdir(), 'cab-gallery-'));
