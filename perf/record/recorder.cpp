@@ -539,6 +539,9 @@ bool Recorder::open(const char* path, const RecorderOptions& options) noexcept {
     to.title = options.title == nullptr ? "" : options.title;
     if (to.path.empty()) fail("a recording needs a path");
     if (options.up != 0 && (options.up < 'x' || options.up > 'z')) fail("up is x, y or z");
+    for (const double number : {options.seconds_per_frame, options.metres_per_unit})
+      if (!(number >= 0) || !std::isfinite(number))
+        fail("seconds_per_frame and metres_per_unit are finite, and 0 or more");
     if (!is_step(options.pose_step)) fail("pose_step must be 0 or a power of two from 2^-60 to 2^60");
     to.begin_chunk();
     try {

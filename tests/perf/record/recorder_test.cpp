@@ -442,6 +442,9 @@ TEST_CASE("what cannot be recorded is refused in words, and the file stays whole
   options.pose_step = 0.001f;
   refuses(recorder.open(file.path(), options), "power of two");
   options = {};
+  options.metres_per_unit = -1;
+  refuses(recorder.open(file.path(), options), "seconds_per_frame and metres_per_unit are finite");
+  options = {};
   options.up = 'u';
   refuses(recorder.open(file.path(), options), "up is x, y or z");
   CubeRow row;

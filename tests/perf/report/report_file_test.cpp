@@ -219,7 +219,7 @@ TEST_CASE("numbers that no run computes are unknown, not a depth or a length") {
   const TemporaryFolder folder;
   const std::string path = folder / "a.cab";
   const float infinity = std::numeric_limits<float>::infinity();
-  MadeRecording recording(path, -1);
+  MadeRecording recording(path, 0);
   recording.add({{0, infinity}, {1, -infinity}, {2, 0.5f}});
   recording.close();
   const auto [file, intervals] = read(path);
