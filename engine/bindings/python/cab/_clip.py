@@ -48,6 +48,34 @@ def _exact_policies(policies: PoliciesLike, exact: Optional[str]) -> Policies:
     return policies_of(chosen, "convex") if exact is None and chosen.exact == "none" else chosen
 
 
+def intervals_of(hits: StructuredArray, fps: float, gap: int = 0) -> StructuredArray:
+    """Runs of frames in which two links touch, of hits (`cab.CLIP_HIT`) in any order: `cab.INTERVAL`.
+
+    It is what `Clip.intervals` makes of `Clip.hits`, for hits that come from several calls.
+    """
+    order = np.lexsort((hits["frame"], hits["link_b"], hits["link_a"], hits["b"], hits["a"]))
+    hits = hits[order]
+    if len(hits) == 0:
+        return np.empty(0, dtype=INTERVAL)
+    same = np.ones(len(hits) - 1, dtype=bool)
+    for key in ("a", "b", "link_a", "link_b"):
+        same &= hits[key][1:] == hits[key][:-1]
+    frames = hits["frame"].astype(np.int64)
+    starts = np.append(0, np.flatnonzero(~(same & (np.diff(frames) <= gap + 1))) + 1)
+    ends = np.append(starts[1:], len(hits))
+    rows = np.empty(len(starts), dtype=INTERVAL)
+    for key in ("a", "b", "link_a", "link_b"):
+        rows[key] = hits[key][starts]
+    rows["first"] = frames[starts]
+    rows["last"] = frames[ends - 1]
+    rows["seconds"] = (frames[ends - 1] - frames[starts] + 1) / fps
+    rows["depth"] = np.maximum.reduceat(hits["depth"], starts)
+    run = np.repeat(np.arange(len(starts)), ends - starts)
+    first_deepest = np.lexsort((frames, -hits["depth"], run))[starts]
+    rows["deepest"] = frames[first_deepest]
+    return rows
+
+
 class Clip:
     """Recorded motion of characters, to find where it touches what it should not. Frames are tested sixteen at a time.
 
@@ -74,6 +102,7 @@ class Clip:
         self._fps = float(fps)
         self._frames = 1
         self._characters: List[_Character] = []
+        self._stats: Optional[_cab.FrameStats] = None
         if body is not None and poses is not None:
             self.add(body, poses, **arguments)
         elif body is not None or poses is not None or arguments:
@@ -151,6 +180,11 @@ class Clip:
         """The names of the characters."""
         return tuple(character.name for character in self._characters)
 
+    @property
+    def stats(self) -> Optional[_cab.FrameStats]:
+        """What the last call tested, as `Frame.stats`. None before there was one."""
+        return self._stats
+
     def link_name(self, character: int, link: int) -> str:
         """The name of a link."""
         return self._characters[int(character)].body.names[int(link)]
@@ -169,6 +203,7 @@ class Clip:
             [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report,
             chosen.exact != "none",
         )
+        self._stats = stats
         if stats.instances_masked:
             warn_flagged(
                 self._engine,
@@ -251,27 +286,7 @@ class Clip:
         hits = self.hits(
             within=within, between=between, exact=exact, min_depth=min_depth, margin=margin, policies=policies
         )
-        order = np.lexsort((hits["frame"], hits["link_b"], hits["link_a"], hits["b"], hits["a"]))
-        hits = hits[order]
-        if len(hits) == 0:
-            return np.empty(0, dtype=INTERVAL)
-        same = np.ones(len(hits) - 1, dtype=bool)
-        for key in ("a", "b", "link_a", "link_b"):
-            same &= hits[key][1:] == hits[key][:-1]
-        frames = hits["frame"].astype(np.int64)
-        starts = np.append(0, np.flatnonzero(~(same & (np.diff(frames) <= gap + 1))) + 1)
-        ends = np.append(starts[1:], len(hits))
-        rows = np.empty(len(starts), dtype=INTERVAL)
-        for key in ("a", "b", "link_a", "link_b"):
-            rows[key] = hits[key][starts]
-        rows["first"] = frames[starts]
-        rows["last"] = frames[ends - 1]
-        rows["seconds"] = (frames[ends - 1] - frames[starts] + 1) / self._fps
-        rows["depth"] = np.maximum.reduceat(hits["depth"], starts)
-        run = np.repeat(np.arange(len(starts)), ends - starts)
-        first_deepest = np.lexsort((frames, -hits["depth"], run))[starts]
-        rows["deepest"] = frames[first_deepest]
-        return rows
+        return intervals_of(hits, self._fps, gap)
 
     def distances(
         self,
