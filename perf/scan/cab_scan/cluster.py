@@ -22,6 +22,7 @@ _TASK_BYTES, _TASK_ITEMS = 8 << 20, 64
 _TASKS_PER_WORKER = 3
 # How often an item may kill the worker that does nothing else, before its row says so.
 _LONE_TRIES = 2
+_LAST_WAIT_SECONDS = 10
 
 
 class ClusterError(Exception):
@@ -32,7 +33,7 @@ class Stopped(Exception):
     """The user wants no more."""
 
 
-class _IgnoreInterrupts(WorkerPlugin):  # type: ignore[misc]
+class _IgnoreInterrupts(WorkerPlugin):
     """On workers of this machine, those too that replace others: what the terminal sends to all is for the client."""
 
     def setup(self, worker: Any) -> None:
@@ -54,11 +55,16 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
         with dask.config.set(settings):
             with LocalCluster(
                 n_workers=count, threads_per_worker=1, processes=True, memory_limit=memory, dashboard_address=None,
-                silence_logs=50,
+                silence_logs=50, extensions={},
             ) as cluster, Client(cluster) as client:
                 client.register_worker_plugin(_IgnoreInterrupts())
                 signal.signal(signal.SIGINT, before)
-                yield client
+                try:
+                    yield client
+                finally:
+                    # One that is being replaced would end with a traceback if the cluster closed now.
+                    with contextlib.suppress(TimeoutError):
+                        client.wait_for_workers(count, timeout=_LAST_WAIT_SECONDS)
     finally:
         signal.signal(signal.SIGINT, before)
 

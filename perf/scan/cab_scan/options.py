@@ -117,7 +117,7 @@ def _add_clips(parser: argparse.ArgumentParser) -> None:
         )
     group.add_argument(
         "--loader", metavar="MODULE:FUNCTION", default="",
-        help="a function (path, part) that yields cab_scan.Sequence, in the place of cab.load_motion",
+        help="a function that takes a cab_scan.Request and yields cab_scan.Sequence, in the place of cab.load_motion",
     )
     group = parser.add_argument_group("what counts")
     group.add_argument("--min-depth", metavar="METRES", type=_length, default=0.0, help="only what is so deep")

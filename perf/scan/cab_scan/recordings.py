@@ -37,11 +37,13 @@ def recording_rows(item: Item) -> Iterator[Row]:
         intervals = os.path.join(folder, "report.csv")
         problem = _run(item, ["report", item.source.path, "--csv", intervals], intervals) or problem
         with open(intervals, newline="", encoding="utf-8") as file:
-            contacts = [_contact(line) for line in csv.DictReader(file) if line["first_frame"]]
+            lines = [line for line in csv.DictReader(file) if line["first_frame"]]
     if result["different_frames"]:
         raise ValueError(f"{result['different_frames']} frames replay to other bits: {result['first_difference']}")
     if problem:
         raise ValueError(problem)
+    frame_seconds = max(map(_frame_seconds, lines), default=0.0)
+    contacts = [_contact(line, frame_seconds) for line in lines]
     row.hit_frames = _covered((one.first_frame, one.last_frame) for one in contacts)
     deepest = max((one for one in contacts if one.depth is not None), key=lambda one: one.depth or 0.0, default=None)
     if deepest is not None:
@@ -60,17 +62,23 @@ def _run(item: Item, words: List[str], wanted: str) -> Optional[str]:
         outcome = subprocess.run([command, *words], capture_output=True, text=True, check=False)
     except OSError as error:
         raise CommandError(f"{command} cannot be run: {error.strerror}") from error
-    told = " ".join(outcome.stderr.split())
+    told = " ".join(outcome.stderr.split()).removeprefix("cab: ")
     if not os.path.exists(wanted):
         raise ValueError(told or f"{command} {words[0]} ended with {outcome.returncode}")
     return told or f"{words[0]} ended with {outcome.returncode}" if outcome.returncode else None
 
 
-def _contact(line: Dict[str, str]) -> Contact:
+def _frame_seconds(line: Dict[str, str]) -> float:
+    # Of a run of one frame nothing tells how long a frame is.
+    frames = int(line["last_frame"]) - int(line["first_frame"])
+    return (float(line["last_seconds"]) - float(line["first_seconds"])) / frames if frames else 0.0
+
+
+def _contact(line: Dict[str, str], frame_seconds: float) -> Contact:
     first, last = int(line["first_frame"]), int(line["last_frame"])
     return Contact(
         line["character_a"], line["link_a"], line["character_b"], line["link_b"], first, last,
-        float(line["last_seconds"]) - float(line["first_seconds"]),
+        (last - first + 1) * frame_seconds,
         float(line["worst_depth"]) if line["worst_depth"] else None, int(line["worst_frame"]),
     )
 

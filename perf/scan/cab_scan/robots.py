@@ -1,5 +1,6 @@
 """Robots: random states in chunks on workers, and the allowed-collision matrix of all chunks together."""
 
+import collections
 import functools
 import hashlib
 import time
@@ -100,7 +101,7 @@ def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
     load_seconds = time.perf_counter() - start
     row = Row(item.key(item.policies[0]))
     summary = Summary(1.0, 0, False)
-    states = np.zeros((body.link_count, body.link_count), dtype=np.int64)
+    states: Dict[Tuple[int, int], int] = collections.defaultdict(int)
     firsts: Dict[Tuple[int, int], int] = {}
     step = chunk_frames(body.link_count)
     policies = policies_of(item.policies[0])
@@ -108,18 +109,20 @@ def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
         count = min(step, chunk.count - first)
         poses = file.robot.poses(file.robot.random_states(count, chunk.seed, chunk.first + first))
         with cab.Clip(body, poses) as clip:
-            hits = clip.hits(policies=policies, exact=policies.exact)
+            hits = clip.hits(policies=policies, exact=policies.exact, depths=False)
             hits["frame"] += np.uint32(first)
             summary.add(hits, clip.stats)
-        np.add.at(states, (hits["link_a"], hits["link_b"]), 1)
-        pairs, where = np.unique(hits[["link_a", "link_b"]], return_index=True)
-        for (link_a, link_b), index in zip(pairs.tolist(), where.tolist()):
-            firsts.setdefault((link_a, link_b), int(hits["frame"][index]))
+        numbers = hits["link_a"].astype(np.int64) * body.link_count + hits["link_b"]
+        pairs, where, counts = np.unique(numbers, return_index=True, return_counts=True)
+        for number, index, times in zip(pairs.tolist(), where.tolist(), counts.tolist()):
+            pair = divmod(number, body.link_count)
+            firsts.setdefault(pair, int(hits["frame"][index]))
+            states[pair] += times
     row.frames, row.links = chunk.count, body.link_count
     summary.fill(row, lambda _, link: ("", body.names[link]))
     first_state = chunk.first % FIRST_SAMPLE
     row.pairs = [
-        LinkPair(body.names[a], body.names[b], "", int(states[a, b]), first_state + firsts[a, b])
+        LinkPair(body.names[a], body.names[b], "", states[a, b], first_state + firsts[a, b])
         for a, b in sorted(firsts)
     ]
     row.load_seconds = load_seconds

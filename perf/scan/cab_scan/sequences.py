@@ -28,7 +28,15 @@ class Sequence(NamedTuple):
     order: str = "row"
 
 
-Loader = Callable[[str, str], Iterable[Sequence]]
+class Request(NamedTuple):
+    """What a loader is asked for: a file, what the column `part` of a list says, and how the file is to be read."""
+
+    path: str
+    part: str
+    options: FileOptions
+
+
+Loader = Callable[[Request], Iterable[Sequence]]
 
 
 class LoaderError(ValueError):
@@ -63,13 +71,14 @@ def loader_sha256(name: str) -> str:
 def load(path: str, options: FileOptions, loader: str, part: str) -> Iterator[Sequence]:
     """The sequences of a file, by `cab.load_motion` or by a loader."""
     if not loader:
-        yield _load_file(path, options)
+        yield load_file(path, options)
         return
-    for sequence in find_loader(loader)(path, part):
+    for sequence in find_loader(loader)(Request(path, part, options)):
         yield _checked(sequence, loader)
 
 
-def _load_file(path: str, options: FileOptions) -> Sequence:
+def load_file(path: str, options: FileOptions) -> Sequence:
+    """The motion of a file, by `cab.load_motion`. A file without motion has one frame."""
     motion = cab.load_motion(
         path,
         units=options.units,

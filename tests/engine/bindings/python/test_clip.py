@@ -36,6 +36,9 @@ def test_a_clip_has_the_hits_of_a_world_per_frame(rng, chain):
         assert sorted(found) == sorted(expected) and len(found) > 40
         assert (np.diff(hits["frame"].astype(int)) >= 0).all()
         assert np.isnan(hits["depth"]).all() == (exact == "none")
+        fast = clip.hits(exact=exact, depths=False)
+        assert np.isnan(fast["depth"]).all()
+        assert fast[["frame", "a", "link_a", "b", "link_b"]].tolist() == found
 
 
 def test_intervals_have_frames_seconds_and_the_deepest_depth():
