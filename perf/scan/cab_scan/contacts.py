@@ -6,7 +6,7 @@ import cab
 import numpy as np
 import numpy.typing as npt
 
-from .hashing import HitsHash
+from .hashing import HitsHash, contacts_sha256
 from .work import Contact, Row
 
 Hits = npt.NDArray[np.void]
@@ -67,6 +67,7 @@ class Summary:
             row.depth, row.depth_frame, (a, link_a, b, link_b) = self._deepest
             row.depth_link_a, row.depth_link_b = names(a, link_a)[1], names(b, link_b)[1]
         row.contacts = [_contact(run, names) for run in merge_runs(self._runs, self._fps, self._gap)]
+        row.contacts_hash = contacts_sha256(row.contacts)
 
 
 def _contact(run: np.void, names: Callable[[int, int], Tuple[str, str]]) -> Contact:

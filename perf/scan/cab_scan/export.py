@@ -16,9 +16,10 @@ def write_csv_files(table: Table, path: str) -> List[str]:
     """
     stem = path[:-4] if path.endswith(".csv") else path
     columns = (*KEY_COLUMNS, *RESULT_COLUMNS, *COST_COLUMNS)
-    written = [_write(path, columns, table.rows(columns))]
+    numbered = ((number, *row) for number, row in enumerate(table.rows(columns), 1))
+    written = [_write(path, ("row", *columns), numbered)]
     for name, head, rows in (
-        (f"{stem}.contacts.csv", (*KEY_COLUMNS, "sequence", *CONTACT_COLUMNS), table.contacts()),
+        (f"{stem}.contacts.csv", ("row", "file", *CONTACT_COLUMNS), table.contacts()),
         (f"{stem}.pairs.csv", PAIR_COLUMNS, table.pairs()),
     ):
         written.append(_write(name, head, rows))

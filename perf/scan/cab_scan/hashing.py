@@ -3,7 +3,7 @@
 import hashlib
 import json
 import os
-from typing import Any, List
+from typing import Any, Iterable, List, Sequence
 from urllib.parse import unquote
 
 import numpy as np
@@ -53,6 +53,14 @@ def content_sha256(*paths: str) -> str:
         return file_sha256(files[0])
     lines = "".join(f"{file_sha256(file)}  {os.path.basename(file)}\n" for file in files)
     return hashlib.sha256(lines.encode()).hexdigest()
+
+
+def contacts_sha256(contacts: Iterable[Sequence[object]]) -> str:
+    """SHA-256 of contacts in their order: one line of JSON each."""
+    digest = hashlib.sha256()
+    for contact in contacts:
+        digest.update(json.dumps(contact).encode() + b"\n")
+    return digest.hexdigest()
 
 
 class HitsHash:

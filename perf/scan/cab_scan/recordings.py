@@ -11,6 +11,7 @@ from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import cab
 
+from .hashing import contacts_sha256
 from .work import Contact, Item, Row
 
 RECORDED = "as recorded"
@@ -49,7 +50,8 @@ def recording_rows(item: Item) -> Iterator[Row]:
     if deepest is not None:
         row.depth, row.depth_frame = deepest.depth, deepest.deepest_frame
         row.depth_link_a, row.depth_link_b = deepest.link_a, deepest.link_b
-    row.contacts = contacts if item.test.intervals else []
+    row.contacts = sorted(contacts) if item.test.intervals else []
+    row.contacts_hash = contacts_sha256(row.contacts)
     row.seconds = time.perf_counter() - start
     yield row
 

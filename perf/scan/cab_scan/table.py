@@ -16,7 +16,7 @@ _APPLICATION = 0x43414253  # "CABS", in the header of the file
 KEY_COLUMNS = ("file", "other", "part", "what", "policies", "options")
 RESULT_COLUMNS = (
     "sequence", "sha256", "version", "outcome", "error", "frames", "links", "masked", "hits", "hit_frames", "depth",
-    "depth_frame", "depth_link_a", "depth_link_b", "hits_hash",
+    "depth_frame", "depth_link_a", "depth_link_b", "hits_hash", "contacts_hash",
 )
 # What depends on the machine, or is not promised to be the same on all, and so is no part of the hash.
 COST_COLUMNS = (
@@ -32,7 +32,7 @@ CREATE TABLE work (id INTEGER PRIMARY KEY,
   file TEXT NOT NULL, other TEXT NOT NULL, part TEXT NOT NULL, what TEXT NOT NULL, policies TEXT NOT NULL,
   options TEXT NOT NULL, sequence TEXT NOT NULL, sha256 TEXT, version TEXT NOT NULL, outcome TEXT NOT NULL, error TEXT,
   frames INTEGER, links INTEGER, masked INTEGER, hits INTEGER, hit_frames INTEGER, depth REAL, depth_frame INTEGER,
-  depth_link_a TEXT, depth_link_b TEXT, hits_hash TEXT, box_tests INTEGER, leaf_pairs INTEGER, exact_tests INTEGER,
+  depth_link_a TEXT, depth_link_b TEXT, hits_hash TEXT, contacts_hash TEXT, box_tests INTEGER, leaf_pairs INTEGER, exact_tests INTEGER,
   false_positives INTEGER, load_seconds REAL, engine_seconds REAL, seconds REAL,
   UNIQUE (file, other, part, what, policies, options, sequence));
 CREATE TABLE contacts (work INTEGER NOT NULL REFERENCES work (id) ON DELETE CASCADE,
@@ -209,13 +209,16 @@ class Table:
             )
 
     def contacts(self) -> Iterator[Tuple[Any, ...]]:
-        """The key and the sequence of a row, then a run of frames in contact, in sorted order."""
+        """Runs of frames in contact: the number of their row in sorted order, from 1 on, its file, and the rest."""
         columns = ", ".join(f"contacts.{column}" for column in CONTACT_COLUMNS)
         with self._told():
-            yield from self._base.execute(
-                f"SELECT {_ORDER}, {columns} FROM work JOIN contacts ON contacts.work = work.id "
-                f"ORDER BY {_ORDER}, {', '.join(CONTACT_COLUMNS[:5])}"
-            )
+            for number, (work, file) in enumerate(
+                self._base.execute(f"SELECT id, file FROM work ORDER BY {_ORDER}").fetchall(), 1
+            ):
+                for contact in self._base.execute(
+                    f"SELECT {columns} FROM contacts WHERE work = ? ORDER BY rowid", (work,)
+                ):
+                    yield (number, file, *contact)
 
     def pairs(self) -> Iterator[Tuple[Any, ...]]:
         """Pairs of links of robots, in sorted order."""
@@ -227,7 +230,7 @@ class Table:
     def hash(self) -> str:
         """SHA-256 of all rows in sorted order, without what depends on the machine: one line of JSON each."""
         digest = hashlib.sha256()
-        for rows in (self.rows((*KEY_COLUMNS, *RESULT_COLUMNS)), self.contacts(), self.pairs()):
+        for rows in (self.rows((*KEY_COLUMNS, *RESULT_COLUMNS)), self.pairs()):
             for row in rows:
                 digest.update(json.dumps(row).encode() + b"\n")
         return digest.hexdigest()

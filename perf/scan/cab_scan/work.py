@@ -159,6 +159,7 @@ class Row:
     depth_link_a: Optional[str] = None
     depth_link_b: Optional[str] = None
     hits_hash: Optional[str] = None
+    contacts_hash: Optional[str] = None
     box_tests: Optional[int] = None
     leaf_pairs: Optional[int] = None
     exact_tests: Optional[int] = None
