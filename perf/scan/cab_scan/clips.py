@@ -1,11 +1,11 @@
 """Rows of clips, on a worker: self-penetration, pairs of people, several policies at a time."""
 
-import time
 from typing import Iterator, List, NamedTuple, Tuple
 
 import cab
 import numpy as np
 
+from .clock import core_seconds
 from .contacts import Summary, chunk_frames
 from .policies import policies_of
 from .sequences import Sequence, load
@@ -39,16 +39,16 @@ class _Chunks(NamedTuple):
 
 def clip_rows(item: Item, policies: Tuple[str, ...]) -> Iterator[Row]:
     """The rows of an item, by policies: of every sequence of its file, or of the first of both files of a pair."""
-    start = time.perf_counter()
+    start = core_seconds()
     for characters in _scenes(item):
-        load_seconds = time.perf_counter() - start
+        load_seconds = core_seconds() - start
         frames = max(len(one.poses) for one in characters)
         moving = [len(one.poses) for one in characters if len(one.poses) > 1]
         # What two people do beyond the end of the shorter clip nobody knows.
         frames = min(moving) if moving else frames
         for chosen in policies:
             yield _row(item, chosen, _Chunks(characters, frames), load_seconds)
-        start = time.perf_counter()
+        start = core_seconds()
 
 
 def _scenes(item: Item) -> Iterator[List[Sequence]]:
@@ -72,7 +72,7 @@ def _ignoring(sequence: Sequence, hops: int) -> Sequence:
 
 
 def _row(item: Item, policies: str, chunks: _Chunks, load_seconds: float) -> Row:
-    start = time.perf_counter()
+    start = core_seconds()
     characters = chunks.characters
     row = Row(item.key(policies), sequence=characters[0].name)
     summary = Summary(characters[0].fps, item.test.gap, item.test.intervals)
@@ -82,5 +82,5 @@ def _row(item: Item, policies: str, chunks: _Chunks, load_seconds: float) -> Row
     files = [item.source.name, item.other_name] if item.other else [""]
     summary.fill(row, lambda character, link: (files[character], characters[character].body.names[link]))
     row.load_seconds = load_seconds
-    row.seconds = time.perf_counter() - start
+    row.seconds = core_seconds() - start
     return row

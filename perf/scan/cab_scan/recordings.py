@@ -6,11 +6,11 @@ import os
 import shutil
 import subprocess
 import tempfile
-import time
 from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import cab
 
+from .clock import core_seconds
 from .hashing import contacts_sha256
 from .work import Contact, Item, Row
 
@@ -23,7 +23,7 @@ class CommandError(RuntimeError):
 
 def recording_rows(item: Item) -> Iterator[Row]:
     """The row of a recording. Frames that replay to other bits, or cannot be read, are an error."""
-    start = time.perf_counter()
+    start = core_seconds()
     row = Row(item.key(RECORDED))
     with tempfile.TemporaryDirectory(prefix="cab-scan-") as folder:
         table = os.path.join(folder, "replay.json")
@@ -52,7 +52,7 @@ def recording_rows(item: Item) -> Iterator[Row]:
         row.depth_link_a, row.depth_link_b = deepest.link_a, deepest.link_b
     row.contacts = sorted(contacts) if item.test.intervals else []
     row.contacts_hash = contacts_sha256(row.contacts)
-    row.seconds = time.perf_counter() - start
+    row.seconds = core_seconds() - start
     yield row
 
 

@@ -3,12 +3,12 @@
 import collections
 import functools
 import hashlib
-import time
 from typing import Dict, Iterator, List, Sequence, Tuple
 
 import cab
 import numpy as np
 
+from .clock import core_seconds
 from .contacts import Summary, chunk_frames
 from .hashing import file_sha256
 from .policies import policies_of
@@ -93,12 +93,12 @@ def _masked_body(file: RobotFile, masked: Links) -> cab.Body:
 
 def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
     """The row of a chunk of states, with the pairs of links that touch in it."""
-    start = time.perf_counter()
+    start = core_seconds()
     file = _robot(item.source, chunk.packages, chunk.srdf, chunk.leave_out_missing, chunk.sha256)
     if file.sha256 != chunk.sha256:
         raise OSError(f"{item.source.path}: it is not the robot that the scan began with")
     body = _masked_body(file, chunk.masked)
-    load_seconds = time.perf_counter() - start
+    load_seconds = core_seconds() - start
     row = Row(item.key(item.policies[0]))
     summary = Summary(1.0, 0, False)
     states: Dict[Tuple[int, int], int] = collections.defaultdict(int)
@@ -126,5 +126,5 @@ def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
         for a, b in sorted(firsts)
     ]
     row.load_seconds = load_seconds
-    row.seconds = time.perf_counter() - start - load_seconds
+    row.seconds = core_seconds() - start - load_seconds
     yield row
