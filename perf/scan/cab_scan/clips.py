@@ -19,6 +19,8 @@ class _Chunks(NamedTuple):
     frames: int
 
     def run(self, summary: Summary, item: Item, policies: str) -> None:
+        chosen = policies_of(policies)
+        pairs = item.what == PAIRS
         step = chunk_frames(sum(one.body.link_count for one in self.characters))
         for first in range(0, self.frames, step):
             last = min(first + step, self.frames)
@@ -28,10 +30,8 @@ class _Chunks(NamedTuple):
                     part = slice(0, 1) if fixed else slice(first, last)
                     origins = None if one.origins is None else one.origins[part]
                     clip.add(one.body, one.poses[part], origins=origins, order=one.order)
-                pairs = item.what == PAIRS
                 hits = clip.hits(
-                    within=not pairs, between=pairs, policies=policies_of(policies), exact=policies_of(policies).exact,
-                    min_depth=item.test.min_depth,
+                    within=not pairs, between=pairs, policies=chosen, exact=chosen.exact, min_depth=item.test.min_depth
                 )
                 hits["frame"] += np.uint32(first)
                 summary.add(hits, clip.stats)

@@ -4,7 +4,9 @@
 import collections
 import contextlib
 import itertools
+import logging
 import signal
+import tempfile
 from types import FrameType
 from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
 
@@ -20,8 +22,8 @@ from .work import LOST, Item, Report, Row
 _TASK_BYTES, _TASK_ITEMS = 8 << 20, 64
 # Tasks that wait at a worker beside the one that runs there.
 _TASKS_PER_WORKER = 3
-# How often an item may kill the worker that does nothing else, before its row says so.
-_LONE_TRIES = 2
+# So many workers of this machine may die with a task before Dask gives it back.
+_ALLOWED_DEATHS = 2
 _LAST_WAIT_SECONDS = 10
 
 
@@ -45,7 +47,7 @@ class _IgnoreInterrupts(WorkerPlugin):
 def local_workers(count: int, memory: str) -> Iterator[Client]:
     """Processes of this machine, each with one thread and bounded memory. One that dies is replaced."""
     settings = {
-        "distributed.scheduler.allowed-failures": 1,
+        "distributed.scheduler.allowed-failures": _ALLOWED_DEATHS - 1,
         "distributed.worker.profile.enabled": False,
         "distributed.comm.retry.count": 3,
         "distributed.admin.tick.limit": "1h",
@@ -55,7 +57,7 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
         with dask.config.set(settings):
             with LocalCluster(
                 n_workers=count, threads_per_worker=1, processes=True, memory_limit=memory, dashboard_address=None,
-                silence_logs=50, extensions={},
+                silence_logs=logging.CRITICAL, extensions={}, local_directory=tempfile.gettempdir(),
             ) as cluster, Client(cluster) as client:
                 client.register_worker_plugin(_IgnoreInterrupts())
                 signal.signal(signal.SIGINT, before)
@@ -127,7 +129,6 @@ class Dispatcher:
         self._suspects: Deque[Item] = collections.deque()
         self._numbers = itertools.count()
         self._stop = False
-        self._tries = 0  # of the first suspect, alone
 
     def stop(self, _signal: int, _frame: Optional[FrameType]) -> None:
         """For a signal: no more tasks begin, and `run` raises Stopped."""
@@ -182,11 +183,7 @@ class Dispatcher:
             self._suspects.popleft()
 
     def _blame(self, item: Item) -> None:
-        # The item was alone when its worker died.
-        self._tries += 1
-        if self._tries < _LONE_TRIES:
-            return
-        self._tries = 0
+        # The item was alone each time that its worker died.
         self._suspects.popleft()
         words = "its worker died each time: out of memory, or the parser crashed"
         self._finished([error_row(item, policies, LOST, words) for policies in item.policies])

@@ -72,7 +72,8 @@ def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.E
     named = [entry for entry in entries if entry.other]
     rest = [entry for entry in entries if not entry.other]
     if rest and not pattern:
-        raise corpus.CorpusError(f"{rest[0].source.name}: whose partner? --pattern, or the column other of a list, says it")
+        name = rest[0].source.name
+        raise corpus.CorpusError(f"{name}: with whom? --pattern, or the column other of a list, says it")
     return named + (corpus.pair_up(rest, pattern) if pattern else [])
 
 

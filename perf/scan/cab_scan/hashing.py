@@ -26,10 +26,9 @@ def companions(path: str) -> List[str]:
     folder, name = os.path.split(path)
     stem, suffix = os.path.splitext(name)
     if suffix.lower() == ".amc":
-        beside = (os.path.splitext(other) for other in os.listdir(folder or "."))
-        return sorted(
-            os.path.join(folder, other + end) for other, end in beside if end.lower() == ".asf" and stem.startswith(other)
-        )
+        beside = [os.path.splitext(other) for other in sorted(os.listdir(folder or "."))]
+        skeletons = [(other, end) for other, end in beside if end.lower() == ".asf" and stem.startswith(other)]
+        return [os.path.join(folder, other + end) for other, end in skeletons]
     if suffix.lower() == ".gltf":
         return [other for other in _buffers(path, folder) if os.path.isfile(other)]
     return []

@@ -164,7 +164,7 @@ def _parser(version: str) -> argparse.ArgumentParser:
         "or lists have the column other",
     )
     _add_policies(command, False)
-    command = commands.add_parser("policies", help="what policies cost over a corpus: times, box tests, false positives")
+    command = commands.add_parser("policies", help="what policies cost over a corpus: times, tests, false positives")
     _add_clips(command)
     _add_policies(command, True)
     command = commands.add_parser("recordings", help="recordings (.cab): replayed bit by bit, and their contacts")

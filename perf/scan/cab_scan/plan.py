@@ -1,8 +1,9 @@
 """From files and options to items: what is to be done, and what is done already."""
 
+import dataclasses
 import json
 import os
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, List, Sequence
 
 import cab
 
@@ -21,15 +22,10 @@ def make_items(
             what, entry.source, tuple(policies), _options_text(entry, test), test, (None,) * len(policies), entry.other,
             entry.part,
         )
-        known: Dict[str, Optional[str]] = {} if again else {
-            chosen: table.known(item.key(chosen), cab.__version__) for chosen in policies
-        }
-        items.append(
-            Item(
-                item.what, item.source, item.policies, item.options, item.test,
-                tuple(known.get(chosen) for chosen in policies), item.other, item.part,
-            )
-        )
+        if not again:
+            known = tuple(table.known(item.key(chosen), cab.__version__) for chosen in policies)
+            item = dataclasses.replace(item, known=known)
+        items.append(item)
     return items
 
 

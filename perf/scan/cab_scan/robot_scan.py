@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import cab
 from distributed import Client
@@ -66,7 +66,7 @@ class RobotScan:
             firsts = range(0, count, self._chosen.chunk)
             chunks = [(first, min(self._chosen.chunk, count - first)) for first in firsts]
             items += self._items(what, source, file, start, chunks, tuple(sorted(mask)))
-        dispatch(client, [item for item in items if item.known == (None,)], self._table.add)
+        dispatch(client, items, self._table.add)
 
     def _items(
         self, what: str, source: Source, file: RobotFile, start: int, chunks: Sequence[Tuple[int, int]], masked: Links
@@ -75,22 +75,23 @@ class RobotScan:
         parts = {_part(first, count): (first, count) for first, count in chunks}
         there = self._table.robot_parts(key)
         # Pairs of links are counted over all chunks, so chunks of another robot, version or length are no use.
-        known: Callable[[str], Optional[str]] = lambda part: file.sha256 if there.get(part, ("", "", ""))[2] == DONE else None
         if self._chosen.again or any(
             part not in parts or (outcome == DONE and (sha256, version) != (file.sha256, cab.__version__))
             for part, (sha256, version, outcome) in there.items()
         ):
             self._table.forget_robot(key)
             there = {}
+        done = {part for part, (_, _, outcome) in there.items() if outcome == DONE}
         return [
             Item(
-                what, source, (self._policies,), self._options, TestOptions(), (known(part),), None, part,
+                what, source, (self._policies,), self._options, TestOptions(), (None,), None, part,
                 RobotChunk(
                     start + first, count, self._chosen.seed, masked, self._packages, self._srdf,
                     self._chosen.leave_out_missing, file.sha256,
                 ),
             )
             for part, (first, count) in parts.items()
+            if part not in done
         ]
 
     def _key(self, what: str, source: Source) -> Key:

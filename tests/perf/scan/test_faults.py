@@ -17,6 +17,7 @@ import cab_scan
 import pytest
 
 from conftest import arm_bvh, long, write_corpus
+from faults import children_of, kill_all, wait_for_rows, workers_of
 
 # A loader whose parts decide what happens to the worker.
 _LOADER = """
@@ -55,51 +56,6 @@ def write_list(scan, parts):
     files = sorted((scan.folder / "corpus").rglob("*.bvh"))
     lines = [f"{file.relative_to(scan.folder)},{part}" for file, part in zip(files, parts)]
     (scan.folder / "list.csv").write_text("\n".join(["path,part", *lines]) + "\n")
-
-
-def children_of(process):
-    """The processes below one, by their numbers, and their command lines."""
-    parents, words = {}, {}
-    for place in pathlib.Path("/proc").glob("[0-9]*"):
-        try:
-            fields = (place / "stat").read_text().rpartition(")")[2].split()
-            words[int(place.name)] = (place / "cmdline").read_bytes().decode(errors="replace")
-        except OSError:
-            continue
-        parents[int(place.name)] = int(fields[1])
-    found = [process]
-    for number in found:
-        found.extend(child for child, parent in parents.items() if parent == number)
-    return {number: words[number] for number in found[1:]}
-
-
-def workers_of(process):
-    return [number for number, words in children_of(process.pid).items() if "spawn_main" in words]
-
-
-def wait_for_rows(scan, count, process):
-    """Until the table has so many rows."""
-    for _ in range(3000):
-        assert process.poll() is None, process.communicate()
-        try:
-            if len(scan.rows("id")) >= count:
-                return
-        except sqlite3.OperationalError:
-            pass
-        time.sleep(0.01)
-    raise AssertionError("the scan does not go on")
-
-
-def kill_all(process):
-    """SIGKILL to the client, and to what it started, which would see its end a little later."""
-    numbers = list(children_of(process.pid))
-    os.kill(process.pid, signal.SIGKILL)
-    process.communicate()
-    for number in numbers:
-        try:
-            os.kill(number, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
 
 
 def test_a_worker_that_is_killed_is_replaced_and_the_table_is_the_same(scan, loader):

@@ -12,7 +12,9 @@ from conftest import data_folder, long
 
 COMMAND = os.environ.get("CAB_COMMAND", "")
 
-_LINKS = {"base": ".2 .2 .2", "upper": ".5 .1 .1", "elbow": "", "lower": ".5 .1 .1", "tip": ".1 .3 .1", "far": ".1 .1 .1"}
+_LINKS = {
+    "base": ".2 .2 .2", "upper": ".5 .1 .1", "elbow": "", "lower": ".5 .1 .1", "tip": ".1 .3 .1", "far": ".1 .1 .1"
+}
 _PARENTS = {"upper": "base", "elbow": "upper", "lower": "elbow", "tip": "lower", "far": "base"}
 
 
@@ -20,8 +22,8 @@ def write_arm(path: pathlib.Path, far: str = "9 0 0") -> None:
     """An arm that may fold onto its base, with a link without shape and one that nothing reaches."""
     lines = ['<robot name="arm">']
     for name, size in _LINKS.items():
-        shape = f'<collision><origin xyz=".25 0 0"/><geometry><box size="{size}"/></geometry></collision>' if size else ""
-        lines.append(f'<link name="{name}">{shape}</link>')
+        shape = f'<origin xyz=".25 0 0"/><geometry><box size="{size}"/></geometry>'
+        lines.append(f'<link name="{name}">{"<collision>" + shape + "</collision>" if size else ""}</link>')
     for name, parent in _PARENTS.items():
         kind = "fixed" if name == "far" else "revolute"
         place = far if name == "far" else ".5 0 0" if parent != "base" else "0 0 0"

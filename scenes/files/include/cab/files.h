@@ -107,8 +107,8 @@ class Robot {
   // [state][link][7]. Returns false if the sizes do not fit each other, or an allocation failed.
   [[nodiscard]] bool write_poses(Span<const double> states, Span<float> poses) const noexcept;
 
-  // Writes random states within the limits: those of the numbers `first`, `first` + 1, and so on. A state depends on the
-  // seed and its number alone.
+  // Writes random states within the limits: those of the numbers `first`, `first` + 1, and so on. A state depends on
+  // the seed and its number alone.
   void write_random_states(std::uint64_t seed, std::uint64_t first, Span<double> states) const noexcept;
 
  private:
