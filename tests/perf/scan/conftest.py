@@ -63,7 +63,7 @@ class Scan:
     def __call__(self, *words: object, **more) -> Outcome:
         """A run to its end."""
         process = self.start(*words, **more)
-        out, error = process.communicate(timeout=300)
+        out, error = process.communicate(timeout=900)
         assert "Traceback" not in error, error
         return Outcome(process.returncode, out, error)
 

@@ -6,6 +6,8 @@ import signal
 import sqlite3
 import time
 
+_MOST_SECONDS = 600
+
 
 def children_of(process):
     """The processes below one, by their numbers, and their command lines."""
@@ -29,14 +31,15 @@ def workers_of(process):
 
 def wait_for_rows(scan, count, process):
     """Until the table has so many rows."""
-    for _ in range(3000):
+    end = time.monotonic() + _MOST_SECONDS
+    while time.monotonic() < end:
         assert process.poll() is None, process.communicate()
         try:
             if len(scan.rows("id")) >= count:
                 return
         except sqlite3.OperationalError:
             pass
-        time.sleep(0.01)
+        time.sleep(0.02)
     raise AssertionError("the scan does not go on")
 
 

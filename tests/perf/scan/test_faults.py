@@ -170,44 +170,67 @@ def test_changed_files_are_done_anew_and_others_are_not(scan):
     assert "2 rows of scan.sqlite are of files or options that this scan did not name" in scan("self", "corpus").error
 
 
-def test_other_versions_on_workers_are_refused(scan, tmp_path):
+class Cluster:
+    """A Dask scheduler, whose workers have a PYTHONPATH of their own."""
+
+    def __init__(self, folder):
+        self._folder, self._file = folder, folder / "scheduler.json"
+        self._scheduler = self._start("dask_scheduler", "--port", "0")
+        while not self._file.exists():
+            assert self._scheduler.poll() is None
+            time.sleep(0.05)
+        self.address = json.loads(self._file.read_text())["address"]
+
+    def _start(self, program, *words, **more):
+        return subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", str(self._file),
+             "--no-dashboard", *words],
+            cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more,
+        )
+
+    def worker(self, path):
+        return self._start("dask_worker", "--nthreads", "1", env={**os.environ, "PYTHONPATH": str(path)})
+
+    def close(self):
+        self._scheduler.terminate()
+        self._scheduler.wait()
+
+
+def scan_when_there_are_workers(scan, address):
+    for _ in range(100):
+        outcome = scan("self", "corpus", "--scheduler", address)
+        if "no workers" not in outcome.error:
+            return outcome
+        time.sleep(0.2)
+    raise AssertionError("there are no workers")
+
+
+def test_a_cluster_computes_if_its_workers_have_the_same_versions(scan):
     write_corpus(scan.folder / "corpus", 2)
-    other = tmp_path / "other"
+    other = scan.folder / "other"
     for package in (cab, cab_scan):
         shutil.copytree(pathlib.Path(package.__file__).parent, other / package.__name__)
     init = other / "cab/__init__.py"
     init.write_text(init.read_text().replace("__version__ = version()", '__version__ = "0.9.9"'))
-    scheduler = subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard", "--scheduler-file",
-         str(scan.folder / "scheduler.json")],
-        cwd=scan.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )
-    worker = subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(scan.folder / "scheduler.json"),
-         "--nthreads", "1", "--no-dashboard"],
-        cwd=scan.folder, env={**os.environ, "PYTHONPATH": str(other)}, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, start_new_session=True,
-    )
+    cluster = Cluster(scan.folder)
     try:
-        for _ in range(300):
-            if (scan.folder / "scheduler.json").exists():
-                break
-            time.sleep(0.1)
-        address = json.loads((scan.folder / "scheduler.json").read_text())["address"]
-        outcome = None
-        for _ in range(100):
-            outcome = scan("self", "corpus", "--scheduler", address)
-            if "no workers" not in outcome.error:
-                break
-            time.sleep(0.2)
-        assert outcome.code == 1 and "other versions than this process: cab 0.9.9 there and" in outcome.error
-        assert scan.rows() == []
+        for path, code, told in (
+            (other, 1, "other versions than this process: cab 0.9.9 there and"),
+            (scan.folder, 1, "its PYTHONPATH must have cab and cab_scan"),
+            (os.environ["PYTHONPATH"], 0, ""),
+        ):
+            worker = cluster.worker(path)
+            try:
+                outcome = scan_when_there_are_workers(scan, cluster.address)
+            finally:
+                worker.terminate()
+                worker.wait()
+            assert outcome.code == code and told in outcome.error, outcome.error
+            assert len(scan.rows()) == (0 if code else 2)
     finally:
-        for process in (worker, scheduler):
-            process.terminate()
-            process.wait()
-    outcome = scan("self", "corpus", "--scheduler", address)
-    assert outcome.code == 1 and f"--scheduler {address}" in outcome.error
+        cluster.close()
+    gone = scan("self", "corpus", "--scheduler", cluster.address)
+    assert gone.code == 1 and f"--scheduler {cluster.address}" in gone.error
 
 
 def limit_files():
