@@ -50,9 +50,13 @@ class RobotScan:
         """Until all chunks of all robots are in the table."""
         fixed = [file.fixed_matrix(self._policies, not self._srdf) for _, file in self._robots]
         self._run_chunks(client, SAMPLES, FIRST_SAMPLE, self._samples, fixed)
-        whole = []
-        for (source, file), known in zip(self._robots, fixed):
+        sampled = list(zip(self._robots, fixed))
+        self._robots, whole = [], []
+        for (source, file), known in sampled:
             key = self._key(SAMPLES, source)
+            if any(outcome != DONE for _, _, outcome in self._table.robot_parts(key).values()):
+                continue  # its rows say why; without all samples there is no matrix
+            self._robots.append((source, file))
             matrix = sampled_matrix(file, known, self._table.touching(key), self._samples)
             self._table.add_pairs(key, matrix_rows(file, matrix))
             whole.append(matrix)

@@ -84,7 +84,10 @@ class Table:
             elif (found := self._base.execute("PRAGMA user_version").fetchone()[0]) != _FORMAT:
                 raise TableError(f"{path}: it has format {found}, and this cab scan writes format {_FORMAT}")
             self._base.execute("PRAGMA foreign_keys = ON")
-            self._base.execute("PRAGMA synchronous = FULL")
+            # A commit need not wait for the disk: what is killed loses nothing, and a machine that stops loses the last
+            # rows at most. Where a file system has no shared memory, SQLite stays with its journal.
+            self._base.execute("PRAGMA journal_mode = WAL")
+            self._base.execute("PRAGMA synchronous = NORMAL")
 
     def close(self) -> None:
         """Closes the file. All that was committed stays."""
