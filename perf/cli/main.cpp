@@ -22,6 +22,7 @@
 #include "perf/report/options.h"
 #include "perf/robot/options.h"
 #include "perf/run/options.h"
+#include "perf/scan/options.h"
 #include "perf/sweep/options.h"
 #include "perf/verify/options.h"
 #include "perf/view/options.h"
@@ -35,8 +36,8 @@ constexpr int kWrongUse = 2;
 
 // Every command, in the order of `cab --help`.
 constexpr Command (*kAddCommand[])(CLI::App& app) = {
-    add_run,  add_inspect, add_robot, add_paper, add_crowd,   add_query,      add_record, add_replay,
-    add_view, add_report,  add_peers, add_sweep, add_kernels, add_continuity, add_verify,
+    add_run,    add_inspect, add_robot,  add_scan,  add_paper, add_crowd,   add_query,      add_record,
+    add_replay, add_view,    add_report, add_peers, add_sweep, add_kernels, add_continuity, add_verify,
 };
 
 // The text of an error as one line.

@@ -1,8 +1,8 @@
 #include "perf/robot/matrix.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
 
 namespace cab::perf {
@@ -45,47 +45,15 @@ const char* to_string(MaskReason reason) {
   return "unknown";
 }
 
-std::vector<bool> shaped_links(const scenes::Robot& robot) {
-  std::vector<bool> shaped(robot.links.size());
-  for (const scenes::BodyLeaf& leaf : robot.body.leaves) shaped[leaf.link] = true;
-  return shaped;
-}
-
 std::size_t count_shaped(const scenes::Robot& robot) {
-  const std::vector<bool> shaped = shaped_links(robot);
+  const std::vector<bool> shaped = scenes::shaped_links(robot);
   return static_cast<std::size_t>(std::count(shaped.begin(), shaped.end(), true));
-}
-
-std::vector<LinkPair> adjacent_pairs(const scenes::Robot& robot) {
-  const std::vector<bool> shaped = shaped_links(robot);
-  const std::size_t count = robot.links.size();
-  // Links without shapes that are connected have one group, which is named after the first of them.
-  std::vector<std::uint32_t> group(count);
-  std::iota(group.begin(), group.end(), 0);
-  std::vector<std::vector<std::uint32_t>> around(count);  // of each group: the links with shapes about it
-  std::vector<LinkPair> pairs;
-  for (std::uint32_t l = 1; l < count; ++l) {
-    if (robot.links[l].floats) continue;
-    const auto parent = static_cast<std::uint32_t>(robot.body.link_parents[l]);
-    if (shaped[l] && shaped[parent]) {
-      pairs.push_back({parent, l});
-    } else if (!shaped[l] && !shaped[parent]) {
-      group[l] = group[parent];  // the parent comes first, so its group is known
-    } else {
-      // Of a child without shapes the group is its own so far.
-      around[shaped[l] ? group[parent] : group[l]].push_back(shaped[l] ? l : parent);
-    }
-  }
-  for (const std::vector<std::uint32_t>& links : around)
-    for (std::size_t k = 0; k < links.size(); ++k)
-      for (std::size_t n = 0; n < k; ++n) pairs.push_back({std::min(links[n], links[k]), std::max(links[n], links[k])});
-  return pairs;
 }
 
 std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOptions& options,
                                     const RobotSessionOptions& session) {
   const std::size_t count = robot.links.size();
-  const std::vector<bool> shaped = shaped_links(robot);
+  const std::vector<bool> shaped = scenes::shaped_links(robot);
   PairTable<char> known(count);
   std::vector<MaskedPair> masked;
   const auto mask = [&](std::uint32_t a, std::uint32_t b, MaskReason reason) {
@@ -95,7 +63,7 @@ std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOpti
   };
   for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile);
   if (options.derive) {
-    for (const LinkPair& pair : adjacent_pairs(robot)) mask(pair.a, pair.b, MaskReason::kAdjacent);
+    for (const LinkPair& pair : scenes::adjacent_pairs(robot)) mask(pair.a, pair.b, MaskReason::kAdjacent);
     const StateSource rest = {1, [&](std::uint64_t, double* state) {
                                 const std::vector<double> values = scenes::rest_state(robot);
                                 std::copy(values.begin(), values.end(), state);

@@ -35,18 +35,11 @@ struct MatrixOptions {
   std::uint64_t seed = 1;
 };
 
-// The pairs of links with shapes that a joint connects. Links without shapes pass a connection on, so all links about
-// one of them are connected. A link that floats is not connected to its parent.
-std::vector<LinkPair> adjacent_pairs(const scenes::Robot& robot);
-
 // The masked pairs, sorted by a, then b. Only pairs of links with shapes are listed.
 std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOptions& options,
                                     const RobotSessionOptions& session);
 
 // How many links have a shape.
 std::size_t count_shaped(const scenes::Robot& robot);
-
-// Whether each link has a shape.
-std::vector<bool> shaped_links(const scenes::Robot& robot);
 
 }  // namespace cab::perf

@@ -15,6 +15,7 @@
 #include "perf/robot/matrix.h"
 #include "perf/robot/options.h"
 #include "perf/robot/session.h"
+#include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
 #include "scenes/robot/state_file.h"
 
@@ -62,7 +63,7 @@ std::uint32_t find_link(const scenes::Robot& robot, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   const auto link = static_cast<std::uint32_t>(found - names.begin());
   if (found == names.end()) throw UsageError("--distance: the robot has no link '" + name + "'");
-  if (!shaped_links(robot)[link]) throw UsageError("--distance: the link '" + name + "' has no shape");
+  if (!scenes::shaped_links(robot)[link]) throw UsageError("--distance: the link '" + name + "' has no shape");
   return link;
 }
 

@@ -9,6 +9,7 @@
 
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
+#include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
 #include "scenes/robot/robot.h"
 
@@ -41,6 +42,7 @@ struct RobotStorage {
   std::vector<const char*> names;
   std::vector<const char*> notes;
   std::vector<RobotVariable> variables;
+  std::vector<LinkPair> adjacent;
 };
 
 // ---------------------------------------------------------------------------------------------------------- motion
@@ -131,6 +133,7 @@ bool Robot::load(const char* path, const RobotOptions& options) noexcept {
     storage.notes = pointers_to(storage.robot.notes);
     for (const scenes::RobotVariable& variable : storage.robot.variables)
       storage.variables.push_back({variable.name.c_str(), variable.lower, variable.upper, variable.rest});
+    storage.adjacent = scenes::adjacent_pairs(storage.robot);
     return true;
   } catch (const std::bad_alloc&) { delete std::exchange(storage_, nullptr); } catch (const std::exception& failure) {
     RobotStorage* const failed = new (std::nothrow) RobotStorage;
@@ -161,6 +164,11 @@ Span<const char* const> Robot::notes() const noexcept {
   return storage_->notes;
 }
 
+Span<const LinkPair> Robot::adjacent_pairs() const noexcept {
+  if (!storage_) return {};
+  return storage_->adjacent;
+}
+
 bool Robot::write_poses(Span<const double> states, Span<float> poses) const noexcept {
   const std::size_t variable_count = variables().size, pose_count = 7 * link_names().size;
   if (pose_count == 0 || poses.size % pose_count != 0) return false;
@@ -173,11 +181,11 @@ bool Robot::write_poses(Span<const double> states, Span<float> poses) const noex
   return true;
 }
 
-void Robot::write_random_states(std::uint64_t seed, Span<double> states) const noexcept {
+void Robot::write_random_states(std::uint64_t seed, std::uint64_t first, Span<double> states) const noexcept {
   const std::size_t variable_count = variables().size;
   if (variable_count == 0) return;
   for (std::size_t s = 0; (s + 1) * variable_count <= states.size; ++s)
-    scenes::random_state(storage_->robot, seed, s, states.data + s * variable_count);
+    scenes::random_state(storage_->robot, seed, first + s, states.data + s * variable_count);
 }
 
 }  // namespace cab::files

@@ -95,9 +95,9 @@ py::array robot_poses(const files::Robot& robot, const py::object& states) {
   return std::move(poses);
 }
 
-py::array random_states(const files::Robot& robot, std::size_t count, std::uint64_t seed) {
+py::array random_states(const files::Robot& robot, std::size_t count, std::uint64_t seed, std::uint64_t first) {
   py::array_t<double> states({static_cast<py::ssize_t>(count), static_cast<py::ssize_t>(robot.variables().size)});
-  robot.write_random_states(seed, {states.mutable_data(), static_cast<std::size_t>(states.size())});
+  robot.write_random_states(seed, first, {states.mutable_data(), static_cast<std::size_t>(states.size())});
   return std::move(states);
 }
 
@@ -118,6 +118,13 @@ void bind_files(py::module_& module) {
               list.append(py::make_tuple(variable.name, variable.lower, variable.upper, variable.rest));
             return list;
           })
+      .def_property_readonly("adjacent_pairs",
+                             [](const files::Robot& robot) {
+                               py::list list;
+                               for (const LinkPair& pair : robot.adjacent_pairs())
+                                 list.append(py::make_tuple(pair.a, pair.b));
+                               return list;
+                             })
       .def("poses", &robot_poses)
       .def("random_states", &random_states);
   module.def("load_robot", &load_robot);

@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <cab/cab.h>
+#include <cab/cab_c.h>
 
 #include <string>
 #include <vector>
@@ -58,6 +59,7 @@ PYBIND11_MODULE(_cab, module) {
   module.attr("query_hit_dtype") = query_hit_dtype();
   module.attr("box_dtype") = box_dtype();
   module.def("version", [] { return std::string(version().text); });
+  module.def("abi_version", [] { return CAB_ABI_VERSION; });
   module.def("build_info", [] {
     const BuildInfo info = build_info();
     return py::make_tuple(info.fcl, info.qhull, info.tbb);

@@ -244,7 +244,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
       {{},
-       "choose run, inspect, robot, paper, crowd, query, record, replay, view, report, peers, sweep, kernels, "
+       "choose run, inspect, robot, scan, paper, crowd, query, record, replay, view, report, peers, sweep, kernels, "
        "continuity "
        "or verify"},
       {{"walk"}, "walk"},

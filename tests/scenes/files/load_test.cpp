@@ -75,8 +75,14 @@ TEST_CASE("a robot becomes a description, and its joints pose it") {
   CHECK_FALSE(robot.write_poses(states, {poses.data(), 14}));  // one pose of two states
   CHECK_FALSE(robot.write_poses(states, {poses.data(), 13}));
   double random[8];
-  robot.write_random_states(5, random);
+  robot.write_random_states(5, 0, random);
   for (const double value : random) CHECK((value >= 0 && value <= 4));
+  double later[3];
+  robot.write_random_states(5, 4, later);
+  for (std::size_t s = 0; s < 3; ++s) CHECK(later[s] == random[4 + s]);
+  REQUIRE(robot.adjacent_pairs().size == 1);
+  CHECK(robot.adjacent_pairs()[0].a == 0);
+  CHECK(robot.adjacent_pairs()[0].b == 1);
 }
 
 TEST_CASE("a bad file is an error that names file, line and reason, and leaves nothing loaded") {

@@ -15,7 +15,7 @@ from typing import List, NamedTuple
 
 from . import _cab
 from ._body import Body, Box, SkinnedBody, fit_box
-from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip
+from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip, intervals_of
 from ._errors import BusyError, Error, FileError, InputError, MaskedWarning, OutOfMemory, UnsupportedError
 from ._files import Motion, Robot, Variable, load_motion
 from ._policies import Policies, PolicyField, policy_table, presets
@@ -41,6 +41,11 @@ class BuildInfo(NamedTuple):
 def version() -> str:
     """The version of the library."""
     return _cab.version()
+
+
+def abi_version() -> int:
+    """The version of the C API's structs and calls, `CAB_ABI_VERSION`. Data goes between equal ones alone."""
+    return _cab.abi_version()
 
 
 def build_info() -> BuildInfo:
@@ -94,10 +99,12 @@ __all__ = [
     "UnsupportedError",
     "Variable",
     "World",
+    "abi_version",
     "boxes",
     "build_info",
     "capsules",
     "fit_box",
+    "intervals_of",
     "isa",
     "isas",
     "load_motion",

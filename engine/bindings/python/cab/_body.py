@@ -1,5 +1,6 @@
 """Bodies: links, joints and boxes of one kind of character."""
 
+import hashlib
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -253,6 +254,17 @@ class Body:
             max(hops, old.ignored_hops), old.rest_pose, False,
         )
 
+    def sha256(self) -> str:
+        """SHA-256 of links, joints, boxes, shapes and ignored pairs, in hexadecimal digits: equal bodies are equal."""
+        data = self._data
+        digest = hashlib.sha256(repr((self._names, data.ignored_hops)).encode())
+        for array in (data.parents, data.joints, data.links, data.boxes, data.ignored_pairs, data.rest_pose):
+            _add_to_digest(digest, array)
+        for part in data.parts:
+            for value in part:
+                _add_to_digest(digest, value)
+        return digest.hexdigest()
+
     @property
     def names(self) -> Tuple[str, ...]:
         """The name of each link."""
@@ -313,6 +325,14 @@ class SkinnedBody(Body):
         return self._skin.link_poses(
             by_columns(matrices, "matrices", (None, None, 4, 4), "(frames, joints, 4, 4)", order)
         )
+
+
+def _add_to_digest(digest: "hashlib._Hash", value: Any) -> None:
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str} {value.shape}".encode())
+        digest.update(np.ascontiguousarray(value).tobytes())
+    else:
+        digest.update(repr(value).encode())
 
 
 _SKIN_KINDS = {"hull": 1, "box": 2, "capsule": 4, "sphere": 8, "ellipsoid": 16}

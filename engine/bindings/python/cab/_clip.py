@@ -48,6 +48,34 @@ def _exact_policies(policies: PoliciesLike, exact: Optional[str]) -> Policies:
     return policies_of(chosen, "convex") if exact is None and chosen.exact == "none" else chosen
 
 
+def intervals_of(hits: StructuredArray, fps: float, gap: int = 0) -> StructuredArray:
+    """Runs of frames in which two links touch, of hits (`cab.CLIP_HIT`) in any order: `cab.INTERVAL`.
+
+    It is what `Clip.intervals` makes of `Clip.hits`, for hits that come from several calls.
+    """
+    order = np.lexsort((hits["frame"], hits["link_b"], hits["link_a"], hits["b"], hits["a"]))
+    hits = hits[order]
+    if len(hits) == 0:
+        return np.empty(0, dtype=INTERVAL)
+    same = np.ones(len(hits) - 1, dtype=bool)
+    for key in ("a", "b", "link_a", "link_b"):
+        same &= hits[key][1:] == hits[key][:-1]
+    frames = hits["frame"].astype(np.int64)
+    starts = np.append(0, np.flatnonzero(~(same & (np.diff(frames) <= gap + 1))) + 1)
+    ends = np.append(starts[1:], len(hits))
+    rows = np.empty(len(starts), dtype=INTERVAL)
+    for key in ("a", "b", "link_a", "link_b"):
+        rows[key] = hits[key][starts]
+    rows["first"] = frames[starts]
+    rows["last"] = frames[ends - 1]
+    rows["seconds"] = (frames[ends - 1] - frames[starts] + 1) / fps
+    rows["depth"] = np.maximum.reduceat(hits["depth"], starts)
+    run = np.repeat(np.arange(len(starts)), ends - starts)
+    first_deepest = np.lexsort((frames, -hits["depth"], run))[starts]
+    rows["deepest"] = frames[first_deepest]
+    return rows
+
+
 class Clip:
     """Recorded motion of characters, to find where it touches what it should not. Frames are tested sixteen at a time.
 
@@ -74,6 +102,7 @@ class Clip:
         self._fps = float(fps)
         self._frames = 1
         self._characters: List[_Character] = []
+        self._stats: Optional[_cab.FrameStats] = None
         if body is not None and poses is not None:
             self.add(body, poses, **arguments)
         elif body is not None or poses is not None or arguments:
@@ -151,13 +180,18 @@ class Clip:
         """The names of the characters."""
         return tuple(character.name for character in self._characters)
 
+    @property
+    def stats(self) -> Optional[_cab.FrameStats]:
+        """What the last call tested, as `Frame.stats`. None before there was one."""
+        return self._stats
+
     def link_name(self, character: int, link: int) -> str:
         """The name of a link."""
         return self._characters[int(character)].body.names[int(link)]
 
     def _run(
         self, dtype: "np.dtype[np.void]", within: bool, between: bool, chosen: Policies, margin: float,
-        min_depth: float, report: int,
+        min_depth: float, report: int, with_depths: bool = True,
     ) -> Tuple[StructuredArray, Float32Array]:
         rules: List[Tuple[int, int, int, int]] = []
         for k, one in enumerate(self._characters):
@@ -167,8 +201,9 @@ class Clip:
                 rules.extend((one.batch, other.batch, _BETWEEN, 0) for other in self._characters[k + 1 :])
         hits, contacts, stats = self._engine.run_frame(
             [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report,
-            chosen.exact != "none",
+            with_depths and chosen.exact != "none",
         )
+        self._stats = stats
         if stats.instances_masked:
             warn_flagged(
                 self._engine,
@@ -212,6 +247,7 @@ class Clip:
         min_depth: float = 0,
         margin: float = 0,
         policies: PoliciesLike = None,
+        depths: bool = True,
     ) -> StructuredArray:
         """Every two links that touch, in every frame: `cab.CLIP_HIT`.
 
@@ -221,13 +257,14 @@ class Clip:
                    of `policies`, or "convex" if they have none.
         min_depth  a length: what is less deep does not count.
         margin     a length: links that are at most this far apart count too, with a depth below 0.
+        depths     whether depths are wanted, which take most of the time. Without them depth is NaN.
 
         Returns a structured array: frame, a, link_a, b, link_b (a and b are numbers of characters, equal within one),
         depth: how far b must move to be free, by the shortest way found.
         """
         chosen = _exact_policies(policies, exact)
-        rows, depths = self._run(CLIP_HIT, within, between, chosen, margin, min_depth, _HITS)
-        rows["depth"] = depths
+        rows, found = self._run(CLIP_HIT, within, between, chosen, margin, min_depth, _HITS, depths)
+        rows["depth"] = found
         return rows
 
     def intervals(
@@ -251,27 +288,7 @@ class Clip:
         hits = self.hits(
             within=within, between=between, exact=exact, min_depth=min_depth, margin=margin, policies=policies
         )
-        order = np.lexsort((hits["frame"], hits["link_b"], hits["link_a"], hits["b"], hits["a"]))
-        hits = hits[order]
-        if len(hits) == 0:
-            return np.empty(0, dtype=INTERVAL)
-        same = np.ones(len(hits) - 1, dtype=bool)
-        for key in ("a", "b", "link_a", "link_b"):
-            same &= hits[key][1:] == hits[key][:-1]
-        frames = hits["frame"].astype(np.int64)
-        starts = np.append(0, np.flatnonzero(~(same & (np.diff(frames) <= gap + 1))) + 1)
-        ends = np.append(starts[1:], len(hits))
-        rows = np.empty(len(starts), dtype=INTERVAL)
-        for key in ("a", "b", "link_a", "link_b"):
-            rows[key] = hits[key][starts]
-        rows["first"] = frames[starts]
-        rows["last"] = frames[ends - 1]
-        rows["seconds"] = (frames[ends - 1] - frames[starts] + 1) / self._fps
-        rows["depth"] = np.maximum.reduceat(hits["depth"], starts)
-        run = np.repeat(np.arange(len(starts)), ends - starts)
-        first_deepest = np.lexsort((frames, -hits["depth"], run))[starts]
-        rows["deepest"] = frames[first_deepest]
-        return rows
+        return intervals_of(hits, self._fps, gap)
 
     def distances(
         self,

@@ -6,7 +6,7 @@ from typing import Dict, List, NamedTuple, Optional, Tuple, Union
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, Float32Array, Float64Array, small_array
+from ._arrays import ArrayLike, Float32Array, Float64Array, UInt32Array, small_array
 from ._body import Body
 from ._errors import UnsupportedError
 from ._status import Status
@@ -127,9 +127,17 @@ class Robot:
         """(variables,): the state at rest."""
         return np.array([variable.rest for variable in self._variables], dtype=np.float64)
 
-    def random_states(self, count: int, seed: int = 1) -> Float64Array:
-        """(count, variables): random states within the limits."""
-        return self._data.random_states(count, seed)
+    @property
+    def adjacent_pairs(self) -> UInt32Array:
+        """(pairs, 2) uint32: the pairs of links with shapes that a joint connects, over links without shapes too."""
+        return np.array(self._data.adjacent_pairs, dtype=np.uint32).reshape(-1, 2)
+
+    def random_states(self, count: int, seed: int = 1, first: int = 0) -> Float64Array:
+        """(count, variables): random states within the limits, of the numbers `first`, `first` + 1, and so on.
+
+        A state depends on the seed and its number alone, so that parts of a sample are drawn anywhere.
+        """
+        return self._data.random_states(count, seed, first)
 
     def poses(self, states: ArrayLike) -> Float32Array:
         """The poses of joint states (n, variables): float32 (n, links, 7)."""

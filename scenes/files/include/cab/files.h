@@ -101,13 +101,15 @@ class Robot {
   Span<const char* const> link_names() const noexcept;
   Span<const RobotVariable> variables() const noexcept;  // of a joint state, in its order
   Span<const char* const> notes() const noexcept;
+  Span<const LinkPair> adjacent_pairs() const noexcept;  // links with shapes that a joint connects
 
   // Writes the poses of joint states: `states` has the value of each variable per state, `poses` receives
   // [state][link][7]. Returns false if the sizes do not fit each other, or an allocation failed.
   [[nodiscard]] bool write_poses(Span<const double> states, Span<float> poses) const noexcept;
 
-  // Writes random states within the limits. State i of a seed does not depend on how many there are.
-  void write_random_states(std::uint64_t seed, Span<double> states) const noexcept;
+  // Writes random states within the limits: those of the numbers `first`, `first` + 1, and so on. A state depends on
+  // the seed and its number alone.
+  void write_random_states(std::uint64_t seed, std::uint64_t first, Span<double> states) const noexcept;
 
  private:
   RobotStorage* storage_ = nullptr;

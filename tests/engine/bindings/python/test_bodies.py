@@ -169,6 +169,9 @@ def test_a_robot_of_urdf_is_posed_by_its_joints(reads_files, tmp_path):
     states = robot.random_states(50, seed=3)
     assert states.shape == (50, 1) and states.min() >= 0 and states.max() <= 4
     assert np.array_equal(states[:10], robot.random_states(10, seed=3))
+    assert np.array_equal(states[20:], robot.random_states(30, seed=3, first=20))
+    assert robot.random_states(2, first=2**63).shape == (2, 1)
+    assert robot.adjacent_pairs.tolist() == [[0, 1]]
     srdf = tmp_path / "arm.srdf"
     srdf.write_text('<robot name="arm"><disable_collisions link1="base" link2="arm" reason="Never"/></robot>')
     quiet = cab.Robot(path, srdf=srdf)

@@ -36,6 +36,9 @@ def test_a_clip_has_the_hits_of_a_world_per_frame(rng, chain):
         assert sorted(found) == sorted(expected) and len(found) > 40
         assert (np.diff(hits["frame"].astype(int)) >= 0).all()
         assert np.isnan(hits["depth"]).all() == (exact == "none")
+        fast = clip.hits(exact=exact, depths=False)
+        assert np.isnan(fast["depth"]).all()
+        assert fast[["frame", "a", "link_a", "b", "link_b"]].tolist() == found
 
 
 def test_intervals_have_frames_seconds_and_the_deepest_depth():
@@ -176,3 +179,18 @@ def test_policies_of_a_clip_keep_their_exact_test(rng, chain):
             assert chosen.pop() == expected
     with pytest.raises(ValueError, match="exact"):
         clip.distances(1, exact="none")
+
+
+def test_intervals_of_parts_are_those_of_the_whole(rng, chain):
+    poses = random_poses(rng, 48, 8, spread=1)
+    clip = cab.Clip(chain, poses, fps=60)
+    assert clip.stats is None
+    whole = clip.intervals(gap=1)
+    assert clip.stats is not None and clip.stats.box_tests > 0
+    parts = []
+    for first in (0, 16, 32):
+        hits = cab.Clip(chain, poses[first : first + 16]).hits()
+        hits["frame"] += first
+        parts.append(hits)
+    assert np.array_equal(cab.intervals_of(np.concatenate(parts), 60, gap=1), whole)
+    assert len(cab.intervals_of(np.empty(0, dtype=cab.CLIP_HIT), 60)) == 0

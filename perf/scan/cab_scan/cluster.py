@@ -1,0 +1,213 @@
+# mypy: allow-untyped-calls
+"""Dask: workers of this machine or of a cluster that is there, and items that go to them until each has rows."""
+
+import collections
+import contextlib
+import itertools
+import logging
+import signal
+import tempfile
+from types import FrameType
+from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
+
+import dask
+from distributed import Client, Future, KilledWorker, LocalCluster, TimeoutError, WorkerPlugin, wait
+
+from .progress import Progress
+from .tasks import error_row, run_items
+from .versions import Versions, describe, difference
+from .work import LOST, Item, Report, Row
+
+# A task reads at most so many bytes and items, or an eighth of a worker's share, so that the last ones end together.
+_TASK_BYTES, _TASK_ITEMS = 8 << 20, 64
+# Tasks that wait at a worker beside the one that runs there.
+_TASKS_PER_WORKER = 3
+# So many workers of this machine may die with a task before Dask gives it back.
+_ALLOWED_DEATHS = 2
+_LAST_WAIT_SECONDS = 10
+
+
+class ClusterError(Exception):
+    """There are no workers, or they are not those that are wanted."""
+
+
+class Stopped(Exception):
+    """The user wants no more."""
+
+
+class _IgnoreInterrupts(WorkerPlugin):
+    """On workers of this machine, those too that replace others: what the terminal sends to all is for the client."""
+
+    def setup(self, worker: Any) -> None:
+        with contextlib.suppress(ValueError):  # not the main thread
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextlib.contextmanager
+def local_workers(count: int, memory: str) -> Iterator[Client]:
+    """Processes of this machine, each with one thread and bounded memory. One that dies is replaced."""
+    settings = {
+        "distributed.scheduler.allowed-failures": _ALLOWED_DEATHS - 1,
+        "distributed.worker.profile.enabled": False,
+        "distributed.comm.retry.count": 3,
+        "distributed.admin.tick.limit": "1h",
+    }
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # workers inherit it
+    try:
+        with dask.config.set(settings):
+            with LocalCluster(
+                n_workers=count, threads_per_worker=1, processes=True, memory_limit=memory, dashboard_address=None,
+                silence_logs=logging.CRITICAL, extensions={}, local_directory=tempfile.gettempdir(),
+            ) as cluster, Client(cluster) as client:
+                client.register_worker_plugin(_IgnoreInterrupts())
+                signal.signal(signal.SIGINT, before)
+                try:
+                    yield client
+                finally:
+                    # One that is being replaced would end with a traceback if the cluster closed now.
+                    with contextlib.suppress(TimeoutError):
+                        client.wait_for_workers(count, timeout=_LAST_WAIT_SECONDS)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextlib.contextmanager
+def workers_of(address: str) -> Iterator[Client]:
+    """The workers of a scheduler."""
+    try:
+        client = Client(address, timeout=10)
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"--scheduler {address}: {error or 'it does not answer'}") from error
+    with client:
+        yield client
+
+
+def check_versions(client: Client) -> None:
+    """Raises ClusterError that names the workers whose cab, ABI or cab_scan is not this one's."""
+    # By the name of a builtin: a worker without this package can still say so.
+    call = "__import__('cab_scan.versions', fromlist=['describe']).describe()"
+    answers: Dict[str, Any] = client.run(eval, call, on_error="return")
+    if not answers:
+        raise ClusterError("the scheduler has no workers")
+    for worker, answer in sorted(answers.items()):
+        if isinstance(answer, BaseException):
+            raise ClusterError(f"{worker}: {answer}; its PYTHONPATH must have cab and cab_scan")
+        _check_version(answer, worker)
+
+
+def _check_version(versions: Versions, worker: str) -> None:
+    differs = difference(describe(), versions)
+    if differs:
+        raise ClusterError(f"{worker} has other versions than this process: {differs}")
+
+
+def make_tasks(items: Sequence[Item], workers: int) -> List[List[Item]]:
+    """Items in tasks of similar size, in their order."""
+    share = sum(item.size for item in items) // max(8 * workers, 1)
+    most = max(min(_TASK_BYTES, share), 1)
+    tasks: List[List[Item]] = []
+    size = most
+    for item in items:
+        if size + item.size > most or len(tasks[-1]) == _TASK_ITEMS:
+            tasks.append([])
+            size = 0
+        tasks[-1].append(item)
+        size += item.size
+    return tasks
+
+
+class Dispatcher:
+    """Sends items to workers, a few tasks at a time, and hands back the rows of each as soon as it is done.
+
+    finished(rows) writes them down. A task whose worker dies is taken apart, and its items run alone, one after the
+    other with nothing beside them: what kills a worker then is its own row, and nothing else is blamed.
+    """
+
+    def __init__(self, client: Client, finished: Callable[[List[Row]], None], progress: Progress) -> None:
+        self._client, self._finished, self._progress = client, finished, progress
+        self._running: Dict[Future, List[Item]] = {}
+        self._suspects: Deque[Item] = collections.deque()
+        self._numbers = itertools.count()
+        self._stop = False
+
+    def stop(self, _signal: int, _frame: Optional[FrameType]) -> None:
+        """For a signal: no more tasks begin, and `run` raises Stopped."""
+        self._stop = True
+
+    def run(self, items: Sequence[Item]) -> None:
+        """Until each item has its rows."""
+        waiting = collections.deque(make_tasks(items, self._worker_count()))
+        try:
+            while waiting or self._running or self._suspects:
+                while waiting and len(self._running) < _TASKS_PER_WORKER * self._worker_count():
+                    self._submit(waiting.popleft())
+                if not self._running:
+                    self._submit([self._suspects[0]])
+                self._collect()
+        finally:
+            self._client.cancel(list(self._running))
+            self._running.clear()
+
+    def _worker_count(self) -> int:
+        workers: Dict[str, Dict[str, int]] = self._client.scheduler_info()["workers"]
+        return max(sum(worker["nthreads"] for worker in workers.values()), 1)
+
+    def _submit(self, task: List[Item]) -> None:
+        future = self._client.submit(run_items, task, key=f"cab-scan-{id(self)}-{next(self._numbers)}", pure=False)
+        self._running[future] = task
+
+    def _collect(self) -> None:
+        # Waits a second at most, so that the line of progress lives and a signal counts.
+        with contextlib.suppress(TimeoutError):
+            wait(list(self._running), timeout=1, return_when="FIRST_COMPLETED")
+        self._progress.draw()
+        if self._stop:
+            raise Stopped()
+        if self._client.status != "running":
+            raise ClusterError("the scheduler is gone")
+        for future in [future for future in self._running if future.done()]:
+            task = self._running.pop(future)
+            report = _report_of(future)
+            if report is not None:
+                self._take(report, task)
+            elif self._suspects and task == [self._suspects[0]]:
+                self._blame(self._suspects[0])
+            else:
+                self._suspects.extend(task)
+
+    def _take(self, report: Report, task: List[Item]) -> None:
+        _check_version(report.versions, "a worker")
+        self._finished(report.rows)
+        self._progress.advance(sum(item.size for item in task))
+        if self._suspects and task == [self._suspects[0]]:
+            self._suspects.popleft()
+
+    def _blame(self, item: Item) -> None:
+        # The item was alone each time that its worker died.
+        self._suspects.popleft()
+        words = "its worker died each time: out of memory, or the parser crashed"
+        self._finished([error_row(item, policies, LOST, words) for policies in item.policies])
+        self._progress.advance(item.size)
+
+
+def dispatch(client: Client, items: Sequence[Item], finished: Callable[[List[Row]], None]) -> None:
+    """Runs items to their end, with a line of progress. Ctrl-C and SIGTERM end it between two tasks: Stopped."""
+    progress = Progress(sum(item.size for item in items))
+    dispatcher = Dispatcher(client, finished, progress)
+    before = {number: signal.signal(number, dispatcher.stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        dispatcher.run(items)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        progress.close()
+
+
+def _report_of(future: Future) -> Optional[Report]:
+    # None if the worker died, or the task was lost with it.
+    if future.status == "finished":
+        report: Report = future.result()
+        return report
+    if future.status == "error" and not isinstance(future.exception(), KilledWorker):
+        raise ClusterError(f"a task failed: {future.exception()}")
+    return None

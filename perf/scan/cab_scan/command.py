@@ -1,0 +1,106 @@
+"""The command: from options to the table."""
+
+import argparse
+import contextlib
+import os
+import sys
+from typing import Iterator, List, Optional, Sequence
+
+import cab
+from distributed import Client
+
+from . import cluster, corpus, export, options, plan, policies, robot_scan, summary
+from .sequences import LoaderError, loader_sha256
+from .table import Table, TableError
+from .work import PAIRS, RECORDING, SELF, TestOptions
+
+_STOPPED = 130
+
+
+def run(words: Optional[Sequence[str]]) -> int:
+    """The exit code: 0, 1 for bad files and what else is told, 2 for wrong use, 130 when stopped."""
+    chosen = options.parse(words, cab.__version__)
+    try:
+        return _scan(chosen)
+    except (corpus.CorpusError, LoaderError, TableError, cluster.ClusterError) as error:
+        print(f"cab scan: {error}", file=sys.stderr)
+    except OSError as error:
+        print(f"cab scan: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+    except (cluster.Stopped, KeyboardInterrupt):
+        print(f"cab scan: stopped; what is done is in {chosen.table}, and the same command goes on", file=sys.stderr)
+        return _STOPPED
+    return 1
+
+
+def _scan(chosen: argparse.Namespace) -> int:
+    texts = [policies.policies_text(one) for one in _policies(chosen)]
+    root = os.path.abspath(chosen.root) if chosen.root else ""
+    suffixes = {"recordings": corpus.RECORDING_SUFFIXES, "robot": robot_scan.SUFFIXES}
+    given = {name: getattr(chosen, name, None) or "" for name in corpus.READERS}
+    found = corpus.find(
+        chosen.paths, chosen.lists, root, corpus.with_options(plan.DEFAULT_FILE_OPTIONS, given, ""),
+        suffixes.get(chosen.what, corpus.MOTION_SUFFIXES),
+    )
+    entries = found.entries
+    if chosen.what == "pairs":
+        entries = _pairs(entries, chosen.pattern)
+    for problem in found.problems:
+        print(f"cab scan: {problem}", file=sys.stderr)
+    if not entries:
+        raise corpus.CorpusError("there is nothing to scan")
+    with contextlib.closing(Table(chosen.table)) as table:
+        if chosen.what == "robot":
+            scan = robot_scan.RobotScan(chosen, [entry.source for entry in entries], texts[0], table)
+            with _workers(chosen) as client:
+                scan.run(client)
+        else:
+            _scan_files(chosen, entries, texts, table)
+        written = export.write_csv_files(table, options.csv_path(chosen))
+        has_errors = summary.tell(table, written, chosen.what)
+    return 1 if has_errors or found.problems else 0
+
+
+def _policies(chosen: argparse.Namespace) -> List[cab.Policies]:
+    try:
+        made = [policies.choose_policies(words, "convex") for words in options.policy_words(chosen)]
+    except ValueError as error:
+        raise corpus.CorpusError(f"--policies: {error}") from error
+    return list(dict.fromkeys(made))
+
+
+def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.Entry]:
+    named = [entry for entry in entries if entry.other]
+    rest = [entry for entry in entries if not entry.other]
+    if rest and not pattern:
+        name = rest[0].source.name
+        raise corpus.CorpusError(f"{name}: with whom? --pattern, or the column other of a list, says it")
+    return named + (corpus.pair_up(rest, pattern) if pattern else [])
+
+
+def _scan_files(
+    chosen: argparse.Namespace, entries: Sequence[corpus.Entry], texts: Sequence[str], table: Table
+) -> None:
+    if chosen.what == "recordings":
+        what, texts = RECORDING, ["as recorded"]
+        test = TestOptions(intervals=not chosen.no_contacts, command=os.environ.get("CAB_COMMAND", ""))
+    else:
+        what = PAIRS if chosen.what == "pairs" else SELF
+        test = TestOptions(
+            chosen.min_depth, chosen.gap, getattr(chosen, "hops", 0), not chosen.no_contacts, chosen.loader,
+            loader_sha256(chosen.loader) if chosen.loader else "",
+        )
+    items = plan.make_items(entries, what, texts, test, table, chosen.again)
+    with _workers(chosen) as client:
+        cluster.dispatch(client, items, table.add)
+    summary.tell_unnamed(table, [item.key(text) for item in items for text in texts])
+
+
+@contextlib.contextmanager
+def _workers(chosen: argparse.Namespace) -> Iterator[Client]:
+    if chosen.scheduler:
+        workers = cluster.workers_of(chosen.scheduler)
+    else:
+        workers = cluster.local_workers(chosen.workers, chosen.memory)
+    with workers as client:
+        cluster.check_versions(client)
+        yield client

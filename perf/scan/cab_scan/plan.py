@@ -1,0 +1,60 @@
+"""From files and options to items: what is to be done, and what is done already."""
+
+import dataclasses
+import json
+import os
+from typing import Dict, List, Sequence
+
+import cab
+
+from .corpus import Entry
+from .table import Table
+from .work import FileOptions, Item, Source, TestOptions
+
+
+def make_items(
+    entries: Sequence[Entry], what: str, policies: Sequence[str], test: TestOptions, table: Table, again: bool
+) -> List[Item]:
+    """An item per entry, each of which knows the content hash of finished work; with `again` of none."""
+    items = []
+    for entry in entries:
+        item = Item(
+            what, entry.source, tuple(policies), _options_text(entry, test), test, (None,) * len(policies), entry.other,
+            entry.part,
+        )
+        if not again:
+            known = tuple(table.known(item.key(chosen), cab.__version__) for chosen in policies)
+            item = dataclasses.replace(item, known=known)
+        items.append(item)
+    return items
+
+
+def _options_text(entry: Entry, test: TestOptions) -> str:
+    """All options that change a row, as JSON: those that are not the default."""
+    values = _file_options(entry.source)
+    if entry.other and entry.other.options != entry.source.options:
+        values["other"] = _file_options(entry.other)
+    values.update((name, value) for name, value in vars(test).items() if name not in ("command", "intervals") and value)
+    if not test.intervals:
+        values["intervals"] = False
+    return json.dumps(values, sort_keys=True)
+
+
+def _file_options(source: Source) -> Dict[str, object]:
+    values = source.options.changed()
+    if source.options.motion:  # from the file on, so that a corpus may be moved
+        values["motion"] = os.path.relpath(source.options.motion, os.path.dirname(source.path))
+    return values
+
+
+def robot_options(samples: int, seed: int, chunk: int, srdf: str, leave_out_missing: bool) -> str:
+    """The options of a robot's rows."""
+    values: Dict[str, object] = {"samples": samples, "seed": seed, "chunk": chunk}
+    if srdf:
+        values["srdf"] = os.path.basename(srdf)
+    if leave_out_missing:
+        values["leave_out_missing"] = True
+    return json.dumps(values, sort_keys=True)
+
+
+DEFAULT_FILE_OPTIONS = FileOptions()

@@ -1,0 +1,71 @@
+"""What a scan says at its end."""
+
+import sys
+from typing import List, Sequence
+
+from .table import Table
+from .work import DONE, Key
+
+_MOST_TOLD = 20
+
+
+def tell(table: Table, written: Sequence[str], what: str) -> bool:
+    """Prints what the table has, and errors on standard error. Returns whether there are errors."""
+    errors = 0
+    for file, part, error in table.rows(("file", "part", "error"), "outcome <> ?", (DONE,)):
+        errors += 1
+        if errors <= _MOST_TOLD:
+            print(f"cab scan: {_named(file, part, error or '')}", file=sys.stderr)
+    if errors > _MOST_TOLD:
+        print(f"cab scan: and {errors - _MOST_TOLD} more; the column error has all", file=sys.stderr)
+    totals = table.totals()
+    lines = [
+        ("rows", f"{totals.rows}, {errors} with an error"),
+        ("frames", f"{totals.frames}, {totals.hit_frames} with a hit"),
+        ("hits", f"{totals.hits}"),
+        ("seconds of workers", f"{totals.load_seconds:.1f} reading, {totals.engine_seconds:.1f} testing, "
+                               f"{totals.seconds - totals.engine_seconds:.1f} counting"),
+    ]
+    lines += [("table", table.path), *(("CSV", name) for name in written), ("hash", table.hash())]
+    _print_lines(lines)
+    if what == "policies":
+        print()
+        _print_policies(table)
+    elif what == "robot":
+        print()
+        _print_robots(table)
+    return errors > 0
+
+
+def _named(file: str, part: str, words: str) -> str:
+    # The message of a file begins with its name already.
+    if words.startswith(file):
+        return words
+    return f"{file}{' ' + part if part else ''}: {words}"
+
+
+def tell_unnamed(table: Table, keys: Sequence[Key]) -> None:
+    """Says how many rows are of work that this scan did not name: of files that are gone, or of other options."""
+    count = table.count_others(keys)
+    if count:
+        print(f"cab scan: {count} rows of {table.path} are of files or options that this scan did not name",
+              file=sys.stderr)
+
+
+def _print_lines(lines: Sequence[Sequence[str]]) -> None:
+    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
+    for line in lines:
+        print("  ".join(word.ljust(width) for word, width in zip(line, widths)).rstrip())
+
+
+def _print_policies(table: Table) -> None:
+    lines: List[Sequence[str]] = [("policies", "ms", "box tests", "exact tests", "false positives", "hits")]
+    for policies, seconds, *counts in table.policy_totals():
+        lines.append((policies, f"{1000 * seconds:.1f}", *(str(count) for count in counts)))
+    _print_lines(lines)
+
+
+def _print_robots(table: Table) -> None:
+    lines: List[Sequence[str]] = [("robot", "states", "in self-collision", "hits", "pairs that touch", "masked")]
+    lines += [[str(word) for word in line] for line in table.robot_totals()]
+    _print_lines(lines)

@@ -1,0 +1,275 @@
+"""The table: one SQLite file, which one process writes. A row is in it as soon as its task is done."""
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import os
+import sqlite3
+from typing import IO, Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+
+from .work import BAD, DONE, SAMPLES, SELF, STATES, Key, LinkPair, Row
+
+_FORMAT = 1
+_APPLICATION = 0x43414253  # "CABS", in the header of the file
+
+KEY_COLUMNS = ("file", "other", "part", "what", "policies", "options")
+RESULT_COLUMNS = (
+    "sequence", "sha256", "version", "outcome", "error", "frames", "links", "masked", "hits", "hit_frames", "depth",
+    "depth_frame", "depth_link_a", "depth_link_b", "hits_hash", "contacts_hash",
+)
+# What depends on the machine, or is not promised to be the same on all, and so is no part of the hash.
+COST_COLUMNS = (
+    "box_tests", "leaf_pairs", "exact_tests", "false_positives", "load_seconds", "engine_seconds", "seconds",
+)
+CONTACT_COLUMNS = (
+    "character_a", "link_a", "character_b", "link_b", "first_frame", "last_frame", "seconds", "depth", "deepest_frame",
+)
+PAIR_COLUMNS = ("file", "what", "policies", "options", "link_a", "link_b", "reason", "states", "first_state")
+
+_SCHEMA = f"""
+CREATE TABLE work (id INTEGER PRIMARY KEY,
+  file TEXT NOT NULL, other TEXT NOT NULL, part TEXT NOT NULL, what TEXT NOT NULL, policies TEXT NOT NULL,
+  options TEXT NOT NULL, sequence TEXT NOT NULL, sha256 TEXT, version TEXT NOT NULL, outcome TEXT NOT NULL, error TEXT,
+  frames INTEGER, links INTEGER, masked INTEGER, hits INTEGER, hit_frames INTEGER, depth REAL, depth_frame INTEGER,
+  depth_link_a TEXT, depth_link_b TEXT, hits_hash TEXT, contacts_hash TEXT, box_tests INTEGER, leaf_pairs INTEGER,
+  exact_tests INTEGER, false_positives INTEGER, load_seconds REAL, engine_seconds REAL, seconds REAL,
+  UNIQUE (file, other, part, what, policies, options, sequence));
+CREATE TABLE contacts (work INTEGER NOT NULL REFERENCES work (id) ON DELETE CASCADE,
+  character_a TEXT NOT NULL, link_a TEXT NOT NULL, character_b TEXT NOT NULL, link_b TEXT NOT NULL,
+  first_frame INTEGER NOT NULL, last_frame INTEGER NOT NULL, seconds REAL NOT NULL, depth REAL,
+  deepest_frame INTEGER NOT NULL);
+CREATE INDEX contacts_of ON contacts (work);
+CREATE TABLE pairs (file TEXT NOT NULL, what TEXT NOT NULL, policies TEXT NOT NULL, options TEXT NOT NULL,
+  link_a TEXT NOT NULL, link_b TEXT NOT NULL, reason TEXT NOT NULL, states INTEGER NOT NULL, first_state INTEGER,
+  PRIMARY KEY (file, what, policies, options, link_a, link_b));
+PRAGMA user_version = {_FORMAT};
+PRAGMA application_id = {_APPLICATION};
+"""
+
+_KEY_IS = " AND ".join(f"{column} = ?" for column in KEY_COLUMNS)
+_ORDER = ", ".join((*KEY_COLUMNS, "sequence"))
+
+
+class TableError(Exception):
+    """The table cannot be opened, read or written; the message names the file and the reason."""
+
+
+class Totals(NamedTuple):
+    """Sums over all rows."""
+
+    rows: int
+    frames: int
+    hit_frames: int
+    hits: int
+    load_seconds: float
+    engine_seconds: float
+    seconds: float
+
+
+class Table:
+    """The table of a file, which is made if it is not there."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self._lock = _lock(path)
+        with self._told():
+            self._base = sqlite3.connect(path, isolation_level=None, timeout=60)
+            application = self._base.execute("PRAGMA application_id").fetchone()[0]
+            tables = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+            if tables == 0:
+                self._base.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
+            elif application != _APPLICATION:
+                raise TableError(f"{path}: it is no table of cab scan")
+            elif (found := self._base.execute("PRAGMA user_version").fetchone()[0]) != _FORMAT:
+                raise TableError(f"{path}: it has format {found}, and this cab scan writes format {_FORMAT}")
+            self._base.execute("PRAGMA foreign_keys = ON")
+            # A commit need not wait for the disk: what is killed loses nothing, and a machine that stops loses the last
+            # rows at most. Where a file system has no shared memory, SQLite stays with its journal.
+            self._base.execute("PRAGMA journal_mode = WAL")
+            self._base.execute("PRAGMA synchronous = NORMAL")
+
+    def close(self) -> None:
+        """Closes the file. All that was committed stays."""
+        with contextlib.suppress(sqlite3.Error):
+            self._base.close()
+        with contextlib.suppress(OSError):
+            os.remove(self._lock.name)
+        self._lock.close()
+
+    def known(self, key: Key, version: str) -> Optional[str]:
+        """The content hash of finished work of this version."""
+        with self._told():
+            found = self._base.execute(
+                f"SELECT sha256 FROM work WHERE {_KEY_IS} AND version = ? AND outcome IN (?, ?) LIMIT 1",
+                (*key, version, DONE, BAD),
+            ).fetchone()
+        return found[0] if found else None
+
+    def add(self, rows: Iterable[Row]) -> None:
+        """Writes the rows of one task in the place of what there was of the same keys, all or nothing."""
+        rows = list(rows)
+        with self._transaction() as base:
+            for key in dict.fromkeys(row.key for row in rows):
+                base.execute(f"DELETE FROM work WHERE {_KEY_IS}", key)
+            for row in rows:
+                self._insert(base, row)
+
+    def _insert(self, base: sqlite3.Connection, row: Row) -> None:
+        columns = (*RESULT_COLUMNS, *COST_COLUMNS)
+        values = [*row.key, *(getattr(row, column) for column in columns)]
+        marks = ", ".join("?" * len(values))
+        work = base.execute(
+            f"INSERT INTO work ({', '.join((*KEY_COLUMNS, *columns))}) VALUES ({marks})", values
+        ).lastrowid
+        base.executemany(
+            f"INSERT INTO contacts VALUES ({', '.join('?' * (1 + len(CONTACT_COLUMNS)))})",
+            ((work, *contact) for contact in row.contacts),
+        )
+        self._add_pairs(base, row.key, row.pairs)
+
+    def _add_pairs(self, base: sqlite3.Connection, key: Key, pairs: Iterable[LinkPair]) -> None:
+        base.executemany(
+            """INSERT INTO pairs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)
+               ON CONFLICT DO UPDATE SET states = states + excluded.states, reason = max(reason, excluded.reason),
+               first_state = CASE WHEN excluded.first_state IS NULL THEN first_state
+                                  ELSE min(coalesce(first_state, excluded.first_state), excluded.first_state) END""",
+            ((key.file, key.what, key.policies, key.options, *pair) for pair in pairs),
+        )
+
+    def add_pairs(self, key: Key, pairs: Iterable[LinkPair]) -> None:
+        """Adds states to pairs of links, and says why pairs are masked."""
+        with self._transaction() as base:
+            self._add_pairs(base, key, pairs)
+
+    def touching(self, key: Key) -> Dict[Tuple[str, str], int]:
+        """In how many states each pair of links touched."""
+        with self._told():
+            rows = self._base.execute(
+                "SELECT link_a, link_b, states FROM pairs WHERE (file, what, policies, options) = (?, ?, ?, ?)",
+                (key.file, key.what, key.policies, key.options),
+            ).fetchall()
+        return {(link_a, link_b): states for link_a, link_b, states in rows}
+
+    def forget_robot(self, key: Key) -> None:
+        """Removes all chunks of a robot with these options, and their pairs."""
+        with self._transaction() as base:
+            for name in ("work", "pairs"):
+                base.execute(
+                    f"DELETE FROM {name} WHERE (file, what, policies, options) = (?, ?, ?, ?)",
+                    (key.file, key.what, key.policies, key.options),
+                )
+
+    def robot_parts(self, key: Key) -> Dict[str, Tuple[Optional[str], str, str]]:
+        """The chunks of a robot with these options: content hash, version and outcome."""
+        with self._told():
+            rows = self._base.execute(
+                "SELECT part, sha256, version, outcome FROM work "
+                "WHERE (file, what, policies, options) = (?, ?, ?, ?)",
+                (key.file, key.what, key.policies, key.options),
+            ).fetchall()
+        return {part: (sha256, version, outcome) for part, sha256, version, outcome in rows}
+
+    def totals(self) -> Totals:
+        """Sums over all rows."""
+        with self._told():
+            row = self._base.execute(
+                "SELECT count(*), total(frames), total(hit_frames), total(hits), total(load_seconds), "
+                "total(engine_seconds), total(seconds) FROM work"
+            ).fetchone()
+        return Totals(*(int(value) for value in row[:4]), *row[4:])
+
+    def policy_totals(self) -> List[Tuple[Any, ...]]:
+        """By policies: seconds of tests, box tests, exact tests, false positives and hits of all rows with numbers."""
+        with self._told():
+            return self._base.execute(
+                "SELECT policies, total(engine_seconds), sum(box_tests), sum(exact_tests), sum(false_positives), "
+                "sum(hits) FROM work WHERE outcome = ? AND what = ? GROUP BY policies ORDER BY policies",
+                (DONE, SELF),
+            ).fetchall()
+
+    def robot_totals(self) -> List[Tuple[Any, ...]]:
+        """By robot: states, those with a hit, hits, pairs that touch in them, and masked pairs."""
+        count = "(SELECT count(*) FROM pairs WHERE pairs.file = work.file AND pairs.options = work.options " \
+                "AND pairs.policies = work.policies AND pairs.what = ? AND "
+        with self._told():
+            return self._base.execute(
+                f"SELECT file, sum(frames), sum(hit_frames), sum(hits), {count} states > 0), {count} reason <> '') "
+                "FROM work WHERE outcome = ? AND what = ? GROUP BY file, policies, options ORDER BY file",
+                (STATES, SAMPLES, DONE, STATES),
+            ).fetchall()
+
+    def count_others(self, keys: Iterable[Key]) -> int:
+        """How many rows have none of these keys."""
+        named = set(keys)
+        return sum(Key(*row) not in named for row in self.rows(KEY_COLUMNS))
+
+    def rows(self, columns: Iterable[str], where: str = "1", values: Iterable[Any] = ()) -> Iterator[Tuple[Any, ...]]:
+        """Rows of `work` in sorted order."""
+        with self._told():
+            yield from self._base.execute(
+                f"SELECT {', '.join(columns)} FROM work WHERE {where} ORDER BY {_ORDER}", tuple(values)
+            )
+
+    def contacts(self) -> Iterator[Tuple[Any, ...]]:
+        """Runs of frames in contact: the number of their row in sorted order, from 1 on, its file, and the rest."""
+        columns = ", ".join(f"contacts.{column}" for column in CONTACT_COLUMNS)
+        with self._told():
+            for number, (work, file) in enumerate(
+                self._base.execute(f"SELECT id, file FROM work ORDER BY {_ORDER}").fetchall(), 1
+            ):
+                for contact in self._base.execute(
+                    f"SELECT {columns} FROM contacts WHERE work = ? ORDER BY rowid", (work,)
+                ):
+                    yield (number, file, *contact)
+
+    def pairs(self) -> Iterator[Tuple[Any, ...]]:
+        """Pairs of links of robots, in sorted order."""
+        with self._told():
+            yield from self._base.execute(
+                f"SELECT {', '.join(PAIR_COLUMNS)} FROM pairs ORDER BY {', '.join(PAIR_COLUMNS[:6])}"
+            )
+
+    def hash(self) -> str:
+        """SHA-256 of all rows in sorted order, without what depends on the machine: one line of JSON each."""
+        digest = hashlib.sha256()
+        for rows in (self.rows((*KEY_COLUMNS, *RESULT_COLUMNS)), self.pairs()):
+            for row in rows:
+                digest.update(json.dumps(row).encode() + b"\n")
+        return digest.hexdigest()
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        with self._told():
+            self._base.execute("BEGIN IMMEDIATE")
+            try:
+                yield self._base
+                self._base.execute("COMMIT")
+            except BaseException:
+                # SQLite may have rolled back by itself, when the disk was full.
+                with contextlib.suppress(sqlite3.Error):
+                    self._base.execute("ROLLBACK")
+                raise
+
+    @contextlib.contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise TableError(f"{self.path}: {error}") from error
+
+
+def _lock(path: str) -> "IO[str]":
+    # Beside the table: closing another descriptor of the table itself would drop SQLite's own locks.
+    try:
+        file = open(f"{path}.lock", "w", encoding="utf-8")
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror}") from error
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if os.fstat(file.fileno()).st_ino != os.stat(file.name).st_ino:
+            raise OSError("the file was removed by the one that had the lock")
+    except OSError as error:
+        file.close()
+        raise TableError(f"{path}: another cab scan writes it") from error
+    return file

@@ -1,0 +1,89 @@
+// `cab scan` from outside: how the command becomes Python.
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "perf/scan/package.h"
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+namespace {
+
+using Paths = std::vector<std::filesystem::path>;
+
+// A variable of the environment, for as long as this lives.
+class Variable {
+ public:
+  Variable(std::string name, const std::string& value) : name_(std::move(name)) {
+    setenv(name_.c_str(), value.c_str(), 1);
+  }
+  ~Variable() { unsetenv(name_.c_str()); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  std::string name_;
+};
+
+TEST_CASE("cab scan finds its package beside an installed command and in a build tree") {
+  const TemporaryFolder folder;
+  const std::filesystem::path root = folder / "";
+  const auto make = [&](const std::string& name) {
+    std::filesystem::create_directories(root / name);
+    write_text((root / name / "__init__.py").string(), "");
+  };
+  make("usr/share/cab/scan/cab_scan");
+  make("build/perf/scan/cab_scan");
+  CHECK(perf::find_scan_package(root / "usr/bin/cab") == Paths{root / "usr/share/cab/scan"});
+  CHECK(perf::find_scan_package(root / "build/perf/cab") == Paths{root / "build/perf/scan"});
+  make("build/engine/bindings/python/cab");
+  CHECK(perf::find_scan_package(root / "build/perf/cab") ==
+        Paths{root / "build/perf/scan", root / "build/engine/bindings/python"});
+  CHECK(perf::find_scan_package(root / "other/cab").empty());
+}
+
+TEST_CASE("cab scan hands all words to Python, which the environment may choose") {
+  const TemporaryFolder folder;
+  const std::string python = folder / "python";
+  write_text(python, "#!/bin/sh\nprintf '<%s>' \"$@\"; echo; echo \"$PYTHONPATH\"; echo \"$CAB_COMMAND\"; exit 7\n");
+  std::filesystem::permissions(python, std::filesystem::perms::owner_all);
+  const Variable chosen("CAB_PYTHON", python);
+  const Outcome outcome = run_command("scan", {"self", "--help", "-h", "a b", "--units", "2"});
+  CHECK(outcome.exit_code == 7);
+  CHECK(outcome.out.rfind("<-m><cab_scan><self><--help><-h><a b><--units><2>\n", 0) == 0);
+  CHECK(outcome.out.find("perf/scan") != std::string::npos);
+  CHECK(outcome.out.find(CAB_COMMAND "\n") != std::string::npos);
+}
+
+TEST_CASE("cab scan says what is missing") {
+  const TemporaryFolder folder;
+  {
+    const Variable chosen("CAB_PYTHON", folder / "nowhere");
+    const Outcome outcome = run_command("scan", {"self", "x"});
+    CHECK(outcome.exit_code == 1);
+    CHECK(outcome.error.find("CAB_PYTHON") != std::string::npos);
+  }
+  {
+    // Isolated from its packages, Python has neither Dask nor cab.
+    const std::string python = folder / "python";
+    write_text(python, std::string("#!/bin/sh\nPYTHONPATH=${PYTHONPATH%%:*} exec ") + CAB_PYTHON3 + " -S \"$@\"\n");
+    std::filesystem::permissions(python, std::filesystem::perms::owner_all);
+    const Variable chosen("CAB_PYTHON", python);
+    const Outcome outcome = run_command("scan", {"self", "x"});
+    INFO(outcome.error);
+    CHECK(outcome.exit_code == 1);
+    CHECK(outcome.error.find("no module distributed") != std::string::npos);
+    CHECK(outcome.error.find("./dev deps --cluster") != std::string::npos);
+    CHECK(outcome.error.find("no module cab (") != std::string::npos);
+  }
+  const std::string command = folder / "cab";  // it stands beside no package
+  std::filesystem::copy_file(CAB_COMMAND, command);
+  const Outcome outcome = spawn(command, {"scan", "self", "x"});
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.error.find("cab_scan is not beside this command") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace cab::tests

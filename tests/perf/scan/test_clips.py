@@ -1,0 +1,234 @@
+"""Clips, pairs and policies: rows against the command, which is read by plain Python, and against the module."""
+
+import csv
+import os
+import subprocess
+
+import cab
+import numpy as np
+import pytest
+
+from conftest import arm_bvh, data_folder, long, write_corpus
+
+COMMAND = os.environ.get("CAB_COMMAND", "")
+
+
+def run_command(*words):
+    outcome = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, check=False)
+    assert outcome.returncode == 0, outcome.stderr
+    return outcome.stdout
+
+
+def read_hits(path):
+    """From `cab run --hits`: (frame, link, link) of each hit."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return [(int(line["frame"]), line["link_a"], line["link_b"]) for line in csv.DictReader(file)]
+
+
+def runs_of(hits):
+    """Maximal runs of frames, by loops alone."""
+    frames = {}
+    for frame, one, other in hits:
+        frames.setdefault((one, other), set()).add(frame)
+    return sorted(
+        (one, other, first, next(last for last in range(first, 10**9) if last + 1 not in there))
+        for (one, other), there in frames.items()
+        for first in there
+        if first - 1 not in there
+    )
+
+
+@pytest.mark.parametrize("exact", ["convex", "none"])
+def test_self_penetration_is_that_of_the_command(scan, exact):
+    write_corpus(scan.folder / "corpus", 6, frames=70)
+    assert scan("self", "corpus", "--policies", f"exact={exact}").code == 0
+    rows = scan.rows()
+    assert len(rows) == 6 and rows[0]["file"] == "corpus/left/clip0001.bvh"
+    with open(scan.folder / "scan.contacts.csv", newline="", encoding="utf-8") as file:
+        contacts = list(csv.DictReader(file))
+    for row in rows:
+        out = scan.folder / "hits.csv"
+        run_command("run", scan.folder / row["file"], "--self", "--exact", exact, "--hits", out)
+        hits = read_hits(out)
+        assert len(hits) > 20
+        assert (row["hits"], row["hit_frames"]) == (len(hits), len({frame for frame, *_ in hits}))
+        assert row["frames"] == 70
+        found = [
+            (line["link_a"], line["link_b"], int(line["first_frame"]), int(line["last_frame"]))
+            for line in contacts if line["file"] == row["file"]
+        ]
+        assert sorted(found) == runs_of(hits)
+        assert (row["depth"] is None) == (exact == "none")
+
+
+def test_rows_are_those_of_the_module_whatever_the_chunks(scan):
+    # Longer than a chunk of frames, so that contacts go on over borders.
+    angles = [abs(frame % 400 - 200) * 0.65 for frame in range(9000)]
+    (scan.folder / "long.bvh").write_text(arm_bvh(angles))
+    assert scan("self", "long.bvh", "--gap", "2", "--min-depth", "0.002").code == 0
+    (row,) = scan.rows()
+    motion = cab.load_motion(scan.folder / "long.bvh")
+    clip = cab.Clip(motion.body, motion.poses, fps=motion.fps)
+    hits = clip.hits(min_depth=0.002)
+    deepest = hits[hits["depth"].argmax()]
+    assert row["hits"] == len(hits)
+    assert row["depth"] == float(deepest["depth"]) and row["depth_frame"] == deepest["frame"]
+    assert row["depth_link_a"] == motion.body.names[deepest["link_a"]]
+    runs = clip.intervals(min_depth=0.002, gap=2)
+    with open(scan.folder / "scan.contacts.csv", newline="", encoding="utf-8") as file:
+        contacts = list(csv.DictReader(file))
+    assert len(contacts) == len(runs) > 10
+    found = sorted((int(line["first_frame"]), int(line["last_frame"]), float(line["depth"]),
+                    int(line["deepest_frame"]), float(line["seconds"])) for line in contacts)
+    assert found == sorted(zip(*(runs[name].tolist() for name in ("first", "last", "depth", "deepest", "seconds"))))
+
+
+def test_the_table_does_not_depend_on_workers_order_or_isa(scan):
+    write_corpus(scan.folder / "corpus", 30)
+    one = scan("self", "corpus", "--workers", "1", "--table", "one.sqlite")
+    two = scan("self", "corpus/left", "corpus/right", "--workers", "2", "--table", "two.sqlite")
+    with open(scan.folder / "list.txt", "w", encoding="utf-8") as file:
+        file.write("# backwards\n" + "".join(f"{row['file']}\n" for row in reversed(scan.rows("file", "one.sqlite"))))
+    three = scan("self", "--list", "list.txt", "--workers", "3", "--table", "three.sqlite")
+    assert one.code == two.code == three.code == 0
+    assert one.hash == two.hash == three.hash
+    read = [(scan.folder / f"{name}.contacts.csv").read_bytes() for name in ("one", "two", "three")]
+    assert read[0] == read[1] == read[2]
+
+
+@long
+def test_names_may_start_at_a_root_so_that_a_corpus_may_move(scan):
+    write_corpus(scan.folder / "here", 4)
+    first = scan("self", "here", "--root", "here", "--table", "a.sqlite")
+    (scan.folder / "here").rename(scan.folder / "there")
+    second = scan("self", scan.folder / "there", "--root", scan.folder / "there", "--table", "b.sqlite")
+    assert first.hash == second.hash
+    assert scan.rows("file", "a.sqlite")[0]["file"] == "left/clip0001.bvh"
+
+
+def test_options_come_from_the_command_line_folders_and_lists(scan):
+    write_corpus(scan.folder / "corpus", 4)
+    (scan.folder / "corpus/cab-scan.csv").write_text("path,units\n*,2\nleft/*3.bvh,3\n")
+    (scan.folder / "corpus/right/cab-scan.csv").write_text("path,units\nclip0002.bvh,4\n")
+    assert scan("self", "corpus", "--units", "5").code == 0
+    assert [row["options"] for row in scan.rows("options")] == [
+        '{"units": 2.0}', '{"units": 3.0}', '{"units": 2.0}', '{"units": 4.0}'
+    ]
+    (scan.folder / "list.csv").write_text("path,units\ncorpus/left/clip0001.bvh,7\ncorpus/left/clip0003.bvh,\n")
+    assert scan("self", "--list", "list.csv", "--units", "5", "--table", "list.sqlite").code == 0
+    assert [row["options"] for row in scan.rows("options", "list.sqlite")] == ['{"units": 7.0}', '{"units": 5.0}']
+
+
+def test_pairs_are_those_of_the_command(scan):
+    (scan.folder / "dance").mkdir()
+    for who, offset in (("anna", 0), ("ben", 0.25), ("cleo", 0.5)):
+        text = arm_bvh([3 * frame % 130 for frame in range(50)], offset=offset)
+        (scan.folder / f"dance/take1_{who}.bvh").write_text(text)
+    outcome = scan("pairs", "dance", "--pattern", "take1_(.*)[.]bvh")
+    assert outcome.code == 0, outcome.error
+    rows = scan.rows()
+    assert [(row["file"][12:-4], row["other"][12:-4]) for row in rows] == [
+        ("anna", "ben"), ("anna", "cleo"), ("ben", "cleo")
+    ]
+    for row in rows:
+        out = scan.folder / "hits.csv"
+        run_command("run", scan.folder / row["file"], scan.folder / row["other"], "--exact", "convex", "--hits", out)
+        hits = read_hits(out)
+        assert row["hits"] == len(hits) and row["hit_frames"] == len({frame for frame, *_ in hits})
+    assert rows[0]["hits"] > rows[1]["hits"] > 0
+    (scan.folder / "list.csv").write_text(f"path,other\n{rows[0]['file']},{rows[0]['other']}\n")
+    assert scan("pairs", "--list", "list.csv", "--table", "list.sqlite").code == 0
+    (row,) = scan.rows(table="list.sqlite")
+    assert row["hits_hash"] == rows[0]["hits_hash"]
+
+
+def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan):
+    write_corpus(scan.folder / "corpus", 3)
+    words = ["--policies", "balanced", "--policies", "fast", "--policies", "exact=none"]
+    outcome = scan("policies", "corpus", *words)
+    assert outcome.code == 0 and "false positives" in outcome.out
+    rows = scan.rows(rest="WHERE file LIKE '%0000%'")
+    assert len(rows) == 3 and len(scan.rows()) == 9
+    exact = [row for row in rows if "exact=convex" in row["policies"]]
+    assert len({row["hits_hash"] for row in exact}) == 1
+    boxes = next(row for row in rows if "exact=none" in row["policies"])
+    assert boxes["hits"] > exact[0]["hits"] and boxes["exact_tests"] == 0
+    for row in exact:
+        assert row["leaf_pairs"] - row["false_positives"] == row["hits"]
+        assert row["box_tests"] > 0 and row["engine_seconds"] > 0
+
+
+def test_recordings_are_replayed_and_reported(scan):
+    (scan.folder / "arm.bvh").write_text(arm_bvh([3 * frame % 130 for frame in range(60)]))
+    run_command("run", scan.folder / "arm.bvh", "--self", "--contacts", "--record", scan.folder / "arm.cab")
+    whole = (scan.folder / "arm.cab").read_bytes()
+    (scan.folder / "cut.cab").write_bytes(whole[: len(whole) // 2])
+    outcome = scan("recordings", ".")
+    assert outcome.code == 1 and "cut.cab" in outcome.error
+    good, cut = scan.rows()
+    assert scan("self", "arm.bvh", "--table", "self.sqlite").code == 0
+    (same,) = scan.rows(table="self.sqlite")
+    assert good["outcome"] == "done" and good["error"] is None
+    for name in ("frames", "hits", "hit_frames", "depth_frame", "depth_link_a", "depth_link_b"):
+        assert good[name] == same[name]
+    assert good["depth"] == pytest.approx(same["depth"], rel=1e-6)
+    assert cut["outcome"] == "bad" and "cut off" in cut["error"]
+    assert scan("recordings", ".").hash == outcome.hash
+
+
+def test_a_loader_yields_arrays(scan):
+    (scan.folder / "my_arrays.py").write_text(
+        """
+import cab, cab_scan, numpy
+def load(request):
+    arrays = numpy.load(request.path)
+    body = cab.Body.from_boxes([-1, 0], arrays["half"])
+    for name in ("slow", "fast"):
+        yield cab_scan.Sequence(body, arrays[name], fps=50, name=name)
+def nothing(request):
+    return []
+def wrong(request):
+    yield 1
+"""
+    )
+    poses = np.zeros((10, 2, 7), dtype=np.float32)
+    poses[..., 3] = 1
+    poses[:, 1, 4] = np.arange(10) * 0.3
+    np.savez(scan.folder / "a.npz", half=np.full((2, 3), 0.5, dtype=np.float32), slow=poses, fast=poses[::2].copy())
+    scan.environment["PYTHONPATH"] = f"{scan.folder}{os.pathsep}{os.environ['PYTHONPATH']}"
+    assert scan("self", "a.npz", "--loader", "my_arrays:load").code == 0
+    assert {(row["sequence"], row["frames"], row["hits"]) for row in scan.rows()} == {("slow", 10, 4), ("fast", 5, 2)}
+    for loader, told in (("my_arrays:nothing", "no sequence"), ("my_arrays:wrong", "cab_scan.Sequence is wanted")):
+        outcome = scan("self", "a.npz", "--loader", loader, "--table", "bad.sqlite")
+        assert outcome.code == 1 and told in outcome.error
+    assert "has no absent" in scan("self", "a.npz", "--loader", "my_arrays:absent").error
+
+
+def test_copies_make_a_corpus_of_any_size(scan):
+    write_corpus(scan.folder / "corpus", 2)
+    words = [*scan.words()[:2], "cab_scan.copies", "corpus", "--count", "12"]
+    made = subprocess.run(words, cwd=scan.folder, capture_output=True, text=True, check=True).stdout
+    (scan.folder / "list.csv").write_text(made)
+    outcome = scan("self", "--list", "list.csv", "--loader", "cab_scan.copies:load")
+    assert outcome.code == 0, outcome.error
+    rows = scan.rows()
+    assert len(rows) == 12 and len({row["hits_hash"] for row in rows}) > 6
+    assert len({(row["file"], row["hits"], row["depth"]) for row in rows}) == 2
+
+
+@pytest.mark.skipif(data_folder() is None, reason="CAB_DATA_DIR names no folder")
+def test_real_dancers_are_those_of_the_command(scan):
+    folder = data_folder() / "pairs/cmu_salsa_10"
+    assert scan("pairs", folder, "--pattern", "(60|61)_", "--units", "1.4").code == 0
+    (row,) = scan.rows()
+    out = scan.folder / "hits.csv"
+    run_command("run", *sorted(folder.glob("*.bvh")), "--units", "1.4", "--exact", "convex", "--hits", out)
+    assert row["hits"] == len(read_hits(out)) > 1000
+
+
+def test_a_command_that_is_not_there_is_told(scan):
+    (scan.folder / "a.cab").write_bytes(b"x")
+    scan.environment["CAB_COMMAND"] = str(scan.folder / "nowhere")
+    outcome = scan("recordings", "a.cab")
+    assert outcome.code == 1 and "cannot be run" in outcome.error
+    assert scan.rows()[0]["outcome"] == "lost"

@@ -1,0 +1,290 @@
+"""Faults: workers and clients that are killed, bad files, full disks, other versions. What was finished stays."""
+
+import ctypes
+import json
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+import cab
+import cab_scan
+import pytest
+
+from conftest import arm_bvh, long, write_corpus
+from faults import children_of, kill_all, wait_for_rows, workers_of
+
+# A loader whose parts decide what happens to the worker.
+_LOADER = """
+import os, signal, time
+import cab, numpy
+from cab_scan import Sequence
+
+def load(request):
+    time.sleep(0.05)
+    if request.part == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if request.part == "once" and not os.path.exists(request.path + ".killed"):
+        open(request.path + ".killed", "w").close()
+        os.kill(os.getpid(), signal.SIGKILL)
+    if request.part == "eat":
+        numpy.ones(1 << 40, dtype=numpy.uint8)
+    if request.part == "grow":
+        kept = []
+        while True:
+            kept.append(numpy.ones(1 << 24, dtype=numpy.uint8))
+            time.sleep(0.01)
+    motion = cab.load_motion(request.path)
+    yield Sequence(motion.body, motion.poses, motion.fps)
+"""
+
+
+@pytest.fixture
+def loader(scan):
+    (scan.folder / "fault.py").write_text(_LOADER)
+    scan.environment["PYTHONPATH"] = f"{scan.folder}{os.pathsep}{os.environ['PYTHONPATH']}"
+    return "fault:load"
+
+
+def write_list(scan, parts):
+    write_corpus(scan.folder / "corpus", len(parts))
+    files = sorted((scan.folder / "corpus").rglob("*.bvh"))
+    lines = [f"{file.relative_to(scan.folder)},{part}" for file, part in zip(files, parts)]
+    (scan.folder / "list.csv").write_text("\n".join(["path,part", *lines]) + "\n")
+
+
+def test_a_worker_that_is_killed_is_replaced_and_the_table_is_the_same(scan, loader):
+    write_list(scan, ["slow"] * 40)
+    words = ["self", "--list", "list.csv", "--loader", loader]
+    whole = scan(*words, "--table", "whole.sqlite")
+    process = scan.start(*words)
+    wait_for_rows(scan, 10, process)
+    os.kill(workers_of(process)[0], signal.SIGKILL)
+    out, error = process.communicate(timeout=120)
+    assert process.returncode == 0, error
+    assert f"hash                {whole.hash}" in out
+    assert (scan.folder / "scan.contacts.csv").read_bytes() == (scan.folder / "whole.contacts.csv").read_bytes()
+
+
+def test_a_client_that_is_killed_goes_on_where_it_was(scan, loader):
+    write_list(scan, ["slow"] * 40)
+    words = ["self", "--list", "list.csv", "--loader", loader]
+    whole = scan(*words, "--table", "whole.sqlite")
+    process = scan.start(*words)
+    wait_for_rows(scan, 10, process)
+    kill_all(process)
+    there = {row["file"]: row["id"] for row in scan.rows()}
+    assert 10 <= len(there) < 40
+    outcome = scan(*words)
+    assert outcome.code == 0 and outcome.hash == whole.hash
+    after = {row["file"]: row["id"] for row in scan.rows()}
+    assert len(after) == 40 and all(after[file] == number for file, number in there.items())
+
+
+def test_an_interrupt_ends_cleanly(scan, loader):
+    write_list(scan, ["slow"] * 40)
+    words = ["self", "--list", "list.csv", "--loader", loader]
+    process = scan.start(*words)
+    wait_for_rows(scan, 5, process)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the client and its workers
+    out, error = process.communicate(timeout=60)
+    assert process.returncode == 130 and "the same command goes on" in error
+    assert "Traceback" not in error and "KeyboardInterrupt" not in error and out == ""
+    assert children_of(process.pid) == {}
+    assert not (scan.folder / "scan.sqlite.lock").exists()
+    outcome = scan(*words)
+    assert outcome.code == 0 and len(scan.rows()) == 40
+
+
+def test_what_kills_its_worker_is_a_row_and_blames_nobody_else(scan, loader):
+    parts = ["", "kill", "", "once", "eat", ""] + [""] * 6
+    write_list(scan, parts)
+    outcome = scan("self", "--list", "list.csv", "--loader", loader)
+    assert outcome.code == 1 and "its worker died" in outcome.error and "out of memory" in outcome.error
+    rows = {row["part"]: row for row in scan.rows()}
+    assert len(scan.rows()) == 12
+    assert rows["kill"]["outcome"] == rows["eat"]["outcome"] == "lost"
+    assert rows["once"]["outcome"] == "done" and rows[""]["outcome"] == "done"
+    assert sum(row["outcome"] == "done" for row in scan.rows()) == 10
+
+
+@long
+def test_a_worker_that_takes_too_much_memory_is_replaced(scan, loader):
+    write_list(scan, ["", "grow", ""])
+    outcome = scan("self", "--list", "list.csv", "--loader", loader, "--memory", "400MB")
+    assert outcome.code == 1 and "its worker died" in outcome.error
+    assert [row["outcome"] for row in scan.rows()] == ["done", "lost", "done"]
+
+
+def test_bad_files_are_rows_and_told(scan):
+    write_corpus(scan.folder / "corpus", 4)
+    (scan.folder / "corpus/bad.bvh").write_text(arm_bvh([0, 1]).replace("OFFSET 0 0.5 0", "OFFSET 0 x 0"))
+    (scan.folder / "corpus/empty.bvh").write_text("")
+    (scan.folder / "corpus/noise.glb").write_bytes(bytes(range(256)) * 10)
+    (scan.folder / "corpus/folder.bvh").mkdir()
+    (scan.folder / "corpus/gone.bvh").symlink_to("nowhere.bvh")
+    (scan.folder / "void").mkdir()
+    outcome = scan("self", "corpus", "void", "nothing*.bvh", "absent.bvh")
+    assert outcome.code == 1
+    assert "void: the folder has no file to scan in it" in outcome.error
+    assert "nothing*.bvh: no file has such a name" in outcome.error and "absent.bvh: nothing is there" in outcome.error
+    rows = {pathlib.Path(row["file"]).name: row for row in scan.rows()}
+    assert len(rows) == 8 and sum(row["outcome"] == "done" for row in rows.values()) == 4
+    assert rows["bad.bvh"]["error"].startswith("corpus/bad.bvh: line ") and rows["bad.bvh"]["outcome"] == "bad"
+    assert rows["gone.bvh"]["outcome"] == "lost" and "No such file" in rows["gone.bvh"]["error"]
+    again = scan("self", "corpus", "void", "nothing*.bvh", "absent.bvh")
+    assert again.code == 1 and again.hash == outcome.hash
+    kept = {row["file"]: row["id"] for row in scan.rows()}
+    assert all(kept[row["file"]] == row["id"] for row in rows.values() if row["outcome"] != "lost")
+    only = scan("self", "void", "--table", "none.sqlite")
+    assert only.code == 1 and "nothing to scan" in only.error
+
+
+def test_changed_files_are_done_anew_and_others_are_not(scan):
+    write_corpus(scan.folder / "corpus", 5)
+    first = scan("self", "corpus")
+    before = {row["file"]: row["id"] for row in scan.rows()}
+    changed = sorted((scan.folder / "corpus").rglob("*.bvh"))[2]
+    old = changed.read_text()
+    changed.write_text(arm_bvh([5.5 * frame % 130 for frame in range(30)]))
+    second = scan("self", "corpus")
+    after = {row["file"]: row["id"] for row in scan.rows()}
+    assert len(after) == 5 and second.hash != first.hash
+    assert [file for file in after if after[file] != before[file]] == [str(changed.relative_to(scan.folder))]
+    changed.write_text(old)
+    assert scan("self", "corpus").hash == first.hash
+    ids = {row["id"] for row in scan.rows()}
+    assert scan("self", "corpus", "--again").hash == first.hash
+    assert ids.isdisjoint(row["id"] for row in scan.rows())
+    base = sqlite3.connect(scan.folder / "scan.sqlite")
+    base.execute("UPDATE work SET version = '0.1', hits = 0 WHERE file LIKE '%0001%'")
+    base.commit()
+    base.close()
+    assert scan("self", "corpus").hash == first.hash  # what another version made is made anew
+    shutil.rmtree(scan.folder / "corpus/left")
+    assert "2 rows of scan.sqlite are of files or options that this scan did not name" in scan("self", "corpus").error
+
+
+class Cluster:
+    """A Dask scheduler, whose workers have a PYTHONPATH of their own."""
+
+    def __init__(self, folder):
+        self._folder, self._file = folder, folder / "scheduler.json"
+        self._scheduler = self._start("dask_scheduler", "--port", "0")
+        while not self._file.exists():
+            assert self._scheduler.poll() is None
+            time.sleep(0.05)
+        self.address = json.loads(self._file.read_text())["address"]
+
+    def _start(self, program, *words, **more):
+        return subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", str(self._file),
+             "--no-dashboard", *words],
+            cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more,
+        )
+
+    def worker(self, path):
+        return self._start("dask_worker", "--nthreads", "1", env={**os.environ, "PYTHONPATH": str(path)})
+
+    def close(self):
+        self._scheduler.terminate()
+        self._scheduler.wait()
+
+
+def scan_when_there_are_workers(scan, address):
+    for _ in range(100):
+        outcome = scan("self", "corpus", "--scheduler", address)
+        if "no workers" not in outcome.error:
+            return outcome
+        time.sleep(0.2)
+    raise AssertionError("there are no workers")
+
+
+def test_a_cluster_computes_if_its_workers_have_the_same_versions(scan):
+    write_corpus(scan.folder / "corpus", 2)
+    other = scan.folder / "other"
+    for package in (cab, cab_scan):
+        shutil.copytree(pathlib.Path(package.__file__).parent, other / package.__name__)
+    init = other / "cab/__init__.py"
+    init.write_text(init.read_text().replace("__version__ = version()", '__version__ = "0.9.9"'))
+    cluster = Cluster(scan.folder)
+    try:
+        for path, code, told in (
+            (other, 1, "other versions than this process: cab 0.9.9 there and"),
+            (scan.folder, 1, "its PYTHONPATH must have cab and cab_scan"),
+            (os.environ["PYTHONPATH"], 0, ""),
+        ):
+            worker = cluster.worker(path)
+            try:
+                outcome = scan_when_there_are_workers(scan, cluster.address)
+            finally:
+                worker.terminate()
+                worker.wait()
+            assert outcome.code == code and told in outcome.error, outcome.error
+            assert len(scan.rows()) == (0 if code else 2)
+    finally:
+        cluster.close()
+    gone = scan("self", "corpus", "--scheduler", cluster.address)
+    assert gone.code == 1 and f"--scheduler {cluster.address}" in gone.error
+
+
+def limit_files():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (80_000, 80_000))
+
+
+@long
+def test_a_file_that_may_grow_no_more_keeps_what_is_in_it(scan):
+    write_corpus(scan.folder / "corpus", 100)
+    outcome = scan("self", "corpus", "--table", "out/scan.sqlite")
+    assert outcome.code == 1 and "out/scan.sqlite: No such file or directory" in outcome.error
+    outcome = scan("self", "corpus", preexec_fn=limit_files)
+    assert outcome.code == 1
+    assert "scan.sqlite: database or disk is full" in outcome.error or "disk I/O error" in outcome.error
+    there = len(scan.rows())
+    assert 0 < there < 100
+    base = sqlite3.connect(scan.folder / "scan.sqlite")
+    assert base.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    base.close()
+    assert not (scan.folder / "scan.csv").exists()
+    assert scan("self", "corpus").code == 0 and len(scan.rows()) == 100
+
+
+def test_a_full_disk_is_told(scan):
+    place = scan.folder / "small"
+    place.mkdir()
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.mount(b"tmpfs", os.fsencode(place), b"tmpfs", 0, b"size=300k") != 0:
+        pytest.skip(f"no tmpfs can be mounted: {os.strerror(ctypes.get_errno())}")
+    try:
+        write_corpus(scan.folder / "corpus", 100)
+        outcome = scan("self", "corpus", "--table", "small/scan.sqlite", "--csv", "scan.csv")
+        assert outcome.code == 1 and "small/scan.sqlite: database or disk is full" in outcome.error
+        there = len(scan.rows(table="small/scan.sqlite"))
+        assert 0 < there < 100
+        for file in place.glob("scan.sqlite*"):
+            shutil.copy(file, scan.folder / file.name)
+    finally:
+        libc.umount2(os.fsencode(place), 2)
+    assert scan("self", "corpus").code == 0 and len(scan.rows()) == 100
+
+
+@long
+def test_one_scan_at_a_time_writes_a_table_and_only_a_table(scan, loader):
+    write_list(scan, ["slow"] * 30)
+    process = scan.start("self", "--list", "list.csv", "--loader", loader)
+    wait_for_rows(scan, 1, process)
+    outcome = scan("self", "corpus")
+    assert outcome.code == 1 and "another cab scan writes it" in outcome.error
+    assert process.wait(timeout=60) == 0
+    process.communicate()
+    (scan.folder / "text.sqlite").write_text("no database " * 100)
+    assert "text.sqlite: file is not a database" in scan("self", "corpus", "--table", "text.sqlite").error
+    base = sqlite3.connect(scan.folder / "other.sqlite")
+    base.execute("CREATE TABLE a (b)")
+    base.close()
+    assert "it is no table of cab scan" in scan("self", "corpus", "--table", "other.sqlite").error

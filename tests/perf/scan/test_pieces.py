@@ -1,0 +1,174 @@
+"""Pieces that need no cluster: hashes, runs over borders, tasks, lists, progress, the command line."""
+
+import io
+import sys
+
+import cab
+import numpy as np
+import pytest
+from cab_scan import cluster, contacts, corpus, hashing, options, policies, progress, work
+
+
+def fnv(data: bytes) -> int:
+    value = 0xCBF29CE484222325
+    for byte in data:
+        value = (value ^ byte) * 0x100000001B3 % 2**64
+    return value
+
+
+def some_hits(random, count, frames):
+    hits = np.zeros(count, dtype=cab.CLIP_HIT)
+    hits["frame"] = np.sort(random.integers(0, frames, count))
+    for name in ("a", "b"):
+        hits[name] = random.integers(0, 3, count)
+    for name in ("link_a", "link_b"):
+        hits[name] = random.integers(0, 4, count)
+    hits["depth"] = random.random(count)
+    return hits
+
+
+def test_the_hash_of_hits_is_fnv_of_frames_and_knows_no_chunks():
+    hits = some_hits(np.random.default_rng(1), 300, 80)
+    text = b""
+    for frame in np.unique(hits["frame"]):
+        words = b""
+        for hit in hits[hits["frame"] == frame]:
+            for name in ("a", "link_a", "b", "link_b", "depth"):
+                words += hit[name].tobytes()
+        text += int(frame).to_bytes(4, "little") + fnv(words).to_bytes(8, "little")
+    whole = hashing.HitsHash()
+    whole.add(hits)
+    assert whole.digits() == f"{fnv(text):016x}"
+    parts = hashing.HitsHash()
+    for first in range(0, 80, 16):
+        parts.add(hits[(hits["frame"] >= first) & (hits["frame"] < first + 16)])
+    assert parts.digits() == whole.digits()
+
+
+@pytest.mark.parametrize("gap", [0, 1, 5])
+@pytest.mark.parametrize("seed", range(10))
+def test_runs_over_borders_are_those_of_the_whole(seed, gap):
+    hits = some_hits(np.random.default_rng(seed), 700, 90)
+    if seed % 3 == 0:
+        hits["depth"] = np.nan
+    parts = [
+        cab.intervals_of(hits[(hits["frame"] >= first) & (hits["frame"] < first + 16)], 25, gap)
+        for first in range(0, 90, 16)
+    ]
+    merged = contacts.merge_runs(parts, 25, gap)
+    whole = cab.intervals_of(hits, 25, gap)
+    assert merged.tobytes() == whole.tobytes()
+
+
+def test_chunks_are_tiles_and_bounded():
+    for links in (1, 2, 30, 60, 500, 1024):
+        frames = contacts.chunk_frames(links)
+        assert frames % 16 == 0 and 16 <= frames <= 4096
+    assert contacts.chunk_frames(1024) == 16
+
+
+def test_content_hashes_count_what_is_read_with_a_file(tmp_path):
+    for name in ("11_01.amc", "11.asf", "12.asf", "a.bvh"):
+        (tmp_path / name).write_text(name)
+    (tmp_path / "a.gltf").write_text('{"buffers": [{"uri": "a%20b.bin"}, {"uri": "data:x"}, {}]}')
+    (tmp_path / "a b.bin").write_bytes(b"1")
+    assert hashing.companions(str(tmp_path / "11_01.amc")) == [str(tmp_path / "11.asf")]
+    before = {name: hashing.content_sha256(str(tmp_path / name)) for name in ("11_01.amc", "a.gltf", "a.bvh")}
+    (tmp_path / "11.asf").write_text("changed")
+    (tmp_path / "a b.bin").write_bytes(b"2")
+    after = {name: hashing.content_sha256(str(tmp_path / name)) for name in before}
+    assert [name for name in before if before[name] != after[name]] == ["11_01.amc", "a.gltf"]
+    assert before["a.bvh"] == hashing.file_sha256(str(tmp_path / "a.bvh"))
+    (tmp_path / "bad.gltf").write_text("[" * 100000)
+    assert hashing.companions(str(tmp_path / "bad.gltf")) == []
+
+
+def item(name, size):
+    return work.Item(
+        work.SELF, work.Source(name, name, work.FileOptions(), size), ("p",), "{}", work.TestOptions(), (None,)
+    )
+
+
+def test_tasks_keep_order_and_are_bounded():
+    items = [item(str(number), 1000 * (number % 50)) for number in range(5000)]
+    tasks = cluster.make_tasks(items, 2)
+    assert [one for task in tasks for one in task] == items
+    assert max(map(len, tasks)) <= 64 and 78 <= len(tasks) < 500
+    assert [len(task) for task in cluster.make_tasks(items[:6], 2)] == [1] * 6
+    assert cluster.make_tasks([], 2) == []
+
+
+def test_lists_and_patterns_say_what_is_wrong_with_them(tmp_path):
+    def told(text):
+        path = tmp_path / "list.csv"
+        path.write_text(text)
+        with pytest.raises(corpus.CorpusError) as error:
+            corpus.find([], [str(path)], "", work.FileOptions(), ())
+        return str(error.value).removeprefix(f"{path}: ")
+
+    assert told("path,colour\na,red\n").startswith("line 1: 'colour' is none of the columns")
+    assert told("path,units\na,1\nb\n").startswith("line 3: 2 fields")
+    assert told("path,units\na,-1\n") == "line 2: a number above 0 is wanted, and '-1' is given"
+    assert told("path,skin\na,maybe\n").startswith("line 2: yes or no is wanted")
+    with pytest.raises(corpus.CorpusError, match="No such file"):
+        corpus.find([], [str(tmp_path / "none")], "", work.FileOptions(), ())
+    with pytest.raises(corpus.CorpusError, match="one group is wanted"):
+        corpus.pair_up([], "60|61")
+    with pytest.raises(corpus.CorpusError, match="unterminated|missing"):
+        corpus.pair_up([], "(60")
+
+
+def test_policies_are_read_from_words_and_back():
+    made = policies.choose_policies("fast,strategy=tree", "convex")
+    assert (made.strategy, made.exact, made.sat) == ("tree", "convex", cab.Policies.preset("fast").sat)
+    assert policies.policies_of(policies.policies_text(made)) == made
+    assert policies.choose_policies("exact=none", "convex").exact == "none"
+    for words in ("quick", "colour=red", "sat=all"):
+        with pytest.raises(ValueError):
+            policies.choose_policies(words, "convex")
+
+
+def test_the_command_line_refuses_what_is_wrong(capsys):
+    for words, told in (
+        (["self"], "give a PATH"),
+        (["self", "a", "--workers", "0"], "from 1 to 1024"),
+        (["self", "a", "--memory", "much"], "a size with its unit"),
+        (["self", "a", "--units", "0"], "a number above 0"),
+        (["robot", "a", "--states", "1.5"], "a whole number"),
+        (["robot", "a", "--package", "x"], "NAME=DIR"),
+        (["dance", "a"], "invalid choice"),
+    ):
+        with pytest.raises(SystemExit) as end:
+            options.parse(words, "1")
+        assert end.value.code == 2 and told in capsys.readouterr().err
+    assert options.parse(["robot", "a", "--states", "1e9"], "1").states == 10**9
+
+
+class Terminal(io.StringIO):
+    """Standard error as a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def test_progress_is_one_line_for_terminals_alone(monkeypatch):
+    assert progress.time_left(50, 100, 1.0) == "" and progress.time_left(100, 100, 9.0) == ""
+    assert progress.time_left(50, 100, 12.0) == "about 15 s left"
+    assert progress.time_left(10, 100, 60.0) == "about 9 min left"
+    assert progress.time_left(1, 100, 3600.0) == "about 99 h left"
+    assert progress.time_left(1, 100, 4000.0) == "over 99 h left"
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    terminal, file = Terminal(), io.StringIO()
+    for stream in (terminal, file):
+        monkeypatch.setattr(sys, "stderr", stream)
+        now[0] = 0.0
+        bar = progress.Progress(1000)
+        for _ in range(1000):
+            now[0] += 0.01
+            bar.advance(1)
+        bar.close()
+    lines = terminal.getvalue().split("\r\033[K")
+    assert 9 <= len(lines) <= 13 and lines[-1] == ""
+    assert lines[6].startswith("scan [####") and lines[6].endswith("left")
+    assert file.getvalue() == ""

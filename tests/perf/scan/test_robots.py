@@ -1,0 +1,117 @@
+"""Robots: chunks merged on any workers against `cab robot` with the same seed."""
+
+import json
+import os
+import pathlib
+import sqlite3
+import subprocess
+
+import pytest
+
+from conftest import data_folder, long
+
+COMMAND = os.environ.get("CAB_COMMAND", "")
+
+_LINKS = {
+    "base": ".2 .2 .2", "upper": ".5 .1 .1", "elbow": "", "lower": ".5 .1 .1", "tip": ".1 .3 .1", "far": ".1 .1 .1"
+}
+_PARENTS = {"upper": "base", "elbow": "upper", "lower": "elbow", "tip": "lower", "far": "base"}
+
+
+def write_arm(path: pathlib.Path, far: str = "9 0 0") -> None:
+    """An arm that may fold onto its base, with a link without shape and one that nothing reaches."""
+    lines = ['<robot name="arm">']
+    for name, size in _LINKS.items():
+        shape = f'<origin xyz=".25 0 0"/><geometry><box size="{size}"/></geometry>'
+        lines.append(f'<link name="{name}">{"<collision>" + shape + "</collision>" if size else ""}</link>')
+    for name, parent in _PARENTS.items():
+        kind = "fixed" if name == "far" else "revolute"
+        place = far if name == "far" else ".5 0 0" if parent != "base" else "0 0 0"
+        lines.append(
+            f'<joint name="j_{name}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>'
+            f'<origin xyz="{place}"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>'
+        )
+    path.write_text("\n".join([*lines, "</robot>"]))
+
+
+def robot_json(scan, file, *words):
+    """What `cab robot` says."""
+    out = scan.folder / "robot.json"
+    command = [COMMAND, "robot", str(file), "--json", str(out), *map(str, words)]
+    outcome = subprocess.run(command, cwd=scan.folder, capture_output=True, text=True, check=False)
+    assert outcome.returncode == 0, outcome.stderr
+    return json.loads(out.read_text())
+
+
+def pairs_of(scan, what, table="scan.sqlite"):
+    base = sqlite3.connect(scan.folder / table)
+    found = base.execute("SELECT link_a, link_b, reason, states, first_state FROM pairs WHERE what = ?", (what,))
+    rows = found.fetchall()
+    base.close()
+    return rows
+
+
+def check_against_command(scan, file, states, samples, *words):
+    outcome = scan("robot", file, "--states", states, "--samples", samples, "--chunk", 1000, "--seed", 3, *words)
+    assert outcome.code == 0, outcome.error
+    wanted = robot_json(scan, file, "--random", states, "--samples", samples, "--seed", 3)
+    rows = [row for row in scan.rows() if row["what"] == "robot states"]
+    assert len(rows) == -(-states // 1000)
+    assert sum(row["frames"] for row in rows) == wanted["states"] == states
+    assert sum(row["hits"] for row in rows) == wanted["hits"]
+    assert sum(row["hit_frames"] for row in rows) == wanted["states_in_self_collision"] > 0
+    masked = {(a, b): why for a, b, why, *_ in pairs_of(scan, "robot samples") if why}
+    assert masked == {(one["link_a"], one["link_b"]): one["reason"] for one in wanted["masked"]}
+    touching = {(a, b): (count, first) for a, b, _, count, first in pairs_of(scan, "robot states")}
+    assert touching == {
+        (one["link_a"], one["link_b"]): (one["states"], one["first_state"]) for one in wanted["pairs"]
+    }
+    return outcome, wanted
+
+
+def test_chunks_merge_to_what_the_command_finds(scan):
+    write_arm(scan.folder / "arm.urdf")
+    outcome, wanted = check_against_command(scan, "arm.urdf", 5500, 2500)
+    assert {one["reason"] for one in wanted["masked"]} >= {"adjacent", "never"}
+    one = scan("robot", "arm.urdf", "--states", 5500, "--samples", 2500, "--chunk", 1000, "--seed", 3, "--workers", 1,
+               "--table", "one.sqlite")
+    assert one.hash == outcome.hash
+
+
+@long
+def test_finished_chunks_are_kept_and_another_robot_begins_anew(scan):
+    write_arm(scan.folder / "arm.urdf")
+    words = ["robot", "arm.urdf", "--samples", 1000, "--chunk", 1000]
+    first = scan(*words, "--states", 4000)
+    base = sqlite3.connect(scan.folder / "scan.sqlite")
+    (kept,) = base.execute("SELECT max(id) FROM work").fetchone()
+    base.close()
+    assert scan(*words, "--states", 4000).hash == first.hash
+    longer = scan(*words, "--states", 6000)
+    assert sum(row["id"] <= kept for row in scan.rows()) == 5
+    assert scan(*words, "--states", 6000, "--table", "new.sqlite").hash == longer.hash
+    assert scan(*words, "--states", 4500).code == 0  # of other chunks: all anew
+    assert sum(row["frames"] for row in scan.rows() if row["what"] == "robot states") == 4500
+    write_arm(scan.folder / "arm.urdf", far="0 8 0")
+    changed = scan(*words, "--states", 4500)
+    assert scan(*words, "--states", 4500, "--table", "changed.sqlite").hash == changed.hash
+
+
+def test_given_pairs_are_masked_and_bad_robots_told(scan):
+    write_arm(scan.folder / "arm.urdf")
+    (scan.folder / "arm.srdf").write_text(
+        '<robot name="arm"><disable_collisions link1="base" link2="upper" reason="Adjacent"/></robot>'
+    )
+    assert scan("robot", "arm.urdf", "--states", 2000, "--srdf", "arm.srdf").code == 0
+    wanted = robot_json(scan, scan.folder / "arm.urdf", "--random", 2000, "--srdf", scan.folder / "arm.srdf")
+    assert sum(row["hits"] for row in scan.rows()) == wanted["hits"]
+    assert pairs_of(scan, "robot samples") == [("base", "upper", "file", 0, None)]
+    (scan.folder / "bad.urdf").write_text((scan.folder / "arm.urdf").read_text().replace(".5 .1 .1", "-1 .1 .1", 1))
+    outcome = scan("robot", "bad.urdf", "arm.urdf", "--states", 100, "--samples", 100, "--table", "bad.sqlite")
+    assert outcome.code == 1 and "bad.urdf: line 3" in outcome.error
+    assert [row["outcome"] for row in scan.rows(table="bad.sqlite")] == ["done", "done", "bad"]
+
+
+@pytest.mark.skipif(data_folder() is None, reason="CAB_DATA_DIR names no folder")
+def test_a_real_hand_is_that_of_the_command(scan):
+    check_against_command(scan, data_folder() / "robots/allegro_hand/allegro_hand_right.urdf", 20000, 10000)
