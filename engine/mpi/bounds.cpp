@@ -1,0 +1,120 @@
+#include "engine/mpi/bounds.h"
+
+#include "engine/mpi/part_of.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace cab::mpi {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Given bounds, by find_candidates, reach farther by 2^-14 of their largest coordinate, .875 of the margin, which is
+// that of the frame and twice the instance's own, and the rounding of sums in double. These are no smaller.
+constexpr double kPad = 0x1p-13, kReach = .876, kWorldPad = 0x1p-48;
+
+float rounded_down(double value) { return std::nextafter(static_cast<float>(value), -kInfinity); }
+float rounded_up(double value) { return std::nextafter(static_cast<float>(value), kInfinity); }
+
+double most_of(const RelativeBounds& bounds) {
+  double most = 0;
+  for (std::size_t c = 0; c < 3; ++c)
+    most = std::max({most, std::fabs(static_cast<double>(bounds.lo[c])), std::fabs(static_cast<double>(bounds.hi[c]))});
+  return most;
+}
+
+RelativeBounds bounds_of(const Box* boxes, std::uint32_t leaf_count, double margin) {
+  double lo[3], hi[3];
+  for (std::size_t c = 0; c < 3; ++c) {
+    lo[c] = std::numeric_limits<double>::infinity();
+    hi[c] = -lo[c];
+  }
+  for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf) {
+    const Box& box = boxes[leaf];
+    for (std::size_t c = 0; c < 3; ++c) {
+      double reach = 2 * kReach * margin;
+      for (std::size_t k = 0; k < 3; ++k)
+        reach += std::fabs(static_cast<double>(box.axis[k][c])) * static_cast<double>(box.half[k]);
+      lo[c] = std::min(lo[c], static_cast<double>(box.center[c]) - reach);
+      hi[c] = std::max(hi[c], static_cast<double>(box.center[c]) + reach);
+    }
+  }
+  RelativeBounds out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    out.lo[c] = rounded_down(lo[c]);
+    out.hi[c] = rounded_up(hi[c]);
+  }
+  return out;
+}
+
+}  // namespace
+
+bool meet(const WorldBounds& a, const WorldBounds& b) {
+  for (std::size_t c = 0; c < 3; ++c)
+    if (a.lo[c] > b.hi[c] || b.lo[c] > a.hi[c]) return false;
+  return true;
+}
+
+void widen(WorldBounds& bounds, const WorldBounds& other) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    bounds.lo[c] = std::min(bounds.lo[c], other.lo[c]);
+    bounds.hi[c] = std::max(bounds.hi[c], other.hi[c]);
+  }
+}
+
+WorldBounds in_world(const double* about, const RelativeBounds& bounds, float margin) {
+  const double most = most_of(bounds);
+  WorldBounds out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double pad =
+        kPad * most + kReach * static_cast<double>(margin) + kWorldPad * (std::fabs(about[c]) + most);
+    out.lo[c] = about[c] + static_cast<double>(bounds.lo[c]) - pad;
+    out.hi[c] = about[c] + static_cast<double>(bounds.hi[c]) + pad;
+  }
+  return out;
+}
+
+RelativeBounds relative_to(const double* point, const double* about, const RelativeBounds& bounds) {
+  const double most = most_of(bounds);
+  RelativeBounds out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double pad = kWorldPad * (std::fabs(about[c]) + std::fabs(point[c]) + most);
+    out.lo[c] = rounded_down(about[c] - point[c] + static_cast<double>(bounds.lo[c]) - pad);
+    out.hi[c] = rounded_up(about[c] - point[c] + static_cast<double>(bounds.hi[c]) + pad);
+  }
+  return out;
+}
+
+Status bound_characters(Engine& engine, BatchId batch, std::uint32_t slice, const BatchInput& input,
+                        std::uint32_t count, const Policies& policies, std::vector<RelativeBounds>& bounds) {
+  BatchInfo batch_of;
+  if (const Status status = batch_info(engine, batch, &batch_of); status != Status::kOk) return status;
+  ArticulationInfo info;
+  if (const Status status = articulation_info(engine, batch_of.articulation, &info); status != Status::kOk)
+    return status;
+  bounds.clear();
+  bounds.reserve(count);
+  std::vector<Box> boxes(std::size_t{slice} * info.node_count);
+  std::vector<std::uint8_t> flags(slice);
+  for (std::uint32_t first = 0; first < count; first += slice) {
+    const std::uint32_t size = std::min(slice, count - first);
+    BatchInput part = part_of(input, first, size, info.link_count);
+    part.batch = batch;
+    part.flags = flags;
+    if (const Status status = compute_boxes(engine, part, policies, boxes); status != Status::kOk) return status;
+    for (std::uint32_t i = 0; i < size; ++i) {
+      if (flags[i] != kInstanceOk) {
+        bounds.push_back({{1, 1, 1}, {-1, -1, -1}});
+        continue;
+      }
+      const double margin = input.margins.empty() ? 0 : static_cast<double>(input.margins[first + i]);
+      bounds.push_back(bounds_of(boxes.data() + std::size_t{i} * info.node_count, info.leaf_count, margin));
+    }
+  }
+  return Status::kOk;
+}
+
+}  // namespace cab::mpi
