@@ -19,11 +19,12 @@ namespace cab::scenes {
 class Chosen {
  public:
   static Chosen all(std::uint32_t count) { return Chosen(count, {}); }
+  // The list is borrowed.
   static Chosen of(Span<const std::uint32_t> list) { return Chosen(static_cast<std::uint32_t>(list.size), list); }
 
   std::uint32_t count() const { return count_; }
   // The number in the group of the i-th of them.
-  std::uint32_t operator[](std::uint32_t i) const { return list_.data ? list_[i] : i; }
+  std::uint32_t operator[](std::uint32_t i) const { return list_.empty() ? i : list_[i]; }
 
  private:
   Chosen(std::uint32_t count, Span<const std::uint32_t> list) : count_(count), list_(list) {}

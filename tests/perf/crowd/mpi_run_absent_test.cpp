@@ -1,0 +1,15 @@
+// `cab crowd --mpi` in a build without MPI.
+#include <doctest/doctest.h>
+
+#include "tests/perf/cli/spawn.h"
+
+namespace cab::tests {
+
+TEST_CASE("a cab that was built without MPI says how to build it in") {
+  const Outcome outcome = run_command("crowd", {"--scene", "uniform", "--mpi"});
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.out.empty());
+  CHECK(outcome.error == "cab: --mpi: this cab was built without MPI; configure with -D CAB_BUILD_MPI=ON\n");
+}
+
+}  // namespace cab::tests
