@@ -13,12 +13,12 @@ namespace cab::mpi {
 // Another rank's character, as far as this rank has been told of it.
 struct Ghost {
   Owner owner;
-  std::uint32_t batch;           // slot
-  const Region* region;          // of its rank
-  RelativeBounds bounds;         // relative to the region's middle
+  std::uint32_t batch;    // slot
+  const Region* region;   // of its rank
+  RelativeBounds bounds;  // relative to the region's middle
   std::uint32_t layers, layer_mask;
-  std::uint32_t number = 0;      // in the whole batch, once its pose is here
-  bool wanted = false;           // whether it is in a pair that this rank tests
+  std::uint32_t number = 0;  // in the whole batch, once its pose is here
+  bool wanted = false;       // whether it is in a pair that this rank tests
 };
 
 class Border {
@@ -72,9 +72,9 @@ class Border {
   const RegionTable& table_;
   Traffic& traffic_;
   Mail mail_;
-  std::vector<std::vector<Sent>> sent_;                 // by rank
-  std::vector<Ghost> ghosts_;                           // by rank, as they came
-  std::vector<std::size_t> ghost_begins_;               // of each rank, and their end
+  std::vector<std::vector<Sent>> sent_;    // by rank
+  std::vector<Ghost> ghosts_;              // by rank, as they came
+  std::vector<std::size_t> ghost_begins_;  // of each rank, and their end
   std::vector<GhostGroup> groups_;
   std::vector<std::vector<std::uint32_t>> near_own_;    // by slot - 1: who may meet a ghost; then who does
   std::vector<std::vector<std::uint32_t>> near_ghost_;  // by slot - 1: ghosts

@@ -22,8 +22,7 @@ Status Border::test(LocalHits& out, FrameStats& stats) {
       if (!ghost.wanted) continue;
       ghost.number = reader.read<std::uint32_t>();
       const std::size_t b = ghost.batch - 1;
-      entries[b].push_back(
-          {ghost.number, static_cast<std::uint32_t>(near_ghost_[b].size()), &ghost, ghost.owner});
+      entries[b].push_back({ghost.number, static_cast<std::uint32_t>(near_ghost_[b].size()), &ghost, ghost.owner});
       near_ghost_[b].push_back(static_cast<std::uint32_t>(g));
       received[b].add(reader, ghost.region->members, engine_.batches[b].link_count, ghost.layers, ghost.layer_mask);
     }
@@ -32,10 +31,8 @@ Status Border::test(LocalHits& out, FrameStats& stats) {
   std::vector<BatchInput> inputs;
   for (std::uint32_t b = 0; b < entries.size(); ++b) {
     if (entries[b].empty()) continue;
-    std::sort(entries[b].begin(), entries[b].end(),
-              [](const Entry& x, const Entry& y) { return x.number < y.number; });
-    for (std::size_t i = 1; i < entries[b].size(); ++i)
-      has_twice_ |= entries[b][i].number == entries[b][i - 1].number;
+    std::sort(entries[b].begin(), entries[b].end(), [](const Entry& x, const Entry& y) { return x.number < y.number; });
+    for (std::size_t i = 1; i < entries[b].size(); ++i) has_twice_ |= entries[b][i].number == entries[b][i - 1].number;
     const std::uint32_t members = members_of_batch(b + 1);
     const BatchInput ghosts = received[b].input({b + 1}, members, kAllInstances);
     const std::uint32_t links = engine_.batches[b].link_count;

@@ -69,8 +69,7 @@ WorldBounds in_world(const double* about, const RelativeBounds& bounds, float ma
   const double most = most_of(bounds);
   WorldBounds out;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double pad =
-        kPad * most + kReach * static_cast<double>(margin) + kWorldPad * (std::fabs(about[c]) + most);
+    const double pad = kPad * most + kReach * static_cast<double>(margin) + kWorldPad * (std::fabs(about[c]) + most);
     out.lo[c] = about[c] + static_cast<double>(bounds.lo[c]) - pad;
     out.hi[c] = about[c] + static_cast<double>(bounds.hi[c]) + pad;
   }

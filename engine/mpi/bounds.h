@@ -22,8 +22,8 @@ struct WorldBounds {
 bool meet(const WorldBounds& a, const WorldBounds& b);
 void widen(WorldBounds& bounds, const WorldBounds& other);
 
-// The bounds in the world, widened by a frame's margin so that whatever run_frame tests against each other meets. about:
-// x y z of the point that they are relative to.
+// The bounds in the world, widened by a frame's margin, so that whatever run_frame tests against each other meets.
+// about: x y z of the point that they are relative to.
 WorldBounds in_world(const double* about, const RelativeBounds& bounds, float margin);
 
 // The same bounds relative to another point, rounded outwards.

@@ -60,8 +60,6 @@ Status cut(Span<const double> places, std::int32_t region_count, Span<std::int32
   for (std::size_t i = 0; i < characters.size(); ++i) characters[i] = static_cast<std::uint32_t>(i);
   cut_part(places, {characters.data(), characters.data() + characters.size(), 0, region_count}, owners);
   return Status::kOk;
-} catch (const std::bad_alloc&) {
-  return Status::kOutOfMemory;
-}
+} catch (const std::bad_alloc&) { return Status::kOutOfMemory; }
 
 }  // namespace cab::mpi

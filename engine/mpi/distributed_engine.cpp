@@ -117,9 +117,7 @@ Answer add_on_all(DistributedEngine& engine, std::uint64_t digest, Add&& add) {
   Status status;
   try {
     status = add();
-  } catch (const std::bad_alloc&) {
-    status = Status::kOutOfMemory;
-  }
+  } catch (const std::bad_alloc&) { status = Status::kOutOfMemory; }
   return agree(engine.comm, status, digest, Difference::kAdded);
 }
 

@@ -44,9 +44,7 @@ Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept {
   Status status;
   try {
     status = make_own_part(engine, job, part);
-  } catch (const std::bad_alloc&) {
-    status = Status::kOutOfMemory;
-  }
+  } catch (const std::bad_alloc&) { status = Status::kOutOfMemory; }
   if (const Answer answer = agree(engine.comm, status, digest_of(job), Difference::kJob); !answer.ok()) return answer;
   const RegionTable table = gather_regions(engine.comm, part.regions);
   if (const Answer answer = compare_members(table); !answer.ok()) return answer;

@@ -22,8 +22,8 @@ struct OwnBatch {
 };
 
 struct OwnPart {
-  std::vector<OwnBatch> batches;    // by slot - 1
-  std::vector<BatchInput> inputs;   // of the engine `own`
+  std::vector<OwnBatch> batches;   // by slot - 1
+  std::vector<BatchInput> inputs;  // of the engine `own`
   std::vector<Region> regions;
   Partners partners;
 };

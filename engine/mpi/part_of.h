@@ -33,8 +33,7 @@ Span<const T> part_of(Span<const T> values, std::size_t per_instance, std::uint3
 }
 
 // Poses, places, scales and margins of the instances from `first` on, for an input with no other lists.
-inline BatchInput part_of(const BatchInput& input, std::uint32_t first, std::uint32_t count,
-                          std::uint32_t link_count) {
+inline BatchInput part_of(const BatchInput& input, std::uint32_t first, std::uint32_t count, std::uint32_t link_count) {
   BatchInput out;
   out.poses = input.poses;
   out.poses.data = pose_at(input.poses, link_count, first, 0);

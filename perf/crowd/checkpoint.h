@@ -13,15 +13,15 @@ namespace cab::perf {
 struct RankTotals {
   std::uint64_t file_bytes = 0;  // of its file of hits
   std::uint64_t hits = 0;
-  std::uint64_t hits_sum = 0;                    // of perf/base/hit_sum.h
-  std::array<std::uint64_t, 4> messages = {};    // regions, bounds, requests, poses
-  std::array<std::uint64_t, 4> bytes = {};       // likewise
+  std::uint64_t hits_sum = 0;                     // of perf/base/hit_sum.h
+  std::array<std::uint64_t, 4> messages = {};     // regions, bounds, requests, poses
+  std::array<std::uint64_t, 4> bytes = {};        // likewise
   std::uint64_t bounds_sent = 0, poses_sent = 0;  // characters
 };
 
 struct Checkpoint {
-  std::string program;              // of a run: the version of cab and all that decides hits
-  std::uint32_t frames = 0;         // that all ranks have on disk
+  std::string program;       // of a run: the version of cab and all that decides hits
+  std::uint32_t frames = 0;  // that all ranks have on disk
   std::vector<RankTotals> ranks;
 };
 

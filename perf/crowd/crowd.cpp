@@ -533,9 +533,7 @@ scenes::CrowdSources import_sources(const CrowdOptions& options, bool quiet = fa
 // All that decides the hits of a run, but for what is in files.
 std::string program_of(const CrowdOptions& options, const scenes::CrowdSources& defaults) {
   std::string out = std::string("cab ") + CAB_VERSION_STRING + " scene=" + options.scene;
-  const auto add = [&out](const char* name, const std::string& value) {
-    out += std::string(" ") + name + '=' + value;
-  };
+  const auto add = [&out](const char* name, const std::string& value) { out += std::string(" ") + name + '=' + value; };
   add("characters", std::to_string(options.character_count));
   add("frames", std::to_string(options.frame_count));
   add("checkpoint", std::to_string(options.checkpoint));

@@ -127,9 +127,7 @@ class Run {
     std::cout << options_.scene << ": " << crowd_.count() << " characters on " << ranks_.count() << " ranks, "
               << options_.frame_count << " frames\n";
     const RankTotals sum = sum_of_all();
-    const auto per_frame = [&](std::uint64_t all) {
-      return fixed(static_cast<double>(all) / options_.frame_count, 1);
-    };
+    const auto per_frame = [&](std::uint64_t all) { return fixed(static_cast<double>(all) / options_.frame_count, 1); };
     TextTable table;
     table.add_row({"sent per frame, all ranks", "messages", "bytes"});
     for (std::size_t k = 0; k < std::size(kKindNames); ++k)
@@ -137,14 +135,15 @@ class Run {
     table.print(std::cout);
     std::cout << "characters per frame whose bounds were sent: " << per_frame(sum.bounds_sent)
               << ", whose poses were sent: " << per_frame(sum.poses_sent)
-              << "\nmost characters of a rank: " << most_characters_ << ", most memory of a rank: "
-              << fixed(static_cast<double>(peak_memory_) / (1 << 20), 0) << " MB\n";
+              << "\nmost characters of a rank: " << most_characters_
+              << ", most memory of a rank: " << fixed(static_cast<double>(peak_memory_) / (1 << 20), 0) << " MB\n";
     if (!seconds_.empty()) {
       const Spread spread = spread_of(seconds_);
-      std::cout << "frame, on the slowest rank: " << fixed(1e3 * spread.median, 3) << " ms, " << fixed(1e3 * spread.least, 3)
-                << " to " << fixed(1e3 * spread.most, 3) << '\n';
+      std::cout << "frame, on the slowest rank: " << fixed(1e3 * spread.median, 3) << " ms, "
+                << fixed(1e3 * spread.least, 3) << " to " << fixed(1e3 * spread.most, 3) << '\n';
     }
-    std::cout << "hits per frame: " << per_frame(sum.hits) << "\nsum over all frames' hits: " << hex(sum.hits_sum) << '\n';
+    std::cout << "hits per frame: " << per_frame(sum.hits) << "\nsum over all frames' hits: " << hex(sum.hits_sum)
+              << '\n';
   }
 
  private:
@@ -251,8 +250,8 @@ class Run {
   std::unique_ptr<HitFile> file_;  // null: hits are only counted
   std::uint32_t frame_ = 0;
   RankTotals totals_;
-  std::vector<double> seconds_;    // of each frame of this process, on the slowest rank
-  std::vector<RankTotals> all_;    // of all ranks, at the end
+  std::vector<double> seconds_;                          // of each frame of this process, on the slowest rank
+  std::vector<RankTotals> all_;                          // of all ranks, at the end
   std::uint64_t most_characters_ = 0, peak_memory_ = 0;  // of a rank, likewise
 };
 

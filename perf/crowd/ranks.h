@@ -32,9 +32,7 @@ class Ranks {
     std::string problem;
     try {
       work();
-    } catch (const std::exception& error) {
-      problem = error.what();
-    }
+    } catch (const std::exception& error) { problem = error.what(); }
     agree(problem);
   }
 

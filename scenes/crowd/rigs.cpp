@@ -47,7 +47,7 @@ CrowdGroup with_links(CrowdGroup group, std::uint32_t link_count) {
   }
   group.figure = std::move(rig);
   group.pose = [links, pieces = std::move(pieces), pose = std::move(group.pose)](double seconds, const Chosen& chosen,
-                                                                              PosedGroup& posed) {
+                                                                                 PosedGroup& posed) {
     pose(seconds, chosen, posed);
     std::vector<float> poses;
     poses.reserve(posed.poses.size() / links * pieces.size());

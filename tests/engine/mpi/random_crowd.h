@@ -19,8 +19,8 @@ inline constexpr std::int32_t kNobody = -1;
 struct RandomCrowd {
   oracle::World world;
   oracle::KeptParts kept;
-  std::vector<std::vector<float>> margins;  // of each member; empty: none
-  std::vector<StaticBody> bodies;           // of a static batch behind the members; empty: none
+  std::vector<std::vector<float>> margins;        // of each member; empty: none
+  std::vector<StaticBody> bodies;                 // of a static batch behind the members; empty: none
   std::vector<std::vector<std::int32_t>> owners;  // of each member's instances
   Policies policies;
   Report report = Report::kHits;
@@ -110,7 +110,8 @@ inline RandomCrowd random_crowd(oracle::Random& random, std::int32_t ranks) {
   const double spread = random.uniform(0.5, 4);
   const std::uint32_t count = 1 + random.index(3);
   for (std::uint32_t m = 0; m < count; ++m) {
-    const std::uint32_t instances = random.chance(0.3) ? oracle::kInstanceCounts[random.index(6)] : 20 + random.index(80);
+    const std::uint32_t instances =
+        random.chance(0.3) ? oracle::kInstanceCounts[random.index(6)] : 20 + random.index(80);
     const oracle::PoseRange range = oracle::any_pose_range(random, far, about, spread);
     world.members.push_back(oracle::any_member(random, instances, BatchKind::kCharacters, range, 12));
     oracle::Member& member = world.members.back();
@@ -123,7 +124,8 @@ inline RandomCrowd random_crowd(oracle::Random& random, std::int32_t ranks) {
         margins.push_back(random.chance(0.5) ? 0.0f : static_cast<float>(random.uniform(0, 0.5)));
   }
   oracle::pair_all(world, 1, count);
-  if (random.chance(0.4)) world.rules.erase(world.rules.begin() + random.index(static_cast<std::uint32_t>(world.rules.size())));
+  if (random.chance(0.4))
+    world.rules.erase(world.rules.begin() + random.index(static_cast<std::uint32_t>(world.rules.size())));
   if (random.chance(0.4)) oracle::add_layers(random, world);
   if (random.chance(0.4)) world.margin = static_cast<float>(random.log_uniform(0.001, 0.5));
   if (random.chance(0.4)) add_level(random, about, spread, out);

@@ -82,21 +82,32 @@ void check_same_hits(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-TEST_CASE("in every scene the ranks together find the hits of one process") {
+TEST_CASE("cab crowd --mpi: in every scene the ranks together find the hits of one process") {
   const Sources sources;
   const TemporaryFolder folder;
   const std::string json = folder / "figures.json";
   const Words clips = {"--clip", sources.anna, "--clip", sources.bert};
   const std::vector<std::pair<std::string, Words>> scenes = {
-      {"uniform", {}}, {"jitter", {"--exact", "convex"}}, {"spot", {}}, {"line", {}}, {"giant", {}}, {"detailed", {}},
-      {"ropes", {"--shape", "braided"}}, {"rigs", {}}, {"mixed", {"--refit", "aabb-hull"}}, {"churn", {}},
-      {"city", {}}, {"level", {}}, {"level", {"--level", "triangles"}}, {"far", {}}, {"battle", clips},
+      {"uniform", {}},
+      {"jitter", {"--exact", "convex"}},
+      {"spot", {}},
+      {"line", {}},
+      {"giant", {}},
+      {"detailed", {}},
+      {"ropes", {"--shape", "braided"}},
+      {"rigs", {}},
+      {"mixed", {"--refit", "aabb-hull"}},
+      {"churn", {}},
+      {"city", {}},
+      {"level", {}},
+      {"level", {"--level", "triangles"}},
+      {"far", {}},
+      {"battle", clips},
       {"bottleneck", clips + Words{"--trajectories", sources.ways}}};
   for (const auto& [scene, more] : scenes) {
     CAPTURE(scene);
     const std::string characters = scene == "spot" ? "40" : "200";
-    const Words options =
-        Words{"--scene", scene, "--characters", characters, "--frames", "3", "--json", json} + more;
+    const Words options = Words{"--scene", scene, "--characters", characters, "--frames", "3", "--json", json} + more;
     const Words alone = scene == "city" ? Words{"--at-rest", "moved"} : Words{};
     const Json one = figures(run_command("crowd", options + alone + Words{"--rounds", "1"}), json);
     for (const int ranks : {1, 3}) {
@@ -109,7 +120,7 @@ TEST_CASE("in every scene the ranks together find the hits of one process") {
   }
 }
 
-TEST_CASE("the files of all ranks, merged, are that of one rank") {
+TEST_CASE("cab crowd --mpi: the files of all ranks, merged, are that of one rank") {
   const TemporaryFolder folder;
   const Words options = {"--scene", "level", "--characters", "300", "--frames", "4", "--mpi", "--out"};
   REQUIRE(by_ranks(1, options + Words{folder / "one"}).exit_code == 0);
@@ -130,7 +141,7 @@ TEST_CASE("the files of all ranks, merged, are that of one rank") {
   CHECK(std::memcmp(records.data(), expected.data(), expected.size()) == 0);
 }
 
-TEST_CASE("after a rank was killed, or a disk was full, the same command ends with the same hits") {
+TEST_CASE("cab crowd --mpi: after a rank was killed, or a disk was full, the same command ends with the same hits") {
   const TemporaryFolder folder;
   const std::string reference = folder / "reference", killed = folder / "killed", full = folder / "full";
   const Outcome whole = by_ranks(kRanks, kLong + Words{"--out", reference});
@@ -140,7 +151,8 @@ TEST_CASE("after a rank was killed, or a disk was full, the same command ends wi
   {
     // Each rank writes its process's number before it becomes cab.
     const std::string script = "echo $$ >" + (folder / "pid") + ".$OMPI_COMM_WORLD_RANK; exec \"$@\"";
-    const Words ranks = program(kRanks, Words{"bash", "-c", script, "rank"} + cab_crowd(kLong + Words{"--out", killed}));
+    const Words ranks =
+        program(kRanks, Words{"bash", "-c", script, "rank"} + cab_crowd(kLong + Words{"--out", killed}));
     const pid_t job = start(CAB_MPIEXEC, mpirun_words() + ranks, folder / "killed.out", folder / "killed.error");
     const auto is_late = [end = std::chrono::steady_clock::now() + std::chrono::minutes(2)] {
       return std::chrono::steady_clock::now() > end;
@@ -199,7 +211,7 @@ TEST_CASE("after a rank was killed, or a disk was full, the same command ends wi
   CHECK(broken.error.find("is no checkpoint of this version") != std::string::npos);
 }
 
-TEST_CASE("ranks with different options, and a folder that cannot be made, are refused on all") {
+TEST_CASE("cab crowd --mpi: ranks with different options, and a folder that cannot be made, are refused on all") {
   const TemporaryFolder folder;
   const Words one = {"--scene", "uniform", "--characters", "100", "--mpi"};
   const Words other = {"--scene", "uniform", "--characters", "101", "--mpi"};

@@ -30,9 +30,9 @@ enum class Difference : std::uint8_t {
 
 // What a collective call answers. It is the same on every rank.
 struct Answer {
-  Status status = Status::kOk;                 // of the lowest rank whose own call failed
-  Difference difference = Difference::kNone;   // between rank 0 and another, if no call failed
-  std::int32_t rank = -1;                      // the rank that failed or differs; -1: none
+  Status status = Status::kOk;                // of the lowest rank whose own call failed
+  Difference difference = Difference::kNone;  // between rank 0 and another, if no call failed
+  std::int32_t rank = -1;                     // the rank that failed or differs; -1: none
   bool ok() const { return rank < 0; }
 };
 
@@ -65,10 +65,10 @@ struct MessageCount {
 
 // What a rank sends in a frame.
 struct Traffic {
-  MessageCount regions;   // where its characters are, to every other rank
-  MessageCount bounds;    // of characters that reach into another rank's region
-  MessageCount requests;  // for poses of those whose bounds meet a character's
-  MessageCount poses;     // of characters that were asked for
+  MessageCount regions;           // where its characters are, to every other rank
+  MessageCount bounds;            // of characters that reach into another rank's region
+  MessageCount requests;          // for poses of those whose bounds meet a character's
+  MessageCount poses;             // of characters that were asked for
   std::uint64_t bounds_sent = 0;  // characters whose bounds were sent, for each rank that got them
   std::uint64_t poses_sent = 0;   // characters whose poses were sent, likewise
 };
@@ -112,8 +112,8 @@ void destroy(DistributedEngine* engine) noexcept;
 
 // As the calls of cab.h, on all ranks with the same content. Ids are slots, and the same on every rank. The count of
 // instances is that of the whole batch, and not limited to kMaxInstances, which is a limit per rank. Sequences are
-// refused by kBadBatchKind: their frames do not touch, so that ranks need no common engine for them. After an answer that
-// is not ok the engine may only be destroyed.
+// refused by kBadBatchKind: their frames do not touch, so that ranks need no common engine for them. After an answer
+// that is not ok the engine may only be destroyed.
 [[nodiscard]] Answer add_articulation(DistributedEngine& engine, const ArticulationDesc& desc,
                                       ArticulationId* out) noexcept;
 [[nodiscard]] Answer add_batch(DistributedEngine& engine, const BatchDesc& desc, BatchId* out) noexcept;
@@ -127,8 +127,8 @@ void destroy(DistributedEngine* engine) noexcept;
 
 // Cuts a crowd into regions with equally many characters: recursively in two along the longer side of what is left.
 // places: x y z per character. owners[i] receives the region of character i, 0 to region_count - 1. The counts of two
-// regions differ by at most one per cut above them. Not collective. Returns kBadOutput if owners is not as long as there
-// are places or region_count is below 1, kBadOrigins for places that are not finite, and kOutOfMemory.
+// regions differ by at most one per cut above them. Not collective. Returns kBadOutput if owners is not as long as
+// there are places or region_count is below 1, kBadOrigins for places that are not finite, and kOutOfMemory.
 [[nodiscard]] Status cut(Span<const double> places, std::int32_t region_count, Span<std::int32_t> owners) noexcept;
 
 // A difference in words, without a capital at the start or a period at the end.
