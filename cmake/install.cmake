@@ -1,6 +1,6 @@
 # What `cmake --install` puts in place: the library, cab::rig, cab::record and cab::mpi, their public headers, the
-# package that find_package(cab CONFIG) finds, the files of pkg-config, and the cab command. All of it may be moved afterwards.
-# Each file belongs to one of the components cab_runtime, cab_development and cab_tools.
+# package that find_package(cab CONFIG) finds, the files of pkg-config, and the cab command. All of it may be moved
+# afterwards. Each file belongs to one of the components cab_runtime, cab_development and cab_tools.
 include(CMakePackageConfigHelpers)
 
 set(CAB_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/cab)

@@ -5,17 +5,20 @@
 #include <cstddef>
 #include <new>
 #include <utility>
+#include <vector>
 
 namespace cab::mpi {
 namespace {
 
-// The first difference between two ranks' inputs of one batch.
-Answer compare_members(const RegionTable& table) {
+// The first rank whose input of a batch is not made as that of the first rank which has one.
+Answer compare_members(const RegionTable& table, std::size_t batch_count) {
+  std::vector<const Region*> first(batch_count, nullptr);
   for (std::int32_t r = 0; static_cast<std::size_t>(r) + 1 < table.begins.size(); ++r)
-    for (const Region& region : table.of(r))
-      for (const Region& other : table.regions)
-        if (region.batch == other.batch && region.members != other.members)
-          return {Status::kOk, Difference::kMembers, r};
+    for (const Region& region : table.of(r)) {
+      const Region*& before = first[region.batch - 1];
+      if (!before) before = &region;
+      if (region.members != before->members) return {Status::kOk, Difference::kMembers, r};
+    }
   return {};
 }
 
@@ -47,7 +50,7 @@ Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept {
   } catch (const std::bad_alloc&) { status = Status::kOutOfMemory; }
   if (const Answer answer = agree(engine.comm, status, digest_of(job), Difference::kJob); !answer.ok()) return answer;
   const RegionTable table = gather_regions(engine.comm, part.regions);
-  if (const Answer answer = compare_members(table); !answer.ok()) return answer;
+  if (const Answer answer = compare_members(table, engine.batches.size()); !answer.ok()) return answer;
   job.traffic = {};
   count_regions(engine, part.regions.size(), job.traffic.regions);
 

@@ -464,6 +464,8 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
 // Throws UsageError for options that contradict each other.
 void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   const std::string& name = options.scene;
+  if (!options.mpi && options.character_count > kMaxCrowd)
+    throw UsageError("--characters: one process takes at most " + std::to_string(kMaxCrowd) + "; --mpi takes more");
   if (scene.clips == scenes::ClipUse::kNeeded && options.clips.empty())
     throw UsageError("--scene " + name + " needs --clip FILE");
   if (scene.needs_trajectories && options.trajectories_path.empty())

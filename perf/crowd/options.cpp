@@ -118,7 +118,7 @@ Command add_crowd(CLI::App& app) {
           "--scene", [&o](const std::string& text) { o.scene = read_crowd_scene("--scene", text); }, crowd_scene_help())
       ->type_name(crowd_scene_names("|"))
       ->required();
-  add_number(command, "--characters", o.character_count, "number of characters (default 10000)", 1, kMaxCrowd);
+  add_number(command, "--characters", o.character_count, "number of characters (default 10000)", 1, kMaxSharedCrowd);
   command.add_flag("--spatial-order", o.spatial_order,
                    "store the characters so that neighbours are near each other, in the order of the first frame");
   command.add_flag("--sweep", o.sweep, "find what may have touched since the frame before too (cab::sweep_margins)");

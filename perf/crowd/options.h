@@ -15,6 +15,9 @@
 
 namespace cab::perf {
 
+// The most characters of a crowd that ranks share.
+inline constexpr std::uint32_t kMaxSharedCrowd = 100000000;
+
 struct CrowdOptions {
   std::string scene;
   bool spatial_order = false;  // store the characters in the order of cab::spatial_order

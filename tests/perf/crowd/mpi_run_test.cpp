@@ -96,7 +96,7 @@ TEST_CASE("cab crowd --mpi: in every scene the ranks together find the hits of o
       {"detailed", {}},
       {"ropes", {"--shape", "braided"}},
       {"rigs", {}},
-      {"mixed", {"--refit", "aabb-hull"}},
+      {"mixed", {"--refit", "aabb_hull"}},
       {"churn", {}},
       {"city", {}},
       {"level", {}},
