@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -209,6 +210,45 @@ TEST_CASE("cab crowd --mpi: after a rank was killed, or a disk was full, the sam
   const Outcome broken = by_ranks(kRanks, kLong + Words{"--out", reference});
   CHECK(broken.exit_code != 0);
   CHECK(broken.error.find("is no checkpoint of this version") != std::string::npos);
+}
+
+// docs/scale.md, "The model": what a metre of border between two regions of `uniform` sends in one frame.
+struct Border {
+  double bounds, poses;  // characters
+  double bytes() const { return 24 * bounds + (4 + 4 + 448 + 24) * poses; }
+};
+Border model(double density, double width) {
+  constexpr double kLargestWidth = 1.4;
+  const double reach = 2 * width * density;
+  return {density * (width + kLargestWidth) / 2, density * (width - (1 - std::exp(-reach * width)) / reach)};
+}
+
+TEST_CASE("cab crowd --mpi: what ranks send is within 1.3 of the model") {
+  constexpr double kWithin = 1.3;
+  const TemporaryFolder folder;
+  const std::string json = folder / "figures.json";
+  for (const double area : {.25, 1.0}) {
+    CAPTURE(area);
+    constexpr double kCharacters = 40000, kFrames = 2;
+    const Words options = {"--scene",  "uniform", "--characters", "40000", "--area", std::to_string(area),
+                           "--frames", "2",       "--json",       json};
+    const Json one = figures(run_command("crowd", options + Words{"--rounds", "1"}), json);
+    const double width = std::sqrt(one["candidates"].get<double>() / kFrames / kCharacters * area / 2);
+    const Border expected = model(1 / area, width);
+    for (const int ranks : {2, 4}) {
+      CAPTURE(ranks);
+      const Json all = figures(by_ranks(ranks, options + Words{"--mpi", "--checkpoint", "1"}), json);
+      const double metres = (ranks == 2 ? 1 : 2) * std::sqrt(kCharacters * area) * kFrames;
+      const auto ratio = [metres](double measured, double by_metre) { return measured / metres / by_metre; };
+      const double bytes =
+          all["bounds_bytes"].get<double>() + all["requests_bytes"].get<double>() + all["poses_bytes"].get<double>();
+      for (const double off : {ratio(all["bounds_sent"], expected.bounds), ratio(all["poses_sent"], expected.poses),
+                               ratio(bytes, expected.bytes())}) {
+        CHECK(off < kWithin);
+        CHECK(off > 1 / kWithin);
+      }
+    }
+  }
 }
 
 TEST_CASE("cab crowd --mpi: ranks with different options, and a folder that cannot be made, are refused on all") {
