@@ -14,7 +14,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Given bounds, by find_candidates, reach farther by 2^-14 of their largest coordinate, .875 of the margin, which is
 // that of the frame and twice the instance's own, and the rounding of sums in double. These are no smaller.
-constexpr double kPad = 0x1p-13, kReach = .876, kWorldPad = 0x1p-48;
+constexpr double kPad = 0x1p-13, kReach = kOwnMarginReach / 2, kWorldPad = 0x1p-48;
 
 float rounded_down(double value) { return std::nextafter(static_cast<float>(value), -kInfinity); }
 float rounded_up(double value) { return std::nextafter(static_cast<float>(value), kInfinity); }
@@ -35,7 +35,7 @@ RelativeBounds bounds_of(const Box* boxes, std::uint32_t leaf_count, double marg
   for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf) {
     const Box& box = boxes[leaf];
     for (std::size_t c = 0; c < 3; ++c) {
-      double reach = 2 * kReach * margin;
+      double reach = kOwnMarginReach * margin;
       for (std::size_t k = 0; k < 3; ++k)
         reach += std::fabs(static_cast<double>(box.axis[k][c])) * static_cast<double>(box.half[k]);
       lo[c] = std::min(lo[c], static_cast<double>(box.center[c]) - reach);
@@ -88,29 +88,30 @@ RelativeBounds relative_to(const double* point, const double* about, const Relat
 }
 
 Status bound_characters(Engine& engine, BatchId batch, std::uint32_t slice, const BatchInput& input,
-                        std::uint32_t count, const Policies& policies, std::vector<RelativeBounds>& bounds) {
+                        Span<const std::uint32_t> chosen, const Policies& policies, Span<RelativeBounds> bounds) {
+  if (chosen.empty()) return Status::kOk;
   BatchInfo batch_of;
   if (const Status status = batch_info(engine, batch, &batch_of); status != Status::kOk) return status;
   ArticulationInfo info;
   if (const Status status = articulation_info(engine, batch_of.articulation, &info); status != Status::kOk)
     return status;
-  bounds.clear();
-  bounds.reserve(count);
   std::vector<Box> boxes(std::size_t{slice} * info.node_count);
   std::vector<std::uint8_t> flags(slice);
-  for (std::uint32_t first = 0; first < count; first += slice) {
-    const std::uint32_t size = std::min(slice, count - first);
-    BatchInput part = part_of(input, first, size, info.link_count);
+  std::vector<std::uint32_t> instances;
+  for (std::size_t at = 0; at < chosen.size;) {
+    const std::uint32_t first = chosen[at] / slice * slice;
+    instances.clear();
+    for (; at < chosen.size && chosen[at] - first < slice; ++at) instances.push_back(chosen[at] - first);
+    BatchInput part = part_of(input, first, instances.back() + 1, info.link_count);
     part.batch = batch;
     part.flags = flags;
+    part.instances = instances;
     if (const Status status = compute_boxes(engine, part, policies, boxes); status != Status::kOk) return status;
-    for (std::uint32_t i = 0; i < size; ++i) {
-      if (flags[i] != kInstanceOk) {
-        bounds.push_back({{1, 1, 1}, {-1, -1, -1}});
-        continue;
-      }
+    for (const std::uint32_t i : instances) {
       const double margin = input.margins.empty() ? 0 : static_cast<double>(input.margins[first + i]);
-      bounds.push_back(bounds_of(boxes.data() + std::size_t{i} * info.node_count, info.leaf_count, margin));
+      bounds[first + i] = flags[i] == kInstanceOk
+                              ? bounds_of(boxes.data() + std::size_t{i} * info.node_count, info.leaf_count, margin)
+                              : kNoBounds;
     }
   }
   return Status::kOk;

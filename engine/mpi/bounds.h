@@ -15,6 +15,11 @@ struct RelativeBounds {
   bool none() const { return lo[0] > hi[0]; }
 };
 
+inline constexpr RelativeBounds kNoBounds = {{1, 1, 1}, {-1, -1, -1}};
+
+// How much farther bounds reach for each unit of a character's own margin.
+inline constexpr double kOwnMarginReach = 1.76;
+
 struct WorldBounds {
   double lo[3], hi[3];
 };
@@ -29,9 +34,10 @@ WorldBounds in_world(const double* about, const RelativeBounds& bounds, float ma
 // The same bounds relative to another point, rounded outwards.
 RelativeBounds relative_to(const double* point, const double* about, const RelativeBounds& bounds);
 
-// Bounds characters of one articulation. batch: of the engine, with room for `slice` characters at a time. input: as of
-// compute_boxes, `count` characters. `bounds` receives as many. Statuses: those of compute_boxes.
+// Bounds some characters of one articulation. batch: of the engine, with room for `slice` characters at a time. input:
+// as of compute_boxes. chosen: whom, ascending. Writes to bounds[i] for each character i of them. Statuses: those of
+// compute_boxes.
 Status bound_characters(Engine& engine, BatchId batch, std::uint32_t slice, const BatchInput& input,
-                        std::uint32_t count, const Policies& policies, std::vector<RelativeBounds>& bounds);
+                        Span<const std::uint32_t> chosen, const Policies& policies, Span<RelativeBounds> bounds);
 
 }  // namespace cab::mpi

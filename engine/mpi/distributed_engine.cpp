@@ -73,6 +73,7 @@ Status add_to_all(DistributedEngine& engine, const ArticulationDesc& desc, Artic
   const std::size_t fit = kSliceBytes / (info.node_count * sizeof(Box));
   const auto slice = static_cast<std::uint32_t>(std::clamp<std::size_t>(fit / 16 * 16, 16, 1024));
   engine.slices.push_back(slice);
+  engine.reaches.push_back(link_reaches(desc.leaves));
   BatchId batch;
   return cab::add_batch(*engine.bounds, {out, slice, BatchKind::kCharacters}, &batch);
 }

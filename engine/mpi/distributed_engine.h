@@ -1,6 +1,8 @@
 // What a DistributedEngine holds on one rank.
 #pragma once
 
+#include "engine/mpi/reach.h"
+
 #include <cab/cab.h>
 #include <cab/mpi.h>
 
@@ -34,7 +36,8 @@ struct DistributedEngine {
   EnginePtr border;  // characters near those of other ranks, and those
   EnginePtr bounds;  // one batch per articulation, of slices[slot - 1] instances, for bounds
   std::vector<std::uint32_t> slices;
-  std::vector<Batch> batches;  // by slot - 1
+  std::vector<std::vector<LinkReach>> reaches;  // by articulation's slot - 1
+  std::vector<Batch> batches;                   // by slot - 1
   std::vector<Hit> hits;
   std::vector<Contact> contacts;
 };

@@ -33,11 +33,11 @@ void number_hits(const OwnPart& part, LocalHits& out) {
   }
 }
 
-// All ranks agree at the beginning and at the end, and tell each other how many regions there are, and which.
+// All ranks agree at the beginning and at the end, and tell each other twice how many regions there are, and which.
 void count_regions(const DistributedEngine& engine, std::size_t regions, MessageCount& count) {
   const auto others = static_cast<std::uint64_t>(engine.rank_count - 1);
-  count.messages = 4 * others;
-  count.bytes = others * (2 * kAgreementBytes + sizeof(int) + regions * sizeof(Region));
+  count.messages = 6 * others;
+  count.bytes = others * (2 * kAgreementBytes + 2 * sizeof(int) + regions * sizeof(Region));
 }
 
 }  // namespace
@@ -49,12 +49,15 @@ Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept {
     status = make_own_part(engine, job, part);
   } catch (const std::bad_alloc&) { status = Status::kOutOfMemory; }
   if (const Answer answer = agree(engine.comm, status, digest_of(job), Difference::kJob); !answer.ok()) return answer;
-  const RegionTable table = gather_regions(engine.comm, part.regions);
-  if (const Answer answer = compare_members(table, engine.batches.size()); !answer.ok()) return answer;
-  job.traffic = {};
-  count_regions(engine, part.regions.size(), job.traffic.regions);
+  const RegionTable reached = gather_regions(engine.comm, part.regions);
+  if (const Answer answer = compare_members(reached, engine.batches.size()); !answer.ok()) return answer;
 
   // A call that fails does not keep this rank from answering the others. All learn of it at the end.
+  const std::size_t reached_regions = part.regions.size();
+  const Status bound = bound_near(engine, job, reached, part);
+  const RegionTable table = gather_regions(engine.comm, part.regions);
+  job.traffic = {};
+  count_regions(engine, reached_regions + part.regions.size(), job.traffic.regions);
   Border border(engine, job, part, table, job.traffic);
   border.send_bounds();
   LocalHits own, across;
@@ -71,7 +74,7 @@ Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept {
   border.receive_poses();
   if (near == Status::kOk) near = border.test(across, job.border_stats);
   border.end();
-  if (status == Status::kOk) status = near;
+  if (status == Status::kOk) status = bound != Status::kOk ? bound : near;
 
   number_hits(part, own);
   merge_hits(own, across);

@@ -58,6 +58,23 @@ void add_regions(const OwnBatch& own, std::uint32_t batch, float margin, std::ve
   for (const auto& [size, region] : by_size) regions.push_back(region);
 }
 
+// The regions of other ranks that meet one of a batch of this rank.
+std::vector<WorldBounds> reaching(const RegionTable& table, std::int32_t rank, std::uint32_t batch,
+                                  const Partners& partners) {
+  std::vector<WorldBounds> out;
+  const auto meets_own = [&](const Region& there) {
+    const Span<const Region> own = table.of(rank);
+    return std::any_of(own.begin(), own.end(),
+                       [&](const Region& here) { return here.batch == batch && meet(here.bounds, there.bounds); });
+  };
+  for (std::size_t r = 0; r + 1 < table.begins.size(); ++r) {
+    if (r == static_cast<std::size_t>(rank)) continue;
+    for (const Region& there : table.of(static_cast<std::int32_t>(r)))
+      if (partners.has(batch, there.batch) && meets_own(there)) out.push_back(there.bounds);
+  }
+  return out;
+}
+
 }  // namespace
 
 const double* OwnBatch::origin(std::size_t i) const {
@@ -112,13 +129,38 @@ Status make_own_part(DistributedEngine& engine, const DistributedJob& job, OwnPa
   for (std::uint32_t b = 1; b <= part.batches.size(); ++b) {
     OwnBatch& own = part.batches[b - 1];
     if (own.count == 0) continue;
-    const auto articulation = static_cast<std::uint32_t>(engine.batches[b - 1].articulation.value);
-    const Status status = bound_characters(*engine.bounds, {articulation}, engine.slices[articulation - 1],
-                                           own.given->input, own.count, job.policies, own.bounds);
-    if (status != Status::kOk) return status;
+    const Batch& batch = engine.batches[b - 1];
+    const std::vector<LinkReach>& reaches = engine.reaches[batch.articulation.value - 1];
+    own.bounds.reserve(own.count);
+    for (std::uint32_t i = 0; i < own.count; ++i)
+      own.bounds.push_back(reach_of(reaches, batch.link_count, own.given->input, i));
     add_regions(own, b, job.margin, part.regions);
   }
   return Status::kOk;
+}
+
+Status bound_near(DistributedEngine& engine, const DistributedJob& job, const RegionTable& table, OwnPart& part) {
+  part.regions.clear();
+  Status status = Status::kOk;
+  for (std::uint32_t b = 1; b <= part.batches.size(); ++b) {
+    OwnBatch& own = part.batches[b - 1];
+    if (own.count == 0) continue;
+    const std::vector<WorldBounds> others = reaching(table, engine.rank, b, part.partners);
+    std::vector<std::uint32_t> near;
+    for (std::uint32_t i = 0; i < own.count; ++i) {
+      if (own.bounds[i].none()) continue;
+      const WorldBounds world = own.world(i, job.margin);
+      if (std::any_of(others.begin(), others.end(), [&](const WorldBounds& there) { return meet(world, there); }))
+        near.push_back(i);
+    }
+    own.bounds.assign(own.count, kNoBounds);
+    const auto articulation = static_cast<std::uint32_t>(engine.batches[b - 1].articulation.value);
+    const Status bound = bound_characters(*engine.bounds, {articulation}, engine.slices[articulation - 1],
+                                          own.given->input, near, job.policies, own.bounds);
+    if (status == Status::kOk) status = bound;
+    add_regions(own, b, job.margin, part.regions);
+  }
+  return status;
 }
 
 std::uint64_t digest_of(const DistributedJob& job) {
