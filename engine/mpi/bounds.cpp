@@ -12,9 +12,10 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Given bounds, by find_candidates, reach farther by 2^-14 of their largest coordinate, .875 of the margin, which is
-// that of the frame and twice the instance's own, and the rounding of sums in double. These are no smaller.
-constexpr double kPad = 0x1p-13, kReach = kOwnMarginReach / 2, kWorldPad = 0x1p-48;
+// find_candidates widens given bounds by kGivenPad of their largest coordinate, by kGivenMargin of the margin, which is
+// that of the frame and twice the instance's own, and by kWorldPad for sums in double (layout/error_bounds.h). These
+// are larger.
+constexpr double kPad = 1.25e-4, kReach = kOwnMarginReach / 2, kSumPad = 4e-15;
 
 float rounded_down(double value) { return std::nextafter(static_cast<float>(value), -kInfinity); }
 float rounded_up(double value) { return std::nextafter(static_cast<float>(value), kInfinity); }
@@ -69,7 +70,7 @@ WorldBounds in_world(const double* about, const RelativeBounds& bounds, float ma
   const double most = most_of(bounds);
   WorldBounds out;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double pad = kPad * most + kReach * static_cast<double>(margin) + kWorldPad * (std::fabs(about[c]) + most);
+    const double pad = kPad * most + kReach * static_cast<double>(margin) + kSumPad * (std::fabs(about[c]) + most);
     out.lo[c] = about[c] + static_cast<double>(bounds.lo[c]) - pad;
     out.hi[c] = about[c] + static_cast<double>(bounds.hi[c]) + pad;
   }
@@ -80,7 +81,7 @@ RelativeBounds relative_to(const double* point, const double* about, const Relat
   const double most = most_of(bounds);
   RelativeBounds out;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double pad = kWorldPad * (std::fabs(about[c]) + std::fabs(point[c]) + most);
+    const double pad = kSumPad * (std::fabs(about[c]) + std::fabs(point[c]) + most);
     out.lo[c] = rounded_down(about[c] - point[c] + static_cast<double>(bounds.lo[c]) - pad);
     out.hi[c] = rounded_up(about[c] - point[c] + static_cast<double>(bounds.hi[c]) + pad);
   }
