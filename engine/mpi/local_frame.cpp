@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <tuple>
-#include <utility>
 
 namespace cab::mpi {
 namespace {
@@ -34,21 +33,19 @@ Status run_local(Engine& engine, FrameJob& job, bool contacts, LocalHits& out) {
   return status;
 }
 
+// From the back, so that the first list is merged where it is.
 void merge_hits(LocalHits& into, const LocalHits& other) {
-  if (other.hits.empty()) return;
-  LocalHits out;
-  out.hits.reserve(into.hits.size() + other.hits.size());
-  const auto take = [&out](const LocalHits& from, std::size_t i) {
-    out.hits.push_back(from.hits[i]);
-    if (!from.contacts.empty()) out.contacts.push_back(from.contacts[i]);
-  };
-  std::size_t a = 0, b = 0;
-  while (a < into.hits.size() || b < other.hits.size())
-    if (b == other.hits.size() || (a < into.hits.size() && key(into.hits[a]) < key(other.hits[b])))
-      take(into, a++);
-    else
-      take(other, b++);
-  into = std::move(out);
+  std::size_t a = into.hits.size(), b = other.hits.size();
+  const bool contacts = !into.contacts.empty() || !other.contacts.empty();
+  into.hits.resize(a + b);
+  if (contacts) into.contacts.resize(a + b);
+  while (b > 0) {
+    const bool is_first = a > 0 && key(other.hits[b - 1]) < key(into.hits[a - 1]);
+    const LocalHits& from = is_first ? into : other;
+    const std::size_t to = a + b - 1, at = is_first ? --a : --b;
+    into.hits[to] = from.hits[at];
+    if (contacts) into.contacts[to] = from.contacts[at];
+  }
 }
 
 }  // namespace cab::mpi
