@@ -72,6 +72,17 @@ inline void add_scales(oracle::Random& random, oracle::Member& member) {
   }
 }
 
+// The same in the matrices of poses.
+inline void add_pose_scales(oracle::Random& random, oracle::Member& member) {
+  oracle::Poses& poses = member.poses;
+  poses.has_scale = true;
+  for (std::uint32_t i = 0; i < poses.instance_count; ++i) {
+    const auto scale = static_cast<float>(random.chance(0.06) ? random.uniform(10, 60) : random.uniform(0.5, 2));
+    for (std::uint32_t link = 0; link < poses.link_count; ++link)
+      oracle::scale_matrix(poses.format, scale, poses.pose(i, link));
+  }
+}
+
 inline void break_poses(oracle::Random& random, oracle::Member& member) {
   for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
     if (random.chance(0.1))
@@ -115,7 +126,11 @@ inline RandomCrowd random_crowd(oracle::Random& random, std::int32_t ranks) {
     const oracle::PoseRange range = oracle::any_pose_range(random, far, about, spread);
     world.members.push_back(oracle::any_member(random, instances, BatchKind::kCharacters, range, 12));
     oracle::Member& member = world.members.back();
-    if (random.chance(0.4)) add_scales(random, member);
+    const bool is_scaled = random.chance(0.4);
+    if (is_scaled && member.poses.format != PoseFormat::kQuaternionTranslation && random.chance(0.5))
+      add_pose_scales(random, member);
+    else if (is_scaled)
+      add_scales(random, member);
     if (random.chance(0.3)) break_poses(random, member);
     if (random.chance(0.4)) oracle::add_parts(random, member.rig, out.kept);
     std::vector<float>& margins = out.margins.emplace_back();
