@@ -56,6 +56,7 @@ struct Scene {
   std::vector<Character> characters;
   std::vector<CharacterPair> pairs;  // the pairs to test; empty: all but those of two static characters
   std::vector<std::string> notes;    // what the importer merged, dropped or doubts
+  char up = 0;                       // 'x', 'y' or 'z', or 0: unknown
 };
 
 // Floats of one link's pose.

@@ -14,7 +14,7 @@ struct Failure : std::runtime_error {
 };
 
 // Calls work(storage), with a new storage if there is none. False if it throws; storage->error then says why, after the
-// storage's path.
+// storage's path, unless there is no memory for that.
 template <class Storage, class Work>
 bool attempt(Storage*& storage, Work work) noexcept {
   if (storage == nullptr) storage = new (std::nothrow) Storage;
@@ -33,7 +33,7 @@ bool attempt(Storage*& storage, Work work) noexcept {
 
 template <class Storage>
 const char* error_of(const Storage* storage) noexcept {
-  return storage == nullptr ? "an allocation failed" : storage->error.c_str();
+  return storage == nullptr ? "" : storage->error.c_str();
 }
 
 }  // namespace cab::record

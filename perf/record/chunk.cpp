@@ -17,6 +17,9 @@ constexpr std::array<std::uint8_t, 4> kChunkMagic = {'C', 'H', 'N', 'K'};
 constexpr std::uint16_t kHasDefinitions = 1;
 constexpr std::size_t kCrcAt = 44;
 
+// An offset, a table and its vtable.
+constexpr std::uint64_t kLeastFrameBytes = 12;
+
 template <class Number>
 void put(std::uint8_t* at, Number number) {
   for (std::size_t k = 0; k < sizeof number; ++k)
@@ -107,7 +110,8 @@ bool read_header(const std::uint8_t* bytes, ChunkHeader& header) {
   header.first_frame = get<std::uint32_t>(bytes + 24);
   header.frame_count = get<std::uint32_t>(bytes + 28);
   header.payload_crc = get<std::uint32_t>(bytes + 32);
-  if (header.stored_bytes > kMostPayloadBytes) return false;
+  if (header.stored_bytes > kMostPayloadBytes || header.frame_count > header.plain_bytes / kLeastFrameBytes)
+    return false;
   return header.codec == Codec::kStored ? header.stored_bytes == header.plain_bytes
                                         : header.plain_bytes <= kMostDecodedBytes;
 }

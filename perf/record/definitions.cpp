@@ -74,7 +74,7 @@ std::unique_ptr<format::PosesT> poses_table(const PoseView& poses, std::uint32_t
   return table;
 }
 
-std::string read_poses(const std::unique_ptr<format::PosesT>& table, std::size_t links, std::size_t instances,
+std::string read_poses(const std::unique_ptr<format::PosesT>& table, std::uint64_t links, std::uint64_t instances,
                        PoseView& poses) {
   if (table == nullptr) return {};
   if (table->format > static_cast<std::uint8_t>(PoseFormat::kMatrix4x4Columns)) return "its poses have no known format";
@@ -96,15 +96,20 @@ std::string read_names(const std::vector<std::string>& names, std::size_t count,
 
 }  // namespace
 
+std::size_t instance_stride(const PoseView& poses, std::uint32_t link_count) {
+  if (poses.instance_stride > 0) return poses.instance_stride;
+  return (poses.link_stride > 0 ? poses.link_stride : pose_floats(poses.format) * sizeof(float)) * link_count;
+}
+
 void gather_poses(const PoseView& poses, std::uint32_t link_count, std::size_t instances,
                   Span<const std::uint32_t> listed, std::vector<float>& values) {
   const std::size_t floats = pose_floats(poses.format);
   const std::size_t link_stride = poses.link_stride > 0 ? poses.link_stride : floats * sizeof(float);
-  const std::size_t instance_stride = poses.instance_stride > 0 ? poses.instance_stride : link_stride * link_count;
+  const std::size_t stride = instance_stride(poses, link_count);
   const std::size_t row = floats * link_count;
   values.assign(instances * row, 0);
   const auto copy = [&](std::size_t instance) {
-    const auto* const first = reinterpret_cast<const unsigned char*>(poses.data) + instance * instance_stride;
+    const auto* const first = reinterpret_cast<const unsigned char*>(poses.data) + instance * stride;
     float* const to = values.data() + instance * row;
     if (link_stride == floats * sizeof(float)) {
       std::memcpy(to, first, row * sizeof(float));

@@ -19,7 +19,7 @@ namespace cab::record {
 #if defined(__unix__) && !defined(__EMSCRIPTEN__)
 
 void MappedFile::open(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is told to be no file at once
   if (file < 0) throw Failure(std::strerror(errno));
   struct stat status = {};
   const int failed = fstat(file, &status) != 0 ? errno : 0;

@@ -20,6 +20,15 @@ void require(Status status, const std::string& what) {
   if (status != Status::kOk) throw Failure(what + ": " + to_string(status));
 }
 
+// A batch of the engine, with room for as many instances as frames have had so far.
+struct Loaded {
+  BatchId id;
+  std::uint32_t room = 0;
+};
+
+// Of a batch that a recording names.
+std::uint32_t index_of(BatchId id) { return static_cast<std::uint32_t>(id.value) - 1; }
+
 }  // namespace
 
 struct Player::Storage {
@@ -27,8 +36,8 @@ struct Player::Storage {
   const Recording* recording = nullptr;
   Engine* engine = nullptr;
   std::vector<ArticulationId> articulations;
-  std::map<std::uint32_t, BatchId> batches;  // by index in the recording
-  std::vector<std::uint32_t> slots;          // of the recording, by slot of the engine less 1
+  std::map<std::uint32_t, Loaded> batches;  // by index in the recording
+  std::vector<std::uint32_t> slots;         // of the recording, by slot of the engine less 1
   std::vector<Hit> hits;
   std::vector<Contact> contacts;
   std::size_t hit_count = 0;
@@ -37,7 +46,7 @@ struct Player::Storage {
 
   ~Storage() { destroy_engine(engine); }
   void add_articulations();
-  void use(const std::vector<std::uint32_t>& wanted);
+  void use(Span<const BatchInput> inputs);
   void run(const RecordedFrame& frame, const Policies* policies);
 };
 
@@ -57,46 +66,57 @@ void Player::Storage::add_articulations() {
   }
 }
 
-// Makes the batches that a frame needs, and in each slot that it leaves free the last one of the recording. They are
-// added in the order of their slots, which is the order of hits.
-void Player::Storage::use(const std::vector<std::uint32_t>& wanted) {
-  if (std::all_of(wanted.begin(), wanted.end(), [&](std::uint32_t b) { return batches.count(b) > 0; })) return;
-  for (const auto& [index, id] : batches) require(remove_batch(*engine, id), "batch " + std::to_string(index));
+// Makes the batches that a frame needs, if they are not there, and keeps those of other slots. They are added in the
+// order of their slots, which is the order of hits.
+void Player::Storage::use(Span<const BatchInput> inputs) {
+  const auto has_room = [&](const BatchInput& input) {
+    const auto found = batches.find(index_of(input.batch));
+    return found != batches.end() && found->second.room >= input.count;
+  };
+  if (std::all_of(inputs.begin(), inputs.end(), has_room)) return;
+  struct Wanted {
+    std::uint32_t index = 0, room = 0;
+  };
+  std::map<std::uint32_t, Wanted> by_slot;
+  for (const auto& [index, loaded] : batches) {
+    by_slot[recording->batch(index).slot] = {index, loaded.room};
+    require(remove_batch(*engine, loaded.id), "batch " + std::to_string(index));
+  }
   batches.clear();
   slots.clear();
-  std::map<std::uint32_t, std::uint32_t> by_slot;
-  for (std::uint32_t b = 0; b < recording->batch_count(); ++b) by_slot[recording->batch(b).slot] = b;
-  for (const std::uint32_t b : wanted) by_slot[recording->batch(b).slot] = b;
-  for (const auto& [slot, index] : by_slot) {
-    const RecordedBatch entry = recording->batch(index);
-    const std::string name = "batch " + std::to_string(index);
-    BatchId id;
+  for (const BatchInput& input : inputs) {
+    Wanted& wanted = by_slot[recording->batch(index_of(input.batch)).slot];
+    const std::uint32_t before = wanted.index == index_of(input.batch) ? wanted.room : 0;
+    wanted = {index_of(input.batch), std::max({before, input.count, 1u})};
+  }
+  for (const auto& [slot, wanted] : by_slot) {
+    const RecordedBatch entry = recording->batch(wanted.index);
+    const std::string name = "batch " + std::to_string(wanted.index);
+    Loaded loaded = {{}, wanted.room};
     if (entry.is_static) {
-      require(add_static_batch(*engine, entry.static_desc, &id), name);
+      require(add_static_batch(*engine, entry.static_desc, &loaded.id), name);
+      loaded.room = entry.instance_count;
     } else {
       BatchDesc desc;
       desc.articulation = articulations[entry.articulation];
-      desc.instance_count = entry.instance_count;
-      require(add_batch(*engine, desc, &id), name);
+      desc.instance_count = wanted.room;
+      require(add_batch(*engine, desc, &loaded.id), name);
     }
-    batches[index] = id;
+    batches[wanted.index] = loaded;
     slots.push_back(slot);
   }
 }
 
 void Player::Storage::run(const RecordedFrame& frame, const Policies* policies) {
-  const auto index_of = [](BatchId id) { return static_cast<std::uint32_t>(id.value) - 1; };
-  std::vector<std::uint32_t> wanted;
-  for (const BatchInput& input : frame.job.inputs) wanted.push_back(index_of(input.batch));
-  use(wanted);
+  use(frame.job.inputs);
   std::vector<BatchInput> inputs(frame.job.inputs.begin(), frame.job.inputs.end());
-  for (BatchInput& input : inputs) input.batch = batches.at(index_of(input.batch));
+  for (BatchInput& input : inputs) input.batch = batches.at(index_of(input.batch)).id;
   std::vector<PairRule> rules(frame.job.rules.begin(), frame.job.rules.end());
   for (PairRule& rule : rules)
     for (BatchId* const id : {&rule.a, &rule.b}) {
       const auto found = batches.find(index_of(*id));
       if (found == batches.end()) throw Failure("a rule is about a batch that the frame does not have");
-      *id = found->second;
+      *id = found->second.id;
     }
   FrameJob job = frame.job;
   job.inputs = inputs;

@@ -22,7 +22,9 @@
 #include "perf/record/attempt.h"
 #include "perf/record/chunk.h"
 #include "perf/record/definitions.h"
+#include "perf/record/mapped_file.h"
 #include "perf/record/rounded_poses.h"
+#include "perf/record/scan.h"
 #include "perf/record/words.h"
 
 namespace cab::record {
@@ -134,6 +136,7 @@ struct Recorder::Storage {
   void begin_chunk();
   void write_chunk();
   void write_bytes(const void* bytes, std::size_t size);
+  void flush_file();
   void open_new();
   void open_behind();
 
@@ -143,11 +146,19 @@ struct Recorder::Storage {
 
   void check(const FrameJob& job) const;
   Arrays gather(const BatchInput& input, const KnownBatch& batch) const;
+  std::vector<std::int16_t> rounded_poses(const Arrays& arrays) const;
   fb::Offset<format::Poses> poses_of(const Arrays& arrays);
   fb::Offset<format::Input> input_of(const BatchInput& input);
   fb::Offset<format::Settings> settings_of(const FrameJob& job);
+  std::uint64_t frame_bytes(const FrameJob& job, const FrameHits& found) const;
   void write_frame(const FrameJob& job, const FrameHits& found, const FrameStats& stats, double time);
   void write_moments(const FrameJob& job, double time);
+  struct Moment {
+    std::vector<BatchInput> inputs;
+    std::vector<PairRule> rules;
+  };
+  Moment moment_of(const FrameJob& job, std::size_t m) const;
+  void check_poses(const FrameJob& job) const;
 };
 
 // ------------------------------------------------------------------------------------------------------------ chunks
@@ -167,8 +178,14 @@ void Recorder::Storage::write_bytes(const void* bytes, std::size_t size) {
   byte_count += size;
 }
 
+// What the system has survives this process.
+void Recorder::Storage::flush_file() {
+  if (std::fflush(file.get()) == 0) return;
+  is_broken = true;
+  fail_with_errno("cannot write");
+}
+
 void Recorder::Storage::write_chunk() {
-  if (is_broken) fail("nothing more is written after a failure");
   if (frames.empty() && new_articulations.empty() && new_batches.empty() && !wants_header) return;
   fb::Offset<format::Header> header;
   if (wants_header)
@@ -185,7 +202,6 @@ void Recorder::Storage::write_chunk() {
   const auto chunk = format::CreateChunk(*builder, header, vector_of(*builder, articulation_tables),
                                          vector_of(*builder, batch_tables), vector_of(*builder, frames));
   format::FinishSizePrefixedChunkBuffer(*builder, chunk);
-  if (builder->GetSize() > kMostPayloadBytes) fail("a chunk would have more than 2 GB");
 
   const std::uint8_t* const first = builder->GetBufferPointer();
   std::vector<std::uint8_t> payload(first, first + builder->GetSize());
@@ -197,29 +213,49 @@ void Recorder::Storage::write_chunk() {
   const auto chunk_header = to_bytes(bytes_around);
   write_bytes(chunk_header.data(), chunk_header.size());
   write_bytes(payload.data(), payload.size());
+  flush_file();
   wants_header = false;
   new_articulations.clear();
   new_batches.clear();
   begin_chunk();
 }
 
+// A file that was there is not changed: it may be mapped by a reader.
 void Recorder::Storage::open_new() {
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) std::filesystem::remove(path, ignored);
   file.reset(std::fopen(path.c_str(), "wb"));
   if (file == nullptr) fail_with_errno("cannot be opened for writing");
   const auto bytes = file_header();
   write_bytes(bytes.data(), bytes.size());
+  flush_file();
   wants_header = true;
 }
 
-// Goes on behind the last whole chunk of a file that is there. What it has defined keeps its index.
+// Goes on behind the last whole chunk of a file that is there. What it has defined keeps its index. A file that was cut
+// off in its first chunk is made anew.
 void Recorder::Storage::open_behind() {
   std::uint64_t end = 0;
+  {
+    MappedFile there;
+    there.open(path);
+    const Span<const std::uint8_t> bytes = {there.data(), there.size()};
+    const auto header = file_header();
+    const bool begins = std::equal(bytes.begin(), bytes.begin() + std::min(bytes.size, header.size()), header.begin());
+    const Scan scan = begins && bytes.size >= header.size() ? scan_chunks(bytes) : Scan();
+    if (begins && scan.chunks.empty() && !scan.is_damaged) {
+      open_new();
+      return;
+    }
+    if (scan.is_damaged) fail("append: the recording is damaged, and may have more than is whole: " + scan.problems[0]);
+  }
   {
     Recording recording;
     if (!recording.open(path.c_str())) fail(std::string(recording.error()).substr(path.size() + 2));
     if (recording.info().pose_step != options.pose_step) fail("append: the recording has another pose_step");
     options.seconds_per_frame = recording.info().seconds_per_frame;
-    end = recording.whole_bytes();
+    if (recording.problems().size > 1) fail(std::string("append: ") + recording.problems()[0]);
+    end = padded(recording.whole_bytes());
     frame_count = recording.frame_count();
     articulation_count = recording.articulation_count();
     batch_count = recording.batch_count();
@@ -298,6 +334,8 @@ Arrays Recorder::Storage::gather(const BatchInput& input, const KnownBatch& batc
   arrays.layers = first_of(input.layers, count, 1);
   arrays.layer_masks = first_of(input.layer_masks, count, 1);
   arrays.instances.assign(input.instances.begin(), input.instances.end());
+  if (!arrays.instances.empty() && arrays.instances.back() >= count)
+    fail("an instance is listed that the batch, as it was told, does not have");
   if (batch.is_static) return arrays;
   arrays.format = input.poses.format;
   arrays.has_scale = input.poses.has_scale;
@@ -310,16 +348,20 @@ Arrays Recorder::Storage::gather(const BatchInput& input, const KnownBatch& batc
   return arrays;
 }
 
-fb::Offset<format::Poses> Recorder::Storage::poses_of(const Arrays& arrays) {
-  const auto pose_format = static_cast<std::uint8_t>(arrays.format);
-  if (options.pose_step == 0)
-    return format::CreatePoses(*builder, pose_format, arrays.has_scale, builder->CreateVector(arrays.poses));
+std::vector<std::int16_t> Recorder::Storage::rounded_poses(const Arrays& arrays) const {
   if (arrays.format != PoseFormat::kQuaternionTranslation)
     fail("with a pose_step poses must be quaternions and translations");
   std::vector<std::int16_t> rounded;
   if (!to_steps(arrays.poses, options.pose_step, rounded))
     fail("with a pose_step poses must be those of round_poses, and be given to run_frame so");
-  return format::CreatePoses(*builder, pose_format, arrays.has_scale, 0, builder->CreateVector(rounded));
+  return rounded;
+}
+
+fb::Offset<format::Poses> Recorder::Storage::poses_of(const Arrays& arrays) {
+  const auto pose_format = static_cast<std::uint8_t>(arrays.format);
+  if (options.pose_step == 0)
+    return format::CreatePoses(*builder, pose_format, arrays.has_scale, builder->CreateVector(arrays.poses));
+  return format::CreatePoses(*builder, pose_format, arrays.has_scale, 0, builder->CreateVector(rounded_poses(arrays)));
 }
 
 fb::Offset<format::Input> Recorder::Storage::input_of(const BatchInput& input) {
@@ -375,7 +417,23 @@ fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job)
   return settings;
 }
 
+// What a frame may take, at most.
+std::uint64_t Recorder::Storage::frame_bytes(const FrameJob& job, const FrameHits& found) const {
+  constexpr std::uint64_t kPerInput = 512, kPerFrame = 65536, kArraysPerInstance = 64;
+  std::uint64_t bytes = kPerFrame + found.hits.size() * sizeof(Hit) + found.contacts.size() * sizeof(Contact) +
+                        job.rules.size * sizeof(format::Rule);
+  for (const BatchInput& input : job.inputs) {
+    const KnownBatch& batch = known(input.batch);
+    const std::uint64_t poses = std::uint64_t{batch.link_count} * pose_floats(input.poses.format) * sizeof(float);
+    bytes += kPerInput + std::min(input.count, batch.instance_count) * (poses + kArraysPerInstance);
+  }
+  return bytes;
+}
+
 void Recorder::Storage::write_frame(const FrameJob& job, const FrameHits& found, const FrameStats& stats, double time) {
+  const std::uint64_t bytes = frame_bytes(job, found);
+  if (bytes > kMostPayloadBytes) fail("a frame of " + std::to_string(bytes) + " bytes is too large: chunks have 2 GB");
+  if (builder->GetSize() + bytes > kMostPayloadBytes) write_chunk();
   at_hand.clear();
   std::vector<fb::Offset<format::Input>> inputs;
   for (const BatchInput& input : job.inputs) inputs.push_back(input_of(input));
@@ -416,32 +474,52 @@ void Recorder::Storage::write_moments(const FrameJob& job, double time) {
       if (!job.contacts.empty()) found[m].contacts.push_back(job.contacts[h]);
     }
   }
-  std::vector<BatchInput> inputs;
-  for (std::size_t m = 0; m < moments; ++m) {
-    inputs.assign(job.inputs.begin(), job.inputs.end());
-    for (BatchInput& input : inputs) {
-      const KnownBatch& batch = known(input.batch);
-      const std::size_t i = batch.instance_count > 1 ? m : 0;
-      const auto one_of = [i](auto& span, std::size_t each) {
-        if (span.size > 0) span = {span.data + i * each, each};
-      };
-      const std::size_t floats = pose_floats(input.poses.format);
-      const std::size_t link_stride = input.poses.link_stride > 0 ? input.poses.link_stride : floats * sizeof(float);
-      const std::size_t stride =
-          input.poses.instance_stride > 0 ? input.poses.instance_stride : link_stride * batch.link_count;
-      input.poses.data += i * stride / sizeof(float);
-      one_of(input.origins, 3);
-      one_of(input.orientations, 4);
-      one_of(input.scales, 1);
-      one_of(input.layers, 1);
-      one_of(input.layer_masks, 1);
-      one_of(input.flags, 1);
-      input.count = 1;
+  // First all are made, so that a pose which is refused leaves none of them behind.
+  for (const bool writes : {false, true})
+    for (std::size_t m = 0; m < moments; ++m) {
+      const Moment moment = moment_of(job, m);
+      FrameJob frame = job;
+      frame.inputs = moment.inputs;
+      frame.rules = moment.rules;
+      if (writes)
+        write_frame(frame, found[m], FrameStats{}, time + static_cast<double>(m) * options.seconds_per_frame);
+      else
+        check_poses(frame);
     }
-    FrameJob moment = job;
-    moment.inputs = inputs;
-    write_frame(moment, found[m], FrameStats{}, time + static_cast<double>(m) * options.seconds_per_frame);
+}
+
+// A sequence that has ended takes no part any more.
+Recorder::Storage::Moment Recorder::Storage::moment_of(const FrameJob& job, std::size_t m) const {
+  const auto is_there = [&](BatchId id) {
+    const std::uint32_t count = known(id).instance_count;
+    return count == 1 || m < count;
+  };
+  Moment moment;
+  for (BatchInput input : job.inputs) {
+    if (!is_there(input.batch)) continue;
+    const KnownBatch& batch = known(input.batch);
+    const std::size_t i = batch.instance_count > 1 ? m : 0;
+    const auto one_of = [i](auto& span, std::size_t each) {
+      if (span.size > 0) span = {span.data + i * each, each};
+    };
+    input.poses.data += i * instance_stride(input.poses, batch.link_count) / sizeof(float);
+    one_of(input.origins, 3);
+    one_of(input.orientations, 4);
+    one_of(input.scales, 1);
+    one_of(input.layers, 1);
+    one_of(input.layer_masks, 1);
+    one_of(input.flags, 1);
+    input.count = 1;
+    moment.inputs.push_back(input);
   }
+  for (const PairRule& rule : job.rules)
+    if (is_there(rule.a) && is_there(rule.b)) moment.rules.push_back(rule);
+  return moment;
+}
+
+void Recorder::Storage::check_poses(const FrameJob& job) const {
+  if (options.pose_step == 0) return;
+  for (const BatchInput& input : job.inputs) static_cast<void>(rounded_poses(gather(input, known(input.batch))));
 }
 
 // -------------------------------------------------------------------------------------------------------------- calls
@@ -461,23 +539,38 @@ bool Recorder::open(const char* path, const RecorderOptions& options) noexcept {
     to.title = options.title == nullptr ? "" : options.title;
     if (to.path.empty()) fail("a recording needs a path");
     if (options.up != 0 && (options.up < 'x' || options.up > 'z')) fail("up is x, y or z");
+    for (const double number : {options.seconds_per_frame, options.metres_per_unit})
+      if (!(number >= 0) || !std::isfinite(number))
+        fail("seconds_per_frame and metres_per_unit are finite, and 0 or more");
     if (!is_step(options.pose_step)) fail("pose_step must be 0 or a power of two from 2^-60 to 2^60");
     to.begin_chunk();
-    if (options.append && std::filesystem::exists(to.path))
-      to.open_behind();
-    else
-      to.open_new();
+    try {
+      if (options.append && std::filesystem::exists(to.path))
+        to.open_behind();
+      else
+        to.open_new();
+    } catch (...) {
+      to.file.reset();
+      throw;
+    }
   });
 }
 
 namespace {
 
-// Calls work(storage) if a file is open.
+// Calls work(storage) if a file is open. Whatever else than a Failure comes out of it, such as a failed allocation, may
+// have left the chunk at hand half made.
 template <class Storage, class Work>
 bool with_file(Storage*& storage, Work work) noexcept {
   return attempt(storage, [&](auto& to) {
     if (to.file == nullptr) throw Failure("no recording is open");
-    work(to);
+    if (to.is_broken) throw Failure("nothing more is written after a failure");
+    try {
+      work(to);
+    } catch (const Failure&) { throw; } catch (...) {
+      to.is_broken = true;
+      throw;
+    }
   });
 }
 
@@ -529,7 +622,6 @@ bool Recorder::add_static_batch(BatchId id, const StaticDesc& desc, const BatchN
 
 bool Recorder::add_frame(const FrameJob& job, double time) noexcept {
   return with_file(storage_, [&](Storage& to) {
-    if (to.is_broken) fail("nothing more is written after a failure");
     to.check(job);
     std::size_t sequences = 0;
     for (const BatchInput& input : job.inputs) sequences += to.known(input.batch).is_sequence ? 1 : 0;
@@ -549,27 +641,15 @@ bool Recorder::add_frame(const FrameJob& job, double time) noexcept {
 }
 
 bool Recorder::flush() noexcept {
-  return with_file(storage_, [](Storage& to) {
-    to.write_chunk();
-    if (std::fflush(to.file.get()) != 0) {
-      to.is_broken = true;
-      fail_with_errno("cannot write");
-    }
-  });
+  return with_file(storage_, [](Storage& to) { to.write_chunk(); });
 }
 
 bool Recorder::close() noexcept {
-  return with_file(storage_, [](Storage& to) {
-    File file;
-    try {
-      to.write_chunk();
-    } catch (...) {
-      to.file.reset();
-      throw;
-    }
-    file = std::move(to.file);
-    if (std::fclose(file.release()) != 0) fail_with_errno("cannot write");
-  });
+  const bool written = with_file(storage_, [](Storage& to) { to.write_chunk(); });
+  if (storage_ == nullptr || storage_->file == nullptr) return written;
+  std::FILE* const file = storage_->file.release();
+  if (std::fclose(file) == 0 || !written) return written;
+  return attempt(storage_, [](Storage&) { fail_with_errno("cannot write"); });
 }
 
 const char* Recorder::error() const noexcept { return error_of(storage_); }

@@ -4,18 +4,22 @@
 #include <recording_generated.h>
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "perf/record/attempt.h"
+#include "perf/record/budget.h"
 #include "perf/record/chunk.h"
 #include "perf/record/definitions.h"
 #include "perf/record/mapped_file.h"
 #include "perf/record/rounded_poses.h"
+#include "perf/record/scan.h"
 #include "perf/record/words.h"
 
 namespace cab::record {
@@ -23,23 +27,14 @@ namespace {
 
 namespace fb = flatbuffers;
 
-// Where a chunk is, and what its header says.
-struct ChunkPlace {
-  ChunkHeader header;
-  std::uint64_t at = 0;  // of the header
-  std::string damage;    // why its frames cannot be read; empty if they can
-};
+[[noreturn]] void refuse(const std::string& reason) { throw Failure(reason); }
 
-std::string frames_of(const ChunkHeader& header) {
-  if (header.frame_count == 0) return "without frames";
-  if (header.frame_count == 1) return "with frame " + std::to_string(header.first_frame);
-  return "with frames " + std::to_string(header.first_frame) + " to " +
-         std::to_string(std::uint64_t{header.first_frame} + header.frame_count - 1);
-}
-
+// The numbers of a list where they lie. FlatBuffers' verifier does not look at how they are aligned.
 template <class T>
 Span<const T> span_of(const fb::Vector<T>* vector) {
-  return vector == nullptr ? Span<const T>() : Span<const T>{vector->data(), vector->size()};
+  if (vector == nullptr || vector->size() == 0) return {};
+  if (reinterpret_cast<std::uintptr_t>(vector->Data()) % alignof(T) != 0) refuse("a list is not aligned");
+  return {reinterpret_cast<const T*>(vector->Data()), vector->size()};
 }
 
 const char* text_of(const fb::String* text) { return text == nullptr ? "" : text->c_str(); }
@@ -49,8 +44,6 @@ template <class T>
 bool fits(Span<const T> span, std::size_t count, std::size_t each) {
   return span.empty() || span.size == count * each;
 }
-
-[[noreturn]] void refuse(const std::string& reason) { throw Failure(reason); }
 
 // The tables that say what a batch was given, some of them in an earlier frame of the chunk.
 struct Source {
@@ -72,11 +65,7 @@ struct Recording::Storage {
   std::string path, error;
   MappedFile file;
   Span<const std::uint8_t> bytes;
-  std::uint64_t whole = 0;
-  std::vector<ChunkPlace> chunks;
-  std::vector<std::uint32_t> first_frames;  // by chunk
-  std::uint32_t frame_count = 0;
-  std::vector<std::string> problems;
+  Scan scan;
   std::vector<const char*> problem_texts;
 
   std::string library, title, isa;
@@ -89,63 +78,21 @@ struct Recording::Storage {
   std::vector<PairRule> rules;
   std::vector<std::vector<float>> poses;  // of the frame at hand, where they are rounded
   std::vector<std::uint32_t> masked;
+  std::uint64_t rounded = 0;  // numbers of poses of the frame at hand that were rounded
 
-  void scan();
-  void read_definitions();
+  void read_all();
+  void read_header(const format::Header* header);
+  void read_definitions(const format::Chunk& chunk, std::uint64_t payload_bytes);
   const format::Chunk& decode_chunk(std::size_t index, DecodedChunk& to) const;
   void find_sources(DecodedChunk& chunk) const;
   void read_input(const format::Input& input, const Source& source, std::size_t place);
   void read_settings(const format::Settings& settings, RecordedFrame& frame);
+  void check_hits(Span<const Hit> hits) const;
   void read(std::uint32_t index, RecordedFrame& frame);
 };
 
-// Finds the chunks by their headers, and checks each payload. What cannot be read becomes a problem.
-void Recording::Storage::scan() {
-  if (const std::string wrong = check_file_header(bytes.data, bytes.size); !wrong.empty()) refuse(wrong);
-  std::uint64_t at = whole = kFileHeaderBytes;
-  const auto cut = [&](const std::string& what) {
-    problems.push_back("chunk " + std::to_string(chunks.size()) + " at byte " + std::to_string(at) + " " + what +
-                       "; it is left out, with what follows");
-  };
-  while (at < bytes.size) {
-    const std::uint64_t left = bytes.size - at;
-    ChunkPlace chunk;
-    chunk.at = at;
-    if (left < kChunkHeaderBytes) {
-      cut("is cut off in its header: " + std::to_string(left) + " of " + std::to_string(kChunkHeaderBytes) +
-          " bytes are there");
-      break;
-    }
-    if (!read_header(bytes.data + at, chunk.header)) {
-      cut("has a damaged header");
-      break;
-    }
-    const std::uint64_t stored = chunk.header.stored_bytes, there = left - kChunkHeaderBytes;
-    if (stored > there) {
-      cut(frames_of(chunk.header) + " is cut off: " + std::to_string(there) + " of " + std::to_string(stored) +
-          " bytes are there");
-      break;
-    }
-    if (chunk.header.frame_count > 0 && chunk.header.first_frame != frame_count) {
-      cut(frames_of(chunk.header) + " is out of order: frame " + std::to_string(frame_count) + " is next");
-      break;
-    }
-    if (chunk.header.frame_count > UINT32_MAX - frame_count) {
-      cut("has too many frames");
-      break;
-    }
-    if (crc32(bytes.data + at + kChunkHeaderBytes, static_cast<std::size_t>(stored)) != chunk.header.payload_crc)
-      chunk.damage = "its checksum differs";
-    first_frames.push_back(frame_count);
-    frame_count += chunk.header.frame_count;
-    chunks.push_back(std::move(chunk));
-    at = std::min<std::uint64_t>(at + kChunkHeaderBytes + padded(stored), bytes.size);
-    whole = at;
-  }
-}
-
 const format::Chunk& Recording::Storage::decode_chunk(std::size_t index, DecodedChunk& to) const {
-  const ChunkPlace& chunk = chunks[index];
+  const ChunkPlace& chunk = scan.chunks[index];
   if (!chunk.damage.empty()) refuse(chunk.damage);
   const std::uint8_t* payload = bytes.data + chunk.at + kChunkHeaderBytes;
   // FlatBuffers are read where they lie, which is at a multiple of 8 in a file that is mapped.
@@ -158,8 +105,10 @@ const format::Chunk& Recording::Storage::decode_chunk(std::size_t index, Decoded
     if (!decode(chunk.header, payload, to.plain, reason)) refuse(reason);
     payload = to.plain.data();
   }
-  constexpr fb::uoffset_t kMaxDepth = 16, kMaxTables = 100000000;
-  fb::Verifier verifier(payload, static_cast<std::size_t>(chunk.header.plain_bytes), kMaxDepth, kMaxTables);
+  // A table has 4 bytes at least, but frames share their settings.
+  constexpr fb::uoffset_t kMaxDepth = 16;
+  fb::Verifier verifier(payload, static_cast<std::size_t>(chunk.header.plain_bytes), kMaxDepth,
+                        static_cast<fb::uoffset_t>(chunk.header.plain_bytes / 4));
   if (!format::VerifySizePrefixedChunkBuffer(verifier)) refuse("its payload is no chunk of a recording");
   to.index = index;
   to.table = format::GetSizePrefixedChunk(payload);
@@ -169,59 +118,79 @@ const format::Chunk& Recording::Storage::decode_chunk(std::size_t index, Decoded
   return *to.table;
 }
 
-// Definitions are read at once. What follows a chunk whose definitions cannot be read has no meaning.
-void Recording::Storage::read_definitions() {
-  for (std::size_t c = 0; c < chunks.size(); ++c) {
-    if (!chunks[c].header.has_definitions) continue;
+void Recording::Storage::read_header(const format::Header* header) {
+  if (header == nullptr) refuse("it has no header");
+  library = text_of(header->library());
+  title = text_of(header->title());
+  isa = text_of(header->isa());
+  info = {library.c_str(),
+          title.c_str(),
+          header->seconds_per_frame(),
+          header->metres_per_unit(),
+          static_cast<char>(header->up()),
+          isa.c_str(),
+          header->threads(),
+          header->pose_step()};
+  if (!is_step(info.pose_step)) refuse("its pose_step is no power of two");
+  const auto is_length = [](double number) { return number >= 0 && number <= std::numeric_limits<double>::max(); };
+  if (!is_length(info.seconds_per_frame) || !is_length(info.metres_per_unit)) refuse("its header has no numbers");
+  if (info.up != 0 && (info.up < 'x' || info.up > 'z')) refuse("its up is not x, y or z");
+}
+
+void Recording::Storage::read_definitions(const format::Chunk& chunk, std::uint64_t payload_bytes) {
+  std::uint64_t expanded = 0;
+  const auto spend = [&](std::uint64_t more) {
+    expanded += more;
+    if (expanded > most_expanded_bytes(payload_bytes)) refuse("its definitions name the same lists too often");
+  };
+  if (chunk.articulations() != nullptr)
+    for (const format::Articulation* const table : *chunk.articulations()) {
+      spend(expanded_bytes(*table));
+      auto entry = std::make_unique<ReadArticulation>();
+      const std::string wrong = entry->read(*table, articulations);
+      if (!wrong.empty()) refuse("articulation " + std::to_string(articulations.size()) + ": " + wrong);
+      articulations.push_back(std::move(entry));
+    }
+  if (chunk.batches() != nullptr)
+    for (const format::Batch* const table : *chunk.batches()) {
+      spend(expanded_bytes(*table));
+      auto entry = std::make_unique<ReadBatch>();
+      const std::string wrong = entry->read(*table, articulations);
+      if (!wrong.empty()) refuse("batch " + std::to_string(batches.size()) + ": " + wrong);
+      batches.push_back(std::move(entry));
+    }
+}
+
+// Definitions are read at once. Behind definitions that cannot be read no others are.
+void Recording::Storage::read_all() {
+  if (const std::string wrong = check_file_header(bytes.data, bytes.size); !wrong.empty()) refuse(wrong);
+  scan = scan_chunks(bytes);
+  if (scan.chunks.empty())
+    refuse(scan.problems.empty() ? "it has no chunk" : "it has no whole chunk: " + scan.problems.front());
+  bool is_lost = false;
+  for (std::size_t c = 0; c < scan.chunks.size(); ++c) {
+    ChunkPlace& place = scan.chunks[c];
+    if (c == 0 && (place.at != kFileHeaderBytes || !place.header.has_definitions))
+      refuse("its first chunk, which has its header, is damaged");
+    if (!place.header.has_definitions || (c > 0 && !place.damage.empty())) continue;
+    if (is_lost) {
+      place.damage = "definitions before it are lost";
+      continue;
+    }
     try {
       DecodedChunk decoded_chunk;
       const format::Chunk& chunk = decode_chunk(c, decoded_chunk);
-      if (const format::Header* const header = chunk.header(); header != nullptr && c == 0) {
-        library = text_of(header->library());
-        title = text_of(header->title());
-        isa = text_of(header->isa());
-        info = {library.c_str(),
-                title.c_str(),
-                header->seconds_per_frame(),
-                header->metres_per_unit(),
-                static_cast<char>(header->up()),
-                isa.c_str(),
-                header->threads(),
-                header->pose_step()};
-        if (!is_step(info.pose_step)) refuse("its pose_step is no power of two");
-      } else if (c == 0) {
-        refuse("it has no header");
-      }
-      if (chunk.articulations() != nullptr)
-        for (const format::Articulation* const table : *chunk.articulations()) {
-          auto entry = std::make_unique<ReadArticulation>();
-          const std::string wrong = entry->read(*table, articulations);
-          if (!wrong.empty()) refuse("articulation " + std::to_string(articulations.size()) + ": " + wrong);
-          articulations.push_back(std::move(entry));
-        }
-      if (chunk.batches() != nullptr)
-        for (const format::Batch* const table : *chunk.batches()) {
-          auto entry = std::make_unique<ReadBatch>();
-          const std::string wrong = entry->read(*table, articulations);
-          if (!wrong.empty()) refuse("batch " + std::to_string(batches.size()) + ": " + wrong);
-          batches.push_back(std::move(entry));
-        }
+      if (c == 0) read_header(chunk.header());
+      read_definitions(chunk, place.header.plain_bytes);
     } catch (const Failure& failure) {
       if (c == 0) refuse("its first chunk cannot be read: " + std::string(failure.what()));
-      problems.push_back("chunk " + std::to_string(c) + " at byte " + std::to_string(chunks[c].at) +
-                         " has definitions that cannot be read: " + failure.what() +
-                         "; it is left out, with what follows");
-      whole = chunks[c].at;
-      frame_count = first_frames[c];
-      chunks.resize(c);
-      first_frames.resize(c);
-      break;
+      place.damage = failure.what();
+      scan.is_damaged = is_lost = true;
+      scan.problems.push_back("the chunk at byte " + std::to_string(place.at) + " " + frames_in_words(place.header) +
+                              " has definitions that cannot be read: " + place.damage);
     }
   }
-  for (std::size_t c = 0; c < chunks.size(); ++c)
-    if (!chunks[c].damage.empty())
-      problems.push_back("chunk " + std::to_string(c) + " at byte " + std::to_string(chunks[c].at) + " " +
-                         frames_of(chunks[c].header) + " is damaged: " + chunks[c].damage);
+  for (const std::string& problem : scan.problems) problem_texts.push_back(problem.c_str());
 }
 
 // Follows each batch through the frames of a chunk.
@@ -231,7 +200,10 @@ void Recording::Storage::find_sources(DecodedChunk& chunk) const {
     std::vector<Source>& sources = chunk.sources.emplace_back();
     if (frame->settings() == nullptr) refuse("a frame has no settings");
     if (frame->inputs() == nullptr) continue;
+    std::set<std::uint32_t> seen;
     for (const format::Input* const input : *frame->inputs()) {
+      if (!seen.insert(input->batch()).second)
+        refuse("a frame has two inputs of batch " + std::to_string(input->batch()));
       if (input->batch() >= batches.size())
         refuse("a frame has an input of batch " + std::to_string(input->batch()) + ", which is not defined");
       Source& source = last[input->batch()];
@@ -239,7 +211,7 @@ void Recording::Storage::find_sources(DecodedChunk& chunk) const {
         source.arrays = input;
         if (input->poses() != nullptr) source.poses = input->poses();
       } else if (source.arrays == nullptr) {
-        refuse("a frame's input is that of the frame before, and there is none");
+        refuse("an input is that of an earlier frame of its chunk, and there is none");
       }
       if (source.poses == nullptr && !batches[input->batch()]->view().is_static) refuse("a frame has no poses");
       sources.push_back(source);
@@ -267,13 +239,16 @@ void Recording::Storage::read_input(const format::Input& table, const Source& so
     input.poses.has_scale = from.has_scale();
     Span<const float> values = span_of(from.values());
     if (info.pose_step > 0) {
+      rounded += span_of(from.rounded()).size;
+      if (rounded > scan.chunks[decoded->index].header.plain_bytes) refuse("inputs share their poses");
       from_steps(span_of(from.rounded()), info.pose_step, poses[place]);
       values = poses[place];
     }
-    const std::size_t links = articulations[batch.articulation]->view().link_count;
+    const std::uint64_t links = articulations[batch.articulation]->view().link_count;
     if (values.size != count * links * pose_floats(input.poses.format))
       refuse("poses of batch " + std::to_string(table.batch()) + " are of another number of links or instances");
-    input.poses.data = values.data;
+    static constexpr float kNoPose = 0;  // the engine asks for data even for no instance
+    input.poses.data = values.empty() ? &kNoPose : values.data;
     input.origins = span_of(arrays.origins());
     input.orientations = span_of(arrays.orientations());
     input.scales = span_of(arrays.scales());
@@ -284,6 +259,8 @@ void Recording::Storage::read_input(const format::Input& table, const Source& so
   if (!is_sound) refuse("arrays of batch " + std::to_string(table.batch()) + " are of another number of instances");
   inputs[place] = input;
   for (const std::uint32_t instance : span_of(table.masked())) {
+    if (instance >= count)
+      refuse("an instance is masked that batch " + std::to_string(table.batch()) + " does not have");
     masked.push_back(table.batch());
     masked.push_back(instance);
   }
@@ -319,21 +296,51 @@ void Recording::Storage::read_settings(const format::Settings& settings, Recorde
   }
 }
 
+// Whoever looks hits up finds what they name.
+void Recording::Storage::check_hits(Span<const Hit> hits) const {
+  struct Named {
+    std::uint32_t instances = 0, links = 0;
+  };
+  std::map<std::uint32_t, Named> by_slot;
+  for (const BatchInput& input : inputs) {
+    const RecordedBatch& batch = batches[static_cast<std::size_t>(input.batch.value) - 1]->view();
+    by_slot[batch.slot] = {input.count, batch.is_static ? 1 : articulations[batch.articulation]->view().link_count};
+  }
+  const auto check = [&](BatchSlot slot, std::uint32_t instance, std::uint32_t link) {
+    const auto found = by_slot.find(slot.value);
+    if (found == by_slot.end() || instance >= found->second.instances || link >= found->second.links)
+      refuse("a hit names what the frame does not have");
+  };
+  for (const Hit& hit : hits) {
+    check(hit.batch_a, hit.instance_a, hit.link_a);
+    check(hit.batch_b, hit.instance_b, hit.link_b);
+  }
+}
+
 void Recording::Storage::read(std::uint32_t index, RecordedFrame& frame) {
-  if (index >= frame_count)
-    refuse("there is no frame " + std::to_string(index) + " among " + std::to_string(frame_count));
+  if (index >= scan.frame_count)
+    refuse("there is no frame " + std::to_string(index) + " among " + std::to_string(scan.frame_count));
   // Chunks without frames begin where the next one does.
-  const auto after = std::upper_bound(first_frames.begin(), first_frames.end(), index);
-  const auto c = static_cast<std::size_t>(after - first_frames.begin()) - 1;
+  const auto after = std::upper_bound(
+      scan.chunks.begin(), scan.chunks.end(), index,
+      [](std::uint32_t frame_index, const ChunkPlace& chunk) { return frame_index < chunk.header.first_frame; });
+  auto c = static_cast<std::size_t>(after - scan.chunks.begin()) - 1;
+  while (scan.chunks[c].header.frame_count == 0) --c;
+  ChunkPlace& place = scan.chunks[c];
   try {
     if (!decoded || decoded->index != c) {
       decoded.reset();
-      DecodedChunk chunk;
-      decode_chunk(c, chunk);
-      find_sources(chunk);
-      decoded = std::move(chunk);
+      try {
+        DecodedChunk chunk;
+        decode_chunk(c, chunk);
+        find_sources(chunk);
+        decoded = std::move(chunk);
+      } catch (const Failure& failure) {
+        place.damage = failure.what();  // so that none of its frames is tried again
+        throw;
+      }
     }
-    const std::uint32_t in_chunk = index - first_frames[c];
+    const std::uint32_t in_chunk = index - place.header.first_frame;
     const format::Frame& table = *decoded->table->frames()->Get(in_chunk);
     const std::vector<Source>& sources = decoded->sources[in_chunk];
     frame = {};
@@ -342,6 +349,7 @@ void Recording::Storage::read(std::uint32_t index, RecordedFrame& frame) {
     poses.resize(std::max(poses.size(), sources.size()));
     rules.clear();
     masked.clear();
+    rounded = 0;
     for (std::size_t k = 0; k < sources.size(); ++k)
       read_input(*table.inputs()->Get(static_cast<fb::uoffset_t>(k)), sources[k], k);
     read_settings(*table.settings(), frame);
@@ -351,6 +359,7 @@ void Recording::Storage::read(std::uint32_t index, RecordedFrame& frame) {
     const Span<const std::uint32_t> hits = span_of(table.hits()), contacts = span_of(table.contacts());
     if (hits.size % kHitWords != 0) refuse("hits are incomplete");
     frame.hits = {reinterpret_cast<const Hit*>(hits.data), hits.size / kHitWords};
+    check_hits(frame.hits);
     if (!contacts.empty() && contacts.size != frame.hits.size * kContactWords) refuse("contacts are not one per hit");
     frame.contacts = {reinterpret_cast<const Contact*>(contacts.data), contacts.size / kContactWords};
     frame.job.hit_count = frame.hits.size;
@@ -365,25 +374,12 @@ void Recording::Storage::read(std::uint32_t index, RecordedFrame& frame) {
       frame.stats.seconds_total = stats->seconds_total();
     }
   } catch (const Failure& failure) {
-    refuse("frame " + std::to_string(index) + " in chunk " + std::to_string(c) + " at byte " +
-           std::to_string(chunks[c].at) + ": " + failure.what());
+    refuse("frame " + std::to_string(index) + " of the chunk at byte " + std::to_string(place.at) + ": " +
+           failure.what());
   }
 }
 
 // -------------------------------------------------------------------------------------------------------------- calls
-
-namespace {
-
-template <class Storage>
-void read_all(Storage& to) {
-  to.scan();
-  if (to.chunks.empty())
-    refuse(to.problems.empty() ? "it has no chunk" : "it has no whole chunk: " + to.problems.front());
-  to.read_definitions();
-  for (const std::string& problem : to.problems) to.problem_texts.push_back(problem.c_str());
-}
-
-}  // namespace
 
 Recording::~Recording() { delete storage_; }
 
@@ -394,7 +390,7 @@ bool Recording::open(const char* path) noexcept {
     to.path = path == nullptr ? "" : path;
     to.file.open(to.path);
     to.bytes = {to.file.data(), to.file.size()};
-    read_all(to);
+    to.read_all();
   });
 }
 
@@ -404,7 +400,7 @@ bool Recording::open_bytes(Span<const std::uint8_t> bytes, const char* name) noe
   return attempt(storage_, [&](Storage& to) {
     to.path = name == nullptr ? "" : name;
     to.bytes = bytes;
-    read_all(to);
+    to.read_all();
   });
 }
 
@@ -414,7 +410,7 @@ Span<const char* const> Recording::problems() const noexcept {
   return storage_ == nullptr ? Span<const char* const>() : Span<const char* const>(storage_->problem_texts);
 }
 
-std::uint64_t Recording::whole_bytes() const noexcept { return storage_ == nullptr ? 0 : storage_->whole; }
+std::uint64_t Recording::whole_bytes() const noexcept { return storage_ == nullptr ? 0 : storage_->scan.whole; }
 
 RecordingInfo Recording::info() const noexcept { return storage_ == nullptr ? RecordingInfo() : storage_->info; }
 
@@ -426,7 +422,7 @@ std::uint32_t Recording::batch_count() const noexcept {
   return storage_ == nullptr ? 0 : static_cast<std::uint32_t>(storage_->batches.size());
 }
 
-std::uint32_t Recording::frame_count() const noexcept { return storage_ == nullptr ? 0 : storage_->frame_count; }
+std::uint32_t Recording::frame_count() const noexcept { return storage_ == nullptr ? 0 : storage_->scan.frame_count; }
 
 RecordedArticulation Recording::articulation(std::uint32_t index) const noexcept {
   return storage_->articulations[index]->view();

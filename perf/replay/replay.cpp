@@ -121,7 +121,9 @@ void print(const record::Recording& recording, const ReplayOptions& options, con
   for (const ReplayResult& result : results)
     table.add_row({to_string(result.isa), std::to_string(result.frames), std::to_string(result.hits),
                    fixed(1e3 * result.seconds, 2), hex(result.hash.value()),
-                   result.different_frames == 0 ? "yes" : "no, in " + std::to_string(result.different_frames)});
+                   result.frames == 0             ? "-"
+                   : result.different_frames == 0 ? "yes"
+                                                  : "no, in " + std::to_string(result.different_frames)});
   table.print(std::cout);
   for (const ReplayResult& result : results)
     if (!result.first_difference.empty())

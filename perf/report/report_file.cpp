@@ -45,12 +45,9 @@ BatchesOfSlots slots_of(const FrameJob& job, const RecordingNames& names) {
   return batches;
 }
 
-// Empty if the frame has no such instance.
-std::optional<LinkPlace> place_of(const BatchesOfSlots& slots, const RecordingNames& names, BatchSlot slot,
-                                  std::uint32_t instance, std::uint16_t link) {
-  const auto batch = slots.find(slot.value);
-  if (batch == slots.end() || instance >= names.batches[batch->second].instance_count) return {};
-  return LinkPlace{batch->second, instance, link};
+// A frame that was read has what its hits name.
+LinkPlace place_of(const BatchesOfSlots& slots, BatchSlot slot, std::uint32_t instance, std::uint16_t link) {
+  return {slots.at(slot.value), instance, link};
 }
 
 // The depth of a contact, or NaN if there is none. Then its normal is zero, or the file holds what no test computes.
@@ -62,21 +59,18 @@ float depth_of(const Contact& contact) {
 // A length of time or space that a recording knows, or 0.
 double known(double length) { return std::isfinite(length) && length > 0 ? length : 0; }
 
-// Empty if a hit is of an instance that is not there.
-std::optional<std::vector<LinkHit>> hits_of(const record::RecordedFrame& frame, const RecordingNames& names,
-                                            double metres_per_unit) {
+std::vector<LinkHit> hits_of(const record::RecordedFrame& frame, const RecordingNames& names, double metres_per_unit) {
   const BatchesOfSlots slots = slots_of(frame.job, names);
   std::vector<LinkHit> hits;
   hits.reserve(frame.hits.size);
   for (std::size_t h = 0; h < frame.hits.size; ++h) {
     const Hit& hit = frame.hits[h];
-    const std::optional<LinkPlace> a = place_of(slots, names, hit.batch_a, hit.instance_a, hit.link_a),
-                                   b = place_of(slots, names, hit.batch_b, hit.instance_b, hit.link_b);
-    if (!a || !b) return {};
+    const LinkPlace a = place_of(slots, hit.batch_a, hit.instance_a, hit.link_a),
+                    b = place_of(slots, hit.batch_b, hit.instance_b, hit.link_b);
     float depth = std::numeric_limits<float>::quiet_NaN();
     if (h < frame.contacts.size) depth = depth_of(frame.contacts[h]);
     if (metres_per_unit > 0) depth = static_cast<float>(static_cast<double>(depth) * metres_per_unit);
-    hits.push_back({{*a, *b}, depth});
+    hits.push_back({{a, b}, depth});
   }
   return hits;
 }
@@ -142,17 +136,13 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
   UnreadFrames unread(file.problems);
   for (std::uint32_t f = 0; f < file.frames; ++f) {
     record::RecordedFrame frame;
-    const bool is_read = recording.read_frame(f, &frame);
-    std::optional<std::vector<LinkHit>> hits;
-    if (is_read) hits = hits_of(frame, file.names, file.metres_per_unit);
-    if (hits) {
+    if (recording.read_frame(f, &frame)) {
       unread.end_run();
       ++file.frames_read;
       file.has_depths = file.has_depths || frame.contacts.size > 0;
-      finder.add_frame({f, frame.time}, std::move(*hits));
+      finder.add_frame({f, frame.time}, hits_of(frame, file.names, file.metres_per_unit));
     } else {
-      unread.add(
-          f, is_read ? "a hit is of an instance that the frame does not have" : without_path(recording.error(), path));
+      unread.add(f, without_path(recording.error(), path));
     }
     advance((f + 1.0) / file.frames);
   }

@@ -232,7 +232,7 @@ void write_recording(const RunOptions& options, const scenes::Scene& scene, Fram
   settings.isa = session.isa();
   settings.thread_count = options.thread_count;
   settings.metres_per_unit = 1;
-  settings.up = options.world.up;
+  settings.up = scene.up;
   settings.compress = options.recording.compress;
   settings.pose_step = options.recording.pose_step;
   ProgressBar bar("recording", frames.count());

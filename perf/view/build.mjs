@@ -53,6 +53,15 @@ function readOptions() {
   };
 }
 
+// Runs a program, whose words are seen.
+function run(program, args, options = {}) {
+  try {
+    execFileSync(program, args, {stdio: 'inherit', ...options});
+  } catch (error) {
+    throw error.code === 'ENOENT' ? new Error(`there is no program ${program}`) : error;
+  }
+}
+
 const sameText = (a, b) => existsSync(a) && existsSync(b) && readFileSync(a, 'utf8') === readFileSync(b, 'utf8');
 
 // Installs what the lock file says, if that is not there yet.
@@ -62,8 +71,7 @@ function installPackages(work) {
   cpSync(join(source, 'package.json'), join(work, 'package.json'));
   if (sameText(lock, installed)) return;
   cpSync(lock, join(work, 'package-lock.json'));
-  execFileSync('npm', ['ci', '--ignore-scripts', '--no-audit', '--no-fund', '--loglevel=error'],
-               {cwd: work, stdio: 'inherit'});
+  run('npm', ['ci', '--ignore-scripts', '--no-audit', '--no-fund', '--loglevel=error'], {cwd: work});
   cpSync(lock, installed);
 }
 
@@ -82,7 +90,7 @@ function linkSources({work, package: enginePackage}) {
 function generateFormat({work, flatc}) {
   const generated = join(work, 'generated');
   rmSync(generated, {recursive: true, force: true});
-  execFileSync(flatc, ['--ts', '-o', generated, join(root, 'perf/record/recording.fbs')], {stdio: 'inherit'});
+  run(flatc, ['--ts', '-o', generated, join(root, 'perf/record/recording.fbs')]);
 }
 
 // Two projects, since the page has no node and node has no page.
@@ -101,7 +109,7 @@ function checkTypes({work, page, programs}) {
       files,
     }));
     const tsc = createRequire(join(work, 'package.json')).resolve('typescript/bin/tsc');
-    execFileSync(process.execPath, [tsc, '--project', project], {cwd: work, stdio: 'inherit'});
+    run(process.execPath, [tsc, '--project', project], {cwd: work});
   };
   if (page) check('page', [], ['perf/view/src/main.ts']);
   if (programs.length > 0) check('programs', ['node'], programs.map((file) => linked(work, file)));
@@ -199,6 +207,7 @@ function buildPrograms({work, programs}, bundle) {
       format: 'esm',
       sourcemap: 'inline',
       packages: 'bundle',
+      external: ['puppeteer-core'],
     });
   }
 }

@@ -156,9 +156,12 @@ void add_poses(const Skeleton& s, const std::vector<std::size_t>& joints, const 
   }
 }
 
+char tallest_axis(const std::array<double, 3>& extents) {
+  return static_cast<char>('x' + (std::max_element(extents.begin(), extents.end()) - extents.begin()));
+}
+
 void check_height(const std::array<double, 3>& extents, char up, std::vector<std::string>& notes) {
-  const double height =
-      up == 0 ? *std::max_element(extents.begin(), extents.end()) : extents[static_cast<std::size_t>(up - 'x')];
+  const double height = extents[static_cast<std::size_t>(up - 'x')];
   if (height >= kLeastHeight && height <= kGreatestHeight) return;
   notes.push_back("warning: the figure is " + std::to_string(height) +
                   " m tall, a person is 0.5 to 3 m: is the unit right?");
@@ -179,7 +182,8 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
   clip.frame_count = skeleton.frame_count;
   clip.notes = skeleton.notes;
   SkeletonBodies guessed = guess_bodies(view, options.bodies);
-  check_height(guessed.segments.extents, options.up, clip.notes);
+  clip.up = options.up == 0 ? tallest_axis(guessed.segments.extents) : options.up;
+  check_height(guessed.segments.extents, clip.up, clip.notes);
   if (options.skin) {
     add_skin_bodies(skeleton, name, options, clip);
     return clip;

@@ -104,6 +104,7 @@ struct Clip {
   std::optional<rig::Coverage> coverage;  // of bodies made of meshes; lengths in metres, poses are frames
   std::vector<std::string> notes;
   SkeletonBodies bodies;  // of the skeleton's joints; empty if the clip was not made from a skeleton
+  char up = 0;            // ImportOptions::up, or the axis along which the figure is tallest
 };
 
 // Makes links from a skeleton. If options.skin is given, bodies are those of the file's meshes, as

@@ -53,6 +53,7 @@ Scene make_world(std::vector<Clip> clips) {
       scene.frame_count = std::min(scene.frame_count, frames_until_end(clip, scene.frame_seconds));
   }
 
+  scene.up = clips[0].up;
   for (Clip& clip : clips) {
     Character& character = clip.character;
     scene.name += (scene.name.empty() ? "" : " + ") + character.name;

@@ -100,13 +100,26 @@ test('what is as in the frame before is that frame\'s, in the same chunk', () =>
   }
 });
 
+test('a batch that is absent from frames is as before when it comes back', () => {
+  const all = frames(0, 4);
+  for (const i of [1, 2]) all[i]!.inputs.splice(1, 1);
+  for (const frame of all) {
+    Object.assign(frame, {hits: new Uint32Array(0), contacts: null, settings: {...frame.settings, rules: []}});
+  }
+  Object.assign(all[3]!.inputs[1]!, {sameAsBefore: true});
+  const recording = readRecording(fileOf([chunkOfContents({...DEFINITIONS, frames: all})]), 'arms.cab');
+  assert.deepEqual(recording.problems, []);
+  assert.equal(recording.frame(2).inputs.length, all[3]!.inputs.length - 1);
+  assert.deepEqual(recording.frame(3).inputs[1]!.poses, all[0]!.inputs[1]!.poses);
+});
+
 test('what is as before in the first frame of a chunk is refused', () => {
   for (const how of [{sameAsBefore: true}, {posesAsBefore: true}]) {
     const [first] = frames(1, 1);
     Object.assign(first!.inputs[0]!, how);
     const recording = readRecording(fileOf([chunkOfContents({...DEFINITIONS, frames: frames(0, 1)}),
                                             chunkOfContents({frames: [first!]})]), 'arms.cab');
-    assert.throws(() => recording.frame(1), {name: 'RecordingError', message: /chunk 1 at byte \d+: .*in this chunk/});
+    assert.throws(() => recording.frame(1), {name: 'RecordingError', message: /chunk 1 at byte \d+: .*(in|of) this chunk/});
   }
 });
 

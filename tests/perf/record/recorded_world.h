@@ -48,7 +48,7 @@ class RecordingFile {
 // Checks a call of a recorder, recording or player, and shows its error.
 template <class Object>
 void must(const Object& object, bool ok) {
-  INFO(object.error());
+  INFO(std::string(object.error()));
   REQUIRE(ok);
 }
 

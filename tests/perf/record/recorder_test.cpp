@@ -4,6 +4,14 @@
 #include <algorithm>
 #include <limits>
 
+#ifdef __linux__
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#endif
+
 namespace cab::tests {
 namespace {
 
@@ -427,11 +435,15 @@ TEST_CASE("what cannot be recorded is refused in words, and the file stays whole
     INFO(recorder.error());
     CHECK(std::string(recorder.error()).find(words) != std::string::npos);
   };
+  CHECK(std::string(recorder.error()).empty());
   refuses(recorder.add_frame({}, 0), "no recording is open");
   refuses(recorder.open("/nowhere/at/all.cab"), "/nowhere/at/all.cab: cannot be opened for writing");
   record::RecorderOptions options;
   options.pose_step = 0.001f;
   refuses(recorder.open(file.path(), options), "power of two");
+  options = {};
+  options.metres_per_unit = -1;
+  refuses(recorder.open(file.path(), options), "seconds_per_frame and metres_per_unit are finite");
   options = {};
   options.up = 'u';
   refuses(recorder.open(file.path(), options), "up is x, y or z");
@@ -469,19 +481,216 @@ TEST_CASE("what cannot be recorded is refused in words, and the file stays whole
   CHECK(recording.problems().empty());
 }
 
-#ifdef __linux__
-TEST_CASE("a full disk is told, and nothing more is written") {
+TEST_CASE("sequences of different lengths end at their own moments") {
+  Random random(705);
+  const RecordingFile file("unequal");
+  const EnginePtr engine = make_engine();
+  const Rig rig = random_rig(random, Topology::kChain, 4, 2);
+  const ArticulationId articulation = add_rig(*engine, rig);
   record::Recorder recorder;
-  must(recorder, recorder.open("/dev/full"));
+  must(recorder, recorder.open(file.path()));
+  must(recorder, recorder.add_articulation(articulation, rig.desc()));
+  const std::uint32_t counts[] = {3, 40, 1};
+  std::vector<Poses> poses;
+  std::vector<BatchInput> inputs;
+  std::vector<BatchId> ids(3);
+  for (std::size_t b = 0; b < 3; ++b) {
+    const BatchDesc desc = {articulation, counts[b], BatchKind::kSequence};
+    require(add_batch(*engine, desc, &ids[b]));
+    must(recorder, recorder.add_batch(ids[b], desc));
+    poses.push_back(random_poses(random, rig, counts[b], PoseFormat::kMatrix3x4Rows, {0.4, true, true, {}}));
+  }
+  for (std::size_t b = 0; b < 3; ++b) inputs.push_back(poses[b].input(ids[b]));
+  const std::vector<PairRule> rules = {{ids[0], ids[2], Pairing::kBetween}, {ids[1], ids[2], Pairing::kBetween}};
+  std::vector<Hit> hits(4096);
+  FrameJob job;
+  job.inputs = inputs;
+  job.rules = rules;
+  job.hits = hits;
+  require(run_frame(*engine, job));
+  must(recorder, recorder.add_frame(job, 0));
+  must(recorder, recorder.close());
+  record::Recording recording;
+  must(recording, recording.open(file.path()));
+  REQUIRE(recording.frame_count() == 40);
+  record::Player player;
+  must(player, player.open(recording));
+  std::size_t found = 0;
+  for (std::uint32_t m = 0; m < 40; ++m) {
+    record::RecordedFrame frame;
+    must(recording, recording.read_frame(m, &frame));
+    CHECK(frame.job.inputs.size == (m < 3 ? 3 : 2));
+    must(player, player.run(frame));
+    CHECK(record::hash_hits(player.hits(), player.contacts()) == frame.hash);
+    found += frame.hits.size;
+  }
+  CHECK(found == job.hit_count);
+  CHECK(found > 40);
+}
+
+TEST_CASE("of a job with a moment that is refused no frame is recorded") {
+  Random random(706);
+  const RecordingFile file("half");
+  const Rig rig = random_rig(random, Topology::kChain, 2, 1);
+  Poses poses = random_poses(random, rig, 8, PoseFormat::kQuaternionTranslation, {});
+  record::Recorder recorder;
+  record::RecorderOptions options;
+  options.pose_step = 1.0f / 1024;
+  must(recorder, recorder.open(file.path(), options));
+  must(recorder, recorder.add_articulation({1}, rig.desc()));
+  must(recorder, recorder.add_batch({1}, {{1}, 8, BatchKind::kSequence}));
+  CHECK(record::round_poses(poses.data, options.pose_step));
+  poses.pose(5, 1)[4] += 0.0001f;
+  const BatchInput input = poses.input({1});
+  FrameJob job;
+  job.inputs = {&input, 1};
+  CHECK_FALSE(recorder.add_frame(job, 0));
+  CHECK(recorder.frame_count() == 0);
+  must(recorder, recorder.close());
+}
+
+// Two frames of a row of cubes, each in a chunk of its own.
+std::vector<std::uint8_t> two_chunks(bool compress) {
+  const RecordingFile file("two_chunks");
   CubeRow row;
   std::vector<BatchInput> inputs;
   std::vector<PairRule> rules;
-  const BatchId batch = row.add(recorder, 3);
-  must(recorder, recorder.add_frame(row.run(batch, 3, inputs, rules), 0));
-  CHECK_FALSE(recorder.flush());
+  record::Recorder recorder;
+  record::RecorderOptions options;
+  options.compress = compress;
+  must(recorder, recorder.open(file.path(), options));
+  const BatchId batch = row.add(recorder, 40);
+  for (int f = 0; f < 2; ++f) {
+    must(recorder, recorder.add_frame(row.run(batch, 40, inputs, rules), f));
+    must(recorder, recorder.flush());
+  }
+  must(recorder, recorder.close());
+  return file.bytes();
+}
+
+TEST_CASE("what is appended behind any cut is read") {
+  for (const bool compress : {false, true}) {
+    const std::vector<std::uint8_t> whole = two_chunks(compress);
+    const RecordingFile file("cut_and_append");
+    for (std::size_t cut = 0; cut <= whole.size(); cut += cut + 80 > whole.size() || cut < 80 ? 1 : 7) {
+      CAPTURE(cut);
+      file.write({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut)});
+      std::uint32_t before = 0;
+      {
+        record::Recording recording;
+        if (recording.open(file.path())) before = recording.frame_count();
+      }
+      CubeRow row;
+      std::vector<BatchInput> inputs;
+      std::vector<PairRule> rules;
+      record::Recorder recorder;
+      record::RecorderOptions options;
+      options.append = true;
+      options.compress = compress;
+      must(recorder, recorder.open(file.path(), options));
+      const BatchId batch = row.add(recorder, 40);
+      must(recorder, recorder.add_frame(row.run(batch, 40, inputs, rules), 9));
+      must(recorder, recorder.close());
+      record::Recording recording;
+      must(recording, recording.open(file.path()));
+      CHECK(recording.problems().empty());
+      REQUIRE(recording.frame_count() == before + 1);
+      record::RecordedFrame frame;
+      must(recording, recording.read_frame(before, &frame));
+      CHECK(frame.hits.size == 39);
+    }
+  }
+}
+
+TEST_CASE("nothing is appended to a recording that is damaged before its end") {
+  std::vector<std::uint8_t> bytes = two_chunks(false);
+  const RecordingFile file("damaged_append");
+  bytes[16 + 44] = static_cast<std::uint8_t>(bytes[16 + 44] ^ 1);  // of the first header
+  file.write(bytes);
+  record::Recorder recorder;
+  record::RecorderOptions options;
+  options.append = true;
+  CHECK_FALSE(recorder.open(file.path(), options));
+  CHECK(std::string(recorder.error()).find("append: the recording is damaged") != std::string::npos);
+  CHECK(file.bytes() == bytes);
+  file.write({'n', 'o', 't', 'e', 's'});
+  CHECK_FALSE(recorder.open(file.path(), options));
+  CHECK(std::string(recorder.error()).find("it does not begin with CABREC") != std::string::npos);
+  CHECK(file.bytes().size() == 5);
+}
+
+TEST_CASE("a file that readers have open is made anew beside them") {
+  const RecordingFile file("anew");
+  file.write(two_chunks(false));
+  record::Recording recording;
+  must(recording, recording.open(file.path()));
+  record::Recorder recorder;
+  must(recorder, recorder.open(file.path()));
+  record::RecordedFrame frame;
+  must(recording, recording.read_frame(1, &frame));
+  CHECK(frame.hits.size == 39);
+}
+
+#ifdef __linux__
+TEST_CASE("a full disk is told, what was whole stays, and nothing more is written") {
+  record::Recorder recorder;
+  CHECK_FALSE(recorder.open("/dev/full"));
   CHECK(std::string(recorder.error()).find("cannot write") != std::string::npos);
-  CHECK_FALSE(recorder.add_frame(row.run(batch, 3, inputs, rules), 0));
+
+  const RecordingFile file("full");
+  constexpr std::size_t kRoom = 40000;
+  CubeRow row;
+  std::vector<BatchInput> inputs;
+  std::vector<PairRule> rules;
+  must(recorder, recorder.open(file.path()));
+  const BatchId batch = row.add(recorder, 40);
+  rlimit before = {}, limit = {};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  limit = before;
+  limit.rlim_cur = kRoom;
+  const auto on_signal = std::signal(SIGXFSZ, SIG_IGN);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
+  std::uint32_t written = 0;
+  const auto record_one = [&] {
+    return recorder.add_frame(row.run(batch, 40, inputs, rules), written) && recorder.flush();
+  };
+  while (written < 1000 && record_one()) ++written;
+  const std::string reason = recorder.error();
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, on_signal);
+  CHECK(reason.find("cannot write: File too large") != std::string::npos);
+  CHECK_FALSE(record_one());
   CHECK(std::string(recorder.error()).find("after a failure") != std::string::npos);
+  CHECK_FALSE(recorder.close());
+  CHECK(written > 5);
+  record::Recording recording;
+  must(recording, recording.open(file.path()));
+  CHECK(recording.frame_count() == written);
+  CHECK(recording.problems().size == 1);
+}
+
+TEST_CASE("chunks that were written outlive the process") {
+  const RecordingFile file("killed");
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    CubeRow row;
+    std::vector<BatchInput> inputs;
+    std::vector<PairRule> rules;
+    record::Recorder recorder;
+    bool ok = recorder.open(file.path());
+    const BatchId batch = row.add(recorder, 40);
+    for (int f = 0; f < 5; ++f) ok = ok && recorder.add_frame(row.run(batch, 40, inputs, rules), f) && recorder.flush();
+    ok = ok && recorder.add_frame(row.run(batch, 40, inputs, rules), 5);
+    _exit(ok ? 0 : 1);
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
+  record::Recording recording;
+  must(recording, recording.open(file.path()));
+  CHECK(recording.frame_count() == 5);
+  CHECK(recording.problems().empty());
 }
 #endif
 

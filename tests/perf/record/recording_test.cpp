@@ -131,6 +131,30 @@ TEST_CASE("no changed byte makes another frame of a recording") {
   }
 }
 
+TEST_CASE("behind a damaged header the frames of later chunks are read, and the lost ones are named") {
+  const SmallRecording whole(717, false);
+  std::vector<std::uint8_t> bytes = whole.bytes;
+  bytes[whole.ends[0] + 20] = static_cast<std::uint8_t>(bytes[whole.ends[0] + 20] ^ 4);
+  record::Recording recording;
+  must(recording, recording.open_bytes(bytes, "damaged.cab"));
+  CHECK(recording.frame_count() == 9);
+  for (std::uint32_t f = 0; f < 9; ++f) {
+    CAPTURE(f);
+    record::RecordedFrame frame;
+    const bool is_lost = f >= 3 && f < 6;
+    CHECK(recording.read_frame(f, &frame) == !is_lost);
+    if (is_lost) CHECK(std::string(recording.error()).find("it is lost by the damage before") != std::string::npos);
+    if (!is_lost) CHECK(record::hash_hits(frame.hits, frame.contacts) == whole.hashes[f]);
+  }
+  REQUIRE(recording.problems().size == 2);
+  CHECK(std::string(recording.problems()[0])
+            .find("chunk 1 at byte " + std::to_string(whole.ends[0]) +
+                  " has a damaged header; the next chunk that can be read begins at "
+                  "byte " +
+                  std::to_string(whole.ends[1])) == 0);
+  CHECK(std::string(recording.problems()[1]).find("with frames 3 to 5 before byte") != std::string::npos);
+}
+
 TEST_CASE("a chunk whose frames are out of order is left out") {
   const SmallRecording whole(716, false);
   std::vector<std::uint8_t> bytes(whole.bytes.begin(),

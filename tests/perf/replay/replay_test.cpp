@@ -95,6 +95,7 @@ TEST_CASE("a recording of cab run has the hits of its CSV file, with and without
     CHECK(recording.frame_count() == 80);
     CHECK(recording.info().seconds_per_frame == 0.04);
     CHECK(recording.info().metres_per_unit == 1);
+    CHECK(recording.info().up == 'y');
     CHECK(std::string(recording.batch(1).name) == "ben.bvh");
     const std::set<std::string> expected = lines_of(read_text(dance.hits));
     CHECK(expected.size() > 50);

@@ -209,7 +209,8 @@ TEST_CASE("a hit of an instance that is not there makes its frame unreadable, an
     const auto [file, intervals] = read(path);
     CHECK(file.frames_read == 2);
     REQUIRE(file.problems.size() == 1);
-    CHECK(file.problems[0] == "frame 1 is left out: a hit is of an instance that the frame does not have");
+    CHECK(file.problems[0].find("frame 1 is left out: ") == 0);
+    CHECK(file.problems[0].find("a hit names what the frame does not have") != std::string::npos);
     CHECK(intervals.size() == 2);
   }
 }
@@ -218,7 +219,7 @@ TEST_CASE("numbers that no run computes are unknown, not a depth or a length") {
   const TemporaryFolder folder;
   const std::string path = folder / "a.cab";
   const float infinity = std::numeric_limits<float>::infinity();
-  MadeRecording recording(path, -1);
+  MadeRecording recording(path, 0);
   recording.add({{0, infinity}, {1, -infinity}, {2, 0.5f}});
   recording.close();
   const auto [file, intervals] = read(path);

@@ -27,8 +27,8 @@ using Sorter = perf::SortedRecords<Record, bool (*)(const Record&, const Record&
 
 TEST_CASE("records come out sorted, with none lost and none made up") {
   std::mt19937 random(1);
-  for (const std::size_t most : {1, 2, 7, 1000, 3000})
-    for (const std::size_t count : {0, 1, 2, 7, 999, 1000, 1001, 9000}) {
+  for (const std::size_t most : {1u, 2u, 7u, 1000u, 3000u})
+    for (const std::size_t count : {0u, 1u, 2u, 7u, 999u, 1000u, 1001u, 9000u}) {
       CAPTURE(most);
       CAPTURE(count);
       Sorter sorter(most, by_key);

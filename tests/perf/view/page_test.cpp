@@ -84,7 +84,7 @@ TEST_CASE("what is no page is refused, and the message says why") {
 TEST_CASE("recordings of every length come back from base64, byte for byte") {
   const TemporaryFolder folder;
   std::string bytes;
-  for (const std::size_t length : {0, 1, 2, 3, 4, 255, 49151, 49152, 49153, 200000}) {
+  for (const std::size_t length : {0u, 1u, 2u, 3u, 4u, 255u, 49151u, 49152u, 49153u, 200000u}) {
     while (bytes.size() < length) bytes += static_cast<char>(bytes.size() * 7 + bytes.size() / 251);
     bytes.resize(length);
     const std::string path = folder / "a.cab";

@@ -39,8 +39,9 @@ struct RecorderOptions {
   // those of its poses. With kQuaternionTranslation only. 0 (default): poses are written as floats, bit for bit.
   float pose_step = 0;
 
-  // Whether frames are added behind those of a file that is there. What is cut off at its end is dropped. Its options
-  // stay as they are, and these must have the same pose_step. Default: the file is made anew.
+  // Whether frames are added behind those of a file that is there. What is cut off at its end is dropped; a file that
+  // is damaged in the middle is refused. Its options stay as they are, and these must have the same pose_step. Default:
+  // the file is made anew.
   bool append = false;
 };
 
@@ -58,7 +59,7 @@ struct BatchNames {
 // copied. Not for use by two threads at the same time.
 //
 // Every call returns whether it did its work. If not, error() says why, in one line with the path, and the file holds
-// what was whole before.
+// what was whole before. After a failed write, and after a failed allocation, nothing more is written.
 class Recorder {
  public:
   struct Storage;  // private to the library
@@ -93,7 +94,7 @@ class Recorder {
   // Writes the chunk at hand and closes the file.
   [[nodiscard]] bool close() noexcept;
 
-  // Why the last call failed; empty if it did not. Valid until the next call.
+  // Why the last call failed; empty if it did not, or if there was no memory to say it. Valid until the next call.
   const char* error() const noexcept;
 
   // How many frames the file has, those before `append` included, and how many bytes were written.

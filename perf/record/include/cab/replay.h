@@ -66,7 +66,10 @@ struct RecordedFrame {
 // FNV-1a, 64 bits, of the bytes of hits and then of contacts, little-endian.
 std::uint64_t hash_hits(Span<const Hit> hits, Span<const Contact> contacts) noexcept;
 
-// A recording that is read from its file, which is mapped into memory. It can be neither moved nor copied.
+// A recording that is read from its file, which is mapped into memory: the file must not be changed while it is open. A
+// Recorder that appends does not change what is there, and one that makes the file anew leaves the old one to its
+// readers. It can be neither moved nor copied. What is read is checked: hits and masked instances name what their frame
+// has.
 class Recording {
  public:
   struct Storage;  // private to the library

@@ -42,10 +42,11 @@ export class FramesOfChunk {
     payload.check(count === chunk.frameCount, () => `its header says ${chunk.frameCount} frames, and it has ${count}`);
     const defines = root.header() !== null || root.articulationsLength() > 0 || root.batchesLength() > 0;
     payload.check(!defines || chunk.hasDefinitions, () => 'it has definitions, and its header says that it has none');
-    let before = new Map<number, Source>();
+    const before = new Map<number, Source>();
     payload.list('frame', count, (i) => root.frames(i), (table, what) => {
-      before = this.#sourcesOf(table, `${what} of the chunk`, before);
-      this.#entries.push({table, sources: before});
+      const sources = this.#sourcesOf(table, `${what} of the chunk`, before);
+      for (const [batch, source] of sources) before.set(batch, source);
+      this.#entries.push({table, sources});
     });
   }
 
@@ -76,7 +77,7 @@ export class FramesOfChunk {
       const batch = own.batch(), earlier = before.get(batch);
       if (sources.has(batch)) payload.fail(`${where} is of batch ${batch}, which has an input already`);
       if (own.sameAsBefore() && earlier === undefined) {
-        payload.fail(`${where} is that of the frame before, which has none in this chunk`);
+        payload.fail(`${where} is that of an earlier frame of this chunk, and there is none`);
       }
       const fields = own.sameAsBefore() ? earlier!.fields : own;
       sources.set(batch, {own, fields, poses: fields.poses() ?? earlier?.poses ?? null});

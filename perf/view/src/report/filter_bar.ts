@@ -16,13 +16,12 @@ export class FilterBar {
   /** `onChange` is called when what the filter says has changed. */
   constructor(report: Report, names: readonly string[], onChange: () => void) {
     this.#perUnit = hasMetres(report) ? MILLIMETRES_PER_METRE : 1;
-    const unit = hasMetres(report) ? ' mm' : ' of its unit';
     const hasDepths = report.intervals.some(({worst_depth: depth}) => depth !== null);
     this.#text = el('input', {type: 'search', placeholder: 'words of names', input: onChange});
     this.#file = el('select', {change: onChange}, el('option', {value: ''}, 'all files'),
       ...names.map((name, index) => el('option', {value: index}, name)));
     this.#depth = el('input', {
-      type: 'number', min: 0, step: 'any', placeholder: hasDepths ? 'any' : 'none known', disabled: !hasDepths,
+      type: 'number', min: 0, step: 'any', placeholder: hasDepths ? 'any' : 'none', disabled: !hasDepths,
       input: onChange,
     });
     this.#frames = el('input', {type: 'number', min: 1, step: 1, placeholder: '1', input: onChange});
@@ -31,7 +30,7 @@ export class FilterBar {
                                reset: () => { setTimeout(onChange); }},
       el('label', {}, 'Character, link or file ', this.#text),
       ...(names.length > 1 ? [el('label', {}, 'File ', this.#file)] : []),
-      el('label', {}, 'At least ', this.#depth, `${unit} deep`),
+      el('label', {}, 'At least ', this.#depth, hasMetres(report) ? ' mm deep' : ' units deep'),
       el('label', {}, 'At least ', this.#frames, ' frames long'),
       el('button', {type: 'reset'}, 'Clear filters'));
   }

@@ -8,12 +8,6 @@ export class Bounds {
     return !(this.low[0]! <= this.high[0]!);
   }
 
-  clear(): this {
-    this.low.fill(Infinity);
-    this.high.fill(-Infinity);
-    return this;
-  }
-
   addPoint(x: number, y: number, z: number): void {
     [x, y, z].forEach((value, k) => {
       if (value < this.low[k]!) this.low[k] = value;

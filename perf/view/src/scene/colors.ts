@@ -9,6 +9,8 @@ export const COLORS = {
   background: 0x1c232b,
   grid: 0x34404c,
   statics: 0x8a949e,
+  floor: 0x3d4853,
+  floorHit: 0x66423f,
   hit: 0xff4a3d,
   falsePositive: 0xffb52e,
   masked: 0x7d8791,

@@ -17,10 +17,10 @@ export class ContactMarks {
 
   /**
    * `hits` are the contacts that are drawn. `originOf` writes the origin of a hit's first instance, relative to the
-   * scene's centre. `size` is the length of an arrow. `isSelected` says which hits stand out.
+   * scene's centre. `sizeOf` says how long a hit's arrow is.
    */
-  show(contacts: Float32Array, hits: readonly number[], originOf: (hit: number, out: Float32Array) => void, size: number,
-       isSelected: (hit: number) => boolean): void {
+  show(contacts: Float32Array, hits: readonly number[], originOf: (hit: number, out: Float32Array) => void,
+       sizeOf: (hit: number) => number): void {
     const count = hits.length;
     this.#arrows.reserve(count);
     this.#points.reserve(2 * count);
@@ -30,12 +30,12 @@ export class ContactMarks {
     for (const [drawn, hit] of hits.entries()) {
       originOf(hit, origin);
       const at = hit * FLOATS_OF_CONTACT;
-      const factor = isSelected(hit) ? 1.6 : 1;
-      writeArrow(contacts, at, origin, size * factor, this.#arrows.data, drawn * COPY);
+      const size = sizeOf(hit);
+      writeArrow(contacts, at, origin, size, this.#arrows.data, drawn * COPY);
       this.#arrows.setPaint(drawn, COLORS.contact, PATTERN.plain);
       for (const [k, from] of [4, 7].entries()) {
         const copy = 2 * drawn + k;
-        writeBall(contacts, at + from, origin, 0.09 * size * factor, this.#points.data, copy * COPY);
+        writeBall(contacts, at + from, origin, 0.09 * size, this.#points.data, copy * COPY);
         this.#points.setPaint(copy, COLORS.contact, PATTERN.plain);
       }
     }

@@ -32,6 +32,9 @@ export class DrawnBatch {
   /** 1 per instance that takes part. */
   readonly present: Uint8Array;
   readonly #groups: DrawnGroup[];
+  /** The instances that take part, in the order in which they are drawn: the nearest first, which hide others. */
+  #order: number[] = [];
+  readonly #distances: Float32Array;
 
   /** `mirrored`: whether poses may mirror links. */
   constructor(recording: Recording, index: number, center: Float64Array, fineness: Fineness, mirrored: boolean) {
@@ -43,6 +46,7 @@ export class DrawnBatch {
     this.instanceCount = bodies ? 1 : batch.instanceCount;
     this.linkRows = new Float32Array(this.instanceCount * this.linkCount * ROWS);
     this.present = new Uint8Array(this.instanceCount);
+    this.#distances = new Float32Array(this.instanceCount);
     this.marks = makeMarks(this.instanceCount, this.linkCount);
     const groups = bodies ? staticPieces(bodies) : characterPieces(recording.articulations, batch, fineness);
     this.#groups = groups.map((group) => {
@@ -59,17 +63,19 @@ export class DrawnBatch {
       for (let k = 0; k < 3; ++k) this.linkRows[i * ROWS + k * 4 + 3] = origin[k]! - center[k]!;
     });
     this.present.fill(1);
+    this.#order = [0];
     this.#placePieces();
   }
 
-  /** Moves all links to where a frame has them, and takes all marks away. */
-  place(input: Input, center: Float64Array): void {
+  /** Moves all links to where a frame has them, seen from `eye`, and takes all marks away. */
+  place(input: Input, center: Float64Array, eye: THREE.Vector3): void {
     clearMarks(this.marks);
     if (this.isStatic) return;
     placeLinks(input, this.linkCount, center, this.linkRows, this.present);
     for (const instance of input.masked) {
       if (instance < this.instanceCount) this.#mask(instance);
     }
+    this.#sort(eye);
     this.#placePieces();
   }
 
@@ -82,13 +88,23 @@ export class DrawnBatch {
     }
   }
 
+  #sort(eye: THREE.Vector3): void {
+    const distances = this.#distances;
+    this.#order.length = 0;
+    for (let i = 0; i < this.instanceCount; ++i) {
+      if (this.present[i] === 0) continue;
+      const [x, y, z] = this.positionOf(i, 0);
+      distances[i] = (x - eye.x) ** 2 + (y - eye.y) ** 2 + (z - eye.z) ** 2;
+      this.#order.push(i);
+    }
+    this.#order.sort((a, b) => distances[a]! - distances[b]!);
+  }
+
   #placePieces(): void {
-    const presentCount = this.present.reduce((sum, here) => sum + here, 0);
     for (const {instances, pieces} of this.#groups) {
-      instances.reserve(presentCount * pieces.length);
+      instances.reserve(this.#order.length * pieces.length);
       let at = 0;
-      for (let i = 0; i < this.instanceCount; ++i) {
-        if (this.present[i] === 0) continue;
+      for (const i of this.#order) {
         const first = i * this.linkCount;
         for (const {link, local} of pieces) {
           multiply(this.linkRows, (first + link) * ROWS, local, 0, instances.data, at);
@@ -104,20 +120,21 @@ export class DrawnBatch {
     mark(this.marks, this.isStatic ? instance : instance * this.linkCount + link, value);
   }
 
-  /** Colours all pieces as the marks say. */
+  /** Colours all pieces as the marks say. A floor without end in red would hide all other red. */
   paint(): void {
     const {links, masked, selectedInstance} = this.marks;
     for (const {instances, pieces, endless} of this.#groups) {
       let copy = 0;
-      for (let i = 0; i < this.instanceCount; ++i) {
-        if (this.present[i] === 0) continue;
+      for (const i of this.#order) {
         const own = this.isStatic ? COLORS.statics : characterColor(this.index, i);
         const base = masked[i] ? COLORS.masked : i === selectedInstance ? shaded(own, 1.25) : own;
         const plain = masked[i] ? PATTERN.crosses : PATTERN.plain;
         for (const {link} of pieces) {
           const value = links[i * this.linkCount + link]!;
-          if (value === MARK.none) {
-            instances.setPaint(copy, link % 2 === 0 ? base : shaded(base, endless ? 0.6 : 0.88), plain);
+          if (endless) {
+            instances.setPaint(copy, value < MARK.hit ? COLORS.floor : COLORS.floorHit, PATTERN.plain);
+          } else if (value === MARK.none) {
+            instances.setPaint(copy, link % 2 === 0 ? base : shaded(base, 0.88), plain);
           } else if (value === MARK.falsePositive) {
             instances.setPaint(copy, COLORS.falsePositive, PATTERN.stripes);
           } else {
@@ -135,8 +152,7 @@ export class DrawnBatch {
     for (const {instances, pieces, half, endless} of this.#groups) {
       if (endless) continue;
       let copy = 0;
-      for (let i = 0; i < this.instanceCount; ++i) {
-        if (this.present[i] === 0) continue;
+      for (const i of this.#order) {
         const wanted = !this.marks.masked[i] && (onlyInstance < 0 || onlyInstance === i);
         for (const {link} of pieces) {
           const at = COPY * copy++;
@@ -144,6 +160,10 @@ export class DrawnBatch {
         }
       }
     }
+  }
+
+  isLink(instance: number, link: number): boolean {
+    return instance < this.instanceCount && link < this.linkCount;
   }
 
   /** Where a link's frame is. */
@@ -158,8 +178,7 @@ export class DrawnBatch {
     for (const {instances, pieces, half, endless} of this.#groups) {
       if (endless) continue;
       let copy = 0;
-      for (let i = 0; i < this.instanceCount; ++i) {
-        if (this.present[i] === 0) continue;
+      for (const i of this.#order) {
         for (const {link} of pieces) {
           const distance = meetBox(ray, instances.data, copy * COPY, half);
           if (distance < (best?.distance ?? Infinity)) {

@@ -12,7 +12,7 @@ const VERTEX = `
   uniform vec3 light;
   void main() {
     tint = paint * (0.66 + 0.34 * abs(dot(normal, light)));
-    gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
+    gl_Position = projectionMatrix * (viewMatrix * vec4(position, 1.0));
   }
 `;
 
@@ -66,7 +66,8 @@ export class DrawnTriangles {
   paint(): void {
     const bytes = this.#paint.array;
     this.#marks.forEach((value, triangle) => {
-      const rgb = value === MARK.none ? COLORS.statics : value === MARK.falsePositive ? COLORS.falsePositive : COLORS.hit;
+      const special = value === MARK.falsePositive ? COLORS.falsePositive : COLORS.hit;
+      const rgb = value === MARK.none ? COLORS.statics : special;
       for (let at = triangle * 9; at < triangle * 9 + 9; at += 3) {
         bytes[at] = rgb >> 16;
         bytes[at + 1] = (rgb >> 8) & 255;

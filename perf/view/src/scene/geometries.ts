@@ -14,12 +14,17 @@ function withoutNormals(geometry: THREE.BufferGeometry): THREE.BufferGeometry {
   return mergeVertices(geometry);
 }
 
-/** The three faces of a box from -1 to 1 that meet in its upper corner. */
+/**
+ * The three faces of a box from -1 to 1 that meet in its upper corner. Both triangles of a face end in a vertex that no
+ * other face has, whose normal is that of the face: it is the one that counts where shading is flat.
+ */
 export function boxCorner(): THREE.BufferGeometry {
   const corners = [[1, 1, 1], [-1, 1, 1], [-1, -1, 1], [1, -1, 1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]];
+  const normals = [[0, 0, 1], [0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0], [0, 0, 1], [0, 1, 0]];
   return new THREE.BufferGeometry()
       .setAttribute('position', new THREE.Float32BufferAttribute(corners.flat(), 3))
-      .setIndex([0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 0, 5, 6, 0, 6, 1]);
+      .setAttribute('normal', new THREE.Float32BufferAttribute(normals.flat(), 3))
+      .setIndex([0, 1, 2, 3, 0, 2, 0, 3, 4, 5, 0, 4, 0, 5, 6, 1, 0, 6]);
 }
 
 /** Of radius 1. */
@@ -69,7 +74,20 @@ export function hull(vertices: Float32Array): THREE.BufferGeometry {
   for (let i = 0; i + 2 < vertices.length; i += 3) {
     points.push(new THREE.Vector3(vertices[i], vertices[i + 1], vertices[i + 2]));
   }
-  return withoutNormals(flatNormal(points) ? polygon(points) : new ConvexGeometry(points));
+  return withoutNormals(flatNormal(points) ? polygon(points) : solidHull(points));
+}
+
+// Points that are almost in one plane may have no hull in float: they become the box about them.
+function solidHull(points: THREE.Vector3[]): THREE.BufferGeometry {
+  try {
+    const made = new ConvexGeometry(points);
+    if (made.getAttribute('position').count > 0) return made;
+  } catch {
+    // The box below takes its place.
+  }
+  const box = new THREE.Box3().setFromPoints(points);
+  const size = box.getSize(new THREE.Vector3());
+  return new THREE.BoxGeometry(size.x, size.y, size.z).translate(...box.getCenter(new THREE.Vector3()).toArray());
 }
 
 /** The normal of the plane that all points are in; null if they are not in one. */

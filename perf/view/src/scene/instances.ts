@@ -42,40 +42,41 @@ const PLACE = `
 `;
 
 // The columns of a transform are orthogonal, so its inverse transpose is itself with columns divided by their squares.
-const ROUND_VERTEX = `${PLACE}
+const lit = (qualifier: '' | 'flat', turned: string): string => `${PLACE}
   uniform vec3 light;
-  out vec4 tint;
+  ${qualifier} out vec4 tint;
+  ${turned}
   void main() {
     bool isCopy = readCopy();
     vec3 squares = rowX.xyz * rowX.xyz + rowY.xyz * rowY.xyz + rowZ.xyz * rowZ.xyz;
-    vec3 n = normalize(placed(vec4(normal / max(squares, vec3(1e-30)), 0.0)));
+    vec3 signs = turned();
+    vec3 n = normalize(placed(vec4(signs * normal / max(squares, vec3(1e-30)), 0.0)));
     tint = vec4(paint.rgb * (0.66 + 0.34 * dot(n, light)), paint.a);
-    gl_Position = isCopy ? projectionMatrix * viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0) : vec4(0.0);
+    vec4 p = vec4(placed(vec4(signs * position, 1.0)), 1.0);
+    gl_Position = isCopy ? projectionMatrix * (viewMatrix * p) : vec4(0.0);
   }
 `;
+
+const ROUND_VERTEX = lit('', 'vec3 turned() { return vec3(1.0); }');
+
+// Of a box at most the three faces are seen that meet in the corner which is nearest to the camera along all axes.
+const BOX_VERTEX = lit('flat', `
+  vec3 turned() {
+    vec3 d = cameraPosition - vec3(rowX.w, rowY.w, rowZ.w);
+    vec3 along = d.x * rowX.xyz + d.y * rowY.xyz + d.z * rowZ.xyz;
+    return vec3(along.x < 0.0 ? -1.0 : 1.0, along.y < 0.0 ? -1.0 : 1.0, along.z < 0.0 ? -1.0 : 1.0);
+  }
+`);
 
 const FLAT_VERTEX = `${PLACE}
   out vec4 tint;
   out vec3 seen;
-  vec3 turned();
   void main() {
     bool isCopy = readCopy();
-    vec4 p = viewMatrix * vec4(placed(vec4(turned(), 1.0)), 1.0);
+    vec4 p = viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0);
     seen = p.xyz;
     tint = paint;
     gl_Position = isCopy ? projectionMatrix * p : vec4(0.0);
-  }
-`;
-
-const AS_IT_IS = 'vec3 turned() { return position; }';
-
-// Of a box at most the three faces are seen that meet in the corner which is nearest to the camera along all axes.
-const TO_CAMERA = `
-  vec3 turned() {
-    vec3 d = cameraPosition - vec3(rowX.w, rowY.w, rowZ.w);
-    vec3 along = d.x * rowX.xyz + d.y * rowY.xyz + d.z * rowZ.xyz;
-    return vec3(along.x < 0.0 ? -position.x : position.x, along.y < 0.0 ? -position.y : position.y,
-                along.z < 0.0 ? -position.z : position.z);
   }
 `;
 
@@ -84,12 +85,12 @@ const WIRE_VERTEX = `${PLACE}
   void main() {
     bool isCopy = readCopy();
     tint = paint;
-    gl_Position = isCopy ? projectionMatrix * viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0) : vec4(0.0);
+    gl_Position = isCopy ? projectionMatrix * (viewMatrix * vec4(placed(vec4(position, 1.0)), 1.0)) : vec4(0.0);
   }
 `;
 
-const PATTERNED = `
-  in vec4 tint;
+const patterned = (qualifier: '' | 'flat'): string => `
+  ${qualifier} in vec4 tint;
   out vec4 color;
   vec3 patterned(vec3 rgb) {
     if (tint.a < 0.5) return rgb;
@@ -100,12 +101,12 @@ const PATTERNED = `
   }
 `;
 
-const ROUND_FRAGMENT = `${PATTERNED}
-  void main() { color = vec4(patterned(tint.rgb), 1.0); }
-`;
+const PLAIN = 'void main() { color = vec4(patterned(tint.rgb), 1.0); }';
+const ROUND_FRAGMENT = patterned('') + PLAIN;
+const BOX_FRAGMENT = patterned('flat') + PLAIN;
 
 // The normal of a face is that of the plane through neighbouring pixels.
-const FLAT_FRAGMENT = `${PATTERNED}
+const FLAT_FRAGMENT = `${patterned('')}
   in vec3 seen;
   uniform vec3 lightSeen;
   void main() {
@@ -121,8 +122,8 @@ const WIRE_FRAGMENT = `
 `;
 
 const SHADERS: Record<Look, readonly [vertex: string, fragment: string]> = {
-  flat: [FLAT_VERTEX + AS_IT_IS, FLAT_FRAGMENT],
-  box: [FLAT_VERTEX + TO_CAMERA, FLAT_FRAGMENT],
+  flat: [FLAT_VERTEX, FLAT_FRAGMENT],
+  box: [BOX_VERTEX, BOX_FRAGMENT],
   round: [ROUND_VERTEX, ROUND_FRAGMENT],
   over: [ROUND_VERTEX, ROUND_FRAGMENT],
   wire: [WIRE_VERTEX, WIRE_FRAGMENT],

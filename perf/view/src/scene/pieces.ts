@@ -29,8 +29,8 @@ interface Drawn {
   parts: readonly Part[];
 }
 
-/** 12 floats that take a unit box to `box`. */
-export function boxRows(box: Box): Float32Array {
+// 12 floats that take a box from -1 to 1 to `box`.
+function boxRows(box: Box): Float32Array {
   const rows = new Float32Array(ROWS);
   for (let row = 0; row < 3; ++row) {
     for (let k = 0; k < 3; ++k) rows[row * 4 + k] = box.axis[k * 3 + row]! * box.half[k]!;
@@ -118,8 +118,8 @@ function extentsOf(vertices: Float32Array): [number, number, number] {
   return half;
 }
 
-/** The leaves that are drawn. A level of nodes has none of its own, so it is drawn as what it is a level of. */
-export function leavesOf(articulations: readonly Articulation[], index: number): readonly Leaf[] {
+// The leaves that are drawn. A level of nodes has none of its own, so it is drawn as what it is a level of.
+function leavesOf(articulations: readonly Articulation[], index: number): readonly Leaf[] {
   const articulation = articulations[index];
   if (!articulation) return [];
   const {level} = articulation;

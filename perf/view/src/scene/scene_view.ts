@@ -30,7 +30,7 @@ export class SceneView {
   constructor(surface: HTMLElement, stage: Stage, crowd: boolean) {
     this.#surface = surface;
     this.#stage = stage;
-    this.#renderer = new THREE.WebGLRenderer({antialias: !crowd, powerPreference: 'high-performance'});
+    this.#renderer = makeRenderer(!crowd);
     this.#renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.#renderer.setPixelRatio(crowd ? 1 : Math.min(window.devicePixelRatio, 2));
     this.#renderer.setClearColor(COLORS.background);
@@ -53,6 +53,11 @@ export class SceneView {
     if (this.#fitted) return;
     this.#fitted = true;
     this.viewpoint.fit(this.#stage.sampled, false);
+  }
+
+  /** What the scene is called by those who do not see it. */
+  describe(words: string): void {
+    this.canvas.setAttribute('aria-label', words);
   }
 
   /** The scene has changed. */
@@ -125,7 +130,17 @@ export class SceneView {
     this.#resizing.disconnect();
     this.viewpoint.dispose();
     this.#renderer.dispose();
+    this.#renderer.forceContextLoss();
     this.canvas.remove();
     this.#labelLayer.remove();
+  }
+}
+
+function makeRenderer(antialias: boolean): THREE.WebGLRenderer {
+  try {
+    return new THREE.WebGLRenderer({antialias, powerPreference: 'high-performance'});
+  } catch (error) {
+    throw new Error('The scene cannot be drawn, since this browser has no WebGL 2 or has turned it off. Another ' +
+                    'browser, or another graphics driver, may have it.', {cause: error});
   }
 }

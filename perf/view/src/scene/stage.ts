@@ -26,6 +26,8 @@ export interface Picture {
   contacts: Float32Array | null;
   falsePositives: Uint32Array | null;
   selection: Selection;
+  /** Where the camera is. */
+  eye: THREE.Vector3;
 }
 
 /** Boxes of the nodes of some instances of a batch. */
@@ -49,6 +51,8 @@ export interface MaskedPlace {
 
 const MOST_BOXES = 200_000;
 const MOST_CONTACTS = 400;
+// As many characters as tell a crowd from a few.
+const SOME = 4;
 // From how many characters on shapes are drawn coarsely.
 const CROWD = 32;
 
@@ -76,13 +80,13 @@ export class Stage {
     this.#mirrored = first.inputs.some(({poses}) => poses !== null && poses.format !== 'quaternion_translation');
     this.scene.add(this.#contacts.object, this.#boxes.object);
     for (const frame of [...samples].reverse()) {
-      this.#place(frame);
+      this.#place(frame, new THREE.Vector3());
       this.#sampled.add(this.bounds());
     }
     const bounds = this.#sampled;
-    const characters = first.inputs.reduce((sum, input) => sum + countIn(recording, input), 0);
-    this.up = upAxis(recording.header, bounds, characters);
-    this.#characterSize = this.#sizeOfCharacter(first) || bounds.radius || 1;
+    const characters = this.#someCharacters(first);
+    this.up = upAxis(recording.header, characters, bounds);
+    this.#characterSize = 2 * (characters[0]?.radius ?? 0) || bounds.radius || 1;
     this.scene.add(makeGrid(bounds, this.up, recording.header.metresPerUnit));
   }
 
@@ -100,15 +104,19 @@ export class Stage {
     return this.#masked;
   }
 
-  #sizeOfCharacter(frame: Frame): number {
+  // Bounds of the first few characters, each by itself.
+  #someCharacters(frame: Frame): Bounds[] {
+    const found: Bounds[] = [];
     for (const {batch} of frame.inputs) {
       const drawn = this.#batches.get(batch);
       if (!drawn || drawn.isStatic) continue;
-      const bounds = new Bounds();
-      drawn.addBounds(bounds, drawn.present.findIndex((here, i) => here === 1 && drawn.marks.masked[i] === 0));
-      if (!bounds.empty) return 2 * bounds.radius;
+      for (let i = 0; i < drawn.instanceCount && found.length < SOME; ++i) {
+        const bounds = new Bounds();
+        drawn.addBounds(bounds, i);
+        if (!bounds.empty) found.push(bounds);
+      }
     }
-    return 0;
+    return found;
   }
 
   #drawn(batch: number): DrawnBatch {
@@ -128,10 +136,10 @@ export class Stage {
     return made;
   }
 
-  #place(frame: Frame): void {
+  #place(frame: Frame, eye: THREE.Vector3): void {
     this.#inputs = new Map(frame.inputs.map((input) => [input.batch, input]));
     this.#batchOfSlot = new Map(frame.inputs.map(({batch}) => [this.#recording.batches[batch]!.slot, batch]));
-    for (const input of frame.inputs) this.#drawn(input.batch).place(input, this.#center);
+    for (const input of frame.inputs) this.#drawn(input.batch).place(input, this.#center, eye);
     for (const [index, drawn] of this.#batches) {
       drawn.object.visible = this.#inputs.has(index);
       const triangles = this.#triangles.get(index);
@@ -140,8 +148,8 @@ export class Stage {
   }
 
   /** Returns how many contacts are left out, since they are too many. */
-  show({frame, hits, contacts, falsePositives, selection}: Picture): number {
-    this.#place(frame);
+  show({frame, hits, contacts, falsePositives, selection, eye}: Picture): number {
+    this.#place(frame, eye);
     for (const triangles of this.#triangles.values()) triangles.clearMarks();
     if (falsePositives) this.#markAll(falsePositives, () => MARK.falsePositive);
     const {pair, instance} = selection;
@@ -165,9 +173,9 @@ export class Stage {
     for (let i = 0; i < all; ++i) {
       if (all <= MOST_CONTACTS || isOfSelected(hitAt(hits, i))) indices.push(i);
     }
-    const isPair = (i: number): boolean => pair !== null && isSamePair(hitAt(hits, i), pair);
+    const size = 0.1 * this.#characterSize;
     this.#contacts.show(contacts ?? new Float32Array(0), indices, (i, out) => this.#originOfHit(hits, i, out),
-                        0.12 * this.#characterSize, isPair);
+                        (i) => pair === null ? size : isSamePair(hitAt(hits, i), pair) ? 1.5 * size : 0.5 * size);
     return all - indices.length;
   }
 
@@ -256,7 +264,9 @@ export class Stage {
       this.#addLink(bounds, pair.slotA, pair.instanceA, pair.linkA);
       this.#addLink(bounds, pair.slotB, pair.instanceB, pair.linkB);
     } else if (instance) {
-      this.#batches.get(instance.batch)?.addBounds(bounds, instance.instance);
+      const drawn = this.#batches.get(instance.batch);
+      if (drawn?.isStatic) drawn.addBounds(bounds, 0, instance.instance);
+      else drawn?.addBounds(bounds, instance.instance);
     }
     return bounds.empty ? this.bounds() : bounds;
   }
@@ -286,19 +296,30 @@ export class Stage {
     return drawn ? [...drawn.present.keys()].filter((i) => drawn.present[i] === 1) : [];
   }
 
-  /** Where an instance's first link is. */
+  /** The first character that takes part. */
+  firstCharacter(): Selection['instance'] {
+    for (const [batch, drawn] of this.#batches) {
+      const instance = drawn.present.indexOf(1);
+      if (!drawn.isStatic && drawn.object.visible && instance >= 0) return {batch, instance};
+    }
+    return null;
+  }
+
+  /** Where an instance's first link is; of static bodies, the body. Null: it takes no part. */
   middleOf(batch: number, instance: number): THREE.Vector3 | null {
     const drawn = this.#batches.get(batch);
-    if (!drawn || drawn.present[instance] !== 1 || drawn.marks.masked[instance] === 1) return null;
+    if (!drawn) return null;
+    if (drawn.isStatic) return drawn.isLink(0, instance) ? new THREE.Vector3(...drawn.positionOf(0, instance)) : null;
+    if (drawn.present[instance] !== 1 || drawn.marks.masked[instance] === 1) return null;
     return new THREE.Vector3(...drawn.positionOf(instance, 0));
   }
 
-  /** Where a link of a hit is; of static bodies that is the instance. */
+  /** Where a link of a hit is. */
   linkPosition(slot: number, instance: number, link: number): THREE.Vector3 | null {
-    const drawn = this.#batches.get(this.#batchOfSlot.get(slot) ?? -1);
-    if (!drawn) return null;
-    if (!drawn.isStatic) return new THREE.Vector3(...drawn.positionOf(instance, link));
-    return instance < drawn.linkCount ? new THREE.Vector3(...drawn.positionOf(0, instance)) : null;
+    const batch = this.#batchOfSlot.get(slot) ?? -1;
+    const drawn = this.#batches.get(batch);
+    if (!drawn || drawn.isStatic) return this.middleOf(batch, instance);
+    return drawn.isLink(instance, link) ? new THREE.Vector3(...drawn.positionOf(instance, link)) : null;
   }
 
   batchOfSlot(slot: number): number | undefined {

@@ -4,8 +4,9 @@ import type {Dial, EngineInPage} from '../engine/types.js';
 import type {Frame, Recording} from '../recording/types.js';
 import {type Hierarchy, hierarchyOf} from '../scene/hierarchy.js';
 import type {BoxSet, Selection, Stage} from '../scene/stage.js';
-import type {Names} from './names.js';
+import {boxesOfBodies} from '../scene/static_boxes.js';
 import {count} from './format.js';
+import type {Names} from './names.js';
 import type {ViewOptions} from './view_panel.js';
 
 const FEW = 64;
@@ -22,6 +23,7 @@ export class BoxChooser {
   readonly #engine: EngineInPage;
   readonly #names: Names;
   readonly #hierarchies = new Map<string, Hierarchy>();
+  readonly #static = new Map<number, BoxSet>();
 
   constructor(recording: Recording, engine: EngineInPage, names: Names) {
     this.#recording = recording;
@@ -44,7 +46,10 @@ export class BoxChooser {
     if (!leafBoxes && level === 0) return {sets, note: ''};
     for (const input of frame.inputs) {
       const {batch} = input;
-      if (this.#isStatic(batch)) continue;
+      if (this.#isStatic(batch)) {
+        if (leafBoxes) sets.push(this.#staticBoxes(batch));
+        continue;
+      }
       const {leafCount, levels} = this.#hierarchy(batch, dial);
       const nodes = [...levels.keys()].filter((node) =>
         node < leafCount ? leafBoxes || levels[node] === level : levels[node] === level);
@@ -59,6 +64,18 @@ export class BoxChooser {
 
   #isStatic(batch: number): boolean {
     return (this.#recording.batches[batch]?.articulation ?? -1) < 0;
+  }
+
+  // Static bodies have one box each, and triangles none.
+  #staticBoxes(batch: number): BoxSet {
+    const known = this.#static.get(batch);
+    if (known) return known;
+    const bodies = this.#recording.batches[batch]?.staticBodies?.bodies ?? [];
+    const made = {
+      batch, values: boxesOfBodies(bodies), nodeCount: 1, leafCount: 1, instances: [...bodies.keys()], nodes: [0],
+    };
+    this.#static.set(batch, made);
+    return made;
   }
 
   #hierarchy(batch: number, dial: Dial): Hierarchy {

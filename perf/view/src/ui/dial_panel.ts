@@ -119,7 +119,7 @@ export class DialPanel {
   showRecorded(frame: Frame): void {
     const {policies, margin} = frame.settings;
     for (const [name, select] of this.#selects) setText(select.options[0]!, `${policies[name] ?? 'unknown'}, recorded`);
-    this.#margin.placeholder = `${margin}, recorded`;
+    this.#margin.placeholder = `${Number(margin.toPrecision(6))}, recorded`;
     const {stats} = frame;
     this.#write('recorded', {
       milliseconds: stats.secondsTotal * 1000, boxTests: stats.boxTests, leafPairs: stats.leafPairs,

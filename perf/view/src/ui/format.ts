@@ -1,6 +1,7 @@
 // Numbers as people read them.
 
-export const count = (value: number): string => value.toLocaleString('en-GB').replaceAll(',', '\u202f');
+export const count = (value: number): string =>
+  value < 1e9 ? value.toLocaleString('en-GB').replaceAll(',', '\u202f') : value.toExponential(2).replace('e+', 'e');
 
 export const milliseconds = (value: number): string =>
   value >= 100 ? `${value.toFixed(0)} ms` : value >= 1 ? `${value.toFixed(1)} ms` : `${value.toFixed(3)} ms`;

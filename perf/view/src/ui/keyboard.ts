@@ -35,8 +35,8 @@ export const KEYS: readonly (readonly [keys: string, meaning: string])[] = [
 const takesKeys = (target: EventTarget | null): boolean =>
   target instanceof HTMLElement && (target.matches('input, select, textarea') || target.isContentEditable);
 
-/** Listens until the signal is aborted. */
-export function listenToKeys(actions: KeyActions, signal: AbortSignal): void {
+/** Listens until the signal is aborted, while what the keys act on is seen. */
+export function listenToKeys(actions: KeyActions, isSeen: () => boolean, signal: AbortSignal): void {
   const act = (event: KeyboardEvent): boolean => {
     const {key, shiftKey} = event;
     const onButton = event.target instanceof HTMLElement && event.target.matches('button, summary, a');
@@ -86,7 +86,8 @@ export function listenToKeys(actions: KeyActions, signal: AbortSignal): void {
   };
   document.addEventListener('keydown', (event) => {
     const modified = event.ctrlKey || event.metaKey || event.altKey;
-    if (modified || event.defaultPrevented || takesKeys(event.target) || document.querySelector('dialog[open]')) return;
+    if (modified || event.defaultPrevented || takesKeys(event.target)) return;
+    if (!isSeen() || document.querySelector('dialog[open]')) return;
     if (act(event)) event.preventDefault();
   }, {signal});
 }

@@ -122,6 +122,13 @@ export class LiveEngine {
     }
   }
 
+  /** No frame is shown. */
+  hide(): void {
+    clearTimeout(this.#timer);
+    this.#frame = null;
+    this.panel.showStale();
+  }
+
   #run(frame: Frame): void {
     if (!this.#engine) return;
     try {

@@ -4,21 +4,20 @@ import type {Hit} from '../scene/hits.js';
 
 export class Names {
   readonly #recording: Recording;
+  readonly #batches: readonly string[];
 
   constructor(recording: Recording) {
     this.#recording = recording;
+    const plain = recording.batches.map(({name, staticBodies}, i) =>
+      name || this.#articulation(i)?.name || (staticBodies ? 'static bodies' : `batch ${i}`));
+    const counts = new Map<string, number>();
+    for (const name of plain) counts.set(name, (counts.get(name) ?? 0) + 1);
+    this.#batches = plain.map((name, i) => counts.get(name) === 1 ? name : `${name} (batch ${i})`);
   }
 
   /** Batches that are called the same have their numbers too. */
   batch(index: number): string {
-    const name = this.#nameOf(index);
-    const isShared = this.#recording.batches.some((_, other) => other !== index && this.#nameOf(other) === name);
-    return isShared ? `${name} (batch ${index})` : name;
-  }
-
-  #nameOf(index: number): string {
-    const batch = this.#recording.batches[index];
-    return batch?.name || this.#articulation(index)?.name || (batch?.staticBodies ? 'static bodies' : `batch ${index}`);
+    return this.#batches[index] ?? `batch ${index}`;
   }
 
   instance(batch: number, instance: number): string {

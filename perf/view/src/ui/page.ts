@@ -32,6 +32,7 @@ export class Page implements CabPage {
   readonly #help = makeHelp();
   readonly #title = el('h1', {}, 'cab');
   readonly #chooser: HTMLSelectElement;
+  readonly #file: HTMLInputElement;
   readonly #place = el('div', {class: 'place'});
   readonly #report = el('div', {class: 'report-place', hidden: true});
   readonly #toReport: HTMLButtonElement;
@@ -40,20 +41,24 @@ export class Page implements CabPage {
   #viewer: Viewer | null = null;
   #shown = -1;
   #opening: Promise<void> = Promise.resolve();
+  /** How many recordings were asked for. What was asked for before the last one is given up. */
+  #asked = 0;
 
   constructor(options: PageOptions) {
     this.#options = options;
     this.#sources = [...options.embedded];
-    this.#chooser = el('select', {'aria-label': 'Recording', change: () => void this.open(Number(this.#chooser.value))});
-    const file = el('input', {
+    this.#chooser = el('select', {
+      'aria-label': 'Recording', change: () => void this.open(Number(this.#chooser.value)),
+    });
+    this.#file = el('input', {
       type: 'file', accept: '.cab', hidden: true, 'aria-label': 'Open a recording',
-      change: () => this.#openFile(file.files?.[0]),
+      change: () => this.#openFile(this.#file.files?.[0]),
     });
     this.#toReport = el('button', {type: 'button', hidden: true, click: () => this.#backToReport()}, 'Report');
     this.element = el('div', {class: 'page'},
       el('header', {class: 'top'}, el('span', {class: 'brand'}, 'cab'), this.#title, this.#chooser,
         el('span', {class: 'spring'}), this.#toReport,
-        el('button', {type: 'button', click: () => file.click()}, 'Open\u2026'), file,
+        el('button', {type: 'button', click: () => this.#file.click()}, 'Open\u2026'), this.#file,
         el('button', {type: 'button', title: 'Keys and mouse (?)', click: () => this.#showHelp()}, 'Help')),
       this.#messages.element, this.#report, this.#place, this.#help);
     this.#listen();
@@ -119,7 +124,8 @@ export class Page implements CabPage {
     this.#place.replaceChildren(el('div', {class: 'start'},
       el('h2', {}, 'Open a recording'),
       el('p', {}, 'Drop a file here that ', el('code', {}, 'cab run \u2026 --record FILE.cab'),
-         ' wrote, or choose one with Open. Nothing leaves this computer.')));
+         ' wrote, or choose one. Nothing leaves this computer.'),
+      el('button', {type: 'button', class: 'primary', click: () => this.#file.click()}, 'Choose a file')));
   }
 
   #openFile(file: File | undefined): void {
@@ -142,6 +148,7 @@ export class Page implements CabPage {
       this.#viewer.player.goTo(frame);
       return;
     }
+    const asked = ++this.#asked;
     this.#viewer?.dispose();
     this.#viewer = null;
     this.#shown = index;
@@ -149,26 +156,29 @@ export class Page implements CabPage {
     this.#showSources();
     const source = this.#sources[index];
     if (!source) {
-      this.#showStart();
-      this.#messages.add(`There is no recording ${index}: the page holds ${plural(this.#sources.length, 'recording')}, ` +
-                         'counted from 0.', 'error');
+      if (this.#sources.length > 0) await this.#open(0, 0);
+      else this.#showStart();
+      const held = plural(this.#sources.length, 'recording');
+      this.#messages.add(`There is no recording ${index}: the page holds ${held}, counted from 0.`, 'error');
       return;
     }
     this.#place.replaceChildren(el('p', {class: 'start', role: 'status'}, `Opening ${source.name}\u2026`));
     // The browser shows the words before the page is busy.
     await new Promise((resolve) => setTimeout(resolve));
     try {
-      await this.#show(source, frame);
+      const bytes = await source.bytes();
+      if (asked === this.#asked) await this.#show(bytes, source.name, frame);
     } catch (error) {
+      if (asked !== this.#asked) return;
       this.#showStart();
       this.#messages.add(wordsOf(error), 'error');
     }
   }
 
-  async #show(source: Source, frame: number): Promise<void> {
-    const recording = this.#options.read(await source.bytes(), source.name);
+  async #show(bytes: Uint8Array, name: string, frame: number): Promise<void> {
+    const recording = this.#options.read(bytes, name);
     for (const problem of recording.problems) this.#messages.add(problem, 'problem');
-    const title = recording.header.title || source.name;
+    const title = recording.header.title || name;
     setText(this.#title, title);
     document.title = `${title} \u2013 cab`;
     const viewer = new Viewer({

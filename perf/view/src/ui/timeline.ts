@@ -69,6 +69,7 @@ export class Timeline {
     context.fillRect(0, 0, width, height - AXIS_HEIGHT);
     this.#drawBars(context, width, bottom);
     if (this.#pair) drawIntervals(context, this.#pair, this.#player.frameCount, width, bottom + 2, PAIR_HEIGHT);
+    this.#drawWords(context);
     this.#drawAxis(context, width, height);
   }
 
@@ -76,7 +77,7 @@ export class Timeline {
   #drawBars(context: CanvasRenderingContext2D, width: number, bottom: number): void {
     const {hitsPerFrame, damaged} = this.#index;
     const frames = this.#player.frameCount;
-    const most = hitsPerFrame.reduce((a, b) => Math.max(a, b), 1);
+    const scale = hitsPerFrame.reduce((a, b) => Math.max(a, b), 1);
     const columns = Math.min(Math.ceil(width), frames);
     const edge = (column: number): number => Math.round(column / columns * width);
     for (let column = 0; column < columns; ++column) {
@@ -93,12 +94,19 @@ export class Timeline {
         context.fillRect(edge(column), 0, edge(column + 1) - edge(column), bottom);
       }
       if (hits === 0) continue;
-      const tall = Math.max(3, hits / most * (bottom - 3));
+      const tall = Math.max(3, hits / scale * (bottom - 3));
       context.fillStyle = COLOR.bar;
       const wide = edge(column + 1) - edge(column);
       context.fillRect(edge(column), bottom - tall, wide > 4 ? wide - 1 : wide, tall);
     }
-    const words = `at most ${plural(hitsPerFrame.reduce((a, b) => Math.max(a, b), 0), 'hit')} per frame`;
+  }
+
+  // What the colours stand for.
+  #drawWords(context: CanvasRenderingContext2D): void {
+    const {hitsPerFrame, damaged} = this.#index;
+    const most = hitsPerFrame.reduce((a, b) => Math.max(a, b), 0);
+    const words = `red: hits, at most ${count(most)} per frame` +
+        (this.#pair ? '; blue: the selected pair touches' : '') + (damaged.includes(1) ? '; grey: damaged' : '');
     context.font = '10px system-ui, sans-serif';
     context.fillStyle = COLOR.behindText;
     context.fillRect(2, 1, context.measureText(words).width + 6, 13);

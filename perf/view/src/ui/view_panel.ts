@@ -11,6 +11,9 @@ export interface ViewOptions {
   follow: boolean;
 }
 
+/** The options that are on or off. */
+export type Switch = 'leafBoxes' | 'contacts' | 'falsePositives' | 'follow';
+
 /** What the picture has. */
 export interface Drawn extends ViewOptions {
   selectedPair: boolean;
@@ -24,17 +27,17 @@ const MOST_LEVELS = 64;
 export class ViewPanel {
   readonly controls: HTMLElement;
   readonly legend: HTMLElement;
-  readonly #boxes: Record<'leafBoxes' | 'contacts' | 'falsePositives' | 'follow', HTMLInputElement>;
+  readonly #switches: Record<Switch, HTMLInputElement>;
   readonly #level: HTMLSelectElement;
   readonly #entries: Record<Entry, HTMLElement>;
   readonly #note = el('p', {class: 'scene-note', 'aria-live': 'polite'});
 
   constructor(onChange: (change: Partial<ViewOptions>) => void, onFit: () => void) {
-    const box = (name: 'leafBoxes' | 'contacts' | 'falsePositives' | 'follow'): HTMLInputElement => {
+    const box = (name: Switch): HTMLInputElement => {
       const input = el('input', {type: 'checkbox', change: () => onChange({[name]: input.checked})});
       return input;
     };
-    this.#boxes = {
+    this.#switches = {
       leafBoxes: box('leafBoxes'), contacts: box('contacts'), falsePositives: box('falsePositives'),
       follow: box('follow'),
     };
@@ -43,17 +46,20 @@ export class ViewPanel {
     const check = (input: HTMLInputElement, words: string, title: string): HTMLElement =>
       el('label', {class: 'check', title}, input, words);
     this.controls = el('div', {class: 'view-controls', role: 'group', 'aria-label': 'What is drawn'},
-      check(this.#boxes.leafBoxes, 'Leaf boxes', 'Boxes of the leaves (b)'),
+      check(this.#switches.leafBoxes, 'Leaf boxes', 'Boxes of the leaves (b)'),
       el('label', {title: 'Boxes of one level of the tree (0 to 9)'}, 'Inner boxes ', this.#level),
-      check(this.#boxes.contacts, 'Contacts', 'Points and normals of contacts (c)'),
-      check(this.#boxes.falsePositives, 'False positives', 'Links whose boxes overlap and whose shapes are apart (p)'),
-      check(this.#boxes.follow, 'Follow', 'The camera goes along with the selected character (f)'),
-      el('button', {type: 'button', title: 'Fit the camera to what is selected, or to everything (z)', click: onFit}, 'Fit'));
+      check(this.#switches.contacts, 'Contacts', 'Points and normals of contacts (c)'),
+      check(this.#switches.falsePositives, 'False positives',
+            'Links whose boxes overlap and whose shapes are apart (p)'),
+      check(this.#switches.follow, 'Follow', 'The camera goes along with the selected character (f)'),
+      el('button', {
+        type: 'button', title: 'Fit the camera to what is selected, or to everything (z)', click: onFit,
+      }, 'Fit'));
     this.#entries = {
       hit: entry('hit', 'red: links in a hit'),
       selectedPair: entry('selected', 'red, striped: the selected pair'),
       falsePositives: entry('amber', 'amber, striped: false positive, boxes overlap and shapes are apart'),
-      masked: entry('masked', 'grey, crossed: masked, its pose is no pose'),
+      masked: entry('masked', 'grey, crossed, in a cube: masked, since its pose is no pose'),
       contacts: entry('contact', 'white arrow: contact normal, from a to b'),
       leafBoxes: entry('leaf-box', 'light blue lines: leaf boxes'),
       level: entry('inner-box', 'violet lines: inner boxes'),
@@ -78,12 +84,9 @@ export class ViewPanel {
     this.#level.value = Number(chosen) <= levels ? chosen || '0' : '0';
   }
 
-  show({leafBoxes, level, contacts, falsePositives, follow}: ViewOptions): void {
-    Object.assign(this.#boxes.leafBoxes, {checked: leafBoxes});
-    Object.assign(this.#boxes.contacts, {checked: contacts});
-    Object.assign(this.#boxes.falsePositives, {checked: falsePositives});
-    Object.assign(this.#boxes.follow, {checked: follow});
-    this.#level.value = String(level);
+  show(options: ViewOptions): void {
+    for (const name of Object.keys(this.#switches) as Switch[]) this.#switches[name].checked = options[name];
+    this.#level.value = String(options.level);
   }
 
   /** What is left out of the picture, or which hits it shows. */

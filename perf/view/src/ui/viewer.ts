@@ -9,7 +9,7 @@ import {BoxChooser} from './boxes_shown.js';
 import {ContactIndex, contactOfPair, type PairHistory} from './contact_index.js';
 import {isAsRecorded} from './dial_state.js';
 import {el, setText} from './dom.js';
-import {count, hash, timeLeft, wordsOf} from './format.js';
+import {count, hash, plural, timeLeft, wordsOf} from './format.js';
 import {FramePanel} from './frame_panel.js';
 import {FrameRate} from './frame_rate.js';
 import {listenToKeys} from './keyboard.js';
@@ -21,7 +21,7 @@ import {Player} from './player.js';
 import {makeTabs} from './tabs.js';
 import {Timeline} from './timeline.js';
 import {Transport} from './transport.js';
-import {ViewPanel, type ViewOptions} from './view_panel.js';
+import {type Switch, type ViewOptions, ViewPanel} from './view_panel.js';
 
 const CROWD_LEAVES = 4000;
 const MOST_LABELS = 40;
@@ -45,7 +45,6 @@ export class Viewer {
   /** Settles when all frames are read. */
   readonly indexed: Promise<void>;
   readonly #recording: Recording;
-  readonly #messages: Messages;
   readonly #names: Names;
   readonly #stage: Stage;
   readonly #view: SceneView;
@@ -56,9 +55,12 @@ export class Viewer {
   readonly #framePanel = new FramePanel();
   readonly #viewPanel: ViewPanel;
   readonly #status = el('p', {class: 'status', role: 'status'});
+  readonly #reading = el('p', {class: 'status'});
   readonly #rate = new FrameRate();
   readonly #ended = new AbortController();
   #boxes: BoxChooser | null = null;
+  /** The deepest level of the trees; 0: unknown. */
+  #depth = 0;
   #frame: Frame | null = null;
   #options: ViewOptions = {leafBoxes: false, level: 0, contacts: true, falsePositives: false, follow: false};
   #selection: Selection = {instance: null, pair: null};
@@ -68,7 +70,6 @@ export class Viewer {
   constructor({recording, title, engine, messages, firstFrame, onHelp}: ViewerOptions) {
     this.#recording = recording;
     this.title = title;
-    this.#messages = messages;
     this.#names = new Names(recording);
     const samples = sampleFrames(recording);
     this.#stage = new Stage(recording, samples);
@@ -93,7 +94,7 @@ export class Viewer {
         makeTabs([['Contacts', this.#pairs.element], ['The dial', this.live.panel.element],
                   ['About', aboutOf(recording)]])),
       el('div', {class: 'bottom'}, this.#timeline.element,
-        el('div', {class: 'row'}, this.#transport.element, this.#status)));
+        el('div', {class: 'row'}, this.#transport.element, this.#reading, this.#status)));
     this.#listen(surface, onHelp);
     this.#setOptions({});
     this.player.goTo(firstFrame);
@@ -124,7 +125,8 @@ export class Viewer {
 
   async #readAll(): Promise<void> {
     await this.#index.scan(({done, of, secondsLeft}) => {
-      setText(this.#status, done < of ? `Reading frames: ${count(done)} of ${count(of)}, ${timeLeft(secondsLeft)}` : '');
+      const words = `Reading frames: ${count(done)} of ${count(of)}, ${timeLeft(secondsLeft)}`;
+      setText(this.#reading, done < of ? words : '');
       this.#timeline.draw();
     }, this.#ended.signal);
     if (this.#ended.signal.aborted) return;
@@ -149,9 +151,13 @@ export class Viewer {
     try {
       this.#frame = this.#recording.frame(frame);
     } catch (error) {
-      this.#messages.add(wordsOf(error), 'problem');
+      // The scene stays as it was.
+      this.#frame = null;
+      this.live.hide();
+      this.#setStatus(`Frame ${frame} cannot be read: ${wordsOf(error)}`);
       return;
     }
+    this.#setStatus('');
     this.#framePanel.show(this.#frame, this.player.timeOf(frame));
     this.live.show(this.#frame, playing);
     this.#draw();
@@ -168,12 +174,16 @@ export class Viewer {
     const contacts = this.#options.contacts ? shown.contacts : null;
     const unshown = this.#stage.show({
       frame, hits: shown.hits, contacts, falsePositives, selection: this.#selection,
+      eye: this.#view.viewpoint.camera.position,
     });
     const after = this.#focus();
     if (this.#options.follow && before && after) this.#view.viewpoint.shift(after.sub(before));
     if (engine) this.#boxes ??= new BoxChooser(this.#recording, engine, this.#names);
     const notes = [shown === frame ? '' : 'Hits are those of the dial, not those recorded.'];
-    if (unshown > 0) notes.push(`${count(unshown)} contacts are too many to draw: select a character to see its own.`);
+    if (unshown > 0) {
+      notes.push(`${count(unshown)} contacts are too many to draw${
+        this.#selection.instance ? ' beside those of the character' : ': select a character to see its own'}.`);
+    }
     notes.push(this.#showBoxes(frame));
     this.#viewPanel.setNote(notes.filter((note) => note !== '').join(' '));
     this.#viewPanel.showLegend({
@@ -181,17 +191,20 @@ export class Viewer {
       masked: this.#stage.masked.length > 0,
     });
     this.#showLabels();
+    this.#view.describe(`The scene at frame ${frame.index}: ${plural(hitCount(shown.hits), 'hit')}`);
     this.#view.invalidate();
   }
 
   // Returns what is left out, in words.
   #showBoxes(frame: Frame): string {
+    const {leafBoxes, level} = this.#options;
     if (!this.#boxes) {
       this.#stage.showBoxes([]);
-      return '';
+      return leafBoxes || level > 0 ? 'No boxes: they come from the engine in the page, which has not started.' : '';
     }
     try {
-      this.#viewPanel.setDepth(this.#boxes.depth(frame, this.live.dial));
+      this.#depth = this.#boxes.depth(frame, this.live.dial);
+      this.#viewPanel.setDepth(this.#depth);
       const {sets, note} = this.#boxes.choose(frame, this.live.dial, this.#options, this.#selection, this.#stage);
       const left = this.#stage.showBoxes(sets);
       return left > 0 ? `${note} ${count(left)} boxes are too many to draw.` : note;
@@ -199,6 +212,10 @@ export class Viewer {
       this.#stage.showBoxes([]);
       return `No boxes: ${wordsOf(error)}`;
     }
+  }
+
+  #setStatus(words: string): void {
+    setText(this.#status, words);
   }
 
   #focus(): ReturnType<Stage['middleOf']> {
@@ -228,6 +245,7 @@ export class Viewer {
 
   #setOptions(change: Partial<ViewOptions>): void {
     this.#options = {...this.#options, ...change};
+    if (change.follow) this.#selection.instance ??= this.#stage.firstCharacter();
     this.#viewPanel.show(this.#options);
     this.#draw();
   }
@@ -275,7 +293,7 @@ export class Viewer {
                                     this.#index.contactFrom(frame, forward);
     this.player.pause();
     if (to >= 0) this.player.goTo(to);
-    setText(this.#status, to >= 0 ? '' : `There is no ${forward ? 'later' : 'earlier'} contact.`);
+    else this.#setStatus(`There is no ${forward ? 'later' : 'earlier'} contact.`);
     return to;
   }
 
@@ -289,15 +307,14 @@ export class Viewer {
       if (picked) this.select(picked.batch, picked.instance);
       else this.#clearSelection();
     }, {signal});
-    const toggle = (name: 'leafBoxes' | 'contacts' | 'falsePositives' | 'follow') => (): void =>
-      this.#setOptions({[name]: !this.#options[name]});
+    const toggle = (name: Switch) => (): void => this.#setOptions({[name]: !this.#options[name]});
     listenToKeys({
       toggle: () => this.player.toggle(),
       step: (by) => this.player.step(by),
       jump: (forward) => void this.jump(forward),
       first: () => this.player.step(-this.player.frame),
       last: () => this.player.step(this.player.frameCount - 1 - this.player.frame),
-      level: (level) => this.#setOptions({level}),
+      level: (level) => this.#setOptions({level: Math.min(level, this.#depth)}),
       boxes: toggle('leafBoxes'),
       contacts: toggle('contacts'),
       falsePositives: toggle('falsePositives'),
@@ -305,7 +322,7 @@ export class Viewer {
       fit: () => this.#fit(),
       clear: () => this.#clearSelection(),
       help: onHelp,
-    }, signal);
+    }, () => this.element.offsetParent !== null, signal);
   }
 
   setSpeed(speed: number): void {

@@ -1,0 +1,126 @@
+// Takes the pictures of docs/gallery.md and README.md from the page, in a browser.
+//
+//   node gallery.mjs --work DIR --browser PROGRAM --recordings DIR --out DIR
+//
+//   --work        the folder of --work of build.mjs, for puppeteer-core and the page
+//   --recordings  NAME.cab of each picture below; one that is not there is left out
+//   --out         where NAME.png, and the frames FILM-NNN.png of the film, are written
+import {existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import {tmpdir} from 'node:os';
+import {join, resolve} from 'node:path';
+import {pathToFileURL} from 'node:url';
+import {parseArgs} from 'node:util';
+
+const {values: options} = parseArgs({
+  options: {
+    work: {type: 'string'},
+    browser: {type: 'string'},
+    recordings: {type: 'string'},
+    out: {type: 'string'},
+  },
+});
+for (const name of ['work', 'browser', 'recordings', 'out']) {
+  if (options[name] === undefined) throw new Error(`--${name} is missing`);
+}
+
+// What each picture shows: the frame, keys that are pressed, and how the camera goes. `wheel` is in pixels, below 0
+// nearer; `drag` in pixels. pair: the first pair of the list is selected. contact: the next frame with a contact.
+// whole: the page with its panels.
+const PICTURES = [
+  {name: 'viewer', of: 'people', frame: 1664, keys: ['z', '5'], pair: true, wheel: 1300, whole: true},
+  {name: 'people', of: 'people', frame: 1664, keys: ['z', 'b', 'Escape'], pair: true, wheel: 1300},
+  {name: 'dancers', of: 'dancers', frame: 605, keys: ['5'], wheel: -400},
+  {name: 'rope', of: 'rope', frame: 10, keys: ['z', '8', 'Escape'], pair: true, wheel: 1100},
+  {name: 'crowd', of: 'crowd', frame: 10, keys: [], wheel: -900, drag: [60, 20]},
+  {name: 'dented', of: 'dented', frame: 520, keys: ['b', 'p'], wheel: -600},
+  {name: 'robot', of: 'robot', frame: 0, keys: ['b'], contact: true, wheel: -300},
+];
+const FILM = {
+  of: 'people', first: 1560, last: 1760, step: 8, keys: ['z', 'Escape'], pair: true, wheel: 1400, scale: .6,
+};
+
+const work = resolve(options.work), out = resolve(options.out);
+const folder = mkdtempSync(join(tmpdir(), 'cab-gallery-'));
+const template = readFileSync(join(work, 'cab_view.html'), 'utf8').split('<!--CAB-DATA-->');
+const puppeteer = createRequire(join(work, 'package.json'))('puppeteer-core');
+mkdirSync(out, {recursive: true});
+
+// The page with one recording, as `cab view` writes it. Null if there is no such recording.
+function pageOf(name) {
+  const recording = join(resolve(options.recordings), `${name}.cab`);
+  if (!existsSync(recording)) return null;
+  const file = join(folder, `${name}.html`);
+  const data = readFileSync(recording).toString('base64');
+  writeFileSync(file, `${template[0]}<script type="application/octet-stream" class="cab-recording" ` +
+                      `data-name="${name}.cab">${data}</script>${template[1]}`);
+  return pathToFileURL(file).href;
+}
+
+async function open(browser, address, frame, {width = 1240, height = 800, scale = 1} = {}) {
+  const page = await browser.newPage();
+  await page.setViewport({width, height, deviceScaleFactor: scale});
+  await page.goto(`${address}#recording=0&frame=${frame}`);
+  await page.evaluate(async () => {
+    await window.cabPage.ready;
+    await window.cabPage.engineReady;
+  });
+  return page;
+}
+
+async function aim(page, {wheel = 0, drag, keys = [], pair = false, contact = false}) {
+  const stage = await page.$('canvas');
+  const box = await stage.boundingBox();
+  const x = box.x + box.width / 2, y = box.y + box.height / 2;
+  if (pair) await page.click('.pair-name');
+  if (contact) await page.evaluate(() => window.cabPage.jump(true));
+  for (const key of keys) await page.keyboard.press(key);
+  await page.mouse.move(x, y);
+  for (let left = Math.abs(wheel); left > 0; left -= 100) await page.mouse.wheel({deltaY: 100 * Math.sign(wheel)});
+  if (drag) {
+    await page.mouse.down();
+    await page.mouse.move(x + drag[0], y + drag[1], {steps: 8});
+    await page.mouse.up();
+  }
+  await page.mouse.move(box.x + 2, box.y + 2);
+  await settled(page);
+  return stage;
+}
+
+// Until two pictures have been drawn with all that was asked for.
+const settled = (page) => page.evaluate(
+    () => new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 400)));
+
+const browser = await puppeteer.launch({
+  executablePath: options.browser,
+  headless: true,
+  args: ['--no-sandbox', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
+         '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+});
+try {
+  for (const picture of PICTURES) {
+    const address = pageOf(picture.of);
+    if (address === null) {
+      console.log(`${picture.name}: left out, there is no ${picture.of}.cab`);
+      continue;
+    }
+    const page = await open(browser, address, picture.frame);
+    const stage = await aim(page, picture);
+    await (picture.whole ? page : stage).screenshot({path: join(out, `${picture.name}.png`)});
+    await page.close();
+  }
+  const address = pageOf(FILM.of);
+  if (address !== null) {
+    const page = await open(browser, address, FILM.first, FILM);
+    await page.evaluate((frame) => window.cabPage.goTo(frame), FILM.first);
+    const stage = await aim(page, FILM);
+    for (let frame = FILM.first, k = 0; frame < FILM.last; frame += FILM.step, ++k) {
+      await page.evaluate((to) => window.cabPage.goTo(to), frame);
+      await settled(page);
+      await stage.screenshot({path: join(out, `film-${String(k).padStart(3, '0')}.png`)});
+    }
+  }
+} finally {
+  await browser.close();
+  rmSync(folder, {recursive: true, force: true});
+}

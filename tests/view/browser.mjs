@@ -1,0 +1,447 @@
+// The page in a real browser: it opens from a file without network, plays, reruns frames to the same bits, takes keys,
+// and says what is wrong with a recording.
+//
+//   node --test-reporter=spec browser.mjs --work DIR --browser PROGRAM
+//       [--page FILE] [--recording FILE.cab ...] [--crowd FILE.cab] [--pictures DIR] [--renew]
+//
+//   --work       the folder of --work of perf/view/build.mjs, for puppeteer-core and the page
+//   --page       default: WORK/cab_view.html
+//   --recording  more recordings to look at. avx512.cab beside this file is always one
+//   --crowd      a recording whose pictures per second are printed; they are not judged
+//   --pictures   where pictures of the page are written. Default: WORK/pictures
+//   --renew      writes the small pictures that others are compared with, tests/view/pictures/NAME.png
+import assert from 'node:assert/strict';
+import {existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import {tmpdir} from 'node:os';
+import {basename, join, resolve} from 'node:path';
+import {after, before, describe, test} from 'node:test';
+import {fileURLToPath, pathToFileURL} from 'node:url';
+import {parseArgs} from 'node:util';
+
+const {values: options} = parseArgs({
+  options: {
+    work: {type: 'string'},
+    browser: {type: 'string'},
+    page: {type: 'string'},
+    recording: {type: 'string', multiple: true, default: []},
+    crowd: {type: 'string'},
+    pictures: {type: 'string'},
+    renew: {type: 'boolean', default: false},
+  },
+});
+for (const name of ['work', 'browser']) assert(options[name], `--${name} is missing`);
+
+const here = fileURLToPath(new URL('.', import.meta.url));
+const work = resolve(options.work);
+const pageFile = options.page ? resolve(options.page) : join(work, 'cab_view.html');
+const pictures = options.pictures ? resolve(options.pictures) : join(work, 'pictures');
+const fixtureFile = join(here, 'fixtures/avx512.cab');
+const fixture = readFileSync(fixtureFile);
+
+const WIDTHS = {800: 1000, 1280: 800, 1920: 1080};
+// Pictures are compared after they are made so small. Renderers draw edges and lines differently.
+const SMALL = {width: 48, height: 30};
+// Of the scene's background, as src/scene/colors.ts has it.
+const BACKGROUND = [0x1c, 0x23, 0x2b, 0xff];
+// How much of what stands in front of the background may be elsewhere: 0 nothing, 1 all. Two runs of one renderer
+// differ by 0, the two people of the demo at another moment by 0.4.
+const MOST_DIFFERENCE = 0.08;
+
+const folder = mkdtempSync(join(tmpdir(), 'cab-browser-'));
+let browser;
+
+before(async () => {
+  const puppeteer = createRequire(join(work, 'package.json'))('puppeteer-core');
+  mkdirSync(pictures, {recursive: true});
+  browser = await puppeteer.launch({
+    executablePath: options.browser,
+    headless: true,
+    args: ['--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
+           '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+  });
+});
+
+after(async () => {
+  await browser?.close();
+  rmSync(folder, {recursive: true, force: true});
+});
+
+const escapeHtml = (text) => text.replaceAll('&', '&amp;').replaceAll('"', '&quot;').replaceAll('<', '&lt;');
+
+/** A page with recordings in it, as `cab view` writes them. */
+function embed(name, recordings) {
+  const page = readFileSync(pageFile, 'utf8');
+  assert.equal(page.split('<!--CAB-DATA-->').length, 2, 'the page has one place for data');
+  const data = Object.entries(recordings).map(([recording, bytes]) =>
+    `<script type="application/octet-stream" class="cab-recording" data-name="${escapeHtml(recording)}">` +
+    `${Buffer.from(bytes).toString('base64')}</script>`).join('\n');
+  const file = join(folder, `${name}.html`);
+  writeFileSync(file, page.replace('<!--CAB-DATA-->', () => data));
+  return file;
+}
+
+/** Opens a page, and fails on whatever it asks of the network or prints as an error. */
+async function open(file, {width = 1280, fragment = ''} = {}) {
+  const tab = await browser.newPage();
+  await tab.setViewport({width, height: WIDTHS[width]});
+  const wrong = [];
+  await tab.setRequestInterception(true);
+  tab.on('request', (request) => {
+    const isLocal = /^(file|data|blob):/.test(request.url());
+    if (!isLocal) wrong.push(`request of ${request.url()}`);
+    void (isLocal ? request.continue() : request.abort());
+  });
+  tab.on('console', (message) => {
+    if (message.type() === 'error') wrong.push(`console: ${message.text()}`);
+  });
+  tab.on('pageerror', (error) => wrong.push(`error: ${error.message}`));
+  await tab.goto(`${pathToFileURL(file).href}${fragment}`);
+  await tab.evaluate('cabPage.ready.then(() => cabPage.engineReady)');
+  return {
+    tab,
+    read: (member) => tab.evaluate(`cabPage.${member}`),
+    /** Waits until an expression in the page is true. */
+    until: (expression) => tab.waitForFunction(expression, {timeout: 20000}),
+    async close() {
+      await tab.close();
+      assert.deepEqual(wrong, []);
+    },
+  };
+}
+
+const text = (page, selector) => page.tab.$eval(selector, (element) => element.textContent);
+
+async function showTab(page, title) {
+  for (const tab of await page.tab.$$('[role="tab"]')) {
+    if (await tab.evaluate((element) => element.textContent) === title) return tab.click();
+  }
+  throw new Error(`there is no tab ${title}`);
+}
+
+describe('the page', () => {
+  test('without a recording asks for one, and opens a file', async () => {
+    const page = await open(embed('empty', {}));
+    assert.match(await text(page, '.start'), /Open a recording/);
+    assert.equal(await page.read('frameCount'), 0);
+    const input = await page.tab.$('input[type="file"]');
+    await input.uploadFile(fixtureFile);
+    await page.until('cabPage.frameCount > 0');
+    assert.deepEqual(await page.read('errors'), []);
+    await page.close();
+  });
+
+  test('opens recordings that it holds, and the place that the fragment names', async () => {
+    const file = embed('two', {'first <&">.cab': fixture, 'second.cab': fixture});
+    const page = await open(file, {fragment: '#recording=1&frame=2'});
+    assert.equal(await page.read('recording'), 1);
+    assert.equal(await page.read('frame'), 2);
+    assert.deepEqual(await page.read('recordings'), ['first <&">.cab', 'second.cab']);
+    await page.tab.select('select[aria-label="Recording"]', '0');
+    await page.until('cabPage.recording === 0 && cabPage.frameCount > 0');
+    await page.close();
+  });
+
+  test('names all of its controls', async () => {
+    const page = await open(embed('names', {'a.cab': fixture}));
+    const nameless = await page.tab.evaluate(() => {
+      const nameOf = (element) => element.getAttribute('aria-label') || element.textContent.trim() || element.title ||
+        [...element.labels ?? []].map((label) => label.textContent.trim()).join('');
+      return [...document.querySelectorAll('button, select, input, [role="slider"], dialog')]
+          .filter((element) => !nameOf(element)).map((element) => element.outerHTML.slice(0, 120));
+    });
+    assert.deepEqual(nameless, []);
+    await page.close();
+  });
+});
+
+describe('playing', () => {
+  let page;
+  before(async () => (page = await open(embed('play', {'avx512.cab': fixture}))));
+  after(() => page.close());
+
+  test('a click on the strip goes to its frame', async () => {
+    const {x, y, width, height} = await (await page.tab.$('.timeline')).boundingBox();
+    const frames = await page.read('frameCount');
+    await page.tab.mouse.click(x + 0.5 * width, y + height / 3);
+    assert.equal(await page.read('frame'), Math.floor(0.5 * frames));
+    assert.equal(await page.tab.$eval('.timeline', (strip) => strip.getAttribute('aria-valuenow')),
+                 String(await page.read('frame')));
+    await page.tab.mouse.move(x + 0.5 * width, y + height / 3);
+    await page.tab.mouse.down();
+    await page.tab.mouse.move(x + 0.02 * width, y + height / 3, {steps: 4});
+    await page.tab.mouse.up();
+    assert.equal(await page.read('frame'), Math.floor(0.02 * frames));
+  });
+
+  test('it plays, and pauses', async () => {
+    await page.tab.evaluate('cabPage.goTo(0)');
+    await page.tab.click('button[aria-label^="Play"]');
+    await page.until('cabPage.playing && cabPage.frame > 1');
+    await page.tab.click('button[aria-label^="Pause"]');
+    assert.equal(await page.read('playing'), false);
+  });
+
+  test('it jumps to contacts', async () => {
+    await page.tab.evaluate('cabPage.goTo(0)');
+    await page.tab.click('button[aria-label^="Next contact"]');
+    assert(await page.read('frame') > 0);
+    assert(await page.read('hits') > 0);
+    await page.tab.evaluate('cabPage.goTo(cabPage.frameCount - 1)');
+    await page.tab.click('button[aria-label^="Previous contact"]');
+    assert(await page.read('hits') > 0);
+  });
+
+  test('a pair of links goes to its worst frame', async () => {
+    await showTab(page, 'Contacts');
+    await page.tab.click('.pairs button');
+    assert(await page.read('hits') > 0);
+    assert.equal(await page.tab.$$eval('.pairs .selected', (rows) => rows.length), 1);
+    assert.match(await text(page, '.legend'), /selected pair/);
+    const before = await page.read('frame');
+    await page.tab.evaluate('cabPage.goTo(0)');
+    const strip = await page.tab.$('.pairs .selected .pair-timeline');
+    const {x, y, width, height} = await strip.boundingBox();
+    await page.tab.mouse.click(x + width * (before + 0.5) / await page.read('frameCount'), y + height / 2);
+    assert.equal(await page.read('frame'), before);
+    await page.tab.type('input[type="search"]', 'no link is called this');
+    assert.equal(await page.tab.$$eval('.pairs li', (rows) => rows.length), 0);
+    await page.tab.$eval('input[type="search"]', (input) => {
+      input.value = '';
+      input.dispatchEvent(new Event('input'));
+      input.blur();
+    });
+  });
+
+  test('keys do what the help says', async () => {
+    const {keyboard} = page.tab;
+    const last = await page.read('frameCount') - 1;
+    await page.tab.evaluate('document.activeElement.blur()');
+    await keyboard.press('Escape');
+    await keyboard.press('Home');
+    assert.equal(await page.read('frame'), 0);
+    await keyboard.press('ArrowRight');
+    await keyboard.press('ArrowRight');
+    await keyboard.press('ArrowLeft');
+    assert.equal(await page.read('frame'), 1);
+    await keyboard.press('End');
+    assert.equal(await page.read('frame'), last);
+    await keyboard.down('Shift');
+    await keyboard.press('ArrowLeft');
+    await keyboard.up('Shift');
+    assert(await page.read('frame') < last);
+    await keyboard.press('Space');
+    assert.equal(await page.read('playing'), true);
+    await keyboard.press('Space');
+    assert.equal(await page.read('playing'), false);
+    const callsBefore = (await page.read('drawn')).calls;
+    await keyboard.press('b');
+    await keyboard.press('2');
+    await page.until(`cabPage.drawn.calls > ${callsBefore}`);
+    assert.match(await text(page, '.legend'), /leaf boxes/);
+    assert.equal(await page.tab.$eval('.view-controls select', (select) => select.value), '2');
+    await keyboard.press('b');
+    await keyboard.press('0');
+    await keyboard.press('f');
+    assert.equal(await page.tab.$$eval('.view-controls input:checked', (boxes) => boxes.length), 2);
+    await keyboard.press('f');
+    await keyboard.press('?');
+    assert.equal(await page.tab.$$eval('dialog[open]', (dialogs) => dialogs.length), 1);
+    await keyboard.press('Escape');
+    assert.equal(await page.tab.$$eval('dialog[open]', (dialogs) => dialogs.length), 0);
+  });
+
+  test('a click selects a character', async () => {
+    await page.tab.evaluate('cabPage.goTo(0)');
+    await page.tab.evaluate('cabPage.select(0, 0)');
+    await page.tab.waitForSelector('.scene-label.selected');
+    const name = await text(page, '.scene-label.selected');
+    // The label is above and beside the place where the character is.
+    const place = await page.tab.evaluate(() => {
+      const [, x, y] = /translate\(([-\d.]+)px, ([-\d.]+)px\)/.exec(
+        document.querySelector('.scene-label.selected').style.transform);
+      const {left, top} = document.querySelector('.surface').getBoundingClientRect();
+      return {x: left + Number(x), y: top + Number(y)};
+    });
+    await page.tab.keyboard.press('Escape');
+    assert.equal(await page.tab.$$eval('.scene-label.selected', (labels) => labels.length), 0);
+    await page.tab.mouse.click(place.x, place.y);
+    await page.tab.waitForSelector('.scene-label.selected');
+    assert.notEqual(name, '');
+    await page.tab.keyboard.press('Escape');
+  });
+});
+
+describe('the dial', () => {
+  let page;
+  before(async () => {
+    page = await open(embed('dial', {'avx512.cab': fixture}));
+    await showTab(page, 'The dial');
+  });
+  after(() => page.close());
+
+  test('what AVX-512 recorded has the same bits here', async () => {
+    await page.tab.evaluate('cabPage.jump(true)');
+    await page.until('cabPage.run !== null');
+    const run = await page.read('run');
+    assert.equal(run.hash, await page.read('hash'));
+    assert.equal(run.sameBits, true);
+    assert.match(await text(page, '.dial-panel .verdict'), /Same bits in your browser/);
+  });
+
+  test('other settings are run beside the recorded ones', async () => {
+    const select = (await page.tab.$$('.dial-fields select'))[0];
+    for (const refit of ['covariance', 'aabb_hull']) {
+      await select.select(refit);
+      assert.deepEqual(await page.read('dial'), {refit});
+      const run = await page.read('run');
+      assert.equal(run.frame, await page.read('frame'));
+      const cells = await page.tab.$$eval('.results tbody tr:last-child td',
+                                          (all) => all.map((cell) => cell.textContent));
+      assert.deepEqual(cells, [await page.read('hash'), run.hash]);
+      assert.equal(await text(page, '.dial-panel .verdict'), run.text);
+    }
+    await page.tab.evaluate('cabPage.setDial({margin: 1000})');
+    const run = await page.read('run');
+    assert(run.hits > await page.read('hits'), 'a large margin finds more links');
+    assert.equal(run.sameBits, false);
+    assert.match(run.text, /the hash differs/);
+    assert.match(await text(page, '.legend'), /Hits are those of the dial/);
+    await page.tab.evaluate('cabPage.setDial({levelLeaves: 1})');
+    assert.notEqual(await page.read('run'), null);
+    const [reset] = await page.tab.$$('.dial-panel button');
+    await reset.click();
+    assert.equal((await page.read('run')).sameBits, true);
+  });
+
+  test('all frames have the same bits', async () => {
+    for (const button of await page.tab.$$('.dial-panel button')) {
+      if (await button.evaluate((element) => element.textContent) === 'Rerun all frames') await button.click();
+    }
+    await page.until('cabPage.rerun !== null');
+    const rerun = await page.read('rerun');
+    const frames = await page.read('frameCount');
+    assert.equal(rerun.run, frames);
+    assert.equal(rerun.same, frames);
+    assert.match(rerun.text, new RegExp(`^${frames} of ${frames} frames: same bits in your browser`));
+  });
+
+  test('a frame that differs is named with its hit', async () => {
+    await page.tab.evaluate('cabPage.setDial({margin: 1000})');
+    const {firstDifferent, text: words} = await page.tab.evaluate('cabPage.rerunAll()');
+    assert(firstDifferent >= 0);
+    assert.match(words, new RegExp(`The first that differs is frame ${firstDifferent}: hit \\d+ was recorded as`));
+    await page.tab.evaluate('cabPage.setDial({})');
+  });
+});
+
+describe('a bad recording', () => {
+  test('that is cut off plays as far as it goes, and says so', async () => {
+    for (const share of [0.5, 0.8, 0.99]) {
+      const page = await open(embed('cut', {'cut.cab': fixture.subarray(0, Math.floor(share * fixture.length))}));
+      const errors = await page.read('errors');
+      assert(errors.some((words) => /cut off|ends/.test(words)), errors.join('\n'));
+      assert.match(await text(page, '.messages'), /cut off|ends/);
+      await page.close();
+    }
+  });
+
+  test('that is damaged, or none at all, says so', async () => {
+    const damaged = Buffer.from(fixture);
+    damaged.fill(0x55, Math.floor(0.7 * damaged.length), Math.floor(0.7 * damaged.length) + 64);
+    const cases = {
+      damaged, noise: Buffer.from('This is a letter, and no recording.'), empty: Buffer.alloc(0),
+      head: fixture.subarray(0, 70),
+    };
+    for (const [name, bytes] of Object.entries(cases)) {
+      const page = await open(embed('damaged', {[`${name}.cab`]: bytes}));
+      assert((await page.read('errors')).length > 0, name);
+      assert((await text(page, '.messages')).length > 20, name);
+      await page.tab.evaluate('cabPage.goTo(cabPage.frameCount - 1)');
+      await page.close();
+    }
+  });
+
+  test('that the fragment names but the page lacks is told', async () => {
+    const page = await open(embed('lacks', {'a.cab': fixture}), {fragment: '#recording=7'});
+    assert.match(await text(page, '.messages'), /There is no recording 7/);
+    await page.close();
+  });
+});
+
+/** The picture of an element, made small: RGBA bytes and a PNG of them. */
+async function smallPicture(page, selector) {
+  const png = await (await page.tab.$(selector)).screenshot({encoding: 'base64'});
+  return page.tab.evaluate(shrink, `data:image/png;base64,${png}`, SMALL);
+}
+
+// Runs in the page.
+async function shrink(source, {width, height}) {
+  const image = new Image();
+  image.src = source;
+  await image.decode();
+  const canvas = Object.assign(document.createElement('canvas'), {width, height});
+  const context = canvas.getContext('2d', {willReadFrequently: true});
+  context.imageSmoothingQuality = 'high';
+  context.drawImage(image, 0, 0, width, height);
+  return {bytes: [...context.getImageData(0, 0, width, height).data], png: canvas.toDataURL('image/png')};
+}
+
+function differenceOf(a, b) {
+  const distance = (p, q) => p.reduce((sum, value, i) => sum + Math.abs(value - q(i)), 0);
+  const background = (i) => BACKGROUND[i % 4];
+  return distance(a, (i) => b[i]) / (distance(a, background) + distance(b, background));
+}
+
+describe('pictures', () => {
+  const recordings = [fixtureFile, ...options.recording.map((file) => resolve(file))];
+  for (const file of recordings) {
+    const name = basename(file, '.cab');
+    test(`of ${name} fit the page, and look as before`, async (t) => {
+      for (const width of Object.keys(WIDTHS).map(Number)) {
+        const page = await open(embed(name, {[basename(file)]: readFileSync(file)}), {width});
+        await page.tab.evaluate('cabPage.jump(true)');
+        await page.until('cabPage.run !== null');
+        const wide = await page.tab.evaluate(() => ({
+          page: document.documentElement.scrollWidth,
+          panels: [...document.querySelectorAll('.side, .bottom, .top, .tabs > :not([hidden])')]
+              .filter((element) => element.scrollWidth > element.clientWidth + 1).map((element) => element.className),
+        }));
+        assert(wide.page <= width, `the page is ${wide.page} wide of ${width}`);
+        assert.deepEqual(wide.panels, []);
+        await page.tab.screenshot({path: join(pictures, `${name}_${width}.png`)});
+        if (width === 1280) await compare(page, name, t);
+        await page.close();
+      }
+    });
+  }
+});
+
+async function compare(page, name, t) {
+  const reference = join(here, 'pictures', `${name}.png`);
+  const seen = await smallPicture(page, '.surface');
+  if (options.renew) writeFileSync(reference, Buffer.from(seen.png.split(',')[1], 'base64'));
+  if (!existsSync(reference)) {
+    t.diagnostic(`there is no ${reference} to compare with`);
+    return;
+  }
+  const png = readFileSync(reference).toString('base64');
+  const wanted = await page.tab.evaluate(shrink, `data:image/png;base64,${png}`, SMALL);
+  const difference = differenceOf(seen.bytes, wanted.bytes);
+  t.diagnostic(`differs from ${basename(reference)} by ${difference.toFixed(3)}`);
+  assert(difference <= MOST_DIFFERENCE, `the picture of ${name} differs by ${difference.toFixed(3)}`);
+}
+
+test('pictures per second are printed', {skip: options.crowd ? false : 'no --crowd'}, async (t) => {
+  const page = await open(embed('crowd', {'crowd.cab': readFileSync(options.crowd)}));
+  await page.tab.evaluate('cabPage.play(4)');
+  const seen = [];
+  for (let second = 0; second < 6; ++second) {
+    await new Promise((done) => setTimeout(done, 1000));
+    seen.push(await page.read('framesPerSecond'));
+  }
+  const {calls, triangles} = await page.read('drawn');
+  t.diagnostic(`${await page.read('title')}: ${seen.slice(1).map((rate) => rate.toFixed(1)).join(', ')} ` +
+               `pictures per second, ${triangles} triangles in ${calls} calls`);
+  await page.close();
+});

@@ -1,0 +1,152 @@
+// What the page works out from a recording: which frame is due, which pairs touch when, which boxes a level has, which
+// axis points up, and what two hashes say.
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import type {Frame, Recording} from '../../perf/view/src/recording/types.js';
+import {Bounds} from '../../perf/view/src/scene/bounds.js';
+import {hierarchyOf} from '../../perf/view/src/scene/hierarchy.js';
+import {upAxis} from '../../perf/view/src/scene/up_axis.js';
+import {ContactIndex, contactOfPair} from '../../perf/view/src/ui/contact_index.js';
+import {changed, firstDifference, isAsRecorded, verdictOf} from '../../perf/view/src/ui/dial_state.js';
+import {Player} from '../../perf/view/src/ui/player.js';
+import {ARM, ARMS, CRATE, CRATES, HEADER, inputOf, NO_STATS, SETTINGS} from './scene.js';
+
+// Words of the hits of two pairs of links.
+const CRATE_ARM = [1, 0, 3, 1, 0x10000, 0];
+const ARM_ARM = [3, 0, 3, 2, 0x10001, 0];
+const contactOf = (depth: number): number[] => [0, 0, 1, depth, 0, 0, 0, 0, 0, 0, 0];
+
+/** Frames of these hits, with depths if there are any. Null: a frame that cannot be read. */
+function recordingOf(hits: readonly (readonly (readonly number[])[] | null)[],
+                     depths: readonly (readonly number[])[] = []): Recording {
+  return {
+    header: HEADER, articulations: [ARM, CRATE], batches: [ARMS, CRATES], frameCount: hits.length, problems: [],
+    frame(index: number): Frame {
+      const words = hits[index];
+      if (!words) throw new Error('damaged');
+      return {
+        index, time: index / 32, settings: SETTINGS, inputs: [inputOf(0), inputOf(1)], hash: 1n, stats: NO_STATS,
+        hits: Uint32Array.from(words.flat()),
+        contacts: depths[index] ? Float32Array.from(depths[index].flatMap(contactOf)) : null,
+      };
+    },
+  };
+}
+
+async function indexOf(recording: Recording): Promise<ContactIndex> {
+  const index = new ContactIndex(recording);
+  await index.scan(() => undefined, new AbortController().signal);
+  return index;
+}
+
+test('pairs have intervals, and their deepest frame', async () => {
+  const index = await indexOf(recordingOf([[], [CRATE_ARM], [CRATE_ARM, ARM_ARM], [], [CRATE_ARM], null, [CRATE_ARM]],
+                                          [[], [0.1], [0.3, 0.2], [], [0.25], [], [0.1]]));
+  assert.deepEqual([...index.hitsPerFrame], [0, 1, 2, 0, 1, 0, 1]);
+  assert.deepEqual([...index.damaged], [0, 0, 0, 0, 0, 1, 0]);
+  const [first, second] = index.pairs;
+  assert(first && second);
+  assert.deepEqual([first.batchA, first.batchB], [1, 0], 'slots are named by their batches');
+  assert.deepEqual(first.intervals, [1, 2, 4, 4, 6, 6]);
+  assert.equal(first.frames, 4);
+  assert.equal(first.worstFrame, 2);
+  assert(Math.abs(first.worstDepth! - 0.3) < 1e-6);
+  assert.deepEqual(second.intervals, [2, 2]);
+  assert.deepEqual([0, 1, 2, 6].map((frame) => index.contactFrom(frame, true)), [1, 2, 4, -1]);
+  assert.deepEqual([0, 2, 6].map((frame) => index.contactFrom(frame, false)), [-1, 1, 4]);
+  assert.deepEqual([1, 5, 6].map((frame) => contactOfPair(first, frame, true)), [4, 6, -1]);
+  assert.deepEqual([1, 5].map((frame) => contactOfPair(first, frame, false)), [-1, 4]);
+});
+
+test('without contacts no depth is known', async () => {
+  const [pair] = (await indexOf(recordingOf([[ARM_ARM]]))).pairs;
+  assert.equal(pair?.worstDepth, null);
+});
+
+test('reading all frames can be stopped', async () => {
+  const stop = new AbortController();
+  stop.abort();
+  const index = new ContactIndex(recordingOf([[ARM_ARM]]));
+  await index.scan(() => undefined, stop.signal);
+  assert.deepEqual(index.pairs, []);
+});
+
+test('frames are played at the speed of the recording', () => {
+  let shown = 0;
+  const player = new Player(100, 1, () => ++shown);
+  player.play();
+  player.tick(performance.now() + 10500);
+  assert.equal(player.frame, 10, 'frames between are dropped');
+  player.setSpeed(4);
+  player.tick(performance.now() + 10125);
+  assert.equal(player.frame, 50);
+  player.tick(performance.now() + 600000);
+  assert.equal(player.frame, 0, 'it begins again');
+  player.goTo(1000);
+  assert.equal(player.frame, 99);
+  player.goTo(Number.NaN);
+  assert.equal(player.frame, 0);
+  player.step(-1);
+  assert.equal(player.playing, false);
+  assert.equal(player.frame, 0);
+  assert(shown > 4);
+});
+
+test('frames are played by their times, if these rise', () => {
+  const player = new Player(4, 0.1, () => undefined);
+  player.setTimes(Float64Array.from([0, 1, 1, 2]));
+  assert.equal(player.timeOf(3), 3 * 0.1, 'equal times are not used');
+  player.setTimes(Float64Array.from([0, 10, 30, 70]));
+  assert.equal(player.timeOf(2), 30);
+  player.play();
+  const began = performance.now();
+  player.tick(began + 29000);
+  assert.equal(player.frame, 1);
+  player.tick(began + 31000);
+  assert.equal(player.frame, 2);
+});
+
+test('levels of a tree count from its root', () => {
+  const {levels, depth} = hierarchyOf([{left: 0, right: 1}, {left: 3, right: 2}], 3);
+  assert.deepEqual([...levels], [3, 3, 2, 2, 1]);
+  assert.equal(depth, 3);
+  assert.deepEqual([...hierarchyOf([], 1).levels], [1]);
+});
+
+test('up is what the recording says, or where characters are tall', () => {
+  const boundsOf = (x: number, y: number, z: number): Bounds => {
+    const bounds = new Bounds();
+    bounds.addPoint(0, 0, 0);
+    bounds.addPoint(x, y, z);
+    return bounds;
+  };
+  const unknown = {...HEADER, up: ''} as const;
+  const wide = boundsOf(30, 2, 30);
+  assert.equal(upAxis(HEADER, [], wide), 2);
+  assert.equal(upAxis({...HEADER, up: 'x'}, [], wide), 0);
+  assert.equal(upAxis(unknown, [boundsOf(1, 2, 0.5)], boundsOf(30, 30, 2)), 1);
+  assert.equal(upAxis(unknown, [boundsOf(1, 0.5, 2)], wide), 2);
+  assert.equal(upAxis(unknown, [wide, wide, wide, wide], wide), 1);
+});
+
+test('a dial with nothing set is as recorded', () => {
+  const dial = changed({refit: 'cab'}, {margin: 1});
+  assert.deepEqual(dial, {refit: 'cab', margin: 1});
+  assert.equal(isAsRecorded(changed(dial, {refit: undefined, margin: undefined})), true);
+  assert.equal(isAsRecorded(dial), false);
+});
+
+test('hashes are put into words', () => {
+  const frame = recordingOf([[CRATE_ARM]]).frame(0);
+  const resultOf = (hits: readonly (readonly number[])[], hash: bigint): Parameters<typeof verdictOf>[1] => ({
+    hits: Uint32Array.from(hits.flat()), contacts: null, hash, milliseconds: 1, boxTests: 0, leafPairs: 0,
+    exactTests: 0, falsePositives: 0, notes: [],
+  });
+  assert.equal(verdictOf(frame, resultOf([CRATE_ARM], 1n), {}).kind, 'same');
+  assert.match(verdictOf(frame, resultOf([ARM_ARM], 2n), {}).text, /1 recorded hits? .*not found here, 1 .*here alone/);
+  assert.match(verdictOf(frame, resultOf([CRATE_ARM, ARM_ARM], 2n), {refit: 'cab'}).text, /1 more, 0 fewer/);
+  assert.match(verdictOf(frame, resultOf([CRATE_ARM], 2n), {refit: 'cab'}).text, /the same pairs of links/);
+  const [a, b] = [Uint32Array.from(CRATE_ARM), Uint32Array.from([...CRATE_ARM, ...ARM_ARM])];
+  assert.equal(firstDifference(a, b), 1);
+  assert.equal(firstDifference(a, a), -1);
+});

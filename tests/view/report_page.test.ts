@@ -1,0 +1,191 @@
+// The report in a browser: from file://, without a network, by mouse and by keyboard. It needs Chromium, and the page in
+// the folder of the build.
+import assert from 'node:assert/strict';
+import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
+import test, {after, before} from 'node:test';
+import {fileURLToPath, pathToFileURL} from 'node:url';
+import puppeteer, {type Browser, type Page} from 'puppeteer-core';
+import {readRecording} from '../../perf/view/src/recording/reader.js';
+import type {Report, ReportInterval, ReportPair} from '../../perf/view/src/report/types.js';
+import {hitAt, hitCount} from '../../perf/view/src/scene/hits.js';
+import type {} from '../../perf/view/src/ui/page_api.js';
+import {fixture} from './fixture.js';
+
+const VIEWER = fileURLToPath(new URL('../cab_view.html', import.meta.url));
+const CHROMIUM = process.env['CAB_CHROMIUM'] ?? '/usr/bin/chromium';
+const RECORDING = 'avx512.cab';
+const INTERVALS = 250;
+
+/** The first hit of the recording that stands in the page. */
+function firstHit(): {frame: number; pair: Pick<ReportPair, 'a' | 'b'>} {
+  const recording = readRecording(fixture(RECORDING), RECORDING);
+  for (let frame = 0; frame < recording.frameCount; ++frame) {
+    const {hits} = recording.frame(frame);
+    if (hitCount(hits) === 0) continue;
+    const {slotA, instanceA, linkA, slotB, instanceB, linkB} = hitAt(hits, 0);
+    return {frame, pair: {a: [slotA, instanceA, linkA], b: [slotB, instanceB, linkB]}};
+  }
+  throw new Error(`${RECORDING} has no hit`);
+}
+
+const HIT = firstHit();
+
+/** Rows whose depths fall and whose frames rise in number. All but the second are of the embedded recording. */
+function madeReport(): Report {
+  const file = {
+    title: '', frames: 400, frames_read: 400, seconds_per_frame: 0.01, metres_per_unit: 1, problems: [],
+  };
+  const intervals: ReportInterval[] = Array.from({length: INTERVALS}, (_, i) => ({
+    file: i === 1 ? 1 : 0, ...HIT.pair, character_a: 'anna', link_a: `link ${i}`, character_b: '<b>ben</b>',
+    link_b: 'hand', first: HIT.frame, last: HIT.frame + i, frames: i + 1, first_seconds: 1, last_seconds: 2,
+    worst_depth: (1000 - i) / 10000, worst_frame: HIT.frame, worst_seconds: 1,
+  }));
+  const pairs: ReportPair[] = intervals.slice(0, 3).map((row, i) => ({
+    ...row, a: [row.a[0], row.a[1], i], share: row.frames / 400, intervals: 1, longest: row.frames,
+  }));
+  return {
+    version: '1', intervals, pairs, interval_count: 1000, pair_count: 3, min_depth: null, min_frames: 1,
+    csv: 'report.csv',
+    files: [{...file, name: 'takes/first.cab', recording: 0},
+            {...file, name: 'takes/second.cab', recording: null, problems: ['frame 7 is left out']}],
+  };
+}
+
+const folder = mkdtempSync(join(tmpdir(), 'cab-report-page-'));
+const errors: string[] = [];
+let browser: Browser;
+let page: Page;
+
+before(async () => {
+  const json = JSON.stringify(madeReport()).replaceAll('<', '\\u003c');
+  const data = `<script type="application/json" id="cab-report">${json}</script>\n` +
+      `<script type="application/octet-stream" class="cab-recording" data-name="first.cab">` +
+      `${Buffer.from(fixture(RECORDING)).toString('base64')}</script>`;
+  const path = join(folder, 'report.html');
+  writeFileSync(path, readFileSync(VIEWER, 'utf8').replace('<!--CAB-DATA-->', () => data));
+  browser = await puppeteer.launch({
+    executablePath: CHROMIUM, headless: true, userDataDir: join(folder, 'profile'),
+    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--disable-quic', '--no-first-run',
+           '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+  });
+  page = await browser.newPage();
+  await page.setViewport({width: 1280, height: 800});
+  page.on('console', (message) => { if (message.type() === 'error') errors.push(message.text()); });
+  page.on('pageerror', (error) => errors.push(String(error)));
+  page.on('request', (request) => { if (/^(https?|wss?):/.test(request.url())) errors.push(request.url()); });
+  await page.goto(pathToFileURL(path).href);
+});
+
+after(async () => {
+  await browser?.close();
+  rmSync(folder, {recursive: true, force: true});
+});
+
+const SHOWN = '[role=tabpanel]:not([hidden])';
+
+const texts = (selector: string): Promise<string[]> =>
+  page.$$eval(selector, (found) => found.map((element) => element.textContent ?? ''));
+
+const columnOf = (column: number): Promise<string[]> => texts(`${SHOWN} tbody td:nth-child(${column})`);
+
+async function press(...keys: readonly Parameters<Page['keyboard']['press']>[0][]): Promise<void> {
+  for (const key of keys) await page.keyboard.press(key);
+}
+
+const focused = (): Promise<string> => page.evaluate(() => document.activeElement?.getAttribute('aria-label') ?? '');
+
+async function chooseTab(name: string): Promise<void> {
+  for (const tab of await page.$$('.report [role=tab]'))
+    if (await tab.evaluate((element) => element.textContent) === name) await tab.click();
+}
+
+test('the report is shown, worst first, a hundred rows at a time', async () => {
+  assert.equal(await page.$eval('h1', (title) => title.textContent), 'Report');
+  const links = await columnOf(4);
+  assert.equal(links.length, 100);
+  assert.deepEqual(links.slice(0, 3), ['link 0', 'link 1', 'link 2']);
+  assert.equal((await columnOf(5))[0], '<b>ben</b>');
+  assert.equal((await columnOf(7))[0], '100 mm');
+  assert.match((await texts('.report header'))[0]!, /1 file could not be read in full/);
+  assert.match((await texts('.report header'))[0]!, /250 of 1\u202f000 intervals are here; report\.csv has all/);
+});
+
+test('headers sort by keyboard, and say how', async () => {
+  const header = 'th:nth-child(11)';
+  await page.focus(`${SHOWN} ${header} button`);
+  await press('Enter');
+  assert.equal((await columnOf(4))[0], 'link 249');
+  assert.equal(await page.$eval(`${SHOWN} ${header}`, (cell) => cell.getAttribute('aria-sort')), 'descending');
+  await press('Enter');
+  assert.equal((await columnOf(4))[0], 'link 0');
+  assert.equal(await page.$eval(`${SHOWN} ${header}`, (cell) => cell.getAttribute('aria-sort')), 'ascending');
+  await press('Enter');
+  assert.equal(await page.$eval(`${SHOWN} ${header}`, (cell) => cell.getAttribute('aria-sort')), 'none');
+});
+
+test('arrows and pages walk through the rows', async () => {
+  await page.focus(`${SHOWN} tbody button`);
+  await press('ArrowDown', 'ArrowDown');
+  assert.match(await focused(), /link 2 /);
+  await press('PageDown');
+  assert.match(await focused(), /link 100 /);
+  await press('PageDown', 'End');
+  assert.match(await focused(), /link 249 /);
+  await press('PageUp', 'PageUp', 'ArrowUp');
+  assert.match(await focused(), /link 0 /);
+});
+
+test('filters work as one types, and can be cleared', async () => {
+  const [depth, frames] = await page.$$('.report form input[type=number]');
+  await depth!.type('95');
+  assert.equal((await columnOf(4)).length, 51);
+  await frames!.type('41');
+  assert.deepEqual((await columnOf(4)).length, 11);
+  assert.match((await texts(`${SHOWN} .report-pages`))[0]!, /Rows 1 to 11 of 11 \(of 250 without filters\)/);
+  await page.type('.report form input[type=search]', 'LINK 45');
+  assert.deepEqual(await columnOf(4), ['link 45']);
+  await page.click('.report form button[type=reset]');
+  await page.waitForFunction((rows) => document.querySelectorAll(rows).length === 100, {}, `${SHOWN} tbody tr`);
+});
+
+test('what is not in the page says how to see it', async () => {
+  const button = await page.$(`${SHOWN} tbody tr:nth-child(2) button`);
+  assert.equal(await button!.evaluate((element) => element.getAttribute('aria-disabled')), 'true');
+  assert.equal(await button!.evaluate((element) => element.title), 'Not in this page: cab view takes/second.cab');
+  await button!.click();
+  assert.equal(await page.evaluate(() => location.hash), '');
+});
+
+test('files with a problem come first, with all of it', async () => {
+  await chooseTab('Files');
+  assert.deepEqual(await columnOf(2), ['second.cab', 'first.cab']);
+  assert.equal((await columnOf(6))[0], 'frame 7 is left out');
+});
+
+test('the matrix tells the numbers of the cell that has the focus', async () => {
+  await chooseTab('Matrix');
+  await page.focus(`${SHOWN} td button`);
+  assert.match((await texts(`${SHOWN} .quiet`))[0]!, /anna: link 0 .* 1 frame \(0\.3 %\).* at worst 100 mm deep/);
+  await press('ArrowDown');
+  assert.match((await texts(`${SHOWN} .quiet`))[0]!, /anna: link 2 .* 3 frames/);
+});
+
+test('a row opens its recording at its frame with its pair, and the way back is the browser\'s', async () => {
+  await chooseTab('Intervals');
+  await page.focus(`${SHOWN} tbody button`);
+  await press('Enter');
+  await page.waitForSelector('.pairs .selected');
+  assert.deepEqual(await page.evaluate(async () => {
+    await window.cabPage.ready;
+    return [window.cabPage.recording, window.cabPage.frame, window.cabPage.errors.length];
+  }), [0, HIT.frame, 0]);
+  const {a, b} = HIT.pair;
+  const pair = `${a.join('.')}-${b.join('.')}`;
+  assert.equal(await page.evaluate(() => location.hash), `#recording=0&frame=${HIT.frame}&pair=${pair}`);
+  await page.goBack();
+  await page.waitForSelector('.report', {visible: true});
+});
+
+test('nothing was asked of a network, and nothing went wrong', () => assert.deepEqual(errors, []));

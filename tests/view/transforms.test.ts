@@ -1,0 +1,91 @@
+// Where links are drawn: a point p of a link stands at origin + orientation * (scale * (pose * p)), relative to the
+// scene's centre.
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import type {Input, Poses} from '../../perf/view/src/recording/types.js';
+import {boxesOfBodies} from '../../perf/view/src/scene/static_boxes.js';
+import {isDrawable, multiply, placeLinks, ROWS} from '../../perf/view/src/scene/transforms.js';
+import {boxOf, inputOf, posesOf} from './scene.js';
+
+const HALF = Math.SQRT1_2;
+// A quarter turn about z, then by 1, 2, 3.
+const TURNED = [0, 0, HALF, HALF, 1, 2, 3];
+const TURNED_ROWS = [0, -1, 0, 1, 1, 0, 0, 2, 0, 0, 1, 3];
+// The rows of a pose differ from exact ones by the rounding of float.
+const ROUNDING = 1e-6;
+
+function near(seen: ArrayLike<number>, wanted: ArrayLike<number>): void {
+  assert.equal(seen.length, wanted.length);
+  for (let i = 0; i < wanted.length; ++i) {
+    assert(Math.abs(seen[i]! - wanted[i]!) <= ROUNDING * Math.max(1, Math.abs(wanted[i]!)), `${[...Array.from(seen)]}`);
+  }
+}
+
+interface Placed {
+  rows: Float32Array;
+  present: Uint8Array;
+}
+
+function place(input: Input, links: number, instances: number, center = [0, 0, 0]): Placed {
+  // What stood there before must not be seen.
+  const rows = new Float32Array(links * instances * ROWS).fill(7);
+  const present = new Uint8Array(instances).fill(1);
+  placeLinks(input, links, Float64Array.from(center), rows, present);
+  return {rows, present};
+}
+
+test('the three formats of poses say the same', () => {
+  const columns = [0, 1, 0, 9, -1, 0, 0, 9, 0, 0, 1, 9, 1, 2, 3, 9];
+  const formats: readonly Poses[] = [
+    posesOf(TURNED), posesOf(TURNED.map((value, i) => i < 4 ? 2 * value : value)),
+    posesOf(TURNED_ROWS, 'matrix3x4_rows'), posesOf(columns, 'matrix4x4_columns'),
+  ];
+  for (const poses of formats) near(place(inputOf(0, {poses}), 1, 1).rows, TURNED_ROWS);
+});
+
+test('an instance is scaled, then turned, then moved', () => {
+  const input = inputOf(0, {
+    poses: posesOf(TURNED), origins: new Float64Array([10, 20, 30]), orientations: new Float32Array([0, 0, 1, 0]),
+    scales: new Float32Array([2]),
+  });
+  // Half a turn about z takes x y to -x -y.
+  near(place(input, 1, 1).rows, [0, 2, 0, 8, -2, 0, 0, 16, 0, 0, 2, 36]);
+});
+
+test('far from the origin of the world nothing is lost beside the centre', () => {
+  const far = 2 ** 40;
+  const input = inputOf(0, {poses: posesOf([0, 0, 0, 1, 0, 0, 0]), origins: new Float64Array([far + 0.125, -far, 1])});
+  const {rows} = place(input, 1, 1, [far, -far, 0]);
+  assert.deepEqual([rows[3], rows[7], rows[11]], [0.125, 0, 1]);
+});
+
+test('who takes no part has no size', () => {
+  const poses = posesOf([...TURNED, ...TURNED, ...TURNED, ...TURNED]);
+  const listed = place(inputOf(0, {poses, instances: new Uint32Array([1, 3]), count: 3}), 1, 4);
+  assert.deepEqual([...listed.present], [0, 1, 0, 0]);
+  near(listed.rows.subarray(ROWS, 2 * ROWS), TURNED_ROWS);
+  near(listed.rows.subarray(2 * ROWS), new Float32Array(2 * ROWS));
+  assert.deepEqual([...place(inputOf(0, {poses, count: 2}), 1, 4).present], [1, 1, 0, 0]);
+  assert.deepEqual([...place(inputOf(0), 1, 2).present], [0, 0]);
+  assert.deepEqual([...place(inputOf(0, {poses: posesOf(TURNED)}), 1, 3).present], [1, 0, 0], 'poses that are missing');
+});
+
+test('poses that are no numbers are not drawn', () => {
+  const {rows} = place(inputOf(0, {poses: posesOf([...TURNED, 0, 0, 0, 0, 1, 2, 3, NaN, 0, 0, 1, 0, 0, 0])}), 3, 1);
+  assert.deepEqual([0, 1, 2].map((link) => isDrawable(rows, link * ROWS)), [true, false, false]);
+});
+
+test('a product of transforms takes a point through both', () => {
+  const out = new Float32Array(ROWS);
+  const rows = Float32Array.from(TURNED_ROWS);
+  multiply(rows, 0, rows, 0, out, 0);
+  near(out, [-1, 0, 0, -1, 0, -1, 0, 3, 0, 0, 1, 6]);
+});
+
+test('boxes of static bodies turn with them, and are relative to their origins', () => {
+  const body = {
+    origin: new Float64Array([100, 200, 300]), rotation: Float32Array.from(TURNED.slice(0, 4)),
+    box: boxOf([1, 2, 3], [4, 5, 6]), parts: [],
+  };
+  near(boxesOfBodies([body]), [-2, 1, 3, 0, 1, 0, -1, 0, 0, 0, 0, 1, 4, 5, 6]);
+});
