@@ -1,6 +1,6 @@
-# What `cmake --install` puts in place: the library, cab::rig and cab::record, their public headers, the package that
-# find_package(cab CONFIG) finds, the files of pkg-config, and the cab command. All of it may be moved afterwards.
-# Each file belongs to one of the components cab_runtime, cab_development and cab_tools.
+# What `cmake --install` puts in place: the library, cab::rig, cab::record and cab::mpi, their public headers, the
+# package that find_package(cab CONFIG) finds, the files of pkg-config, and the cab command. All of it may be moved
+# afterwards. Each file belongs to one of the components cab_runtime, cab_development and cab_tools.
 include(CMakePackageConfigHelpers)
 
 set(CAB_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/cab)
@@ -21,7 +21,7 @@ install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INST
   COMPONENT cab_development FILES_MATCHING PATTERN *.h)
 # The libraries beside libcab, which are static, and where their headers are.
 set(CAB_PARTS "")
-foreach(part scenes/rig perf/record)
+foreach(part scenes/rig perf/record engine/mpi)
   get_filename_component(name ${part} NAME)
   if(TARGET cab_${name})
     list(APPEND CAB_PARTS ${name})

@@ -72,6 +72,8 @@ endmacro()
 cab_find_optional(CAB_WITH_TBB TBB libtbb-dev)
 cab_find_optional(CAB_WITH_FCL fcl "libfcl-dev libccd-dev")
 cab_find_optional(CAB_WITH_QHULL Qhull libqhull-dev)
+set(MPI_CXX_SKIP_MPICXX ON) # of MPI its C interface alone
+cab_find_optional(CAB_BUILD_MPI MPI "libopenmpi-dev openmpi-bin")
 if(CAB_BUILD_RECORD AND CAB_WITH_ZSTD)
   find_path(CAB_ZSTD_INCLUDE zstd.h)
   find_library(CAB_ZSTD_LIBRARY zstd)

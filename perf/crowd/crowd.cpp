@@ -14,10 +14,12 @@
 
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_session.h"
+#include "perf/base/hit_sum.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
 #include "perf/base/usage.h"
+#include "perf/crowd/mpi_run.h"
 #include "perf/crowd/options.h"
 #include "scenes/bit_hash.h"
 #include "scenes/crowd/humanoid.h"
@@ -147,6 +149,7 @@ struct CrowdRun {
   std::uint64_t pairs = 0;         // of characters that have a hit, likewise
   std::uint64_t in_contact = 0;    // characters that touch anything, of all frames, if asked for
   std::uint64_t hits_hash = 0;     // of all frames; or of the bytes of in_contact
+  std::uint64_t hits_sum = 0;      // of all frames, whatever the order of the hits
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
 };
 
@@ -229,7 +232,9 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
     const FrameStats stats = run_frame_of(options, f, poses, session);
     add_stats(run.stats, stats);
     if (f == 0) run.first = stats;
-    add_hits(hash, f, scene_hits(poses.orders(), session.hits()));
+    const std::vector<Hit> hits = scene_hits(poses.orders(), session.hits());
+    add_hits(hash, f, hits);
+    run.hits_sum += hits_sum(f, hits);
     if (options.in_contact) run.in_contact += add_in_contact(hash, poses.orders(), session.in_contact());
     hit_counts.push_back(session.hits().size);
     run.hits += session.hits().size;
@@ -333,7 +338,8 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
     return;
   }
   std::cout << "\npairs per character in the first frame: " << fixed(pairs_in_first_frame(run), 3) << ", "
-            << expectation(options, run) << "\nhash of all frames' hits: " << hex(run.hits_hash) << '\n';
+            << expectation(options, run) << "\nhash of all frames' hits: " << hex(run.hits_hash)
+            << "\nsum over all frames' hits: " << hex(run.hits_sum) << '\n';
 }
 
 // A part of a phase: its time, and what it is done for.
@@ -451,12 +457,15 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
     json["pairs_as_expected"] = is_expected(run);
   }
   json["hits_hash"] = hex(run.hits_hash);
+  json["hits_sum"] = hex(run.hits_sum);
   return json;
 }
 
 // Throws UsageError for options that contradict each other.
 void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   const std::string& name = options.scene;
+  if (!options.mpi && options.character_count > kMaxCrowd)
+    throw UsageError("--characters: one process takes at most " + std::to_string(kMaxCrowd) + "; --mpi takes more");
   if (scene.clips == scenes::ClipUse::kNeeded && options.clips.empty())
     throw UsageError("--scene " + name + " needs --clip FILE");
   if (scene.needs_trajectories && options.trajectories_path.empty())
@@ -491,7 +500,8 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);
 }
 
-scenes::CrowdSources import_sources(const CrowdOptions& options) {
+// quiet: notes about files are not printed.
+scenes::CrowdSources import_sources(const CrowdOptions& options, bool quiet = false) {
   scenes::CrowdSources sources;
   sources.up = options.up;
   sources.boxes_per_link = options.boxes_per_link.value_or(sources.boxes_per_link);
@@ -508,16 +518,38 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
     if (!options.metres_per_unit.empty())
       import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : c];
     sources.clips.push_back(scenes::import_clip(options.clips[c], import));
+    if (quiet) continue;
     for (const std::string& note : sources.clips.back().notes)
       std::cerr << "note: " << sources.clips.back().character.name << ": " << note << '\n';
   }
   if (!options.trajectories_path.empty()) {
     sources.trajectories =
         scenes::import_trajectories(options.trajectories_path, options.frames_per_second.value_or(0), options.sandbox);
+    if (quiet) return sources;
     for (const std::string& note : sources.trajectories.notes)
       std::cerr << "note: " << options.trajectories_path << ": " << note << '\n';
   }
   return sources;
+}
+
+// All that decides the hits of a run, but for what is in files.
+std::string program_of(const CrowdOptions& options, const scenes::CrowdSources& defaults) {
+  std::string out = std::string("cab ") + CAB_VERSION_STRING + " scene=" + options.scene;
+  const auto add = [&out](const char* name, const std::string& value) { out += std::string(" ") + name + '=' + value; };
+  add("characters", std::to_string(options.character_count));
+  add("frames", std::to_string(options.frame_count));
+  add("checkpoint", std::to_string(options.checkpoint));
+  for (std::uint32_t f = 0; f < policy_table().size; ++f)
+    add(policy_table()[f].name, policy_table()[f].values[policy_get(options.policies, f)].name);
+  add("area", shortest(options.area.value_or(defaults.area)));
+  add("boxes_per_link", std::to_string(options.boxes_per_link.value_or(defaults.boxes_per_link)));
+  add("links", options.link_count ? std::to_string(*options.link_count) : "default");
+  add("level", scenes::kLevelKindNames[static_cast<std::size_t>(options.level.value_or(defaults.level))]);
+  add("shape", scenes::kRopeShapeNames[static_cast<std::size_t>(options.rope_shape.value_or(defaults.ropes.shape))]);
+  add("spacing", shortest(options.rope_spacing.value_or(defaults.ropes.spacing)));
+  for (const std::string& clip : options.clips) add("clip", clip);
+  if (!options.trajectories_path.empty()) add("trajectories", options.trajectories_path);
+  return out;
 }
 
 }  // namespace
@@ -525,6 +557,10 @@ scenes::CrowdSources import_sources(const CrowdOptions& options) {
 int crowd_command(const CrowdOptions& options) {
   const scenes::CrowdScene& scene = scenes::crowd_scene(options.scene);
   check(options, scene);
+  if (options.mpi)
+    return run_by_mpi(options, program_of(options, {}), [&options](bool quiet) {
+      return scenes::make_crowd(options.scene, options.character_count, import_sources(options, quiet));
+    });
   OutputFile json(options.json_path), csv(options.csv_path);
   const scenes::CrowdSources sources = import_sources(options);
   const scenes::Crowd crowd = scenes::make_crowd(options.scene, options.character_count, sources);

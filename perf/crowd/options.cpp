@@ -118,7 +118,7 @@ Command add_crowd(CLI::App& app) {
           "--scene", [&o](const std::string& text) { o.scene = read_crowd_scene("--scene", text); }, crowd_scene_help())
       ->type_name(crowd_scene_names("|"))
       ->required();
-  add_number(command, "--characters", o.character_count, "number of characters (default 10000)", 1, kMaxCrowd);
+  add_number(command, "--characters", o.character_count, "number of characters (default 10000)", 1, kMaxSharedCrowd);
   command.add_flag("--spatial-order", o.spatial_order,
                    "store the characters so that neighbours are near each other, in the order of the first frame");
   command.add_flag("--sweep", o.sweep, "find what may have touched since the frame before too (cab::sweep_margins)");
@@ -163,6 +163,18 @@ Command add_crowd(CLI::App& app) {
   command.add_flag("--profile", o.profile, "print where the time goes: the parts of each phase, and what causes them");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
+  CLI::Option* mpi = command.add_flag("--mpi", o.mpi, "share the crowd between the ranks of `mpirun -n RANKS cab ...`");
+  add_path(command, "--out", o.out_folder,
+           "--mpi: a folder for the hits of all ranks; a run that was cut off goes on behind its last checkpoint there")
+      ->type_name("DIR")
+      ->needs(mpi);
+  add_number(command, "--checkpoint", o.checkpoint,
+             "--mpi: frames after which hits are safe on disk, and the crowd is cut anew (default 32)", 1,
+             kMaxCrowdFrames)
+      ->needs(mpi);
+  for (const char* const option :
+       {"--rounds", "--spatial-order", "--sweep", "--coarse", "--in-contact", "--at-rest", "--profile"})
+    mpi->excludes(command.get_option(option));
   add_json(command, o.json_path, "write the table as JSON");
   add_csv(command, o.csv_path, "write the table as one line of CSV under a header");
   return {&command, [options] { return crowd_command(*options); }};

@@ -15,6 +15,9 @@
 
 namespace cab::perf {
 
+// The most characters of a crowd that ranks share.
+inline constexpr std::uint32_t kMaxSharedCrowd = 100000000;
+
 struct CrowdOptions {
   std::string scene;
   bool spatial_order = false;  // store the characters in the order of cab::spatial_order
@@ -39,6 +42,9 @@ struct CrowdOptions {
   bool profile = false;           // print where the time goes within the phases
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
+  bool mpi = false;                // all ranks of an MPI program share the crowd
+  std::string out_folder;          // of the hits of all ranks; empty: hits are only counted
+  std::uint32_t checkpoint = 32;   // frames after which the hits are safe on disk and the crowd is cut anew
   std::string json_path;           // empty: no file
   std::string csv_path;            // empty: no file
 

@@ -112,14 +112,14 @@ Crowd clip_crowd(std::vector<Clip> clips, char up, std::uint32_t count, const St
     group.figure.poses.clear();
     group.figure.origins.clear();
     group.figure.is_static = false;
-    group.pose = [player, stand, c, clip_count, in_group = group.count](double seconds, PosedGroup& posed) {
-      posed.poses.resize(in_group * player->clip.character.link_parents.size() * kPoseFloats);
-      posed.origins.resize(std::size_t{in_group} * 3);
-      posed.orientations.resize(std::size_t{in_group} * 4);
-      for (std::uint32_t i = 0; i < in_group; ++i) {
-        const std::uint32_t character = c + i * clip_count;
+    group.pose = [player, stand, c, clip_count](double seconds, const Chosen& chosen, PosedGroup& posed) {
+      posed.poses.resize(chosen.count() * player->clip.character.link_parents.size() * kPoseFloats);
+      posed.origins.resize(std::size_t{chosen.count()} * 3);
+      posed.orientations.resize(std::size_t{chosen.count()} * 4);
+      for (std::uint32_t at = 0; at < chosen.count(); ++at) {
+        const std::uint32_t character = c + chosen[at] * clip_count;
         const double moment = Random::of(kMomentSeed, character).uniform(0, player->seconds());
-        pose_one(*player, stand(character, seconds), moment + seconds, i, posed);
+        pose_one(*player, stand(character, seconds), moment + seconds, at, posed);
       }
     };
     crowd.groups.push_back(std::move(group));

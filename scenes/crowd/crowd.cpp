@@ -41,17 +41,20 @@ Crowd humanoid_crowd(std::vector<double> places, std::uint32_t walkers = 1) {
   CrowdGroup group;
   group.figure = make_humanoid();
   group.count = static_cast<std::uint32_t>(places.size() / 2);
-  group.pose = [places = std::move(places), walkers](double seconds, PosedGroup& posed) {
-    const std::size_t count = places.size() / 2;
-    posed.moved.assign(walkers > 1 ? count : 0, 1);
-    for (std::size_t i = 0; i < posed.moved.size(); ++i) posed.moved[i] = i % walkers == 0;
+  group.pose = [places = std::move(places), walkers](double seconds, const Chosen& chosen, PosedGroup& posed) {
+    const std::size_t count = chosen.count();
+    posed.moved.resize(walkers > 1 ? count : 0);
     posed.poses.resize(count * kHumanoidPoseFloats);
     posed.origins.resize(count * 3);
     posed.orientations.clear();
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::uint32_t at = 0; at < count; ++at) {
+      const std::size_t i = chosen[at];
+      const bool walks = i % walkers == 0;
+      if (walkers > 1) posed.moved[at] = walks;
       Random random = Random::of(kMotionSeed, i);
-      pose_humanoid(draw_humanoid(random), places[2 * i], places[2 * i + 1], i % walkers == 0 ? seconds : 0,
-                    posed.poses.data() + i * kHumanoidPoseFloats, posed.origins.data() + i * 3);
+      pose_humanoid(draw_humanoid(random), places[2 * i], places[2 * i + 1], walks ? seconds : 0,
+                    posed.poses.data() + std::size_t{at} * kHumanoidPoseFloats,
+                    posed.origins.data() + std::size_t{at} * 3);
     }
   };
   Crowd crowd;
@@ -171,18 +174,19 @@ Crowd make_churn(std::uint32_t count, CrowdSources) {
   CrowdGroup group;
   group.figure = make_humanoid();
   group.count = count;
-  group.pose = [count, side = std::sqrt(count)](double seconds, PosedGroup& posed) {
-    posed.poses.resize(std::size_t{count} * kHumanoidPoseFloats);
-    posed.origins.resize(std::size_t{count} * 3);
+  group.pose = [count, side = std::sqrt(count)](double seconds, const Chosen& chosen, PosedGroup& posed) {
+    posed.poses.resize(std::size_t{chosen.count()} * kHumanoidPoseFloats);
+    posed.origins.resize(std::size_t{chosen.count()} * 3);
     posed.orientations.clear();
     const auto frame = static_cast<std::uint64_t>(std::llround(seconds * kChurnFramesPerSecond));
-    for (std::uint32_t i = 0; i < count; ++i) {
+    for (std::uint32_t at = 0; at < chosen.count(); ++at) {
+      const std::uint32_t i = chosen[at];
       const std::uint64_t life = (frame + i) / kLifetime;
       Random place = Random::of(kPlaceSeed, life * count + i), motion = Random::of(kMotionSeed, life * count + i);
       const double x = place.uniform(0, side), y = place.uniform(0, side);
       pose_humanoid(
           draw_humanoid(motion), x, y, seconds - static_cast<double>(life) * kLifetime / kChurnFramesPerSecond,
-          posed.poses.data() + std::size_t{i} * kHumanoidPoseFloats, posed.origins.data() + std::size_t{i} * 3);
+          posed.poses.data() + std::size_t{at} * kHumanoidPoseFloats, posed.origins.data() + std::size_t{at} * 3);
     }
   };
   Crowd crowd;
@@ -286,15 +290,16 @@ Crowd make_ropes(std::uint32_t count, CrowdSources sources) {
   group.figure = make_rope(options.link_count);
   group.count = count;
   const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(points.size())));
-  group.pose = [options, count, strands, side, points = std::move(points)](double seconds, PosedGroup& posed) {
+  group.pose = [options, strands, side, points = std::move(points)](double seconds, const Chosen& chosen,
+                                                                    PosedGroup& posed) {
     const std::size_t floats = std::size_t{options.link_count} * 7;
-    posed.poses.resize(count * floats);
-    posed.origins.resize(std::size_t{count} * 3);
+    posed.poses.resize(chosen.count() * floats);
+    posed.origins.resize(std::size_t{chosen.count()} * 3);
     posed.orientations.clear();
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const std::uint32_t bundle = i / strands, point = points[bundle];
-      pose_rope(options, {bundle, point % side, point / side, i % strands}, seconds, posed.poses.data() + i * floats,
-                posed.origins.data() + std::size_t{i} * 3);
+    for (std::uint32_t at = 0; at < chosen.count(); ++at) {
+      const std::uint32_t i = chosen[at], bundle = i / strands, point = points[bundle];
+      pose_rope(options, {bundle, point % side, point / side, i % strands}, seconds, posed.poses.data() + at * floats,
+                posed.origins.data() + std::size_t{at} * 3);
     }
   };
   Crowd crowd;
@@ -306,7 +311,10 @@ Crowd make_far(std::uint32_t count, CrowdSources) { return humanoid_crowd(square
 
 void pose_crowd(const Crowd& crowd, double seconds, std::vector<PosedGroup>& posed) {
   posed.resize(crowd.groups.size());
-  for (std::size_t g = 0; g < posed.size(); ++g) crowd.groups[g].pose(seconds, posed[g]);
+  for (std::size_t g = 0; g < posed.size(); ++g) {
+    const CrowdGroup& group = crowd.groups[g];
+    group.pose(seconds, Chosen::all(group.count), posed[g]);
+  }
 }
 
 std::uint64_t pose_hash(const std::vector<PosedGroup>& posed) {

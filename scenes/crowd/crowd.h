@@ -15,7 +15,24 @@
 
 namespace cab::scenes {
 
-// All characters of a group at one moment, as BatchInput takes them.
+// Which characters of a group are posed: those of a list, in its order, or all of them.
+class Chosen {
+ public:
+  static Chosen all(std::uint32_t count) { return Chosen(count, {}); }
+  // The list is borrowed.
+  static Chosen of(Span<const std::uint32_t> list) { return Chosen(static_cast<std::uint32_t>(list.size), list); }
+
+  std::uint32_t count() const { return count_; }
+  // The number in the group of the i-th of them.
+  std::uint32_t operator[](std::uint32_t i) const { return list_.empty() ? i : list_[i]; }
+
+ private:
+  Chosen(std::uint32_t count, Span<const std::uint32_t> list) : count_(count), list_(list) {}
+  std::uint32_t count_;
+  Span<const std::uint32_t> list_;
+};
+
+// Characters of a group at one moment, as BatchInput takes them.
 struct PosedGroup {
   std::vector<float> poses;         // [character][link][7], kQuaternionTranslation
   std::vector<double> origins;      // [character][3]
@@ -27,9 +44,9 @@ struct PosedGroup {
 struct CrowdGroup {
   Character figure;  // links and leaves, without poses
   std::uint32_t count = 0;
-  // Writes the poses of the group at a time in seconds, 0 or more. The result does not depend on other calls. `posed`
-  // may hold an earlier result.
-  std::function<void(double seconds, PosedGroup& posed)> pose;
+  // Writes the poses of some of the group at a time in seconds, 0 or more. What is written of a character depends
+  // neither on other calls nor on who else is chosen. `posed` may hold an earlier result.
+  std::function<void(double seconds, const Chosen& chosen, PosedGroup& posed)> pose;
 };
 
 struct Crowd {

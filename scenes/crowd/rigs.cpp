@@ -46,9 +46,11 @@ CrowdGroup with_links(CrowdGroup group, std::uint32_t link_count) {
     last.push_back(parent);
   }
   group.figure = std::move(rig);
-  group.pose = [pieces = std::move(pieces), pose = std::move(group.pose)](double seconds, PosedGroup& posed) {
-    pose(seconds, posed);
+  group.pose = [links, pieces = std::move(pieces), pose = std::move(group.pose)](double seconds, const Chosen& chosen,
+                                                                                 PosedGroup& posed) {
+    pose(seconds, chosen, posed);
     std::vector<float> poses;
+    poses.reserve(posed.poses.size() / links * pieces.size());
     const std::size_t floats = pieces.size() * 7;
     for (std::size_t at = 0; at < posed.poses.size(); at += floats)
       for (std::size_t l = 0; l < pieces.size(); ++l) {
@@ -67,8 +69,8 @@ CrowdGroup enlarged(CrowdGroup group, float factor) {
       leaf.box.center[c] *= factor;
       leaf.box.half[c] *= factor;
     }
-  group.pose = [factor, pose = std::move(group.pose)](double seconds, PosedGroup& posed) {
-    pose(seconds, posed);
+  group.pose = [factor, pose = std::move(group.pose)](double seconds, const Chosen& chosen, PosedGroup& posed) {
+    pose(seconds, chosen, posed);
     for (std::size_t link = 0; link < posed.poses.size(); link += 7)
       for (std::size_t f = 4; f < 7; ++f) posed.poses[link + f] *= factor;
   };

@@ -1,6 +1,6 @@
 cmake_minimum_required(VERSION 3.25)
 # Installs cab, moves what was installed, and configures, builds and runs tests/embed and its folders c, hello_c,
-# golden, rig, record, components and pkg_config against it.
+# golden, rig, record, mpi, components and pkg_config against it.
 # VARIANT built: the build at BUILD. VARIANT other: a build of the libraries alone, cab shared, with a static one beside
 # it, where that at BUILD is static.
 # VERSION: cab's, three numbers.
@@ -30,7 +30,7 @@ endif()
 
 # From an empty folder, so that nothing of an earlier run stands in for a file that is not installed any more.
 # It is installed into one folder and used in another.
-foreach(folder installed prefix project rig record c golden components make static hello_c)
+foreach(folder installed prefix project rig record mpi c golden components make static hello_c)
   file(REMOVE_RECURSE ${WORK}/${folder})
 endforeach()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
@@ -66,6 +66,19 @@ if(record_library)
   endif()
 else()
   message("cab::record is not in this build: its program is left out")
+endif()
+
+# One process without mpirun is one rank.
+file(GLOB_RECURSE mpi_library ${WORK}/prefix/libcab_mpi.a)
+if(mpi_library)
+  run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/mpi -B ${WORK}/mpi ${common})
+  run(${CMAKE_COMMAND} --build ${WORK}/mpi)
+  run(${CMAKE_COMMAND} -E env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 ${WORK}/mpi/ranks)
+  if(NOT output STREQUAL "9 pairs touch on 1 ranks\n")
+    message(FATAL_ERROR "the program of several ranks printed\n${output}")
+  endif()
+else()
+  message("cab::mpi is not in this build: its program is left out")
 endif()
 
 if(COMPILER MATCHES "clang")
@@ -179,7 +192,7 @@ string(REGEX MATCH "^[0-9]+" major ${VERSION})
 math(EXPR next "${major} + 1")
 run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/components -B ${WORK}/components ${common} -D KIND=${kind}
   -D OTHER=${other} -D THIS=${VERSION} -D NEXT=${next}.0 -D LAST=0.1)
-set(answers "wings: refused, cab has no component wings, only core, rig, record, shared and static\n"
+set(answers "wings: refused, cab has no component wings, only core, rig, record, mpi, shared and static\n"
   "all: found, wings FALSE\ntype: ${library}\nrig: STATIC_LIBRARY\n" "next version: refused, \n"
   "last version: refused, \n")
 if(other)

@@ -274,6 +274,46 @@ TEST_CASE("a crowd is the same each time it is made, does not depend on earlier 
   }
 }
 
+TEST_CASE("some characters of a crowd are posed as they are among all") {
+  scenes::CrowdSources sources;
+  sources.clips = {walking_stick(), walking_stick()};
+  sources.trajectories.tracks = {straight_track(0, 0, 0), straight_track(1, 2, 1)};
+  for (const scenes::NamedScene& scene : scenes::scene_list()) {
+    if (!scene.is_for(scenes::kCrowdCommand)) continue;
+    CAPTURE(scene.name);
+    const scenes::CrowdScene& source = scenes::crowd_scene(scene.name);
+    scenes::CrowdSources given = sources;
+    if (source.clips == scenes::ClipUse::kNone) given.clips.clear();
+    const Crowd crowd = scenes::make_crowd(scene.name, 60, given);
+    const std::vector<PosedGroup> all = posed_at(crowd, .7);
+    for (std::size_t g = 0; g < crowd.groups.size(); ++g) {
+      std::vector<std::uint32_t> list;
+      for (std::uint32_t i = 0; i < crowd.groups[g].count; ++i)
+        if (i % 3 != 1) list.push_back(i);
+      std::reverse(list.begin(), list.end());
+      PosedGroup some;
+      crowd.groups[g].pose(.7, scenes::Chosen::of(list), some);
+      PosedGroup expected;
+      for (const std::uint32_t i : list) {
+        const auto take = [&](const auto& from, auto& to) {
+          const std::size_t size = from.size() / crowd.groups[g].count;
+          for (std::size_t k = 0; k < size; ++k) to.push_back(from[i * size + k]);
+        };
+        take(all[g].poses, expected.poses);
+        take(all[g].origins, expected.origins);
+        take(all[g].orientations, expected.orientations);
+        take(all[g].moved, expected.moved);
+      }
+      CHECK(scenes::pose_hash({some}) == scenes::pose_hash({expected}));
+      CHECK(some.poses.size() == expected.poses.size());
+      CHECK(some.orientations.size() == expected.orientations.size());
+      CHECK(some.moved == expected.moved);
+      crowd.groups[g].pose(.7, scenes::Chosen::of({}), some);
+      CHECK(some.origins.empty());
+    }
+  }
+}
+
 TEST_CASE("uniform characters fill their square, jittered ones have one grid point each, and neither are sorted") {
   const std::vector<PosedGroup> uniform = posed_at(scenes::make_crowd("uniform", 900), 0);
   const std::vector<PosedGroup> jitter = posed_at(scenes::make_crowd("jitter", 890), 0);

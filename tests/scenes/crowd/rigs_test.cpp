@@ -12,6 +12,7 @@
 namespace cab::tests {
 namespace {
 
+using scenes::Chosen;
 using scenes::CrowdGroup;
 using scenes::PosedGroup;
 
@@ -45,8 +46,8 @@ TEST_CASE("the boxes of a rig are slices of the body's boxes, and move with them
   const CrowdGroup body = two_humanoids(), rig = scenes::with_links(body, 48);
   CHECK(volume(rig.figure.leaves) == doctest::Approx(volume(body.figure.leaves)));
   PosedGroup of_body, of_rig;
-  body.pose(1.5, of_body);
-  rig.pose(1.5, of_rig);
+  body.pose(1.5, Chosen::all(body.count), of_body);
+  rig.pose(1.5, Chosen::all(rig.count), of_rig);
   REQUIRE(of_rig.poses.size() == 2 * 48 * 7);
   CHECK(of_rig.origins == of_body.origins);
   for (std::size_t link = 0; link < of_body.poses.size() / 7; ++link) {
@@ -69,8 +70,8 @@ TEST_CASE("a rig has no fewer links than the body, and no more than an articulat
 TEST_CASE("an enlarged body is larger in its boxes and its poses, and stands where it stood") {
   const CrowdGroup body = two_humanoids(), giant = scenes::enlarged(body, 4);
   PosedGroup of_body, of_giant;
-  body.pose(0, of_body);
-  giant.pose(0, of_giant);
+  body.pose(0, Chosen::all(body.count), of_body);
+  giant.pose(0, Chosen::all(giant.count), of_giant);
   CHECK(of_giant.origins == of_body.origins);
   CHECK(giant.figure.leaves[3].box.half[1] == 4 * body.figure.leaves[3].box.half[1]);
   CHECK(of_giant.poses[7 * 3 + 6] == 4 * of_body.poses[7 * 3 + 6]);

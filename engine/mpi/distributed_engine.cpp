@@ -1,0 +1,207 @@
+#include "engine/mpi/distributed_engine.h"
+
+#include "engine/mpi/agreement.h"
+#include "engine/mpi/digest.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <new>
+
+namespace cab::mpi {
+namespace {
+
+// Bytes of boxes that are computed at a time.
+constexpr std::size_t kSliceBytes = std::size_t{4} << 20;
+
+void add_leaf_shape(Digest& digest, const Box& box, Span<const ConvexPart> parts) {
+  digest.add(box);
+  digest.add(parts.size);
+  for (const ConvexPart& part : parts) {
+    digest.add(part.kind);
+    digest.add(part.position);
+    digest.add(part.rotation);
+    digest.add(part.size);
+    digest.add_all(part.vertices);
+  }
+}
+
+std::uint64_t digest_of(const ArticulationDesc& desc) {
+  Digest digest;
+  digest.add_all(desc.link_parents);
+  digest.add_all(desc.link_joints);
+  digest.add(desc.leaves.size);
+  for (const Leaf& leaf : desc.leaves) {
+    digest.add(leaf.link);
+    add_leaf_shape(digest, leaf.box, leaf.parts);
+  }
+  digest.add_all(desc.ignored_pairs);
+  digest.add(desc.ignored_hops);
+  digest.add(desc.rest_pose.data != nullptr);
+  return digest.value();
+}
+
+std::uint64_t digest_of(const StaticDesc& desc) {
+  Digest digest;
+  digest.add(desc.bodies.size);
+  for (const StaticBody& body : desc.bodies) {
+    digest.add(body.origin);
+    digest.add(body.rotation);
+    add_leaf_shape(digest, body.box, body.parts);
+  }
+  digest.add_all(desc.vertices);
+  digest.add_all(desc.triangles);
+  digest.add(desc.origin);
+  return digest.value();
+}
+
+Status add_engine(const EngineDesc& desc, EnginePtr& out) {
+  Engine* engine = nullptr;
+  const Status status = create_engine(desc, &engine);
+  out.reset(engine);
+  return status;
+}
+
+// Adds an articulation to each engine. They all have the same ones, so the slots are the same.
+Status add_to_all(DistributedEngine& engine, const ArticulationDesc& desc, ArticulationId& out) {
+  ArticulationId id;
+  for (Engine* const one : {engine.own.get(), engine.border.get(), engine.bounds.get()})
+    if (const Status status = cab::add_articulation(*one, desc, &id); status != Status::kOk) return status;
+  out.value = static_cast<std::uint32_t>(id.value);
+  ArticulationInfo info;
+  if (const Status status = articulation_info(*engine.bounds, out, &info); status != Status::kOk) return status;
+  const std::size_t fit = kSliceBytes / (info.node_count * sizeof(Box));
+  const auto slice = static_cast<std::uint32_t>(std::clamp<std::size_t>(fit / 16 * 16, 16, 1024));
+  engine.slices.push_back(slice);
+  engine.reaches.push_back(link_reaches(desc.leaves));
+  BatchId batch;
+  return cab::add_batch(*engine.bounds, {out, slice, BatchKind::kCharacters}, &batch);
+}
+
+Status add_to_both(DistributedEngine& engine, const BatchDesc& desc, BatchId& out) {
+  if (desc.kind != BatchKind::kCharacters) return Status::kBadBatchKind;
+  if (desc.instance_count == 0) return Status::kNoInstances;
+  Batch batch;
+  batch.articulation = desc.articulation;
+  batch.instance_count = desc.instance_count;
+  batch.own_room = batch.border_room = 1;
+  ArticulationInfo info;
+  if (const Status status = articulation_info(*engine.bounds, desc.articulation, &info); status != Status::kOk)
+    return status;
+  batch.link_count = info.link_count;
+  BatchId id;
+  for (Engine* const one : {engine.own.get(), engine.border.get()})
+    if (const Status status = cab::add_batch(*one, {desc.articulation, 1, desc.kind}, &id); status != Status::kOk)
+      return status;
+  out = {slot_of(id).value};
+  engine.batches.push_back(batch);
+  return Status::kOk;
+}
+
+// Near other ranks static bodies take no part. One of them keeps the slot.
+Status add_to_both(DistributedEngine& engine, const StaticDesc& desc, BatchId& out) {
+  BatchId id;
+  if (const Status status = cab::add_static_batch(*engine.own, desc, &id); status != Status::kOk) return status;
+  StaticBody body;
+  body.box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+  StaticDesc one;
+  one.bodies = {&body, 1};
+  if (const Status status = cab::add_static_batch(*engine.border, one, &id); status != Status::kOk) return status;
+  out = {slot_of(id).value};
+  engine.batches.emplace_back();
+  return Status::kOk;
+}
+
+// Calls `add`, and has all ranks agree on what was added.
+template <class Add>
+Answer add_on_all(DistributedEngine& engine, std::uint64_t digest, Add&& add) {
+  Status status;
+  try {
+    status = add();
+  } catch (const std::bad_alloc&) { status = Status::kOutOfMemory; }
+  return agree(engine.comm, status, digest, Difference::kAdded);
+}
+
+}  // namespace
+
+Status make_room(Engine& engine, std::uint32_t slot, const Batch& batch, std::uint32_t needed, std::uint32_t& room) {
+  if (needed <= room) return Status::kOk;
+  if (needed > kMaxInstances) return Status::kTooManyInstances;
+  if (const Status status = remove_batch(engine, {slot}); status != Status::kOk) return status;
+  BatchId id;
+  const std::uint32_t wanted = std::min(needed + needed / 8, kMaxInstances);
+  const Status status = cab::add_batch(engine, {batch.articulation, wanted, BatchKind::kCharacters}, &id);
+  if (status == Status::kOk) {
+    room = wanted;
+    return status;
+  }
+  if (cab::add_batch(engine, {batch.articulation, room, BatchKind::kCharacters}, &id) != Status::kOk) room = 0;
+  return status;
+}
+
+Answer create(MPI_Comm comm, const DistributedDesc& desc, DistributedEngine** out) noexcept {
+  EnginePtr engines[3];
+  Status status = out ? Status::kOk : Status::kBadOutput;
+  EngineDesc alone = desc.engine;  // compute_boxes runs on the calling thread
+  alone.thread_count = 1;
+  alone.scheduler = nullptr;
+  for (EnginePtr& engine : engines)
+    if (status == Status::kOk) status = add_engine(&engine == &engines[2] ? alone : desc.engine, engine);
+  auto* const made = new (std::nothrow) DistributedEngine;
+  std::unique_ptr<DistributedEngine> engine(made);
+  if (!engine) status = Status::kOutOfMemory;
+
+  // Of exact tests only FCL's may be missing, which a frame would refuse.
+  Digest version;
+  version.add_bytes(CAB_VERSION_STRING, std::strlen(CAB_VERSION_STRING));
+  if (status == Status::kOk) {
+    FrameJob with_fcl;
+    with_fcl.policies.exact = Exact::kFcl;
+    version.add(cab::run_frame(*engines[0], with_fcl) == Status::kExactNotBuilt);
+  }
+  if (const Answer answer = agree(comm, status, version.value(), Difference::kVersion); !answer.ok()) return answer;
+  Digest program;
+  if (desc.program) program.add_bytes(desc.program, std::strlen(desc.program));
+  if (const Answer answer = agree(comm, status, program.value(), Difference::kProgram); !answer.ok()) return answer;
+
+  MPI_Comm_dup(comm, &engine->comm);
+  MPI_Comm_rank(engine->comm, &engine->rank);
+  MPI_Comm_size(engine->comm, &engine->rank_count);
+  engine->own = std::move(engines[0]);
+  engine->border = std::move(engines[1]);
+  engine->bounds = std::move(engines[2]);
+  *out = engine.release();
+  return {};
+}
+
+void destroy(DistributedEngine* engine) noexcept {
+  if (!engine) return;
+  MPI_Comm_free(&engine->comm);
+  delete engine;
+}
+
+Answer add_articulation(DistributedEngine& engine, const ArticulationDesc& desc, ArticulationId* out) noexcept {
+  ArticulationId id;
+  const Answer answer = add_on_all(engine, digest_of(desc), [&] { return add_to_all(engine, desc, id); });
+  if (out) *out = id;
+  return answer;
+}
+
+Answer add_batch(DistributedEngine& engine, const BatchDesc& desc, BatchId* out) noexcept {
+  Digest digest;
+  digest.add(desc.articulation.value);
+  digest.add(desc.instance_count);
+  BatchId id;
+  const Answer answer = add_on_all(engine, digest.value(), [&] { return add_to_both(engine, desc, id); });
+  if (out) *out = id;
+  return answer;
+}
+
+Answer add_static_batch(DistributedEngine& engine, const StaticDesc& desc, BatchId* out) noexcept {
+  BatchId id;
+  const Answer answer = add_on_all(engine, digest_of(desc), [&] { return add_to_both(engine, desc, id); });
+  if (out) *out = id;
+  return answer;
+}
+
+}  // namespace cab::mpi

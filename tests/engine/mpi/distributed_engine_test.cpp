@@ -1,0 +1,139 @@
+// What frames and calls of all ranks refuse: with one answer for all, and an engine that goes on.
+#include "perf/oracle/random_world.h"
+
+#include <cab/mpi.h>
+
+#include <doctest/doctest.h>
+
+#include <memory>
+#include <vector>
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+constexpr std::uint32_t kCount = 40;
+
+struct Deleter {
+  void operator()(mpi::DistributedEngine* engine) const { mpi::destroy(engine); }
+};
+
+// One batch, of which each rank has every `ranks`th character.
+struct Fixture {
+  int rank = 0, ranks = 1;
+  Rig rig;
+  Poses poses;
+  std::vector<std::uint32_t> numbers;
+  std::unique_ptr<mpi::DistributedEngine, Deleter> engine;
+  std::vector<PairRule> rules = {{{1}, {1}, Pairing::kBetween}};
+  std::vector<mpi::RankInput> inputs;
+  mpi::DistributedJob job;
+
+  Fixture() {
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    Random random(3);
+    rig = random_rig(random, Topology::kTree, 5, 1);
+    for (auto i = static_cast<std::uint32_t>(rank); i < kCount; i += static_cast<std::uint32_t>(ranks))
+      numbers.push_back(i);
+    poses = random_poses(random, rig, static_cast<std::uint32_t>(numbers.size()), PoseFormat::kQuaternionTranslation,
+                         {1, true, true, {}});
+    mpi::DistributedEngine* made = nullptr;
+    REQUIRE(mpi::create(MPI_COMM_WORLD, {}, &made).ok());
+    engine.reset(made);
+    ArticulationId articulation;
+    REQUIRE(mpi::add_articulation(*engine, rig.desc(), &articulation).ok());
+    BatchId batch;
+    REQUIRE(mpi::add_batch(*engine, {articulation, kCount, BatchKind::kCharacters}, &batch).ok());
+    REQUIRE(batch.value == 1);
+    inputs = {{poses.input({1}), numbers}};
+    job.inputs = inputs;
+    job.rules = rules;
+  }
+
+  bool is_last() const { return rank == ranks - 1; }
+
+  // The answer to a frame that `change` changes on the last rank; a frame without it must then run.
+  template <class Change>
+  mpi::Answer answer(Change&& change) {
+    const std::vector<mpi::RankInput> kept_inputs = inputs;
+    const mpi::DistributedJob kept = job;
+    if (is_last()) change();
+    job.inputs = inputs;
+    const mpi::Answer out = mpi::run_frame(*engine, job);
+    inputs = kept_inputs;
+    job = kept;
+    job.inputs = inputs;
+    CHECK(mpi::run_frame(*engine, job).ok());
+    return out;
+  }
+
+  template <class Change>
+  void check_status(Status status, Change&& change) {
+    const mpi::Answer got = answer(change);
+    CHECK(got.status == status);
+    CHECK(got.rank == ranks - 1);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what one rank gives wrongly is refused on all, and the next frame runs") {
+  Fixture f;
+  const std::vector<std::uint32_t> twice(f.numbers.size(), 1), beyond = {kCount};
+  f.check_status(Status::kBadInstances, [&] { f.inputs[0].numbers = twice; });
+  f.check_status(Status::kBadInstances, [&] { f.inputs[0].numbers = beyond; });
+  f.check_status(Status::kBadInstances, [&] { f.inputs[0].input.count = 1; });
+  f.check_status(Status::kBadPoses, [&] { f.inputs[0].input.poses.data = nullptr; });
+  f.check_status(Status::kBadOrigins, [&] { f.inputs[0].input.origins.size = 1; });
+  f.check_status(Status::kUnknownBatch, [&] { f.inputs[0].input.batch = {9}; });
+  f.check_status(Status::kBatchGivenTwice, [&] { f.inputs.push_back(f.inputs[0]); });
+  const float margin = -1;
+  f.check_status(Status::kBadMargins, [&] { f.inputs[0].input.margins = {&margin, 1}; });
+  f.check_status(Status::kBadReport, [&] { f.job.report = Report::kInContact; });
+  f.check_status(Status::kBadPolicy, [&] { f.job.policies.strategy = Strategy::kExactAll; });
+  f.check_status(Status::kContactsNeedExact, [&] { f.job.contacts = true; });
+  f.check_status(Status::kBadMargin, [&] { f.job.margin = -1; });
+  const PairRule unknown = {{7}, {1}, Pairing::kBetween};
+  f.check_status(Status::kBadPairRule, [&] { f.job.rules = {&unknown, 1}; });
+}
+
+TEST_CASE("what differs between ranks is told") {
+  Fixture f;
+  if (f.ranks == 1) return;
+  CHECK(f.answer([&] { f.job.margin = 1; }).difference == mpi::Difference::kJob);
+  CHECK(f.answer([&] { f.job.rules = {}; }).difference == mpi::Difference::kJob);
+  const std::vector<std::uint32_t> layers(f.numbers.size(), 1);
+  CHECK(f.answer([&] { f.inputs[0].input.layers = layers; }).difference == mpi::Difference::kMembers);
+
+  // The first rank's characters once more, at the same places.
+  std::vector<std::uint32_t> same = f.numbers;
+  for (std::uint32_t& number : same) number -= static_cast<std::uint32_t>(f.rank);
+  CHECK(f.answer([&] { f.inputs[0].numbers = same; }).difference == mpi::Difference::kNumbers);
+
+  mpi::DistributedDesc desc;
+  desc.program = f.is_last() ? "one" : "another";
+  mpi::DistributedEngine* engine = nullptr;
+  const mpi::Answer program = mpi::create(MPI_COMM_WORLD, desc, &engine);
+  CHECK(program.difference == mpi::Difference::kProgram);
+  CHECK(program.rank == f.ranks - 1);
+
+  BatchId batch;
+  const mpi::Answer added =
+      mpi::add_batch(*f.engine, {{1}, kCount + (f.is_last() ? 1u : 0u), BatchKind::kCharacters}, &batch);
+  CHECK(added.difference == mpi::Difference::kAdded);
+}
+
+TEST_CASE("sequences, and what an engine refuses, cannot be added") {
+  Fixture f;
+  BatchId batch;
+  CHECK(mpi::add_batch(*f.engine, {{1}, 3, BatchKind::kSequence}, &batch).status == Status::kBadBatchKind);
+  Fixture g;
+  CHECK(mpi::add_batch(*g.engine, {{8}, 3, BatchKind::kCharacters}, &batch).status == Status::kUnknownArticulation);
+  Fixture h;
+  ArticulationId articulation;
+  CHECK(mpi::add_articulation(*h.engine, {}, &articulation).status == Status::kNoLinks);
+}
+
+}  // namespace cab::tests
