@@ -1,10 +1,8 @@
-"""A corpus of thousands: copies of all motion that is there, killed, restarted, and with one and two workers."""
+"""A corpus of thousands: copies of all motion that is there, killed and restarted."""
 
-import os
 import pathlib
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -13,8 +11,6 @@ from faults import kill_all, wait_for_rows
 
 _UNITS = "0.0564"
 _LOADER = ["--loader", "cab_scan.copies:load"]
-_LEAST_SPEEDUP = 1.8
-_ROUNDS = 2
 
 
 @pytest.fixture
@@ -46,18 +42,3 @@ def test_a_corpus_that_is_killed_again_and_again_ends_with_the_same_table(scan, 
     outcome = scan(*words)
     assert outcome.code == 0 and outcome.hash == whole.hash
     assert len(scan.rows("id")) == 2000
-
-
-@long
-def test_two_workers_are_nearly_twice_as_fast_as_one(scan, copies):
-    if os.cpu_count() < 2 or os.getloadavg()[0] > 0.5:
-        pytest.skip(f"it needs two quiet cores: {os.cpu_count()} cores, load {os.getloadavg()[0]}")
-    words = copies(2000)
-    seconds = {1: [], 2: []}
-    for _ in range(_ROUNDS):
-        for workers, times in seconds.items():
-            start = time.monotonic()
-            assert scan(*words, "--workers", workers, "--again").code == 0
-            times.append(time.monotonic() - start)
-    print(seconds)
-    assert min(seconds[1]) / min(seconds[2]) >= _LEAST_SPEEDUP
