@@ -23,10 +23,10 @@ def scan(folder: pathlib.Path, workers: int) -> "tuple[float, str]":
     start = time.monotonic()
     done = subprocess.run([sys.executable, "-m", "cab_scan", *words], cwd=folder, capture_output=True, text=True)
     seconds = time.monotonic() - start
-    found = re.search(r"\b[0-9a-f]{16}\b", done.stdout)
+    found = re.search(r"^hash +([0-9a-f]+)$", done.stdout, re.MULTILINE)
     if done.returncode != 0 or found is None:
         raise SystemExit(done.stdout + done.stderr)
-    return seconds, found.group(0)
+    return seconds, found.group(1)
 
 
 def main() -> None:
