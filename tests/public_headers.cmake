@@ -10,7 +10,7 @@ else()
   set(c_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 endif()
 set(includes -I${ROOT}/layout/include -I${ROOT}/engine/include -I${ROOT}/scenes/rig/include
-  -I${ROOT}/scenes/files/include)
+  -I${ROOT}/scenes/files/include -I${ROOT}/perf/record/include)
 
 function(compile header language)
   set(source ${WORK}/header.txt)
@@ -23,7 +23,7 @@ function(compile header language)
 endfunction()
 
 file(GLOB headers ${ROOT}/layout/include/cab/*.h ${ROOT}/engine/include/cab/*.h ${ROOT}/scenes/rig/include/cab/*.h
-  ${ROOT}/scenes/files/include/cab/*.h)
+  ${ROOT}/scenes/files/include/cab/*.h ${ROOT}/perf/record/include/cab/*.h)
 list(LENGTH headers count)
 if(count LESS 10)
   message(FATAL_ERROR "only ${count} public headers were found")

@@ -47,11 +47,11 @@ struct RecorderOptions {
 
 // Names for those who look at the recording. Null or empty: none.
 struct ArticulationNames {
-  const char* name = nullptr;
+  const char* name = nullptr;     // of the articulation
   Span<const char* const> links;  // empty, or one per link
 };
 struct BatchNames {
-  const char* name = nullptr;
+  const char* name = nullptr;         // of the batch
   Span<const char* const> instances;  // empty, or one per instance
 };
 

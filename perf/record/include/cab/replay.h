@@ -16,35 +16,35 @@ namespace cab::record {
 
 // What is true of a whole recording. Strings live as long as the recording is open.
 struct RecordingInfo {
-  const char* library = "";  // version of the library that wrote it
-  const char* title = "";
-  double seconds_per_frame = 0;  // 0: unknown
-  double metres_per_unit = 0;    // 0: unknown
-  char up = 0;                   // 'x', 'y', 'z', or 0: unknown
-  const char* isa = "";          // what it was run with; empty: unknown
-  std::uint32_t thread_count = 0;
-  float pose_step = 0;  // 0: poses are floats
+  const char* library = "";        // version of the library that wrote it
+  const char* title = "";          // what it shows; may be empty
+  double seconds_per_frame = 0;    // 0: unknown
+  double metres_per_unit = 0;      // 0: unknown
+  char up = 0;                     // 'x', 'y', 'z', or 0: unknown
+  const char* isa = "";            // what it was run with; empty: unknown
+  std::uint32_t thread_count = 0;  // likewise; 0: unknown
+  float pose_step = 0;             // 0: poses are floats
 };
 
 // An articulation of a recording.
 struct RecordedArticulation {
-  const char* name = "";
+  const char* name = "";               // may be empty
   Span<const char* const> link_names;  // one per link, or empty
-  std::uint32_t link_count = 0;
-  bool is_lod = false;
-  ArticulationDesc desc;  // of one that is no level of detail
-  LodDesc lod;            // of a level; its `of` is the slot of an articulation of the recording: index + 1
+  std::uint32_t link_count = 0;        // of a level that of its articulation
+  bool is_lod = false;                 // whether it is a level of detail
+  ArticulationDesc desc;               // of one that is no level of detail
+  LodDesc lod;  // of a level; its `of` is the slot of an articulation of the recording: index + 1
 };
 
 // A batch of a recording.
 struct RecordedBatch {
-  const char* name = "";
+  const char* name = "";                   // may be empty
   Span<const char* const> instance_names;  // one per instance, or empty
   std::uint32_t slot = 0;                  // what hits call it
   std::uint32_t articulation = 0;          // index; unused for static bodies
-  std::uint32_t instance_count = 0;
-  bool is_static = false;
-  StaticDesc static_desc;  // of static bodies
+  std::uint32_t instance_count = 0;        // as the batch was told; frames may have fewer
+  bool is_static = false;                  // whether it is of static bodies
+  StaticDesc static_desc;                  // of static bodies
 };
 
 // A frame of a recording, as it was given and as it came back. Spans live until another frame is read.
@@ -95,10 +95,14 @@ class Recording {
   // Bytes from the beginning of the file to the end of its last whole chunk.
   std::uint64_t whole_bytes() const noexcept;
 
+  // What is true of the whole recording.
   RecordingInfo info() const noexcept;
+
+  // How many articulations, levels of detail among them, and batches are defined, and how many frames there are, lost
+  // ones among them. 0 if none is open.
   std::uint32_t articulation_count() const noexcept;
-  std::uint32_t batch_count() const noexcept;
-  std::uint32_t frame_count() const noexcept;
+  std::uint32_t batch_count() const noexcept;  // likewise
+  std::uint32_t frame_count() const noexcept;  // likewise
 
   // By index below the count.
   RecordedArticulation articulation(std::uint32_t index) const noexcept;
@@ -129,13 +133,17 @@ class Player {
   // the recording, and lives until the next call. False if the engine refuses; error() says why.
   [[nodiscard]] bool run(const RecordedFrame& frame, const Policies* policies = nullptr) noexcept;
 
+  // The hits of the last run, in the order of run_frame.
   Span<const Hit> hits() const noexcept;
   Span<const Contact> contacts() const noexcept;  // one per hit, if the frame has_contacts and there is an exact test
+
+  // What the last run did.
   FrameStats stats() const noexcept;
 
   // The engine, for questions such as engine_isa. Null before open.
   const Engine* engine() const noexcept;
 
+  // Why the last call failed; empty if it did not.
   const char* error() const noexcept;
 
  private:
