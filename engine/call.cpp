@@ -31,10 +31,8 @@ void Call::bind(const BatchInput& given, bool by_bounds) {
   batch.active = batch.articulation;
   batch.margins = input.margins;
   batch.instance_count = input.count == kAllInstances ? batch.capacity : input.count;
-  const std::size_t pose_bytes = kernel::pose_float_count(input.poses.format) * sizeof(float);
-  batch.link_stride = input.poses.link_stride ? input.poses.link_stride : pose_bytes;
-  batch.instance_stride =
-      input.poses.instance_stride ? input.poses.instance_stride : batch.articulation->link_count * batch.link_stride;
+  batch.link_stride = link_bytes(input.poses);
+  batch.instance_stride = instance_bytes(input.poses, batch.articulation->link_count);
 }
 
 }  // namespace cab

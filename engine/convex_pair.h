@@ -20,7 +20,7 @@ struct PlacedShape {
 template <class T>
 kernel::RigidLanes<T> placed_pose(const StoredPose& from, kernel::LaneChecks<T>& checks) {
   kernel::RawPoses poses, orientations;
-  for (std::uint32_t f = 0; f < kernel::pose_float_count(from.coding.format); ++f) poses.raw[f][0] = from.pose[f];
+  for (std::uint32_t f = 0; f < pose_floats(from.coding.format); ++f) poses.raw[f][0] = from.pose[f];
   for (std::uint32_t f = 0; f < 4 && from.orientation; ++f) orientations.raw[f][0] = from.orientation[f];
   return kernel::placed_pose<T>(poses, {from.coding, from.orientation ? &orientations : nullptr, &from.scale}, 0,
                                 checks);

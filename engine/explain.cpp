@@ -128,7 +128,7 @@ class JobSearch {
       return text_.add(".poses.format is %u", static_cast<unsigned>(poses.format));
     if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation)
       return text_.add(".poses.has_scale is set with quaternions");
-    const std::size_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
+    const std::size_t pose_bytes = pose_floats(poses.format) * sizeof(float);
     const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
     if (link_stride % 4 || link_stride < pose_bytes || std::uint64_t{link_stride} > std::uint64_t{1} << 32)
       return text_.add(".poses.link_stride is %zu, for poses of %zu bytes", link_stride, pose_bytes);

@@ -49,8 +49,7 @@ class Middle {
 
 // The poses of all links of one instance, in double. False if one of them is no valid pose.
 bool read_poses(const PoseView& poses, const float* first, std::vector<kernel::RigidLanes<double>>& out) {
-  const std::size_t stride =
-      poses.link_stride ? poses.link_stride / sizeof(float) : kernel::pose_float_count(poses.format);
+  const std::size_t stride = link_bytes(poses) / sizeof(float);
   for (std::size_t link = 0; link < out.size(); ++link) {
     const StoredPose stored = {coding_of(poses), first + link * stride, nullptr, 1};
     if (!is_valid(stored)) return false;
@@ -65,9 +64,7 @@ Status find_joints(const Articulation& articulation, const LodDesc& desc, std::v
   if (desc.rest_pose_count == 0 || !valid_poses(poses, articulation.link_count)) return Status::kBadRestPose;
   std::vector<kernel::RigidLanes<double>> pose(articulation.link_count);
   std::vector<Middle> joints(articulation.link_count);
-  const std::size_t link_bytes =
-      poses.link_stride ? poses.link_stride : kernel::pose_float_count(poses.format) * sizeof(float);
-  const std::size_t stride = poses.instance_stride ? poses.instance_stride : articulation.link_count * link_bytes;
+  const std::size_t stride = instance_bytes(poses, articulation.link_count);
   for (std::uint32_t i = 0; i < desc.rest_pose_count; ++i) {
     if (!read_poses(poses, poses.data + i * (stride / sizeof(float)), pose)) return Status::kBadRestPose;
     for (std::uint32_t link = 0; link < articulation.link_count; ++link) {

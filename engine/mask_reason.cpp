@@ -66,8 +66,7 @@ class MaskSearch {
     if (orientation_ && find_number_in(orientation_, 4, MaskCause::kOrientationNumber)) return true;
     for (const PosedLink& posed : articulation_.posed_links) {
       out_.link = posed.link;
-      if (find_number_in(pose_of(batch_, instance_, posed.link), kernel::pose_float_count(coding_.format),
-                         MaskCause::kPoseNumber))
+      if (find_number_in(pose_of(batch_, instance_, posed.link), pose_floats(coding_.format), MaskCause::kPoseNumber))
         return true;
     }
     return false;

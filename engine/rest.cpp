@@ -42,7 +42,7 @@ std::uint64_t add_entry(std::uint64_t sum, Span<const T> all, std::uint32_t inst
 std::uint64_t checksum_of(const InstanceBatch& batch, std::uint32_t instance) {
   const BatchInput& input = *batch.input;
   std::uint64_t sum = 0xcbf29ce484222325u;
-  const std::size_t floats = kernel::pose_float_count(input.poses.format);
+  const std::size_t floats = pose_floats(input.poses.format);
   for (std::uint32_t link = 0; link < batch.articulation->link_count; ++link)
     sum = add_bytes(sum, pose_of(batch, instance, link), floats);
   sum = add_entry(sum, input.origins, instance, 3);

@@ -18,7 +18,7 @@ Status links_that_touch(const kernel::KernelTable& kernels, const Articulation& 
   tile.articulation = &articulation;
   tile.coding = coding_of(pose);
   kernel::point_lanes(pose.data, 0, 1, tile.poses);
-  tile.link_stride = pose.link_stride ? pose.link_stride / sizeof(float) : kernel::pose_float_count(pose.format);
+  tile.link_stride = link_bytes(pose) / sizeof(float);
   tile.leaves = leaves.data;
   tile.joints = scratch.allocate<PointTile>(articulation.link_count).data;
   tile.flags = flags;

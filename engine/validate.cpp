@@ -73,7 +73,7 @@ bool valid_poses(const PoseView& poses, std::size_t link_count) {
   if (!poses.data || poses.format > PoseFormat::kMatrix4x4Columns) return false;
   if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation) return false;
   // In 64 bits, which hold the product below where std::size_t has 32.
-  const std::uint64_t pose_bytes = kernel::pose_float_count(poses.format) * sizeof(float);
+  const std::uint64_t pose_bytes = pose_floats(poses.format) * sizeof(float);
   const std::uint64_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
   const std::uint64_t instance_stride = poses.instance_stride;
   if (link_stride % 4 || instance_stride % 4 || link_stride < pose_bytes) return false;

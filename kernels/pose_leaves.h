@@ -52,10 +52,6 @@ struct RigidLanes {
   V scale;
 };
 
-inline constexpr std::uint32_t pose_float_count(PoseFormat format) {
-  return format == PoseFormat::kQuaternionTranslation ? 7u : format == PoseFormat::kMatrix3x4Rows ? 12u : 16u;
-}
-
 // Reads four floats of every instance, from float `skip + at` on, into raw[at] to raw[at + 3].
 template <class V>
 CAB_INLINE void read_quad(const float* const* from, std::size_t skip, std::uint32_t at, RawPoses& out) {
@@ -352,7 +348,7 @@ CAB_INLINE void clear_links(const PoseTile& args, std::uint32_t lane, Mask<V> ke
 // Reads the poses of one link.
 template <class V>
 CAB_INLINE void read_link(const PoseTile& args, std::uint32_t link, RawPoses& raw) {
-  const std::uint32_t floats = pose_float_count(args.coding.format);
+  const std::uint32_t floats = pose_floats(args.coding.format);
   read_raw<V>(args.poses, link * args.link_stride, floats, raw);
   if (!args.later) return;
   RawPoses later;

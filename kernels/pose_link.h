@@ -31,7 +31,7 @@ void pose_link_leaves(const PoseLink& args) {
   const Mask<V> yes = V(0.0f) <= V(0.0f);
   LaneChecks<V> checks = {yes, yes, yes};  // not read: pose_leaves checked the pose when the instance was bounded
   RawPoses raw, rotations;
-  spread_raw<V>(args.at.pose, pose_float_count(args.at.coding.format), raw);
+  spread_raw<V>(args.at.pose, pose_floats(args.at.coding.format), raw);
   if (args.at.orientation) spread_raw<V>(args.at.orientation, 4, rotations);
   alignas(64) float scales[kWidth<V>];
   Lanes<V>::store(scales, V(args.at.scale));

@@ -3,7 +3,23 @@
 
 #include <cab/types.h>
 
+#include <cstddef>
+#include <cstdint>
+
 namespace cab {
+
+// Floats of the pose of one link.
+inline constexpr std::uint32_t pose_floats(PoseFormat format) {
+  return format == PoseFormat::kQuaternionTranslation ? 7u : format == PoseFormat::kMatrix3x4Rows ? 12u : 16u;
+}
+
+// Bytes from the pose of one link to that of the next, and from one instance to the next: what 0 stands for is known.
+inline std::size_t link_bytes(const PoseView& poses) {
+  return poses.link_stride != 0 ? poses.link_stride : pose_floats(poses.format) * sizeof(float);
+}
+inline std::size_t instance_bytes(const PoseView& poses, std::size_t link_count) {
+  return poses.instance_stride != 0 ? poses.instance_stride : link_count * link_bytes(poses);
+}
 
 // Where the scale of a pose comes from.
 enum class Scaling : std::uint8_t {

@@ -5,15 +5,6 @@
 
 namespace cab::scenes {
 
-std::uint32_t pose_floats(PoseFormat format) {
-  switch (format) {
-    case PoseFormat::kQuaternionTranslation: return 7;
-    case PoseFormat::kMatrix3x4Rows: return 12;
-    case PoseFormat::kMatrix4x4Columns: return 16;
-  }
-  return 0;
-}
-
 ArticulationStorage::ArticulationStorage(const Character& character)
     : parts_(character.leaves.size()), leaves_(character.leaves.size()) {
   for (std::size_t l = 0; l < leaves_.size(); ++l) {

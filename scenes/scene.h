@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "layout/pose_coding.h"
+
 namespace cab::scenes {
 
 // A convex part that owns its vertices.
@@ -58,9 +60,6 @@ struct Scene {
   std::vector<std::string> notes;    // what the importer merged, dropped or doubts
   char up = 0;                       // 'x', 'y' or 'z', or 0: unknown
 };
-
-// Floats of one link's pose.
-std::uint32_t pose_floats(PoseFormat format);
 
 // Makes the ArticulationDesc of a Character and owns the arrays that the desc points to. The desc also borrows from the
 // character, which must outlive this.

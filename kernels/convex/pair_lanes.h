@@ -41,7 +41,7 @@ struct RawSide {
 
 template <class V>
 CAB_INLINE void read_side(const ConvexSide& side, RawSide& raw) {
-  read_raw<V>(side.pose, 0, pose_float_count(side.coding.format), raw.poses);
+  read_raw<V>(side.pose, 0, pose_floats(side.coding.format), raw.poses);
   if (side.orientation[0]) read_raw<V>(side.orientation, 0, 4, raw.orientations);
 }
 

@@ -31,7 +31,7 @@ std::uint32_t block_frames(const scenes::Scene& scene, std::uint32_t frame_count
 // Checks the sizes of a character's arrays. Otherwise the engine would read past the end of an array that is too short.
 void check_arrays(const scenes::Scene& scene, const scenes::Character& character) {
   const std::size_t frames = character.is_static ? 1 : scene.frame_count;
-  const std::size_t pose = character.link_parents.size() * scenes::pose_floats(character.pose_format);
+  const std::size_t pose = character.link_parents.size() * pose_floats(character.pose_format);
   if (character.poses.size() != frames * pose || (!character.origins.empty() && character.origins.size() != frames * 3))
     throw std::runtime_error(character.name + ": the scene has poses or origins for another number of frames or links");
   if (character.rest_frame && *character.rest_frame >= frames)
@@ -101,7 +101,7 @@ BatchInput EngineSession::input(std::uint32_t character, BatchId batch, FrameRan
   BatchInput input;
   input.batch = batch;
   input.poses.format = source.pose_format;
-  input.poses.data = source.poses.data() + first * source.link_parents.size() * scenes::pose_floats(source.pose_format);
+  input.poses.data = source.poses.data() + first * source.link_parents.size() * pose_floats(source.pose_format);
   if (!source.origins.empty()) input.origins = {source.origins.data() + first * 3, count * 3};
   return input;
 }

@@ -40,7 +40,7 @@ constexpr std::size_t kMaxDifferences = 5;
 
 const float* pose_of(const scenes::Scene& scene, std::uint32_t character, std::uint32_t frame, std::uint32_t link) {
   const scenes::Character& source = scene.characters[character];
-  const std::size_t floats = scenes::pose_floats(source.pose_format);
+  const std::size_t floats = pose_floats(source.pose_format);
   return source.poses.data() + (std::size_t{frame} * source.link_parents.size() + link) * floats;
 }
 

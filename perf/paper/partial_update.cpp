@@ -62,14 +62,14 @@ class LazyTree {
 
   // Poses the leaves in frames first .. first + live - 1 and refits the upper levels.
   void begin_tile(const kernel::KernelTable& kernels, std::uint32_t first, std::uint32_t live) {
-    const std::size_t floats = scenes::pose_floats(character_.pose_format) * std::size_t{articulation_.link_count};
+    const std::size_t floats = pose_floats(character_.pose_format) * std::size_t{articulation_.link_count};
     std::uint8_t flags[kLanes];
     kernel::PoseTile pose = {};
     pose.articulation = &articulation_;
     pose.coding.format = character_.pose_format;
     if (character_.is_static) first = 0, live = 1;
     kernel::point_lanes(character_.poses.data() + first * floats, floats, live, pose.poses);
-    pose.link_stride = scenes::pose_floats(character_.pose_format);
+    pose.link_stride = pose_floats(character_.pose_format);
     pose.leaves = boxes_.data();
     pose.joints = joints_.data();
     pose.flags = flags;

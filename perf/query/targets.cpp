@@ -57,7 +57,7 @@ void Targets::pose(std::uint32_t frame) {
     }
     const scenes::Character& character = scene_->characters[g];
     const std::size_t at = character.is_static ? 0 : frame;
-    const std::size_t pose_floats = character.link_parents.size() * scenes::pose_floats(character.pose_format);
+    const std::size_t pose_floats = character.link_parents.size() * cab::pose_floats(character.pose_format);
     input.poses.format = character.pose_format;
     input.poses.data = character.poses.data() + at * pose_floats;
     if (!character.origins.empty()) input.origins = {character.origins.data() + at * 3, 3};

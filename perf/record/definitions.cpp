@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "layout/pose_coding.h"
 #include "perf/record/words.h"
 
 namespace cab::record {
@@ -96,16 +97,10 @@ std::string read_names(const std::vector<std::string>& names, std::size_t count,
 
 }  // namespace
 
-std::size_t instance_stride(const PoseView& poses, std::uint32_t link_count) {
-  if (poses.instance_stride > 0) return poses.instance_stride;
-  return (poses.link_stride > 0 ? poses.link_stride : pose_floats(poses.format) * sizeof(float)) * link_count;
-}
-
 void gather_poses(const PoseView& poses, std::uint32_t link_count, std::size_t instances,
                   Span<const std::uint32_t> listed, std::vector<float>& values) {
   const std::size_t floats = pose_floats(poses.format);
-  const std::size_t link_stride = poses.link_stride > 0 ? poses.link_stride : floats * sizeof(float);
-  const std::size_t stride = instance_stride(poses, link_count);
+  const std::size_t link_stride = link_bytes(poses), stride = instance_bytes(poses, link_count);
   const std::size_t row = floats * link_count;
   values.assign(instances * row, 0);
   const auto copy = [&](std::size_t instance) {
@@ -167,9 +162,11 @@ format::ArticulationT lod_table(const LodDesc& desc, std::uint32_t of, std::uint
   return table;
 }
 
-format::BatchT batch_table(std::uint32_t slot, std::uint32_t instance_count, const BatchNames& names) {
+format::BatchT batch_table(std::uint32_t slot, std::uint32_t articulation, std::uint32_t instance_count,
+                           const BatchNames& names) {
   format::BatchT table;
   table.slot = slot;
+  table.articulation = articulation;
   table.instance_count = instance_count;
   table.name = text_of(names.name);
   table.instance_names = texts_of(names.instances);
@@ -178,7 +175,7 @@ format::BatchT batch_table(std::uint32_t slot, std::uint32_t instance_count, con
 
 format::BatchT static_batch_table(std::uint32_t slot, const StaticDesc& desc, const BatchNames& names) {
   const std::size_t count = desc.bodies.size + desc.triangles.size / 3;
-  format::BatchT table = batch_table(slot, static_cast<std::uint32_t>(count), names);
+  format::BatchT table = batch_table(slot, 0, static_cast<std::uint32_t>(count), names);
   table.static_bodies = std::make_unique<format::StaticBodiesT>();
   format::StaticBodiesT& bodies = *table.static_bodies;
   for (const StaticBody& body : desc.bodies) {

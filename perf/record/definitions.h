@@ -17,11 +17,9 @@ namespace cab::record {
 format::ArticulationT articulation_table(const ArticulationDesc& desc, const ArticulationNames& names);
 format::ArticulationT lod_table(const LodDesc& desc, std::uint32_t of, std::uint32_t link_count,
                                 const ArticulationNames& names);
-format::BatchT batch_table(std::uint32_t slot, std::uint32_t instance_count, const BatchNames& names);
+format::BatchT batch_table(std::uint32_t slot, std::uint32_t articulation, std::uint32_t instance_count,
+                           const BatchNames& names);
 format::BatchT static_batch_table(std::uint32_t slot, const StaticDesc& desc, const BatchNames& names);
-
-// Bytes from one instance to the next.
-std::size_t instance_stride(const PoseView& poses, std::uint32_t link_count);
 
 // The poses of the first `instances` instances without gaps. If `listed` is not empty, those of other instances are 0.
 void gather_poses(const PoseView& poses, std::uint32_t link_count, std::size_t instances,

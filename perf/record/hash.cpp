@@ -1,21 +1,29 @@
 #include <cab/replay.h>
 
+#include <cstring>
+
+#include "perf/record/words.h"
+#include "scenes/bit_hash.h"
+
 namespace cab::record {
 namespace {
 
-std::uint64_t add_bytes(std::uint64_t hash, const void* data, std::size_t size) {
-  const auto* const bytes = static_cast<const unsigned char*>(data);
-  for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 0x100000001b3u;
-  return hash;
+template <class Words>
+void add_words(scenes::BitHash& hash, Span<const Words> structs) {
+  for (const Words& entry : structs) {
+    std::uint32_t words[sizeof(Words) / 4];
+    std::memcpy(words, &entry, sizeof words);
+    for (const std::uint32_t word : words) hash.add(word);
+  }
 }
 
 }  // namespace
 
-// The structs have no padding (words.h), and the machines that the library runs on are little-endian.
 std::uint64_t hash_hits(Span<const Hit> hits, Span<const Contact> contacts) noexcept {
-  constexpr std::uint64_t kStart = 0xcbf29ce484222325u;
-  return add_bytes(add_bytes(kStart, hits.data, hits.size * sizeof(Hit)), contacts.data,
-                   contacts.size * sizeof(Contact));
+  scenes::BitHash hash;
+  add_words(hash, hits);
+  add_words(hash, contacts);
+  return hash.value();
 }
 
 }  // namespace cab::record

@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "layout/pose_coding.h"
 #include "perf/record/attempt.h"
 #include "perf/record/chunk.h"
 #include "perf/record/definitions.h"
@@ -45,6 +46,10 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 
 [[noreturn]] void fail(const std::string& reason) { throw Failure(reason); }
 [[noreturn]] void fail_with_errno(const std::string& what) { fail(what + ": " + std::strerror(errno)); }
+
+[[noreturn]] void fail_damaged(const std::string& problem) {
+  fail("append: the recording is damaged, and may have more than is whole: " + problem);
+}
 
 // What is known of an articulation or a batch of the engine that is recorded.
 struct KnownArticulation {
@@ -100,11 +105,19 @@ std::string bytes_of(const TableT& table) {
   return std::string(reinterpret_cast<const char*>(builder.GetBufferPointer()), builder.GetSize());
 }
 
-// Hits of one frame, and the contacts of them.
-struct FrameHits {
-  std::vector<Hit> hits;
-  std::vector<Contact> contacts;
-};
+// Structs as words (words.h).
+template <class T>
+fb::Offset<fb::Vector<std::uint32_t>> words_of(fb::FlatBufferBuilder& builder, Span<const T> structs) {
+  if (structs.empty()) return 0;
+  std::uint32_t* words = nullptr;
+  const auto vector = builder.CreateUninitializedVector(structs.size * sizeof(T) / sizeof *words, &words);
+  std::memcpy(words, structs.data, structs.size * sizeof(T));
+  return vector;
+}
+
+void check_names(Span<const char* const> names, std::size_t count, const char* what) {
+  if (!names.empty() && names.size != count) fail(std::string(what) + " have names, but not each one");
+}
 
 }  // namespace
 
@@ -139,6 +152,8 @@ struct Recorder::Storage {
   void flush_file();
   void open_new();
   void open_behind();
+  bool is_barely_begun() const;
+  void know(const Recording& recording);
 
   std::uint32_t index_of(format::ArticulationT table);
   std::uint32_t index_of(format::BatchT table);
@@ -149,16 +164,15 @@ struct Recorder::Storage {
   std::vector<std::int16_t> rounded_poses(const Arrays& arrays) const;
   fb::Offset<format::Poses> poses_of(const Arrays& arrays);
   fb::Offset<format::Input> input_of(const BatchInput& input);
-  fb::Offset<format::Settings> settings_of(const FrameJob& job);
-  std::uint64_t frame_bytes(const FrameJob& job, const FrameHits& found) const;
-  void write_frame(const FrameJob& job, const FrameHits& found, const FrameStats& stats, double time);
-  void write_moments(const FrameJob& job, double time);
+  fb::Offset<format::Settings> settings_of(const FrameJob& job, bool has_contacts);
+  std::uint64_t frame_bytes(const FrameJob& job) const;
+  void write_frame(const FrameJob& job, bool has_contacts, double time);
+  void write_moments(const FrameJob& job, bool has_contacts, double time);
   struct Moment {
     std::vector<BatchInput> inputs;
     std::vector<PairRule> rules;
   };
   Moment moment_of(const FrameJob& job, std::size_t m) const;
-  void check_poses(const FrameJob& job) const;
 };
 
 // ------------------------------------------------------------------------------------------------------------ chunks
@@ -232,58 +246,65 @@ void Recorder::Storage::open_new() {
   wants_header = true;
 }
 
-// Goes on behind the last whole chunk of a file that is there. What it has defined keeps its index. A file that was cut
-// off in its first chunk is made anew.
+// Whether a file is the beginning of a recording without a whole chunk, as a crash soon after open_new leaves it.
+bool Recorder::Storage::is_barely_begun() const {
+  MappedFile there;
+  there.open(path);
+  const Span<const std::uint8_t> bytes = {there.data(), there.size()};
+  const auto header = file_header();
+  if (!std::equal(bytes.begin(), bytes.begin() + std::min(bytes.size, header.size()), header.begin())) return false;
+  if (bytes.size < header.size()) return true;
+  const Scan scan = scan_chunks(bytes);
+  if (scan.is_damaged) fail_damaged(scan.problems[0]);
+  return scan.chunks.empty();
+}
+
+// Goes on behind the last whole chunk of a file that is there. What it has defined keeps its index.
 void Recorder::Storage::open_behind() {
   std::uint64_t end = 0;
   {
-    MappedFile there;
-    there.open(path);
-    const Span<const std::uint8_t> bytes = {there.data(), there.size()};
-    const auto header = file_header();
-    const bool begins = std::equal(bytes.begin(), bytes.begin() + std::min(bytes.size, header.size()), header.begin());
-    const Scan scan = begins && bytes.size >= header.size() ? scan_chunks(bytes) : Scan();
-    if (begins && scan.chunks.empty() && !scan.is_damaged) {
+    Recording recording;
+    if (!recording.open(path.c_str())) {
+      if (!is_barely_begun()) fail(std::string(recording.error()).substr(path.size() + 2));
       open_new();
       return;
     }
-    if (scan.is_damaged) fail("append: the recording is damaged, and may have more than is whole: " + scan.problems[0]);
-  }
-  {
-    Recording recording;
-    if (!recording.open(path.c_str())) fail(std::string(recording.error()).substr(path.size() + 2));
+    if (recording.is_damaged()) fail_damaged(recording.problems()[0]);
     if (recording.info().pose_step != options.pose_step) fail("append: the recording has another pose_step");
     options.seconds_per_frame = recording.info().seconds_per_frame;
-    if (recording.problems().size > 1) fail(std::string("append: ") + recording.problems()[0]);
     end = padded(recording.whole_bytes());
     frame_count = recording.frame_count();
-    articulation_count = recording.articulation_count();
-    batch_count = recording.batch_count();
-    std::vector<std::uint32_t> links;
-    for (std::uint32_t a = 0; a < articulation_count; ++a) {
-      const RecordedArticulation entry = recording.articulation(a);
-      const ArticulationNames names = {entry.name, entry.link_names};
-      articulation_bytes.emplace(
-          bytes_of<format::Articulation>(
-              entry.is_lod
-                  ? lod_table(entry.lod, static_cast<std::uint32_t>(entry.lod.of.value - 1), entry.link_count, names)
-                  : articulation_table(entry.desc, names)),
-          a);
-    }
-    for (std::uint32_t b = 0; b < batch_count; ++b) {
-      const RecordedBatch entry = recording.batch(b);
-      const BatchNames names = {entry.name, entry.instance_names};
-      format::BatchT table = entry.is_static ? static_batch_table(entry.slot, entry.static_desc, names)
-                                             : batch_table(entry.slot, entry.instance_count, names);
-      table.articulation = entry.articulation;
-      batch_bytes[entry.slot] = {bytes_of<format::Batch>(table), b};
-    }
+    know(recording);
   }
   std::error_code wrong;
   std::filesystem::resize_file(path, end, wrong);
   if (wrong) fail("what is cut off at its end cannot be dropped: " + wrong.message());
   file.reset(std::fopen(path.c_str(), "ab"));
   if (file == nullptr) fail_with_errno("cannot be opened for writing");
+}
+
+// What a recording has defined, by the tables that define the same.
+void Recorder::Storage::know(const Recording& recording) {
+  articulation_count = recording.articulation_count();
+  batch_count = recording.batch_count();
+  for (std::uint32_t a = 0; a < articulation_count; ++a) {
+    const RecordedArticulation entry = recording.articulation(a);
+    const ArticulationNames names = {entry.name, entry.link_names};
+    const auto of = static_cast<std::uint32_t>(entry.lod.of.value - 1);  // of a level alone
+    articulation_bytes.emplace(
+        bytes_of<format::Articulation>(entry.is_lod ? lod_table(entry.lod, of, entry.link_count, names)
+                                                    : articulation_table(entry.desc, names)),
+        a);
+  }
+  for (std::uint32_t b = 0; b < batch_count; ++b) {
+    const RecordedBatch entry = recording.batch(b);
+    const BatchNames names = {entry.name, entry.instance_names};
+    batch_bytes[entry.slot] = {
+        bytes_of<format::Batch>(entry.is_static
+                                    ? static_batch_table(entry.slot, entry.static_desc, names)
+                                    : batch_table(entry.slot, entry.articulation, entry.instance_count, names)),
+        b};
+  }
 }
 
 // ------------------------------------------------------------------------------------------------------- definitions
@@ -392,7 +413,7 @@ fb::Offset<format::Input> Recorder::Storage::input_of(const BatchInput& input) {
   return table;
 }
 
-fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job) {
+fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job, bool has_contacts) {
   std::vector<format::Rule> rules;
   for (const PairRule& rule : job.rules)
     rules.emplace_back(known(rule.a).index, known(rule.b).index, static_cast<std::uint32_t>(rule.pairing));
@@ -400,7 +421,7 @@ fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job)
   const float lengths[] = {job.margin, job.min_depth};
   key.append(reinterpret_cast<const char*>(lengths), sizeof lengths);
   key.push_back(static_cast<char>(job.report));
-  key.push_back(job.contacts.empty() ? 0 : 1);
+  key.push_back(has_contacts ? 1 : 0);
   const Span<const PolicyField> fields = policy_table();
   for (std::uint32_t f = 0; f < fields.size; ++f) key.push_back(static_cast<char>(policy_get(job.policies, f)));
   if (key == settings_key) return settings;
@@ -411,16 +432,16 @@ fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job)
         format::CreatePolicyChoice(*builder, builder->CreateSharedString(fields[f].name),
                                    builder->CreateSharedString(fields[f].values[policy_get(job.policies, f)].name)));
   settings = format::CreateSettings(*builder, builder->CreateVector(choices), job.margin, job.min_depth,
-                                    static_cast<std::uint8_t>(job.report), !job.contacts.empty(),
+                                    static_cast<std::uint8_t>(job.report), has_contacts,
                                     builder->CreateVectorOfStructs(rules));
   settings_key = std::move(key);
   return settings;
 }
 
 // What a frame may take, at most.
-std::uint64_t Recorder::Storage::frame_bytes(const FrameJob& job, const FrameHits& found) const {
+std::uint64_t Recorder::Storage::frame_bytes(const FrameJob& job) const {
   constexpr std::uint64_t kPerInput = 512, kPerFrame = 65536, kArraysPerInstance = 64;
-  std::uint64_t bytes = kPerFrame + found.hits.size() * sizeof(Hit) + found.contacts.size() * sizeof(Contact) +
+  std::uint64_t bytes = kPerFrame + job.hits.size * sizeof(Hit) + job.contacts.size * sizeof(Contact) +
                         job.rules.size * sizeof(format::Rule);
   for (const BatchInput& input : job.inputs) {
     const KnownBatch& batch = known(input.batch);
@@ -430,62 +451,62 @@ std::uint64_t Recorder::Storage::frame_bytes(const FrameJob& job, const FrameHit
   return bytes;
 }
 
-void Recorder::Storage::write_frame(const FrameJob& job, const FrameHits& found, const FrameStats& stats, double time) {
-  const std::uint64_t bytes = frame_bytes(job, found);
+// hits and contacts are those that were written. has_contacts: whether contacts were asked for.
+void Recorder::Storage::write_frame(const FrameJob& job, bool has_contacts, double time) {
+  const std::uint64_t bytes = frame_bytes(job);
   if (bytes > kMostPayloadBytes) fail("a frame of " + std::to_string(bytes) + " bytes is too large: chunks have 2 GB");
   if (builder->GetSize() + bytes > kMostPayloadBytes) write_chunk();
   at_hand.clear();
   std::vector<fb::Offset<format::Input>> inputs;
   for (const BatchInput& input : job.inputs) inputs.push_back(input_of(input));
-  std::vector<std::uint32_t> hit_words(found.hits.size() * kHitWords);
-  if (!hit_words.empty()) std::memcpy(hit_words.data(), found.hits.data(), found.hits.size() * sizeof(Hit));
-  std::vector<std::uint32_t> contact_words(found.contacts.size() * kContactWords);
-  if (!contact_words.empty())
-    std::memcpy(contact_words.data(), found.contacts.data(), found.contacts.size() * sizeof(Contact));
+  const FrameStats& stats = job.stats;
   const format::Stats counts(stats.candidates, stats.box_tests, stats.leaf_pairs, stats.exact_tests,
                              stats.false_positives, stats.instances_masked, stats.seconds_total);
-  const auto shared = settings_of(job);
+  const auto shared = settings_of(job, has_contacts);
   const auto input_tables = builder->CreateVector(inputs);
-  const auto hits = vector_of(*builder, hit_words), contacts = vector_of(*builder, contact_words);
+  const auto hits = words_of<Hit>(*builder, job.hits);
+  const auto contacts = words_of<Contact>(*builder, job.contacts);
   frames.push_back(format::CreateFrame(*builder, time, shared, input_tables, hits, contacts,
-                                       hash_hits(found.hits, found.contacts), &counts));
+                                       hash_hits(job.hits, job.contacts), &counts));
   for (auto& [batch, arrays] : at_hand) before[batch] = std::move(arrays);
   ++frame_count;
   if (builder->GetSize() >= kChunkBytes || frames.size() >= kChunkFrames) write_chunk();
 }
 
 // Sequences: instance m of each is a character of the frame of moment m, and the one of a fixed object is in all.
-void Recorder::Storage::write_moments(const FrameJob& job, double time) {
+void Recorder::Storage::write_moments(const FrameJob& job, bool has_contacts, double time) {
   std::size_t moments = 1;
   for (const BatchInput& input : job.inputs)
     moments = std::max<std::size_t>(moments, known(input.batch).instance_count);
   std::map<std::uint32_t, bool> moves;  // by slot
   for (const BatchInput& input : job.inputs)
     moves[known(input.batch).slot] = moments == 1 || known(input.batch).instance_count > 1;
-  std::vector<FrameHits> found(moments);
-  for (std::size_t h = 0; h < job.hit_count; ++h) {
+  std::vector<std::vector<Hit>> hits(moments);
+  std::vector<std::vector<Contact>> contacts(moments);
+  for (std::size_t h = 0; h < job.hits.size; ++h) {
     Hit hit = job.hits[h];
     // What fixed objects touch alone, they touch at every moment.
     const bool is_fixed = !moves[hit.batch_a.value] && !moves[hit.batch_b.value];
     const std::size_t only = std::max(hit.instance_a, hit.instance_b);
     hit.instance_a = hit.instance_b = 0;
     for (std::size_t m = is_fixed ? 0 : only; m < (is_fixed ? moments : only + 1); ++m) {
-      found[m].hits.push_back(hit);
-      if (!job.contacts.empty()) found[m].contacts.push_back(job.contacts[h]);
+      hits[m].push_back(hit);
+      if (has_contacts) contacts[m].push_back(job.contacts[h]);
     }
   }
-  // First all are made, so that a pose which is refused leaves none of them behind.
-  for (const bool writes : {false, true})
-    for (std::size_t m = 0; m < moments; ++m) {
-      const Moment moment = moment_of(job, m);
-      FrameJob frame = job;
-      frame.inputs = moment.inputs;
-      frame.rules = moment.rules;
-      if (writes)
-        write_frame(frame, found[m], FrameStats{}, time + static_cast<double>(m) * options.seconds_per_frame);
-      else
-        check_poses(frame);
-    }
+  // A pose that is refused leaves no moment behind.
+  if (options.pose_step > 0)
+    for (const BatchInput& input : job.inputs) static_cast<void>(rounded_poses(gather(input, known(input.batch))));
+  for (std::size_t m = 0; m < moments; ++m) {
+    const Moment moment = moment_of(job, m);
+    FrameJob frame = job;
+    frame.inputs = moment.inputs;
+    frame.rules = moment.rules;
+    frame.hits = hits[m];
+    frame.contacts = contacts[m];
+    frame.stats = {};
+    write_frame(frame, has_contacts, time + static_cast<double>(m) * options.seconds_per_frame);
+  }
 }
 
 // A sequence that has ended takes no part any more.
@@ -502,7 +523,7 @@ Recorder::Storage::Moment Recorder::Storage::moment_of(const FrameJob& job, std:
     const auto one_of = [i](auto& span, std::size_t each) {
       if (span.size > 0) span = {span.data + i * each, each};
     };
-    input.poses.data += i * instance_stride(input.poses, batch.link_count) / sizeof(float);
+    input.poses.data += i * instance_bytes(input.poses, batch.link_count) / sizeof(float);
     one_of(input.origins, 3);
     one_of(input.orientations, 4);
     one_of(input.scales, 1);
@@ -515,11 +536,6 @@ Recorder::Storage::Moment Recorder::Storage::moment_of(const FrameJob& job, std:
   for (const PairRule& rule : job.rules)
     if (is_there(rule.a) && is_there(rule.b)) moment.rules.push_back(rule);
   return moment;
-}
-
-void Recorder::Storage::check_poses(const FrameJob& job) const {
-  if (options.pose_step == 0) return;
-  for (const BatchInput& input : job.inputs) static_cast<void>(rounded_poses(gather(input, known(input.batch))));
 }
 
 // -------------------------------------------------------------------------------------------------------------- calls
@@ -579,7 +595,7 @@ bool with_file(Storage*& storage, Work work) noexcept {
 bool Recorder::add_articulation(ArticulationId id, const ArticulationDesc& desc,
                                 const ArticulationNames& names) noexcept {
   return with_file(storage_, [&](Storage& to) {
-    if (!names.links.empty() && names.links.size != desc.link_parents.size) fail("links have names, but not each one");
+    check_names(names.links, desc.link_parents.size, "links");
     const std::uint32_t index = to.index_of(articulation_table(desc, names));
     to.articulations[id.value] = {index, static_cast<std::uint32_t>(desc.link_parents.size)};
   });
@@ -590,7 +606,7 @@ bool Recorder::add_lod(ArticulationId id, const LodDesc& desc, const Articulatio
     const auto of = to.articulations.find(desc.of.value);
     if (of == to.articulations.end()) fail("a level is of an articulation that was not told by add_articulation");
     const auto [of_index, links] = of->second;
-    if (!names.links.empty() && names.links.size != links) fail("links have names, but not each one");
+    check_names(names.links, links, "links");
     to.articulations[id.value] = {to.index_of(lod_table(desc, of_index, links, names)), links};
   });
 }
@@ -602,10 +618,8 @@ bool Recorder::add_batch(BatchId id, const BatchDesc& desc, const BatchNames& na
       fail("a batch is of an articulation that was not told by add_articulation or add_lod");
     const bool is_sequence = desc.kind == BatchKind::kSequence;
     const std::uint32_t recorded_count = is_sequence ? 1 : desc.instance_count;
-    if (!names.instances.empty() && names.instances.size != recorded_count)
-      fail("instances have names, but not each one");
-    format::BatchT table = batch_table(slot_of(id).value, recorded_count, names);
-    table.articulation = articulation->second.index;
+    check_names(names.instances, recorded_count, "instances");
+    format::BatchT table = batch_table(slot_of(id).value, articulation->second.index, recorded_count, names);
     to.batches[id.value] = {to.index_of(std::move(table)), slot_of(id).value, articulation->second.link_count,
                             desc.instance_count,           is_sequence,       false};
   });
@@ -615,7 +629,7 @@ bool Recorder::add_static_batch(BatchId id, const StaticDesc& desc, const BatchN
   return with_file(storage_, [&](Storage& to) {
     format::BatchT table = static_batch_table(slot_of(id).value, desc, names);
     const std::uint32_t count = table.instance_count;
-    if (!names.instances.empty() && names.instances.size != count) fail("instances have names, but not each one");
+    check_names(names.instances, count, "instances");
     to.batches[id.value] = {to.index_of(std::move(table)), slot_of(id).value, 1, count, false, true};
   });
 }
@@ -629,14 +643,14 @@ bool Recorder::add_frame(const FrameJob& job, double time) noexcept {
       for (const BatchId id : {rule.a, rule.b}) static_cast<void>(to.known(id));
     if (sequences > 0 && sequences < job.inputs.size)
       fail("sequences beside characters are not recorded: give each a frame of its own");
-    if (sequences > 0) {
-      to.write_moments(job, time);
-      return;
-    }
-    FrameHits found;
-    found.hits.assign(job.hits.data, job.hits.data + job.hit_count);
-    if (!job.contacts.empty()) found.contacts.assign(job.contacts.data, job.contacts.data + job.hit_count);
-    to.write_frame(job, found, job.stats, time);
+    const bool has_contacts = !job.contacts.empty();
+    FrameJob found = job;
+    found.hits.size = job.hit_count;
+    found.contacts.size = has_contacts ? job.hit_count : 0;
+    if (sequences > 0)
+      to.write_moments(found, has_contacts, time);
+    else
+      to.write_frame(found, has_contacts, time);
   });
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "layout/pose_coding.h"
 #include "perf/record/attempt.h"
 #include "perf/record/budget.h"
 #include "perf/record/chunk.h"
@@ -168,13 +169,19 @@ void Recording::Storage::read_all() {
   if (scan.chunks.empty())
     refuse(scan.problems.empty() ? "it has no chunk" : "it has no whole chunk: " + scan.problems.front());
   bool is_lost = false;
+  const auto lose = [&](ChunkPlace& place, const std::string& why) {
+    place.damage = why;
+    scan.is_damaged = is_lost = true;
+    scan.problems.push_back("the chunk at byte " + std::to_string(place.at) + " " + frames_in_words(place.header) +
+                            " has definitions that cannot be read: " + why);
+  };
   for (std::size_t c = 0; c < scan.chunks.size(); ++c) {
     ChunkPlace& place = scan.chunks[c];
     if (c == 0 && (place.at != kFileHeaderBytes || !place.header.has_definitions))
       refuse("its first chunk, which has its header, is damaged");
     if (!place.header.has_definitions || (c > 0 && !place.damage.empty())) continue;
     if (is_lost) {
-      place.damage = "definitions before it are lost";
+      lose(place, "definitions before it are lost");
       continue;
     }
     try {
@@ -184,10 +191,7 @@ void Recording::Storage::read_all() {
       read_definitions(chunk, place.header.plain_bytes);
     } catch (const Failure& failure) {
       if (c == 0) refuse("its first chunk cannot be read: " + std::string(failure.what()));
-      place.damage = failure.what();
-      scan.is_damaged = is_lost = true;
-      scan.problems.push_back("the chunk at byte " + std::to_string(place.at) + " " + frames_in_words(place.header) +
-                              " has definitions that cannot be read: " + place.damage);
+      lose(place, failure.what());
     }
   }
   for (const std::string& problem : scan.problems) problem_texts.push_back(problem.c_str());
@@ -409,6 +413,8 @@ const char* Recording::error() const noexcept { return error_of(storage_); }
 Span<const char* const> Recording::problems() const noexcept {
   return storage_ == nullptr ? Span<const char* const>() : Span<const char* const>(storage_->problem_texts);
 }
+
+bool Recording::is_damaged() const noexcept { return storage_ != nullptr && storage_->scan.is_damaged; }
 
 std::uint64_t Recording::whole_bytes() const noexcept { return storage_ == nullptr ? 0 : storage_->scan.whole; }
 

@@ -23,8 +23,7 @@ struct Scan {
   std::uint32_t frame_count = 0;      // up to the last chunk that has any
   std::vector<std::string> problems;  // one line each
   std::uint64_t whole = 0;            // up to the end of the last whole chunk
-  bool is_cut_off = false;            // behind the last whole chunk there is the beginning of another
-  bool is_damaged = false;            // something else is wrong too
+  bool is_damaged = false;            // something else is wrong than that the last chunk is cut off
 };
 
 // Finds the chunks. Behind a damaged header it goes on where the next sound one is.

@@ -5,7 +5,6 @@
 #include <cab/types.h>
 
 #include <cstddef>
-#include <cstdint>
 
 namespace cab::record {
 
@@ -19,15 +18,5 @@ static_assert(sizeof(Contact) == kContactWords * 4 && offsetof(Contact, point_a)
 static_assert(offsetof(Contact, leaf_a) == 40);
 static_assert(sizeof(Box) == kBoxFloats * 4 && offsetof(Box, axis) == 12 && offsetof(Box, half) == 48);
 static_assert(sizeof(LinkPair) == 8);
-
-// Floats of a pose.
-inline std::uint32_t pose_floats(PoseFormat format) {
-  switch (format) {
-    case PoseFormat::kQuaternionTranslation: return 7;
-    case PoseFormat::kMatrix3x4Rows: return 12;
-    case PoseFormat::kMatrix4x4Columns: return 16;
-  }
-  return 0;
-}
 
 }  // namespace cab::record

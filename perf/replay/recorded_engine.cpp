@@ -141,7 +141,7 @@ RecordTotals record_scene(const scenes::Scene& scene, FrameRange frames, bool wi
     for (std::size_t c = 0; c < batches.size(); ++c) {
       const scenes::Character& character = scene.characters[c];
       const std::size_t at = is_static(c) ? 0 : f;
-      const std::size_t floats = character.link_parents.size() * scenes::pose_floats(character.pose_format);
+      const std::size_t floats = character.link_parents.size() * pose_floats(character.pose_format);
       poses[c].assign(character.poses.begin() + static_cast<std::ptrdiff_t>(at * floats),
                       character.poses.begin() + static_cast<std::ptrdiff_t>((at + 1) * floats));
       engine.round(poses[c]);

@@ -67,7 +67,7 @@ Json links_json(const scenes::Character& character, std::uint32_t frame, const V
   Json links = Json::array();
   const std::size_t count = character.link_parents.size();
   for (std::size_t l = 0; l < count; ++l) {
-    const float* pose = character.poses.data() + (frame * count + l) * scenes::pose_floats(character.pose_format);
+    const float* pose = character.poses.data() + (frame * count + l) * pose_floats(character.pose_format);
     links.push_back({{"name", character.link_names[l]},
                      {"parent", character.link_parents[l]},
                      {"joint_world_metres", widen(pose + 4) + origin}});

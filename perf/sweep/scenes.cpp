@@ -88,7 +88,7 @@ std::vector<PosedFigure> sample_figures(const SweepScene& scene) {
     posed.figure.origins.clear();
     posed.figure.rest_frame.reset();
     posed.pose_count = static_cast<std::uint32_t>(std::min<std::size_t>(kSampledPoses, pose_count));
-    const std::size_t floats = character.link_parents.size() * scenes::pose_floats(character.pose_format);
+    const std::size_t floats = character.link_parents.size() * pose_floats(character.pose_format);
     for (std::size_t p = 0; p < posed.pose_count; ++p) {
       const std::size_t at = first + p * pose_count / posed.pose_count;
       const auto pose = poses.begin() + static_cast<std::ptrdiff_t>(at * floats);

@@ -35,18 +35,9 @@ struct Arrays {
   std::vector<double> rest_offsets, rotations, positions;
 };
 
-std::size_t floats_of(PoseFormat format) {
-  switch (format) {
-    case PoseFormat::kQuaternionTranslation: return 7;
-    case PoseFormat::kMatrix3x4Rows: return 12;
-    case PoseFormat::kMatrix4x4Columns: return 16;
-  }
-  return 0;
-}
-
 // Reads one pose. False if it is not rigid or not finite.
 bool read_pose(PoseFormat format, const float* p, Arrays& out) {
-  for (std::size_t i = 0; i < floats_of(format); ++i) {
+  for (std::size_t i = 0; i < pose_floats(format); ++i) {
     const bool is_read = format != PoseFormat::kMatrix4x4Columns || i % 4 != 3;
     if (is_read && !(std::fabs(p[i]) <= kMaxCoordinate)) return false;
   }
@@ -79,10 +70,9 @@ bool read_pose(PoseFormat format, const float* p, Arrays& out) {
 
 bool read_poses(const SkeletonDesc& skeleton, Arrays& out) {
   const PoseView& poses = skeleton.poses;
-  const std::size_t joints = skeleton.parents.size, pose_bytes = floats_of(poses.format) * sizeof(float);
-  if (pose_bytes == 0 || poses.data == nullptr || skeleton.pose_count == 0) return false;
-  const std::size_t link_stride = poses.link_stride == 0 ? pose_bytes : poses.link_stride;
-  const std::size_t stride = poses.instance_stride == 0 ? link_stride * joints : poses.instance_stride;
+  if (poses.format > PoseFormat::kMatrix4x4Columns || poses.data == nullptr || skeleton.pose_count == 0) return false;
+  const std::size_t joints = skeleton.parents.size, pose_bytes = pose_floats(poses.format) * sizeof(float);
+  const std::size_t link_stride = link_bytes(poses), stride = instance_bytes(poses, joints);
   if (link_stride < pose_bytes || link_stride % 4 != 0 || stride % 4 != 0 ||
       stride < (joints - 1) * link_stride + pose_bytes)
     return false;

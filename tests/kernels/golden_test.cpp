@@ -33,7 +33,7 @@ struct Body {
     kernel::PoseTile pose = {};
     pose.articulation = &articulation;
     pose.coding.format = character->pose_format;
-    pose.link_stride = kernel::pose_float_count(pose.coding.format);
+    pose.link_stride = pose_floats(pose.coding.format);
     if (character->is_static) first = 0, live = 1;
     const std::size_t floats = articulation.link_count * pose.link_stride;
     kernel::point_lanes(character->poses.data() + first * floats, floats, live, pose.poses);

@@ -38,7 +38,7 @@ struct TilePoses {
     }
   }
 
-  std::size_t floats() const { return kernel::pose_float_count(format); }
+  std::size_t floats() const { return pose_floats(format); }
   const float* pose(std::uint32_t instance, std::uint32_t link) const {
     return data.data() + (instance * links + link) * floats();
   }

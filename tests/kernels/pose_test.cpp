@@ -124,7 +124,7 @@ Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation,
   kernel::PoseTile job = {};
   job.articulation = &articulation;
   job.coding = {format, Scaling::kNone};
-  job.link_stride = kernel::pose_float_count(format);
+  job.link_stride = pose_floats(format);
   kernel::point_lanes(poses.data(), articulation.link_count * job.link_stride, live, job.poses);
   if (rotations) kernel::point_lanes(rotations, 4, live, job.orientations);
   job.leaves = out.leaves.data();
@@ -275,7 +275,7 @@ TEST_CASE("a lane that holds no pose is named and cleared, and its neighbours ke
     const Rig rig(random);
     const Poses poses = random_poses(random, rig.articulation.link_count, 3);
     const std::vector<float>& clean = poses_of(poses, fault.format);
-    const std::uint32_t floats = kernel::pose_float_count(fault.format), bad = random.index(kLanes);
+    const std::uint32_t floats = pose_floats(fault.format), bad = random.index(kLanes);
     std::vector<float> spoiled = clean;
     // The first link carries leaves in every rig, so its pose is always read.
     float* at = spoiled.data() + std::size_t{bad} * rig.articulation.link_count * floats;

@@ -78,7 +78,7 @@ class SceneOnEngine {
 
   BatchInput input(std::size_t c, BatchId batch, std::uint32_t first) const {
     const Character& character = scene_.characters[c];
-    const std::size_t floats = character.link_parents.size() * scenes::pose_floats(character.pose_format);
+    const std::size_t floats = character.link_parents.size() * pose_floats(character.pose_format);
     BatchInput out;
     out.batch = batch;
     out.poses.format = character.pose_format;

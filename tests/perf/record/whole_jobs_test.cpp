@@ -2,6 +2,7 @@
 #include <array>
 #include <optional>
 
+#include "layout/pose_coding.h"
 #include "tests/perf/record/recorded_world.h"
 
 namespace cab::tests {
@@ -41,9 +42,7 @@ void give_poses(Random& random, std::uint32_t links, Given& to) {
   PoseView& view = to.view;
   view.format = static_cast<PoseFormat>(random.index(3));
   view.has_scale = view.format != PoseFormat::kQuaternionTranslation && random.chance(0.5);
-  const std::size_t floats = view.format == PoseFormat::kQuaternionTranslation ? 7
-                             : view.format == PoseFormat::kMatrix3x4Rows       ? 12
-                                                                               : 16;
+  const std::size_t floats = pose_floats(view.format);
   const std::size_t link_stride = floats + random.index(3), stride = links * link_stride + random.index(4);
   to.poses.assign(to.size * stride + 4, kNothing);
   for (std::uint32_t i = 0; i < to.size; ++i)
@@ -102,10 +101,7 @@ void check_input(const BatchInput& read, const Given& given, std::uint32_t links
   check_first(read.layers, given.layers, used, 1);
   check_first(read.layer_masks, given.layer_masks, used, 1);
   CHECK(same_values(read.instances, given.instances));
-  const std::size_t floats = given.view.format == PoseFormat::kQuaternionTranslation ? 7
-                             : given.view.format == PoseFormat::kMatrix3x4Rows       ? 12
-                                                                                     : 16;
-  const std::size_t link_stride = given.view.link_stride > 0 ? given.view.link_stride / 4 : floats;
+  const std::size_t floats = pose_floats(given.view.format), link_stride = link_bytes(given.view) / sizeof(float);
   for (std::size_t i = 0; i < used; ++i)
     for (std::size_t l = 0; l < links; ++l) {
       const bool is_listed =

@@ -92,6 +92,9 @@ class Recording {
   // What cannot be read, one line each: which chunk, at which byte, which frames. Empty if all can.
   Span<const char* const> problems() const noexcept;
 
+  // Whether something is damaged, which is more than that the file is cut off at its end.
+  bool is_damaged() const noexcept;
+
   // Bytes from the beginning of the file to the end of its last whole chunk.
   std::uint64_t whole_bytes() const noexcept;
 
