@@ -1,4 +1,5 @@
 // Bodies from a skeleton in plain arrays.
+#include "layout/pose_coding.h"
 #include "scenes/affine.h"
 #include "scenes/rig/desc_of.h"
 #include "scenes/rig/leaf_box.h"
