@@ -5,6 +5,7 @@ CMAKE_ARGS has further arguments for CMake's configuration: -DCAB_BUILD_COMMAND=
 the next time. CAB_PYTHON_BUILD names another folder, which is taken as it is configured.
 """
 
+import importlib.util
 import os
 import pathlib
 import re
@@ -12,10 +13,29 @@ import shlex
 import shutil
 import subprocess
 import sys
+import sysconfig
 
-from setuptools.build_meta import *  # noqa: F403 - the backend is that of setuptools
-from setuptools.command.build_py import build_py
-from wheel.bdist_wheel import bdist_wheel
+
+def require_tools() -> None:
+    """Ends with one message that names everything that the build needs and this Python or PATH lacks."""
+    missing = [f"the Python module {name}" for name in ("setuptools", "wheel") if not importlib.util.find_spec(name)]
+    if not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists():
+        missing.append("Python.h, the headers of this Python")
+    if not shutil.which("cmake"):
+        missing.append("the program cmake")
+    if missing:
+        sys.exit(
+            f"cab cannot be built by {sys.executable}, since it lacks {', '.join(missing)}.\n"
+            "On Debian, docs/python.md has the packages to install. Debian's modules are seen by an environment of "
+            "Debian's Python alone: /usr/bin/python3 -m venv --system-site-packages FOLDER"
+        )
+
+
+require_tools()
+
+from setuptools.build_meta import *  # noqa: F403, E402 - the backend is that of setuptools
+from setuptools.command.build_py import build_py  # noqa: E402
+from wheel.bdist_wheel import bdist_wheel  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 

@@ -17,6 +17,15 @@ set(ENV{PIP_NO_INDEX} 1)
 set(ENV{PIP_DISABLE_PIP_VERSION_CHECK} 1)
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
+
+# An environment that sees none of Debian's modules, as that of another python3 in PATH.
+run(${PYTHON} -m venv ${WORK}/closed)
+execute_process(COMMAND ${WORK}/closed/bin/pip install --no-build-isolation ${ROOT} RESULT_VARIABLE result
+  OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(result EQUAL 0 OR NOT output MATCHES "lacks the Python module wheel[.]" OR output MATCHES "Traceback")
+  message(FATAL_ERROR "pip in an environment without the module wheel, exit code ${result}:\n${output}")
+endif()
+
 run(${PYTHON} -m venv --system-site-packages ${WORK}/v)
 run(${WORK}/v/bin/pip install --no-build-isolation ${ROOT})
 message("${output}")
