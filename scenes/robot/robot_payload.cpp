@@ -116,7 +116,7 @@ void check_robot(const Robot& robot) {
 }  // namespace
 
 std::string robot_payload(const Robot& robot) {
-  const auto& [body, links, joints, variables, leaf_sources, notes] = robot;
+  const auto& [body, links, joints, variables, leaf_sources, left_out, notes] = robot;
   PayloadWriter writer;
   writer.text(body.name);
   writer.texts(body.link_names);
@@ -150,6 +150,8 @@ std::string robot_payload(const Robot& robot) {
     writer.value(rest);
   }
   writer.texts(leaf_sources);
+  const auto& [lost_shapes, held_joints, guesses] = left_out;
+  for (const std::uint32_t count : {lost_shapes, held_joints, guesses}) writer.value(count);
   writer.texts(notes);
   return writer.take();
 }
@@ -157,7 +159,7 @@ std::string robot_payload(const Robot& robot) {
 Robot read_robot_payload(const std::string& bytes) {
   PayloadReader reader(bytes);
   Robot robot;
-  auto& [body, links, joints, variables, leaf_sources, notes] = robot;
+  auto& [body, links, joints, variables, leaf_sources, left_out, notes] = robot;
   body.name = printable(reader.text());
   body.link_names = printable_texts(reader);
   body.link_parents = reader.array<std::int32_t>();
@@ -192,6 +194,8 @@ Robot read_robot_payload(const std::string& bytes) {
     for (double* const value : {&lower, &upper, &rest}) read_finite(reader, *value);
   }
   leaf_sources = printable_texts(reader);
+  auto& [lost_shapes, held_joints, guesses] = left_out;
+  for (std::uint32_t* const count : {&lost_shapes, &held_joints, &guesses}) *count = reader.value<std::uint32_t>();
   notes = printable_texts(reader);
   reader.finish();
   check_robot(robot);

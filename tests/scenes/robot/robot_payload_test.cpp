@@ -37,6 +37,7 @@ Robot made_robot() {
   robot.joints = {{"ball", JointKind::kBall, {1, 0, 0}, {0, 1, 2}, 0, 2, .5}};
   robot.variables = {{"ball.x", -1, 1, 0}, {"ball.y", -2, 2, .5}, {"ball.z", -3, 3, 1}};
   robot.leaf_sources = {"r.urdf: line 3"};
+  robot.left_out = {1, 2, 3};
   robot.notes = {"one", "two"};
   return robot;
 }
@@ -87,6 +88,9 @@ TEST_CASE("a robot is the same after its way through bytes") {
   CHECK(read.variables[1].upper == 2);
   CHECK(read.variables[1].rest == .5);
   CHECK(read.leaf_sources == made.leaf_sources);
+  CHECK(read.left_out.shapes == 1);
+  CHECK(read.left_out.joints == 2);
+  CHECK(read.left_out.guesses == 3);
   CHECK(read.notes == made.notes);
   CHECK((robot_payload(read) == robot_payload(made)));
 }
