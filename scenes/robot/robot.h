@@ -51,6 +51,7 @@ struct RobotLink {
   std::uint32_t joint_count = 0;  // applied in order, each in the frame that those before leave
   bool floats =
       false;  // the file's joint is free, floating or planar: held where it is, and no neighbour of the parent
+  bool welded = false;  // no joint of the file lets it move against its parent: they are one rigid body
 };
 
 // Counts of what a file has and the robot has not, or not so. Each has a note.

@@ -124,12 +124,13 @@ std::string robot_payload(const Robot& robot) {
   writer.value(std::uint64_t{body.leaves.size()});
   for (const BodyLeaf& leaf : body.leaves) write_leaf(writer, leaf);
   writer.value(std::uint64_t{links.size()});
-  for (const auto& [place, first_joint, joint_count, floats] : links) {
+  for (const auto& [place, first_joint, joint_count, floats, welded] : links) {
     write_each(writer, place.rotation);
     write_each(writer, place.translation);
     writer.value(first_joint);
     writer.value(joint_count);
     writer.value(floats);
+    writer.value(welded);
   }
   write_pairs(writer, body.ignored_pairs);
   writer.value(std::uint64_t{joints.size()});
@@ -166,14 +167,15 @@ Robot read_robot_payload(const std::string& bytes) {
   constexpr std::size_t kLeastLeafBytes = sizeof(std::uint32_t) + sizeof(Box) + sizeof(std::uint64_t);
   body.leaves.resize(reader.count(kLeastLeafBytes));
   for (BodyLeaf& leaf : body.leaves) read_leaf(reader, leaf);
-  constexpr std::size_t kLinkBytes = 7 * sizeof(double) + 2 * sizeof(std::uint32_t) + 1;
+  constexpr std::size_t kLinkBytes = 7 * sizeof(double) + 2 * sizeof(std::uint32_t) + 2;
   links.resize(reader.count(kLinkBytes));
-  for (auto& [place, first_joint, joint_count, floats] : links) {
+  for (auto& [place, first_joint, joint_count, floats, welded] : links) {
     read_each(reader, place.rotation);
     read_each(reader, place.translation);
     first_joint = reader.value<std::uint32_t>();
     joint_count = reader.value<std::uint32_t>();
     floats = reader.value<std::uint8_t>() != 0;
+    welded = reader.value<std::uint8_t>() != 0;
   }
   body.ignored_pairs = read_pairs(reader, links.size());
   constexpr std::size_t kLeastJointBytes = sizeof(std::uint64_t) + 1 + 8 * sizeof(double) + sizeof(std::uint32_t);

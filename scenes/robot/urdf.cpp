@@ -120,7 +120,8 @@ class UrdfReader {
     const std::string place = text_.place_of("joint", source.name) + ": joint " + printable(source.name);
     link.place = motion_of(source.parent_to_joint_origin_transform);
     if (!in_range(link.place)) throw ImportError(place + ": its origin is not a number or out of range");
-    if (source.type == urdf::Joint::FIXED) return;
+    link.welded = source.type == urdf::Joint::FIXED;
+    if (link.welded) return;
     if (source.type == urdf::Joint::PLANAR || source.type == urdf::Joint::FLOATING) {
       link.floats = true;
       ++robot_.left_out.joints;

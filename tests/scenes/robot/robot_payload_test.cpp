@@ -34,6 +34,7 @@ Robot made_robot() {
   robot.links[1].place = {{0, 0, 1, 0}, {1, 2, 3}};
   robot.links[1].joint_count = 1;
   robot.links[1].floats = true;
+  robot.links[1].welded = true;
   robot.joints = {{"ball", JointKind::kBall, {1, 0, 0}, {0, 1, 2}, 0, 2, .5}};
   robot.variables = {{"ball.x", -1, 1, 0}, {"ball.y", -2, 2, .5}, {"ball.z", -3, 3, 1}};
   robot.leaf_sources = {"r.urdf: line 3"};
@@ -75,6 +76,8 @@ TEST_CASE("a robot is the same after its way through bytes") {
   CHECK(read.links[1].place.translation == made.links[1].place.translation);
   CHECK(read.links[1].joint_count == 1);
   CHECK(read.links[1].floats);
+  CHECK(read.links[1].welded);
+  CHECK_FALSE(read.links[0].welded);
   REQUIRE(read.joints.size() == 1);
   CHECK(read.joints[0].name == "ball");
   CHECK(read.joints[0].kind == JointKind::kBall);
