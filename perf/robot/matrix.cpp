@@ -1,15 +1,13 @@
 #include "perf/robot/matrix.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
 
 namespace cab::perf {
 namespace {
-
-// The share of states above which MoveIt's setup assistant calls a pair always in collision.
-constexpr double kAlwaysShare = .95;
 
 // The first sampled state for the matrix. It is far from those that `cab robot` checks, so that these are others.
 constexpr std::uint64_t kFirstSample = std::uint64_t{1} << 63;
@@ -50,47 +48,56 @@ std::size_t count_shaped(const scenes::Robot& robot) {
   return static_cast<std::size_t>(std::count(shaped.begin(), shaped.end(), true));
 }
 
-std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOptions& options,
-                                    const RobotSessionOptions& session) {
+double never_bound(std::uint32_t samples) { return -std::expm1(std::log(.05) / samples); }
+
+Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, const RobotSessionOptions& session) {
   const std::size_t count = robot.links.size();
   const std::vector<bool> shaped = scenes::shaped_links(robot);
   PairTable<char> known(count);
-  std::vector<MaskedPair> masked;
-  const auto mask = [&](std::uint32_t a, std::uint32_t b, MaskReason reason) {
+  Matrix matrix;
+  matrix.samples = options.samples;
+  const auto mask = [&](std::uint32_t a, std::uint32_t b, MaskReason reason, std::uint32_t touching) {
     if (a == b || !shaped[a] || !shaped[b] || known.at(a, b) != 0) return;
     known.at(a, b) = 1;
-    masked.push_back({{std::min(a, b), std::max(a, b)}, reason});
+    matrix.masked.push_back({{std::min(a, b), std::max(a, b)}, reason, touching});
   };
-  for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile);
+  for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile, 0);
+  PairTable<char> at_rest(count);  // whether they touch there
   if (options.derive) {
-    for (const LinkPair& pair : scenes::adjacent_pairs(robot)) mask(pair.a, pair.b, MaskReason::kAdjacent);
+    for (const LinkPair& pair : scenes::adjacent_pairs(robot)) mask(pair.a, pair.b, MaskReason::kAdjacent, 0);
     const StateSource rest = {1, [&](std::uint64_t, double* state) {
                                 const std::vector<double> values = scenes::rest_state(robot);
                                 std::copy(values.begin(), values.end(), state);
                               }};
-    RobotSession(robot, links_of(masked), session).run(rest, {}, [&](const StateChunk& chunk) {
-      for (const Hit& hit : chunk.hits) mask(hit.link_a, hit.link_b, MaskReason::kDefault);
+    RobotSession(robot, links_of(matrix.masked), session).run(rest, {}, [&](const StateChunk& chunk) {
+      for (const Hit& hit : chunk.hits) at_rest.at(hit.link_a, hit.link_b) = 1;
     });
   }
+  PairTable<std::uint32_t> touching(count);  // in how many samples
   if (options.samples > 0) {
-    PairTable<std::uint32_t> touching(count);  // in how many states
     const StateSource random = {options.samples, [&](std::uint64_t index, double* state) {
                                   scenes::random_state(robot, options.seed, kFirstSample + index, state);
                                 }};
-    RobotSession(robot, links_of(masked), session).run(random, {}, [&](const StateChunk& chunk) {
+    RobotSession(robot, links_of(matrix.masked), session).run(random, {}, [&](const StateChunk& chunk) {
       for (const Hit& hit : chunk.hits) ++touching.at(hit.link_a, hit.link_b);
     });
-    for (std::uint32_t a = 0; a < count; ++a)
-      for (std::uint32_t b = a + 1; b < count; ++b) {
-        const std::uint32_t times = touching.at(a, b);
-        if (times == 0) mask(a, b, MaskReason::kNever);
-        if (times > kAlwaysShare * options.samples) mask(a, b, MaskReason::kAlways);
-      }
   }
-  std::sort(masked.begin(), masked.end(), [](const MaskedPair& l, const MaskedPair& r) {
+  for (std::uint32_t a = 0; a < count; ++a)
+    for (std::uint32_t b = a + 1; b < count; ++b) {
+      const std::uint32_t times = touching.at(a, b);
+      const bool rests = at_rest.at(a, b) != 0;
+      if (options.samples > 0 && times >= kAlwaysShare * options.samples) {
+        mask(a, b, rests ? MaskReason::kDefault : MaskReason::kAlways, times);
+      } else if (rests) {
+        matrix.rest_pairs.push_back({{a, b}, times});
+      } else if (options.samples > 0 && times == 0) {
+        mask(a, b, MaskReason::kNever, 0);
+      }
+    }
+  std::sort(matrix.masked.begin(), matrix.masked.end(), [](const MaskedPair& l, const MaskedPair& r) {
     return l.links.a != r.links.a ? l.links.a < r.links.a : l.links.b < r.links.b;
   });
-  return masked;
+  return matrix;
 }
 
 }  // namespace cab::perf

@@ -1,5 +1,4 @@
-// The allowed-collision matrix of a robot, made as MoveIt's setup assistant makes it: which pairs of links are not
-// tested against each other, and why.
+// The allowed-collision matrix of a robot: which pairs of links are not tested against each other, and why.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +12,9 @@ namespace cab::perf {
 // Why a pair of links is masked. Of several reasons the first holds.
 enum class MaskReason : std::uint8_t {
   kFile,      // the SRDF file or the MJCF file excludes the pair
-  kAdjacent,  // a joint connects the links, perhaps over links without shapes
-  kDefault,   // they touch at rest
-  kAlways,    // they touch in more than 95 % of the sampled states
+  kAdjacent,  // scenes/robot/adjacency.h
+  kDefault,   // they touch at rest and in at least kAlwaysShare of the sampled states
+  kAlways,    // they touch in at least kAlwaysShare of the sampled states, not at rest
   kNever,     // they touch in none of the sampled states
 };
 inline constexpr std::uint32_t kMaskReasonCount = 5;
@@ -23,21 +22,40 @@ inline constexpr std::uint32_t kMaskReasonCount = 5;
 // The name of a reason in tables and files.
 const char* to_string(MaskReason reason);
 
+// The share of sampled states from which on links touch by their build, so that a test says nothing. MoveIt's setup
+// assistant has the same.
+inline constexpr double kAlwaysShare = .95;
+
 struct MaskedPair {
   LinkPair links;  // a < b
   MaskReason reason = MaskReason::kFile;
+  std::uint32_t touching_samples = 0;  // of default, always and never: in how many sampled states they touch
+};
+
+// A pair that touches at rest and is tested all the same, because it is apart in too many of the samples.
+struct RestPair {
+  LinkPair links;  // a < b
+  std::uint32_t touching_samples = 0;
+};
+
+struct Matrix {
+  std::vector<MaskedPair> masked;    // sorted by a, then b; only pairs of links with shapes
+  std::vector<RestPair> rest_pairs;  // in the same order
+  std::uint32_t samples = 0;         // that decided
 };
 
 struct MatrixOptions {
   std::vector<LinkPair> excluded;  // by a file
-  bool derive = true;              // also mask adjacent links, and those that touch at rest
-  std::uint32_t samples = 0;       // random states that decide about `always` and `never`; 0: neither
+  bool derive = true;              // also mask adjacent links, and ask which others touch at rest
+  std::uint32_t samples = 0;       // random states that decide about `default`, `always` and `never`; 0: none of them
   std::uint64_t seed = 1;
 };
 
-// The masked pairs, sorted by a, then b. Only pairs of links with shapes are listed.
-std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOptions& options,
-                                    const RobotSessionOptions& session);
+Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, const RobotSessionOptions& session);
+
+// The greatest share of states in which a pair may touch that touched in none of `samples` random ones, at 95 %
+// confidence: with a larger share, all samples are free with a probability of less than 5 %.
+double never_bound(std::uint32_t samples);
 
 // How many links have a shape.
 std::size_t count_shaped(const scenes::Robot& robot);

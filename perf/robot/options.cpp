@@ -3,11 +3,13 @@
 #include <cab/cab.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <limits>
 #include <memory>
 
 #include "perf/base/option_values.h"
 #include "scenes/import/limits.h"
+#include "scenes/import/words.h"
 
 namespace cab::perf {
 namespace {
@@ -32,6 +34,19 @@ std::pair<std::string, std::string> read_two(const std::string& option, const st
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
+// Values of joints by their names, in radians and metres.
+std::vector<std::pair<std::string, double>> read_rest(const std::string& text) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const std::string& part : split_commas(text)) {
+    const auto [name, number] = read_two("--rest", part, '=', "JOINT=VALUE, such as elbow=0.5,wrist=-1");
+    double value = 0;
+    if (!scenes::read_number(number, value) || !(std::fabs(value) <= scenes::kMaxImportValue))
+      reject("--rest", part, "JOINT=VALUE with a number from -1e9 to 1e9");
+    values.emplace_back(name, value);
+  }
+  return values;
+}
+
 void add_files(CLI::App& command, RobotCommandOptions& o) {
   add_path(command, "FILE", o.file, "robot: URDF or MJCF, as its first element says")->required()->type_name("");
   command
@@ -41,7 +56,8 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
             for (const std::string& text : texts)
               o.import.packages.push_back(read_two("--package", text, '=', "NAME=DIR: a package and its folder"));
           },
-          "folder of package://NAME paths; without it a folder NAME above or beside the file; give it again for others")
+          "folder of package://NAME paths; without it the package is looked for above and beside the file, in "
+          "ROS_PACKAGE_PATH and in AMENT_PREFIX_PATH; give it again for others")
       ->type_name("NAME=DIR")
       ->allow_extra_args(false);
   command
@@ -65,11 +81,23 @@ Command add_robot(CLI::App& app) {
   add_files(command, o);
   CLI::Option* samples = add_number(
       command, "--samples", o.samples,
-      "random states that decide which pairs touch always or never (default 10000); 0: none are masked for that", 0,
-      kMaxStates);
+      "random states that decide which pairs touch always or never (default 10000); 0: none are masked for that, nor "
+      "for touching at rest",
+      0, kMaxStates);
   add_path(command, "--srdf", o.srdf_path, "take the masked pairs from this file; none are derived")
       ->type_name("FILE.srdf")
       ->excludes(samples);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--rest",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts)
+              for (auto& value : read_rest(text)) o.rest.push_back(std::move(value));
+          },
+          "the rest state, in radians and metres: pairs that touch in it and in 95 % of the samples are masked, and "
+          "joints without a column in --states have it; joints that are not named rest as the file says")
+      ->type_name("JOINT=VALUE,...")
+      ->allow_extra_args(false);
   CLI::Option* random =
       add_number(command, "--random", o.random_count, "random states to check (default 1000)", 1, kMaxStates);
   add_path(command, "--states", o.states_path,

@@ -17,10 +17,11 @@ namespace cab::perf {
 struct RobotCommandOptions {
   std::string file;
   scenes::RobotOptions import;
-  std::string srdf_path;              // empty: the matrix comes from sampling
-  std::uint32_t samples = 10000;      // random states for the matrix, without srdf_path
-  std::uint32_t random_count = 1000;  // random states to check, without states_path
-  std::string states_path;            // empty: random states
+  std::string srdf_path;                             // empty: the matrix comes from sampling
+  std::uint32_t samples = 10000;                     // random states for the matrix, without srdf_path
+  std::vector<std::pair<std::string, double>> rest;  // of variables by name; others rest as their file says
+  std::uint32_t random_count = 1000;                 // random states to check, without states_path
+  std::string states_path;                           // empty: random states
   std::uint32_t seed = 1;
   std::vector<std::pair<std::string, std::string>> distances;  // names of links
   Policies policies;

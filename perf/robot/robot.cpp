@@ -2,10 +2,12 @@
 #include <cab/cab.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "perf/base/option_values.h"
@@ -15,6 +17,7 @@
 #include "perf/robot/matrix.h"
 #include "perf/robot/options.h"
 #include "perf/robot/session.h"
+#include "scenes/import/printable.h"
 #include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
 #include "scenes/robot/state_file.h"
@@ -77,6 +80,26 @@ std::vector<LinkPair> named_pairs(const scenes::Robot& robot, const RobotCommand
   return pairs;
 }
 
+// Gives the robot the rest state of --rest.
+void set_rest(scenes::Robot& robot, const RobotCommandOptions& options) {
+  std::set<std::string> given;
+  for (const auto& [name, value] : options.rest) {
+    const auto same = [&name = name](const auto& named) { return named.name == name; };
+    const auto variable = std::find_if(robot.variables.begin(), robot.variables.end(), same);
+    if (variable == robot.variables.end()) {
+      const bool follows = std::any_of(robot.joints.begin(), robot.joints.end(), same);
+      throw UsageError("--rest: " + (follows ? "'" + name +
+                                                   "' is no value of its own: it follows another joint, or has "
+                                                   "the columns NAME.x, NAME.y and NAME.z"
+                                             : "the robot has no joint '" + name + "' that moves"));
+    }
+    if (!given.insert(name).second) throw UsageError("--rest: '" + name + "' is given twice");
+    if (value < variable->lower || value > variable->upper)
+      robot.notes.push_back("--rest: the value of " + name + " is beyond its limit");
+    variable->rest = value;
+  }
+}
+
 void count_hits(RobotTotals& totals, const StateChunk& chunk, std::vector<TouchingPair>& table, std::size_t links) {
   std::uint32_t last = std::numeric_limits<std::uint32_t>::max();
   for (const Hit& hit : chunk.hits) {
@@ -136,32 +159,86 @@ std::uint64_t count_reason(const std::vector<MaskedPair>& matrix, MaskReason rea
       std::count_if(matrix.begin(), matrix.end(), [&](const MaskedPair& pair) { return pair.reason == reason; }));
 }
 
-std::string percent(std::uint64_t part, std::uint64_t whole) {
-  return fixed(100 * static_cast<double>(part) / static_cast<double>(std::max<std::uint64_t>(whole, 1)), 1) + " %";
+double share_of(std::uint64_t part, std::uint64_t whole) {
+  return static_cast<double>(part) / static_cast<double>(std::max<std::uint64_t>(whole, 1));
+}
+
+std::string percent(std::uint64_t part, std::uint64_t whole) { return fixed(100 * share_of(part, whole), 1) + " %"; }
+
+// What the samples say of a pair that touched in none of them. Two digits, rounded up.
+std::string never_text(std::uint32_t samples) {
+  if (samples == 0) return {};
+  const double bound = 100 * never_bound(samples);
+  const int decimals = 1 - static_cast<int>(std::floor(std::log10(bound)));
+  const double unit = std::pow(10, -decimals);
+  std::string text = fixed(std::ceil(bound / unit) * unit, std::max(decimals, 0));
+  if (text.find('.') != std::string::npos) text.erase(text.find_last_not_of("0.") + 1);
+  return "each in at most " + text + " % of states (95 % confidence)";
+}
+
+// The pairs that touch at rest and are tested, in one line.
+void print_rest_pairs(const scenes::Robot& robot, const Matrix& matrix) {
+  if (matrix.rest_pairs.empty()) return;
+  std::vector<std::string> names;
+  for (const RestPair& pair : matrix.rest_pairs)
+    names.push_back(name_of(robot, pair.links.a) + " - " + name_of(robot, pair.links.b) +
+                    (matrix.samples > 0 ? " (" + percent(pair.touching_samples, matrix.samples) + ")" : ""));
+  std::cout << "\npairs that touch at rest, " << (matrix.samples > 0 ? "but in less than 95 % of the samples, " : "")
+            << "and are tested: " << names.size() << ": " << scenes::listed(names) << '\n';
+}
+
+// The pairs that touch by the robot's build, and in which share of the samples.
+void print_always_masked(const scenes::Robot& robot, const Matrix& matrix) {
+  TextTable table;
+  table.add_row({"link", "link", "masked", "share of the samples"});
+  std::size_t count = 0;
+  for (const MaskedPair& pair : matrix.masked) {
+    if (pair.reason != MaskReason::kDefault && pair.reason != MaskReason::kAlways) continue;
+    if (++count > kPrintedPairs) continue;
+    table.add_row({name_of(robot, pair.links.a), name_of(robot, pair.links.b), to_string(pair.reason),
+                   percent(pair.touching_samples, matrix.samples)});
+  }
+  if (count == 0) return;
+  std::cout << "\npairs that are masked since they touch in at least 95 % of the samples: " << count;
+  if (count > kPrintedPairs) std::cout << ", of which " << kPrintedPairs << " follow (--json has all)";
+  std::cout << '\n';
+  table.print(std::cout);
 }
 
 void print_table(const RobotCommandOptions& options, const scenes::Robot& robot, const RobotSession& session,
-                 const std::vector<MaskedPair>& matrix, const RobotTotals& totals) {
+                 const Matrix& matrix, const RobotTotals& totals) {
+  const std::vector<MaskedPair>& masked = matrix.masked;
   TextTable table;
   table.add_row({"robot", robot.body.name});
   table.add_row({"links", std::to_string(robot.links.size())});
   table.add_row({"links with shapes", std::to_string(count_shaped(robot))});
   table.add_row({"shapes", std::to_string(robot.body.leaves.size())});
+  table.add_row({"shapes left out", std::to_string(robot.left_out.shapes)});
   table.add_row({"joint variables", std::to_string(robot.variables.size())});
+  table.add_row({"joints held still", std::to_string(robot.left_out.joints)});
+  table.add_row({"guesses", std::to_string(robot.left_out.guesses)});
   table.add_row({"pairs of links", std::to_string(count_pairs(robot))});
+  std::string bound, masked_text = "without " + std::to_string(masked.size()) + " masked pairs";
+  if (count_reason(masked, MaskReason::kNever) > 0) bound = never_text(matrix.samples);
+  masked_text.resize(std::max(masked_text.size(), bound.size()), ' ');  // the two begin in one column
   for (std::uint32_t r = 0; r < kMaskReasonCount; ++r) {
     const auto reason = static_cast<MaskReason>(r);
-    table.add_row({std::string("masked: ") + to_string(reason), std::to_string(count_reason(matrix, reason))});
+    const std::uint64_t count = count_reason(masked, reason);
+    table.add_row({std::string("masked: ") + to_string(reason), std::to_string(count),
+                   reason == MaskReason::kNever ? bound : ""});
   }
-  table.add_row({"tested pairs", std::to_string(count_pairs(robot) - matrix.size())});
+  table.add_row({"tested pairs", std::to_string(count_pairs(robot) - masked.size())});
+  table.add_row({"of them touch at rest", std::to_string(matrix.rest_pairs.size())});
   table.add_row({"states", std::to_string(totals.states)});
-  table.add_row({"states in self-collision", std::to_string(totals.colliding_states)});
+  table.add_row({"states in self-collision", std::to_string(totals.colliding_states), masked_text});
   table.add_row({"hits", std::to_string(totals.hits)});
-  table.add_row({"t[total]", fixed(totals.stats.seconds_total, 5), "s"});
+  table.add_row({"t[total]", fixed(totals.stats.seconds_total, 5) + " s"});
   table.add_row({"exact test", policy_value(options.policies, "exact")});
   table.add_row({"ISA", to_string(session.isa())});
   table.add_row({"threads", std::to_string(session.thread_count())});
   table.print(std::cout);
+  print_always_masked(robot, matrix);
+  print_rest_pairs(robot, matrix);
 
   if (!totals.pairs.empty()) {
     std::cout << "\npairs that touch: " << totals.pairs.size();
@@ -197,8 +274,24 @@ Json variables_json(const scenes::Robot& robot) {
   return variables;
 }
 
+// Counts of what was masked, left out, held still and guessed.
+Json summary_json(const scenes::Robot& robot, const Matrix& matrix) {
+  Json summary;
+  for (std::uint32_t r = 0; r < kMaskReasonCount; ++r) {
+    const auto reason = static_cast<MaskReason>(r);
+    summary["masked"][to_string(reason)] = count_reason(matrix.masked, reason);
+  }
+  if (matrix.samples > 0) summary["never_at_most"] = never_bound(matrix.samples);
+  summary["tested_pairs"] = count_pairs(robot) - matrix.masked.size();
+  summary["touch_at_rest_and_tested"] = matrix.rest_pairs.size();
+  summary["shapes_left_out"] = robot.left_out.shapes;
+  summary["joints_held_still"] = robot.left_out.joints;
+  summary["guesses"] = robot.left_out.guesses;
+  return summary;
+}
+
 Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, const RobotSession& session,
-             const std::vector<MaskedPair>& matrix, const RobotTotals& totals) {
+             const Matrix& matrix, const RobotTotals& totals) {
   const auto pair_json = [&](const LinkPair& pair) {
     return Json{{"link_a", name_of(robot, pair.a)}, {"link_b", name_of(robot, pair.b)}};
   };
@@ -213,10 +306,20 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   json["samples"] = options.srdf_path.empty() ? options.samples : 0;
   json["seed"] = options.seed;
   json["masked"] = Json::array();
-  for (const MaskedPair& pair : matrix) {
+  for (const MaskedPair& pair : matrix.masked) {
     json["masked"].push_back(pair_json(pair.links));
-    json["masked"].back()["reason"] = to_string(pair.reason);
+    Json& entry = json["masked"].back();
+    entry["reason"] = to_string(pair.reason);
+    if (pair.reason != MaskReason::kFile && pair.reason != MaskReason::kAdjacent)
+      entry["share"] = share_of(pair.touching_samples, matrix.samples);
   }
+  json["touch_at_rest_and_tested"] = Json::array();
+  for (const RestPair& pair : matrix.rest_pairs) {
+    json["touch_at_rest_and_tested"].push_back(pair_json(pair.links));
+    if (matrix.samples > 0)
+      json["touch_at_rest_and_tested"].back()["share"] = share_of(pair.touching_samples, matrix.samples);
+  }
+  json["summary"] = summary_json(robot, matrix);
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
   json["states"] = totals.states;
@@ -246,8 +349,8 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   return json;
 }
 
-std::vector<MaskedPair> choose_matrix(const RobotCommandOptions& options, const scenes::Robot& robot,
-                                      const std::vector<LinkPair>& disabled, const RobotSessionOptions& session) {
+Matrix choose_matrix(const RobotCommandOptions& options, const scenes::Robot& robot,
+                     const std::vector<LinkPair>& disabled, const RobotSessionOptions& session) {
   MatrixOptions matrix;
   matrix.excluded = robot.body.ignored_pairs;
   matrix.excluded.insert(matrix.excluded.end(), disabled.begin(), disabled.end());
@@ -298,6 +401,7 @@ int robot_command(const RobotCommandOptions& options) {
   OutputFile hits(options.hits_path), json(options.json_path);
   scenes::Robot robot = scenes::import_robot(options.file, options.import);
   named_pairs(robot, options);  // a wrong name ends the command before the work
+  set_rest(robot, options);
   const std::optional<scenes::SandboxLimits>& sandbox = options.import.sandbox;
   scenes::DisabledPairs disabled;
   if (!options.srdf_path.empty()) disabled = scenes::read_disabled_pairs(options.srdf_path, robot, sandbox);
@@ -319,9 +423,9 @@ int robot_command(const RobotCommandOptions& options) {
                      std::to_string(kMostRecordedStates) + " are recorded");
   if (hits) hits.stream() << "state,link_a,link_b\n";
   const RobotSessionOptions settings = {options.isa, options.thread_count, options.policies};
-  const std::vector<MaskedPair> matrix = choose_matrix(options, robot, disabled.pairs, settings);
+  const Matrix matrix = choose_matrix(options, robot, disabled.pairs, settings);
   std::vector<LinkPair> masked;
-  for (const MaskedPair& pair : matrix) masked.push_back(pair.links);
+  for (const MaskedPair& pair : matrix.masked) masked.push_back(pair.links);
   RobotSession session(robot, masked, settings);
   const RobotTotals totals = check_states(session, robot, states, options, hits ? &hits.stream() : nullptr);
   if (hits) hits.close();

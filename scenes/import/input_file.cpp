@@ -35,6 +35,12 @@ std::string read_bytes(const std::string& path, const std::string& name, std::si
   return bytes;
 }
 
+std::string read_text(const std::string& path, const std::string& name) {
+  std::string text = read_bytes(path, name, check_file(path, name));
+  if (text.compare(0, 3, "\xef\xbb\xbf") == 0) text.erase(0, 3);
+  return text;
+}
+
 std::string lower_extension(const std::string& path) {
   return lower_case(std::filesystem::path(path).extension().string());
 }

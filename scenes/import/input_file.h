@@ -13,6 +13,10 @@ std::size_t check_file(const std::string& path, const std::string& name);
 // The first `size` bytes of a file, or the whole file if it has become shorter. Throws ImportError.
 std::string read_bytes(const std::string& path, const std::string& name, std::size_t size);
 
+// The whole of a text file as check_file takes it, without the byte order mark of UTF-8 that it may begin with. Throws
+// ImportError.
+std::string read_text(const std::string& path, const std::string& name);
+
 // The extension of a path in lower case, with its dot; empty if there is none.
 std::string lower_extension(const std::string& path);
 

@@ -90,8 +90,6 @@ Vec3 local_translation(const BvhText& text, const BvhJoint& joint, const aiNodeA
 
 Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOptions& options) {
   if (!options.animation.empty()) throw ImportError(name + ": a BVH file has one motion, without a name");
-  // assimp does not get the byte order mark, because it would then miss the first keyword.
-  if (bytes.compare(0, 3, "\xef\xbb\xbf") == 0) bytes.erase(0, 3);
   const BvhText text = check_bvh_text(bytes, name);
 
   // assimp gets the checked bytes instead of the file, which may have changed since.
@@ -210,25 +208,25 @@ std::string head_of(const std::string& path) {
   return read_bytes(path, name, std::min(check_file(path, name), kHeadBytes));
 }
 
-NamedText read_text(const std::string& path) {
+NamedText named_text(const std::string& path) {
   const std::string name = printable(path);
-  return {name, read_bytes(path, name, check_file(path, name))};
+  return {name, read_text(path, name)};
 }
 
 // A file of a format that has a skeleton and its motion alone; nothing for any other.
 std::optional<Skeleton> read_capture(const std::string& path, const ImportOptions& options) {
   const std::string extension = lower_extension(path), head = head_of(path);
-  if (extension == ".asf") return read_asf(read_text(path), options);
-  if (extension == ".amc") return read_asf_amc(read_text(find_asf(path)), read_text(path), options);
+  if (extension == ".asf") return read_asf(named_text(path), options);
+  if (extension == ".amc") return read_asf_amc(named_text(find_asf(path)), named_text(path), options);
   if (is_gltf(extension, head) || !is_bvh(extension, head)) return {};
-  NamedText text = read_text(path);
+  NamedText text = named_text(path);
   return read_bvh(std::move(text.text), text.name, options);
 }
 
 // Any other file.
 SceneFile read_scene(const std::string& path) {
   const std::string name = printable(path), extension = lower_extension(path);
-  if (is_gltf(extension, head_of(path))) return read_gltf(read_text(path).text, path);
+  if (is_gltf(extension, head_of(path))) return read_gltf(read_text(path, name), path);
   // assimp 5.2.5 crashes on good RAW files, and allocates as much as an OFF file claims to need. Neither can hold a
   // skeleton.
   if (extension == ".raw" || extension == ".off")

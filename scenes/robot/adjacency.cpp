@@ -1,10 +1,37 @@
 #include "scenes/robot/adjacency.h"
 
-#include <algorithm>
 #include <cstdint>
-#include <numeric>
 
 namespace cab::scenes {
+namespace {
+
+std::uint32_t parent_of(const Robot& robot, std::uint32_t link) {
+  return static_cast<std::uint32_t>(robot.body.link_parents[link]);
+}
+
+// The first link of each link's rigid body.
+std::vector<std::uint32_t> rigid_bodies(const Robot& robot) {
+  std::vector<std::uint32_t> first(robot.links.size());
+  for (std::uint32_t l = 0; l < first.size(); ++l)  // parents come before their children
+    first[l] = robot.links[l].welded ? first[parent_of(robot, l)] : l;
+  return first;
+}
+
+// Whether joints connect two links directly, or over links without shapes with one joint that moves at most.
+bool connected(const Robot& robot, const std::vector<bool>& shaped, std::uint32_t a, std::uint32_t b) {
+  std::uint32_t at[2] = {a, b}, moving = 0;
+  while (at[0] != at[1]) {
+    std::uint32_t& later = at[0] > at[1] ? at[0] : at[1];  // it is not above the other
+    if (robot.links[later].floats) return false;
+    if (!robot.links[later].welded && ++moving > 1) return false;
+    later = parent_of(robot, later);
+    const bool is_between = later != a && later != b;
+    if (is_between && (shaped[later] || later == 0)) return false;
+  }
+  return true;
+}
+
+}  // namespace
 
 std::vector<bool> shaped_links(const Robot& robot) {
   std::vector<bool> shaped(robot.links.size());
@@ -14,27 +41,11 @@ std::vector<bool> shaped_links(const Robot& robot) {
 
 std::vector<LinkPair> adjacent_pairs(const Robot& robot) {
   const std::vector<bool> shaped = shaped_links(robot);
-  const std::size_t count = robot.links.size();
-  // Links without shapes that are connected have one group, which is named after the first of them.
-  std::vector<std::uint32_t> group(count);
-  std::iota(group.begin(), group.end(), 0);
-  std::vector<std::vector<std::uint32_t>> around(count);  // of each group: the links with shapes about it
+  const std::vector<std::uint32_t> rigid = rigid_bodies(robot);
   std::vector<LinkPair> pairs;
-  for (std::uint32_t l = 1; l < count; ++l) {
-    if (robot.links[l].floats) continue;
-    const auto parent = static_cast<std::uint32_t>(robot.body.link_parents[l]);
-    if (shaped[l] && shaped[parent]) {
-      pairs.push_back({parent, l});
-    } else if (!shaped[l] && !shaped[parent]) {
-      group[l] = group[parent];  // the parent comes first, so its group is known
-    } else {
-      // Of a child without shapes the group is its own so far.
-      around[shaped[l] ? group[parent] : group[l]].push_back(shaped[l] ? l : parent);
-    }
-  }
-  for (const std::vector<std::uint32_t>& links : around)
-    for (std::size_t k = 0; k < links.size(); ++k)
-      for (std::size_t n = 0; n < k; ++n) pairs.push_back({std::min(links[n], links[k]), std::max(links[n], links[k])});
+  for (std::uint32_t a = 0; a < rigid.size(); ++a)
+    for (std::uint32_t b = a + 1; b < rigid.size(); ++b)
+      if (shaped[a] && shaped[b] && (rigid[a] == rigid[b] || connected(robot, shaped, a, b))) pairs.push_back({a, b});
   return pairs;
 }
 

@@ -23,27 +23,11 @@ namespace fs = std::filesystem;
 // What robots' meshes are written in. Other readers of assimp do not survive bad files.
 constexpr const char* kMeshExtensions[] = {".stl", ".obj", ".dae", ".ply", ".gltf", ".glb"};
 
+const std::string kFileScheme = "file://";
+
 bool is_file(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
-}
-
-// The file of package://NAME/REST: in the folder given for NAME, or in a folder NAME above or beside the robot's file.
-std::string find_in_package(const std::string& name_and_rest, const std::string& robot_path,
-                            const RobotOptions& options) {
-  const std::size_t slash = name_and_rest.find('/');
-  const std::string name = name_and_rest.substr(0, slash);
-  const fs::path rest = slash == std::string::npos ? fs::path() : fs::path(name_and_rest.substr(slash + 1));
-  for (const auto& [package, folder] : options.packages)
-    if (package == name) return is_file(folder / rest) ? (folder / rest).string() : std::string();
-  std::error_code error;
-  for (fs::path folder = fs::absolute(robot_path, error).lexically_normal().parent_path(); !error;
-       folder = folder.parent_path()) {
-    if (folder.filename() == name && is_file(folder / rest)) return (folder / rest).string();
-    if (is_file(folder / name / rest)) return (folder / name / rest).string();
-    if (folder == folder.parent_path()) break;
-  }
-  return {};
 }
 
 // Adds the vertices of a node's meshes and of those below it, in the frame of the root's parent. Nodes nest as deep as
@@ -62,20 +46,38 @@ void add_vertices(const aiScene& scene, const aiNode& node, const aiMatrix4x4& t
 
 }  // namespace
 
-std::string find_mesh(const std::string& name, const std::string& robot_path, const RobotOptions& options,
-                      const std::string& source) {
+std::string MeshFinder::find_in_package(const std::string& name_and_rest) {
+  const std::size_t slash = name_and_rest.find('/');
+  const std::string name = name_and_rest.substr(0, slash);
+  const fs::path rest = slash == std::string::npos ? fs::path() : fs::path(name_and_rest.substr(slash + 1));
+  const auto first_file = [&](const std::vector<std::string>& folders) {
+    for (const std::string& folder : folders)
+      if (const fs::path file = folder / rest; is_file(file)) return file.string();
+    return std::string();
+  };
+  for (const auto& [package, folder] : options_.packages)
+    if (package == name) return first_file({folder});
+  if (std::string file = first_file(folders_named(name, robot_path_)); !file.empty()) return file;
+  if (!packages_) packages_ = read_packages(package_files_);
+  if (std::string file = first_file((*packages_)[name]); !file.empty()) return file;
+  return first_file(installed_folders_named(name));
+}
+
+std::string MeshFinder::find(const std::string& name) {
   for (const std::string scheme : {"package://", "model://"})
-    if (name.compare(0, scheme.size(), scheme) == 0)
-      return find_in_package(name.substr(scheme.size()), robot_path, options);
-  const std::string file_scheme = "file://";
+    if (name.compare(0, scheme.size(), scheme) == 0) return find_in_package(name.substr(scheme.size()));
   fs::path path = name;
-  if (name.compare(0, file_scheme.size(), file_scheme) == 0) {
-    path = name.substr(file_scheme.size());
-  } else if (name.find("://") != std::string::npos) {
-    throw ImportError(source + ": only package://, model://, file:// and plain paths are read");
-  }
-  if (path.is_relative()) path = fs::path(robot_path).parent_path() / path;
+  if (name.compare(0, kFileScheme.size(), kFileScheme) == 0) path = name.substr(kFileScheme.size());
+  if (path.is_relative()) path = fs::path(robot_path_).parent_path() / path;
   return is_file(path) ? path.string() : std::string();
+}
+
+void check_mesh_name(const std::string& name, const std::string& source) {
+  const std::size_t end = name.find("://");
+  if (end == std::string::npos) return;
+  const std::string scheme = name.substr(0, end + 3);
+  if (scheme != "package://" && scheme != "model://" && scheme != kFileScheme)
+    throw ImportError(source + ": only package://, model://, file:// and plain paths are read");
 }
 
 bool is_mesh_path(const std::string& path) {

@@ -138,6 +138,7 @@ class MjcfReader {
         break;
       case mjJNT_SLIDE:
         if (!limited) {
+          ++robot_.left_out.joints;
           robot_.notes.push_back("joint " + joint.name + " slides without limits: held where it is");
           return;
         }
@@ -177,7 +178,7 @@ class MjcfReader {
           shape.vertices.push_back({vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]});
         break;
       }
-      default: ++planes_; return;
+      default: ++planes_, ++robot_.left_out.shapes; return;
     }
     const auto link = static_cast<std::uint32_t>(m_.geom_bodyid[g]);
     add_shape(robot_, link, shape,

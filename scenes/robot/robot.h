@@ -51,6 +51,14 @@ struct RobotLink {
   std::uint32_t joint_count = 0;  // applied in order, each in the frame that those before leave
   bool floats =
       false;  // the file's joint is free, floating or planar: held where it is, and no neighbour of the parent
+  bool welded = false;  // no joint of the file lets it move against its parent: they are one rigid body
+};
+
+// Counts of what a file has and the robot has not, or not so. Each has a note.
+struct LeftOut {
+  std::uint32_t shapes = 0;   // of size 0, of a missing mesh, or of a kind that is not tested
+  std::uint32_t joints = 0;   // that move, and are held where they are
+  std::uint32_t guesses = 0;  // of what the file does not say
 };
 
 // A robot as read from a file. Lengths are in metres. The frame of the robot is that of its first link.
@@ -60,7 +68,8 @@ struct Robot {
   std::vector<RobotJoint> joints;
   std::vector<RobotVariable> variables;
   std::vector<std::string> leaf_sources;  // where the shape of each leaf is written, for messages
-  std::vector<std::string> notes;         // what was left out or held still
+  LeftOut left_out;
+  std::vector<std::string> notes;  // what was left out, held still or guessed
 };
 
 // What becomes of a mesh that a URDF file names and that is not there.
@@ -79,20 +88,25 @@ struct RobotOptions {
 
 // Reads a robot. The first element of the file tells the format: <robot> is URDF and <mujoco> is MJCF. Meshes become
 // convex hulls. A mesh with a relative path is looked for from the file's folder. A path package://NAME/REST is looked
-// for in the folder that options.packages gives for NAME, then in a folder NAME that contains the file or stands beside
-// one that does. Throws ImportError: one line that names the file, the line or element, and the reason.
+// for in the folder that options.packages gives for NAME; else in a folder NAME that contains the file or stands beside
+// one that does, in a folder there or below ROS_PACKAGE_PATH whose package.xml says NAME, and where AMENT_PREFIX_PATH
+// and ROS_PACKAGE_PATH have a folder NAME. Throws ImportError: one line that names the file, the line or element, and
+// the reason.
 //
-// With options.sandbox, a first child process finds the meshes of a URDF file, and a second one reads it. That one can
-// open what is below the file's folder, the meshes, and what is below their folders. MJCF has only the file's folder.
+// With options.sandbox, a first child process finds the meshes of a URDF file, and a second one reads it. The first can
+// open what is below the file's folder and files package.xml (scenes/robot/packages.h). The second can open what is
+// below the file's folder, the meshes, and what is below their folders. MJCF has only the file's folder.
 Robot import_robot(const std::string& path, const RobotOptions& options);
 
 // What an SRDF file disables.
 struct DisabledPairs {
   std::vector<LinkPair> pairs;     // each with the lower index first, sorted, once
-  std::vector<std::string> notes;  // names of links that the robot lacks
+  std::vector<std::string> notes;  // links that the robot lacks, and elements about collisions that are not read
 };
 
-// Reads an SRDF file of a robot, with `sandbox` in a child process. Throws ImportError.
+// Reads an SRDF file of a robot, with `sandbox` in a child process. A pair is disabled by disable_collisions, or by
+// disable_default_collisions of one of its links unless enable_collisions names the pair, as by srdfdom since 0.6.3.
+// Throws ImportError.
 DisabledPairs read_disabled_pairs(const std::string& path, const Robot& robot,
                                   const std::optional<SandboxLimits>& sandbox);
 

@@ -116,7 +116,7 @@ void check_robot(const Robot& robot) {
 }  // namespace
 
 std::string robot_payload(const Robot& robot) {
-  const auto& [body, links, joints, variables, leaf_sources, notes] = robot;
+  const auto& [body, links, joints, variables, leaf_sources, left_out, notes] = robot;
   PayloadWriter writer;
   writer.text(body.name);
   writer.texts(body.link_names);
@@ -124,12 +124,13 @@ std::string robot_payload(const Robot& robot) {
   writer.value(std::uint64_t{body.leaves.size()});
   for (const BodyLeaf& leaf : body.leaves) write_leaf(writer, leaf);
   writer.value(std::uint64_t{links.size()});
-  for (const auto& [place, first_joint, joint_count, floats] : links) {
+  for (const auto& [place, first_joint, joint_count, floats, welded] : links) {
     write_each(writer, place.rotation);
     write_each(writer, place.translation);
     writer.value(first_joint);
     writer.value(joint_count);
     writer.value(floats);
+    writer.value(welded);
   }
   write_pairs(writer, body.ignored_pairs);
   writer.value(std::uint64_t{joints.size()});
@@ -150,6 +151,8 @@ std::string robot_payload(const Robot& robot) {
     writer.value(rest);
   }
   writer.texts(leaf_sources);
+  const auto& [lost_shapes, held_joints, guesses] = left_out;
+  for (const std::uint32_t count : {lost_shapes, held_joints, guesses}) writer.value(count);
   writer.texts(notes);
   return writer.take();
 }
@@ -157,21 +160,22 @@ std::string robot_payload(const Robot& robot) {
 Robot read_robot_payload(const std::string& bytes) {
   PayloadReader reader(bytes);
   Robot robot;
-  auto& [body, links, joints, variables, leaf_sources, notes] = robot;
+  auto& [body, links, joints, variables, leaf_sources, left_out, notes] = robot;
   body.name = printable(reader.text());
   body.link_names = printable_texts(reader);
   body.link_parents = reader.array<std::int32_t>();
   constexpr std::size_t kLeastLeafBytes = sizeof(std::uint32_t) + sizeof(Box) + sizeof(std::uint64_t);
   body.leaves.resize(reader.count(kLeastLeafBytes));
   for (BodyLeaf& leaf : body.leaves) read_leaf(reader, leaf);
-  constexpr std::size_t kLinkBytes = 7 * sizeof(double) + 2 * sizeof(std::uint32_t) + 1;
+  constexpr std::size_t kLinkBytes = 7 * sizeof(double) + 2 * sizeof(std::uint32_t) + 2;
   links.resize(reader.count(kLinkBytes));
-  for (auto& [place, first_joint, joint_count, floats] : links) {
+  for (auto& [place, first_joint, joint_count, floats, welded] : links) {
     read_each(reader, place.rotation);
     read_each(reader, place.translation);
     first_joint = reader.value<std::uint32_t>();
     joint_count = reader.value<std::uint32_t>();
     floats = reader.value<std::uint8_t>() != 0;
+    welded = reader.value<std::uint8_t>() != 0;
   }
   body.ignored_pairs = read_pairs(reader, links.size());
   constexpr std::size_t kLeastJointBytes = sizeof(std::uint64_t) + 1 + 8 * sizeof(double) + sizeof(std::uint32_t);
@@ -192,6 +196,8 @@ Robot read_robot_payload(const std::string& bytes) {
     for (double* const value : {&lower, &upper, &rest}) read_finite(reader, *value);
   }
   leaf_sources = printable_texts(reader);
+  auto& [lost_shapes, held_joints, guesses] = left_out;
+  for (std::uint32_t* const count : {&lost_shapes, &held_joints, &guesses}) *count = reader.value<std::uint32_t>();
   notes = printable_texts(reader);
   reader.finish();
   check_robot(robot);

@@ -53,11 +53,20 @@ bool in_range(const RigidMotion& motion) {
   return in_range(motion.translation) && std::all_of(motion.rotation.begin(), motion.rotation.end(), is_in_range);
 }
 
+void leave_out_empty(Robot& robot, const std::string& source) {
+  ++robot.left_out.shapes;
+  robot.notes.push_back(source + ": left out, since a size of it is 0");
+}
+
 void add_shape(Robot& robot, std::uint32_t link, const RobotShape& shape, const std::string& source) {
   if (!in_range(shape.place)) throw ImportError(source + ": its place is not a number or out of range");
-  for (std::size_t k = 0; k < static_cast<std::size_t>(size_count(shape.kind)); ++k)
-    if (!(shape.size[k] > 0 && shape.size[k] <= kMaxImportValue))
-      throw ImportError(source + ": its size must be above 0 and at most 1e9 m");
+  bool is_empty = false;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(size_count(shape.kind)); ++k) {
+    if (!(shape.size[k] >= 0 && shape.size[k] <= kMaxImportValue))
+      throw ImportError(source + ": its size must be from 0 to 1e9 m");
+    is_empty = is_empty || static_cast<float>(shape.size[k]) == 0;
+  }
+  if (is_empty) return leave_out_empty(robot, source);
   BodyLeaf leaf;
   leaf.link = link;
   ShapePart part;

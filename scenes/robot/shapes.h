@@ -17,8 +17,12 @@ struct RobotShape {
 bool in_range(const Vec3& vector);
 bool in_range(const RigidMotion& motion);
 
-// Adds a leaf with the shape to a link. `source` says where the shape is written, for messages. Throws ImportError for
-// sizes, places and vertices that are not numbers or are out of range, and for sizes that are not above 0.
+// Notes a shape without volume, which stands for a point or holds a place: no leaf is made of it.
+void leave_out_empty(Robot& robot, const std::string& source);
+
+// Adds a leaf with the shape to a link, or leaves it out if a size is 0. `source` says where the shape is written, for
+// messages. Throws ImportError for sizes, places and vertices that are not numbers or are out of range, and for sizes
+// below 0.
 void add_shape(Robot& robot, std::uint32_t link, const RobotShape& shape, const std::string& source);
 
 }  // namespace cab::scenes

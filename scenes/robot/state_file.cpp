@@ -123,9 +123,7 @@ class StateReader {
 };
 
 JointStates read_here(const std::string& path, const Robot& robot) {
-  const std::string name = printable(path);
-  const std::string bytes = read_bytes(path, name, check_file(path, name));
-  return StateReader(path, robot).read(bytes);
+  return StateReader(path, robot).read(read_text(path, printable(path)));
 }
 
 }  // namespace

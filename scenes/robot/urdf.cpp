@@ -5,6 +5,7 @@
 #include "scenes/import/printable.h"
 #include "scenes/robot/mesh_file.h"
 #include "scenes/robot/shapes.h"
+#include "scenes/robot/urdf_parts.h"
 
 #include <console_bridge/console.h>
 #include <tinyxml2.h>
@@ -12,9 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
-#include <set>
 
 namespace cab::scenes {
 namespace {
@@ -27,70 +26,41 @@ class CollectErrors : public console_bridge::OutputHandler {
   CollectErrors() { console_bridge::useOutputHandler(this); }
   ~CollectErrors() override { console_bridge::restorePreviousOutputHandler(); }
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level == console_bridge::CONSOLE_BRIDGE_LOG_ERROR) errors += (errors.empty() ? "" : "; ") + text;
+    if (level == console_bridge::CONSOLE_BRIDGE_LOG_ERROR) add(text);
   }
-  std::string errors;
+  // The library may repeat itself for each link.
+  void add(const std::string& text) {
+    if (std::find(errors_.begin(), errors_.end(), text) != errors_.end()) return;
+    if (errors_.size() < kMostErrors) {
+      errors_.push_back(text);
+    } else {
+      ++more_;
+    }
+  }
+  std::string errors() const {
+    std::string all;
+    for (const std::string& error : errors_) all += (all.empty() ? "" : "; ") + error;
+    if (more_ > 0) all += "; and " + std::to_string(more_) + " more";
+    return all;
+  }
+
+ private:
+  static constexpr std::size_t kMostErrors = 2;
+  std::vector<std::string> errors_;
+  std::size_t more_ = 0;
 };
 
-// Parses a text. *errors receives what urdfdom would print.
-urdf::ModelInterfaceSharedPtr parse(const XmlText& text, std::string* errors) {
+// Parses the parts of a text. *errors receives what urdfdom would print.
+urdf::ModelInterfaceSharedPtr parse(const XmlText& text, const UrdfParts& parts, std::string* errors) {
   CollectErrors collected;
   urdf::ModelInterfaceSharedPtr model;
   try {
-    model = urdf::parseURDF(text.bytes());
-  } catch (const std::exception& error) {
-    collected.log(error.what(), console_bridge::CONSOLE_BRIDGE_LOG_ERROR, "", 0);
-  }
-  *errors = printable(collected.errors.empty() ? "urdfdom gives no reason" : collected.errors);
+    model = urdf::parseURDF(parts.text);
+  } catch (const std::exception& error) { collected.add(error.what()); }
+  const std::string all = collected.errors();
+  *errors = printable(all.empty() ? "urdfdom gives no reason" : all);
   if (!model) throw ImportError(text.place_in(*errors) + ": " + *errors);
   return model;
-}
-
-// The joint above a link.
-struct JointAbove {
-  std::string name;
-  std::string parent;  // the link above the joint
-  std::string line;    // of the joint, with its file
-};
-
-// Throws if a link is above itself. urdfdom would never free such links.
-void check_loops(const std::map<std::string, JointAbove>& above) {
-  for (const auto& [link, joint] : above) {
-    std::size_t steps = 0;
-    for (auto at = above.find(joint.parent); at != above.end(); at = above.find(at->second.parent))
-      if (++steps > above.size())
-        throw ImportError(joint.line + ": joint " + printable(joint.name) + ": link " + printable(link) +
-                          " is in or below a loop of joints");
-  }
-}
-
-// Checks what urdfdom would not survive, or would pass over in silence, so that each has its line.
-void check_elements(const XmlText& text) {
-  std::size_t links = 0;
-  std::map<std::string, JointAbove> above;  // of each child link
-  for (const tinyxml2::XMLElement* element = text.root().FirstChildElement(); element != nullptr;
-       element = element->NextSiblingElement()) {
-    const std::string line = printable(text.path()) + ": line " + std::to_string(element->GetLineNum());
-    if (std::strncmp(element->Name(), "xacro:", 6) == 0)
-      throw ImportError(line + ": <" + printable(element->Name()) + "> is of xacro; let xacro expand the file first");
-    if (element->Name() == std::string("link") && ++links > kMaxLinks)
-      throw ImportError(line + ": more than " + std::to_string(kMaxLinks) + " links");
-    if (element->Name() != std::string("joint")) continue;
-    const auto link_of = [&](const char* tag) {
-      const tinyxml2::XMLElement* const end = element->FirstChildElement(tag);
-      return end != nullptr ? end->Attribute("link") : nullptr;
-    };
-    const char* const child = link_of("child");
-    const char* const parent = link_of("parent");
-    const char* const name = element->Attribute("name");
-    if (child == nullptr || parent == nullptr || name == nullptr) continue;
-    if (above.size() > kMaxLinks) throw ImportError(line + ": more than " + std::to_string(kMaxLinks) + " joints");
-    const auto [other, is_new] = above.emplace(child, JointAbove{name, parent, line});
-    if (!is_new && other->second.name != name)
-      throw ImportError(line + ": link " + printable(child) + " is the child of two joints, " +
-                        printable(other->second.name) + " and " + printable(name));
-  }
-  check_loops(above);
 }
 
 Vec3 vector_of(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
@@ -101,11 +71,18 @@ RigidMotion motion_of(const urdf::Pose& pose) {
 
 class UrdfReader {
  public:
-  UrdfReader(const XmlText& text, const RobotOptions& options, CurrentFile* current)
-      : text_(text), options_(options), current_(current), model_(parse(text, &errors_)) {}
+  UrdfReader(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current)
+      : text_(text),
+        options_(options),
+        mesh_files_(meshes),
+        current_(current),
+        parts_(urdf_parts(text)),
+        model_(parse(text, parts_, &errors_)) {}
 
   Robot read() {
     robot_.body.name = printable(model_->getName());
+    robot_.notes = parts_.notes;
+    robot_.left_out.guesses = parts_.guess_count;
     add_links();
     for (std::size_t l = 0; l < order_.size(); ++l) {
       add_joint(static_cast<std::uint32_t>(l));
@@ -143,9 +120,11 @@ class UrdfReader {
     const std::string place = text_.place_of("joint", source.name) + ": joint " + printable(source.name);
     link.place = motion_of(source.parent_to_joint_origin_transform);
     if (!in_range(link.place)) throw ImportError(place + ": its origin is not a number or out of range");
-    if (source.type == urdf::Joint::FIXED) return;
+    link.welded = source.type == urdf::Joint::FIXED;
+    if (link.welded) return;
     if (source.type == urdf::Joint::PLANAR || source.type == urdf::Joint::FLOATING) {
       link.floats = true;
+      ++robot_.left_out.joints;
       robot_.notes.push_back("joint " + printable(source.name) + " is " +
                              (source.type == urdf::Joint::PLANAR ? "planar" : "floating") + ": held at its origin");
       return;
@@ -244,7 +223,11 @@ class UrdfReader {
         break;
       case urdf::Geometry::CYLINDER: {
         const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
-        shape.kind = ShapeKind::kCylinder;
+        const bool is_capsule = parts_.capsules.count({order_[l]->name, number}) != 0;
+        // A capsule whose caps meet is a ball.
+        shape.kind = !is_capsule              ? ShapeKind::kCylinder
+                     : cylinder.length == 0.0 ? ShapeKind::kSphere
+                                              : ShapeKind::kCapsule;
         shape.size = {cylinder.radius, .5 * cylinder.length, 0};
         break;
       }
@@ -258,16 +241,23 @@ class UrdfReader {
   // Makes the shape a hull of the mesh, or what the options say if the mesh is missing. Returns whether there is one.
   bool set_mesh(const urdf::Mesh& mesh, const std::string& source, RobotShape& shape) {
     const std::string named = source + ": mesh " + printable(mesh.filename);
-    const std::string path = find_mesh(mesh.filename, text_.path(), options_, named);
-    if (path.empty()) {
+    const auto file = mesh_files_.find(mesh.filename);
+    if (file == mesh_files_.end()) {
+      check_mesh_name(mesh.filename, named);
       if (options_.missing_mesh == MissingMesh::kRefuse)
         throw ImportError(named + ": no such file (--package NAME=DIR says where a package is, --missing-mesh what " +
                           "stands for a mesh)");
       const bool is_ball = options_.missing_mesh == MissingMesh::kBall;
+      ++(is_ball ? robot_.left_out.guesses : robot_.left_out.shapes);
       robot_.notes.push_back(named + " is missing: " + (is_ball ? "a ball stands for it" : "left out"));
       shape.kind = ShapeKind::kSphere;
       shape.size = {options_.ball_radius, 0, 0};
       return is_ball;
+    }
+    const std::string& path = file->second;
+    if (mesh.scale.x == 0 || mesh.scale.y == 0 || mesh.scale.z == 0) {
+      leave_out_empty(robot_, named);
+      return false;
     }
     const auto found = meshes_.emplace(path, std::vector<Vec3>());
     if (found.second) {
@@ -283,7 +273,9 @@ class UrdfReader {
 
   const XmlText& text_;
   const RobotOptions& options_;
+  const MeshFiles& mesh_files_;
   CurrentFile* const current_;
+  UrdfParts parts_;
   std::string errors_;  // what urdfdom said about a model that it read
   urdf::ModelInterfaceSharedPtr model_;
   std::vector<urdf::LinkConstSharedPtr> order_;
@@ -294,31 +286,23 @@ class UrdfReader {
 
 }  // namespace
 
-Robot read_urdf(const XmlText& text, const RobotOptions& options, CurrentFile* current) {
-  check_elements(text);
-  return UrdfReader(text, options, current).read();
+Robot read_urdf(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current) {
+  return UrdfReader(text, options, meshes, current).read();
 }
 
-std::vector<std::string> mesh_files(const XmlText& text, const RobotOptions& options) {
-  std::set<std::string> names;
+MeshFiles find_meshes(const XmlText& text, const RobotOptions& options, const std::vector<std::string>& package_files) {
+  MeshFinder finder(text.path(), options, package_files);
+  MeshFiles files;
   for (const auto* link = text.root().FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
     for (const auto* shape = link->FirstChildElement("collision"); shape;
          shape = shape->NextSiblingElement("collision")) {
       const tinyxml2::XMLElement* const geometry = shape->FirstChildElement("geometry");
       const tinyxml2::XMLElement* const mesh = geometry ? geometry->FirstChildElement("mesh") : nullptr;
       const char* const name = mesh ? mesh->Attribute("filename") : nullptr;
-      if (name) names.insert(name);
+      if (!name || files.count(name) != 0) continue;
+      if (const std::string file = finder.find(name); !file.empty()) files.emplace(name, file);
     }
-  std::set<std::string> files;
-  for (const std::string& name : names) {
-    try {
-      files.insert(find_mesh(name, text.path(), options, name));
-    } catch (const ImportError&) {
-      continue;  // read_urdf says which link names it
-    }
-  }
-  files.erase(std::string());
-  return {files.begin(), files.end()};
+  return files;
 }
 
 }  // namespace cab::scenes

@@ -5,16 +5,20 @@
 #include "scenes/robot/robot.h"
 #include "scenes/robot/xml_text.h"
 
+#include <map>
 #include <string>
 #include <vector>
 
 namespace cab::scenes {
 
-// Reads a robot from a text whose first element is <robot>. `current` is set to each mesh file while it is read, unless
-// it is null. Throws ImportError.
-Robot read_urdf(const XmlText& text, const RobotOptions& options, CurrentFile* current);
+// The mesh files of collision shapes, by their names in the robot's file: those that are there.
+using MeshFiles = std::map<std::string, std::string>;
 
-// The mesh files of the collision shapes of such a text, each once: those that are there.
-std::vector<std::string> mesh_files(const XmlText& text, const RobotOptions& options);
+// Finds the meshes of a text whose first element is <robot>. `package_files` are those of scenes/robot/packages.h.
+MeshFiles find_meshes(const XmlText& text, const RobotOptions& options, const std::vector<std::string>& package_files);
+
+// Reads a robot from such a text. `current` is set to each mesh file while it is read, unless it is null. Throws
+// ImportError.
+Robot read_urdf(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current);
 
 }  // namespace cab::scenes

@@ -4,14 +4,49 @@
 #include "scenes/import/import.h"
 #include "scenes/import/input_file.h"
 #include "scenes/import/printable.h"
+#include "scenes/import/words.h"
 
 #include <tinyxml2.h>
+
+#include <algorithm>
+#include <cstring>
 
 namespace cab::scenes {
 namespace {
 
 // A parser's tree takes some ten times the bytes of the text.
 constexpr std::size_t kMaxXmlBytes = std::size_t{16} << 20;
+
+struct Seen {
+  std::size_t count = 0;
+  int first_line = 0;
+};
+
+// The first element of xacro in an element, which may be that itself. Elements nest as deep as tinyxml2 allows.
+const tinyxml2::XMLElement* find_xacro(const tinyxml2::XMLElement& element) {
+  if (std::strncmp(element.Name(), "xacro:", 6) == 0) return &element;
+  for (const tinyxml2::XMLElement* child = element.FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement())
+    if (const tinyxml2::XMLElement* const found = find_xacro(*child)) return found;
+  return nullptr;
+}
+
+bool is_about_collisions(const std::string& name) {
+  return lower_case(name).find("collision") != std::string::npos || name == "link_sphere_approximation";
+}
+
+// Counts elements about collisions among the children of an element, and below those. Elements nest as deep as tinyxml2
+// allows.
+void count_unread(const tinyxml2::XMLElement& above, const std::vector<std::string>& read, bool deep,
+                  std::map<std::string, Seen>& unread) {
+  for (const tinyxml2::XMLElement* element = above.FirstChildElement(); element != nullptr;
+       element = element->NextSiblingElement()) {
+    const bool is_read = std::find(read.begin(), read.end(), element->Name()) != read.end();
+    if (!is_read && is_about_collisions(element->Name()) && unread[element->Name()].count++ == 0)
+      unread[element->Name()].first_line = element->GetLineNum();
+    if (deep) count_unread(*element, {}, deep, unread);  // what is read is read below the root alone
+  }
+}
 
 }  // namespace
 
@@ -20,9 +55,9 @@ XmlText::XmlText(const std::string& path)
   const std::size_t size = check_file(path, printable_path_);
   if (size > kMaxXmlBytes)
     throw ImportError(printable_path_ + ": the file is larger than " + std::to_string(kMaxXmlBytes >> 20) + " MiB");
-  bytes_ = read_bytes(path, printable_path_, size);
-  if (bytes_.find('\0') != std::string::npos) throw ImportError(printable_path_ + ": a zero byte is not XML");
-  if (document_->Parse(bytes_.data(), bytes_.size()) != tinyxml2::XML_SUCCESS)
+  const std::string bytes = read_bytes(path, printable_path_, size);
+  if (bytes.find('\0') != std::string::npos) throw ImportError(printable_path_ + ": a zero byte is not XML");
+  if (document_->Parse(bytes.data(), bytes.size()) != tinyxml2::XML_SUCCESS)
     throw ImportError(printable_path_ + ": line " + std::to_string(document_->ErrorLineNum()) +
                       ": not well-formed XML (" + tinyxml2::XMLDocument::ErrorIDToName(document_->ErrorID()) + ")");
   if (document_->RootElement() == nullptr) throw ImportError(printable_path_ + ": no XML element");
@@ -51,6 +86,23 @@ std::string XmlText::place_in(const std::string& message) const {
       if (lines_.count({tag, name}) != 0) return place_of(tag, name);
   }
   return printable_path_;
+}
+
+void refuse_xacro(const XmlText& text) {
+  if (const tinyxml2::XMLElement* const found = find_xacro(text.root()))
+    throw ImportError(printable(text.path()) + ": line " + std::to_string(found->GetLineNum()) + ": <" +
+                      printable(found->Name()) + "> is of xacro; let xacro expand the file first");
+}
+
+std::string unread_about_collisions(const XmlText& text, const std::vector<std::string>& read, bool deep) {
+  std::map<std::string, Seen> unread;
+  count_unread(text.root(), read, deep, unread);
+  if (unread.empty()) return {};
+  std::vector<std::string> names;
+  for (const auto& [name, seen] : unread)
+    names.push_back("<" + printable(name) + "> (" + std::to_string(seen.count) + ", the first in line " +
+                    std::to_string(seen.first_line) + ")");
+  return printable(text.path()) + ": not read, though about collisions: " + listed(names);
 }
 
 }  // namespace cab::scenes

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace tinyxml2 {
 class XMLDocument;
@@ -22,7 +23,6 @@ class XmlText {
   XmlText& operator=(const XmlText&) = delete;
 
   const std::string& path() const { return path_; }
-  const std::string& bytes() const { return bytes_; }
   const tinyxml2::XMLElement& root() const;
 
   // The path, printable, and the line of an element below the root, by its tag and its attribute `name`:
@@ -35,9 +35,15 @@ class XmlText {
  private:
   std::string path_;
   std::string printable_path_;
-  std::string bytes_;
   std::unique_ptr<tinyxml2::XMLDocument> document_;
   std::map<std::pair<std::string, std::string>, int> lines_;  // by tag and name
 };
+
+// Throws ImportError if there is an element of xacro, which stands for others.
+void refuse_xacro(const XmlText& text);
+
+// A note that names the elements below the root, at any depth if `deep`, whose names are about collisions and that are
+// not among `read`. Empty if there is none.
+std::string unread_about_collisions(const XmlText& text, const std::vector<std::string>& read, bool deep);
 
 }  // namespace cab::scenes

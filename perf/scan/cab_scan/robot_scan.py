@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Sequence, Set, Tuple
 
 import cab
 from distributed import Client
@@ -48,7 +48,7 @@ class RobotScan:
 
     def run(self, client: Client) -> None:
         """Until all chunks of all robots are in the table."""
-        fixed = [file.fixed_matrix(self._policies, not self._srdf) for _, file in self._robots]
+        fixed = [file.fixed_matrix(not self._srdf) for _, file in self._robots]
         self._run_chunks(client, SAMPLES, FIRST_SAMPLE, self._samples, fixed)
         sampled = list(zip(self._robots, fixed))
         self._robots, whole = [], []
@@ -57,7 +57,10 @@ class RobotScan:
             if any(outcome != DONE for _, _, outcome in self._table.robot_parts(key).values()):
                 continue  # its rows say why; without all samples there is no matrix
             self._robots.append((source, file))
-            matrix = sampled_matrix(file, known, self._table.touching(key), self._samples)
+            at_rest: Set[Tuple[int, int]] = set()
+            if not self._srdf:
+                at_rest = file.touching_at_rest(self._policies, known)
+            matrix = sampled_matrix(file, known, at_rest, self._table.touching(key), self._samples)
             self._table.add_pairs(key, matrix_rows(file, matrix))
             whole.append(matrix)
         self._run_chunks(client, STATES, 0, self._chosen.states, whole)

@@ -3,7 +3,7 @@
 import collections
 import functools
 import hashlib
-from typing import Dict, Iterator, List, Sequence, Tuple
+from typing import Dict, Iterable, Iterator, List, Sequence, Set, Tuple
 
 import cab
 import numpy as np
@@ -14,7 +14,7 @@ from .hashing import file_sha256
 from .policies import policies_of
 from .work import Item, LinkPair, Links, RobotChunk, Row, Source
 
-# The first sampled state and the share of states above which a pair always touches, as in perf/robot/matrix.cpp.
+# The first sampled state and the share of states from which on a pair always touches, as in perf/robot/matrix.cpp.
 FIRST_SAMPLE = 1 << 63
 ALWAYS_SHARE = 0.95
 
@@ -35,8 +35,8 @@ class RobotFile:
         self.sha256 = digest.hexdigest()
         self.shaped = sorted(set(body.box_links.tolist()))
 
-    def fixed_matrix(self, policies: str, derives: bool) -> Dict[Tuple[int, int], str]:
-        """The pairs that the file excludes; and, if they are derived, adjacent ones and those that touch at rest."""
+    def fixed_matrix(self, derives: bool) -> Dict[Tuple[int, int], str]:
+        """The pairs that the file excludes and, if they are derived, adjacent ones."""
         robot = self.robot
         known: Dict[Tuple[int, int], str] = {}
         for pair in robot.body.ignored_pairs.tolist():
@@ -44,13 +44,16 @@ class RobotFile:
         if derives:
             for pair in robot.adjacent_pairs.tolist():
                 known.setdefault(_sorted(pair), "adjacent")
-            body = robot.body.ignoring(pairs=list(known) or None)
-            with cab.Clip(body, robot.poses([robot.rest()])) as clip:
-                hits = clip.hits(policies=policies_of(policies), exact=policies_of(policies).exact)
-            for link_a, link_b in zip(hits["link_a"].tolist(), hits["link_b"].tolist()):
-                known.setdefault(_sorted((link_a, link_b)), "default")
         shaped = set(self.shaped)
         return {pair: why for pair, why in known.items() if pair[0] != pair[1] and shaped.issuperset(pair)}
+
+
+    def touching_at_rest(self, policies: str, masked: Iterable[Tuple[int, int]]) -> Set[Tuple[int, int]]:
+        """The pairs that touch at rest, without masked ones."""
+        body = self.robot.body.ignoring(pairs=list(masked) or None)
+        with cab.Clip(body, self.robot.poses([self.robot.rest()])) as clip:
+            hits = clip.hits(policies=policies_of(policies), exact=policies_of(policies).exact, depths=False)
+        return {_sorted(pair) for pair in zip(hits["link_a"].tolist(), hits["link_b"].tolist())}
 
 
 def _sorted(pair: Sequence[int]) -> Tuple[int, int]:
@@ -58,7 +61,11 @@ def _sorted(pair: Sequence[int]) -> Tuple[int, int]:
 
 
 def sampled_matrix(
-    file: RobotFile, fixed: Dict[Tuple[int, int], str], touching: Dict[Tuple[str, str], int], samples: int
+    file: RobotFile,
+    fixed: Dict[Tuple[int, int], str],
+    at_rest: Set[Tuple[int, int]],
+    touching: Dict[Tuple[str, str], int],
+    samples: int,
 ) -> Dict[Tuple[int, int], str]:
     """The fixed matrix with the pairs that touch never or always in the samples, by how often each touched."""
     matrix = dict(fixed)
@@ -68,10 +75,10 @@ def sampled_matrix(
             times = touching.get((names[a], names[b]), 0)
             if (a, b) in matrix or samples == 0:
                 continue
-            if times == 0:
+            if times >= ALWAYS_SHARE * samples:
+                matrix[a, b] = "default" if (a, b) in at_rest else "always"
+            elif times == 0 and (a, b) not in at_rest:
                 matrix[a, b] = "never"
-            elif times > ALWAYS_SHARE * samples:
-                matrix[a, b] = "always"
     return matrix
 
 

@@ -106,23 +106,107 @@ TEST_CASE("the matrix masks adjacent links over links without shapes, and pairs 
   CHECK(json["states_in_self_collision"] < 500);
 }
 
-TEST_CASE("pairs that touch at rest or in nearly all sampled states are masked as default and always") {
+TEST_CASE("pairs that touch in nearly all sampled states are masked, and those that touch at rest alone are tested") {
   const TemporaryFolder folder;
   const std::string file = folder / "r.urdf", out = folder / "out.json";
   const std::string ball = "<sphere radius='1'/>";
-  // a and c touch at rest (1.5 apart) and later do not; a and d are apart at rest only: d begins at 2.0001 and comes
-  // nearer by turning about c; b only carries.
-  write_text(file,
-             "<robot name='r'>" + link("a", ball) + link("b", ball) + link("c", ball) + link("d", ball) +
-                 joint("fixed", "a", "b", "0 50 0") + joint("prismatic", "b", "c", "1.5 -50 0") +
-                 "<joint name='d_joint' type='revolute'><parent link='b'/><child link='d'/>"
-                 "<origin xyz='0 -50 2.05'/><axis xyz='0 1 0'/><limit lower='0' upper='1' effort='1' velocity='1'/>"
-                 "</joint></robot>");
-  const Outcome outcome = run_command("robot", {file, "--json", out, "--samples", "1000"});
+  const auto slide = [](const std::string& child, double x, double length) {
+    return "<joint name='" + child + "_joint' type='prismatic'><parent link='b'/><child link='" + child +
+           "'/><origin xyz='" + std::to_string(x) + " -50 0'/><axis xyz='1 0 0'/><limit lower='0' upper='" +
+           std::to_string(length) + "'/></joint>\n";
+  };
+  // Balls of radius 1, of which b only carries. From a, c is 1.5 to 11.5 away, d 1.5 to 1.6, and e 2.01 to 1.01.
+  write_text(file, "<robot name='r'>" + link("a", ball) + link("b", ball) + link("c", ball) + link("d", ball) +
+                       link("e", ball) + joint("fixed", "a", "b", "0 50 0") + slide("c", 1.5, 10) +
+                       slide("d", 1.5, .1) +
+                       "<joint name='e_joint' type='prismatic'><parent link='b'/><child link='e'/>"
+                       "<origin xyz='0 -50 2.01'/><axis xyz='0 0 -1'/><limit lower='0' upper='1'/></joint></robot>");
+  const auto run = [&](Words options) {
+    options.insert(options.begin(), {file, "--json", out});
+    const Outcome outcome = run_command("robot", options);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    Json json = Json::parse(read_text(out));
+    json["printed"] = outcome.out;
+    return json;
+  };
+  const auto rest_pairs = [](const Json& json) {
+    std::set<std::string> names;
+    for (const Json& pair : json["touch_at_rest_and_tested"])
+      names.insert(std::string(pair["link_a"]) + std::string(pair["link_b"]));
+    return names;
+  };
+  const Json json = run({"--samples", "1000"});
+  const std::set<MatrixRow> rows = matrix_of(json);
+  CHECK(rows.count({"a", "d", "default"}) == 1);
+  CHECK(rows.count({"a", "e", "always"}) == 1);
+  CHECK(rows.count({"a", "b", "adjacent"}) == 1);
+  for (const Json& row : json["masked"]) {
+    const std::string reason = row["reason"];
+    CHECK(row.contains("share") == (reason != "adjacent"));
+    if (reason == "default") CHECK(row["share"] == 1);
+    if (reason == "always") CHECK((row["share"] >= .98 && row["share"] < 1));
+    if (reason == "never") CHECK(row["share"] == 0);
+  }
+  // c and d are 0 to 10 apart, and begin at one place.
+  CHECK(rest_pairs(json) == std::set<std::string>{"ac", "cd"});
+  CHECK(double{json["touch_at_rest_and_tested"][0]["share"]} == doctest::Approx(.05).epsilon(.4));
+  const std::string printed = json["printed"];
+  CHECK(printed.find("\npairs that touch at rest, but in less than 95 % of the samples, and are tested: 2: a - c (") !=
+        std::string::npos);
+  CHECK(printed.find("\na        d  default               100.0 %\n") != std::string::npos);
+  const Json& summary = json["summary"];
+  CHECK(summary["masked"]["default"] == 1);
+  CHECK(summary["touch_at_rest_and_tested"] == 2);
+  CHECK(std::size_t{summary["tested_pairs"]} + json["masked"].size() == std::size_t{json["pair_count"]});
+  // Nothing is sampled, so nothing is masked but what is adjacent.
+  const Json bare = run({"--samples", "0"});
+  for (const Json& row : bare["masked"]) CHECK(row["reason"] == "adjacent");
+  CHECK(rest_pairs(bare) == std::set<std::string>{"ac", "ad", "cd"});
+  CHECK(std::string(bare["printed"]).find("\npairs that touch at rest, and are tested: 3: a - c, a - d, c - d\n") !=
+        std::string::npos);
+  // Another rest state: c far away, e in a.
+  const Json other = run({"--samples", "1000", "--rest", "c_joint=9,e_joint=.5"});
+  CHECK(rest_pairs(other).empty());
+  CHECK(matrix_of(other).count({"a", "e", "default"}) == 1);
+  CHECK(other["variables"][0]["rest"] == 9);
+}
+
+TEST_CASE("the summary says how rare what was never sampled may be, and how many pairs are left out") {
+  const KnownRobot known;
+  const Json json = known.run({"--samples", "2000", "--random", "100"});
+  // A share p is missed by 2000 samples with a probability of (1 - p)^2000.
+  CHECK(double{json["summary"]["never_at_most"]} == doctest::Approx(1 - std::pow(.05, 1. / 2000)));
+  CHECK(std::pow(1 - double{json["summary"]["never_at_most"]}, 2000) == doctest::Approx(.05));
+  const std::string printed = json["printed"];
+  CHECK(printed.find("each in at most 0.15 % of states (95 % confidence)\n") != std::string::npos);
+  CHECK(printed.find("without 7 masked pairs\n") != std::string::npos);
+  CHECK(std::string(known.run({"--samples", "10000", "--random", "1"})["printed"]).find("at most 0.03 % of states") !=
+        std::string::npos);
+  CHECK(std::string(known.run({"--samples", "3", "--random", "1"})["printed"]).find("at most 64 % of states") !=
+        std::string::npos);
+  CHECK_FALSE(known.run({"--samples", "0", "--random", "1"})["summary"].contains("never_at_most"));
+}
+
+TEST_CASE("tools of two arms without other shapes are tested against each other") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "dual.urdf", states = folder / "dual.csv", hits = folder / "hits.csv";
+  const auto turn = [](const std::string& parent, const std::string& child, const std::string& xyz) {
+    return "<joint name='" + child + "_joint' type='revolute'><parent link='" + parent + "'/><child link='" + child +
+           "'/><origin xyz='" + xyz + "'/><axis xyz='0 0 1'/><limit lower='-3' upper='3'/></joint>\n";
+  };
+  std::string text = "<robot name='dual'>" + link("torso", "");
+  for (const std::string side : {"l", "r"})
+    text += link(side + "1", "") + link(side + "2", "") + link(side + "_tool", "<box size='.2 .1 .1'/>") +
+            turn("torso", side + "1", side == "l" ? "0 .3 0" : "0 -.3 0") + turn(side + "1", side + "2", ".3 0 0") +
+            joint("fixed", side + "2", side + "_tool", ".1 0 0");
+  write_text(file, text + "</robot>");
+  // Each arm reaches over to the middle: the tools cross at x = .283.
+  write_text(states, "\xef\xbb\xbfl1_joint,l2_joint,r1_joint,r2_joint\n-0.785,0,0.785,0\n0,0,0,0\n");
+  const Outcome outcome = run_command("robot", {file, "--states", states, "--hits", hits, "--samples", "0"});
+  INFO(outcome.error);
   REQUIRE(outcome.exit_code == 0);
-  const Json json = Json::parse(read_text(out));
-  CHECK(matrix_of(json).count({"a", "c", "default"}) == 1);
-  CHECK(matrix_of(json).count({"a", "d", "never"}) == 1);  // 2.05 above a at any angle about its own centre
+  CHECK(read_text(hits) == "state,link_a,link_b\n0,l_tool,r_tool\n");
 }
 
 TEST_CASE("distances of named links are the least and greatest over given states, and hits name the state") {
@@ -187,6 +271,10 @@ TEST_CASE("wrong use of cab robot is told") {
       {{known.file, "--distance", "base,hand"}, "--distance: the robot has no link 'hand'"},
       {{known.file, "--distance", "base,mid"}, "--distance: the link 'mid' has no shape"},
       {{known.file, "--random", "0"}, "--random"},
+      {{known.file, "--rest", "slider_joint"}, "--rest: 'slider_joint' is not JOINT=VALUE"},
+      {{known.file, "--rest", "slider_joint=x"}, "--rest: 'slider_joint=x' is not JOINT=VALUE"},
+      {{known.file, "--rest", "mid_joint=1"}, "--rest: the robot has no joint 'mid_joint' that moves"},
+      {{known.file, "--rest", "slider_joint=1,slider_joint=2"}, "--rest: 'slider_joint' is given twice"},
       {{known.file, "--json", known.file}, "is an input"},
   };
   for (const auto& [words, told] : wrong) {

@@ -185,6 +185,13 @@ TEST_CASE("the skeleton of a motion is found by its name, or because it is the o
   CHECK(import_clip(folder + "11.asf", {}).character.link_parents.size() == 2);
 }
 
+TEST_CASE("a byte order mark before the text of an ASF or AMC file is passed over") {
+  const std::string mark = "\xef\xbb\xbf";
+  const TemporaryFile amc("arm.amc", mark + kAmc.substr(kAmc.find('\n') + 1));
+  std::ofstream((amc.directory() / "arm.asf").string()) << mark << kAsf;
+  CHECK(import_skeleton(amc.path(), {}).positions == skeleton_of(kAsf, kAmc).positions);
+}
+
 TEST_CASE("mistakes in ASF and AMC files are refused with file and line") {
   CHECK(complaint(kAsf, kAmc).empty());
   const auto asf = [](const std::string& from, const std::string& to) {

@@ -34,9 +34,11 @@ Robot made_robot() {
   robot.links[1].place = {{0, 0, 1, 0}, {1, 2, 3}};
   robot.links[1].joint_count = 1;
   robot.links[1].floats = true;
+  robot.links[1].welded = true;
   robot.joints = {{"ball", JointKind::kBall, {1, 0, 0}, {0, 1, 2}, 0, 2, .5}};
   robot.variables = {{"ball.x", -1, 1, 0}, {"ball.y", -2, 2, .5}, {"ball.z", -3, 3, 1}};
   robot.leaf_sources = {"r.urdf: line 3"};
+  robot.left_out = {1, 2, 3};
   robot.notes = {"one", "two"};
   return robot;
 }
@@ -74,6 +76,8 @@ TEST_CASE("a robot is the same after its way through bytes") {
   CHECK(read.links[1].place.translation == made.links[1].place.translation);
   CHECK(read.links[1].joint_count == 1);
   CHECK(read.links[1].floats);
+  CHECK(read.links[1].welded);
+  CHECK_FALSE(read.links[0].welded);
   REQUIRE(read.joints.size() == 1);
   CHECK(read.joints[0].name == "ball");
   CHECK(read.joints[0].kind == JointKind::kBall);
@@ -87,6 +91,9 @@ TEST_CASE("a robot is the same after its way through bytes") {
   CHECK(read.variables[1].upper == 2);
   CHECK(read.variables[1].rest == .5);
   CHECK(read.leaf_sources == made.leaf_sources);
+  CHECK(read.left_out.shapes == 1);
+  CHECK(read.left_out.joints == 2);
+  CHECK(read.left_out.guesses == 3);
   CHECK(read.notes == made.notes);
   CHECK((robot_payload(read) == robot_payload(made)));
 }

@@ -81,6 +81,13 @@ std::string printed_by(Work work) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+// The text with one other piece in it.
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
 // A cube of edge 2 about the origin as OBJ.
 std::string cube() {
   std::string text;
@@ -197,6 +204,184 @@ TEST_CASE("joints that turn freely, mimic, float or rest off zero are what the f
   CHECK(floating.notes[0] == "joint j is floating: held at its origin");
 }
 
+TEST_CASE("what a URDF file says of looks, masses and motors neither refuses the robot nor changes it") {
+  const std::string limit = "<limit lower='-1' upper='1'", pose = "<origin xyz='.5 0 0' rpy='0 0 1'/>";
+  const auto robot = [&](const std::string& in_link, const std::string& in_joint, const std::string& in_limit = "",
+                         const std::string& in_robot = "") {
+    return robot_of(in_robot + "<link name='a'>" + kBox + "</link><link name='b'>" + in_link + kBox +
+                    "</link><joint name='j' type='revolute'><parent link='a'/><child link='b'/>" + pose + limit +
+                    in_limit + "/>" + in_joint + "</joint>");
+  };
+  const TemporaryFile plain("r.urdf", robot("", ""));
+  const scenes::Robot expected = scenes::import_robot(plain.path(), in_child());
+  const std::string box = "<geometry><box size='1 1 1'/></geometry>";
+  for (const std::string& text : std::vector<std::string>{
+           robot("<visual/>", ""),
+           robot("<visual><geometry/></visual>", ""),
+           robot("<visual><geometry><capsule radius='1' length='1'/></geometry></visual>", ""),
+           robot("<visual><geometry><cone/></geometry></visual>", ""),
+           robot("<visual><geometry><mesh/></geometry></visual>", ""),
+           robot("<visual><geometry><mesh filename='v.stl' scale='.1'/></geometry></visual>", ""),
+           robot("<visual><origin xyz='a b'/>" + box + "</visual>", ""),
+           robot("<visual>" + box + "<material><color rgba='1 0 0 1'/></material></visual>", ""),
+           robot("<visual>" + box + "<material name=''><color rgba='1 0 x'/></material></visual>", ""),
+           robot("<visual>" + box + "<material name='m'><texture/></material></visual>", ""),
+           robot("<inertial/>", ""),
+           robot("<inertial><mass value='1'/></inertial>", ""),
+           robot("<inertial><mass value='x'/><inertia ixx='nan'/></inertial>", ""),
+           robot("<contact><lateral_friction value='1'/></contact>", ""),
+           robot("", "<dynamics/>"),
+           robot("", "<dynamics damping='x'/>"),
+           robot("", "<safety_controller/>"),
+           robot("", "<calibration rising='x'/>"),
+           robot("", "", " effort='x'"),
+           robot("", "", " effort='1' velocity=''"),
+           robot("", "", "", "<material/>"),
+           robot("", "", "", "<material name='m'/><material name='m'/>"),
+           robot("", "", "", "<transmission/><gazebo reference='b'><selfCollide/></gazebo><sensor/>"),
+           replaced(robot("", ""), " name='r'", " name='r' version='1.2'"),
+           replaced(robot("", ""), "xyz='.5 0 0'", "xyz=' .5\t0\n0 '"),
+           replaced(robot("", ""), "<robot", "\xef\xbb\xbf<?xml version='1.0'?><!DOCTYPE robot><!-- --><robot")}) {
+    CAPTURE(text);
+    const TemporaryFile file("r.urdf", text);
+    scenes::Robot read = scenes::import_robot(file.path(), in_child());
+    read.leaf_sources = expected.leaf_sources;  // where they are written
+    CHECK(same_robot(read, expected));
+  }
+  const TemporaryFile nameless("arm.urdf", replaced(robot("", ""), " name='r'", ""));
+  CHECK(scenes::import_robot(nameless.path(), in_child()).body.name == "arm");
+}
+
+TEST_CASE("what a URDF file leaves open is guessed with a note, and what it only shows is told") {
+  const auto read = [](const std::string& text) {
+    const TemporaryFile file("r.urdf", text);
+    return scenes::import_robot(file.path(), in_child());
+  };
+  const scenes::Robot still = read(jointed("revolute", "<limit effort='1' velocity='1'/>"));
+  CHECK(still.variables[0].upper == 0);
+  CHECK(still.left_out.guesses == 1);
+  REQUIRE(still.notes.size() == 1);
+  CHECK(still.notes[0].find("line 4: joint j has no lower and no upper limit") != std::string::npos);
+  const scenes::Robot seen = read(robot_of(link_of("<sphere radius='1'/>") + "<link name='b'><visual/></link>" +
+                                           "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"
+                                           "<drake:collision_filter_group name='g'/>"));
+  REQUIRE(seen.notes.size() == 2);
+  CHECK(seen.notes[0] == "links with a visual but no collision shape, which nothing tests: 1: b");
+  CHECK(seen.notes[1].find(
+            "not read, though about collisions: <drake:collision_filter_group> (1, the first in line 2)") !=
+        std::string::npos);
+}
+
+TEST_CASE("a capsule of URDF has its length without the caps, and is a ball without length") {
+  for (const std::string name : {"capsule", "drake:capsule"}) {
+    const TemporaryFile file(
+        "r.urdf",
+        robot_of("<link name='a'>" + kBox + "<collision><origin xyz='1 2 3'/><geometry><" + name +
+                 " radius='.1' length='.6'/></geometry></collision><collision><geometry><cylinder radius='.1' "
+                 "length='.6'/></geometry></collision><collision><geometry><" +
+                 name + " radius='.1' length='0'/></geometry></collision></link>"));
+    const scenes::Robot robot = scenes::import_robot(file.path(), in_child());
+    REQUIRE(robot.body.leaves.size() == 4);
+    const ConvexPart& capsule = robot.body.leaves[1].parts[0].shape;
+    CHECK(capsule.kind == ShapeKind::kCapsule);
+    CHECK(capsule.size[0] == .1f);
+    CHECK(capsule.size[1] == .3f);
+    CHECK(capsule.position[2] == 3.f);
+    CHECK(robot.body.leaves[2].parts[0].shape.kind == ShapeKind::kCylinder);
+    CHECK(robot.body.leaves[3].parts[0].shape.kind == ShapeKind::kSphere);
+    CHECK(robot.body.leaves[3].parts[0].shape.size[0] == .1f);
+  }
+}
+
+TEST_CASE("shapes of size 0 are left out with a note, and the others of their link stay") {
+  const TemporaryFile mesh("cube.obj", cube());
+  const std::string file = "filename='" + mesh.path() + "'";
+  for (const std::string& empty : std::vector<std::string>{
+           "<sphere radius='0'/>", "<box size='0 .1 .1'/>", "<box size='0 0 0'/>", "<cylinder radius='.1' length='0'/>",
+           "<cylinder radius='0' length='.1'/>", "<capsule radius='0' length='.1'/>", "<sphere radius='1e-60'/>",
+           "<mesh " + file + " scale='0 0 0'/>", "<mesh " + file + " scale='1 1 -0'/>"}) {
+    CAPTURE(empty);
+    const std::string shape = "<collision><geometry>" + empty + "</geometry></collision>";
+    const TemporaryFile robot_file("r.urdf", robot_of("<link name='a'>" + kBox + shape + kBox + "</link>"));
+    const scenes::Robot robot = scenes::import_robot(robot_file.path(), in_child());
+    CHECK(robot.body.leaves.size() == 2);
+    CHECK(robot.left_out.shapes == 1);
+    REQUIRE(robot.notes.size() == 1);
+    CHECK(robot.notes[0].find("line 2: link a: collision 2") != std::string::npos);
+    CHECK(robot.notes[0].find("left out, since a size of it is 0") != std::string::npos);
+  }
+  const TemporaryFile one("r.urdf", robot_of(link_of("<mesh " + file + " scale='.5'/>")));
+  const scenes::Robot scaled = scenes::import_robot(one.path(), in_child());
+  CHECK(greatest(scaled.body.leaves[0].parts[0].vertices) == std::array<double, 3>{.5, .5, .5});
+  CHECK(scaled.left_out.guesses == 1);
+}
+
+TEST_CASE("packages are found by the name in package.xml, above, beside, and where ROS has them") {
+  const TemporaryFile mesh("cube.obj", cube());
+  const fs::path root = mesh.directory();
+  const auto package = [&](const std::string& folder, const std::string& name) {
+    fs::create_directories(root / folder / "meshes");
+    fs::copy_file(mesh.path(), root / folder / "meshes/cube.obj");
+    std::ofstream(root / folder / "package.xml") << "<package format='2'>\n<name> " << name << "\n</name></package>";
+  };
+  package("ws/checkout", "my_robot");
+  package("ws/other_checkout", "other_robot");
+  package("ros/stack/some", "in_ros");
+  package("ros/by_name", "another_name");
+  package("prefix/share/in_ament", "in_ament");
+  std::ofstream(root / "ws/package.xml") << "<package><name>broken";
+  fs::create_directories(root / "ws/checkout/urdf");
+  const std::string path = (root / "ws/checkout/urdf/r.urdf").string();
+  const auto refused = [&](const std::string& name) {
+    std::ofstream(path) << robot_of(link_of("<mesh filename='package://" + name + "/meshes/cube.obj'/>"));
+    std::string here, child;
+    try {
+      scenes::import_robot(path, {});
+    } catch (const scenes::ImportError& error) { here = error.what(); }
+    try {
+      scenes::import_robot(path, in_child());
+    } catch (const scenes::ImportError& error) { child = error.what(); }
+    CHECK(here == child);
+    return !here.empty();
+  };
+  CHECK_FALSE(refused("my_robot"));
+  CHECK_FALSE(refused("other_robot"));
+  for (const char* const name : {"in_ros", "by_name", "another_name", "in_ament"}) CHECK(refused(name));
+  setenv("ROS_PACKAGE_PATH", (":" + (root / "lost").string() + ":" + (root / "ros").string()).c_str(), 1);
+  setenv("AMENT_PREFIX_PATH", (root / "prefix").c_str(), 1);
+  for (const char* const name : {"in_ros", "by_name", "another_name", "in_ament"}) CHECK_FALSE(refused(name));
+  CHECK(refused("nowhere"));
+  // What is given wins, though it has no such mesh.
+  scenes::RobotOptions given = in_child();
+  given.packages = {{"my_robot", (root / "ros").string()}};
+  std::ofstream(path) << robot_of(link_of("<mesh filename='package://my_robot/meshes/cube.obj'/>"));
+  CHECK_THROWS_WITH_AS(scenes::import_robot(path, given), doctest::Contains("no such file"), scenes::ImportError);
+  unsetenv("ROS_PACKAGE_PATH");
+  unsetenv("AMENT_PREFIX_PATH");
+}
+
+TEST_CASE("a refusal is at most 300 bytes, however many links have the same fault and whatever their names") {
+  std::string links, joints;
+  for (int l = 0; l < 60; ++l) {
+    const std::string name = "a_link_with_quite_a_long_name_" + std::to_string(l);
+    links += "<link name='" + name + "'><collision><geometry><sphere radius='x'/></geometry></collision></link>\n";
+    if (l > 0)
+      joints += "<joint name='j" + std::to_string(l) +
+                "' type='fixed'><parent link='a_link_with_quite_a_long_name_0'/>" + "<child link='" + name +
+                "'/></joint>\n";
+  }
+  const std::string endless(5000, 'n');
+  for (const std::string& text :
+       {robot_of(links + joints), robot_of("<link name='" + endless + "'><collision/></link>")}) {
+    const TemporaryFile file("bad.urdf", text);
+    try {
+      scenes::import_robot(file.path(), in_child());
+      FAIL("it is refused");
+    } catch (const scenes::ImportError& error) { CHECK(std::string(error.what()).size() <= 290); }
+  }
+  CHECK(refusal(robot_of(links + joints)).size() < 400);  // without a child too
+}
+
 TEST_CASE("a bad URDF file gives one line with the line or element and the reason, and prints nothing else") {
   struct Bad {
     std::string text;
@@ -216,9 +401,16 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
       {std::string("<robot name='r'>\0</robot>", 26), "a zero byte is not XML"},
       {"\n<html/>", "line 2: the first element is <html>, but URDF begins with <robot> and MJCF with <mujoco>"},
       {robot_of(""), "No link elements found"},
-      {"<robot><link name='a'/></robot>", "No name given"},
+      {"<robot><link name='a'/></robot>", "no link has a collision shape"},
+      {"<robot version='2.0'><link name='a'/></robot>", "line 1: version 2.0 of URDF is not read"},
+      {robot_of("<link/>"), "line 2: a <link> without a name"},
+      {robot_of("<link name=''/>"), "line 2: a <link> without a name"},
+      {robot_of("<link name='a'/>\n<joint type='fixed'/>"), "line 3: a <joint> without a name"},
+      {robot_of("<link name='a'/>\n<joint name='j' type='fixed'><child link='a'/></joint>"),
+       "line 3: joint j: it has no parent or no child"},
       {robot_of("<link name='a'/>"), "no link has a collision shape"},
       {robot_of("<xacro:include filename='x'/>"), "line 2: <xacro:include> is of xacro"},
+      {robot_of("<link name='a'>\n<xacro:box_collision/></link>"), "line 3: <xacro:box_collision> is of xacro"},
       {robot_of(many), "line 1026: more than 1024 links"},
       {robot_of("<link name='a'/>\n<link name='a'/>"), "line 2: link 'a' is not unique"},
       {robot_of("<link name='a'/>\n<link name='b'/>"), "line 2: "},
@@ -234,7 +426,11 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
                 "<joint name='j' type='fixed'><parent link='b'/><child link='c'/></joint>\n"
                 "<joint name='k' type='fixed'><parent link='c'/><child link='b'/></joint>"),
        "line 5: joint k: link b is in or below a loop of joints"},
-      {jointed("revolute", ""), "line 4: "},
+      {jointed("revolute", ""), "line 4: joint j: it is revolute and has no <limit>"},
+      {jointed("prismatic", "<dynamics/>"), "line 4: joint j: it is prismatic and has no <limit>"},
+      {jointed("fixed", "<origin quat_xyzw='0 0 0 1'/>"), "line 4: an origin with quat_xyzw"},
+      {jointed("revolute", "<limit lower='${-pi}' upper='1'/>"), "line 4: "},
+      {jointed("continuous", "<mimic/>"), "line 4: "},
       {jointed("wheel", ""), "line 4: "},
       {jointed("continuous", "<axis xyz='0 0 0'/>"), "line 4: joint j: its axis has no direction"},
       {jointed("continuous", "<axis xyz='0 one 0'/>"), "line 4: "},
@@ -250,10 +446,19 @@ TEST_CASE("a bad URDF file gives one line with the line or element and the reaso
                 "<joint name='j' type='continuous'><parent link='b'/><child link='c'/>"
                 "<mimic joint='i' multiplier='1e10'/></joint>"),
        "line 4: joint j: its mimic has a multiplier or offset that is not a number or beyond 1e9"},
-      {robot_of(link_of("<box size='0 1 1'/>")), "line 2: link a: collision 1: its size must be above 0"},
-      {robot_of(link_of("<sphere radius='-1'/>")), "line 2: link a: collision 1: its size must be above 0"},
+      {robot_of(link_of("<box size='0 1 1'/>")), "no link has a collision shape"},
+      {robot_of(link_of("<box size='1 -0.1 1'/>")), "line 2: link a: collision 1: its size must be from 0 to 1e9 m"},
+      {robot_of(link_of("<sphere radius='-1'/>")), "line 2: link a: collision 1: its size must be from 0 to 1e9 m"},
+      {robot_of(link_of("<sphere radius='nan'/>")), "line 2: link a: "},
+      {robot_of(link_of("<capsule radius='1e10' length='1'/>")), "line 2: link a: collision 1: its size must be"},
       {robot_of(link_of("<cylinder radius='1'/>")), "line 2: link a: urdfdom reads 0 of its 1 collision shapes: "},
-      {robot_of(link_of("<cone radius='1'/>")), "line 2: link a: urdfdom reads 0 of its 1 collision shapes: "},
+      {robot_of(link_of("<cone radius='1'/>")),
+       "line 2: link a: collision 1: <cone> is none of box, sphere, cylinder, capsule and mesh"},
+      {robot_of(link_of("")), "line 2: link a: collision 1: it has no shape"},
+      {robot_of("<link name='a'>\n<collision/></link>"), "line 3: link a: collision 1: it has no shape"},
+      {robot_of(link_of("<sphere radius='1'/><sphere radius='2'/>")),
+       "line 2: link a: collision 1: it has more than one"},
+      {robot_of(link_of("<mesh/>")), "line 2: link a: urdfdom reads 0 of its 1 collision shapes: "},
       {robot_of(link_of("<mesh filename='http://x/y.stl'/>")),
        "line 2: link a: collision 1: mesh http://x/y.stl: only package://"},
       {robot_of(link_of("<mesh filename='bad.urdf'/>")),
@@ -373,6 +578,46 @@ TEST_CASE("SRDF: disabled pairs are read once each, unknown links are told") {
   const TemporaryFile other("o.srdf", "<srdf/>");
   CHECK_THROWS_WITH_AS(scenes::read_disabled_pairs(other.path(), robot, {}),
                        doctest::Contains("line 1: the first element is <srdf>"), scenes::ImportError);
+}
+
+TEST_CASE("SRDF: a link's collisions are off by default but for those that are on again, and what is unread is told") {
+  const TemporaryFile file("r.urdf",
+                           robot_of("<link name='a'>" + kBox +
+                                    "</link><link name='b'/><link name='c'/>"
+                                    "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"
+                                    "<joint name='k' type='fixed'><parent link='b'/><child link='c'/></joint>"));
+  const scenes::Robot robot = scenes::import_robot(file.path(), {});
+  const auto read = [&](const std::string& inside) {
+    const TemporaryFile srdf("r.srdf", "\xef\xbb\xbf" + robot_of(inside));
+    return scenes::read_disabled_pairs(srdf.path(), robot, scenes::kImportSandbox);
+  };
+  const auto pairs = [&](const std::string& inside) {
+    std::string text;
+    for (const LinkPair& pair : read(inside).pairs)
+      text += robot.body.link_names[pair.a] + robot.body.link_names[pair.b] + " ";
+    return text;
+  };
+  const std::string off = "<disable_default_collisions link=' a '/>";
+  CHECK(pairs(off) == "ab ac ");
+  CHECK(pairs(off + "<enable_collisions link1='b' link2='a'/>") == "ac ");
+  CHECK(pairs("<enable_collisions link1='a' link2='b'/>" + off + off) == "ac ");
+  // A pair that is disabled by name stays so.
+  CHECK(pairs(off + "<enable_collisions link1='a' link2='b'/><disable_collisions link1='a' link2='b'/>") == "ab ac ");
+  CHECK(pairs("<enable_collisions link1='a' link2='b'/>") == "");
+  CHECK(pairs("<disable_default_collisions link='hand'/>") == "");
+  CHECK(read("<disable_default_collisions link='hand'/><disable_collisions link1='a' link2='foot'/>")
+            .notes[0]
+            .find("the robot has no links foot, hand") != std::string::npos);
+  CHECK(read(off + "<group name='g'><link name='a'/></group><virtual_joint/>").notes.empty());
+  const std::vector<std::string> unread =
+      read("<collision_default link='a'/>\n<group><disable_collisions link1='a' link2='b'/></group>").notes;
+  REQUIRE(unread.size() == 1);
+  CHECK(unread[0].find("not read, though about collisions: <collision_default> (1, the first in line 2), "
+                       "<disable_collisions> (1, the first in line 3)") != std::string::npos);
+  CHECK_THROWS_WITH_AS(read("<xacro:panda/>"), doctest::Contains("line 2: <xacro:panda> is of xacro"),
+                       scenes::ImportError);
+  CHECK_THROWS_WITH_AS(read("<disable_default_collisions/>"),
+                       doctest::Contains("line 2: <disable_default_collisions> without link"), scenes::ImportError);
 }
 
 TEST_CASE("MJCF: shapes, excluded bodies and contact bits are as the file says") {

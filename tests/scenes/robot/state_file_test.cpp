@@ -37,6 +37,9 @@ TEST_CASE("columns may come in any order, what has no column rests, comments and
   CHECK(both.count == 2);
   CHECK(both.values == std::vector<double>{-.1, 1.5, 1, 2});
   CHECK(both.notes.empty());
+  CHECK(read("\xef\xbb\xbf"
+             "b,a\n1.5,-.1\n")
+            .values == std::vector<double>{-.1, 1.5});
   const scenes::JointStates one = read("b,c\n1,7\n");
   CHECK(one.values == std::vector<double>{.5, 1});
   REQUIRE(one.notes.size() == 2);

@@ -129,7 +129,7 @@ class Robot:
 
     @property
     def adjacent_pairs(self) -> UInt32Array:
-        """(pairs, 2) uint32: the pairs of links with shapes that a joint connects, over links without shapes too."""
+        """(pairs, 2) uint32: links with shapes that a joint connects or that are one rigid body (docs/robots.md)."""
         return np.array(self._data.adjacent_pairs, dtype=np.uint32).reshape(-1, 2)
 
     def random_states(self, count: int, seed: int = 1, first: int = 0) -> Float64Array:

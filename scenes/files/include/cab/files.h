@@ -38,11 +38,11 @@ struct MotionOptions {
 };
 
 struct RobotOptions {
-  // Names and folders of packages, for package:// paths: equally many.
+  // Names and folders of packages, for package:// paths: equally many. Others are looked for as docs/robots.md says.
   Span<const char* const> package_names;
   Span<const char* const> package_folders;
 
-  // An SRDF file, whose disabled pairs of links are ignored pairs. Null (default): none.
+  // An SRDF file, whose disabled pairs of links are ignored pairs (docs/robots.md). Null (default): none.
   const char* srdf_path = nullptr;
 
   // Whether a shape is left out whose mesh file is not there. Default: the robot is refused.
@@ -101,7 +101,7 @@ class Robot {
   Span<const char* const> link_names() const noexcept;
   Span<const RobotVariable> variables() const noexcept;  // of a joint state, in its order
   Span<const char* const> notes() const noexcept;
-  Span<const LinkPair> adjacent_pairs() const noexcept;  // links with shapes that a joint connects
+  Span<const LinkPair> adjacent_pairs() const noexcept;  // links with shapes; adjacent as docs/robots.md says
 
   // Writes the poses of joint states: `states` has the value of each variable per state, `poses` receives
   // [state][link][7]. Returns false if the sizes do not fit each other, or an allocation failed.
