@@ -11,4 +11,7 @@ namespace cab::perf {
 // cab_scan is not beside the command.
 std::vector<std::filesystem::path> find_scan_package(const std::filesystem::path& command);
 
+// The folder of the module cab that was installed with a command; empty if there is none.
+std::filesystem::path find_installed_module(const std::filesystem::path& command);
+
 }  // namespace cab::perf

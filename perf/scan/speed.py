@@ -1,6 +1,6 @@
 """Times of `cab scan` with one worker and with two, in turns, over copies of motion files.
 
-    PYTHONPATH=build/release/engine/bindings/python:build/release/perf/scan \
+    PYTHONSAFEPATH=1 PYTHONPATH=build/release/engine/bindings/python:build/release/perf/scan \
       python3 perf/scan/speed.py FOLDER... --units 0.0564 --count 800 --rounds 3
 
 The machine should do nothing else. Hashes of all tables must be the same.

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "scenes/import/companions.h"
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
 #include "scenes/robot/adjacency.h"
@@ -25,10 +26,33 @@ std::vector<const char*> pointers_to(const std::vector<std::string>& strings) {
 
 constexpr const char* kNoMemory = "an allocation failed";
 
+// A new storage with the words of a failure and nothing else, or null if there is no memory for it.
+template <class Storage>
+Storage* failed(const std::exception& failure) noexcept {
+  Storage* const storage = new (std::nothrow) Storage;
+  if (!storage) return nullptr;
+  try {
+    storage->error = failure.what();
+    storage->is_machine = dynamic_cast<const scenes::MachineError*>(&failure) != nullptr;
+    return storage;
+  } catch (const std::bad_alloc&) {
+    delete storage;
+    return nullptr;
+  }
+}
+
 }  // namespace
+
+struct CompanionsStorage {
+  std::string error;
+  bool is_machine = false;
+  std::vector<std::string> files;
+  std::vector<const char*> paths;
+};
 
 struct MotionStorage {
   std::string error;
+  bool is_machine = false;
   scenes::Clip clip;
   std::optional<scenes::ArticulationStorage> articulation;
   std::vector<const char*> names;
@@ -37,6 +61,7 @@ struct MotionStorage {
 
 struct RobotStorage {
   std::string error;
+  bool is_machine = false;
   scenes::Robot robot;
   std::optional<scenes::ArticulationStorage> articulation;
   std::vector<const char*> names;
@@ -44,6 +69,35 @@ struct RobotStorage {
   std::vector<RobotVariable> variables;
   std::vector<LinkPair> adjacent;
 };
+
+std::size_t max_file_bytes() noexcept { return scenes::kMaxFileBytes; }
+
+// ------------------------------------------------------------------------------------------------------- companions
+
+Companions::~Companions() { delete storage_; }
+
+bool Companions::load(const char* path) noexcept {
+  delete storage_;
+  storage_ = new (std::nothrow) CompanionsStorage;
+  if (!storage_) return false;
+  try {
+    storage_->files = scenes::companion_files(path, scenes::kImportSandbox);
+    storage_->paths = pointers_to(storage_->files);
+    return true;
+  } catch (const std::bad_alloc&) { delete std::exchange(storage_, nullptr); } catch (const std::exception& failure) {
+    delete std::exchange(storage_, failed<CompanionsStorage>(failure));
+  }
+  return false;
+}
+
+const char* Companions::error() const noexcept { return storage_ ? storage_->error.c_str() : kNoMemory; }
+
+bool Companions::is_machine() const noexcept { return !storage_ || storage_->is_machine; }
+
+Span<const char* const> Companions::paths() const noexcept {
+  if (!storage_) return {};
+  return storage_->paths;
+}
 
 // ---------------------------------------------------------------------------------------------------------- motion
 
@@ -68,14 +122,14 @@ bool Motion::load(const char* path, const MotionOptions& options) noexcept {
     storage_->notes = pointers_to(storage_->clip.notes);
     return true;
   } catch (const std::bad_alloc&) { delete std::exchange(storage_, nullptr); } catch (const std::exception& failure) {
-    MotionStorage* const failed = new (std::nothrow) MotionStorage;
-    if (failed) failed->error = failure.what();
-    delete std::exchange(storage_, failed);
+    delete std::exchange(storage_, failed<MotionStorage>(failure));
   }
   return false;
 }
 
 const char* Motion::error() const noexcept { return storage_ ? storage_->error.c_str() : kNoMemory; }
+
+bool Motion::is_machine() const noexcept { return !storage_ || storage_->is_machine; }
 
 ArticulationDesc Motion::desc() const noexcept {
   return storage_ && storage_->articulation ? storage_->articulation->desc() : ArticulationDesc{};
@@ -136,14 +190,14 @@ bool Robot::load(const char* path, const RobotOptions& options) noexcept {
     storage.adjacent = scenes::adjacent_pairs(storage.robot);
     return true;
   } catch (const std::bad_alloc&) { delete std::exchange(storage_, nullptr); } catch (const std::exception& failure) {
-    RobotStorage* const failed = new (std::nothrow) RobotStorage;
-    if (failed) failed->error = failure.what();
-    delete std::exchange(storage_, failed);
+    delete std::exchange(storage_, failed<RobotStorage>(failure));
   }
   return false;
 }
 
 const char* Robot::error() const noexcept { return storage_ ? storage_->error.c_str() : kNoMemory; }
+
+bool Robot::is_machine() const noexcept { return !storage_ || storage_->is_machine; }
 
 ArticulationDesc Robot::desc() const noexcept {
   return storage_ && storage_->articulation ? storage_->articulation->desc() : ArticulationDesc{};

@@ -111,6 +111,12 @@ Parts glb_parts(const std::string& bytes, const std::string& name) {
   return parts;
 }
 
+bool is_glb(const std::string& bytes) { return bytes.rfind(kMagic, 0) == 0; }
+
+Parts parts_of(const std::string& bytes, const std::string& name) {
+  return is_glb(bytes) ? glb_parts(bytes, name) : Parts{bytes, {}};
+}
+
 // How deep arrays and objects are nested in a text, also if it is not JSON to its end.
 int nesting(std::string_view text) {
   int depth = 0, deepest = 0;
@@ -470,9 +476,24 @@ std::optional<std::filesystem::path> path_of_uri(const std::string& uri) {
   return path;
 }
 
+std::vector<std::filesystem::path> gltf_buffer_files(const std::string& bytes, const std::string& name) {
+  const Json json = parse_json(parts_of(bytes, name).json, name);
+  const auto buffers = json.find("buffers");
+  std::vector<std::filesystem::path> files;
+  if (buffers == json.end()) return files;
+  for (const Json& buffer : *buffers) {
+    const auto uri = buffer.is_object() ? buffer.find("uri") : buffer.end();
+    if (uri == buffer.end() || !uri->is_string()) continue;
+    const std::string& text = uri->get_ref<const std::string&>();
+    const std::optional<std::filesystem::path> file = text.rfind("data:", 0) == 0 ? std::nullopt : path_of_uri(text);
+    if (file && std::find(files.begin(), files.end(), *file) == files.end()) files.push_back(*file);
+  }
+  return files;
+}
+
 bool check_gltf(const std::string& bytes, const std::string& path, const std::string& name) {
-  const bool is_binary = bytes.rfind(kMagic, 0) == 0;
-  const Parts parts = is_binary ? glb_parts(bytes, name) : Parts{bytes, {}};
+  const bool is_binary = is_glb(bytes);
+  const Parts parts = parts_of(bytes, name);
   Document(parse_json(parts.json, name), parts, std::filesystem::path(path).parent_path(), name).check();
   return is_binary;
 }

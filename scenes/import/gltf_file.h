@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cab::scenes {
 
@@ -23,5 +24,9 @@ std::optional<std::filesystem::path> path_of_uri(const std::string& uri);
 // `path` is where the file is, for files that it names. `name` is the file in messages. Returns whether it is a GLB.
 // Throws ImportError.
 bool check_gltf(const std::string& bytes, const std::string& path, const std::string& name);
+
+// The files that the buffers of a glTF file name, from its folder on: those of path_of_uri, each once. Throws
+// ImportError if the GLB or its JSON is broken.
+std::vector<std::filesystem::path> gltf_buffer_files(const std::string& bytes, const std::string& name);
 
 }  // namespace cab::scenes

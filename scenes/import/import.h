@@ -23,6 +23,13 @@ class ImportError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The machine is at fault, not the file: it killed the process that read, or had no memory or no process for it.
+// Another try may succeed.
+class MachineError : public ImportError {
+ public:
+  using ImportError::ImportError;
+};
+
 // How bodies are made of a file's meshes: rig::BodyRules, with joints by name.
 struct SkinOptions {
   std::uint32_t kinds = rig::kHullBody;

@@ -44,7 +44,8 @@ std::string read_or_refuse(const std::string& name, const std::function<std::str
 
 CurrentFile::CurrentFile() {
   void* const page = mmap(nullptr, kCurrentFileBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (page == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "mmap");
+  if (page == MAP_FAILED)
+    throw MachineError(std::string("no memory to share with a child process: ") + strerror(errno));
   text_ = static_cast<char*>(page);
 }
 
@@ -72,15 +73,18 @@ std::string payload_from_child(const std::string& path, const SandboxLimits& lim
   try {
     result = run_sandboxed(limits, readable, [&] { return read_or_refuse(name, read); });
   } catch (const std::system_error& error) {
-    throw ImportError(name + ": there is no child process to read it in: " + error.what());
+    throw MachineError(name + ": there is no child process to read it in: " + error.what());
   }
   switch (result.end) {
     case SandboxResult::End::kPayload: return std::move(result.bytes);
     case SandboxResult::End::kRefused: throw ImportError(brief(printable(result.bytes)));
-    case SandboxResult::End::kStopped: break;
+    case SandboxResult::End::kStopped:
+    case SandboxResult::End::kMachine: break;
   }
   const std::string current = more.current == nullptr ? std::string() : printable(more.current->get());
-  throw ImportError(name + ": reading it " + result.bytes + (current.empty() ? "" : ", in " + current));
+  const std::string words = brief(name + ": reading it " + result.bytes + (current.empty() ? "" : ", in " + current));
+  if (result.end == SandboxResult::End::kMachine) throw MachineError(words);
+  throw ImportError(words);
 }
 
 }  // namespace cab::scenes

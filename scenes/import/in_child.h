@@ -15,7 +15,7 @@ namespace cab::scenes {
 // name others: if the child is stopped, the parent can say in which.
 class CurrentFile {
  public:
-  // Empty. Throws std::system_error if there is no memory.
+  // Empty. Throws MachineError if there is no memory.
   CurrentFile();
   CurrentFile(const CurrentFile&) = delete;
   CurrentFile& operator=(const CurrentFile&) = delete;
@@ -38,7 +38,8 @@ struct ChildFiles {
 
 // What `read`, which reads the file at `path`, returns in a child process. The child can open only that file,
 // more.other, what is below their folders, and more.readable. What `read` throws comes back as an ImportError. If the
-// child crashes, breaks a limit or cannot be made, an ImportError says so, with the files' names.
+// child crashes or breaks a limit, an ImportError says so, with the files' names; a MachineError if the machine stopped
+// the child or has none.
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
                                const std::function<std::string()>& read, const ChildFiles& more);
 

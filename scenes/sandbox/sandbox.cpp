@@ -7,6 +7,7 @@
 #include <linux/landlock.h>
 #include <linux/seccomp.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -17,9 +18,10 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
-#include <fstream>
+#include <iterator>
 #include <new>
 #include <optional>
 #include <system_error>
@@ -40,10 +42,11 @@ constexpr bool kHasShadow = false;
 #endif
 
 // What the child writes: one of these, the number of bytes as std::uint64_t, and the bytes.
-enum class Message : char { kPayload = 'P', kRefused = 'R', kNoMemory = 'M' };
+enum class Message : char { kPayload = 'P', kRefused = 'R', kNoMemory = 'M', kMachineMemory = 'L' };
 constexpr std::size_t kHeaderBytes = 1 + sizeof(std::uint64_t);
 constexpr int kResultDescriptor = 3;  // in the child, after standard input, output and error
 constexpr rlim_t kOpenFiles = 64;     // a file, the files that it names, and what libraries keep open
+constexpr int kNoStart = 125;         // exit code of a child that could not begin, or could not hand over its result
 
 // Closes a descriptor when it goes.
 class Descriptor {
@@ -68,7 +71,7 @@ void write_all(const char* bytes, std::size_t size) {
   while (size > 0) {
     const ssize_t written = write(kResultDescriptor, bytes, size);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) _exit(1);
+    if (written <= 0) _exit(kNoStart);
     bytes += written;
     size -= static_cast<std::size_t>(written);
   }
@@ -83,7 +86,31 @@ void write_all(const char* bytes, std::size_t size) {
   _exit(0);
 }
 
-[[noreturn]] void out_of_memory() { send_and_exit(Message::kNoMemory, nullptr, 0); }
+// The address space that this process may have, and /proc/self/statm, which it cannot open any more; 0 and -1: unknown.
+std::size_t allowed_bytes = 0;
+int statm = -1;
+
+// Pages of this process that are mapped, times their size; 0 if that is unknown. Allocates nothing.
+std::size_t bytes_in(int descriptor) {
+  char text[32] = {};
+  if (pread(descriptor, text, sizeof text - 1, 0) <= 0) return 0;
+  return std::strtoull(text, nullptr, 10) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+// Whether the machine refuses this process what is left to its limit. If not, the work asked for more than that.
+bool is_short_of_memory() {
+  constexpr std::size_t kSlack = std::size_t{16} << 20;  // for what is mapped in between, such as stacks
+  const std::size_t mapped = bytes_in(statm);
+  if (mapped == 0 || mapped + kSlack >= allowed_bytes) return false;
+  const std::size_t left = allowed_bytes - mapped - kSlack;
+  void* const probe = mmap(nullptr, left, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (probe != MAP_FAILED) munmap(probe, left);
+  return probe == MAP_FAILED;
+}
+
+[[noreturn]] void out_of_memory() {
+  send_and_exit(is_short_of_memory() ? Message::kMachineMemory : Message::kNoMemory, nullptr, 0);
+}
 
 // `beyond` is how far the hard limit, which ends the process without a name for the reason, is above the soft one.
 void limit(__rlimit_resource_t resource, rlim_t most, rlim_t beyond = 0) {
@@ -94,16 +121,17 @@ void limit(__rlimit_resource_t resource, rlim_t most, rlim_t beyond = 0) {
   setrlimit(resource, &now);
 }
 
-// The address space of this process in bytes; empty without /proc.
-std::optional<std::size_t> mapped_bytes() {
-  std::size_t pages = 0;
-  if (!(std::ifstream("/proc/self/statm") >> pages)) return {};
-  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+// Without /proc memory is not limited.
+void limit_memory(std::size_t most) {
+  statm = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  const std::size_t mapped = bytes_in(statm);
+  if (!sandbox_limits_memory() || mapped == 0) return;
+  allowed_bytes = mapped + most;
+  limit(RLIMIT_AS, allowed_bytes);
 }
 
 void limit_resources(const SandboxLimits& limits) {
-  const std::optional<std::size_t> mapped = mapped_bytes();
-  if (sandbox_limits_memory() && mapped) limit(RLIMIT_AS, *mapped + limits.memory_bytes);
+  limit_memory(limits.memory_bytes);
   limit(RLIMIT_CPU, limits.cpu_seconds, 1);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 0);
@@ -222,9 +250,9 @@ void limit_calls() {}
 
 // Leaves standard input, output and error, which read and write nothing, and the result's descriptor.
 void keep_only(int result) {
-  if (dup2(result, kResultDescriptor) < 0) _exit(1);
+  if (dup2(result, kResultDescriptor) < 0) _exit(kNoStart);
   const int nothing = open("/dev/null", O_RDWR);
-  if (nothing < 0) _exit(1);
+  if (nothing < 0) _exit(kNoStart);
   dup2(nothing, STDIN_FILENO);
   dup2(nothing, STDOUT_FILENO);
   if (!kHasShadow) dup2(nothing, STDERR_FILENO);
@@ -236,7 +264,7 @@ void keep_only(int result) {
 [[noreturn]] void run_child(int result, pid_t parent, const SandboxLimits& limits,
                             const std::vector<std::string>& readable, const std::function<std::string()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);
+  if (getppid() != parent) _exit(kNoStart);
   // The handlers of the host program have no business here.
   for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGSEGV, SIGTERM, SIGALRM,
                            SIGXCPU, SIGXFSZ, SIGSYS})
@@ -286,11 +314,11 @@ Reading read_all(int descriptor, const SandboxLimits& limits, std::string& bytes
   }
 }
 
-// The exit status; 0 if the system gave it away, as it does where SIGCHLD is ignored.
-int wait_for(pid_t child) {
+// The exit status; empty if the system gave it away, as it does where SIGCHLD is ignored.
+std::optional<int> wait_for(pid_t child) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return 0;
+    if (errno != EINTR) return {};
   }
   return status;
 }
@@ -299,20 +327,37 @@ std::string mebibytes(std::size_t bytes) { return std::to_string(bytes >> 20) + 
 
 SandboxResult stopped(const std::string& reason) { return {SandboxResult::End::kStopped, reason}; }
 
-SandboxResult result_of(const std::string& bytes, int status, const SandboxLimits& limits) {
-  if (WIFSIGNALED(status)) {
-    if (WTERMSIG(status) == SIGXCPU)
+SandboxResult by_machine(const std::string& reason) { return {SandboxResult::End::kMachine, reason}; }
+
+// Signals that a process brings upon itself. All others come from outside.
+bool is_own_fault(int signal) {
+  constexpr int kOwn[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS, SIGXCPU, SIGXFSZ};
+  return std::find(std::begin(kOwn), std::end(kOwn), signal) != std::end(kOwn);
+}
+
+SandboxResult result_of(const std::string& bytes, std::optional<int> status, const SandboxLimits& limits) {
+  if (status && WIFSIGNALED(*status)) {
+    const int signal = WTERMSIG(*status);
+    if (signal == SIGXCPU)
       return stopped("took more than " + std::to_string(limits.cpu_seconds) + " s of processor time");
-    return stopped(std::string("crashed: ") + strsignal(WTERMSIG(status)));
+    if (is_own_fault(signal)) return stopped(std::string("crashed: ") + strsignal(signal));
+    return by_machine(std::string("was stopped from outside: ") + strsignal(signal) +
+                      (signal == SIGKILL ? ", as where the machine runs out of memory" : ""));
   }
   std::uint64_t count = 0;
   if (bytes.size() >= kHeaderBytes) std::memcpy(&count, bytes.data() + 1, sizeof count);
-  if (WEXITSTATUS(status) != 0 || bytes.size() < kHeaderBytes || count != bytes.size() - kHeaderBytes)
-    return stopped("ended without a result, with exit code " + std::to_string(WEXITSTATUS(status)));
+  const bool is_whole = bytes.size() >= kHeaderBytes && count == bytes.size() - kHeaderBytes;
+  if (!status && !is_whole) return by_machine("ended without a result, and the system does not say how");
+  const int code = status ? WEXITSTATUS(*status) : 0;
+  if (code == kNoStart) return by_machine("could not begin, or not hand over its result");
+  if (code != 0 || !is_whole) return stopped("ended without a result, with exit code " + std::to_string(code));
   switch (static_cast<Message>(bytes[0])) {
     case Message::kPayload: return {SandboxResult::End::kPayload, bytes.substr(kHeaderBytes)};
     case Message::kRefused: return {SandboxResult::End::kRefused, bytes.substr(kHeaderBytes)};
     case Message::kNoMemory: return stopped("needs more than " + mebibytes(limits.memory_bytes) + " of memory");
+    case Message::kMachineMemory:
+      return by_machine("ran out of memory: the machine gives less than the " + mebibytes(limits.memory_bytes) +
+                        " that it may take");
   }
   return stopped("gave a result of no known kind");
 }
@@ -348,9 +393,9 @@ SandboxResult run_sandboxed(const SandboxLimits& limits, const std::vector<std::
     throw;
   }
   if (reading_end != Reading::kEnded) kill(child, SIGKILL);
-  const int status = wait_for(child);
+  const std::optional<int> status = wait_for(child);
   switch (reading_end) {
-    case Reading::kTooLong: return stopped("took more than " + std::to_string(limits.wall_seconds) + " s");
+    case Reading::kTooLong: return by_machine("took more than " + std::to_string(limits.wall_seconds) + " s");
     case Reading::kTooMany: return stopped("gave a result of more than " + mebibytes(limits.payload_bytes));
     case Reading::kEnded: break;
   }

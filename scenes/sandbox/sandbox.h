@@ -21,6 +21,7 @@ struct SandboxResult {
     kPayload,  // bytes is what the work returned
     kRefused,  // the work threw a std::exception; bytes is its what()
     kStopped,  // the work crashed or broke a limit; bytes says which, such as "crashed: Segmentation fault"
+    kMachine,  // the machine, or who uses it, stopped the work; bytes says how. Another try may succeed
   };
   End end;
   std::string bytes;
@@ -28,7 +29,8 @@ struct SandboxResult {
 
 // Runs `work` in a child process and returns its result. The child is a copy of this process (fork). Whatever `work`
 // does to memory stays there. `readable` names files and folders; what does not exist is left out. Throws
-// std::system_error if there can be no child.
+// std::system_error if there can be no child. The end is kMachine after a signal from outside, such as SIGKILL of a
+// machine that runs out of memory, where the machine gives less memory than the limit, and after wall_seconds.
 //
 // The child has, on every Linux: the limits above, no descriptor of this process but the one for its result, nothing on
 // standard output and standard error, no right to write to files or to dump core, and its end when this process ends.

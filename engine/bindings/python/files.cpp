@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,11 +18,31 @@ namespace {
 
 std::vector<std::string> strings_of(Span<const char* const> strings) { return {strings.begin(), strings.end()}; }
 
+// A text of any bytes: what is no UTF-8 is shown as a replacement character.
+py::str text_of(const char* words) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeUTF8(words, static_cast<py::ssize_t>(std::strlen(words)), "replace"));
+}
+
 // Raises cab.FileError.
-[[noreturn]] void raise_file(const char* words) {
-  const py::object type = py::module_::import("cab._errors").attr("FileError");
-  PyErr_SetString(type.ptr(), words);
+[[noreturn]] void raise_file(const char* words, bool is_machine) {
+  const py::object error = py::module_::import("cab._errors").attr("FileError")(text_of(words), is_machine);
+  PyErr_SetObject(py::type::handle_of(error).ptr(), error.ptr());
   throw py::error_already_set();
+}
+
+// The paths of the files that a motion file is read with.
+py::list companion_files(const std::string& path) {
+  files::Companions companions;
+  bool loaded = false;
+  {
+    const py::gil_scoped_release release;
+    loaded = companions.load(path.c_str());
+  }
+  if (!loaded) raise_file(companions.error(), companions.is_machine());
+  py::list list;
+  for (const char* const file : companions.paths()) list.append(py::bytes(file));
+  return list;
 }
 
 const char* or_null(const std::optional<std::string>& text) { return text ? text->c_str() : nullptr; }
@@ -45,7 +66,7 @@ py::tuple load_motion(const std::string& path, double metres_per_unit, const std
     const py::gil_scoped_release release;
     loaded = motion.load(path.c_str(), options);
   }
-  if (!loaded) raise_file(motion.error());
+  if (!loaded) raise_file(motion.error(), motion.is_machine());
   const auto frames = static_cast<py::ssize_t>(motion.frame_count());
   const auto links = static_cast<py::ssize_t>(motion.link_names().size);
   return py::make_tuple(std::make_unique<BodyData>(motion.desc()), strings_of(motion.link_names()),
@@ -75,7 +96,7 @@ std::unique_ptr<files::Robot> load_robot(const std::string& path,
     const py::gil_scoped_release release;
     loaded = robot->load(path.c_str(), options);
   }
-  if (!loaded) raise_file(robot->error());
+  if (!loaded) raise_file(robot->error(), robot->is_machine());
   return robot;
 }
 
@@ -105,6 +126,8 @@ py::array random_states(const files::Robot& robot, std::size_t count, std::uint6
 
 void bind_files(py::module_& module) {
   module.attr("reads_files") = true;
+  module.attr("max_file_bytes") = files::max_file_bytes();
+  module.def("companion_files", &companion_files);
   module.def("load_motion", &load_motion);
   py::class_<files::Robot>(module, "RobotData")
       .def_property_readonly("body", [](const files::Robot& robot) { return std::make_unique<BodyData>(robot.desc()); })

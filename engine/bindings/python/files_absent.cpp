@@ -3,6 +3,9 @@
 
 namespace cab::python {
 
-void bind_files(pybind11::module_& module) { module.attr("reads_files") = false; }
+void bind_files(pybind11::module_& module) {
+  module.attr("reads_files") = false;
+  module.attr("max_file_bytes") = 0;
+}
 
 }  // namespace cab::python

@@ -1,7 +1,10 @@
 """`python3 -m cab_scan`: looks for what it needs, then runs the command."""
 
 import importlib.util
+import os
 import sys
+
+from . import stopping
 
 _HOW_TO_GET = {
     "numpy": "Debian: python3-numpy",
@@ -13,6 +16,11 @@ _HOW_TO_GET = {
 
 def main() -> int:
     """The exit code of the command, or 1 if a package is missing."""
+    stopping.begin()
+    _leave_current_folder()
+    installed = os.environ.get("CAB_PYTHON_MODULE")  # where the command was installed with the module cab
+    if installed and importlib.util.find_spec("cab") is None:
+        sys.path.append(installed)
     missing = [name for name in _HOW_TO_GET if importlib.util.find_spec(name) is None]
     for name in missing:
         print(f"cab scan: {sys.executable} has no module {name} ({_HOW_TO_GET[name]})", file=sys.stderr)
@@ -21,7 +29,27 @@ def main() -> int:
         return 1
     from .command import run
 
-    return run(sys.argv[1:])
+    code = run(sys.argv[1:])
+    if code == stopping.CODE:
+        stopping.end()
+    stopping.ignore()
+    return code
+
+
+def _leave_current_folder() -> None:
+    """Begins anew if modules may come from the current folder, which a stranger may have filled.
+
+    Python before 3.11 knows no PYTHONSAFEPATH. Its option -I does the same, and the processes of workers inherit it.
+    """
+    if getattr(sys.flags, "safe_path", False) or sys.flags.isolated:
+        return
+    path = [place for place in sys.path if place]
+    given = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    if path and path[0] == os.getcwd() and path[0] not in given:  # -m put it there
+        del path[0]
+    begin = f"import sys; sys.path[:] = {path!r}; from cab_scan.__main__ import main; sys.exit(main())"
+    flags = ["-I", "-B"] if sys.dont_write_bytecode else ["-I"]
+    os.execv(sys.executable, [sys.executable, *flags, "-c", begin, *sys.argv[1:]])
 
 
 if __name__ == "__main__":

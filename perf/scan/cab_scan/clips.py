@@ -8,6 +8,7 @@ import numpy as np
 from .clock import core_seconds
 from .contacts import Summary, chunk_frames
 from .policies import policies_of
+from .printable import table_text
 from .sequences import Sequence, load
 from .work import PAIRS, Item, Row
 
@@ -74,7 +75,7 @@ def _ignoring(sequence: Sequence, hops: int) -> Sequence:
 def _row(item: Item, policies: str, chunks: _Chunks, load_seconds: float) -> Row:
     start = core_seconds()
     characters = chunks.characters
-    row = Row(item.key(policies), sequence=characters[0].name)
+    row = Row(item.key(policies), sequence=table_text(characters[0].name))
     summary = Summary(characters[0].fps, item.test.gap, item.test.intervals)
     chunks.run(summary, item, policies)
     row.frames = chunks.frames

@@ -1,18 +1,23 @@
 # mypy: allow-untyped-calls
 """Dask: workers of this machine or of a cluster that is there, and items that go to them until each has rows."""
 
+import asyncio
 import collections
+import concurrent.futures
 import contextlib
 import itertools
 import logging
-import signal
+import shutil
+import socket
 import tempfile
-from types import FrameType
 from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
+from urllib.parse import urlsplit
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, TimeoutError, WorkerPlugin, wait
+from distributed import Client, Future, KilledWorker, LocalCluster, Security, TimeoutError, wait
+from distributed.utils import LoopRunner
 
+from . import stopping
 from .progress import Progress
 from .tasks import error_row, run_items
 from .versions import Versions, describe, difference
@@ -25,61 +30,94 @@ _TASKS_PER_WORKER = 3
 # So many workers of this machine may die with a task before Dask gives it back.
 _ALLOWED_DEATHS = 2
 _LAST_WAIT_SECONDS = 10
+# In which a scheduler that is there answers.
+_ANSWER_SECONDS = 5
 
 
 class ClusterError(Exception):
     """There are no workers, or they are not those that are wanted."""
 
 
-class Stopped(Exception):
-    """The user wants no more."""
-
-
-class _IgnoreInterrupts(WorkerPlugin):
-    """On workers of this machine, those too that replace others: what the terminal sends to all is for the client."""
-
-    def setup(self, worker: Any) -> None:
-        with contextlib.suppress(ValueError):  # not the main thread
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 @contextlib.contextmanager
 def local_workers(count: int, memory: str) -> Iterator[Client]:
-    """Processes of this machine, each with one thread and bounded memory. One that dies is replaced."""
+    """Processes of this machine, each with one thread and bounded memory. One that dies is replaced.
+
+    They, the scheduler and this process know each other by certificates of their own, since all users of a machine
+    reach its ports, and what comes through them is run.
+    """
     settings = {
         "distributed.scheduler.allowed-failures": _ALLOWED_DEATHS - 1,
         "distributed.worker.profile.enabled": False,
         "distributed.comm.retry.count": 3,
         "distributed.admin.tick.limit": "1h",
+        # Their web servers, which know no certificates, serve nothing.
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
     }
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # workers inherit it
     try:
-        with dask.config.set(settings):
-            with LocalCluster(
-                n_workers=count, threads_per_worker=1, processes=True, memory_limit=memory, dashboard_address=None,
-                silence_logs=logging.CRITICAL, extensions={}, local_directory=tempfile.gettempdir(),
-            ) as cluster, Client(cluster) as client:
-                client.register_worker_plugin(_IgnoreInterrupts())
-                signal.signal(signal.SIGINT, before)
-                try:
-                    yield client
-                finally:
-                    # One that is being replaced would end with a traceback if the cluster closed now.
-                    with contextlib.suppress(TimeoutError):
-                        client.wait_for_workers(count, timeout=_LAST_WAIT_SECONDS)
-    finally:
-        signal.signal(signal.SIGINT, before)
+        security = Security.temporary()
+    except ImportError as error:
+        raise ClusterError("Python has no module cryptography (Debian: python3-cryptography) for workers") from error
+    folder = tempfile.mkdtemp(prefix="cab-scan-")
+    loop = LoopRunner()
+    stopping.without_interrupts(loop.start)
+    with stopping.cleaning(lambda: shutil.rmtree(folder, ignore_errors=True)), dask.config.set(settings):
+        cluster = LocalCluster(
+            n_workers=count, threads_per_worker=1, processes=True, memory_limit=memory, dashboard_address=None,
+            silence_logs=logging.CRITICAL, extensions={}, local_directory=folder, security=security, loop=loop.loop,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+        )
+        client = Client(cluster)
+        try:
+            yield client
+        except KeyboardInterrupt:
+            raise  # `stopping.end` ends the workers, without waiting for what they do
+        except BaseException:
+            _close(client, cluster, count)
+            raise
+        _close(client, cluster, count)
+        loop.stop()
+
+
+def _close(client: Client, cluster: LocalCluster, count: int) -> None:
+    # A worker that is being replaced would end with a traceback if the cluster closed now.
+    with contextlib.suppress(TimeoutError):
+        client.wait_for_workers(count, timeout=_LAST_WAIT_SECONDS)
+    client.close()
+    cluster.close()
 
 
 @contextlib.contextmanager
 def workers_of(address: str) -> Iterator[Client]:
-    """The workers of a scheduler."""
+    """The workers of a scheduler. Certificates for tls:// are those of Dask's configuration."""
+    _check_port(address)
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # the one line below says it
     try:
-        client = Client(address, timeout=10)
-    except (OSError, ValueError) as error:
-        raise ClusterError(f"--scheduler {address}: {error or 'it does not answer'}") from error
+        client = Client(address, timeout=_ANSWER_SECONDS)
+    except Exception as error:
+        why = str(error) or "it does not answer"
+        if address.startswith("tls://"):
+            why += "; Dask's configuration distributed.comm.tls has the certificates"
+        elif isinstance(error, (OSError, TimeoutError)):
+            why = "no Dask scheduler answers there; if it wants certificates, its address begins with tls://"
+        raise ClusterError(f"--scheduler {address}: {' '.join(why.split())}") from error
     with client:
         yield client
+
+
+def _check_port(address: str) -> None:
+    # Dask tries for many seconds, and its message does not say why.
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    try:
+        host, port = parts.hostname, parts.port
+        if parts.scheme not in ("tcp", "tls"):
+            return  # Dask knows what it means
+        if not host or not port:
+            raise ClusterError(f"--scheduler {address}: tcp://HOST:PORT or tls://HOST:PORT is wanted")
+        socket.create_connection((host, port), timeout=_ANSWER_SECONDS).close()
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise ClusterError(f"--scheduler {address}: {why}") from error
 
 
 def check_versions(client: Client) -> None:
@@ -128,11 +166,6 @@ class Dispatcher:
         self._running: Dict[Future, List[Item]] = {}
         self._suspects: Deque[Item] = collections.deque()
         self._numbers = itertools.count()
-        self._stop = False
-
-    def stop(self, _signal: int, _frame: Optional[FrameType]) -> None:
-        """For a signal: no more tasks begin, and `run` raises Stopped."""
-        self._stop = True
 
     def run(self, items: Sequence[Item]) -> None:
         """Until each item has its rows."""
@@ -157,12 +190,10 @@ class Dispatcher:
         self._running[future] = task
 
     def _collect(self) -> None:
-        # Waits a second at most, so that the line of progress lives and a signal counts.
+        # Waits a second at most, so that the line of progress lives.
         with contextlib.suppress(TimeoutError):
             wait(list(self._running), timeout=1, return_when="FIRST_COMPLETED")
         self._progress.draw()
-        if self._stop:
-            raise Stopped()
         if self._client.status != "running":
             raise ClusterError("the scheduler is gone")
         for future in [future for future in self._running if future.done()]:
@@ -185,29 +216,29 @@ class Dispatcher:
     def _blame(self, item: Item) -> None:
         # The item was alone each time that its worker died.
         self._suspects.popleft()
-        words = "its worker died each time: out of memory, or the parser crashed"
+        words = "its worker died each time: out of memory, a crash, or a loader that ended the process"
         self._finished([error_row(item, policies, LOST, words) for policies in item.policies])
         self._progress.advance(item.size)
 
 
 def dispatch(client: Client, items: Sequence[Item], finished: Callable[[List[Row]], None]) -> None:
-    """Runs items to their end, with a line of progress. Ctrl-C and SIGTERM end it between two tasks: Stopped."""
+    """Runs items to their end, with a line of progress."""
     progress = Progress(sum(item.size for item in items))
-    dispatcher = Dispatcher(client, finished, progress)
-    before = {number: signal.signal(number, dispatcher.stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        dispatcher.run(items)
+        Dispatcher(client, finished, progress).run(items)
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
         progress.close()
 
 
 def _report_of(future: Future) -> Optional[Report]:
-    # None if the worker died, or the task was lost with it.
-    if future.status == "finished":
+    # None if the worker died, or the task was lost with it. A task that is finished may run again: until its rows are
+    # fetched they are on its worker.
+    if future.status not in ("finished", "error"):
+        return None
+    try:
         report: Report = future.result()
         return report
-    if future.status == "error" and not isinstance(future.exception(), KilledWorker):
-        raise ClusterError(f"a task failed: {future.exception()}")
-    return None
+    except (KilledWorker, asyncio.CancelledError, concurrent.futures.CancelledError, OSError):
+        return None
+    except Exception as error:
+        raise ClusterError(f"a task failed: {error or type(error).__name__}") from error

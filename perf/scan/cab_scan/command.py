@@ -9,26 +9,28 @@ from typing import Iterator, List, Optional, Sequence
 import cab
 from distributed import Client
 
-from . import cluster, corpus, export, options, plan, policies, robot_scan, summary
+from . import cluster, corpus, export, options, outputs, plan, policies, robot_scan, stopping, summary
+from .printable import tell
 from .sequences import LoaderError, loader_sha256
 from .table import Table, TableError
 from .work import PAIRS, RECORDING, SELF, TestOptions
-
-_STOPPED = 130
-
 
 def run(words: Optional[Sequence[str]]) -> int:
     """The exit code: 0, 1 for bad files and what else is told, 2 for wrong use, 130 when stopped."""
     chosen = options.parse(words, cab.__version__)
     try:
         return _scan(chosen)
+    except outputs.OutputError as error:
+        tell(f"cab scan: {error}", sys.stderr)
+        return 2
     except (corpus.CorpusError, LoaderError, TableError, cluster.ClusterError) as error:
-        print(f"cab scan: {error}", file=sys.stderr)
+        tell(f"cab scan: {error}", sys.stderr)
     except OSError as error:
-        print(f"cab scan: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
-    except (cluster.Stopped, KeyboardInterrupt):
-        print(f"cab scan: stopped; what is done is in {chosen.table}, and the same command goes on", file=sys.stderr)
-        return _STOPPED
+        name = f"{os.fsdecode(error.filename)}: " if error.filename else ""
+        tell(f"cab scan: {name}{error.strerror or error or type(error).__name__}", sys.stderr)
+    except KeyboardInterrupt:
+        tell(f"cab scan: stopped; what is done is in {chosen.table}, and the same command goes on", sys.stderr)
+        return stopping.CODE
     return 1
 
 
@@ -44,10 +46,13 @@ def _scan(chosen: argparse.Namespace) -> int:
     entries = found.entries
     if chosen.what == "pairs":
         entries = _pairs(entries, chosen.pattern)
-    for problem in found.problems:
-        print(f"cab scan: {problem}", file=sys.stderr)
+    for problem in (*found.notes, *found.problems):
+        tell(f"cab scan: {problem}", sys.stderr)
     if not entries:
         raise corpus.CorpusError("there is nothing to scan")
+    written = export.csv_files(options.csv_path(chosen))
+    outputs.check(chosen.table, written, [*found.read, *chosen.lists, *_given_files(chosen)])
+    stopping.raise_from_now_on()
     with contextlib.closing(Table(chosen.table)) as table:
         if chosen.what == "robot":
             scan = robot_scan.RobotScan(chosen, [entry.source for entry in entries], texts[0], table)
@@ -55,9 +60,13 @@ def _scan(chosen: argparse.Namespace) -> int:
                 scan.run(client)
         else:
             _scan_files(chosen, entries, texts, table)
-        written = export.write_csv_files(table, options.csv_path(chosen))
+        export.write_csv_files(table, written)
         has_errors = summary.tell(table, written, chosen.what)
     return 1 if has_errors or found.problems else 0
+
+
+def _given_files(chosen: argparse.Namespace) -> List[str]:
+    return [path for path in (getattr(chosen, "srdf", ""), getattr(chosen, "motion", "")) if path]
 
 
 def _policies(chosen: argparse.Namespace) -> List[cab.Policies]:

@@ -1,6 +1,6 @@
 """A corpus of any size from a few files: copies that begin at another frame and stand elsewhere.
 
-    python3 -m cab_scan.copies FOLDER --count 2000 > list.csv
+    python3 -P -m cab_scan.copies FOLDER --count 2000 > list.csv
     cab scan self --list list.csv --loader cab_scan.copies:load
 
 Each copy reads its file anew, as a corpus on disk would. The frame and the place come from the number of the copy.
@@ -16,6 +16,7 @@ from typing import Iterator
 import numpy as np
 
 from .corpus import MOTION_SUFFIXES, READERS, find, with_options
+from .printable import tell
 from .sequences import Request, Sequence, load_file
 from .work import FileOptions
 
@@ -40,8 +41,8 @@ def main() -> int:
     parser.add_argument("--units", metavar="METRES", default="", help="length unit of files without cab-scan.csv")
     chosen = parser.parse_args()
     files = find(chosen.paths, [], "", with_options(FileOptions(), {"units": chosen.units}, ""), MOTION_SUFFIXES)
-    for problem in files.problems:
-        print(f"cab_scan.copies: {problem}", file=sys.stderr)
+    for problem in (*files.notes, *files.problems):
+        tell(f"cab_scan.copies: {problem}", sys.stderr)
     if not files.entries:
         return 1
     writer = csv.DictWriter(sys.stdout, ["path", "part", *READERS], restval="", lineterminator="\n")

@@ -3,13 +3,15 @@
 import csv
 import dataclasses
 import fnmatch
-import functools
 import glob
+import io
 import itertools
 import os
 import re
-from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
+from .printable import table_text
+from .reading import RefusedError, bytes_of
 from .work import FileOptions, Source
 
 # What is taken from a folder. A file that is named itself is always taken.
@@ -18,6 +20,7 @@ MOTION_SUFFIXES = frozenset(
 )
 RECORDING_SUFFIXES = frozenset([".cab"])
 FOLDER_FILE = "cab-scan.csv"
+_MOST_LIST_BYTES = 1 << 28
 
 
 class CorpusError(ValueError):
@@ -33,10 +36,12 @@ class Entry(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The files, in order and each once, and what was not found."""
+    """The files, in order and each once; what was not found; what the files cab-scan.csv say; and all that is read."""
 
     entries: List[Entry]
     problems: List[str]
+    notes: List[str]
+    read: List[str]
 
 
 def find(
@@ -44,21 +49,34 @@ def find(
 ) -> Found:
     """All files of folders (and those below), globs, names and list files. Names in the table are relative to a root.
 
-    A file of a folder has the options of the files cab-scan.csv above it; a list has those of its columns.
+    A file of a folder has the options of the files cab-scan.csv above it, up to PATH or the root; a list has those of
+    its columns.
     """
     entries: List[Entry] = []
     problems: List[str] = []
+    folders = _FolderFiles()
     for path in paths:
         files = list(_files_of(path, frozenset(suffixes)))
         if not files:
             problems.append(f"{path}: {_why_nothing(path)}")
-        entries.extend(Entry(_source(file, root, _folder_options(file, options)), None, "") for file in files)
+        for file, top in files:
+            read = folders.options_of(os.path.abspath(file), _higher(os.path.abspath(top), root, file), options)
+            entries.append(Entry(_source(file, root, read), None, ""))
     for name in lists:
         entries.extend(_read_list(name, root, options))
     unique: Dict[Tuple[str, str, str], Entry] = {}
     for entry in entries:
         unique.setdefault((entry.source.name, entry.other.name if entry.other else "", entry.part), entry)
-    return Found([unique[key] for key in sorted(unique)], problems)
+    sources = [source for entry in entries for source in (entry.source, entry.other) if source]
+    read_files = [path for source in sources for path in (source.path, source.options.motion) if path]
+    return Found([unique[key] for key in sorted(unique)], problems, folders.notes(), [*read_files, *folders.files()])
+
+
+def _higher(top: str, root: str, file: str) -> str:
+    # The root, if the file is below it and it is above the top.
+    if root and os.path.commonpath([root, os.path.abspath(file)]) == root and len(root) < len(top):
+        return root
+    return top
 
 
 def _why_nothing(path: str) -> str:
@@ -67,17 +85,18 @@ def _why_nothing(path: str) -> str:
     return "nothing is there" if not glob.has_magic(path) else "no file has such a name"
 
 
-def _files_of(path: str, suffixes: "frozenset[str]") -> Iterator[str]:
+def _files_of(path: str, suffixes: "frozenset[str]") -> Iterator[Tuple[str, str]]:
+    # Each with the highest folder that the path names.
     if os.path.isdir(path):
-        yield from _files_below(path, suffixes)
+        yield from ((file, path) for file in _files_below(path, suffixes))
     elif os.path.exists(path):
-        yield path
+        yield path, os.path.dirname(path)
     elif glob.has_magic(path):
+        top = os.path.dirname(path)
+        while glob.has_magic(top):
+            top = os.path.dirname(top)
         for match in sorted(glob.glob(path, recursive=True)):
-            if os.path.isdir(match):
-                yield from _files_below(match, suffixes)
-            else:
-                yield match
+            yield from ((file, top) for file in (_files_below(match, suffixes) if os.path.isdir(match) else [match]))
 
 
 def _files_below(folder: str, suffixes: "frozenset[str]") -> Iterator[str]:
@@ -97,11 +116,11 @@ def _source(path: str, root: str, options: FileOptions) -> Source:
     name = os.path.relpath(full, root) if root else os.path.normpath(path)
     try:
         size = os.stat(full).st_size
-    except OSError:
+    except (OSError, ValueError):
         size = 0  # the worker says what is wrong
     if options.motion:
         options = dataclasses.replace(options, motion=os.path.abspath(options.motion))
-    return Source(os.fsencode(name).decode("utf-8", "backslashreplace"), full, options, size)
+    return Source(table_text(name), full, options, size)
 
 
 # ---------------------------------------------------------------------------------------------------- options of files
@@ -142,29 +161,36 @@ class _Line(NamedTuple):
     values: Dict[str, str]
 
 
-def _read_csv(path: str, more: Iterable[str]) -> List[_Line]:
-    # The lines of a CSV file whose first line names columns, among them `path`.
+def _read_csv(path: str, text: str, more: Iterable[str]) -> List[_Line]:
+    # The lines of a CSV text whose first line names columns, among them `path`.
     allowed = {"path", *READERS, *more}
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, strict=True)
-            columns = [column.strip() for column in reader.fieldnames or []]
-            if "path" not in columns:
-                raise CorpusError(f"{path}: line 1: the column path is missing")
-            for column in columns:
-                if column not in allowed:
-                    raise CorpusError(f"{path}: line 1: {column!r} is none of the columns {', '.join(sorted(allowed))}")
-            reader.fieldnames = columns
-            lines = []
-            for line in reader:
-                if None in line or None in line.values() or not line["path"].strip():
-                    raise CorpusError(f"{path}: line {reader.line_num}: {len(columns)} fields with a path are wanted")
-                lines.append(_Line(reader.line_num, {name: text.strip() for name, text in line.items()}))
-            return lines
+        reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
+        columns = [column.strip() for column in reader.fieldnames or []]
+        if "path" not in columns:
+            raise CorpusError(f"{path}: line 1: the column path is missing")
+        for column in columns:
+            if column not in allowed:
+                raise CorpusError(f"{path}: line 1: {column!r} is none of the columns {', '.join(sorted(allowed))}")
+        reader.fieldnames = columns
+        lines = []
+        for line in reader:
+            if None in line or None in line.values() or not line["path"].strip():
+                raise CorpusError(f"{path}: line {reader.line_num}: {len(columns)} fields with a path are wanted")
+            lines.append(_Line(reader.line_num, {name: value.strip() for name, value in line.items()}))
+        return lines
+    except csv.Error as error:
+        raise CorpusError(f"{path}: {error}") from error
+
+
+def _text_of(path: str) -> str:
+    # Paths may have any bytes.
+    try:
+        return bytes_of(path, _MOST_LIST_BYTES).decode("utf-8-sig", "surrogateescape")
+    except RefusedError as error:
+        raise CorpusError(str(error)) from error
     except OSError as error:
         raise CorpusError(f"{path}: {error.strerror}") from error
-    except (csv.Error, UnicodeDecodeError) as error:
-        raise CorpusError(f"{path}: {error}") from error
 
 
 def _read_list(path: str, root: str, options: FileOptions) -> Iterator[Entry]:
@@ -186,41 +212,94 @@ def _read_list(path: str, root: str, options: FileOptions) -> Iterator[Entry]:
 
 
 def _lines_of_list(path: str) -> List[_Line]:
-    try:
-        with open(path, encoding="utf-8-sig") as file:
-            head = [name.strip() for name in file.readline().rstrip("\n").split(",")]
-            if "path" in head:
-                return _read_csv(path, ("other", "other_units", "part"))
-            file.seek(0)
-            lines = enumerate((line.strip() for line in file), 1)
-            return [_Line(number, {"path": text}) for number, text in lines if text and not text.startswith("#")]
-    except OSError as error:
-        raise CorpusError(f"{path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise CorpusError(f"{path}: {error}") from error
+    text = _text_of(path)
+    lines = io.StringIO(text, newline=None).readlines()
+    if lines and "path" in [name.strip() for name in lines[0].split(",")]:
+        return _read_csv(path, text, ("other", "other_units", "part"))
+    numbered = enumerate((line.strip() for line in lines), 1)
+    return [_Line(number, {"path": line}) for number, line in numbered if line and not line.startswith("#")]
 
 
-def _folder_options(path: str, options: FileOptions) -> FileOptions:
-    # Of the files cab-scan.csv above a file the nearest has the last word, and in each the last line that matches.
-    folder, _ = os.path.split(os.path.abspath(path))
-    above = [folder]
+class _FolderFiles:
+    """The files cab-scan.csv above the files of a scan: what they set, and why some do not count.
+
+    They change what a scan finds. So those alone count that are of this user, of the owner of the file that they are
+    about, or of root, and none above what the command line names: in a folder for all, anybody may leave one.
+    """
+
+    def __init__(self) -> None:
+        self._owners: Dict[str, Set[int]] = {}  # by their names; none of a file that is not there
+        self._read: Dict[str, List[_Line]] = {}
+        self._left: Dict[str, str] = {}  # by their names, why they do not count
+        self._used: Dict[Tuple[str, int, str], int] = {}  # by name, line and what it sets: for how many files
+
+    def options_of(self, path: str, top: str, options: FileOptions) -> FileOptions:
+        """Of a file with an absolute path. The nearest folder has the last word, in each the last line that matches."""
+        for place in reversed(_folders_above(path)):
+            where = os.path.join(place, FOLDER_FILE)
+            if not self._counts(where, len(place) < len(top), path):
+                continue
+            if where not in self._read:
+                self._read[where] = _read_csv(where, _text_of(where), ())
+            for line in self._read[where]:
+                if fnmatch.fnmatchcase(os.path.relpath(path, place), line.values["path"]):
+                    options = self._changed(where, line, place, options)
+        return options
+
+    def _counts(self, where: str, is_above: bool, path: str) -> bool:
+        if where not in self._owners:
+            try:
+                self._owners[where] = {os.lstat(where).st_uid, os.stat(where).st_uid}
+            except OSError:
+                self._owners[where] = set()
+        owners = self._owners[where]
+        if is_above and owners:
+            self._left[where] = "it is above what is scanned; with --root at its folder it counts"
+        elif not owners <= {os.geteuid(), 0, _owner_of(path)}:
+            self._left[where] = "it is of another user"
+        else:
+            return bool(owners)
+        return False
+
+    def _changed(self, where: str, line: _Line, place: str, options: FileOptions) -> FileOptions:
+        values = {name: text for name, text in line.values.items() if text and name != "path"}
+        try:
+            motion = os.path.normpath(values.get("motion", ""))
+            if os.path.isabs(motion) or motion.split(os.sep)[0] == os.pardir:
+                raise ValueError("motion must be below the folder of this file; a --list may name any")
+            options = with_options(options, values, place)
+        except ValueError as error:
+            raise CorpusError(f"{where}: line {line.number}: {error}") from error
+        if values:
+            key = (where, line.number, ", ".join(f"{name}={text}" for name, text in values.items()))
+            self._used[key] = self._used.get(key, 0) + 1
+        return options
+
+    def notes(self) -> List[str]:
+        """A line for each line that set something, and for each file that does not count."""
+        used = [
+            f"{where}: line {line} sets {what} for {count} file{'' if count == 1 else 's'}"
+            for (where, line, what), count in sorted(self._used.items())
+        ]
+        return used + [f"{where} is not read: {why}" for where, why in sorted(self._left.items())]
+
+    def files(self) -> List[str]:
+        """Those that were read."""
+        return list(self._read)
+
+
+def _folders_above(path: str) -> List[str]:
+    above = [os.path.dirname(path)]
     while os.path.dirname(above[-1]) != above[-1]:
         above.append(os.path.dirname(above[-1]))
-    for place in reversed(above):
-        for line in _folder_file(place):
-            if fnmatch.fnmatchcase(os.path.relpath(os.path.abspath(path), place), line.values["path"]):
-                try:
-                    options = with_options(options, line.values, place)
-                except ValueError as error:
-                    where = os.path.join(place, FOLDER_FILE)
-                    raise CorpusError(f"{where}: line {line.number}: {error}") from error
-    return options
+    return above
 
 
-@functools.lru_cache(maxsize=None)
-def _folder_file(folder: str) -> Tuple[_Line, ...]:
-    path = os.path.join(folder, FOLDER_FILE)
-    return tuple(_read_csv(path, ())) if os.path.isfile(path) else ()
+def _owner_of(path: str) -> int:
+    try:
+        return os.stat(path).st_uid
+    except (OSError, ValueError):
+        return os.geteuid()
 
 
 # --------------------------------------------------------------------------------------------------------------- pairs

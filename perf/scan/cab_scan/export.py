@@ -6,27 +6,25 @@ import os
 import tempfile
 from typing import Any, Iterable, List, Sequence
 
+from .printable import csv_cell
 from .table import CONTACT_COLUMNS, COST_COLUMNS, KEY_COLUMNS, PAIR_COLUMNS, RESULT_COLUMNS, Table
 
 
-def write_csv_files(table: Table, path: str) -> List[str]:
-    """Writes the rows to a file, and contacts and pairs beside it, each if there are any. Returns their names.
-
-    Raises OSError that names the file.
-    """
+def csv_files(path: str) -> List[str]:
+    """The names of the three files, by that of the rows: for rows, contacts and pairs."""
     stem = path[:-4] if path.endswith(".csv") else path
+    return [path, f"{stem}.contacts.csv", f"{stem}.pairs.csv"]
+
+
+def write_csv_files(table: Table, paths: Sequence[str]) -> None:
+    """Writes rows, contacts and pairs. Raises OSError that names the file."""
     columns = (*KEY_COLUMNS, *RESULT_COLUMNS, *COST_COLUMNS)
-    numbered = ((number, *row) for number, row in enumerate(table.rows(columns), 1))
-    written = [_write(path, ("row", *columns), numbered)]
-    for name, head, rows in (
-        (f"{stem}.contacts.csv", ("row", "file", *CONTACT_COLUMNS), table.contacts()),
-        (f"{stem}.pairs.csv", PAIR_COLUMNS, table.pairs()),
-    ):
-        written.append(_write(name, head, rows))
-    return written
+    _write(paths[0], ("row", *columns), ((number, *row) for number, row in enumerate(table.rows(columns), 1)))
+    _write(paths[1], ("row", "file", *CONTACT_COLUMNS), table.contacts())
+    _write(paths[2], PAIR_COLUMNS, table.pairs())
 
 
-def _write(path: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+def _write(path: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     folder = os.path.dirname(path) or "."
     try:
         handle, temporary = tempfile.mkstemp(prefix=".cab-scan-", dir=folder)
@@ -34,7 +32,7 @@ def _write(path: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
             with open(handle, "w", newline="", encoding="utf-8", errors="surrogateescape") as file:
                 writer = csv.writer(file, lineterminator="\n")
                 writer.writerow(columns)
-                writer.writerows(rows)
+                writer.writerows(map(csv_cell, row) for row in rows)
                 file.flush()
                 os.fsync(file.fileno())
             os.chmod(temporary, 0o666 & ~_umask())
@@ -45,7 +43,6 @@ def _write(path: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
             raise
     except OSError as error:
         raise OSError(error.errno, error.strerror, path) from error
-    return path
 
 
 def _umask() -> int:

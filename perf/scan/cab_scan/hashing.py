@@ -3,55 +3,49 @@
 import hashlib
 import json
 import os
-from typing import Any, Iterable, List, Sequence
-from urllib.parse import unquote
+from typing import Any, Iterable, List, Optional, Sequence
 
+import cab
 import numpy as np
 import numpy.typing as npt
+
+from .reading import blocks_of
 
 _OFFSET, _PRIME, _MASK = 0xCBF29CE484222325, 0x100000001B3, 0xFFFFFFFFFFFFFFFF
 
 
-def file_sha256(path: str) -> str:
-    """SHA-256 of the bytes of a file, in hexadecimal digits."""
+# What may be a glTF file, AMC or MD5: no other file is read with companions, and a child process costs 5 ms.
+_HAVE_COMPANIONS = frozenset(".amc .gltf .glb .vrm .md5mesh .md5anim".split())
+
+
+def file_sha256(path: str, most: Optional[int] = None) -> str:
+    """SHA-256 of the bytes of a file, at most so many, in hexadecimal digits."""
     digest = hashlib.sha256()
-    with open(path, "rb") as file:
-        while block := file.read(1 << 20):
-            digest.update(block)
+    for block in blocks_of(path, most):
+        digest.update(block)
     return digest.hexdigest()
 
 
 def companions(path: str) -> List[str]:
-    """Files that are read with a file: the skeletons of an AMC file, and the buffers that a glTF file names."""
-    folder, name = os.path.split(path)
-    stem, suffix = os.path.splitext(name)
-    if suffix.lower() == ".amc":
-        beside = [os.path.splitext(other) for other in sorted(os.listdir(folder or "."))]
-        skeletons = [(other, end) for other, end in beside if end.lower() == ".asf" and stem.startswith(other)]
-        return [os.path.join(folder, other + end) for other, end in skeletons]
-    if suffix.lower() == ".gltf":
-        return [other for other in _buffers(path, folder) if os.path.isfile(other)]
-    return []
-
-
-def _buffers(path: str, folder: str) -> List[str]:
-    # A file that is no JSON has none: the parser refuses it.
-    try:
-        with open(path, encoding="utf-8") as file:
-            buffers = json.load(file).get("buffers", [])
-        uris = [str(buffer.get("uri", "")) for buffer in buffers]
-    except (ValueError, AttributeError, TypeError, RecursionError):
+    """Files that are there and are read with a file: the skeleton of an AMC file, the buffers of a glTF file."""
+    if os.path.splitext(path)[1].lower() not in _HAVE_COMPANIONS:
         return []
-    return [os.path.join(folder, unquote(uri)) for uri in uris if uri and not uri.startswith("data:")]
+    try:
+        return [other for other in cab.companion_files(path) if os.path.exists(other)]
+    except cab.FileError as error:
+        if error.is_machine:
+            raise
+        return []  # whatever reads the file says what is wrong with it
 
 
-def content_sha256(*paths: str) -> str:
-    """SHA-256 of a file; of several, or of one that others are read with, that of the list of all their hashes."""
-    files = [file for path in paths if path for file in [path, *companions(path)]]
+def content_sha256(files: Sequence[str], most: Optional[int] = None) -> str:
+    """SHA-256 of a file of at most so many bytes; of several that of the list of all their hashes."""
     if len(files) == 1:
-        return file_sha256(files[0])
-    lines = "".join(f"{file_sha256(file)}  {os.path.basename(file)}\n" for file in files)
-    return hashlib.sha256(lines.encode()).hexdigest()
+        return file_sha256(files[0], most)
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(file_sha256(file, most).encode() + b"  " + os.fsencode(os.path.basename(file)) + b"\n")
+    return digest.hexdigest()
 
 
 def contacts_sha256(contacts: Iterable[Sequence[object]]) -> str:

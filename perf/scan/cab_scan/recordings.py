@@ -4,28 +4,40 @@ import csv
 import json
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import cab
+from distributed import get_worker
 
 from .clock import core_seconds
 from .hashing import contacts_sha256
+from .reading import blocks_of
 from .work import Contact, Item, Row
 
 RECORDED = "as recorded"
+_MARK = b"CHNK"  # a recording's first bytes
+# With these signals the command was stopped from outside. With others it crashed.
+_FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 
 
 class CommandError(RuntimeError):
     """The command is not there, is of another version, or failed."""
 
 
+def is_recording(path: str) -> bool:
+    """Whether a file begins as a recording does."""
+    return next(blocks_of(path), b"").startswith(_MARK)
+
+
 def recording_rows(item: Item) -> Iterator[Row]:
     """The row of a recording. Frames that replay to other bits, or cannot be read, are an error."""
     start = core_seconds()
     row = Row(item.key(RECORDED))
-    with tempfile.TemporaryDirectory(prefix="cab-scan-") as folder:
+    # In the worker's own folder, which goes when the worker is killed.
+    with tempfile.TemporaryDirectory(prefix="cab-scan-", dir=get_worker().local_directory) as folder:
         table = os.path.join(folder, "replay.json")
         problem = _run(item, ["replay", item.source.path, "--json", table], table)
         with open(table, encoding="utf-8") as file:
@@ -61,10 +73,14 @@ def _run(item: Item, words: List[str], wanted: str) -> Optional[str]:
     if not command:
         raise CommandError("recordings are read by the command cab, which is not in PATH; CAB_COMMAND names it")
     try:
-        outcome = subprocess.run([command, *words], capture_output=True, text=True, check=False)
+        outcome = subprocess.run([command, *words], capture_output=True, text=True, errors="replace", check=False)
     except OSError as error:
         raise CommandError(f"{command} cannot be run: {error.strerror}") from error
     told = " ".join(outcome.stderr.split()).removeprefix("cab: ")
+    if -outcome.returncode in _FROM_OUTSIDE:
+        raise CommandError(f"{command} {words[0]} was stopped from outside: {signal.strsignal(-outcome.returncode)}")
+    if wanted in told:  # as where the disk is full: the recording has no part in it
+        raise CommandError(told)
     if not os.path.exists(wanted):
         raise ValueError(told or f"{command} {words[0]} ended with {outcome.returncode}")
     return told or f"{words[0]} ended with {outcome.returncode}" if outcome.returncode else None

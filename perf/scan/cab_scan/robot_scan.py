@@ -11,8 +11,8 @@ from .cluster import dispatch
 from .plan import robot_options
 from .robots import FIRST_SAMPLE, RobotFile, matrix_rows, sampled_matrix
 from .table import Table
-from .tasks import error_row, words_of
-from .work import BAD, DONE, LOST, SAMPLES, STATES, Item, Key, Links, RobotChunk, Source, TestOptions
+from .tasks import error_row, outcome_of, words_of
+from .work import DONE, SAMPLES, STATES, Item, Key, Links, RobotChunk, Source, TestOptions
 
 SUFFIXES = frozenset([".urdf", ".xml", ".mjcf"])
 
@@ -38,11 +38,10 @@ class RobotScan:
         item = Item(STATES, source, (self._policies,), self._options, TestOptions(), (None,))
         try:
             file = RobotFile(source, self._packages, self._srdf, self._chosen.leave_out_missing)
-        except (OSError, ValueError, cab.Error) as error:
-            outcome = LOST if isinstance(error, OSError) else BAD
+        except (OSError, MemoryError, ValueError, cab.Error) as error:
             for what in (SAMPLES, STATES):
                 self._table.forget_robot(self._key(what, source))
-            self._table.add([error_row(item, self._policies, outcome, words_of(error))])
+            self._table.add([error_row(item, self._policies, outcome_of(error), words_of(error))])
             return
         self._robots.append((source, file))
 

@@ -29,7 +29,7 @@ class RobotFile:
             source.path, packages=dict(packages), srdf=srdf or None, leave_out_missing=leave_out_missing
         )
         body = self.robot.body
-        digest = hashlib.sha256(file_sha256(source.path).encode())
+        digest = hashlib.sha256(file_sha256(source.path, cab.MAX_FILE_BYTES).encode())
         digest.update(body.sha256().encode())
         digest.update(self.robot.poses(self.robot.random_states(4)).tobytes())
         self.sha256 = digest.hexdigest()

@@ -50,10 +50,12 @@ def find_loader(name: str) -> Loader:
         raise LoaderError(f"--loader {name}: module:function is wanted")
     try:
         function = getattr(importlib.import_module(module_name), function_name)
-    except ImportError as error:
+    except ModuleNotFoundError as error:
         raise LoaderError(f"--loader {name}: {error}; PYTHONPATH says where modules are looked for") from error
     except AttributeError as error:
         raise LoaderError(f"--loader {name}: the module {module_name} has no {function_name}") from error
+    except (Exception, SystemExit) as error:
+        raise LoaderError(f"--loader {name}: to import it fails: {type(error).__name__}: {error}") from error
     if not callable(function):
         raise LoaderError(f"--loader {name}: {function_name} is no function")
     return function  # type: ignore[no-any-return]
@@ -96,6 +98,8 @@ def load_file(path: str, options: FileOptions) -> Sequence:
 def _checked(sequence: Any, loader: str) -> Sequence:
     if not isinstance(sequence, Sequence):
         raise LoaderError(f"{loader} yields {type(sequence).__name__}, and cab_scan.Sequence is wanted")
+    if not isinstance(sequence.name, str):
+        raise LoaderError(f"{loader} yields a sequence of the name {sequence.name!r}, and a text is wanted")
     if not isinstance(sequence.poses, np.ndarray) or sequence.poses.ndim < 3:
         raise LoaderError(f"{loader}: poses of shape (frames, links, ...) are wanted")
     return sequence

@@ -3,6 +3,7 @@
 import sys
 from typing import List, Sequence
 
+from .printable import printable, tell as tell_line
 from .table import Table
 from .work import DONE, Key
 
@@ -15,7 +16,7 @@ def tell(table: Table, written: Sequence[str], what: str) -> bool:
     for file, part, error in table.rows(("file", "part", "error"), "outcome <> ?", (DONE,)):
         errors += 1
         if errors <= _MOST_TOLD:
-            print(f"cab scan: {_named(file, part, error or '')}", file=sys.stderr)
+            tell_line(f"cab scan: {_named(file, part, error or '')}", sys.stderr)
     if errors > _MOST_TOLD:
         print(f"cab scan: and {errors - _MOST_TOLD} more; the column error has all", file=sys.stderr)
     totals = table.totals()
@@ -39,7 +40,7 @@ def tell(table: Table, written: Sequence[str], what: str) -> bool:
 
 def _named(file: str, part: str, words: str) -> str:
     # The message of a file begins with its name already.
-    if words.startswith(file):
+    if words.startswith(printable(file)):
         return words
     return f"{file}{' ' + part if part else ''}: {words}"
 
@@ -48,14 +49,14 @@ def tell_unnamed(table: Table, keys: Sequence[Key]) -> None:
     """Says how many rows are of work that this scan did not name: of files that are gone, or of other options."""
     count = table.count_others(keys)
     if count:
-        print(f"cab scan: {count} rows of {table.path} are of files or options that this scan did not name",
-              file=sys.stderr)
+        tell_line(f"cab scan: {count} rows of {table.path} are of files or options that this scan did not name",
+                  sys.stderr)
 
 
 def _print_lines(lines: Sequence[Sequence[str]]) -> None:
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
     for line in lines:
-        print("  ".join(word.ljust(width) for word, width in zip(line, widths)).rstrip())
+        tell_line("  ".join(word.ljust(width) for word, width in zip(line, widths)).rstrip(), sys.stdout)
 
 
 def _print_policies(table: Table) -> None:

@@ -1,13 +1,16 @@
 """The table: one SQLite file, which one process writes. A row is in it as soon as its task is done."""
 
 import contextlib
+import errno
 import fcntl
 import hashlib
 import json
 import os
 import sqlite3
-from typing import IO, Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+import stat
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
+from . import stopping
 from .work import BAD, DONE, SAMPLES, SELF, STATES, Key, LinkPair, Row
 
 _FORMAT = 1
@@ -72,9 +75,21 @@ class Table:
 
     def __init__(self, path: str) -> None:
         self.path = path
-        self._lock = _lock(path)
+        self._open = contextlib.ExitStack()
+        with contextlib.ExitStack() as stack:
+            self._connect(stack)
+            self._open = stack.pop_all()
+
+    def _connect(self, stack: contextlib.ExitStack) -> None:
+        # All names of a file mean one table, so the lock and SQLite's own files go by the one that is no link.
+        path, real = self.path, os.path.realpath(self.path)
+        if os.path.lexists(real) and os.lstat(real).st_nlink > 1:
+            raise TableError(f"{path}: the file has two names (hard links), and SQLite's log goes by one")
+        lock = _Lock(real, path)
+        stack.enter_context(stopping.cleaning(lock.close))
         with self._told():
-            self._base = sqlite3.connect(path, isolation_level=None, timeout=60)
+            self._base = sqlite3.connect(real, isolation_level=None, timeout=60)
+            stack.callback(self._base.close)
             application = self._base.execute("PRAGMA application_id").fetchone()[0]
             tables = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             if tables == 0:
@@ -92,10 +107,7 @@ class Table:
     def close(self) -> None:
         """Closes the file. All that was committed stays."""
         with contextlib.suppress(sqlite3.Error):
-            self._base.close()
-        with contextlib.suppress(OSError):
-            os.remove(self._lock.name)
-        self._lock.close()
+            self._open.close()
 
     def known(self, key: Key, version: str) -> Optional[str]:
         """The content hash of finished work of this version."""
@@ -110,21 +122,31 @@ class Table:
         """Writes the rows of one task in the place of what there was of the same keys, all or nothing."""
         rows = list(rows)
         with self._transaction() as base:
+            # The pairs of a chunk of states that is there are counted already.
+            rows = [row for row in rows if row.key.what not in (SAMPLES, STATES) or not self._is_done(row)]
             for key in dict.fromkeys(row.key for row in rows):
                 base.execute(f"DELETE FROM work WHERE {_KEY_IS}", key)
             for row in rows:
                 self._insert(base, row)
 
+    def _is_done(self, row: Row) -> bool:
+        found = self._base.execute(
+            f"SELECT sha256, version FROM work WHERE {_KEY_IS} AND outcome = ?", (*row.key, DONE)
+        ).fetchone()
+        if found and found != (row.sha256, row.version):
+            raise TableError(f"{self.path}: {row.key.file}: the chunk {row.key.part} is there, of another robot or cab")
+        return bool(found)
+
     def _insert(self, base: sqlite3.Connection, row: Row) -> None:
         columns = (*RESULT_COLUMNS, *COST_COLUMNS)
-        values = [*row.key, *(getattr(row, column) for column in columns)]
+        values = _texts((*row.key, *(getattr(row, column) for column in columns)))
         marks = ", ".join("?" * len(values))
         work = base.execute(
             f"INSERT INTO work ({', '.join((*KEY_COLUMNS, *columns))}) VALUES ({marks})", values
         ).lastrowid
         base.executemany(
             f"INSERT INTO contacts VALUES ({', '.join('?' * (1 + len(CONTACT_COLUMNS)))})",
-            ((work, *contact) for contact in row.contacts),
+            ((work, *_texts(contact)) for contact in row.contacts),
         )
         self._add_pairs(base, row.key, row.pairs)
 
@@ -134,7 +156,7 @@ class Table:
                ON CONFLICT DO UPDATE SET states = states + excluded.states, reason = max(reason, excluded.reason),
                first_state = CASE WHEN excluded.first_state IS NULL THEN first_state
                                   ELSE min(coalesce(first_state, excluded.first_state), excluded.first_state) END""",
-            ((key.file, key.what, key.policies, key.options, *pair) for pair in pairs),
+            (_texts((key.file, key.what, key.policies, key.options, *pair)) for pair in pairs),
         )
 
     def add_pairs(self, key: Key, pairs: Iterable[LinkPair]) -> None:
@@ -259,17 +281,55 @@ class Table:
             raise TableError(f"{self.path}: {error}") from error
 
 
-def _lock(path: str) -> "IO[str]":
-    # Beside the table: closing another descriptor of the table itself would drop SQLite's own locks.
-    try:
-        file = open(f"{path}.lock", "w", encoding="utf-8")
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror}") from error
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        if os.fstat(file.fileno()).st_ino != os.stat(file.name).st_ino:
-            raise OSError("the file was removed by the one that had the lock")
-    except OSError as error:
-        file.close()
-        raise TableError(f"{path}: another cab scan writes it") from error
-    return file
+def _texts(values: Iterable[Any]) -> Tuple[Any, ...]:
+    # Halves of surrogate pairs, as a loader's names may have them, are no UTF-8.
+    return tuple(
+        value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value for value in values
+    )
+
+
+class _Lock:
+    """The file TABLE.lock, by which one process at a time has a table. It goes when the table is closed.
+
+    It is beside the table: to close another descriptor of the table itself would drop SQLite's own locks. What is there
+    under its name and is no lock stays as it is.
+    """
+
+    _MARK = b"cab scan\n"
+
+    def __init__(self, table: str, told: str) -> None:
+        self._path = f"{table}.lock"
+        flags = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        try:
+            try:
+                self._file = os.open(self._path, flags | os.O_CREAT | os.O_EXCL, 0o666)
+                os.write(self._file, self._MARK)
+            except FileExistsError:
+                self._file = os.open(self._path, flags)
+        except OSError as error:
+            name = told if error.errno == errno.ENOENT else f"{told}.lock"
+            words = "it is a link" if error.errno == errno.ELOOP else error.strerror
+            raise TableError(f"{name}: {words}") from error
+        try:
+            self._take(told)
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def _take(self, told: str) -> None:
+        state = os.fstat(self._file)
+        if not stat.S_ISREG(state.st_mode) or os.pread(self._file, 16, 0) not in (b"", self._MARK):
+            raise TableError(f"{told}.lock: it is no lock of cab scan; remove it, or name another table")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if state.st_ino != os.stat(self._path, follow_symlinks=False).st_ino:
+                raise OSError("the file was removed by the one that had the lock")
+        except OSError as error:
+            raise TableError(f"{told}: another cab scan writes it") from error
+
+    def close(self) -> None:
+        """Gives the table free."""
+        with contextlib.suppress(OSError):
+            if os.pread(self._file, 16, 0):  # else it was there, empty
+                os.remove(self._path)
+        os.close(self._file)

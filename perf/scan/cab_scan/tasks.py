@@ -2,13 +2,14 @@
 
 import os
 import warnings
-from typing import Iterable, List, Tuple
+from typing import Iterable, List, Optional, Sequence, Tuple
 
 import cab
 
 from .clips import clip_rows
-from .hashing import content_sha256
-from .recordings import CommandError, recording_rows
+from .hashing import companions, content_sha256
+from .printable import printable
+from .recordings import CommandError, is_recording, recording_rows
 from .robots import robot_rows
 from .versions import describe
 from .work import BAD, LOST, RECORDING, Item, Report, Row
@@ -26,15 +27,15 @@ def _run_item(item: Item) -> List[Row]:
     sha256 = None
     wanted = item.policies
     try:
-        before = _stamp(item)
-        sha256 = item.robot.sha256 if item.robot else _content(item)
+        files = _files(item)
+        before = _stamp(files)
+        sha256 = item.robot.sha256 if item.robot else _content(item, files)
         wanted = tuple(policies for policies, known in zip(item.policies, item.known) if known != sha256)
         rows = _rows(item, wanted) if wanted else []
-        if not item.robot and _stamp(item) != before:
+        if _stamp(files) != before:
             raise OSError(f"{item.source.path}: it changed while it was read")
-    except Exception as error:  # a row says what; other items go on
-        outcome = LOST if isinstance(error, (OSError, MemoryError, CommandError)) else BAD
-        rows = [error_row(item, policies, outcome, words_of(error)) for policies in wanted]
+    except (Exception, SystemExit, KeyboardInterrupt) as error:  # a row says what; other items go on
+        rows = [error_row(item, policies, outcome_of(error), words_of(error)) for policies in wanted]
     for row in rows:
         row.sha256, row.version = sha256, cab.__version__
     return rows
@@ -55,36 +56,57 @@ def _rows(item: Item, policies: Tuple[str, ...]) -> List[Row]:
     return rows
 
 
-def _paths(item: Item) -> List[str]:
+def _files(item: Item) -> List[str]:
+    # All files that the rows are of. A robot has its own hash, by which it is compared when it is read.
+    if item.robot:
+        return []
+    if item.what == RECORDING:
+        return [item.source.path]
     paths = [item.source.path, item.source.options.motion]
     if item.other:
         paths += [item.other.path, item.other.options.motion]
-    return [path for path in paths if path]
+    return [file for path in paths if path for file in [path, *companions(path)]]
 
 
-def _content(item: Item) -> str:
-    return content_sha256(*_paths(item))
+def _content(item: Item, files: Sequence[str]) -> Optional[str]:
+    if item.what == RECORDING and not is_recording(item.source.path):
+        return None  # the command refuses it at once, however many bytes it has
+    # How large files of arrays may be is the loader's matter, and recordings have no limit.
+    most = None if item.what == RECORDING or item.test.loader else cab.MAX_FILE_BYTES
+    return content_sha256(files, most)
 
 
-def _stamp(item: Item) -> List[Tuple[int, int]]:
-    states = [os.stat(path) for path in _paths(item)]
+def _stamp(files: Sequence[str]) -> List[Tuple[int, int]]:
+    states = [os.stat(path) for path in files]
     return [(state.st_mtime_ns, state.st_size) for state in states]
 
 
+def outcome_of(error: BaseException) -> str:
+    """Of the row of an error: whether the same bytes give it again, or another try may succeed."""
+    if isinstance(error, cab.FileError):
+        return LOST if error.is_machine else BAD
+    return LOST if isinstance(error, (OSError, MemoryError, CommandError, KeyboardInterrupt)) else BAD
+
+
 def error_row(item: Item, policies: str, outcome: str, words: str) -> Row:
-    """The row of an item that has no numbers. Paths in words are those of the table."""
+    """The row of an item that has no numbers. Its words are one line, in which paths are those of the table."""
+    words = printable(words)
     for source in (item.source, item.other):
         if source:
-            words = words.replace(source.path, source.name)
+            # Also of files beside it, such as skeletons.
+            for change in (str, lambda path: os.path.join(os.path.dirname(path), "")):
+                words = words.replace(printable(change(source.path)), printable(change(source.name)))
     return Row(item.key(policies), version=cab.__version__, outcome=outcome, error=words)
 
 
-def words_of(error: Exception) -> str:
+def words_of(error: BaseException) -> str:
     """What a row says about an error."""
     if isinstance(error, OSError) and error.strerror and error.filename:
-        return f"{error.filename}: {error.strerror}"
+        return f"{os.fsdecode(error.filename)}: {error.strerror}"
     if isinstance(error, MemoryError):
         return "out of memory"
+    if isinstance(error, SystemExit):
+        return f"the loader ended its process: sys.exit({'' if error.code is None else repr(error.code)})"
     text = " ".join(str(error).split())
     known = isinstance(error, (cab.FileError, cab.Error, ValueError, OSError, CommandError))
     return text if known and text else f"{type(error).__name__}: {text}"

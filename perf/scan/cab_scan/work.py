@@ -3,6 +3,8 @@
 import dataclasses
 from typing import Dict, List, NamedTuple, Optional, Tuple
 
+from .printable import table_text
+
 SELF, PAIRS, RECORDING, SAMPLES, STATES = "self", "pairs", "recording", "robot samples", "robot states"
 
 DONE = "done"  # the row has numbers
@@ -101,7 +103,7 @@ class Item:
 
     def key(self, policies: str) -> "Key":
         """The name of its rows with these policies."""
-        return Key(self.source.name, self.other_name, self.part, self.what, policies, self.options)
+        return Key(self.source.name, self.other_name, table_text(self.part), self.what, policies, self.options)
 
 
 class Key(NamedTuple):

@@ -44,15 +44,40 @@ TEST_CASE("cab scan finds its package beside an installed command and in a build
   CHECK(perf::find_scan_package(root / "other/cab").empty());
 }
 
+TEST_CASE("cab scan finds the Python module that was installed with its command") {
+  const TemporaryFolder folder;
+  const std::filesystem::path root = folder / "";
+  CHECK(perf::find_installed_module(root / "usr/bin/cab").empty());
+  const std::filesystem::path modules = root / "usr/lib/python3/dist-packages";
+  std::filesystem::create_directories(modules / "cab");
+  write_text((modules / "cab/__init__.py").string(), "");
+  CHECK(perf::find_installed_module(root / "usr/bin/cab") == modules);
+}
+
+TEST_CASE("empty parts of PYTHONPATH, which mean the current folder, are left out") {
+  const TemporaryFolder folder;
+  const std::string python = folder / "python";
+  write_text(python, "#!/bin/sh\necho \"$PYTHONPATH\"\n");
+  std::filesystem::permissions(python, std::filesystem::perms::owner_all);
+  const Variable chosen("CAB_PYTHON", python), path("PYTHONPATH", ":/one::/two:");
+  const std::string out = run_command("scan", {"self"}).out;
+  CHECK(out.find("::") == std::string::npos);
+  CHECK(out.rfind(":/one:/two\n") == out.size() - std::string(":/one:/two\n").size());
+}
+
 TEST_CASE("cab scan hands all words to Python, which the environment may choose") {
   const TemporaryFolder folder;
   const std::string python = folder / "python";
-  write_text(python, "#!/bin/sh\nprintf '<%s>' \"$@\"; echo; echo \"$PYTHONPATH\"; echo \"$CAB_COMMAND\"; exit 7\n");
+  write_text(python,
+             "#!/bin/sh\nprintf '<%s>' \"$@\"; echo; echo \"$PYTHONPATH\"; echo \"$CAB_COMMAND\"; "
+             "echo \"safe $PYTHONSAFEPATH\"; exit 7\n");
   std::filesystem::permissions(python, std::filesystem::perms::owner_all);
   const Variable chosen("CAB_PYTHON", python);
   const Outcome outcome = run_command("scan", {"self", "--help", "-h", "a b", "--units", "2"});
   CHECK(outcome.exit_code == 7);
-  CHECK(outcome.out.rfind("<-m><cab_scan><self><--help><-h><a b><--units><2>\n", 0) == 0);
+  CHECK(outcome.out.rfind("<-c><import sys; ", 0) == 0);
+  CHECK(outcome.out.find("><self><--help><-h><a b><--units><2>\n") != std::string::npos);
+  CHECK(outcome.out.find("safe 1\n") != std::string::npos);
   CHECK(outcome.out.find("perf/scan") != std::string::npos);
   CHECK(outcome.out.find(CAB_COMMAND "\n") != std::string::npos);
 }

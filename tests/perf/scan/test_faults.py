@@ -15,6 +15,7 @@ import time
 import cab
 import cab_scan
 import pytest
+from distributed import Security
 
 from conftest import arm_bvh, long, write_corpus
 from faults import children_of, kill_all, wait_for_rows, workers_of
@@ -171,10 +172,10 @@ def test_changed_files_are_done_anew_and_others_are_not(scan):
 
 
 class Cluster:
-    """A Dask scheduler, whose workers have a PYTHONPATH of their own."""
+    """A Dask scheduler, whose workers have a PYTHONPATH of their own. `words` are for scheduler and workers."""
 
-    def __init__(self, folder):
-        self._folder, self._file = folder, folder / "scheduler.json"
+    def __init__(self, folder, *words):
+        self._folder, self._file, self._words = folder, folder / "scheduler.json", words
         self._scheduler = self._start("dask_scheduler", "--port", "0")
         while not self._file.exists():
             assert self._scheduler.poll() is None
@@ -184,7 +185,7 @@ class Cluster:
     def _start(self, program, *words, **more):
         return subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", str(self._file),
-             "--no-dashboard", *words],
+             "--no-dashboard", *self._words, *words],
             cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more,
         )
 
@@ -231,6 +232,32 @@ def test_a_cluster_computes_if_its_workers_have_the_same_versions(scan):
         cluster.close()
     gone = scan("self", "corpus", "--scheduler", cluster.address)
     assert gone.code == 1 and f"--scheduler {cluster.address}" in gone.error
+
+
+@long
+def test_a_scheduler_may_want_certificates(scan):
+    write_corpus(scan.folder / "corpus", 2)
+    made = Security.temporary()
+    for name, text in (("ca", made.tls_ca_file), ("cert", made.tls_client_cert), ("key", made.tls_client_key)):
+        (scan.folder / f"{name}.pem").write_text(text)
+    files = [word for name in ("ca-file", "cert", "key") for word in (f"--tls-{name}", f"{name.split('-')[0]}.pem")]
+    cluster = Cluster(scan.folder, "--protocol", "tls", *files)
+    worker = cluster.worker(os.environ["PYTHONPATH"])
+    try:
+        assert cluster.address.startswith("tls://")
+        plain = scan("self", "corpus", "--scheduler", cluster.address)
+        assert plain.code == 1 and "distributed.comm.tls has the certificates" in plain.error
+        wrong = scan("self", "corpus", "--scheduler", cluster.address.replace("tls://", "tcp://"))
+        assert wrong.code == 1 and "begins with tls://" in wrong.error
+        assert plain.error.count("\n") == wrong.error.count("\n") == 1
+        start = "DASK_DISTRIBUTED__COMM__TLS__"
+        for name, file in (("CA_FILE", "ca"), ("CLIENT__CERT", "cert"), ("CLIENT__KEY", "key")):
+            scan.environment[start + name] = str(scan.folder / f"{file}.pem")
+        assert scan_when_there_are_workers(scan, cluster.address).code == 0 and len(scan.rows()) == 2
+    finally:
+        worker.terminate()
+        worker.wait()
+        cluster.close()
 
 
 def limit_files():

@@ -67,22 +67,6 @@ def test_chunks_are_tiles_and_bounded():
     assert contacts.chunk_frames(1024) == 16
 
 
-def test_content_hashes_count_what_is_read_with_a_file(tmp_path):
-    for name in ("11_01.amc", "11.asf", "12.asf", "a.bvh"):
-        (tmp_path / name).write_text(name)
-    (tmp_path / "a.gltf").write_text('{"buffers": [{"uri": "a%20b.bin"}, {"uri": "data:x"}, {}]}')
-    (tmp_path / "a b.bin").write_bytes(b"1")
-    assert hashing.companions(str(tmp_path / "11_01.amc")) == [str(tmp_path / "11.asf")]
-    before = {name: hashing.content_sha256(str(tmp_path / name)) for name in ("11_01.amc", "a.gltf", "a.bvh")}
-    (tmp_path / "11.asf").write_text("changed")
-    (tmp_path / "a b.bin").write_bytes(b"2")
-    after = {name: hashing.content_sha256(str(tmp_path / name)) for name in before}
-    assert [name for name in before if before[name] != after[name]] == ["11_01.amc", "a.gltf"]
-    assert before["a.bvh"] == hashing.file_sha256(str(tmp_path / "a.bvh"))
-    (tmp_path / "bad.gltf").write_text("[" * 100000)
-    assert hashing.companions(str(tmp_path / "bad.gltf")) == []
-
-
 def item(name, size):
     return work.Item(
         work.SELF, work.Source(name, name, work.FileOptions(), size), ("p",), "{}", work.TestOptions(), (None,)

@@ -34,9 +34,9 @@ using Work = std::function<std::string()>;
 constexpr SandboxLimits kSmall = {std::size_t{256} << 20, 1, 30, std::size_t{1} << 20};
 
 // Why a piece of work was stopped.
-std::string reason(const Work& work, const SandboxLimits& limits = kSmall) {
+std::string reason(const Work& work, const SandboxLimits& limits = kSmall, End end = End::kStopped) {
   const SandboxResult result = run_sandboxed(limits, {}, work);
-  CHECK(result.end == End::kStopped);
+  CHECK(result.end == end);
   return result.bytes;
 }
 
@@ -109,7 +109,37 @@ TEST_CASE("work without end is stopped by its processor time, and work that wait
   const auto waits = []() -> std::string {
     for (;;) sleep(1000);
   };
-  CHECK(reason(waits, limits) == "took more than 1 s");
+  CHECK(reason(waits, limits, End::kMachine) == "took more than 1 s");
+}
+
+TEST_CASE("what stops the work from outside is the machine's matter, not that of the work") {
+  const auto ended_by = [](int signal) {
+    return reason(
+        [signal]() -> std::string {
+          raise(signal);
+          return {};
+        },
+        kSmall, End::kMachine);
+  };
+  CHECK(ended_by(SIGKILL) == "was stopped from outside: Killed, as where the machine runs out of memory");
+  CHECK(ended_by(SIGTERM) == "was stopped from outside: Terminated");
+  CHECK(ended_by(SIGINT) == "was stopped from outside: Interrupt");
+  CHECK(ended_by(SIGHUP) == "was stopped from outside: Hangup");
+}
+
+TEST_CASE("a machine that gives less memory than the limit is told from work that asks for more") {
+  if (!sandbox_limits_memory()) {
+    MESSAGE("skipped: memory is not limited under AddressSanitizer and ThreadSanitizer");
+    return;
+  }
+  // More than any machine gives at once; the work asks for a fraction of it.
+  SandboxLimits limits = kSmall;
+  limits.memory_bytes = std::size_t{1} << 46;
+  const auto asks = []() -> std::string { return text_of(std::size_t{1} << 42); };
+  CHECK(reason(asks, limits, End::kMachine) ==
+        "ran out of memory: the machine gives less than the 67108864 MiB that it may take");
+  limits.memory_bytes = std::size_t{64} << 20;
+  CHECK(reason(asks, limits) == "needs more than 64 MiB of memory");
 }
 
 TEST_CASE("work that allocates without end is stopped at the limit of memory") {

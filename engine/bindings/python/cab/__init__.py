@@ -17,7 +17,7 @@ from . import _cab
 from ._body import Body, Box, SkinnedBody, fit_box
 from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip, intervals_of
 from ._errors import BusyError, Error, FileError, InputError, MaskedWarning, OutOfMemory, UnsupportedError
-from ._files import Motion, Robot, Variable, load_motion
+from ._files import MAX_FILE_BYTES, Motion, Robot, Variable, companion_files, load_motion
 from ._policies import Policies, PolicyField, policy_table, presets
 from ._queries import Answers, Queries, boxes, capsules, points, rays, regions, spheres
 from ._shape import Shape
@@ -83,6 +83,7 @@ __all__ = [
     "History",
     "INTERVAL",
     "InputError",
+    "MAX_FILE_BYTES",
     "MaskedWarning",
     "Motion",
     "OutOfMemory",
@@ -103,6 +104,7 @@ __all__ = [
     "boxes",
     "build_info",
     "capsules",
+    "companion_files",
     "fit_box",
     "intervals_of",
     "isa",

@@ -57,6 +57,7 @@ def from_skin(
 ) -> SkinData: ...
 
 reads_files: bool
+max_file_bytes: int
 
 class RobotData:
     @property
@@ -72,15 +73,16 @@ class RobotData:
     def adjacent_pairs(self) -> List[Tuple[int, int]]: ...
     def random_states(self, count: int, seed: int, first: int) -> npt.NDArray[np.float64]: ...
 
+def companion_files(path: bytes) -> List[bytes]: ...
 def load_robot(
-    path: str, packages: Sequence[Tuple[str, str]], srdf_path: Optional[str], leave_out_missing_meshes: bool
+    path: bytes, packages: Sequence[Tuple[bytes, bytes]], srdf_path: Optional[bytes], leave_out_missing_meshes: bool
 ) -> RobotData: ...
 def load_motion(
-    path: str,
+    path: bytes,
     metres_per_unit: float,
-    motion_path: Optional[str],
+    motion_path: Optional[bytes],
     motion_metres_per_unit: float,
-    animation: Optional[str],
+    animation: Optional[bytes],
     frames_per_second: float,
     skin: bool,
     stature: float,

@@ -30,7 +30,17 @@ class UnsupportedError(Error, NotImplementedError):
 
 
 class FileError(ValueError):
-    """A file that cannot be read, or is no character. The message names the file, the line or element, the reason."""
+    """A file that cannot be read, or is no character. The message names the file, the line or element, the reason.
+
+    is_machine  whether the machine was at fault and not the file: it had no memory, or the process that read the file
+                was killed or waited too long. Another try may succeed.
+    """
+
+    is_machine: bool
+
+    def __init__(self, message: str = "", is_machine: bool = False) -> None:
+        super().__init__(message)
+        self.is_machine = is_machine
 
 
 class MaskedWarning(UserWarning):

@@ -11,7 +11,9 @@ from ._body import Body
 from ._errors import UnsupportedError
 from ._status import Status
 
-PathLike = Union[str, "os.PathLike[str]"]
+PathLike = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
+
+MAX_FILE_BYTES: int = _cab.max_file_bytes
 
 
 class Motion(NamedTuple):
@@ -29,6 +31,18 @@ class Motion(NamedTuple):
     origins: Float64Array
     fps: float
     notes: Tuple[str, ...]
+
+
+def _bytes_of(path: PathLike) -> bytes:
+    # As the system has it, whatever its bytes.
+    name = os.fsencode(path)
+    if b"\0" in name:
+        raise ValueError("a path has no null character")
+    return name
+
+
+def _bytes_or_none(path: Optional[PathLike]) -> Optional[bytes]:
+    return None if path is None else _bytes_of(path)
 
 
 def _need_files() -> None:
@@ -64,10 +78,19 @@ def load_motion(
     """
     _need_files()
     data, names, poses, origins, seconds, notes = _cab.load_motion(
-        os.fspath(path), units, None if motion is None else os.fspath(motion), motion_units,
-        None if animation is None else str(animation), fps, skin, stature, thickness,
+        _bytes_of(path), units, _bytes_or_none(motion), motion_units,
+        None if animation is None else _bytes_of(str(animation)), fps, skin, stature, thickness,
     )
     return Motion(Body(data, names), poses, origins, 1 / seconds if seconds > 0 else 0.0, tuple(notes))
+
+
+def companion_files(path: PathLike) -> List[str]:
+    """The files that `load_motion` reads with a file: the skeleton of an AMC file, the buffers that a glTF file names.
+
+    Files that are not there may be among them. The file is read in a child process with limits, and its motion is not.
+    """
+    _need_files()
+    return [os.fsdecode(file) for file in _cab.companion_files(_bytes_of(path))]
 
 
 class Variable(NamedTuple):
@@ -101,10 +124,8 @@ class Robot:
         leave_out_missing: bool = False,
     ) -> None:
         _need_files()
-        folders: List[Tuple[str, str]] = [(name, os.fspath(folder)) for name, folder in (packages or {}).items()]
-        self._data = _cab.load_robot(
-            os.fspath(path), folders, None if srdf is None else os.fspath(srdf), leave_out_missing
-        )
+        folders = [(_bytes_of(name), _bytes_of(folder)) for name, folder in (packages or {}).items()]
+        self._data = _cab.load_robot(_bytes_of(path), folders, _bytes_or_none(srdf), leave_out_missing)
         self._body = Body(self._data.body, self._data.names)
         self._variables = tuple(Variable(*row) for row in self._data.variables)
 

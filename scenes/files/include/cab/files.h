@@ -57,8 +57,31 @@ struct RobotVariable {
   double rest = 0;
 };
 
+// The size in bytes of the largest file that is read.
+std::size_t max_file_bytes() noexcept;
+
+struct CompanionsStorage;
 struct MotionStorage;
 struct RobotStorage;
+
+// The files that a motion file is read with: the skeleton of an AMC file, the buffers that a glTF file names, the other
+// half of an MD5 file. It can be neither moved nor copied.
+class Companions {
+ public:
+  Companions() noexcept = default;
+  Companions(const Companions&) = delete;
+  Companions& operator=(const Companions&) = delete;
+  ~Companions();
+
+  // Lists them, as Motion::load would read them, without reading the motion. Some of them may not be there.
+  [[nodiscard]] bool load(const char* path) noexcept;
+  const char* error() const noexcept;
+  bool is_machine() const noexcept;
+  Span<const char* const> paths() const noexcept;
+
+ private:
+  CompanionsStorage* storage_ = nullptr;
+};
 
 // A character with its motion. It can be neither moved nor copied.
 class Motion {
@@ -72,6 +95,10 @@ class Motion {
   // with the file, the line or element, and the reason. The object is empty then.
   [[nodiscard]] bool load(const char* path, const MotionOptions& options) noexcept;
   const char* error() const noexcept;
+
+  // Whether what error() tells is a trouble of the machine, such as a lack of memory or a process that was killed, and
+  // not of the file: another try may succeed.
+  bool is_machine() const noexcept;
 
   ArticulationDesc desc() const noexcept;               // for add_articulation; it points into this object
   Span<const char* const> link_names() const noexcept;  // one per link
@@ -96,6 +123,7 @@ class Robot {
   // As Motion::load.
   [[nodiscard]] bool load(const char* path, const RobotOptions& options) noexcept;
   const char* error() const noexcept;
+  bool is_machine() const noexcept;
 
   ArticulationDesc desc() const noexcept;
   Span<const char* const> link_names() const noexcept;

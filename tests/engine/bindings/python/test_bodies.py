@@ -1,6 +1,8 @@
 """Bodies of skeletons, skins and files."""
 
+import os
 import pathlib
+import pickle
 
 import numpy as np
 import pytest
@@ -211,5 +213,32 @@ def test_a_bad_file_is_an_error_that_names_file_line_and_reason(reads_files, tmp
     with pytest.raises(cab.FileError, match=r"bad\.urdf: line 3"):
         cab.Robot(robot)
     robot.write_text(URDF.replace("</robot>", ""))
-    with pytest.raises(ValueError, match=r"bad\.urdf"):
+    with pytest.raises(ValueError, match=r"bad\.urdf") as error:
         cab.Robot(robot)
+    assert not error.value.is_machine
+    assert pickle.loads(pickle.dumps(cab.FileError("killed", True))).is_machine
+
+
+def test_paths_may_have_any_bytes(reads_files, tmp_path):
+    name = os.fsencode(tmp_path) + b"/\xff\xfe.urdf"
+    with open(name, "w", encoding="utf-8") as file:
+        file.write(URDF)
+    assert cab.Robot(name).body.names == cab.Robot(pathlib.Path(os.fsdecode(name))).body.names
+    for path in (name + b".bvh", os.fsdecode(name + b".bvh"), pathlib.Path(os.fsdecode(name + b".bvh"))):
+        with pytest.raises(cab.FileError, match=r"\?\?\.urdf\.bvh: no such file"):
+            cab.load_motion(path)
+    for path in ("a\0b.bvh", b"a\0b.bvh"):
+        with pytest.raises(ValueError, match="null"):
+            cab.load_motion(path)
+    with pytest.raises(TypeError):
+        cab.load_motion(3)
+
+
+def test_companions_are_the_files_that_are_read_with_a_file(reads_files, tmp_path):
+    file = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.gltf")
+    with open(file, "w", encoding="utf-8") as out:
+        out.write('{"buffers": [{"uri": "a%20b.bin"}, {"uri": "data:,"}, {"uri": "../c.bin"}]}')
+    assert cab.companion_files(file) == [str(tmp_path / "a b.bin")]
+    assert cab.MAX_FILE_BYTES == 256 << 20
+    with pytest.raises(cab.FileError, match="no such file"):
+        cab.companion_files(tmp_path / "none.amc")

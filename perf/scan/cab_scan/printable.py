@@ -1,0 +1,47 @@
+"""Text of strangers, made safe for a line of a terminal, for the table and for a spreadsheet."""
+
+import re
+import unicodedata
+from typing import Any, TextIO
+
+# Control characters, bidirectional ones and others without a shape, halves of surrogate pairs, and ends of lines.
+_HIDDEN = frozenset(["Cc", "Cf", "Cs", "Zl", "Zp"])
+# With these a spreadsheet takes a text for a formula; the apostrophe is what marks a text.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
+_LONELY = re.compile("[\ud800-\udfff]")
+_NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
+
+
+def printable(text: str) -> str:
+    """The text with "?" for every character that has no shape of its own, as the command cab prints names."""
+    return "".join("?" if unicodedata.category(character) in _HIDDEN else character for character in text)
+
+
+def tell(text: str, file: TextIO) -> None:
+    """Prints a line of printable text, also where the terminal lacks some of its characters."""
+    line = printable(text)
+    print(line.encode(file.encoding or "utf-8", "replace").decode(file.encoding or "utf-8"), file=file)
+
+
+def table_text(name: str) -> str:
+    """A name as UTF-8 can write it: a byte that is no UTF-8 becomes \\xHH, another half of a surrogate pair \\uHHHH.
+
+    Each backslash becomes two, so that different names stay different.
+    """
+    return "".join(map(_table_character, name)) if "\\" in name or _LONELY.search(name) else name
+
+
+def _table_character(character: str) -> str:
+    if character == "\\":
+        return "\\\\"
+    number = ord(character)
+    if 0xDC80 <= number <= 0xDCFF:  # how Python has a byte of a file's name that is no UTF-8
+        return f"\\x{number - 0xDC00:02x}"
+    return f"\\u{number:04x}" if 0xD800 <= number <= 0xDFFF else character
+
+
+def csv_cell(value: Any) -> Any:
+    """A text that a spreadsheet would take for a formula gets an apostrophe before it. Numbers stay numbers."""
+    if isinstance(value, str) and value.startswith(_FORMULA) and not _NUMBER.fullmatch(value):
+        return "'" + value
+    return value

@@ -1,0 +1,102 @@
+"""Ctrl-C and SIGTERM, from the first moment on: the scan ends within two seconds, whatever it does."""
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+import time
+from types import FrameType
+from typing import Any, Callable, Iterator, List, NoReturn, Optional
+
+CODE = 130
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# So long the scan has to end by itself.
+_GRACE_SECONDS = 1.2
+
+_cleaners: List[Callable[[], None]] = []
+_at_once = True  # nothing is there yet that must be put away
+
+
+def begin() -> None:
+    """Takes both signals, which the command cab holds back until here."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    for number in SIGNALS:
+        signal.signal(number, _stop)
+    sys.unraisablehook = _unraisable
+    # Python's handlers wait until a call of C++ is done, such as the reading of a robot. The bytes in the pipe do not.
+    without_interrupts(threading.Thread(target=_watch, args=(reading,), daemon=True).start)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+
+
+def raise_from_now_on() -> None:
+    """From here on a signal is a KeyboardInterrupt, so that what is open is closed. Before, the process just ends."""
+    global _at_once
+    _at_once = False
+
+
+@contextlib.contextmanager
+def cleaning(cleaner: Callable[[], None]) -> Iterator[None]:
+    """What must be put away even if the scan does not end by itself. It is called once, here or by `end`."""
+    _cleaners.append(cleaner)
+    try:
+        yield
+    finally:
+        if cleaner in _cleaners:
+            _cleaners.remove(cleaner)
+            cleaner()
+
+
+def ignore() -> None:
+    """The scan is done, and its process ends: there is nothing to stop any more."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+def without_interrupts(start: Callable[[], Any]) -> Any:
+    """What starts threads: they, and the processes that they start, leave Ctrl-C of the terminal to this thread."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        return start()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end() -> NoReturn:
+    """Ends this process and those that it started."""
+    while _cleaners:
+        with contextlib.suppress(Exception):
+            _cleaners.pop()()
+    import psutil  # type: ignore[import]  # of Dask; late, as Python begins faster without it
+
+    for process in psutil.Process().children(recursive=True):
+        with contextlib.suppress(psutil.Error):
+            process.kill()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(Exception):
+            stream.flush()
+    os._exit(CODE)
+
+
+def _stop(_number: int, _frame: Optional[FrameType]) -> None:
+    ignore()
+    if _at_once:
+        os.write(2, b"cab scan: stopped\n")
+        os._exit(CODE)
+    raise KeyboardInterrupt
+
+
+def _watch(reading: int) -> None:
+    while os.read(reading, 1)[0] not in SIGNALS:
+        pass
+    time.sleep(_GRACE_SECONDS)
+    os.write(2, b"cab scan: stopped; what is done is in the table, and the same command goes on\n")
+    end()
+
+
+def _unraisable(unraisable: "sys.UnraisableHookArgs") -> None:
+    # Where an interrupt cannot be raised, the thread that watches ends the process.
+    if unraisable.exc_type is not KeyboardInterrupt:
+        sys.__unraisablehook__(unraisable)
