@@ -116,8 +116,8 @@ struct Crowd {
 
 std::vector<Hit> hits_of(const mpi::DistributedJob& job) { return {job.hit_list.begin(), job.hit_list.end()}; }
 
-// Calls `work` while allocation `nth` of rank `victim`, and perhaps all after it, fail. Returns on all ranks whether one
-// failed.
+// Calls `work` while allocation `nth` of a rank in the middle, and perhaps all after it, fail. Returns on all ranks
+// whether one failed.
 template <class Work>
 bool run_short_of_memory(const Crowd& crowd, long nth, bool all_after, Work&& work) {
   const int victim = crowd.ranks / 2;

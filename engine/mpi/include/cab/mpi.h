@@ -2,8 +2,9 @@
 // one engine finds. Target cab::mpi. docs/scale.md says what is exchanged. The conventions are those of cab/types.h.
 //
 // All calls but `cut` and `to_string` are collective: every rank of the communicator calls them in the same order. All
-// ranks run one program on machines with the same byte order. Nothing is thrown. If memory runs out on a rank, all ranks
-// answer kOutOfMemory of that rank. Errors of MPI, which has memory of its own, end all ranks as its error handler says.
+// ranks run one program on machines with the same byte order. Nothing is thrown. If a rank runs out of memory, all
+// answer kOutOfMemory of that rank. Errors of MPI, which has memory of its own, end all ranks, as its error handler
+// says.
 #pragma once
 
 #include <cab/types.h>
