@@ -1,22 +1,29 @@
 #include "engine/mpi/agreement.h"
 
-#include <cstddef>
-#include <vector>
+#include <limits>
 
 namespace cab::mpi {
 
-Answer agree(MPI_Comm comm, Status status, std::uint64_t digest, Difference difference) {
-  int ranks = 0;
-  MPI_Comm_size(comm, &ranks);
-  const std::uint64_t own[2] = {static_cast<std::uint64_t>(status), digest};
-  std::vector<std::uint64_t> all(2 * static_cast<std::size_t>(ranks));
-  MPI_Allgather(own, 2, MPI_UINT64_T, all.data(), 2, MPI_UINT64_T, comm);
-  for (std::size_t r = 0; r < all.size() / 2; ++r)
-    if (const auto other = static_cast<Status>(all[2 * r]); other != Status::kOk)
-      return {other, Difference::kNone, static_cast<std::int32_t>(r)};
-  for (std::size_t r = 0; r < all.size() / 2; ++r)
-    if (all[2 * r + 1] != all[1]) return {Status::kOk, difference, static_cast<std::int32_t>(r)};
-  return {};
+Answer agree(MPI_Comm comm, Status status, std::uint64_t digest, Difference difference) noexcept {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  constexpr std::uint64_t kNoFailure = std::numeric_limits<std::uint64_t>::max();
+  constexpr int kRankShift = 32;
+  const std::uint64_t failure =
+      status == Status::kOk ? kNoFailure
+                            : static_cast<std::uint64_t>(rank) << kRankShift | static_cast<std::uint64_t>(status);
+  // The least of all ranks: the failure of the lowest rank, the least digest, and the complement of the largest.
+  std::uint64_t least[] = {failure, digest, ~digest};
+  MPI_Allreduce(MPI_IN_PLACE, least, 3, MPI_UINT64_T, MPI_MIN, comm);
+  if (least[0] != kNoFailure)
+    return {static_cast<Status>(least[0] & 0xffffffffu), Difference::kNone,
+            static_cast<std::int32_t>(least[0] >> kRankShift)};
+  if (least[1] == ~least[2]) return {};
+  std::uint64_t first = digest;
+  MPI_Bcast(&first, 1, MPI_UINT64_T, 0, comm);
+  int differs = digest == first ? std::numeric_limits<int>::max() : rank;
+  MPI_Allreduce(MPI_IN_PLACE, &differs, 1, MPI_INT, MPI_MIN, comm);
+  return {Status::kOk, difference, differs};
 }
 
 const char* to_string(Difference difference) noexcept {

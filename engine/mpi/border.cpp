@@ -13,18 +13,24 @@ constexpr std::size_t kFirstPairs = 4096;
 
 }  // namespace
 
-Border::Border(DistributedEngine& engine, const DistributedJob& job, const OwnPart& own, const RegionTable& table,
-               Traffic& traffic)
+Border::Border(DistributedEngine& engine, const DistributedJob& job, const OwnPart& own, Traffic& traffic)
     : engine_(engine),
       job_(job),
       own_(own),
-      table_(table),
+      table_(engine.near),
       traffic_(traffic),
-      mail_(engine.comm),
-      sent_(static_cast<std::size_t>(engine.rank_count)),
+      mail_(engine.comm, engine.rank_count, engine.spare),
+      exchanges_(static_cast<std::size_t>(engine.rank_count)),
       near_own_(engine.batches.size()),
-      near_ghost_(engine.batches.size()),
-      poses_(static_cast<std::size_t>(engine.rank_count)) {}
+      near_ghost_(engine.batches.size()) {
+  ghost_begins_.reserve(static_cast<std::size_t>(engine.rank_count) + 1);
+}
+
+bool Border::receive(int from, MessageKind kind, Bytes& out) noexcept {
+  const Receipt receipt = mail_.receive(from, kind, out);
+  if (receipt == Receipt::kDropped) attempt([] { return Status::kOutOfMemory; });
+  return receipt != Receipt::kEmpty;
+}
 
 // Both ranks know all regions, so both know who sends to whom.
 bool Border::sends_to(std::int32_t to, std::int32_t from) const {
@@ -36,67 +42,77 @@ bool Border::sends_to(std::int32_t to, std::int32_t from) const {
 }
 
 // Per region of this rank that has somebody to send: its index, how many, and the bounds of each, with its layers.
-void Border::send_bounds() {
+void Border::compose_bounds(std::int32_t to) {
   const Span<const Region> regions = table_.of(engine_.rank);
-  for (std::int32_t to = 0; to < engine_.rank_count; ++to) {
-    if (!sends_to(to, engine_.rank)) continue;
-    Bytes message;
-    for (std::uint32_t r = 0; r < regions.size; ++r) {
-      const Region& here = regions[r];
-      std::vector<WorldBounds> reached;
-      for (const Region& there : table_.of(to))
-        if (needs(own_.partners, to, there, engine_.rank, here)) reached.push_back(there.bounds);
-      if (reached.empty()) continue;
-      const OwnBatch& batch = own_.batches[here.batch - 1];
-      const BatchInput& input = batch.given->input;
-      const Point middle = middle_of(here);
-      Bytes records;
-      std::uint32_t count = 0;
-      for (std::uint32_t i = 0; i < batch.count; ++i) {
-        if (batch.bounds[i].none()) continue;
-        const WorldBounds world = batch.world(i, job_.margin);
-        if (size_class(world) != here.size ||
-            std::none_of(reached.begin(), reached.end(), [&](const WorldBounds& there) { return meet(world, there); }))
-          continue;
-        append(records, relative_to(middle.at, batch.origin(i), batch.bounds[i]));
-        if (!input.layers.empty()) append(records, input.layers[i]);
-        if (!input.layer_masks.empty()) append(records, input.layer_masks[i]);
-        sent_[static_cast<std::size_t>(to)].push_back({here.batch, i});
-        ++count;
-      }
-      if (count == 0) continue;
-      append(message, r);
-      append(message, count);
-      append(message, records.data(), records.size());
-      traffic_.bounds_sent += count;
+  Bytes message;
+  for (std::uint32_t r = 0; r < regions.size; ++r) {
+    const Region& here = regions[r];
+    std::vector<WorldBounds> reached;
+    for (const Region& there : table_.of(to))
+      if (needs(own_.partners, to, there, engine_.rank, here)) reached.push_back(there.bounds);
+    if (reached.empty()) continue;
+    const OwnBatch& batch = own_.batches[here.batch - 1];
+    const BatchInput& input = batch.given->input;
+    const Point middle = middle_of(here);
+    Bytes records;
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < batch.count; ++i) {
+      if (batch.bounds[i].none()) continue;
+      const WorldBounds world = batch.world(i, job_.margin);
+      if (size_class(world) != here.size ||
+          std::none_of(reached.begin(), reached.end(), [&](const WorldBounds& there) { return meet(world, there); }))
+        continue;
+      append(records, relative_to(middle.at, batch.origin(i), batch.bounds[i]));
+      if (!input.layers.empty()) append(records, input.layers[i]);
+      if (!input.layer_masks.empty()) append(records, input.layer_masks[i]);
+      with(to).sent.push_back({here.batch, i});
+      ++count;
     }
-    mail_.send(std::move(message), to, MessageKind::kBounds, traffic_.bounds);
+    if (count == 0) continue;
+    append(message, r);
+    append(message, count);
+    append(message, records.data(), records.size());
+    traffic_.bounds_sent += count;
+  }
+  mail_.send(std::move(message), to, MessageKind::kBounds, traffic_.bounds);
+}
+
+void Border::send_bounds() noexcept {
+  for (std::int32_t to = 0; to < engine_.rank_count; ++to) {
+    if (!sends_to(to, engine_.rank) || attempt([&] { compose_bounds(to); })) continue;
+    with(to).sent.clear();
+    mail_.send_nothing(to, MessageKind::kBounds, traffic_.bounds);
   }
 }
 
-void Border::receive_bounds() {
+void Border::read_bounds(std::int32_t from, const Bytes& message) {
+  Reader reader(message);
+  while (!reader.at_end()) {
+    const Region& region = table_.of(from)[reader.read<std::uint32_t>()];
+    const auto count = reader.read<std::uint32_t>();
+    const Point middle = middle_of(region);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      Ghost ghost = {{from, region.size}, region.batch, &region, reader.read<RelativeBounds>(), ~0u, ~0u};
+      if (region.members & kHasLayers) ghost.layers = reader.read<std::uint32_t>();
+      if (region.members & kHasMasks) ghost.layer_mask = reader.read<std::uint32_t>();
+      const WorldBounds world = in_world(middle.at, ghost.bounds, job_.margin);
+      if (i == 0)
+        groups_.push_back({&region, from, world});
+      else
+        widen(groups_.back().bounds, world);
+      near_ghost_[region.batch - 1].push_back(static_cast<std::uint32_t>(ghosts_.size()));
+      ghosts_.push_back(ghost);
+    }
+  }
+}
+
+void Border::receive_bounds() noexcept {
+  Bytes message;
   for (std::int32_t from = 0; from < engine_.rank_count; ++from) {
     ghost_begins_.push_back(ghosts_.size());
     if (!sends_to(engine_.rank, from)) continue;
-    const Bytes message = mail_.receive(from, MessageKind::kBounds);
-    Reader reader(message);
-    while (!reader.at_end()) {
-      const Region& region = table_.of(from)[reader.read<std::uint32_t>()];
-      const auto count = reader.read<std::uint32_t>();
-      const Point middle = middle_of(region);
-      for (std::uint32_t i = 0; i < count; ++i) {
-        Ghost ghost = {{from, region.size}, region.batch, &region, reader.read<RelativeBounds>(), ~0u, ~0u};
-        if (region.members & kHasLayers) ghost.layers = reader.read<std::uint32_t>();
-        if (region.members & kHasMasks) ghost.layer_mask = reader.read<std::uint32_t>();
-        const WorldBounds world = in_world(middle.at, ghost.bounds, job_.margin);
-        if (i == 0)
-          groups_.push_back({&region, from, world});
-        else
-          widen(groups_.back().bounds, world);
-        near_ghost_[region.batch - 1].push_back(static_cast<std::uint32_t>(ghosts_.size()));
-        ghosts_.push_back(ghost);
-      }
-    }
+    with(from).heard = receive(from, MessageKind::kBounds, message);
+    attempt([&] { read_bounds(from, message); });
   }
   ghost_begins_.push_back(ghosts_.size());
 }
@@ -142,8 +158,13 @@ std::vector<PairRule> Border::rules() const {
   return out;
 }
 
-Status Border::find_pairs() {
+void Border::find_pairs() noexcept {
+  attempt([&] { return choose_pairs(); });
+}
+
+Status Border::choose_pairs() {
   choose_own();
+  if (const Status status = refill_slots(border_rooms(engine_)); status != Status::kOk) return status;
 
   // This rank's characters of a batch come first, then the ghosts. Ghosts are placed at the middle of their region.
   std::vector<GatheredInput> gathered(engine_.batches.size());
@@ -152,7 +173,6 @@ Status Border::find_pairs() {
   for (std::uint32_t b = 0; b < engine_.batches.size(); ++b) {
     const std::size_t count = near_own_[b].size() + near_ghost_[b].size();
     if (count == 0) continue;
-    Batch& batch = engine_.batches[b];
     const std::uint32_t members = members_of_batch(b + 1);
     GatheredInput& places = gathered[b];
     const auto add = [&](const double* about, const RelativeBounds& relative, std::uint32_t layers,
@@ -174,9 +194,7 @@ Status Border::find_pairs() {
       add(middle_of(*ghost.region).at, ghost.bounds, ghost.layers, ghost.layer_mask);
     }
     const auto needed = static_cast<std::uint32_t>(std::min<std::size_t>(count, ~0u));
-    if (const Status status = make_room(*engine_.border, b + 1, batch, needed, batch.border_room);
-        status != Status::kOk)
-      return status;
+    if (const Status status = make_room(border_rooms(engine_), b + 1, needed); status != Status::kOk) return status;
     BatchInput input = places.input({b + 1}, 0, needed);
     input.bounds = bounds[b];
     inputs.push_back(input);
@@ -223,47 +241,50 @@ Status Border::find_pairs() {
 }
 
 // For each ghost that is wanted its place among those of its rank.
-void Border::send_requests() {
+void Border::send_requests() noexcept {
   for (std::int32_t from = 0; from < engine_.rank_count; ++from) {
-    if (!sends_to(engine_.rank, from)) continue;
-    const std::size_t begin = ghost_begins_[static_cast<std::size_t>(from)];
-    const std::size_t end = ghost_begins_[static_cast<std::size_t>(from) + 1];
-    if (begin == end) continue;
-    Bytes message;
-    for (std::size_t g = begin; g < end; ++g)
-      if (ghosts_[g].wanted) append(message, static_cast<std::uint32_t>(g - begin));
-    mail_.send(std::move(message), from, MessageKind::kRequest, traffic_.requests);
+    Exchange& exchange = with(from);
+    if (!exchange.heard) continue;
+    const bool sent = attempt([&] {
+      const std::size_t begin = ghost_begins_[static_cast<std::size_t>(from)];
+      const std::size_t end = ghost_begins_[static_cast<std::size_t>(from) + 1];
+      Bytes message;
+      for (std::size_t g = begin; g < end; ++g)
+        if (ghosts_[g].wanted) append(message, static_cast<std::uint32_t>(g - begin));
+      const bool asks = !message.empty();
+      mail_.send(std::move(message), from, MessageKind::kRequest, traffic_.requests);
+      exchange.asked = asks;
+    });
+    if (!sent) mail_.send_nothing(from, MessageKind::kRequest, traffic_.requests);
   }
 }
 
 // For each character its number and its part of the input.
-void Border::answer_requests() {
+void Border::answer_requests() noexcept {
+  Bytes request;
   for (std::int32_t to = 0; to < engine_.rank_count; ++to) {
-    const std::vector<Sent>& sent = sent_[static_cast<std::size_t>(to)];
-    if (sent.empty()) continue;
-    const Bytes request = mail_.receive(to, MessageKind::kRequest);
-    if (request.empty()) continue;
-    Reader reader(request);
-    Bytes message;
-    while (!reader.at_end()) {
-      const Sent& asked = sent[reader.read<std::uint32_t>()];
-      const RankInput& given = *own_.batches[asked.batch - 1].given;
-      append(message, given.numbers[asked.index]);
-      append_record(message, given.input, asked.index, engine_.batches[asked.batch - 1].link_count);
-      ++traffic_.poses_sent;
-    }
-    mail_.send(std::move(message), to, MessageKind::kPoses, traffic_.poses);
+    const std::vector<Sent>& sent = with(to).sent;
+    if (sent.empty() || !receive(to, MessageKind::kRequest, request)) continue;
+    const bool answered = attempt([&] {
+      Reader reader(request);
+      Bytes message;
+      while (!reader.at_end()) {
+        const Sent& asked = sent[reader.read<std::uint32_t>()];
+        const RankInput& given = *own_.batches[asked.batch - 1].given;
+        append(message, given.numbers[asked.index]);
+        append_record(message, given.input, asked.index, engine_.batches[asked.batch - 1].link_count);
+        ++traffic_.poses_sent;
+      }
+      mail_.send(std::move(message), to, MessageKind::kPoses, traffic_.poses);
+    });
+    if (!answered) mail_.send_nothing(to, MessageKind::kPoses, traffic_.poses);
   }
 }
 
-void Border::receive_poses() {
-  for (std::int32_t from = 0; from < engine_.rank_count; ++from) {
-    const auto r = static_cast<std::size_t>(from);
-    const auto begin = ghosts_.begin() + static_cast<std::ptrdiff_t>(ghost_begins_[r]);
-    const auto end = ghosts_.begin() + static_cast<std::ptrdiff_t>(ghost_begins_[r + 1]);
-    if (std::any_of(begin, end, [](const Ghost& ghost) { return ghost.wanted; }))
-      poses_[r] = mail_.receive(from, MessageKind::kPoses);
-  }
+void Border::receive_poses() noexcept {
+  for (std::int32_t from = 0; from < engine_.rank_count; ++from)
+    // An empty answer is that of a rank without memory, which tells so at the end of the frame.
+    if (with(from).asked && !receive(from, MessageKind::kPoses, with(from).poses)) is_complete_ = false;
 }
 
 }  // namespace cab::mpi

@@ -8,7 +8,11 @@
 
 namespace cab::mpi {
 
-Status Border::test(LocalHits& out, FrameStats& stats) {
+void Border::test(LocalHits& out, FrameStats& stats) noexcept {
+  if (is_complete_) attempt([&] { return test_pairs(out, stats); });
+}
+
+Status Border::test_pairs(LocalHits& out, FrameStats& stats) {
   std::vector<std::vector<Entry>> entries(engine_.batches.size());
   std::vector<GatheredInput> received(engine_.batches.size());
   for (std::vector<std::uint32_t>& ghosts : near_ghost_) ghosts.clear();
@@ -16,7 +20,7 @@ Status Border::test(LocalHits& out, FrameStats& stats) {
     for (const std::uint32_t i : near_own_[b])
       entries[b].push_back({own_.batches[b].given->numbers[i], i, nullptr, owner_of(b + 1, i)});
   for (std::size_t r = 0; r + 1 < ghost_begins_.size(); ++r) {
-    Reader reader(poses_[r]);
+    Reader reader(exchanges_[r].poses);
     for (std::size_t g = ghost_begins_[r]; g < ghost_begins_[r + 1]; ++g) {
       Ghost& ghost = ghosts_[g];
       if (!ghost.wanted) continue;

@@ -2,11 +2,12 @@
 
 #include "engine/mpi/agreement.h"
 #include "engine/mpi/digest.h"
+#include "engine/mpi/out_of_memory.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
-#include <new>
+#include <utility>
 
 namespace cab::mpi {
 namespace {
@@ -115,28 +116,40 @@ Status add_to_both(DistributedEngine& engine, const StaticDesc& desc, BatchId& o
 // Calls `add`, and has all ranks agree on what was added.
 template <class Add>
 Answer add_on_all(DistributedEngine& engine, std::uint64_t digest, Add&& add) {
-  Status status;
-  try {
-    status = add();
-  } catch (const std::bad_alloc&) { status = Status::kOutOfMemory; }
-  return agree(engine.comm, status, digest, Difference::kAdded);
+  return agree(engine.comm, or_out_of_memory(add), digest, Difference::kAdded);
 }
 
 }  // namespace
 
-Status make_room(Engine& engine, std::uint32_t slot, const Batch& batch, std::uint32_t needed, std::uint32_t& room) {
+// A batch is added to the lowest empty slot, so the slots are filled from the lowest one on.
+Status refill_slots(const Rooms& rooms) {
+  for (Batch& batch : rooms.batches) {
+    if (batch.is_static() || batch.*rooms.room > 0) continue;
+    BatchId id;
+    if (const Status status = cab::add_batch(rooms.engine, {batch.articulation, 1, BatchKind::kCharacters}, &id);
+        status != Status::kOk)
+      return status;
+    batch.*rooms.room = 1;
+  }
+  return Status::kOk;
+}
+
+Status make_room(const Rooms& rooms, std::uint32_t slot, std::uint32_t needed) {
+  Batch& batch = rooms.batches[slot - 1];
+  std::uint32_t& room = batch.*rooms.room;
   if (needed <= room) return Status::kOk;
   if (needed > kMaxInstances) return Status::kTooManyInstances;
-  if (const Status status = remove_batch(engine, {slot}); status != Status::kOk) return status;
-  BatchId id;
-  const std::uint32_t wanted = std::min(needed + needed / 8, kMaxInstances);
-  const Status status = cab::add_batch(engine, {batch.articulation, wanted, BatchKind::kCharacters}, &id);
-  if (status == Status::kOk) {
+  // The old batch goes first, so that both need not fit.
+  if (const Status status = remove_batch(rooms.engine, {slot}); status != Status::kOk) return status;
+  const std::uint32_t before = std::exchange(room, 0);
+  for (const std::uint32_t wanted : {std::min(needed + needed / 8, kMaxInstances), needed, before}) {
+    BatchId id;
+    if (cab::add_batch(rooms.engine, {batch.articulation, wanted, BatchKind::kCharacters}, &id) != Status::kOk)
+      continue;
     room = wanted;
-    return status;
+    break;
   }
-  if (cab::add_batch(engine, {batch.articulation, room, BatchKind::kCharacters}, &id) != Status::kOk) room = 0;
-  return status;
+  return room >= needed ? Status::kOk : Status::kOutOfMemory;
 }
 
 Answer create(MPI_Comm comm, const DistributedDesc& desc, DistributedEngine** out) noexcept {
@@ -147,9 +160,16 @@ Answer create(MPI_Comm comm, const DistributedDesc& desc, DistributedEngine** ou
   alone.scheduler = nullptr;
   for (EnginePtr& engine : engines)
     if (status == Status::kOk) status = add_engine(&engine == &engines[2] ? alone : desc.engine, engine);
-  auto* const made = new (std::nothrow) DistributedEngine;
-  std::unique_ptr<DistributedEngine> engine(made);
-  if (!engine) status = Status::kOutOfMemory;
+  int rank_count = 1;
+  MPI_Comm_size(comm, &rank_count);
+  std::unique_ptr<DistributedEngine> engine;
+  if (const Status made = or_out_of_memory([&] {
+        engine = std::make_unique<DistributedEngine>();
+        engine->reached = engine->near = RegionTable(rank_count);
+        engine->spare.resize(kPartBytes);
+      });
+      status == Status::kOk)
+    status = made;
 
   // Of exact tests only FCL's may be missing, which a frame would refuse.
   Digest version;
@@ -166,7 +186,7 @@ Answer create(MPI_Comm comm, const DistributedDesc& desc, DistributedEngine** ou
 
   MPI_Comm_dup(comm, &engine->comm);
   MPI_Comm_rank(engine->comm, &engine->rank);
-  MPI_Comm_size(engine->comm, &engine->rank_count);
+  engine->rank_count = rank_count;
   engine->own = std::move(engines[0]);
   engine->border = std::move(engines[1]);
   engine->bounds = std::move(engines[2]);

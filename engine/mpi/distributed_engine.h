@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/mpi/reach.h"
+#include "engine/mpi/regions.h"
 
 #include <cab/cab.h>
 #include <cab/mpi.h>
@@ -38,11 +39,26 @@ struct DistributedEngine {
   std::vector<std::uint32_t> slices;
   std::vector<std::vector<LinkReach>> reaches;  // by articulation's slot - 1
   std::vector<Batch> batches;                   // by slot - 1
+  RegionTable reached, near;                    // of all characters by their reach; of those that may meet others'
+  Bytes spare;                                  // of Mail
   std::vector<Hit> hits;
   std::vector<Contact> contacts;
 };
 
-// Makes room for `needed` instances of a batch in one of the engines. room: what it has.
-Status make_room(Engine& engine, std::uint32_t slot, const Batch& batch, std::uint32_t needed, std::uint32_t& room);
+// One of the engines that hold instances, and what Batch knows of them.
+struct Rooms {
+  Engine& engine;
+  std::vector<Batch>& batches;
+  std::uint32_t Batch::*room;
+};
+inline Rooms own_rooms(DistributedEngine& engine) { return {*engine.own, engine.batches, &Batch::own_room}; }
+inline Rooms border_rooms(DistributedEngine& engine) { return {*engine.border, engine.batches, &Batch::border_room}; }
+
+// Fills the slots that make_room has left empty. To be called before make_room in each frame.
+Status refill_slots(const Rooms& rooms);
+
+// Makes room for `needed` instances of a batch. If there is no memory, the batch has as much room as before, or its
+// slot is empty and the room 0.
+Status make_room(const Rooms& rooms, std::uint32_t slot, std::uint32_t needed);
 
 }  // namespace cab::mpi

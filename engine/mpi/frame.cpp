@@ -1,9 +1,11 @@
 // One frame of all ranks.
 #include "engine/mpi/agreement.h"
 #include "engine/mpi/border.h"
+#include "engine/mpi/out_of_memory.h"
 
+#include <algorithm>
 #include <cstddef>
-#include <new>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -11,8 +13,8 @@ namespace cab::mpi {
 namespace {
 
 // The first rank whose input of a batch is not made as that of the first rank which has one.
-Answer compare_members(const RegionTable& table, std::size_t batch_count) {
-  std::vector<const Region*> first(batch_count, nullptr);
+Answer compare_members(const RegionTable& table, std::vector<const Region*>& first) {
+  std::fill(first.begin(), first.end(), nullptr);
   for (std::int32_t r = 0; static_cast<std::size_t>(r) + 1 < table.begins.size(); ++r)
     for (const Region& region : table.of(r)) {
       const Region*& before = first[region.batch - 1];
@@ -42,47 +44,51 @@ void count_regions(const DistributedEngine& engine, std::size_t regions, Message
 
 }  // namespace
 
+// All memory is taken inside or_out_of_memory, and no rank leaves the frame before the others know that it does: it
+// tells its status where all ranks gather or agree, and in between it sends empty messages and takes those of others.
 Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept {
   OwnPart part;
-  Status status;
-  try {
-    status = make_own_part(engine, job, part);
-  } catch (const std::bad_alloc&) { status = Status::kOutOfMemory; }
+  Status status = or_out_of_memory([&] { return make_own_part(engine, job, part); });
   if (const Answer answer = agree(engine.comm, status, digest_of(job), Difference::kJob); !answer.ok()) return answer;
-  const RegionTable reached = gather_regions(engine.comm, part.regions);
-  if (const Answer answer = compare_members(reached, engine.batches.size()); !answer.ok()) return answer;
+  if (const Answer answer = gather_regions(engine.comm, Status::kOk, part.regions, engine.reached); !answer.ok())
+    return answer;
+  if (const Answer answer = compare_members(engine.reached, part.first_regions); !answer.ok()) return answer;
 
-  // A call that fails does not keep this rank from answering the others. All learn of it at the end.
   const std::size_t reached_regions = part.regions.size();
-  const Status bound = bound_near(engine, job, reached, part);
-  const RegionTable table = gather_regions(engine.comm, part.regions);
   job.traffic = {};
+  std::optional<Border> border;
+  status = or_out_of_memory([&] {
+    border.emplace(engine, job, part, job.traffic);
+    return bound_near(engine, job, engine.reached, part);
+  });
+  if (const Answer answer = gather_regions(engine.comm, status, part.regions, engine.near); !answer.ok()) return answer;
   count_regions(engine, reached_regions + part.regions.size(), job.traffic.regions);
-  Border border(engine, job, part, table, job.traffic);
-  border.send_bounds();
+  border->send_bounds();
   LocalHits own, across;
   own.hits = std::move(engine.hits);
   own.contacts = std::move(engine.contacts);
   FrameJob frame = own_job(job, part);
-  status = run_local(*engine.own, frame, job.contacts, own);
+  status = or_out_of_memory([&] { return run_local(*engine.own, frame, job.contacts, own); });
   job.own_stats = frame.stats;
   job.border_stats = {};
-  border.receive_bounds();
-  Status near = border.find_pairs();
-  border.send_requests();
-  border.answer_requests();
-  border.receive_poses();
-  if (near == Status::kOk) near = border.test(across, job.border_stats);
-  border.end();
-  if (status == Status::kOk) status = bound != Status::kOk ? bound : near;
-
-  number_hits(part, own);
-  merge_hits(own, across);
+  border->receive_bounds();
+  border->find_pairs();
+  border->send_requests();
+  border->answer_requests();
+  border->receive_poses();
+  border->test(across, job.border_stats);
+  border->end();
+  if (status == Status::kOk) status = border->status();
+  if (status == Status::kOk)
+    status = or_out_of_memory([&] {
+      number_hits(part, own);
+      merge_hits(own, across);
+    });
   engine.hits = std::move(own.hits);
   engine.contacts = std::move(own.contacts);
   job.hit_list = engine.hits;
   job.contact_list = engine.contacts;
-  return agree(engine.comm, status, border.has_twice() ? 1 + static_cast<std::uint64_t>(engine.rank) : 0,
+  return agree(engine.comm, status, border->has_twice() ? 1 + static_cast<std::uint64_t>(engine.rank) : 0,
                Difference::kNumbers);
 }
 

@@ -21,7 +21,7 @@ bool ascend_below(Span<const std::uint32_t> numbers, std::uint32_t end) {
 Status take(DistributedEngine& engine, const RankInput& given, OwnPart& part) {
   const std::uint32_t at = slot(given.input.batch);
   if (at == 0 || at > engine.batches.size()) return Status::kUnknownBatch;
-  Batch& batch = engine.batches[at - 1];
+  const Batch& batch = engine.batches[at - 1];
   part.inputs.push_back(given.input);
   part.inputs.back().batch = {at};
   if (batch.is_static()) return given.numbers.empty() ? Status::kOk : Status::kBadInstances;
@@ -41,7 +41,7 @@ Status take(DistributedEngine& engine, const RankInput& given, OwnPart& part) {
     return Status::kOk;
   }
   part.inputs.back().count = own.count;
-  return make_room(*engine.own, at, batch, own.count, batch.own_room);
+  return make_room(own_rooms(engine), at, own.count);
 }
 
 void add_regions(const OwnBatch& own, std::uint32_t batch, float margin, std::vector<Region>& regions) {
@@ -97,6 +97,8 @@ Status make_own_part(DistributedEngine& engine, const DistributedJob& job, OwnPa
   if (job.report == Report::kInContact) return Status::kBadReport;
   if (job.policies.strategy == Strategy::kExactAll) return Status::kBadPolicy;
   part.batches.resize(engine.batches.size());
+  part.first_regions.resize(engine.batches.size());
+  if (const Status status = refill_slots(own_rooms(engine)); status != Status::kOk) return status;
   for (const RankInput& given : job.inputs)
     if (const Status status = take(engine, given, part); status != Status::kOk) return status;
 

@@ -26,6 +26,7 @@ struct OwnPart {
   std::vector<OwnBatch> batches;   // by slot - 1
   std::vector<BatchInput> inputs;  // of the engine `own`
   std::vector<Region> regions;
+  std::vector<const Region*> first_regions;  // of all ranks, by slot - 1: room for comparing them
   Partners partners;
 };
 

@@ -1,8 +1,10 @@
 #include "engine/mpi/regions.h"
 
+#include "engine/mpi/agreement.h"
+#include "engine/mpi/out_of_memory.h"
+
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace cab::mpi {
 
@@ -33,15 +35,29 @@ std::uint32_t members_of(const BatchInput& input) {
 
 PoseFormat format_of(std::uint32_t members) { return static_cast<PoseFormat>(members >> 8); }
 
-RegionTable gather_regions(MPI_Comm comm, const std::vector<Region>& own) {
-  Bytes bytes;
-  append(bytes, own.data(), own.size());
-  RegionTable table;
-  const Bytes all = gather_all(comm, bytes, table.begins);
-  table.regions.resize(all.size() / sizeof(Region));
-  if (!all.empty()) std::memcpy(table.regions.data(), all.data(), all.size());
-  for (std::size_t& begin : table.begins) begin /= sizeof(Region);
-  return table;
+Answer gather_regions(MPI_Comm comm, Status status, const std::vector<Region>& own, RegionTable& table) noexcept {
+  // A rank that failed has no regions. It tells its status, below 0, in the place of their size.
+  const int size = status == Status::kOk ? static_cast<int>(own.size() * sizeof(Region)) : -static_cast<int>(status);
+  MPI_Allgather(&size, 1, MPI_INT, table.sizes.data(), 1, MPI_INT, comm);
+  int sum = 0;
+  for (std::size_t r = 0; r < table.sizes.size(); ++r) {
+    if (table.sizes[r] < 0) return {static_cast<Status>(-table.sizes[r]), Difference::kNone, static_cast<int>(r)};
+    table.offsets[r] = sum;
+    table.begins[r] = static_cast<std::size_t>(sum) / sizeof(Region);
+    sum += table.sizes[r];
+  }
+  const std::size_t count = static_cast<std::size_t>(sum) / sizeof(Region);
+  table.begins.back() = count;
+  // All ranks know the count, so all know whether there must be more room than ever before.
+  if (count > table.room) {
+    const Status grown = or_out_of_memory([&] { table.regions.resize(count); });
+    if (const Answer answer = agree(comm, grown, 0, Difference::kNone); !answer.ok()) return answer;
+    table.room = count;
+  }
+  table.regions.resize(count);
+  MPI_Allgatherv(own.data(), size, MPI_BYTE, table.regions.data(), table.sizes.data(), table.offsets.data(), MPI_BYTE,
+                 comm);
+  return {};
 }
 
 Point middle_of(const Region& region) {

@@ -57,12 +57,25 @@ class Partners {
 struct RegionTable {
   std::vector<Region> regions;      // by rank
   std::vector<std::size_t> begins;  // of each rank's, and their end
+  std::size_t room = 0;             // how many regions all ranks have room for; the same on every rank
+  // What gathering needs, by rank, in bytes.
+  std::vector<int> sizes, offsets;
+
+  RegionTable() = default;
+  // Throws std::bad_alloc.
+  explicit RegionTable(std::int32_t rank_count)
+      : begins(static_cast<std::size_t>(rank_count) + 1),
+        sizes(static_cast<std::size_t>(rank_count)),
+        offsets(static_cast<std::size_t>(rank_count)) {}
   Span<const Region> of(std::int32_t rank) const {
     const auto r = static_cast<std::size_t>(rank);
     return {regions.data() + begins[r], begins[r + 1] - begins[r]};
   }
 };
-RegionTable gather_regions(MPI_Comm comm, const std::vector<Region>& own);
+
+// Gathers the regions of all ranks that know theirs. The answer is the status of the lowest rank that is not kOk; else
+// kOutOfMemory, if a rank has no room for the table. Collective.
+Answer gather_regions(MPI_Comm comm, Status status, const std::vector<Region>& own, RegionTable& table) noexcept;
 
 // The middle of a region, to which bounds of its characters are relative when they are sent.
 struct Point {

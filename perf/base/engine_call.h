@@ -1,6 +1,7 @@
 // Calls of the engine whose failure ends a command.
 #pragma once
 
+#include "perf/base/out_of_memory.h"
 #include "perf/oracle/engine_ptr.h"
 
 #include <stdexcept>
@@ -10,6 +11,7 @@ namespace cab::perf {
 
 // Throws std::runtime_error with `what` and the status in words, unless that is kOk.
 inline void require(Status status, const std::string& what) {
+  if (status == Status::kOutOfMemory) throw std::runtime_error(what + ": " + out_of_memory());
   if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
 }
 

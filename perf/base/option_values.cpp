@@ -57,10 +57,9 @@ std::array<double, 3> read_offset(const std::string& option, const std::string& 
   return offset;
 }
 
-double read_positive(const std::string& option, const std::string& text) {
+double read_positive(const std::string& option, const std::string& text, const std::string& example) {
   double value = 0;
-  if (!read_finite(text, value) || !(value > 0))
-    reject(option, text, "a number above 0, for example 0.0254 for inches");
+  if (!read_finite(text, value) || !(value > 0)) reject(option, text, "a number above 0, for example " + example);
   return value;
 }
 

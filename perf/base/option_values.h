@@ -23,8 +23,11 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
 // X,Y,Z: three finite numbers.
 std::array<double, 3> read_offset(const std::string& option, const std::string& text);
 
-// A finite number above zero.
-double read_positive(const std::string& option, const std::string& text);
+// How the unit of a file in metres may be given.
+inline constexpr const char* kUnitExample = "0.0254 for inches";
+
+// A finite number above zero. example: what the option may well be.
+double read_positive(const std::string& option, const std::string& text, const std::string& example = "0.5");
 
 // A finite number that is 0 or above.
 double read_not_negative(const std::string& option, const std::string& text);

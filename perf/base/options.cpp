@@ -82,7 +82,8 @@ void add_units(CLI::App& command, const std::string& what, std::vector<double>& 
       .add_option_function<std::vector<std::string>>(
           "--units",
           [&metres_per_unit](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) metres_per_unit.push_back(read_positive("--units", text));
+            for (const std::string& text : texts)
+              metres_per_unit.push_back(read_positive("--units", text, kUnitExample));
           },
           "length unit of a " + what + " in metres (default 1); give it once for all " + what + "s or once per " + what)
       ->type_name("METRES_PER_UNIT")

@@ -5,45 +5,17 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <streambuf>
 
+#include "perf/base/signals.h"
+
 namespace cab::perf {
 namespace {
-
-// The files that a signal removes. A command has few outputs at once.
-constexpr std::size_t kMostFilesAside = 8;
-std::array<std::atomic<const char*>, kMostFilesAside> files_aside = {};
-
-// Calls only what a signal handler may call.
-extern "C" void remove_files_aside(int signal) {
-  for (const std::atomic<const char*>& file : files_aside)
-    if (const char* const path = file.load()) unlink(path);
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
-}
-
-void remove_at_signals(const std::string& path) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-    if (std::signal(signal, remove_files_aside) == SIG_IGN) std::signal(signal, SIG_IGN);  // as `nohup` has it
-  for (std::atomic<const char*>& file : files_aside) {
-    const char* none = nullptr;
-    if (file.compare_exchange_strong(none, path.c_str())) return;
-  }
-}
-
-void keep_at_signals(const std::string& path) {
-  for (std::atomic<const char*>& file : files_aside) {
-    const char* expected = path.c_str();
-    if (file.compare_exchange_strong(expected, nullptr)) return;
-  }
-}
 
 [[noreturn]] void fail(const char* what, const std::string& path, int reason) {
   throw std::runtime_error(std::string(what) + path + ": " + std::strerror(reason));

@@ -9,7 +9,7 @@ namespace cab::perf {
 
 // A file to write, or none if the path is empty. It is opened before the work of which it holds the result, and written
 // beside its place, under a name that begins with its own. close() moves it there. Until then an older file of that
-// name stays as it is. Without close(), and at SIGINT, SIGTERM and SIGHUP, the new file is removed. What is not a
+// name stays as it is. Without close(), and at signals that end the command, the new file is removed. What is not a
 // regular file, such as a device or a pipe, is written directly. A failure throws std::runtime_error with the path and
 // the system's reason.
 class OutputFile {

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "perf/base/signals.h"
+
 namespace cab::perf {
 namespace {
 
@@ -68,11 +70,15 @@ ProgressBar::ProgressBar(std::string label, std::uint64_t total)
       total_(total),
       start_(std::chrono::steady_clock::now()),
       on_(total > 0 && isatty(STDERR_FILENO) == 1) {
-  if (on_) draw();
+  if (!on_) return;
+  clear_line_at_signals(true);
+  draw();
 }
 
 ProgressBar::~ProgressBar() {
-  if (on_) std::fputs("\r\033[K", stderr);
+  if (!on_) return;
+  std::fputs("\r\033[K", stderr);
+  clear_line_at_signals(false);
 }
 
 void ProgressBar::advance(std::uint64_t count) {

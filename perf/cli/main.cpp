@@ -6,11 +6,14 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <new>
 #include <string>
 #include <vector>
 
 #include "perf/base/option_values.h"
 #include "perf/base/options.h"
+#include "perf/base/out_of_memory.h"
+#include "perf/base/signals.h"
 #include "perf/base/usage.h"
 #include "perf/continuity/options.h"
 #include "perf/crowd/options.h"
@@ -143,6 +146,9 @@ int main_command(int argc, char** argv) {
     return wrong_use(app, error.what());
   } catch (const std::ios_base::failure&) {
     throw;  // of standard output: main says so
+  } catch (const std::bad_alloc&) {
+    std::cerr << "cab: " << out_of_memory() << '\n';
+    return kBadData;
   } catch (const std::exception& error) {
     std::cerr << "cab: " << one_line(error.what()) << '\n';
     return kBadData;
@@ -154,6 +160,7 @@ int main_command(int argc, char** argv) {
 }  // namespace cab::perf
 
 int main(int argc, char** argv) {
+  cab::perf::clean_up_at_signals();
   std::cout.exceptions(std::ios::badbit);  // so that errno is that of the write that failed
   try {
     const int exit_code = cab::perf::main_command(argc, argv);

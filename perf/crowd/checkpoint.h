@@ -11,7 +11,6 @@ namespace cab::perf {
 
 // What a rank has found and sent in all frames so far.
 struct RankTotals {
-  std::uint64_t file_bytes = 0;  // of its file of hits
   std::uint64_t hits = 0;
   std::uint64_t hits_sum = 0;                     // of perf/base/hit_sum.h
   std::array<std::uint64_t, 4> messages = {};     // regions, bounds, requests, poses

@@ -19,8 +19,10 @@ namespace cab::perf {
 // Every rank gets the same answer, so all throw.
 inline void require(const mpi::Answer& answer, const std::string& what) {
   if (answer.ok()) return;
-  throw AgreedFailure(what + ": rank " + std::to_string(answer.rank) + ": " +
-                      (answer.status != Status::kOk ? to_string(answer.status) : to_string(answer.difference)));
+  const char* const reason = answer.status == Status::kOutOfMemory ? "out of memory: its share of the crowd needs more"
+                             : answer.status != Status::kOk        ? to_string(answer.status)
+                                                                   : to_string(answer.difference);
+  throw AgreedFailure(what + ": rank " + std::to_string(answer.rank) + ": " + reason);
 }
 
 // One batch per group, every two characters paired, and then the level, as CrowdSession has it.

@@ -18,11 +18,16 @@ static_assert(sizeof(HitRecord) == 28, "no padding in the file");
 // All failures throw std::runtime_error with the path and the system's reason.
 class HitFile {
  public:
-  // Opens a file, makes it if it is not there, and cuts it to `size` bytes. Throws too if it is shorter.
-  HitFile(const std::string& path, std::uint64_t size);
+  // Opens a file, makes it if it is not there, and keeps other runs from it as long as it is open. Throws too if
+  // another run has it, or if it is a symbolic link or no regular file.
+  explicit HitFile(const std::string& path);
   ~HitFile();
   HitFile(const HitFile&) = delete;
   HitFile& operator=(const HitFile&) = delete;
+
+  // Goes on behind the first hits of the file, and cuts off what follows them. Throws if the file does not have so many
+  // hits or if hits_sum is not the sum over them (perf/base/hit_sum.h): then it is damaged.
+  void go_on_behind(std::uint64_t hit_count, std::uint64_t hits_sum);
 
   // Appends the hits of a frame. If that fails, the file is cut back to what it was before.
   void append(std::uint32_t frame, Span<const Hit> hits);
@@ -36,7 +41,7 @@ class HitFile {
   std::uint64_t size() const { return size_; }
 
  private:
-  void write_all(const void* data, std::size_t size);
+  std::size_t read_all(void* data, std::size_t size, std::uint64_t from) const;
 
   std::string path_;
   int file_ = -1;

@@ -13,6 +13,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -27,6 +28,7 @@
 #include "perf/crowd/hit_file.h"
 #include "perf/crowd/rank_share.h"
 #include "perf/crowd/ranks.h"
+#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
@@ -67,6 +69,21 @@ std::uint64_t peak_memory() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
+// Where two texts of space-separated words first differ: "X, not Y".
+std::string difference(const std::string& found, const std::string& expected) {
+  const auto words_of = [](const std::string& text) {
+    std::istringstream words(text);
+    return std::vector<std::string>(std::istream_iterator<std::string>(words), {});
+  };
+  const std::vector<std::string> all_found = words_of(found), all_expected = words_of(expected);
+  const auto [at, of] = std::mismatch(all_found.begin(), all_found.end(), all_expected.begin(), all_expected.end());
+  constexpr std::size_t kMost = 60;
+  const auto word = [](auto it, const std::vector<std::string>& words) {
+    return it == words.end() ? std::string("nothing") : scenes::printable(it->substr(0, kMost));
+  };
+  return word(at, all_found) + ", not " + word(of, all_expected);
+}
+
 class Run {
  public:
   Run(const CrowdOptions& options, std::string program, const scenes::Crowd& crowd, const Ranks& ranks)
@@ -85,7 +102,7 @@ class Run {
       const double seconds = frame_ / kCrowdFramesPerSecond;
       // What follows from a frame alone is the same after a restart.
       if (frame_ % options_.checkpoint == 0) ranks_.together([&] { share_.cut(seconds); });
-      share_.pose(seconds);
+      ranks_.together([&] { share_.pose(seconds); });
       run_frame();
       bar.advance(1);
       if (file_ && (frame_ % options_.checkpoint == 0 || frame_ == options_.frame_count)) keep();
@@ -165,36 +182,60 @@ class Run {
   std::string state_path() const { return options_.out_folder + "/state.json"; }
 
   // What an earlier run has left, or nothing.
-  Checkpoint read_state() const {
-    const std::optional<Checkpoint> found = read_checkpoint(state_path());
-    if (!found) return {};
+  std::optional<Checkpoint> read_state() const {
+    std::optional<Checkpoint> found = read_checkpoint(state_path());
+    if (!found) return found;
     if (found->program != program_)
-      throw std::runtime_error(state_path() + " is of another run (" + found->program + "), not of this one (" +
-                               program_ + "); choose another folder, or remove it");
+      throw std::runtime_error(state_path() + " is of another run (" + difference(found->program, program_) +
+                               "); choose another folder, or remove it");
     if (found->ranks.size() != static_cast<std::size_t>(ranks_.count()))
       throw std::runtime_error(state_path() + " is of a run with " + std::to_string(found->ranks.size()) +
                                " ranks, not " + std::to_string(ranks_.count()));
-    return *found;
+    if (found->frames > options_.frame_count)
+      throw std::runtime_error(state_path() + " is damaged: it has " + std::to_string(found->frames) + " frames of " +
+                               std::to_string(options_.frame_count));
+    return found;
+  }
+
+  // Refuses hits of which no state says from which run they are.
+  void refuse_hits_without_state() const {
+    for (const auto& entry : std::filesystem::directory_iterator(options_.out_folder)) {
+      const std::string name = entry.path().filename().string();
+      if (name.rfind("rank-", 0) == 0 && entry.path().extension() == ".hits" && entry.is_regular_file() &&
+          entry.file_size() > 0)
+        throw std::runtime_error(options_.out_folder + " has hits, in " + scenes::printable(name) +
+                                 ", but no state.json; choose another folder, or remove them");
+    }
   }
 
   // Opens this rank's file, where a checkpoint says that an earlier run has come to.
   void resume() {
     ranks_.together([&] { std::filesystem::create_directories(options_.out_folder); });
-    Checkpoint checkpoint;
+    const std::string path = options_.out_folder + "/rank-" + std::to_string(ranks_.rank()) + ".hits";
+    // Rank 0 before the others: of two runs that begin at once one goes on, and one that is refused makes no files.
+    std::optional<Checkpoint> found;
     ranks_.together([&] {
-      if (ranks_.rank() == 0) checkpoint = read_state();
+      if (ranks_.rank() != 0) return;
+      file_ = std::make_unique<HitFile>(path);
+      found = read_state();
     });
-    MPI_Bcast(&checkpoint.frames, 1, MPI_UINT32_T, 0, MPI_COMM_WORLD);
+    ranks_.together([&] {
+      if (ranks_.rank() != 0) file_ = std::make_unique<HitFile>(path);
+    });
+    Checkpoint checkpoint = found.value_or(Checkpoint());
+    std::uint32_t state[] = {found ? 1u : 0u, checkpoint.frames};
+    MPI_Bcast(state, 2, MPI_UINT32_T, 0, MPI_COMM_WORLD);
     checkpoint.ranks.resize(static_cast<std::size_t>(ranks_.count()));
     std::vector<std::uint64_t> numbers = to_numbers(checkpoint.ranks);
     MPI_Bcast(numbers.data(), static_cast<int>(numbers.size()), MPI_UINT64_T, 0, MPI_COMM_WORLD);
-    const auto rank = static_cast<std::size_t>(ranks_.rank());
-    totals_ = to_totals(numbers)[rank];
-    frame_ = checkpoint.frames;
+    totals_ = to_totals(numbers)[static_cast<std::size_t>(ranks_.rank())];
+    frame_ = state[1];
     ranks_.together([&] {
-      file_ = std::make_unique<HitFile>(options_.out_folder + "/rank-" + std::to_string(rank) + ".hits",
-                                        totals_.file_bytes);
+      if (state[0] == 0) refuse_hits_without_state();
+      file_->go_on_behind(totals_.hits, totals_.hits_sum);
     });
+    // From now on the folder says of which run it is.
+    if (state[0] == 0) keep();
     if (frame_ > 0 && frame_ < options_.frame_count && frame_ % options_.checkpoint != 0)
       ranks_.together([&] { share_.cut((frame_ - frame_ % options_.checkpoint) / kCrowdFramesPerSecond); });
     if (ranks_.rank() == 0 && frame_ > 0)
@@ -219,12 +260,11 @@ class Run {
       ranks_.together([&] { file_->append(frame_, hits); });
     } catch (const AgreedFailure& failure) {
       totals_ = before;
-      file_->cut_to(totals_.file_bytes);
+      file_->cut_to(totals_.hits * sizeof(HitRecord));
       keep();
       throw AgreedFailure(std::string(failure.what()) + "; the first " + std::to_string(frame_) +
                           " frames are on disk, and the same command goes on behind them");
     }
-    totals_.file_bytes = file_->size();
   }
 
   // All frames so far are on the disks of all ranks before rank 0 says so.
@@ -269,6 +309,13 @@ std::uint64_t crowd_hash(const scenes::Crowd& crowd) {
 void run_on_all(const CrowdOptions& options, const std::string& program,
                 const std::function<scenes::Crowd(bool quiet)>& make) {
   const Ranks ranks;
+  // What decides where a rank writes and reads must be the same too, or one would wait for the others.
+  const std::string own =
+      program + " out=" + options.out_folder + " json=" + options.json_path + " csv=" + options.csv_path;
+  const std::string first = ranks.text_of_first(own);
+  ranks.together([&] {
+    if (own != first) throw std::runtime_error("its options are not those of rank 0: " + difference(own, first));
+  });
   std::optional<OutputFile> json, csv;
   ranks.together([&] {
     json.emplace(ranks.rank() == 0 ? options.json_path : "");

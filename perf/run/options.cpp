@@ -54,7 +54,7 @@ void add_motion(CLI::App& command, Paths& paths, Unit set_unit, const std::strin
       .add_option_function<std::vector<std::string>>(
           "--motion-units",
           [set_unit](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) set_unit(read_positive("--motion-units", text));
+            for (const std::string& text : texts) set_unit(read_positive("--motion-units", text, kUnitExample));
           },
           "length unit of that file in metres (default: that of FILE)")
       ->type_name("METRES_PER_UNIT")
@@ -212,7 +212,8 @@ Command add_inspect(CLI::App& app) {
       ->type_name("X,Y,Z");
   command
       .add_option_function<std::string>(
-          "--units", [&o](const std::string& text) { o.metres_per_unit = read_positive("--units", text); },
+          "--units",
+          [&o](const std::string& text) { o.metres_per_unit = read_positive("--units", text, kUnitExample); },
           "length unit of the file in metres (default 1)")
       ->type_name("METRES_PER_UNIT");
   add_fps(command, o.frames_per_second);

@@ -1,6 +1,7 @@
 // `cab view`: writes a page that plays recordings.
 #include <cab/replay.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <iostream>
 #include <stdexcept>
@@ -11,17 +12,19 @@
 #include "perf/base/usage.h"
 #include "perf/view/options.h"
 #include "perf/view/page.h"
+#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Checks that a file is a recording, so that the page is not the first to say it is not.
-void check_recording(const std::string& path) {
+// Checks that a file is a recording, so that the page is not the first to say it is not. Returns its count of frames.
+std::uint32_t check_recording(const std::string& path) {
   record::Recording recording;
   if (!recording.open(path.c_str())) throw std::runtime_error(recording.error());
   for (const char* const problem : recording.problems()) std::cerr << "warning: " << path << ": " << problem << '\n';
+  return recording.frame_count();
 }
 
 // The address of a file for a browser: letters, digits and a few signs stand for themselves.
@@ -49,7 +52,10 @@ int view_command(const ViewOptions& options) {
   std::vector<PageRecording> recordings;
   std::uint64_t bytes = 0;
   for (const std::string& file : options.files) {
-    check_recording(file);
+    const std::uint32_t frame_count = check_recording(file);
+    if (recordings.empty() && options.frame > 0 && options.frame >= frame_count)
+      throw UsageError("--frame: " + scenes::printable(file) + " has " + std::to_string(frame_count) +
+                       " frames, counted from 0, not " + std::to_string(options.frame));
     recordings.push_back({fs::path(file).filename().string(), file});
     bytes += fs::file_size(file);
   }

@@ -84,7 +84,7 @@ TEST_CASE("an older file stays until the new one is complete, and nothing else i
 }
 
 TEST_CASE("a signal leaves the older file and removes the new one") {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXCPU}) {
     CAPTURE(signal);
     const Workplace place;
     const std::size_t files = place.file_count();
@@ -97,6 +97,47 @@ TEST_CASE("a signal leaves the older file and removes the new one") {
     CHECK(read_text(place.old_file) == "old\n");
     CHECK(place.file_count() == files);
   }
+}
+
+TEST_CASE("a command whose reader goes away leaves no file") {
+  const Workplace place;
+  const std::size_t files = place.file_count();
+  const std::string line = "\"$@\" 2>/dev/null | true; echo ${PIPESTATUS[0]}";
+  const Outcome outcome =
+      spawn("/bin/bash", {"-c", line, "bash", CAB_COMMAND, "crowd", "--scene", "uniform", "--characters", "100",
+                          "--frames", "1", "--rounds", "1", "--profile", "--json", place.old_file});
+  CHECK(outcome.exit_code == 0);
+  CHECK(place.file_count() == files);
+}
+
+TEST_CASE("a limit on the size of files is told as a full disk is, by every command, and no file is left") {
+  const Workplace place;
+  const std::string record = place.folder / "take.cab", out = place.folder / "out";
+  REQUIRE(run_command("record", {"--scene", "hand", "--frames", "0:30", "--out", record}).exit_code == 0);
+  write_text(place.folder / "cab_view.html", "<!doctype html>\n<!--CAB-DATA-->\n<script>1</script>\n");
+  const std::size_t files = place.file_count();
+  const std::vector<Words> commands = {
+      {"run", place.figure, "--self", "--json", out},
+      {"inspect", place.figure, "--json", out},
+      {"crowd", "--scene", "uniform", "--characters", "100", "--frames", "1", "--rounds", "1", "--json", out},
+      {"view", record, "--page", place.folder / "cab_view.html", "--out", out},
+      {"peers", "--characters", "10", "--json", out},
+      {"paper", "--tables", "1", "--json", out}};
+  const std::string script = "ulimit -f 1; exec \"$@\"", error = place.folder / "error";
+  for (const Words& command : commands) {
+    CAPTURE(command.front());
+    Words words = {"-c", script, "bash", CAB_COMMAND};
+    words.insert(words.end(), command.begin(), command.end());
+    CHECK(exit_code_of(start("/bin/bash", words, "/dev/null", error)) == 1);
+    CHECK(read_text(error).find(": File too large\n") != std::string::npos);
+    std::filesystem::remove(error);
+    CHECK(place.file_count() == files);
+  }
+  // A recording is written where it stays.
+  const Words words = {"-c",   script,     "bash", CAB_COMMAND, "record", "--scene",
+                       "hand", "--frames", "0:30", "--out",     out};
+  CHECK(exit_code_of(start("/bin/bash", words, "/dev/null", error)) == 1);
+  CHECK(read_text(error).find(": File too large\n") != std::string::npos);
 }
 
 }  // namespace cab::tests

@@ -1,5 +1,6 @@
 // The `cab` command and slips of the pen, and what it shows on a terminal.
 #include <doctest/doctest.h>
+#include <signal.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -19,8 +20,9 @@ struct Workplace {
   Workplace() { write_text(figure, bvh_text({5, 0, 0, 0})); }
 };
 
-// What the command prints to a terminal as its standard error.
-std::string run_at_terminal(const Words& arguments) {
+// What the command prints to a terminal as its standard error. With a signal, it is sent once the command shows how far
+// it is, and must end the command.
+std::string run_at_terminal(const Words& arguments, int signal = 0) {
   const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
   REQUIRE(terminal >= 0);
   REQUIRE(grantpt(terminal) == 0);
@@ -29,13 +31,20 @@ std::string run_at_terminal(const Words& arguments) {
   const int kept_open = open(name.c_str(), O_RDWR | O_NOCTTY);
   REQUIRE(kept_open >= 0);
   const pid_t child = start(CAB_COMMAND, arguments, "/dev/null", name);
-  REQUIRE(exit_code_of(child) == 0);
-  std::string shown(1 << 16, '\0');
-  const ssize_t size = read(terminal, shown.data(), shown.size());
+  std::string shown;
+  const auto read_more = [&] {
+    char bytes[1 << 16];
+    const ssize_t size = read(terminal, bytes, sizeof bytes);
+    REQUIRE(size >= 0);
+    shown.append(bytes, static_cast<std::size_t>(size));
+  };
+  while (signal != 0 && shown.find('[') == std::string::npos) read_more();
+  if (signal != 0) kill(child, signal);
+  REQUIRE(exit_code_of(child) == (signal != 0 ? 128 + signal : 0));
+  read_more();
   close(kept_open);
   close(terminal);
-  REQUIRE(size >= 0);
-  return shown.substr(0, static_cast<std::size_t>(size));
+  return shown;
 }
 
 }  // namespace
@@ -66,6 +75,8 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"run", file, "--strateg", "tree"}, "did you mean --strategy?"},
       {{"run", file, "--treads=2"}, "did you mean --threads?"},
       {{"run", file, "--strategy", "exact_all"}, "exact_all without an exact test reports every pair"},
+      {{"verify", "--minutes", "x"}, "--minutes: 'x' is not a number above 0, for example 0.5\n"},
+      {{"run", file, "--units", "x"}, "--units: 'x' is not a number above 0, for example 0.0254 for inches\n"},
       {{"inspect", file, "--frame", "lost"}, "--frame: 'lost' is not a frame, counted from 0, or the word last"},
   };
   for (const Misuse& misuse : misuses) {
@@ -117,6 +128,20 @@ TEST_CASE("a terminal shows the progress of reading files and of frames, a file 
   CHECK(shown.find("files [") != std::string::npos);
   CHECK(shown.find("frames [") != std::string::npos);
   CHECK(run_command("run", {place.figure, place.figure}).error.find('[') == std::string::npos);
+}
+
+TEST_CASE("Ctrl-C clears the line of progress") {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string shown = run_at_terminal({"verify", "--minutes", "60"}, signal), clear = "\r\033[K";
+    CHECK(shown.rfind(clear) == shown.size() - clear.size());
+  }
+}
+
+TEST_CASE("memory that runs out is told with the limit that it ran into") {
+  const Outcome outcome = spawn("/bin/bash", {"-c", "ulimit -v 150000; exec \"$@\"", "bash", CAB_COMMAND, "crowd",
+                                              "--scene", "uniform", "--characters", "1000000"});
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.error.find("out of memory: the limit on address space (ulimit -v) is 146 MB\n") != std::string::npos);
 }
 
 }  // namespace cab::tests

@@ -74,6 +74,18 @@ std::string hits_of(const std::string& folder, int rank) {
 
 std::uint32_t frames_of(const std::string& folder) { return Json::parse(read_text(folder + "/state.json"))["frames"]; }
 
+// A run of three ranks, of which rank 1 may write files of so many KiB. Messages go through sockets then, since shared
+// memory is a file too.
+Outcome with_full_disk(std::uint64_t blocks, const Words& words) {
+  setenv("PMIX_MCA_gds", "hash", 1);
+  const std::string script = "ulimit -f " + std::to_string(blocks) + "; exec \"$@\"";
+  const Words job = mpirun_words() + Words{"--mca", "btl", "self,tcp"} + program(1, words) + Words{":"} +
+                    program(1, Words{"bash", "-c", script, "rank"} + words) + Words{":"} + program(1, words);
+  Outcome outcome = spawn(CAB_MPIEXEC, job);
+  unsetenv("PMIX_MCA_gds");
+  return outcome;
+}
+
 void check_same_hits(const std::string& a, const std::string& b) {
   for (int rank = 0; rank < kRanks; ++rank) {
     CAPTURE(rank);
@@ -172,15 +184,9 @@ TEST_CASE("cab crowd --mpi: after a rank was killed, or a disk was full, the sam
   }
 
   {
-    // Rank 1 may write a third of its file. Messages go through sockets then, since shared memory is a file too.
-    setenv("PMIX_MCA_gds", "hash", 1);
+    // Rank 1 may write a third of its file.
     const std::uint64_t blocks = hits_of(reference, 1).size() / 3 / 1024;
-    const std::string script = "ulimit -f " + std::to_string(blocks) + "; trap '' XFSZ; exec \"$@\"";
-    const Words words = cab_crowd(kLong + Words{"--out", full});
-    const Words job = mpirun_words() + Words{"--mca", "btl", "self,tcp"} + program(1, words) + Words{":"} +
-                      program(1, Words{"bash", "-c", script, "rank"} + words) + Words{":"} + program(1, words);
-    const Outcome stopped = spawn(CAB_MPIEXEC, job);
-    unsetenv("PMIX_MCA_gds");
+    const Outcome stopped = with_full_disk(blocks, cab_crowd(kLong + Words{"--out", full}));
     INFO(stopped.error);
     CHECK(stopped.exit_code != 0);
     CHECK(stopped.error.find("cab: rank 1: cannot write") != std::string::npos);
@@ -210,6 +216,57 @@ TEST_CASE("cab crowd --mpi: after a rank was killed, or a disk was full, the sam
   const Outcome broken = by_ranks(kRanks, kLong + Words{"--out", reference});
   CHECK(broken.exit_code != 0);
   CHECK(broken.error.find("is no checkpoint of this version") != std::string::npos);
+}
+
+TEST_CASE("cab crowd --mpi: a folder has one run at a time, and says of which run it is before the first frame") {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const Words options = {"--scene", "uniform", "--characters", "600", "--frames", "2", "--mpi", "--out", out};
+  const Words other = options + Words{"--refit", "covariance"};
+  const auto refuses = [](const Outcome& outcome, const std::string& told) {
+    INFO(outcome.error);
+    CHECK(outcome.exit_code != 0);
+    CHECK(outcome.error.find(told) != std::string::npos);
+  };
+  // No hit of rank 1 fits its disk.
+  refuses(with_full_disk(1, cab_crowd(options)), "the first 0 frames are on disk");
+  CHECK(frames_of(out) == 0);
+  refuses(by_ranks(kRanks, other), "is of another run (refit=cab, not refit=covariance)");
+  {
+    const perf::HitFile held(out + "/rank-0.hits");
+    refuses(by_ranks(kRanks, options), "cab: rank 0: another run writes to " + out + "/rank-0.hits");
+  }
+  CHECK(by_ranks(kRanks, options).exit_code == 0);
+}
+
+TEST_CASE("cab crowd --mpi: damage in a folder is told at a restart, and stays") {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out", hits = out + "/rank-1.hits", state = out + "/state.json";
+  const Words options = {"--scene", "uniform", "--characters", "600", "--frames", "2", "--mpi", "--out", out};
+  REQUIRE(by_ranks(kRanks, options).exit_code == 0);
+  const std::string good_hits = read_text(hits), good_state = read_text(state);
+  REQUIRE(good_hits.size() > sizeof(perf::HitRecord));
+  const auto refuses = [&](const std::string& told) {
+    const Outcome outcome = by_ranks(kRanks, options);
+    INFO(outcome.error);
+    CHECK(outcome.exit_code != 0);
+    CHECK(outcome.error.find(told) != std::string::npos);
+  };
+  std::string changed = good_hits;
+  changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 1);
+  write_text(hits, changed);
+  refuses("cab: rank 1: " + hits + " is damaged");
+  CHECK(read_text(hits) == changed);
+  write_text(hits, good_hits);
+
+  write_text(state, good_state.substr(0, good_state.find("\"frames\"")) + "\"frames\": -1" +
+                        good_state.substr(good_state.find(",", good_state.find("\"frames\""))));
+  refuses("frames is no number from 0 on");
+  std::filesystem::remove(state);
+  refuses("has hits, in rank-");
+  CHECK(read_text(hits) == good_hits);
+  write_text(state, good_state);
+  CHECK(by_ranks(kRanks, options).exit_code == 0);
 }
 
 // docs/scale.md, "The model": what a metre of border between two regions of `uniform` sends in one frame.
@@ -258,7 +315,17 @@ TEST_CASE("cab crowd --mpi: ranks with different options, and a folder that cann
   const Outcome differ =
       spawn(CAB_MPIEXEC, mpirun_words() + program(1, cab_crowd(one)) + Words{":"} + program(1, cab_crowd(other)));
   CHECK(differ.exit_code != 0);
-  CHECK(differ.error.find("cab: start: rank 1: the program or its options differ") != std::string::npos);
+  CHECK(differ.error.find("cab: rank 1: its options are not those of rank 0: characters=101, not characters=100\n") !=
+        std::string::npos);
+
+  // A folder on one rank alone: without an answer, that rank would wait for the others.
+  const std::string out = folder / "out";
+  const Outcome one_folder = spawn(CAB_MPIEXEC, mpirun_words() + program(1, cab_crowd(one + Words{"--out", out})) +
+                                                    Words{":"} + program(1, cab_crowd(one)));
+  CHECK(one_folder.exit_code != 0);
+  CHECK(one_folder.error.find("cab: rank 1: its options are not those of rank 0: out=, not out=" + out + "\n") !=
+        std::string::npos);
+  CHECK(!std::filesystem::exists(out));
 
   write_text(folder / "file", "");
   const Outcome no_folder = by_ranks(2, one + Words{"--out", folder / "file"});

@@ -51,6 +51,10 @@ TEST_CASE("what cab view cannot do is told") {
   refuses(CAB_COMMAND, {"view", files.viewer, "--page", files.viewer, "--out", files.page}, "it is not a recording");
   refuses(CAB_COMMAND, {"view", files.recording, "--page", files.recording}, "is no page of the viewer");
   CHECK_FALSE(std::filesystem::exists(files.page));
+  const Outcome beyond = run_command("view", {files.recording, "--page", files.viewer, "--frame", "3"});
+  CHECK(beyond.exit_code == 2);
+  CHECK(beyond.error.find("has 3 frames, counted from 0, not 3") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(files.page));
   const std::string command = files.folder / "cab";  // it stands beside no page
   std::filesystem::copy_file(CAB_COMMAND, command);
   refuses(command, {"view", files.recording}, "cab_view.html, is not beside this command");

@@ -2,8 +2,9 @@
 // one engine finds. Target cab::mpi. docs/scale.md says what is exchanged. The conventions are those of cab/types.h.
 //
 // All calls but `cut` and `to_string` are collective: every rank of the communicator calls them in the same order. All
-// ranks run one program on machines with the same byte order. Nothing is thrown. Memory that runs out while messages
-// are on their way ends all ranks by MPI_Abort, as errors of MPI do.
+// ranks run one program on machines with the same byte order. Nothing is thrown. If a rank runs out of memory, all
+// answer kOutOfMemory of that rank. Errors of MPI, which has memory of its own, end all ranks, as its error handler
+// says.
 #pragma once
 
 #include <cab/types.h>
@@ -25,7 +26,8 @@ enum class Difference : std::uint8_t {
   kAdded,    // articulations, batches and static bodies that were added
   kJob,      // rules, policies, margin, min_depth, report or contacts of a frame
   kMembers,  // the format of poses, or which spans are given, for a batch of which both ranks have characters
-  kNumbers,  // two ranks have the same instance
+  kNumbers,  // two ranks have the same instance, as far as a frame sees it: where one rank tests both against others.
+             // Elsewhere the hits of both are reported, and nothing tells
 };
 
 // What a collective call answers. It is the same on every rank.
@@ -52,8 +54,8 @@ struct RankInput {
   // input is that of run_frame and the same on every rank. Poses must be there only if there are characters.
   BatchInput input;
 
-  // The number of each of the rank's characters in the whole batch, ascending. No two ranks have the same. Instances
-  // that no rank has take no part. Empty for static bodies.
+  // The number of each of the rank's characters in the whole batch, ascending. No two ranks may have the same, which is
+  // the caller's to see to: see kNumbers. Instances that no rank has take no part. Empty for static bodies.
   Span<const std::uint32_t> numbers;
 };
 
@@ -119,7 +121,8 @@ void destroy(DistributedEngine* engine) noexcept;
 [[nodiscard]] Answer add_batch(DistributedEngine& engine, const BatchDesc& desc, BatchId* out) noexcept;
 [[nodiscard]] Answer add_static_batch(DistributedEngine& engine, const StaticDesc& desc, BatchId* out) noexcept;
 
-// Runs one frame. If the answer is not ok, the outputs of the job are unspecified, and the engine is ready for another.
+// Runs one frame. If the answer is not ok, the outputs of the job are unspecified, and the engine is ready for another,
+// after kOutOfMemory too.
 // Statuses: those of cab::run_frame without kHitsOverflow; kBadInstances (numbers do not ascend, are not as many as the
 // entries or not below the batch's count); kBadReport (also Report::kInContact); kBadPolicy (also Strategy::kExactAll,
 // which has no boxes that say who may meet whom).
