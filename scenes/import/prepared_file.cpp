@@ -1,6 +1,7 @@
 // Files that assimp reads, but for what it would read wrong.
 #include "scenes/import/prepared_file.h"
 
+#include "scenes/import/collada_file.h"
 #include "scenes/import/gltf_file.h"
 #include "scenes/import/input_file.h"
 #include "scenes/import/printable.h"
@@ -75,6 +76,10 @@ const aiScene* read_prepared(Assimp::Importer& importer, const std::string& path
   const std::string extension = lower_extension(path);
   if (is_gltf(extension, read_bytes(path, name, std::min(size, kHeadBytes))))
     return read_gltf(importer, path, name, notes);
+  if (extension == ".dae") {
+    const std::optional<std::string> text = collada_for_assimp(read_bytes(path, name, size), notes);
+    if (text) return importer.ReadFileFromMemory(text->data(), text->size(), 0, "dae");
+  }
   return importer.ReadFile(path, 0);
 }
 

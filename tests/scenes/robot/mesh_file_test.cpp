@@ -1,4 +1,4 @@
-// Meshes of robots that assimp alone would read wrong.
+// Meshes of robots in glTF and Collada files that assimp alone would read wrong.
 #include "scenes/robot/mesh_file.h"
 
 #include "scenes/import/import.h"
@@ -45,4 +45,29 @@ TEST_CASE("a robot's mesh in a quantized glTF file has its size, and an unknown 
   const TemporaryFile file("mesh.glb", glb(made));
   CHECK_THROWS_WITH_AS(read_mesh(file.path(), "mesh"),
                        "mesh: the extension ACME_unknown is required by the file, but is not supported", ImportError);
+}
+
+TEST_CASE("a robot's mesh in a Collada file may have white space before its numbers") {
+  for (const std::string blank : {"", " ", "\n\t"}) {
+    const TemporaryFile file(
+        "mesh.dae",
+        "<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'><asset>"
+        "<up_axis>Z_UP</up_axis></asset><library_effects><effect id='e'><profile_COMMON><technique sid='c'><phong>"
+        "<diffuse><color>" +
+            blank +
+            "0.8 0.8 0.8 1.0</color></diffuse></phong></technique></profile_COMMON></effect></library_effects>"
+            "<library_geometries><geometry id='g'><mesh><source id='p'><float_array id='pa' count='9'>" +
+            blank +
+            "0 0 0 1 0 0 0 .5 0</float_array><technique_common><accessor source='#pa' count='3' stride='3'>"
+            "<param name='X' type='float'/><param name='Y' type='float'/><param name='Z' type='float'/></accessor>"
+            "</technique_common></source><vertices id='v'><input semantic='POSITION' source='#p'/></vertices>"
+            "<triangles count='1'><input semantic='VERTEX' source='#v' offset='0'/><p>" +
+            blank +
+            "0 1 2</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id='s'>"
+            "<node id='n'><instance_geometry url='#g'/></node></visual_scene></library_visual_scenes><scene>"
+            "<instance_visual_scene url='#s'/></scene></COLLADA>");
+    const std::vector<Vec3> vertices = read_mesh(file.path(), "mesh");
+    REQUIRE(vertices.size() == 3);
+    CHECK(vertices[2] == Vec3{1, 0, 0});
+  }
 }
