@@ -309,14 +309,13 @@ class Rewriter {
     if (GltfDocument::has_extension(item, "KHR_draco_mesh_compression") && !positions.contains("bufferView"))
       file_.fail("Draco compression", "(KHR_draco_mesh_compression) is not supported");
     const std::size_t vertices = file_.number(positions, "count", where);
-    Json made = {{"mode", mode}};
-    std::size_t corners = vertices;
-    if (item.contains("indices")) {
-      made["indices"] = new_indices(file_.index_by(item, "indices", "accessors", where), vertices, where + ".indices");
-      corners =
-          file_.number(file_.collection("accessors")[file_.index(item["indices"], "accessors", where)], "count", where);
-    }
+    const bool has_indices = item.contains("indices");
+    const std::size_t indices = has_indices ? file_.index_by(item, "indices", "accessors", where) : 0;
+    const std::size_t corners =
+        has_indices ? file_.number(file_.collection("accessors")[indices], "count", where) : vertices;
     if (corners < kLeastCorners[mode]) return {};
+    Json made = {{"mode", mode}};
+    if (has_indices) made["indices"] = new_indices(indices, vertices, where + ".indices");
     note_integers(position, "positions");
     made["attributes"]["POSITION"] = new_floats(position, "VEC3", 3, false, vertices, where + ".POSITION");
     if (skin != kNoSkin) add_influences(attributes, skin, vertices, where, made["attributes"]);
