@@ -6,12 +6,11 @@
 #include "scenes/import/import_payload.h"
 #include "scenes/import/in_child.h"
 #include "scenes/import/input_file.h"
+#include "scenes/import/prepared_file.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/scene_file.h"
 #include "scenes/vec3d.h"
 
-#include <assimp/DefaultIOSystem.h>
-#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/scene.h>
 
@@ -42,7 +41,9 @@ const aiScene& read_with_assimp(Assimp::Importer& importer, const std::string& n
   try {
     scene = read();
     reason = importer.GetErrorString();
-  } catch (const std::exception& error) { reason = error.what(); }
+  } catch (const ImportError&) { throw; } catch (const std::exception& error) {
+    reason = error.what();
+  }
   if (scene == nullptr) throw ImportError(name + ": assimp cannot read it: " + printable(reason));
   if (scene->mRootNode == nullptr) throw ImportError(name + ": assimp found no nodes in it");
   return *scene;
@@ -145,35 +146,6 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
   return skeleton;
 }
 
-// The files below a glTF file's folder, and that file, which is in memory. assimp names the others by the folder and a
-// URI, whose percent-encoding it does not decode.
-class FilesAndBytes : public Assimp::DefaultIOSystem {
- public:
-  // `bytes` must outlive this object.
-  FilesAndBytes(std::string path, const std::string& bytes)
-      : path_(std::move(path)), folder_(path_.substr(0, path_.rfind('/') + 1)), bytes_(bytes) {}
-
-  bool Exists(const char* file) const override {
-    return file == path_ || DefaultIOSystem::Exists(decoded(file).c_str());
-  }
-
-  Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (file != path_) return DefaultIOSystem::Open(decoded(file).c_str(), mode);
-    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()), bytes_.size());
-  }
-
- private:
-  // The path of a file that assimp names. Empty, which no file has, if it is not below the folder.
-  std::string decoded(const std::string& file) const {
-    if (file.rfind(folder_, 0) != 0) return {};
-    const std::optional<std::filesystem::path> below = path_of_uri(file.substr(folder_.size()));
-    return below ? folder_ + below->string() : std::string();
-  }
-
-  std::string path_, folder_;
-  const std::string& bytes_;
-};
-
 // A scene, which keeps alive the importer that owns it.
 struct SceneFile {
   std::shared_ptr<const aiScene> scene;
@@ -182,23 +154,6 @@ struct SceneFile {
 
 std::shared_ptr<const aiScene> owned(std::shared_ptr<Assimp::Importer> importer, const aiScene& scene) {
   return {std::move(importer), &scene};
-}
-
-// assimp gets the checked bytes, under a name that says what they are, in the folder of the file, where it looks for
-// the buffers that a glTF file names.
-SceneFile read_gltf(const std::string& bytes, const std::string& path) {
-  const std::string name = printable(path), extension = lower_extension(path);
-  const bool is_binary = check_gltf(bytes, path, name);
-  const std::string as_checked = path + (is_binary ? ".glb" : ".gltf");
-  const auto importer = std::make_shared<Assimp::Importer>();
-  importer->SetIOHandler(new FilesAndBytes(as_checked, bytes));  // the importer deletes it
-  const aiScene& scene = read_with_assimp(*importer, name, [&] { return importer->ReadFile(as_checked, 0); });
-  importer->SetIOHandler(new Assimp::DefaultIOSystem);  // deletes the other, which has the bytes
-  SceneFile file = {owned(importer, scene), {}};
-  if (is_binary ? extension == ".gltf" : extension != ".gltf")
-    file.notes.push_back(std::string("the file is ") + (is_binary ? "a GLB" : "glTF text") +
-                         ", though its name ends in " + printable(extension));
-  return file;
 }
 
 // The begin of a file, by which its format is told.
@@ -226,14 +181,15 @@ std::optional<Skeleton> read_capture(const std::string& path, const ImportOption
 // Any other file.
 SceneFile read_scene(const std::string& path) {
   const std::string name = printable(path), extension = lower_extension(path);
-  if (is_gltf(extension, head_of(path))) return read_gltf(read_text(path, name), path);
   // assimp 5.2.5 crashes on good RAW files, and allocates as much as an OFF file claims to need. Neither can hold a
   // skeleton.
-  if (extension == ".raw" || extension == ".off")
+  if (!is_gltf(extension, head_of(path)) && (extension == ".raw" || extension == ".off"))
     throw ImportError(name + ": no skeleton: files of this type cannot hold one");
+  SceneFile file;
   const auto importer = std::make_shared<Assimp::Importer>();
-  const aiScene& scene = read_with_assimp(*importer, name, [&] { return importer->ReadFile(path, 0); });
-  return {owned(importer, scene), {}};
+  const auto read = [&] { return read_prepared(*importer, path, name, file.notes); };
+  file.scene = owned(importer, read_with_assimp(*importer, name, read));
+  return file;
 }
 
 // The motion of options.motion, in the unit of the file that it moves.

@@ -2,6 +2,7 @@
 #include "scenes/robot/mesh_file.h"
 
 #include "scenes/import/input_file.h"
+#include "scenes/import/prepared_file.h"
 #include "scenes/import/printable.h"
 
 #include <assimp/config.h>
@@ -86,7 +87,6 @@ bool is_mesh_path(const std::string& path) {
 }
 
 std::vector<Vec3> read_mesh(const std::string& path, const std::string& source) {
-  check_file(path, source);
   if (!is_mesh_path(path)) {
     const std::string extension = lower_extension(path);
     throw ImportError(source + ": meshes are read from .stl, .obj, .dae, .ply, .gltf and .glb files, not from " +
@@ -97,10 +97,13 @@ std::vector<Vec3> read_mesh(const std::string& path, const std::string& source) 
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = nullptr;
   std::string reason;
+  std::vector<std::string> notes;  // of names, weights and motion, which a mesh alone does not need
   try {
-    scene = importer.ReadFile(path, 0);
+    scene = read_prepared(importer, path, source, notes);
     reason = importer.GetErrorString();
-  } catch (const std::exception& error) { reason = error.what(); }
+  } catch (const ImportError&) { throw; } catch (const std::exception& error) {
+    reason = error.what();
+  }
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw ImportError(source + ": assimp cannot read it: " + printable(reason));
   std::vector<Vec3> vertices;

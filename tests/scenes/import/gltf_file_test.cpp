@@ -157,8 +157,10 @@ TEST_CASE("offsets, lengths, counts and strides of views and accessors are check
   CHECK(after("accessors", 1, "byteOffset", 4) == "accessors[1] ends at byte 28 of a buffer view of 24 bytes");
   CHECK(after("accessors", 1, "componentType", 7) == "accessors[1] has the unknown componentType 7");
   CHECK(after("accessors", 1, "type", "VEC5") == "accessors[1] has no known type");
-  CHECK(after("accessors", 1, "type", "SCALAR") ==
-        "animations[0].samplers[0].output must be of VEC3 in floats; other types are not supported");
+  CHECK(
+      after("accessors", 1, "type", "SCALAR") ==
+      "animations[0].samplers[0].output must be of VEC3 in floats or in integers of 8 or 16 bits; other types are not "
+      "supported");
   CHECK(after("accessors", 0, "count", 1).empty());  // a place too many does no harm
   CHECK(after("accessors", 1, "count", 1) == "animations[0].samplers[0].output has 1 items, 2 are needed");
   CHECK(after("buffers", 0, "byteLength", 40).find("buffers[0] has 40 bytes, but only 32 are there") == 0);

@@ -1,0 +1,73 @@
+// Meshes of robots in glTF and Collada files that assimp alone would read wrong.
+#include "scenes/robot/mesh_file.h"
+
+#include "scenes/import/import.h"
+#include "tests/scenes/import/made_gltf.h"
+#include "tests/scenes/temporary_file.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace cab;
+using namespace cab::scenes;
+using namespace cab::tests;
+
+// A triangle in millimetres, in 16 bits.
+MadeGltf triangle() {
+  MadeGltf made;
+  for (const int value : {0, 0, 0, 1000, 0, 0, 0, 500, 0})
+    made.bin += std::string{static_cast<char>(value & 255), static_cast<char>(value >> 8)};
+  made.json = Json::parse(R"({"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_mesh_quantization"],
+    "extensionsRequired": ["KHR_mesh_quantization"], "scene": 0, "scenes": [{"nodes": [0]}],
+    "nodes": [{"mesh": 0, "scale": [0.001, 0.001, 0.001]}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5122, "count": 3, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 18}], "buffers": [{"byteLength": 18}]})");
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("a robot's mesh in a quantized glTF file has its size, and an unknown required extension is refused") {
+  MadeGltf made = triangle();
+  for (const char* name : {"mesh.glb", "mesh.gltf"}) {
+    const TemporaryFile file(name, name == std::string("mesh.glb") ? glb(made) : gltf_text(made));
+    const std::vector<Vec3> vertices = read_mesh(file.path(), "mesh");
+    REQUIRE(vertices.size() == 3);
+    CHECK(vertices[1][1] == doctest::Approx(.5));
+    CHECK(vertices[2][0] == doctest::Approx(1));
+  }
+  made.json["extensionsRequired"] = {"ACME_unknown"};
+  const TemporaryFile file("mesh.glb", glb(made));
+  CHECK_THROWS_WITH_AS(read_mesh(file.path(), "mesh"),
+                       "mesh: the extension ACME_unknown is required by the file, but is not supported", ImportError);
+}
+
+TEST_CASE("a robot's mesh in a Collada file may have white space before its numbers") {
+  for (const std::string blank : {"", " ", "\n\t"}) {
+    const TemporaryFile file(
+        "mesh.dae",
+        "<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'><asset>"
+        "<up_axis>Z_UP</up_axis></asset><library_effects><effect id='e'><profile_COMMON><technique sid='c'><phong>"
+        "<diffuse><color>" +
+            blank +
+            "0.8 0.8 0.8 1.0</color></diffuse></phong></technique></profile_COMMON></effect></library_effects>"
+            "<library_geometries><geometry id='g'><mesh><source id='p'><float_array id='pa' count='9'>" +
+            blank +
+            "0 0 0 1 0 0 0 .5 0</float_array><technique_common><accessor source='#pa' count='3' stride='3'>"
+            "<param name='X' type='float'/><param name='Y' type='float'/><param name='Z' type='float'/></accessor>"
+            "</technique_common></source><vertices id='v'><input semantic='POSITION' source='#p'/></vertices>"
+            "<triangles count='1'><input semantic='VERTEX' source='#v' offset='0'/><p>" +
+            blank +
+            "0 1 2</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id='s'>"
+            "<node id='n'><instance_geometry url='#g'/></node></visual_scene></library_visual_scenes><scene>"
+            "<instance_visual_scene url='#s'/></scene></COLLADA>");
+    const std::vector<Vec3> vertices = read_mesh(file.path(), "mesh");
+    REQUIRE(vertices.size() == 3);
+    CHECK(vertices[2] == Vec3{1, 0, 0});
+  }
+}
