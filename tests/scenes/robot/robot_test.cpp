@@ -677,6 +677,9 @@ TEST_CASE("every robot file of the data is read") {
   };
   const fs::path robots = fs::path(data) / "robots";
   for (const File& file : std::vector<File>{{"allegro_hand/allegro_hand_right.urdf", 23, 23, 16},
+                                            {"panda_description/urdf/panda.urdf", 13, 17, 8},
+                                            {"panda_description/urdf/panda_collision.urdf", 13, 39, 8},
+                                            {"ur_description/urdf/ur5_robot.urdf", 11, 8, 6},
                                             {"mujoco_humanoid.xml", 17, 19, 21},
                                             {"mujoco_22_humanoids.xml", 353, 418, 462}}) {
     CAPTURE(std::string(file.path));
@@ -684,8 +687,10 @@ TEST_CASE("every robot file of the data is read") {
       MESSAGE("skipped: libmujoco is not built in");
       continue;
     }
-    const scenes::Robot robot = scenes::import_robot((robots / file.path).string(), {});
-    CHECK(same_robot(robot, scenes::import_robot((robots / file.path).string(), in_child())));
+    scenes::RobotOptions options;
+    options.packages = {{"example-robot-data", data}};
+    const scenes::Robot robot = scenes::import_robot((robots / file.path).string(), options);
+    CHECK(same_robot(robot, scenes::import_robot((robots / file.path).string(), in_child(options))));
     CHECK(robot.links.size() == file.links);
     CHECK(robot.body.leaves.size() == file.leaves);
     CHECK(robot.variables.size() == file.variables);
