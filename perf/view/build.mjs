@@ -13,6 +13,7 @@
 // WORK/perf/view, WORK/tests/view, WORK/node_modules. Sources import the generated code as `recording-format` and the
 // engine as `cab-collision`.
 import {execFileSync} from 'node:child_process';
+import {createHash} from 'node:crypto';
 import {
   cpSync, existsSync, lstatSync, mkdirSync, readFileSync, rmSync, symlinkSync, unlinkSync, writeFileSync,
 } from 'node:fs';
@@ -159,6 +160,14 @@ const escapeHtml = (text) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;
 // A script element ends at the first `</script`, and `<!--` changes how it is read, wherever they stand.
 const scriptText = (code) => code.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
 
+// What a browser lets the page do: run its one script and WebAssembly, apply its one style, and show images that it
+// makes itself. Whatever a recording or a report puts into the page runs nothing and asks nothing of a network.
+function policyOf(script, style) {
+  const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
+  return `default-src 'none'; script-src ${hash(script)} 'wasm-unsafe-eval'; style-src ${hash(style)}; ` +
+      "img-src data:; base-uri 'none'; form-action 'none'";
+}
+
 function buildPage(options, bundle) {
   const {work, package: enginePackage, out} = options;
   const built = bundle({
@@ -177,12 +186,14 @@ function buildPage(options, bundle) {
   });
   const text = (ending) => built.outputFiles.find((file) => file.path.endsWith(ending))?.text ?? '';
   const wasm = (name) => deflateRawSync(readFileSync(join(enginePackage, name)), {level: 9}).toString('base64');
+  const script = scriptText(text('.js')), style = text('.css');
   const parts = {
     'CAB-NOTICES': () => escapeHtml(notices(options, built.metafile.inputs)),
-    'CAB-STYLE': () => text('.css'),
+    'CAB-POLICY': () => policyOf(script, style),
+    'CAB-STYLE': () => style,
     'CAB-WASM-SIMD': () => wasm('cab_simd.wasm'),
     'CAB-WASM-SCALAR': () => wasm('cab_scalar.wasm'),
-    'CAB-SCRIPT': () => scriptText(text('.js')),
+    'CAB-SCRIPT': () => script,
   };
   const page = readFileSync(join(source, 'src/page.html'), 'utf8')
       .replace(/\{\{(CAB-[A-Z-]+)\}\}/g, (mark, name) => {

@@ -101,8 +101,13 @@ async function open(file, {width = 1280, fragment = ''} = {}) {
   return {
     tab,
     read: (member) => tab.evaluate(`cabPage.${member}`),
-    /** Waits until an expression in the page is true. */
-    until: (expression) => tab.waitForFunction(expression, {timeout: 20000}),
+    /** Waits until an expression in the page is true. The page's policy lets nobody make a function of a text there. */
+    async until(expression) {
+      for (const begin = Date.now(); !await tab.evaluate(expression);) {
+        assert(Date.now() - begin < 20000, `it never came to be: ${expression}`);
+        await new Promise((done) => setTimeout(done, 20));
+      }
+    },
     async close() {
       await tab.close();
       assert.deepEqual(wrong, []);
@@ -140,6 +145,26 @@ describe('the page', () => {
     await page.tab.select('select[aria-label="Recording"]', '0');
     await page.until('cabPage.recording === 0 && cabPage.frameCount > 0');
     await page.close();
+  });
+
+  test('runs no script but its own, and asks nothing of a network', async () => {
+    const page = await open(embed('policy', {'a.cab': fixture}));
+    const {ran, refused} = await page.tab.evaluate(async () => {
+      const refused = new Set();
+      document.addEventListener('securitypolicyviolation', ({effectiveDirective}) => refused.add(effectiveDirective));
+      const script = Object.assign(document.createElement('script'), {textContent: 'window.ran = true'});
+      const button = document.createElement('button');
+      button.setAttribute('onclick', 'window.ran = true');
+      const image = Object.assign(document.createElement('img'), {src: 'https://localhost/a.png'});
+      document.body.append(script, button, image);
+      button.click();
+      await fetch('https://localhost/').catch(() => undefined);
+      await new Promise((done) => setTimeout(done, 100));
+      return {ran: window.ran === true, refused: [...refused].sort()};
+    });
+    assert.equal(ran, false);
+    assert.deepEqual(refused, ['connect-src', 'img-src', 'script-src-attr', 'script-src-elem']);
+    await page.tab.close();
   });
 
   test('names all of its controls', async () => {
