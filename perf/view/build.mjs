@@ -137,22 +137,20 @@ function bundler(work) {
   });
 }
 
-// Notices of the packages whose code is in the bundle. They go into the page's first lines.
+// Licences of cab and of all whose code is in the page. They go into its first lines.
 function notices({work, package: enginePackage}, inputs) {
-  const names = new Set();
+  const list = join(work, 'LICENSE.third-party');
+  run('cmake', ['-D', 'WORDS=page;wasm', '-D', `FILE=${list}`, '-P', join(root, 'cmake/third_party.cmake')]);
+  const others = readFileSync(list, 'utf8');
   for (const input of Object.keys(inputs)) {
-    const match = /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input);
-    if (match) names.add(match[1]);
+    const name = /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input)?.[1];
+    if (name === undefined) continue;
+    const {version, license} = JSON.parse(readFileSync(join(work, 'node_modules', name, 'package.json'), 'utf8'));
+    if (!others.includes(`\n==== ${name} ${version}\nLicense: ${license}\n`)) {
+      throw new Error(`${name} ${version}, ${license}, is in the page, and no part of LICENSE.third-party is about it`);
+    }
   }
-  const texts = [`cab\n\n${readFileSync(join(enginePackage, 'LICENSE'), 'utf8').trim()}`];
-  for (const name of [...names].sort()) {
-    const folder = join(work, 'node_modules', name);
-    const {version} = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
-    const file = ['LICENSE', 'LICENSE.md', 'LICENSE.txt'].map((at) => join(folder, at)).find((at) => existsSync(at));
-    if (file === undefined) throw new Error(`package ${name} has no file LICENSE, which the page has to carry`);
-    texts.push(`${name} ${version}\n\n${readFileSync(file, 'utf8').trim()}`);
-  }
-  return texts.join(`\n\n${'-'.repeat(80)}\n\n`);
+  return `cab\n\n${readFileSync(join(enginePackage, 'LICENSE'), 'utf8').trim()}\n\n${others.trim()}`;
 }
 
 const escapeHtml = (text) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;');

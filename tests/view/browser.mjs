@@ -167,6 +167,22 @@ describe('the page', () => {
     await page.tab.close();
   });
 
+  test('and the npm package carry the licences of all that is in them', () => {
+    const page = readFileSync(pageFile, 'utf8'), head = page.slice(0, page.indexOf('-->'));
+    const packed = readFileSync(join(work, 'engine_package/LICENSE.third-party'), 'utf8');
+    const parts = readFileSync(join(here, '../../LICENSE.third-party'), 'utf8').split('\n==== ').slice(1);
+    let count = 0;
+    for (const part of parts) {
+      const words = /^In: (.*)$/m.exec(part)?.[1].split(' ') ?? [], title = `\n==== ${part.split('\n')[0]}\n`;
+      if (words.includes('wasm')) assert(packed.includes(title), title);
+      if (!words.includes('page') && !words.includes('wasm')) continue;
+      assert(head.includes(title), title);
+      ++count;
+    }
+    assert(count > 7);
+    assert(head.includes('Redistribution and use in source and binary forms'));
+  });
+
   test('names all of its controls', async () => {
     const page = await open(embed('names', {'a.cab': fixture}));
     const nameless = await page.tab.evaluate(() => {
