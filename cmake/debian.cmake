@@ -34,7 +34,8 @@ set(CPACK_COMPONENTS_ALL "")
 # Each package has a synopsis of its own. CPack prepends that of the project, unless it is what CPack has by default.
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${CMAKE_PROJECT_NAME} built using CMake")
 
-# The two documents that each package has.
+# The two documents that each package has. The copyright file has cab's licence, then those of what is compiled into the
+# package.
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE license)
 string(STRIP "${license}" license)
 string(REGEX MATCH "Copyright [(]c[)] ([0-9]+), ([^\n]+)" copyright "${license}")
@@ -44,9 +45,8 @@ endif()
 set(copyright "${CMAKE_MATCH_1} ${CMAKE_MATCH_2}")
 string(REGEX REPLACE "\n\n+" "\n.\n" license "${license}")
 string(REGEX REPLACE "\n" "\n " license "${license}")
-file(WRITE ${PROJECT_BINARY_DIR}/debian/copyright
-  "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: cab\n\n"
-  "Files: *\nCopyright: ${copyright}\nLicense: BSD-3-clause\n ${license}\n")
+set(own_licence "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: cab\n\n\
+Files: *\nCopyright: ${copyright}\nLicense: BSD-3-clause\n ${license}\n")
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # SOURCE_DATE_EPOCH, if that is set
 file(WRITE ${PROJECT_BINARY_DIR}/debian/changelog
   "cab (${debian_version}) unstable; urgency=medium\n\n  * CHANGELOG.md of cab's sources says what changed.\n\n"
@@ -57,8 +57,8 @@ function(cab_zip file)
 endfunction()
 cab_zip(${PROJECT_BINARY_DIR}/debian/changelog)
 
-# cab_package(COMPONENT NAME SECTION SHLIBDEPS DEPENDS SYNOPSIS TEXT)
-macro(cab_package component name section shlibdeps depends synopsis text)
+# cab_package(COMPONENT PART NAME SECTION SHLIBDEPS DEPENDS SYNOPSIS TEXT); PART is that of third_party.cmake
+macro(cab_package component part name section shlibdeps depends synopsis text)
   string(TOUPPER ${component} upper)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name})
@@ -66,7 +66,10 @@ macro(cab_package component name section shlibdeps depends synopsis text)
   set(CPACK_DEBIAN_${upper}_PACKAGE_SHLIBDEPS ${shlibdeps})
   set(CPACK_DEBIAN_${upper}_PACKAGE_DEPENDS "${depends}")
   set(CPACK_DEBIAN_${upper}_DESCRIPTION "${synopsis}\n${text}")
-  install(FILES ${PROJECT_BINARY_DIR}/debian/copyright ${PROJECT_BINARY_DIR}/debian/changelog.gz
+  cab_third_party_words(words ${part})
+  cab_third_party_debian(others ${words})
+  file(WRITE ${PROJECT_BINARY_DIR}/debian/${name}/copyright "${own_licence}${others}")
+  install(FILES ${PROJECT_BINARY_DIR}/debian/${name}/copyright ${PROJECT_BINARY_DIR}/debian/changelog.gz
     DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${name} COMPONENT ${component})
 endmacro()
 
@@ -87,18 +90,18 @@ endif()
 if(CAB_WITH_QHULL)
   string(APPEND static_needs ", libqhull-dev")
 endif()
-cab_package(cab_runtime ${library_package} libs ON "" "collision detection of characters: library"
+cab_package(cab_runtime library ${library_package} libs ON "" "collision detection of characters: library"
   "${about}\n\nThis package has the shared library.")
 file(WRITE ${PROJECT_BINARY_DIR}/debian/triggers "activate-noawait ldconfig\n")
 file(WRITE ${PROJECT_BINARY_DIR}/debian/shlibs
   "libcab ${CAB_ABI_VERSION} ${library_package} (>= ${debian_version})\n")
 set(CPACK_DEBIAN_CAB_RUNTIME_PACKAGE_CONTROL_EXTRA
   ${PROJECT_BINARY_DIR}/debian/triggers ${PROJECT_BINARY_DIR}/debian/shlibs)
-cab_package(cab_development libcab-dev libdevel OFF "${library_package} ${exactly}${static_needs}"
+cab_package(cab_development development libcab-dev libdevel OFF "${library_package} ${exactly}${static_needs}"
   "collision detection of characters: development files"
   "${about}\n\nThis package has the headers for C++ and C, the static library, and\nfiles for CMake and pkg-config.")
 if(CAB_BUILD_COMMAND)
-  cab_package(cab_tools cab-tools math ON "${library_package} ${exactly}"
+  cab_package(cab_tools tools cab-tools math ON "${library_package} ${exactly}"
     "collision detection of characters: command"
     "${about}\n\nThis package has the command cab, which runs motion files, robots and crowds.")
   # For `cab scan`.
@@ -113,7 +116,7 @@ if(CAB_BUILD_PYTHON)
   math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
   set(python_needs "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), \
 python3 (<< ${Python_VERSION_MAJOR}.${next_minor}), python3-numpy")
-  cab_package(python python3-cab python ON "${library_package} ${exactly}, ${python_needs}"
+  cab_package(python python python3-cab python ON "${library_package} ${exactly}, ${python_needs}"
     "collision detection of characters: Python package"
     "${about}\n\nThis package has the Python package cab, which takes NumPy arrays.")
 endif()

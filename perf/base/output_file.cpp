@@ -31,6 +31,56 @@ int open_new(const std::string& path) {
 
 }  // namespace
 
+std::string place_of(const std::string& path) {
+  namespace fs = std::filesystem;
+  constexpr int kMostLinks = 40;  // as Linux follows
+  std::error_code error;
+  fs::path place = path;
+  for (int links = 0; links < kMostLinks && fs::is_symlink(fs::symlink_status(place, error)); ++links) {
+    const fs::path behind = fs::read_symlink(place, error);
+    if (error) return path;
+    place = place.parent_path() / behind;  // an absolute one replaces all
+  }
+  place = fs::absolute(place, error);
+  if (!error) place = fs::weakly_canonical(place, error);
+  return error ? path : place.string();
+}
+
+FileAside::FileAside(const std::string& path) : path_(path) {
+  struct stat status = {};
+  const bool exists = stat(path.c_str(), &status) == 0;
+  if (!exists && errno != ENOENT) fail("cannot write ", path_, errno);
+  if (exists && !S_ISREG(status.st_mode)) {
+    if (S_ISDIR(status.st_mode)) fail("cannot write ", path_, EISDIR);
+    return;
+  }
+  if (exists && access(path.c_str(), W_OK) != 0) fail("cannot write ", path_, errno);
+  target_ = place_of(path);
+  aside_ = target_ + ".new-" + std::to_string(getpid());
+  remove_at_signals(aside_);  // before it exists: a signal may come at once
+  const int file = open_new(aside_);
+  if (file < 0) {
+    const int reason = errno;
+    keep_at_signals(aside_);
+    fail("cannot write ", path_, reason);
+  }
+  if (exists) fchmod(file, status.st_mode & 07777);
+  ::close(file);
+}
+
+FileAside::~FileAside() {
+  if (aside_.empty()) return;
+  unlink(aside_.c_str());
+  keep_at_signals(aside_);
+}
+
+void FileAside::keep() {
+  if (aside_.empty()) return;
+  if (std::rename(aside_.c_str(), target_.c_str()) != 0) fail("cannot write ", path_, errno);
+  keep_at_signals(aside_);
+  aside_.clear();
+}
+
 // Keeps the reason of the first failure, which a std::filebuf does not.
 class OutputFile::Buffer : public std::streambuf {
  public:
@@ -75,44 +125,18 @@ class OutputFile::Buffer : public std::streambuf {
 
 OutputFile::OutputFile(const std::string& path) : path_(path), stream_(nullptr) {
   if (path.empty()) return;
-  struct stat status = {};
-  const bool exists = stat(path.c_str(), &status) == 0;
-  if (!exists && errno != ENOENT) fail("cannot write ", path_, errno);
-  int file = -1;
-  if (exists && !S_ISREG(status.st_mode)) {
-    file = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  } else {
-    if (exists && access(path.c_str(), W_OK) != 0) fail("cannot write ", path_, errno);
-    std::error_code error;
-    const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
-    target_ = error ? path : target.string();
-    aside_ = target_ + ".new-" + std::to_string(getpid());
-    remove_at_signals(aside_);  // before it exists: a signal may come at once
-    file = open_new(aside_);
-    if (file < 0) keep_at_signals(aside_);
-    if (file >= 0 && exists) fchmod(file, status.st_mode & 07777);
-  }
-  if (file < 0) {
-    const int reason = errno;
-    aside_.clear();
-    fail("cannot write ", path_, reason);
-  }
+  aside_ = std::make_unique<FileAside>(path);
+  const int file = open(aside_->path().c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) fail("cannot write ", path_, errno);
   buffer_ = std::make_unique<Buffer>(file);
   stream_.rdbuf(buffer_.get());
 }
 
-OutputFile::~OutputFile() {
-  if (buffer_ == nullptr || aside_.empty()) return;
-  unlink(aside_.c_str());
-  keep_at_signals(aside_);
-}
+OutputFile::~OutputFile() = default;
 
 void OutputFile::close() {
   if (const int reason = buffer_->close()) fail("cannot write all of ", path_, reason);
-  if (aside_.empty()) return;
-  if (std::rename(aside_.c_str(), target_.c_str()) != 0) fail("cannot write ", path_, errno);
-  keep_at_signals(aside_);
-  aside_.clear();
+  aside_->keep();
 }
 
 }  // namespace cab::perf

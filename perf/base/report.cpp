@@ -7,9 +7,11 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "perf/base/signals.h"
+#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
@@ -29,7 +31,25 @@ std::size_t shown_width(const std::string& text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) != 0x80u; }));
 }
 
+// A field of a CSV file, quoted where RFC 4180 asks for it.
+std::string in_csv(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string field = "\"";
+  for (const char c : text) {
+    if (c == '"') field += '"';
+    field += c;
+  }
+  return field + '"';
+}
+
 }  // namespace
+
+void tell(const char* kind, std::string_view text) { std::cerr << kind << ": " << scenes::printable(text) << '\n'; }
+
+void TextTable::add_row(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = scenes::printable(cell);
+  rows_.push_back(std::move(cells));
+}
 
 void TextTable::print(std::ostream& out) const {
   std::vector<std::size_t> widths;
@@ -127,7 +147,7 @@ void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows
     std::string line;
     for (const auto& [key, value] : row.items()) {
       if (!line.empty()) line += ',';
-      if (!value.is_null()) line += csv_field(value.is_string() ? value.get<std::string>() : value.dump());
+      if (!value.is_null()) line += value.is_string() ? csv_field(value.get<std::string>()) : in_csv(value.dump());
     }
     file.stream() << line << '\n';
   }
@@ -135,13 +155,8 @@ void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows
 }
 
 std::string csv_field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
+  const bool is_formula = !text.empty() && std::string_view("=+-@\t\r\n").find(text[0]) != std::string_view::npos;
+  return in_csv(is_formula ? "'" + std::string(text) : std::string(text));
 }
 
 std::string fixed(double value, int decimals) { return number_text(value, std::chars_format::fixed, decimals); }

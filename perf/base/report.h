@@ -13,10 +13,15 @@
 
 namespace cab::perf {
 
-// Rows of text in columns. The first column is aligned left, the others right.
+// Writes a line "KIND: TEXT" to standard error. The text may have names of files and of what is in them: characters
+// that a terminal would obey are replaced.
+void tell(const char* kind, std::string_view text);
+
+// Rows of text in columns. The first column is aligned left, the others right. Characters that a terminal would obey
+// are replaced.
 class TextTable {
  public:
-  void add_row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  void add_row(std::vector<std::string> cells);
   void print(std::ostream& out) const;
 
  private:
@@ -59,7 +64,8 @@ void write_json(const std::string& path, const nlohmann::ordered_json& json);
 // Null is an empty field. Does nothing if the file is none.
 void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows);
 
-// A field of a CSV file, quoted where RFC 4180 asks for it.
+// A text as a field of a CSV file, quoted where RFC 4180 asks for it. One that begins with = + - @, a tab or the end of
+// a line gets a ' before it, so that no spreadsheet takes it for a formula.
 std::string csv_field(std::string_view text);
 
 // A number as text: with a fixed number of decimals; as the shortest text that reads back as the same number; as 16

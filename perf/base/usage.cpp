@@ -3,7 +3,28 @@
 #include <filesystem>
 #include <system_error>
 
+#include "perf/base/output_file.h"
+
 namespace cab::perf {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_device(const std::string& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  return fs::exists(status) && !fs::is_regular_file(status);
+}
+
+// A device, such as a terminal, may be written under several names. A file that is not there yet is where it will be.
+bool is_same_file(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  if (a == b) return true;
+  if (is_device(a) || is_device(b)) return false;
+  return place_of(a) == place_of(b) || fs::equivalent(a, b, ignored);
+}
+
+}  // namespace
 
 void check_strategy(const Policies& policies) {
   if (policies.strategy == Strategy::kExactAll && policies.exact == Exact::kNone)
@@ -19,16 +40,14 @@ void check_given(const std::string& option, std::size_t given, std::size_t count
 void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs) {
   for (std::size_t b = 1; b < outputs.size(); ++b)
     for (std::size_t a = 0; a < b; ++a)
-      if (!outputs[a].path.empty() && outputs[a].path == outputs[b].path)
+      if (!outputs[a].path.empty() && !outputs[b].path.empty() && is_same_file(outputs[a].path, outputs[b].path))
         throw UsageError(std::string(outputs[a].option) + " and " + outputs[b].option +
                          " name the same file; give two");
   for (const OutputOption& output : outputs)
-    for (const std::string& input : inputs) {
-      std::error_code ignored;  // a file that does not exist yet cannot be an input
-      if (!output.path.empty() && std::filesystem::equivalent(input, output.path, ignored))
+    for (const std::string& input : inputs)
+      if (!output.path.empty() && !input.empty() && is_same_file(input, output.path))
         throw UsageError(std::string(output.option) + ": " + output.path +
                          " is an input; write the output to another file");
-    }
 }
 
 }  // namespace cab::perf

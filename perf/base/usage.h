@@ -28,7 +28,8 @@ void check_strategy(const Policies& policies);
 // Throws UsageError unless an option is given never, once, or once for each of `count` files or clips, as `noun` says.
 void check_given(const std::string& option, std::size_t given, std::size_t count, const std::string& noun);
 
-// Throws UsageError if two outputs are one file, or if an output is also an input. Paths that are empty are ignored.
+// Throws UsageError if two outputs are one file, or if an output is also an input, by whatever names: ./x and x, links,
+// or one file that has two names. Paths that are empty are ignored.
 void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs);
 
 }  // namespace cab::perf

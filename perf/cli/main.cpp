@@ -43,12 +43,12 @@ constexpr Command (*kAddCommand[])(CLI::App& app) = {
     add_replay, add_view,    add_report, add_peers, add_sweep, add_kernels, add_continuity, add_verify,
 };
 
-// The text of an error as one line.
+// The text of an error as one line, which may have names of files and words of the command line.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
+  return scenes::printable(text);
 }
 
 std::vector<std::string> names_of_commands(const CLI::App& app) {

@@ -520,14 +520,13 @@ scenes::CrowdSources import_sources(const CrowdOptions& options, bool quiet = fa
     sources.clips.push_back(scenes::import_clip(options.clips[c], import));
     if (quiet) continue;
     for (const std::string& note : sources.clips.back().notes)
-      std::cerr << "note: " << sources.clips.back().character.name << ": " << note << '\n';
+      tell("note", sources.clips.back().character.name + ": " + note);
   }
   if (!options.trajectories_path.empty()) {
     sources.trajectories =
         scenes::import_trajectories(options.trajectories_path, options.frames_per_second.value_or(0), options.sandbox);
     if (quiet) return sources;
-    for (const std::string& note : sources.trajectories.notes)
-      std::cerr << "note: " << options.trajectories_path << ": " << note << '\n';
+    for (const std::string& note : sources.trajectories.notes) tell("note", options.trajectories_path + ": " + note);
   }
   return sources;
 }

@@ -75,7 +75,6 @@ void check(const QueryOptions& options) {
     throw UsageError("a scene has no last frame; give --frame K or --frames A:B");
   check_files(options.world);
   std::vector<std::string> inputs = input_paths(options.world);
-  inputs.insert(inputs.end(), options.world.bodies_paths.begin(), options.world.bodies_paths.end());
   for (const auto& paths : options.paths) inputs.insert(inputs.end(), paths.begin(), paths.end());
   check_outputs({{"--out", options.out_path}, {"--json", options.json_path}}, inputs);
   const bool has_shapes = !options.paths[1].empty() || !options.paths[2].empty() || !options.paths[3].empty();
@@ -310,7 +309,7 @@ int query_command(const QueryOptions& options) {
     return 0;
   }
   const scenes::Scene scene = import_world(options.world);
-  for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
+  for (const std::string& note : scene.notes) tell("note", note);
   const FrameRange frames = choose_frames(options, scene.frame_count);
   Targets targets(scene, desc, room);
   ask(options, frames, scene.notes, targets, std::move(asked), out, json);

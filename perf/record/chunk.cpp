@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array<std::uint8_t, 8> kFileMagic = {'C', 'A', 'B', 'R', 'E', 'C', '\r', '\n'};
 constexpr std::array<std::uint8_t, 4> kChunkMagic = {'C', 'H', 'N', 'K'};
-constexpr std::uint16_t kHasDefinitions = 1;
+constexpr std::uint16_t kHasDefinitions = 1, kIsEnd = 2;
 constexpr std::size_t kCrcAt = 44;
 
 // An offset, a table and its vtable.
@@ -53,8 +53,8 @@ constexpr CrcTables kCrcTables = make_crc_tables();
 
 }  // namespace
 
-std::uint32_t crc32(const std::uint8_t* bytes, std::size_t size) {
-  std::uint32_t rest = 0xffffffffu;
+std::uint32_t crc32(const std::uint8_t* bytes, std::size_t size, std::uint32_t before) {
+  std::uint32_t rest = ~before;
   for (; size >= 8; bytes += 8, size -= 8) {
     const std::uint32_t low = rest ^ get<std::uint32_t>(bytes), high = get<std::uint32_t>(bytes + 4);
     rest = 0;
@@ -87,7 +87,8 @@ std::array<std::uint8_t, kChunkHeaderBytes> to_bytes(const ChunkHeader& header) 
   std::uint8_t* const at = bytes.data();
   std::copy(kChunkMagic.begin(), kChunkMagic.end(), bytes.begin());
   put(at + 4, static_cast<std::uint16_t>(header.codec));
-  put(at + 6, static_cast<std::uint16_t>(header.has_definitions ? kHasDefinitions : 0));
+  put(at + 6,
+      static_cast<std::uint16_t>((header.has_definitions ? kHasDefinitions : 0) | (header.is_end ? kIsEnd : 0)));
   put(at + 8, header.stored_bytes);
   put(at + 16, header.plain_bytes);
   put(at + 24, header.first_frame);
@@ -105,12 +106,15 @@ bool read_header(const std::uint8_t* bytes, ChunkHeader& header) {
   if (codec > static_cast<std::uint16_t>(Codec::kZstd)) return false;
   header.codec = static_cast<Codec>(codec);
   header.has_definitions = (get<std::uint16_t>(bytes + 6) & kHasDefinitions) != 0;
+  header.is_end = (get<std::uint16_t>(bytes + 6) & kIsEnd) != 0;
   header.stored_bytes = get<std::uint64_t>(bytes + 8);
   header.plain_bytes = get<std::uint64_t>(bytes + 16);
   header.first_frame = get<std::uint32_t>(bytes + 24);
   header.frame_count = get<std::uint32_t>(bytes + 28);
   header.payload_crc = get<std::uint32_t>(bytes + 32);
   if (header.stored_bytes > kMostPayloadBytes || header.frame_count > header.plain_bytes / kLeastFrameBytes)
+    return false;
+  if (header.is_end && (header.has_definitions || header.plain_bytes > 0 || header.codec != Codec::kStored))
     return false;
   return header.codec == Codec::kStored ? header.stored_bytes == header.plain_bytes
                                         : header.plain_bytes <= kMostDecodedBytes;

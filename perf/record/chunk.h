@@ -17,6 +17,7 @@ enum class Codec : std::uint16_t { kStored = 0, kZstd = 1 };
 struct ChunkHeader {
   Codec codec = Codec::kStored;
   bool has_definitions = false;
+  bool is_end = false;             // it marks the end of a recording of first_frame frames, and has no payload
   std::uint64_t stored_bytes = 0;  // of the payload in the file, without the zeros behind it
   std::uint64_t plain_bytes = 0;   // of the payload when decoded
   std::uint32_t first_frame = 0;
@@ -49,7 +50,7 @@ ChunkHeader encode(std::vector<std::uint8_t>& payload, bool compress);
 bool decode(const ChunkHeader& header, const std::uint8_t* stored, std::vector<std::uint8_t>& plain,
             std::string& reason);
 
-// CRC-32 as zlib, gzip and PNG have it.
-std::uint32_t crc32(const std::uint8_t* bytes, std::size_t size);
+// CRC-32 as zlib, gzip and PNG have it, of bytes that follow those whose CRC-32 is `before`.
+std::uint32_t crc32(const std::uint8_t* bytes, std::size_t size, std::uint32_t before = 0);
 
 }  // namespace cab::record

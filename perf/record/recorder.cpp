@@ -23,7 +23,7 @@
 #include "perf/record/attempt.h"
 #include "perf/record/chunk.h"
 #include "perf/record/definitions.h"
-#include "perf/record/mapped_file.h"
+#include "perf/record/file_bytes.h"
 #include "perf/record/rounded_poses.h"
 #include "perf/record/scan.h"
 #include "perf/record/words.h"
@@ -148,6 +148,7 @@ struct Recorder::Storage {
 
   void begin_chunk();
   void write_chunk();
+  void write_end();
   void write_bytes(const void* bytes, std::size_t size);
   void flush_file();
   void open_new();
@@ -234,10 +235,20 @@ void Recorder::Storage::write_chunk() {
   begin_chunk();
 }
 
-// A file that was there is not changed: it may be mapped by a reader.
+// Says that nothing is missing. A reader of a file without this mark tells that it was not closed.
+void Recorder::Storage::write_end() {
+  ChunkHeader end;
+  end.is_end = true;
+  end.first_frame = frame_count;
+  const auto bytes = to_bytes(end);
+  write_bytes(bytes.data(), bytes.size());
+}
+
+// A file that was there is not changed, since a reader may have it open, unless it is empty.
 void Recorder::Storage::open_new() {
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored)) std::filesystem::remove(path, ignored);
+  if (std::filesystem::is_regular_file(path, ignored) && std::filesystem::file_size(path, ignored) > 0)
+    std::filesystem::remove(path, ignored);
   file.reset(std::fopen(path.c_str(), "wb"));
   if (file == nullptr) fail_with_errno("cannot be opened for writing");
   const auto bytes = file_header();
@@ -248,13 +259,13 @@ void Recorder::Storage::open_new() {
 
 // Whether a file is the beginning of a recording without a whole chunk, as a crash soon after open_new leaves it.
 bool Recorder::Storage::is_barely_begun() const {
-  MappedFile there;
+  FileBytes there;
   there.open(path);
-  const Span<const std::uint8_t> bytes = {there.data(), there.size()};
   const auto header = file_header();
-  if (!std::equal(bytes.begin(), bytes.begin() + std::min(bytes.size, header.size()), header.begin())) return false;
-  if (bytes.size < header.size()) return true;
-  const Scan scan = scan_chunks(bytes);
+  const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(there.size(), header.size()));
+  if (!std::equal(header.begin(), header.begin() + size, there.from(0, size).data)) return false;
+  if (size < header.size()) return true;
+  const Scan scan = scan_chunks(there);
   if (scan.is_damaged) fail_damaged(scan.problems[0]);
   return scan.chunks.empty();
 }
@@ -273,6 +284,7 @@ void Recorder::Storage::open_behind() {
     if (recording.info().pose_step != options.pose_step) fail("append: the recording has another pose_step");
     options.seconds_per_frame = recording.info().seconds_per_frame;
     end = padded(recording.whole_bytes());
+    if (recording.is_closed()) end -= kChunkHeaderBytes;  // until close the mark of the end is not true
     frame_count = recording.frame_count();
     know(recording);
   }
@@ -659,7 +671,10 @@ bool Recorder::flush() noexcept {
 }
 
 bool Recorder::close() noexcept {
-  const bool written = with_file(storage_, [](Storage& to) { to.write_chunk(); });
+  const bool written = with_file(storage_, [](Storage& to) {
+    to.write_chunk();
+    to.write_end();
+  });
   if (storage_ == nullptr || storage_->file == nullptr) return written;
   std::FILE* const file = storage_->file.release();
   if (std::fclose(file) == 0 || !written) return written;

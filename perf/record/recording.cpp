@@ -18,7 +18,7 @@
 #include "perf/record/budget.h"
 #include "perf/record/chunk.h"
 #include "perf/record/definitions.h"
-#include "perf/record/mapped_file.h"
+#include "perf/record/file_bytes.h"
 #include "perf/record/rounded_poses.h"
 #include "perf/record/scan.h"
 #include "perf/record/words.h"
@@ -55,7 +55,7 @@ struct Source {
 // One chunk, decoded, and where each of its frames takes what from.
 struct DecodedChunk {
   std::size_t index = 0;
-  std::vector<std::uint8_t> plain;  // of a compressed chunk
+  std::vector<std::uint8_t> stored, plain;  // the payload as it is in a file, and decompressed
   const format::Chunk* table = nullptr;
   std::vector<std::vector<Source>> sources;  // by frame, then by input
 };
@@ -64,8 +64,7 @@ struct DecodedChunk {
 
 struct Recording::Storage {
   std::string path, error;
-  MappedFile file;
-  Span<const std::uint8_t> bytes;
+  FileBytes bytes;
   Scan scan;
   std::vector<const char*> problem_texts;
 
@@ -83,8 +82,9 @@ struct Recording::Storage {
 
   void read_all();
   void read_header(const format::Header* header);
+  const std::uint8_t* read_payload(const ChunkPlace& chunk, std::vector<std::uint8_t>& to);
   void read_definitions(const format::Chunk& chunk, std::uint64_t payload_bytes);
-  const format::Chunk& decode_chunk(std::size_t index, DecodedChunk& to) const;
+  const format::Chunk& decode_chunk(std::size_t index, DecodedChunk& to);
   void find_sources(DecodedChunk& chunk) const;
   void read_input(const format::Input& input, const Source& source, std::size_t place);
   void read_settings(const format::Settings& settings, RecordedFrame& frame);
@@ -92,15 +92,25 @@ struct Recording::Storage {
   void read(std::uint32_t index, RecordedFrame& frame);
 };
 
-const format::Chunk& Recording::Storage::decode_chunk(std::size_t index, DecodedChunk& to) const {
+// The payload of a chunk as it is stored. That of a file is copied and checked: the file may have changed since.
+const std::uint8_t* Recording::Storage::read_payload(const ChunkPlace& chunk, std::vector<std::uint8_t>& to) {
+  const std::uint64_t at = chunk.at + kChunkHeaderBytes;
+  const auto size = static_cast<std::size_t>(chunk.header.stored_bytes);
+  // FlatBuffers are read where they lie, which must be at a multiple of 8.
+  if (bytes.is_memory()) {
+    const std::uint8_t* const lies = bytes.from(at, size).data;
+    if (chunk.header.codec != Codec::kStored || reinterpret_cast<std::uintptr_t>(lies) % 8 == 0) return lies;
+  }
+  to.resize(size);
+  bytes.copy(at, size, to.data());
+  if (crc32(to.data(), size) != chunk.header.payload_crc) refuse("the file has changed since it was opened");
+  return to.data();
+}
+
+const format::Chunk& Recording::Storage::decode_chunk(std::size_t index, DecodedChunk& to) {
   const ChunkPlace& chunk = scan.chunks[index];
   if (!chunk.damage.empty()) refuse(chunk.damage);
-  const std::uint8_t* payload = bytes.data + chunk.at + kChunkHeaderBytes;
-  // FlatBuffers are read where they lie, which is at a multiple of 8 in a file that is mapped.
-  if (chunk.header.codec == Codec::kStored && reinterpret_cast<std::uintptr_t>(payload) % 8 != 0) {
-    to.plain.assign(payload, payload + chunk.header.stored_bytes);
-    payload = to.plain.data();
-  }
+  const std::uint8_t* payload = read_payload(chunk, to.stored);
   if (chunk.header.codec == Codec::kZstd) {
     std::string reason;
     if (!decode(chunk.header, payload, to.plain, reason)) refuse(reason);
@@ -164,7 +174,9 @@ void Recording::Storage::read_definitions(const format::Chunk& chunk, std::uint6
 
 // Definitions are read at once. Behind definitions that cannot be read no others are.
 void Recording::Storage::read_all() {
-  if (const std::string wrong = check_file_header(bytes.data, bytes.size); !wrong.empty()) refuse(wrong);
+  const auto header_bytes = static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), kFileHeaderBytes));
+  if (const std::string wrong = check_file_header(bytes.from(0, header_bytes).data, header_bytes); !wrong.empty())
+    refuse(wrong);
   scan = scan_chunks(bytes);
   if (scan.chunks.empty())
     refuse(scan.problems.empty() ? "it has no chunk" : "it has no whole chunk: " + scan.problems.front());
@@ -392,8 +404,7 @@ bool Recording::open(const char* path) noexcept {
   storage_ = nullptr;
   return attempt(storage_, [&](Storage& to) {
     to.path = path == nullptr ? "" : path;
-    to.file.open(to.path);
-    to.bytes = {to.file.data(), to.file.size()};
+    to.bytes.open(to.path);
     to.read_all();
   });
 }
@@ -403,7 +414,7 @@ bool Recording::open_bytes(Span<const std::uint8_t> bytes, const char* name) noe
   storage_ = nullptr;
   return attempt(storage_, [&](Storage& to) {
     to.path = name == nullptr ? "" : name;
-    to.bytes = bytes;
+    to.bytes.open(bytes);
     to.read_all();
   });
 }
@@ -415,6 +426,8 @@ Span<const char* const> Recording::problems() const noexcept {
 }
 
 bool Recording::is_damaged() const noexcept { return storage_ != nullptr && storage_->scan.is_damaged; }
+
+bool Recording::is_closed() const noexcept { return storage_ != nullptr && storage_->scan.is_closed; }
 
 std::uint64_t Recording::whole_bytes() const noexcept { return storage_ == nullptr ? 0 : storage_->scan.whole; }
 

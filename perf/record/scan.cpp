@@ -9,39 +9,64 @@ namespace {
 
 constexpr std::uint32_t kMostFrames = std::numeric_limits<std::uint32_t>::max();
 
+// The most frames that damage in one place is taken to cost. Whoever asks for every frame is told of each.
+constexpr std::uint32_t kMostLostFrames = 1u << 24;
+
 class Scanner {
  public:
-  explicit Scanner(Span<const std::uint8_t> file) : file_(file) {}
+  explicit Scanner(FileBytes& file) : file_(file) {}
 
   Scan run() {
     at_ = scan_.whole = kFileHeaderBytes;
-    while (at_ < file_.size) {
-      const std::uint64_t left = file_.size - at_;
+    while (at_ < file_.size()) {
+      const std::uint64_t left = file_.size() - at_;
       if (left < kChunkHeaderBytes) {
         cut_off("is cut off in its header: " + std::to_string(left) + " of " + std::to_string(kChunkHeaderBytes) +
                 " bytes are there");
-        break;
+        return std::move(scan_);
       }
       ChunkHeader header;
-      if (!read_header(file_.data + at_, header)) {
-        if (!skip_to_next_header()) break;
+      if (!has_header(at_, header)) {
+        if (!skip_to_next_header()) return std::move(scan_);
         continue;
       }
       const std::uint64_t there = left - kChunkHeaderBytes;
       if (header.stored_bytes > there) {
         cut_off(frames_in_words(header) + " is cut off: " + std::to_string(there) + " of " +
                 std::to_string(header.stored_bytes) + " bytes are there");
-        break;
+        return std::move(scan_);
       }
+      has_end_ = header.is_end;
+      scan_.is_closed = false;  // what is appended stands behind an earlier mark
       take(header);
-      at_ = std::min<std::uint64_t>(at_ + kChunkHeaderBytes + padded(header.stored_bytes), file_.size);
+      at_ = std::min<std::uint64_t>(at_ + kChunkHeaderBytes + padded(header.stored_bytes), file_.size());
       scan_.whole = at_;
       ++number_;
     }
+    if (!has_end_ && number_ > 0)
+      scan_.problems.push_back("it is not closed: its recorder ended before its end, or still writes; frames from " +
+                               std::to_string(scan_.frame_count) + " on may be missing");
     return std::move(scan_);
   }
 
  private:
+  bool has_header(std::uint64_t at, ChunkHeader& header) {
+    return read_header(file_.from(at, kChunkHeaderBytes).data, header);
+  }
+
+  std::uint32_t payload_crc(const ChunkHeader& header) {
+    std::uint32_t crc = 0;
+    std::uint64_t at = at_ + kChunkHeaderBytes;
+    for (std::uint64_t left = header.stored_bytes; left > 0;) {
+      const Span<const std::uint8_t> part = file_.from(at, 1);
+      const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(part.size, left));
+      crc = crc32(part.data, size, crc);
+      at += size;
+      left -= size;
+    }
+    return crc;
+  }
+
   std::string place() const { return "chunk " + std::to_string(number_) + " at byte " + std::to_string(at_) + " "; }
 
   void cut_off(const std::string& what) {
@@ -57,8 +82,8 @@ class Scanner {
   bool skip_to_next_header() {
     ChunkHeader header;
     std::uint64_t next = at_ + 8;
-    while (next + kChunkHeaderBytes <= file_.size && !read_header(file_.data + next, header)) next += 8;
-    const bool found = next + kChunkHeaderBytes <= file_.size;
+    while (next + kChunkHeaderBytes <= file_.size() && !has_header(next, header)) next += 8;
+    const bool found = next + kChunkHeaderBytes <= file_.size();
     damaged(found ? "has a damaged header; the next chunk that can be read begins at byte " + std::to_string(next)
                   : "has a damaged header, and no chunk follows");
     is_gap_ = is_definition_lost_ = true;
@@ -69,9 +94,11 @@ class Scanner {
 
   void take(const ChunkHeader& header) {
     ChunkPlace chunk = {header, at_, {}};
-    if (header.frame_count > 0) {
+    if (header.frame_count > 0 || header.is_end) {
       const bool is_next = header.first_frame == scan_.frame_count;
-      if (!is_next && !(is_gap_ && header.first_frame > scan_.frame_count)) {
+      const bool may_follow = is_gap_ && header.first_frame > scan_.frame_count &&
+                              header.first_frame - scan_.frame_count <= kMostLostFrames;
+      if (!is_next && !may_follow) {
         damaged(frames_in_words(header) + " is out of order: frame " + std::to_string(scan_.frame_count) + " is next");
         is_definition_lost_ = is_definition_lost_ || header.has_definitions;
         return;
@@ -83,8 +110,11 @@ class Scanner {
       if (!is_next) lose_frames(header.first_frame - scan_.frame_count);
       is_gap_ = false;
     }
-    const std::uint8_t* const payload = file_.data + at_ + kChunkHeaderBytes;
-    if (crc32(payload, static_cast<std::size_t>(header.stored_bytes)) != header.payload_crc)
+    if (header.is_end) {
+      scan_.is_closed = true;
+      return;
+    }
+    if (payload_crc(header) != header.payload_crc)
       chunk.damage = "its checksum differs";
     else if (header.has_definitions && is_definition_lost_)
       chunk.damage = "definitions before it are lost";
@@ -108,23 +138,25 @@ class Scanner {
     scan_.chunks.push_back(std::move(lost));
   }
 
-  Span<const std::uint8_t> file_;
+  FileBytes& file_;
   Scan scan_;
   std::uint64_t at_ = 0;
   std::uint32_t number_ = 0;         // of the chunk at hand, damaged ones included
   bool is_gap_ = false;              // frames may be missing before the next chunk that has any
+  bool has_end_ = false;             // the last chunk is a mark of the end, though perhaps of another recording
   bool is_definition_lost_ = false;  // what later definitions are counted from is unknown
 };
 
 }  // namespace
 
 std::string frames_in_words(const ChunkHeader& header) {
+  if (header.is_end) return "with the end of " + std::to_string(header.first_frame) + " frames";
   if (header.frame_count == 0) return "without frames";
   if (header.frame_count == 1) return "with frame " + std::to_string(header.first_frame);
   return "with frames " + std::to_string(header.first_frame) + " to " +
          std::to_string(std::uint64_t{header.first_frame} + header.frame_count - 1);
 }
 
-Scan scan_chunks(Span<const std::uint8_t> file) { return Scanner(file).run(); }
+Scan scan_chunks(FileBytes& file) { return Scanner(file).run(); }
 
 }  // namespace cab::record

@@ -1,13 +1,12 @@
 // Where the chunks of a recording are, by their headers, and what is cut off or damaged.
 #pragma once
 
-#include <cab/span.h>
-
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "perf/record/chunk.h"
+#include "perf/record/file_bytes.h"
 
 namespace cab::record {
 
@@ -23,11 +22,12 @@ struct Scan {
   std::uint32_t frame_count = 0;      // up to the last chunk that has any
   std::vector<std::string> problems;  // one line each
   std::uint64_t whole = 0;            // up to the end of the last whole chunk
+  bool is_closed = false;             // the last chunk is the mark of the end
   bool is_damaged = false;            // something else is wrong than that the last chunk is cut off
 };
 
 // Finds the chunks. Behind a damaged header it goes on where the next sound one is.
-Scan scan_chunks(Span<const std::uint8_t> file);
+Scan scan_chunks(FileBytes& file);
 
 // "with frames 3 to 5", and so on.
 std::string frames_in_words(const ChunkHeader& header);

@@ -8,6 +8,7 @@
 #include "perf/base/usage.h"
 #include "perf/replay/options.h"
 #include "perf/replay/recorded_engine.h"
+#include "scenes/import/printable.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -64,8 +65,8 @@ int record_command(const RecordOptions& options) {
     const std::uint32_t count = options.character_count > 0 ? options.character_count : kCrowdSize;
     totals = record_people(scenes::make_crowd(options.scene, count), options, settings);
   }
-  std::cout << options.file.path << ": " << totals.frames << " frames, " << totals.hits << " hits, " << totals.bytes
-            << " bytes\n";
+  std::cout << scenes::printable(options.file.path) << ": " << totals.frames << " frames, " << totals.hits << " hits, "
+            << totals.bytes << " bytes\n";
   return 0;
 }
 

@@ -6,6 +6,7 @@
 
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_call.h"
+#include "perf/base/output_file.h"
 
 namespace cab::perf {
 namespace {
@@ -18,7 +19,8 @@ std::vector<const char*> pointers_to(const std::vector<std::string>& texts) {
 
 class RecordedEngine {
  public:
-  RecordedEngine(const RecordSettings& settings, double seconds_per_frame) : settings_(settings) {
+  RecordedEngine(const RecordSettings& settings, double seconds_per_frame)
+      : settings_(settings), place_(settings.path) {
     EngineDesc desc;
     desc.isa = settings.isa;
     desc.thread_count = settings.thread_count;
@@ -32,7 +34,7 @@ class RecordedEngine {
     options.thread_count = engine_thread_count(*engine_);
     options.compress = settings.compress;
     options.pose_step = settings.pose_step;
-    written(recorder_.open(settings.path.c_str(), options));
+    written(recorder_.open(place_.path().c_str(), options));
   }
 
   BatchId add(const scenes::Character& character, const ArticulationDesc& desc, std::uint32_t count) {
@@ -88,6 +90,7 @@ class RecordedEngine {
 
   RecordTotals close() {
     written(recorder_.close());
+    place_.keep();
     return {recorder_.frame_count(), hit_count_, recorder_.byte_count()};
   }
 
@@ -99,11 +102,15 @@ class RecordedEngine {
   }
 
  private:
+  // The message of a failure begins with the path that was asked for, not with that of the file aside.
   void written(bool ok) const {
-    if (!ok) throw std::runtime_error(recorder_.error());
+    if (ok) return;
+    const std::string error = recorder_.error(), &aside = place_.path();
+    throw std::runtime_error(error.rfind(aside, 0) == 0 ? settings_.path + error.substr(aside.size()) : error);
   }
 
   const RecordSettings& settings_;
+  FileAside place_;
   oracle::EnginePtr engine_;
   record::Recorder recorder_;
   std::vector<PairRule> rules_;

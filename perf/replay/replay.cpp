@@ -16,7 +16,6 @@
 #include "perf/replay/hit_names.h"
 #include "perf/replay/options.h"
 #include "scenes/bit_hash.h"
-#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
@@ -81,7 +80,7 @@ ReplayResult replay(record::Recording& recording, const ReplayOptions& options, 
   record::RecordedFrame frame;
   for (std::uint32_t f = 0; f < recording.frame_count(); ++f, bar.advance(1)) {
     if (!recording.read_frame(f, &frame)) {
-      if (result.unread_frames++ == 0) std::cerr << "warning: " << recording.error() << '\n';
+      if (result.unread_frames++ == 0) tell("warning", recording.error());
       continue;
     }
     Policies policies = frame.job.policies;
@@ -108,11 +107,10 @@ void print(const record::Recording& recording, const ReplayOptions& options, con
   const record::RecordingInfo info = recording.info();
   TextTable about;
   about.add_row({"recording", options.file});
-  if (*info.title != 0) about.add_row({"title", scenes::printable(info.title)});
-  about.add_row({"recorded by", "cab " + scenes::printable(info.library)});
+  if (*info.title != 0) about.add_row({"title", info.title});
+  about.add_row({"recorded by", std::string("cab ") + info.library});
   if (*info.isa != 0)
-    about.add_row(
-        {"recorded with", scenes::printable(info.isa) + ", " + std::to_string(info.thread_count) + " threads"});
+    about.add_row({"recorded with", std::string(info.isa) + ", " + std::to_string(info.thread_count) + " threads"});
   about.add_row({"frames", std::to_string(recording.frame_count())});
   about.print(std::cout);
   std::cout << '\n';
@@ -159,8 +157,7 @@ int replay_command(const ReplayOptions& options) {
   OutputFile json(options.json_path);
   record::Recording recording;
   if (!recording.open(options.file.c_str())) throw std::runtime_error(recording.error());
-  for (const char* const problem : recording.problems())
-    std::cerr << "warning: " << options.file << ": " << problem << '\n';
+  for (const char* const problem : recording.problems()) tell("warning", options.file + ": " + problem);
   std::vector<Isa> isas = options.isas;
   if (isas.empty()) isas.push_back(Isa::kAuto);
   std::vector<ReplayResult> results;

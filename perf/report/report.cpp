@@ -159,13 +159,13 @@ void print_table(const std::vector<ReportFile>& files) {
   table.add_row({"recording", "frames", "intervals", "pairs", "deepest", "", "at frame", "links"});
   for (const std::uint32_t f : worst_files(files)) {
     const ReportFile& file = files[f];
-    std::vector<std::string> cells = {scenes::printable(file.path), std::to_string(file.frames_read),
-                                      std::to_string(file.interval_count), std::to_string(file.pair_count)};
-    if (!file.is_open) cells = {scenes::printable(file.path), "-", "-", "-", "cannot be read"};
+    std::vector<std::string> cells = {file.path, std::to_string(file.frames_read), std::to_string(file.interval_count),
+                                      std::to_string(file.pair_count)};
+    if (!file.is_open) cells = {file.path, "-", "-", "-", "cannot be read"};
     if (file.worst) {
       const bool has_depth = !std::isnan(file.worst->worst_depth);
       const auto name = [&](const LinkPlace& place) {
-        return scenes::printable(file.names.character(place) + " " + file.names.link(place));
+        return file.names.character(place) + " " + file.names.link(place);
       };
       cells.push_back(has_depth ? fixed(static_cast<double>(file.worst->worst_depth), 5) : "-");
       cells.emplace_back(has_depth && file.metres_per_unit > 0 ? "m" : "");
@@ -182,27 +182,27 @@ bool print_problems(const ReportOptions& options, const std::vector<ReportFile>&
   bool is_bad = false;
   for (const ReportFile& file : files) {
     for (const std::string& problem : file.problems) {
-      std::cerr << (file.is_open ? "warning: " : "error: ") << scenes::printable(file.path + ": " + problem) << '\n';
+      tell(file.is_open ? "warning" : "error", file.path + ": " + problem);
       is_bad = true;
     }
     if (file.is_open && !file.has_depths && options.min_depth)
-      std::cerr << "note: " << scenes::printable(file.path)
-                << " has no depths, so --min-depth leaves nothing of it; record it with --contacts\n";
+      tell("note", file.path + " has no depths, so --min-depth leaves nothing of it; record it with --contacts");
   }
   return is_bad;
 }
 
 void print_outputs(const ReportOptions& options, const std::string& csv_path, const ReportPage& page,
                    std::size_t file_count, bool has_page) {
-  std::cout << csv_path << ": " << page.interval_count << " intervals of contact\n";
-  if (!options.pairs_path.empty()) std::cout << options.pairs_path << ": " << page.pair_count << " pairs of links\n";
+  std::cout << scenes::printable(csv_path) << ": " << page.interval_count << " intervals of contact\n";
+  if (!options.pairs_path.empty())
+    std::cout << scenes::printable(options.pairs_path) << ": " << page.pair_count << " pairs of links\n";
   if (!has_page) return;
   const auto count = static_cast<std::size_t>(std::count_if(page.recordings.begin(), page.recordings.end(),
                                                             [](const auto& index) { return index.has_value(); }));
-  std::cout << options.out_path << ": " << count << " of " << file_count << " recordings inside\n";
+  std::cout << scenes::printable(options.out_path) << ": " << count << " of " << file_count << " recordings inside\n";
   if (page.interval_count > page.intervals.size())
-    std::cerr << "note: the page shows the worst " << page.intervals.size() << " of " << page.interval_count
-              << " intervals; " << csv_path << " has all\n";
+    tell("note", "the page shows the worst " + std::to_string(page.intervals.size()) + " of " +
+                     std::to_string(page.interval_count) + " intervals; " + csv_path + " has all");
   if (page.pair_count > page.pairs.size())
     std::cerr << "note: the page shows the worst " << page.pairs.size() << " of " << page.pair_count
               << " pairs; --pairs writes all\n";
@@ -237,8 +237,7 @@ int report_command(const ReportOptions& options) {
   print_table(findings.files);
   const bool is_bad = print_problems(options, findings.files);
   print_outputs(options, csv_path, page, findings.files.size(), has_page);
-  if (wants_page && !has_page)
-    std::cerr << "error: " << options.out_path << " is not written: " << how_to_get_page() << '\n';
+  if (wants_page && !has_page) tell("error", options.out_path + " is not written: " + how_to_get_page());
   return is_bad || (wants_page && !has_page) ? 1 : 0;
 }
 

@@ -387,7 +387,7 @@ void write_recording(const RobotCommandOptions& options, const scenes::Robot& ro
   settings.pose_step = options.recording.pose_step;
   ProgressBar bar("recording", states.count);
   const RecordTotals totals = record_scene(scene, {0, scene.frame_count}, true, settings, [&bar] { bar.advance(1); });
-  std::cout << "recording: " << settings.path << ", " << totals.bytes << " bytes\n";
+  std::cout << "recording: " << scenes::printable(settings.path) << ", " << totals.bytes << " bytes\n";
 }
 
 }  // namespace
@@ -409,7 +409,7 @@ int robot_command(const RobotCommandOptions& options) {
   if (!options.states_path.empty()) given = scenes::read_joint_states(options.states_path, robot, sandbox);
   for (const std::vector<std::string>* notes : {&disabled.notes, &given.notes})
     robot.notes.insert(robot.notes.end(), notes->begin(), notes->end());
-  for (const std::string& note : robot.notes) std::cerr << "note: " << note << '\n';
+  for (const std::string& note : robot.notes) tell("note", note);
 
   StateSource states = {options.random_count, [&](std::uint64_t index, double* state) {
                           scenes::random_state(robot, options.seed, index, state);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "perf/run/obj.h"
 #include "perf/run/options.h"
 #include "scenes/import/import.h"
+#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
@@ -138,8 +140,7 @@ int inspect_command(const InspectOptions& options) {
   if (options.skin && (options.prints_bodies || !options.bodies_path.empty() || !options.write_bodies_path.empty()))
     throw UsageError("--bodies and --write-bodies are about bodies of the skeleton, not of --body skin");
   if (options.motion_units > 0 && options.motion_path.empty()) throw UsageError(kUnitsNeedMotion);
-  std::vector<std::string> inputs = {options.file};
-  if (!options.motion_path.empty()) inputs.push_back(options.motion_path);
+  const std::vector<std::string> inputs = {options.file, options.motion_path, options.bodies_path};
   check_outputs(
       {{"--json", options.json_path}, {"--obj", options.obj_path}, {"--write-bodies", options.write_bodies_path}},
       inputs);
@@ -157,11 +158,12 @@ int inspect_command(const InspectOptions& options) {
   if (!options.bodies_path.empty()) import.body_changes = read_bodies(options.bodies_path, options.sandbox);
   const scenes::Skeleton skeleton = scenes::import_skeleton(options.file, import);
   std::vector<scenes::Clip> clips;
-  clips.push_back(scenes::make_clip(skeleton, std::filesystem::path(options.file).filename().string(), import));
+  clips.push_back(
+      scenes::make_clip(skeleton, scenes::printable(std::filesystem::path(options.file).filename().string()), import));
   const std::optional<rig::Coverage> coverage = clips.front().coverage;
   const scenes::SkeletonBodies bodies = clips.front().bodies;
   const scenes::Scene scene = scenes::make_world(std::move(clips));
-  for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
+  for (const std::string& note : scene.notes) tell("note", note);
   const std::uint32_t frame = options.frame.value_or(scene.frame_count - 1);
   if (frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
@@ -203,13 +205,14 @@ int inspect_command(const InspectOptions& options) {
 
   if (obj) write_obj(obj, skeleton, character, frame, origin);
   if (!output) {
-    std::cout << to_text(json);
+    std::istringstream lines(to_text(json));
+    for (std::string line; std::getline(lines, line);) std::cout << scenes::printable(line) << '\n';
     return 0;
   }
   write_json(output, json);
-  std::cout << options.json_path << ": " << skeleton.joint_names.size() << " joints, " << character.link_parents.size()
-            << " links, " << character.leaves.size() << " leaf boxes, " << boxes.steps.size() << " merges in frame "
-            << frame << '\n';
+  std::cout << scenes::printable(options.json_path) << ": " << skeleton.joint_names.size() << " joints, "
+            << character.link_parents.size() << " links, " << character.leaves.size() << " leaf boxes, "
+            << boxes.steps.size() << " merges in frame " << frame << '\n';
   return 0;
 }
 

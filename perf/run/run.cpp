@@ -13,6 +13,7 @@
 #include "perf/base/usage.h"
 #include "perf/replay/recorded_engine.h"
 #include "perf/run/options.h"
+#include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
@@ -119,8 +120,8 @@ void warn_of_masked(const scenes::Scene& scene, const EngineSession& session, co
   const std::optional<MaskedPose> first = session.first_masked();
   if (!first) return;
   const scenes::Character& character = scene.characters[first->character];
-  std::cerr << "  the first: frame " << first->frame << " of " << character.name << ", "
-            << words_of(first->reason, character.link_names) << '\n';
+  tell("  the first", "frame " + std::to_string(first->frame) + " of " + character.name + ", " +
+                          words_of(first->reason, character.link_names));
 }
 
 // The name that tables and files give to a reason why two links are masked.
@@ -142,8 +143,8 @@ void print_masked(const scenes::Scene& scene, const EngineSession& session) {
   for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
     const scenes::Character& character = scene.characters[c];
     const std::vector<IgnoredPair> pairs = session.ignored_pairs(c);
-    std::cout << "\nmasked within " << character.name << ": " << pairs.size() << " of " << count_pairs(character)
-              << " pairs of links (";
+    std::cout << "\nmasked within " << scenes::printable(character.name) << ": " << pairs.size() << " of "
+              << count_pairs(character) << " pairs of links (";
     for (const ReasonName& row : kReasonNames)
       std::cout << (&row == kReasonNames ? "" : ", ") << row.name << ' '
                 << std::count_if(pairs.begin(), pairs.end(),
@@ -237,7 +238,7 @@ void write_recording(const RunOptions& options, const scenes::Scene& scene, Fram
   settings.pose_step = options.recording.pose_step;
   ProgressBar bar("recording", frames.count());
   const RecordTotals totals = record_scene(scene, frames, options.within, settings, [&bar] { bar.advance(1); });
-  std::cout << "recording: " << settings.path << ", " << totals.bytes << " bytes\n";
+  std::cout << "recording: " << scenes::printable(settings.path) << ", " << totals.bytes << " bytes\n";
   if (totals.hits != hits)
     std::cerr << "note: with poses rounded to 16 bits there are " << totals.hits << " hits, not " << hits << '\n';
 }
@@ -248,7 +249,7 @@ int run_command(const RunOptions& options) {
   check(options);
   OutputFile hits(options.hits_path), json(options.json_path);
   const scenes::Scene scene = import_world(options.world);
-  for (const std::string& note : scene.notes) std::cerr << "note: " << note << '\n';
+  for (const std::string& note : scene.notes) tell("note", note);
   if (scene.characters.size() == 1 && !options.within)
     std::cerr << "note: one character has nothing to touch; give a second file or --self\n";
   const FrameRange frames = choose_frames(options, scene);

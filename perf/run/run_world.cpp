@@ -57,6 +57,7 @@ std::vector<std::string> input_paths(const WorldOptions& options) {
   std::vector<std::string> paths = options.files;
   for (std::size_t f = 0; f < options.files.size(); ++f)
     if (const std::string path = motion_path(options, f); !path.empty()) paths.push_back(path);
+  paths.insert(paths.end(), options.bodies_paths.begin(), options.bodies_paths.end());
   return paths;
 }
 

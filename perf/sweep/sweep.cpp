@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/run/run_world.h"
 #include "perf/sweep/cells.h"
@@ -12,6 +13,7 @@
 #include "perf/sweep/output.h"
 #include "perf/sweep/plot.h"
 #include "perf/sweep/scenes.h"
+#include "scenes/import/printable.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -94,7 +96,7 @@ int sweep_command(const SweepOptions& options) {
   };
   if (!options.world.files.empty()) {
     const SweepScene scene = make_files_scene(options.world);
-    for (const std::string& note : scene.scene->notes) std::cerr << "note: " << note << '\n';
+    for (const std::string& note : scene.scene->notes) tell("note", note);
     run(scene, true);
   } else {
     for (const ChosenScene& chosen : choose_scenes(options))
@@ -103,7 +105,7 @@ int sweep_command(const SweepOptions& options) {
   write_sweep_json(json, runs);
   write_sweep_csv(csv, runs);
   if (!options.plot_folder.empty()) {
-    std::cout << "pictures in " << options.plot_folder << ':';
+    std::cout << "pictures in " << scenes::printable(options.plot_folder) << ':';
     for (const std::string& name : plot_sweep(options.plot_folder, runs)) std::cout << ' ' << name;
     std::cout << '\n';
   }

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "perf/base/report.h"
+#include "perf/base/usage.h"
 
 namespace cab::perf {
 namespace {
@@ -390,6 +391,7 @@ int verify(const VerifyOptions& options, const Subject& subject, std::ostream& o
 }
 
 int verify_command(const VerifyOptions& options) {
+  check_outputs({{"--json", options.json_path}, {"--resume", options.resume_path}}, {});
   Subject subject;
   subject.kernels = kernel::find_kernels(options.isa);
   return verify(options, subject, std::cout);

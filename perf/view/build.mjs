@@ -13,6 +13,7 @@
 // WORK/perf/view, WORK/tests/view, WORK/node_modules. Sources import the generated code as `recording-format` and the
 // engine as `cab-collision`.
 import {execFileSync} from 'node:child_process';
+import {createHash} from 'node:crypto';
 import {
   cpSync, existsSync, lstatSync, mkdirSync, readFileSync, rmSync, symlinkSync, unlinkSync, writeFileSync,
 } from 'node:fs';
@@ -136,28 +137,34 @@ function bundler(work) {
   });
 }
 
-// Notices of the packages whose code is in the bundle. They go into the page's first lines.
+// Licences of cab and of all whose code is in the page. They go into its first lines.
 function notices({work, package: enginePackage}, inputs) {
-  const names = new Set();
+  const list = join(work, 'LICENSE.third-party');
+  run('cmake', ['-D', 'WORDS=page;wasm', '-D', `FILE=${list}`, '-P', join(root, 'cmake/third_party.cmake')]);
+  const others = readFileSync(list, 'utf8');
   for (const input of Object.keys(inputs)) {
-    const match = /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input);
-    if (match) names.add(match[1]);
+    const name = /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input)?.[1];
+    if (name === undefined) continue;
+    const {version, license} = JSON.parse(readFileSync(join(work, 'node_modules', name, 'package.json'), 'utf8'));
+    if (!others.includes(`\n==== ${name} ${version}\nLicense: ${license}\n`)) {
+      throw new Error(`${name} ${version}, ${license}, is in the page, and no part of LICENSE.third-party is about it`);
+    }
   }
-  const texts = [`cab\n\n${readFileSync(join(enginePackage, 'LICENSE'), 'utf8').trim()}`];
-  for (const name of [...names].sort()) {
-    const folder = join(work, 'node_modules', name);
-    const {version} = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
-    const file = ['LICENSE', 'LICENSE.md', 'LICENSE.txt'].map((at) => join(folder, at)).find((at) => existsSync(at));
-    if (file === undefined) throw new Error(`package ${name} has no file LICENSE, which the page has to carry`);
-    texts.push(`${name} ${version}\n\n${readFileSync(file, 'utf8').trim()}`);
-  }
-  return texts.join(`\n\n${'-'.repeat(80)}\n\n`);
+  return `cab\n\n${readFileSync(join(enginePackage, 'LICENSE'), 'utf8').trim()}\n\n${others.trim()}`;
 }
 
 const escapeHtml = (text) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;');
 
 // A script element ends at the first `</script`, and `<!--` changes how it is read, wherever they stand.
 const scriptText = (code) => code.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
+
+// What a browser lets the page do: run its one script and WebAssembly, apply its one style, and show images that it
+// makes itself. Whatever a recording or a report puts into the page runs nothing and asks nothing of a network.
+function policyOf(script, style) {
+  const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
+  return `default-src 'none'; script-src ${hash(script)} 'wasm-unsafe-eval'; style-src ${hash(style)}; ` +
+      "img-src data:; base-uri 'none'; form-action 'none'";
+}
 
 function buildPage(options, bundle) {
   const {work, package: enginePackage, out} = options;
@@ -177,12 +184,14 @@ function buildPage(options, bundle) {
   });
   const text = (ending) => built.outputFiles.find((file) => file.path.endsWith(ending))?.text ?? '';
   const wasm = (name) => deflateRawSync(readFileSync(join(enginePackage, name)), {level: 9}).toString('base64');
+  const script = scriptText(text('.js')), style = text('.css');
   const parts = {
     'CAB-NOTICES': () => escapeHtml(notices(options, built.metafile.inputs)),
-    'CAB-STYLE': () => text('.css'),
+    'CAB-POLICY': () => policyOf(script, style),
+    'CAB-STYLE': () => style,
     'CAB-WASM-SIMD': () => wasm('cab_simd.wasm'),
     'CAB-WASM-SCALAR': () => wasm('cab_scalar.wasm'),
-    'CAB-SCRIPT': () => scriptText(text('.js')),
+    'CAB-SCRIPT': () => script,
   };
   const page = readFileSync(join(source, 'src/page.html'), 'utf8')
       .replace(/\{\{(CAB-[A-Z-]+)\}\}/g, (mark, name) => {

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 std::uint32_t check_recording(const std::string& path) {
   record::Recording recording;
   if (!recording.open(path.c_str())) throw std::runtime_error(recording.error());
-  for (const char* const problem : recording.problems()) std::cerr << "warning: " << path << ": " << problem << '\n';
+  for (const char* const problem : recording.problems()) tell("warning", path + ": " + problem);
   return recording.frame_count();
 }
 
@@ -45,7 +45,9 @@ std::string file_address(const fs::path& path) {
 int view_command(const ViewOptions& options) {
   const std::string out_path =
       options.out_path.empty() ? fs::path(options.files.front()).replace_extension(".html").string() : options.out_path;
-  check_outputs({{"--out", out_path}}, options.files);
+  std::vector<std::string> inputs = options.files;
+  inputs.push_back(options.page_path);
+  check_outputs({{"--out", out_path}}, inputs);
   const fs::path found = options.page_path.empty() ? find_page() : fs::path(options.page_path);
   if (found.empty()) throw std::runtime_error(how_to_get_page());
   const Page page = read_page(found);
@@ -65,7 +67,7 @@ int view_command(const ViewOptions& options) {
     write_page(out.stream(), page, {}, recordings, [&bar](std::uint64_t read) { bar.advance(read); });
   }
   out.close();
-  std::cout << out_path << ": " << fs::file_size(out_path) << " bytes. Open it in a browser:\n  "
+  std::cout << scenes::printable(out_path) << ": " << fs::file_size(out_path) << " bytes. Open it in a browser:\n  "
             << file_address(out_path) << "#recording=0&frame=" << options.frame << '\n';
   return 0;
 }

@@ -1,4 +1,3 @@
-// Makes text from a file safe for a one-line message and for JSON.
 #include "scenes/import/printable.h"
 
 #include <algorithm>
@@ -30,6 +29,21 @@ std::size_t sequence_length(std::string_view text) {
   return count;
 }
 
+// The character of a well-formed sequence.
+char32_t decoded(std::string_view sequence) {
+  const auto first = static_cast<unsigned char>(sequence[0]);
+  constexpr unsigned kFirstBits[] = {0, 0x7f, 0x1f, 0x0f, 0x07};  // by length
+  char32_t character = first & kFirstBits[sequence.size()];
+  for (const char c : sequence.substr(1)) character = character << 6 | (static_cast<unsigned char>(c) & 0x3fu);
+  return character;
+}
+
+bool is_shown(char32_t c) {
+  const auto within = [c](char32_t low, char32_t high) { return low <= c && c <= high; };
+  return c >= 0x20 && !within(0x7f, 0x9f) && c != 0x61c && !within(0x200e, 0x200f) && !within(0x2028, 0x202e) &&
+         !within(0x2066, 0x2069);
+}
+
 }  // namespace
 
 std::string printable(std::string_view text) {
@@ -37,14 +51,11 @@ std::string printable(std::string_view text) {
   line.reserve(text.size());
   while (!text.empty()) {
     const std::size_t count = sequence_length(text);
-    const auto first = static_cast<unsigned char>(text[0]);
-    if (count == 0 || first < 0x20 || first == 0x7f) {
-      line += '?';
-      text.remove_prefix(1);
-    } else {
+    if (count > 0 && is_shown(decoded(text.substr(0, count))))
       line += text.substr(0, count);
-      text.remove_prefix(count);
-    }
+    else
+      line += '?';
+    text.remove_prefix(std::max<std::size_t>(count, 1));
   }
   return line;
 }

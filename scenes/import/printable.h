@@ -1,4 +1,4 @@
-// Makes text from a file safe for a one-line message and for JSON.
+// Makes text from a file safe for a one-line message, for a terminal and for JSON.
 #pragma once
 
 #include <string>
@@ -7,7 +7,9 @@
 
 namespace cab::scenes {
 
-// The text with "?" for every control character and for every byte that is not part of well-formed UTF-8.
+// The text with "?" for every byte that is not part of well-formed UTF-8, and for every character that changes how
+// others are shown: controls (C0, DEL, C1), ends of lines and paragraphs (U+2028, U+2029), and what turns the direction
+// of writing (U+061C, U+200E, U+200F, U+202A to U+202E, U+2066 to U+2069).
 std::string printable(std::string_view text);
 
 // The first six names, such as "a, b, c, d, e, f and 3 more".

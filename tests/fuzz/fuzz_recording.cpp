@@ -21,7 +21,7 @@ void append(std::vector<std::uint8_t>& file, const std::uint8_t* bytes, std::siz
 }
 
 // The bytes cut into chunks, each as a recorder writes it. The first byte of a chunk says how long it is and what its
-// header claims.
+// header claims; 0 is the mark of the end.
 std::vector<std::uint8_t> with_checksums(const std::uint8_t* data, std::size_t size) {
   std::vector<std::uint8_t> file;
   const auto begin = record::file_header();
@@ -33,7 +33,8 @@ std::vector<std::uint8_t> with_checksums(const std::uint8_t* data, std::size_t s
     const std::size_t length = how >= 128 ? size : std::min<std::size_t>(size, std::size_t{how} * 16);
     std::vector<std::uint8_t> payload(data, data + length);
     record::ChunkHeader header = record::encode(payload, how % 2 == 1);
-    header.has_definitions = true;
+    header.has_definitions = how > 0;
+    header.is_end = how == 0;
     header.first_frame = frames;
     header.frame_count = how / 2 % 4;
     frames += header.frame_count;

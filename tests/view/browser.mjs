@@ -101,8 +101,13 @@ async function open(file, {width = 1280, fragment = ''} = {}) {
   return {
     tab,
     read: (member) => tab.evaluate(`cabPage.${member}`),
-    /** Waits until an expression in the page is true. */
-    until: (expression) => tab.waitForFunction(expression, {timeout: 20000}),
+    /** Waits until an expression in the page is true. The page's policy lets nobody make a function of a text there. */
+    async until(expression) {
+      for (const begin = Date.now(); !await tab.evaluate(expression);) {
+        assert(Date.now() - begin < 20000, `it never came to be: ${expression}`);
+        await new Promise((done) => setTimeout(done, 20));
+      }
+    },
     async close() {
       await tab.close();
       assert.deepEqual(wrong, []);
@@ -140,6 +145,42 @@ describe('the page', () => {
     await page.tab.select('select[aria-label="Recording"]', '0');
     await page.until('cabPage.recording === 0 && cabPage.frameCount > 0');
     await page.close();
+  });
+
+  test('runs no script but its own, and asks nothing of a network', async () => {
+    const page = await open(embed('policy', {'a.cab': fixture}));
+    const {ran, refused} = await page.tab.evaluate(async () => {
+      const refused = new Set();
+      document.addEventListener('securitypolicyviolation', ({effectiveDirective}) => refused.add(effectiveDirective));
+      const script = Object.assign(document.createElement('script'), {textContent: 'window.ran = true'});
+      const button = document.createElement('button');
+      button.setAttribute('onclick', 'window.ran = true');
+      const image = Object.assign(document.createElement('img'), {src: 'https://localhost/a.png'});
+      document.body.append(script, button, image);
+      button.click();
+      await fetch('https://localhost/').catch(() => undefined);
+      await new Promise((done) => setTimeout(done, 100));
+      return {ran: window.ran === true, refused: [...refused].sort()};
+    });
+    assert.equal(ran, false);
+    assert.deepEqual(refused, ['connect-src', 'img-src', 'script-src-attr', 'script-src-elem']);
+    await page.tab.close();
+  });
+
+  test('and the npm package carry the licences of all that is in them', () => {
+    const page = readFileSync(pageFile, 'utf8'), head = page.slice(0, page.indexOf('-->'));
+    const packed = readFileSync(join(work, 'engine_package/LICENSE.third-party'), 'utf8');
+    const parts = readFileSync(join(here, '../../LICENSE.third-party'), 'utf8').split('\n==== ').slice(1);
+    let count = 0;
+    for (const part of parts) {
+      const words = /^In: (.*)$/m.exec(part)?.[1].split(' ') ?? [], title = `\n==== ${part.split('\n')[0]}\n`;
+      if (words.includes('wasm')) assert(packed.includes(title), title);
+      if (!words.includes('page') && !words.includes('wasm')) continue;
+      assert(head.includes(title), title);
+      ++count;
+    }
+    assert(count > 7);
+    assert(head.includes('Redistribution and use in source and binary forms'));
   });
 
   test('names all of its controls', async () => {

@@ -10,7 +10,7 @@ import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Frame, Level, Recording} from '../../perf/view/src/recording/types.js';
 import {ARM, ARMS, CRATE, CRATES, DEFINITIONS, FLOOR, frameOf, HEADER, Numbers, posesOf} from './scene.js';
 import type {Contents, WrittenFrame} from './write_recording.js';
-import {chunkOf, chunkOfContents, fileOf, payloadOf} from './write_recording.js';
+import {chunkOf, chunkOfContents, endOf, fileOf, openFileOf, payloadOf} from './write_recording.js';
 
 const NAME = 'arms.cab';
 const FLIPS = 4000;
@@ -27,6 +27,10 @@ const FIRST_FRAMES = [0, 0, 2, 5, 7];
 const FRAME_COUNT = 7;
 const BEGINS = CHUNKS.reduce((begins, chunk) => [...begins, begins.at(-1)! + chunk.length], [16]);
 const WHOLE = fileOf(CHUNKS);
+const END = BEGINS.at(-1)!;
+const notClosed = (frameCount: number): string =>
+    'The recording is not closed: its recorder ended before its end, or still writes. ' +
+        `Frames from ${frameCount} on may be missing.`;
 
 const EXPECTED: readonly Frame[] = (() => {
   const recording = readRecording(WHOLE, NAME);
@@ -81,7 +85,7 @@ test('a file that is cut off anywhere gives the chunks that are whole, and says 
     assert.deepEqual(lostOf(recording), EXPECTED.map(({index}) => index).slice(FIRST_FRAMES[whole]));
     const inNext = length - BEGINS[whole]!;
     if (inNext <= 0) {
-      assert.deepEqual(recording.problems, []);
+      assert.deepEqual(recording.problems, [notClosed(FIRST_FRAMES[whole]!)]);
       continue;
     }
     const where = `Chunk ${whole} at byte ${BEGINS[whole]} is cut off: it has `;
@@ -109,6 +113,11 @@ test('a flipped bit anywhere costs at most what it is in, and is told', () => {
     }
     const lost = lostOf(recording!);
     const chunk = BEGINS.filter((begin) => begin <= at).length - 1;
+    if (at >= END) {
+      assert.deepEqual(lost, []);
+      assert.equal(recording!.problems.length, 1);
+      continue;
+    }
     assert.equal(lost.length > 0, recording!.problems.length > 0, `byte ${at}`);
     const [first, end] = [FIRST_FRAMES[chunk]!, FIRST_FRAMES[chunk + 1]!];
     for (const index of lost) assert.ok(index >= first && index < end, `byte ${at}`);
@@ -147,8 +156,29 @@ test('behind a damaged header the next chunk is found, and the frames between ar
   ]);
   const last = open(withByte(WHOLE, BEGINS[3]! + 20, (byte) => byte ^ 255));
   assert.deepEqual(last.recording!.problems, [
+    `Chunk 3 at byte ${BEGINS[3]} is damaged: its header is. The next chunk that can be read begins at byte ${END}.`,
+    `By the damage from byte ${BEGINS[3]} on, frames 5 to 6 are lost.`,
+  ]);
+  assert.equal(last.recording!.frameCount, FRAME_COUNT);
+  const notEnded = open(withByte(openFileOf(CHUNKS), BEGINS[3]! + 20, (byte) => byte ^ 255));
+  assert.deepEqual(notEnded.recording!.problems, [
     `Chunk 3 at byte ${BEGINS[3]} is damaged: its header is, and no chunk follows. Frames from 5 on are lost.`,
   ]);
+});
+
+test('a recording without the mark of its end at its end is not closed', () => {
+  assert.deepEqual(open(WHOLE).recording!.problems, []);
+  assert.deepEqual(open(openFileOf(CHUNKS)).recording!.problems, [notClosed(FRAME_COUNT)]);
+  // As an older library appends.
+  assert.deepEqual(open(openFileOf([...CHUNKS, endOf(7), chunkOfContents({frames: frames(7, 1)})])).recording!.problems,
+                   [notClosed(8)]);
+  const other = open(openFileOf([...CHUNKS, endOf(9)]));
+  assert.deepEqual(other.recording!.problems, [
+    `Chunk 4 at byte ${END} ends the recording after 9 frames, where frame 7 is next. It is left out.`,
+  ]);
+  assert.equal(other.recording!.frameCount, FRAME_COUNT);
+  const payload = chunkOf(new Uint8Array(8), {codec: 0, flags: 2, bytes: 8, firstFrame: 7, frameCount: 0});
+  assert.match(open(openFileOf([...CHUNKS, payload])).recording!.problems[0]!, /is damaged: its header is/);
 });
 
 test('without the first definitions nothing can be shown, and the error says so', () => {
@@ -201,7 +231,7 @@ test('headers of chunks that cannot be are told, and their chunks left out', () 
     [/16777216 may be/, {firstFrame: 0xffffffff}],
   ];
   for (const [message, more] of cases) {
-    const {recording} = open(fileOf([CHUNKS[0]!, chunkOf(payload, {...fields, ...more})]));
+    const {recording} = open(openFileOf([CHUNKS[0]!, chunkOf(payload, {...fields, ...more})]));
     assert.match(recording!.problems.join('\n'), message);
     assert.equal(recording!.frameCount, 0);
   }

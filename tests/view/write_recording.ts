@@ -282,7 +282,12 @@ export function chunkOfContents(contents: Contents, compress?: (payload: Uint8Ar
   });
 }
 
-export function fileOf(chunks: readonly Uint8Array[], version = 1): Uint8Array {
+/** The mark of the end. */
+export const endOf = (frameCount: number): Uint8Array =>
+    chunkOf(new Uint8Array(0), {codec: 0, flags: 2, bytes: 0, firstFrame: frameCount, frameCount: 0});
+
+/** A file of chunks that ends after them, without the mark of its end. */
+export function openFileOf(chunks: readonly Uint8Array[], version = 1): Uint8Array {
   const begin = new Uint8Array(16);
   begin.set(new TextEncoder().encode('CABREC\r\n'));
   new DataView(begin.buffer).setUint32(8, version, true);
@@ -293,4 +298,13 @@ export function fileOf(chunks: readonly Uint8Array[], version = 1): Uint8Array {
     at += part.length;
   }
   return file;
+}
+
+/** A file of chunks, closed. */
+export function fileOf(chunks: readonly Uint8Array[], version = 1): Uint8Array {
+  const framesUntil = chunks.map((chunk) => {
+    const view = new DataView(chunk.buffer, chunk.byteOffset);
+    return view.getUint32(24, true) + view.getUint32(28, true);
+  });
+  return openFileOf([...chunks, endOf(Math.max(0, ...framesUntil))], version);
 }

@@ -81,6 +81,46 @@ TEST_CASE("an older file stays until the new one is complete, and nothing else i
   CHECK(spawn(CAB_COMMAND, {"run", place.figure, "--self", "--hits", place.folder / "link"}).exit_code == 0);
   CHECK(std::filesystem::is_symlink(place.folder / "link"));
   CHECK(read_text(place.old_file).rfind("frame,character_a", 0) == 0);
+
+  // So does one that leads to nothing yet.
+  std::filesystem::create_symlink("later.csv", place.folder / "early");
+  CHECK(spawn(CAB_COMMAND, {"run", place.figure, "--self", "--hits", place.folder / "early"}).exit_code == 0);
+  CHECK(std::filesystem::is_symlink(place.folder / "early"));
+  CHECK(read_text(place.folder / "later.csv").rfind("frame,character_a", 0) == 0);
+}
+
+TEST_CASE("one file under two names is no two outputs, and no input and output") {
+  const Workplace place;
+  namespace fs = std::filesystem;
+  const std::string a = place.folder / "a.csv", dotted = place.folder / "./a.csv", around = place.folder / "x/../a.csv";
+  fs::create_directory(place.folder / "x");
+  fs::create_directory_symlink(".", place.folder / "same");
+  fs::create_symlink("a.csv", place.folder / "link");  // to a file that is not there yet
+  fs::create_symlink(place.figure, place.folder / "figure");
+  fs::create_hard_link(place.figure, place.folder / "twin.bvh");
+  fs::create_hard_link(place.old_file, place.folder / "old_twin");
+  const std::size_t files = place.file_count();
+  const auto refuses = [&](const Words& words, const std::string& told) {
+    CAPTURE(words.back());
+    const Outcome outcome = spawn(CAB_COMMAND, words);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.error.find(told) != std::string::npos);
+    CHECK(place.file_count() == files);
+  };
+  for (const std::string& other : {a, dotted, around, place.folder / "same/a.csv", place.folder / "link"})
+    refuses({"run", place.figure, "--self", "--hits", a, "--json", other}, "name the same file; give two");
+  refuses({"run", place.figure, "--self", "--hits", place.old_file, "--json", place.folder / "old_twin"},
+          "name the same file; give two");
+  for (const std::string& input : {place.figure, place.folder / "./anna.bvh", place.folder / "same/anna.bvh",
+                                   place.folder / "figure", place.folder / "twin.bvh"})
+    refuses({"run", place.figure, "--self", "--hits", input}, "is an input; write the output to another file");
+  refuses({"report", place.figure, "--csv", a, "--pairs", dotted}, "name the same file; give two");
+  refuses({"view", a, "--page", place.old_file, "--out", place.folder / "old_twin"}, "is an input");
+  refuses({"run", place.figure, "--self", "--bodies", place.old_file, "--json", place.old_file}, "is an input");
+  refuses({"verify", "--rounds", "1", "--resume", a, "--json", dotted}, "name the same file; give two");
+  // Devices take what is written under each of their names.
+  CHECK(spawn(CAB_COMMAND, {"run", place.figure, "--self", "--hits", "/dev/null", "--json", "/dev/./null"}).exit_code ==
+        0);
 }
 
 TEST_CASE("a signal leaves the older file and removes the new one") {

@@ -1,11 +1,15 @@
-// perf/base/report.h: how long a run still takes.
+// perf/base/report.h: how long a run still takes, and texts for tables and CSV files.
 #include "perf/base/report.h"
 
 #include <doctest/doctest.h>
 
 #include <cstdint>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+
+#include "tests/perf/cli/spawn.h"
 
 namespace cab::tests {
 namespace {
@@ -56,6 +60,27 @@ TEST_CASE("the time left never grows while work goes on at one speed") {
       last = seconds_of(text);
     }
   }
+}
+
+TEST_CASE("no text of a CSV file is a formula, and numbers stay numbers") {
+  for (const char* const text : {"=1+2", "+1", "-1", "@x", "\tx"})
+    CHECK(perf::csv_field(text) == std::string("'") + text);
+  CHECK(perf::csv_field("=A1,\"x\"") == "\"'=A1,\"\"x\"\"\"");
+  for (const char* const text : {"", "hips", "a-b", "'=x", "left=right"}) CHECK(perf::csv_field(text) == text);
+  CHECK(perf::csv_field("a,b") == "\"a,b\"");
+  const TemporaryFolder folder;
+  const std::string path = folder / "rows.csv";
+  perf::OutputFile file(path);
+  perf::write_csv(file, {{{"name", "-link"}, {"depth", -0.5}, {"none", nullptr}, {"count", 3}}});
+  CHECK(read_text(path) == "name,depth,none,count\n'-link,-0.5,,3\n");
+}
+
+TEST_CASE("a table prints no character that a terminal obeys") {
+  perf::TextTable table;
+  table.add_row({"a\x1b[31m", "b\nc\xc2\x9b"});
+  std::ostringstream out;
+  table.print(out);
+  CHECK(out.str() == "a?[31m  b?c?\n");
 }
 
 }  // namespace

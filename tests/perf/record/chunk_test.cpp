@@ -29,6 +29,8 @@ TEST_CASE("the checksum is that of zlib") {
   const std::string digits = "123456789";
   CHECK(crc32(reinterpret_cast<const std::uint8_t*>(digits.data()), digits.size()) == 0xcbf43926u);
   CHECK(crc32(nullptr, 0) == 0);
+  const std::uint32_t half = crc32(reinterpret_cast<const std::uint8_t*>(digits.data()), 4);
+  CHECK(crc32(reinterpret_cast<const std::uint8_t*>(digits.data()) + 4, 5, half) == 0xcbf43926u);
   oracle::Random random(721);
   for (std::uint64_t round = 0; round < rounds(200); ++round) {
     std::vector<std::uint8_t> bytes(random.index(80));
@@ -61,6 +63,29 @@ TEST_CASE("a header is read as it was written, and no changed bit goes unseen") 
     CHECK_FALSE(read_header(bytes.data(), read));
     bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1u << bit % 8));
   }
+}
+
+TEST_CASE("a mark of the end is read, and has no payload, frames or definitions") {
+  const auto is_read = [](const ChunkHeader& header) {
+    const auto bytes = to_bytes(header);
+    ChunkHeader read;
+    return read_header(bytes.data(), read) && read.is_end && read.first_frame == header.first_frame;
+  };
+  ChunkHeader end;
+  end.is_end = true;
+  end.first_frame = 41;
+  CHECK(is_read(end));
+  ChunkHeader wrong = end;
+  wrong.has_definitions = true;
+  CHECK_FALSE(is_read(wrong));
+  wrong = end;
+  wrong.stored_bytes = wrong.plain_bytes = 24;
+  CHECK_FALSE(is_read(wrong));
+  wrong.frame_count = 1;
+  CHECK_FALSE(is_read(wrong));
+  wrong = end;
+  wrong.codec = Codec::kZstd;
+  CHECK_FALSE(is_read(wrong));
 }
 
 TEST_CASE("sizes that no chunk has are refused") {

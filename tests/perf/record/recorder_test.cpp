@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "perf/record/chunk.h"
+
 #ifdef __linux__
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -283,7 +285,7 @@ TEST_CASE("a recording is appended to, behind what is whole") {
   CHECK(recording.batch_count() == 2);
 
   std::vector<std::uint8_t> bytes = file.bytes();
-  bytes.resize(bytes.size() - 5);
+  bytes.resize(bytes.size() - record::kChunkHeaderBytes - 5);  // of the mark of the end, and of the payload
   file.write(bytes);
   CHECK(record_one(true, 3) == 3);  // the third frame was cut off
   must(recording, recording.open(file.path()));
@@ -602,6 +604,34 @@ TEST_CASE("what is appended behind any cut is read") {
   }
 }
 
+TEST_CASE("a recording is closed by close alone, and again by a recorder that appends nothing") {
+  const RecordingFile file("closed");
+  const auto is_closed = [&] {
+    record::Recording recording;
+    must(recording, recording.open(file.path()));
+    CHECK(recording.problems().empty() == recording.is_closed());
+    CHECK(recording.frame_count() == 2);
+    return recording.is_closed();
+  };
+  const std::vector<std::uint8_t> whole = two_chunks(false);
+  file.write(whole);
+  CHECK(is_closed());
+  {
+    record::Recorder recorder;
+    record::RecorderOptions options;
+    options.append = true;
+    must(recorder, recorder.open(file.path(), options));
+    CHECK_FALSE(is_closed());
+    must(recorder, recorder.flush());
+    CHECK_FALSE(is_closed());
+    must(recorder, recorder.close());
+    CHECK(is_closed());
+    CHECK(file.bytes() == whole);
+    must(recorder, recorder.open(file.path(), options));
+  }
+  CHECK(is_closed());  // the destructor closes
+}
+
 TEST_CASE("nothing is appended to a recording that is damaged before its end") {
   std::vector<std::uint8_t> bytes = two_chunks(false);
   const RecordingFile file("damaged_append");
@@ -690,7 +720,9 @@ TEST_CASE("chunks that were written outlive the process") {
   record::Recording recording;
   must(recording, recording.open(file.path()));
   CHECK(recording.frame_count() == 5);
-  CHECK(recording.problems().empty());
+  CHECK_FALSE(recording.is_closed());
+  REQUIRE(recording.problems().size == 1);
+  CHECK(std::string(recording.problems()[0]).find("frames from 5 on may be missing") != std::string::npos);
 }
 #endif
 

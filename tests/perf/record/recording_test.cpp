@@ -1,6 +1,7 @@
 // Recordings that are cut off or damaged: what is whole is read, the rest is told, and nothing else happens.
 #include "tests/perf/record/recorded_world.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -41,7 +42,7 @@ struct SmallRecording {
     }
     must(recorder, recorder.close());
     bytes = file.bytes();
-    REQUIRE(bytes.size() == ends.back());
+    REQUIRE(bytes.size() == ends.back() + record::kChunkHeaderBytes);  // the mark of the end
   }
 };
 
@@ -78,7 +79,13 @@ TEST_CASE("a recording that is cut off keeps what is whole, and says what is mis
       const bool counts_padding = frames < whole.frames_until[chunks - 1];
       CHECK(frames ==
             (counts_padding ? (chunks > 1 ? whole.frames_until[chunks - 2] : 0) : whole.frames_until[chunks - 1]));
-      CHECK(recording.problems().empty() == (recording.whole_bytes() == cut));
+      CHECK(recording.is_closed() == (cut == whole.bytes.size()));
+      REQUIRE(recording.problems().size == (recording.is_closed() ? 0 : 1));
+      CHECK_FALSE(recording.is_damaged());
+      if (!recording.is_closed() && recording.whole_bytes() == cut)
+        CHECK(std::string(recording.problems()[0]) ==
+              "it is not closed: its recorder ended before its end, or still writes; frames from " +
+                  std::to_string(frames) + " on may be missing");
       for (std::uint32_t f = 0; f < frames; ++f) {
         record::RecordedFrame frame;
         must(recording, recording.read_frame(f, &frame));
@@ -163,8 +170,82 @@ TEST_CASE("a chunk whose frames are out of order is left out") {
   record::Recording recording;
   must(recording, recording.open_bytes(bytes, "twice.cab"));
   CHECK(recording.frame_count() == 3);
-  REQUIRE(recording.problems().size == 1);
+  REQUIRE(recording.problems().size == 2);
   CHECK(std::string(recording.problems()[0]).find("out of order: frame 3 is next") != std::string::npos);
+  // Nor does the mark of the end fit what is left.
+  CHECK(std::string(recording.problems()[1]).find("with the end of 9 frames is out of order") != std::string::npos);
+  CHECK_FALSE(recording.is_closed());
+}
+
+TEST_CASE("by the mark of the end the frames are named that damage took before it, and no more than can be") {
+  const SmallRecording whole(718, false);
+  std::vector<std::uint8_t> bytes = whole.bytes;
+  bytes[whole.ends[1] + 20] = static_cast<std::uint8_t>(bytes[whole.ends[1] + 20] ^ 4);
+  record::Recording recording;
+  must(recording, recording.open_bytes(bytes, "damaged.cab"));
+  CHECK(recording.frame_count() == 9);
+  CHECK(recording.is_closed());
+  record::RecordedFrame frame;
+  must(recording, recording.read_frame(5, &frame));
+  CHECK_FALSE(recording.read_frame(6, &frame));
+  REQUIRE(recording.problems().size == 2);
+  CHECK(std::string(recording.problems()[1]).find("with frames 6 to 8 before byte") != std::string::npos);
+
+  record::ChunkHeader end;
+  end.is_end = true;
+  end.first_frame = 0xfffffff0u;
+  const auto mark = record::to_bytes(end);
+  std::copy(mark.begin(), mark.end(), bytes.end() - static_cast<std::ptrdiff_t>(mark.size()));
+  must(recording, recording.open_bytes(bytes, "hostile.cab"));
+  CHECK(recording.frame_count() == 6);
+  CHECK_FALSE(recording.is_closed());
+}
+
+TEST_CASE("a mark of the end that is no longer last does not close a recording") {
+  const SmallRecording whole(719, false);
+  std::vector<std::uint8_t> bytes = whole.bytes;
+  record::ChunkHeader more;  // as an older library appends
+  const auto header = record::to_bytes(more);
+  bytes.insert(bytes.end(), header.begin(), header.end());
+  record::Recording recording;
+  must(recording, recording.open_bytes(bytes, "appended.cab"));
+  CHECK_FALSE(recording.is_closed());
+  REQUIRE(recording.problems().size == 1);
+  CHECK(std::string(recording.problems()[0]).rfind("it is not closed", 0) == 0);
+  CHECK(recording.frame_count() == 9);
+}
+
+TEST_CASE("of a file that changes while it is open frames are those that were recorded, or refused") {
+  for (const bool compressed : {false, true}) {
+    const SmallRecording whole(720, compressed);
+    const RecordingFile file("changing");
+    const auto read = [&](record::Recording& recording, std::uint32_t f) {
+      record::RecordedFrame frame;
+      if (recording.read_frame(f, &frame)) {
+        CHECK(record::hash_hits(frame.hits, frame.contacts) == whole.hashes[f]);
+        return std::string();
+      }
+      return std::string(recording.error());
+    };
+    file.write(whole.bytes);
+    record::Recording recording;
+    must(recording, recording.open(file.path()));
+    CHECK(read(recording, 0).empty());
+    std::fstream changed(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+    changed.seekp(static_cast<std::streamoff>(whole.ends[1] + record::kChunkHeaderBytes + 100));
+    changed.put(static_cast<char>(~whole.bytes[whole.ends[1] + record::kChunkHeaderBytes + 100]));
+    changed.close();
+    CHECK(read(recording, 3).empty());
+    CHECK(read(recording, 6).find("the file has changed since it was opened") != std::string::npos);
+
+    file.write(whole.bytes);
+    must(recording, recording.open(file.path()));
+    std::filesystem::resize_file(file.path(), whole.ends[0] + 8);
+    CHECK(read(recording, 0).empty());
+#ifdef __unix__
+    CHECK(read(recording, 3).find("the file has become shorter since it was opened") != std::string::npos);
+#endif
+  }
 }
 
 TEST_CASE("what is no recording is refused") {

@@ -4,11 +4,14 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/perf/cli/made_motion.h"
@@ -163,6 +166,90 @@ TEST_CASE("of a recording that is cut off the whole part replays, and the exit c
   outcome = run_command("replay", {cut});
   CHECK(outcome.exit_code == 1);
   CHECK(outcome.error.find("it has no whole chunk") != std::string::npos);
+}
+
+TEST_CASE("a recording that was not closed is said to be so by every command that reads it") {
+  const Dance dance;
+  dance.run({});
+  const std::string whole = read_text(dance.recording), cut = dance.folder / "cut.cab",
+                    viewer = dance.folder / "cab_view.html";
+  write_text(viewer, "<!--CAB-DATA-->\n");
+  write_text(cut, whole.substr(0, whole.size() - 48));  // without the mark of the end
+  const std::string told = "warning: " + cut +
+                           ": it is not closed: its recorder ended before its end, or still writes; frames from 80 on "
+                           "may be missing\n";
+  Outcome outcome = run_command("replay", {cut});
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.error == told);
+  CHECK(outcome.out.find("yes") != std::string::npos);
+  outcome = run_command("report", {cut, "--csv", dance.folder / "cut.csv"});
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.error == told);
+  CHECK(read_text(dance.folder / "cut.csv").find("it is not closed") != std::string::npos);
+  outcome = run_command("view", {cut, "--page", viewer});
+  CHECK(outcome.exit_code == 0);
+  CHECK(outcome.error == told);
+  CHECK(run_command("replay", {dance.recording}).error.empty());
+}
+
+TEST_CASE("a run that fails or is ended keeps the older recording, and one that is killed leaves the new one aside") {
+  const TemporaryFolder folder;
+  const std::string recording = folder / "r.cab", link = folder / "link.cab";
+  const auto files = [&] {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "."))
+      names.push_back(entry.path().filename().string());
+    return names;
+  };
+  const Words small = {"record", "--scene", "uniform", "--characters", "10", "--frames", "0:3", "--out"};
+  const auto with = [](Words words, const Words& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  REQUIRE(spawn(CAB_COMMAND, with(small, {recording})).exit_code == 0);
+  std::filesystem::permissions(recording, std::filesystem::perms(0640));
+  const std::string old = read_text(recording);
+
+  const Outcome failed = spawn(CAB_COMMAND, with(small, {recording, "--pose-step", "0.0000152587890625"}));
+  CHECK(failed.exit_code == 1);
+  INFO(failed.error);
+  CHECK(failed.error.rfind("cab: " + recording + ": a pose is out of reach", 0) == 0);
+  CHECK(read_text(recording) == old);
+  CHECK(files().size() == 1);
+
+  const Words large = {"record", "--scene", "uniform", "--characters", "2000", "--frames", "0:100000", "--out"};
+  for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+    CAPTURE(signal);
+    const pid_t child = start(CAB_COMMAND, with(large, {recording}), "/dev/null", "/dev/null");
+    const std::string aside = recording + ".new-" + std::to_string(child);
+    std::error_code none_yet;
+    for (int wait = 0; wait < 60000; ++wait) {
+      const std::uintmax_t size = std::filesystem::file_size(aside, none_yet);
+      if (!none_yet && size > 6'000'000) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    kill(child, signal);
+    CHECK(exit_code_of(child) == 128 + signal);
+    CHECK(read_text(recording) == old);
+    CHECK(files().size() == (signal == SIGKILL ? 2 : 1));
+    if (signal != SIGKILL) continue;
+    record::Recording partial;
+    REQUIRE(partial.open(aside.c_str()));
+    CHECK(partial.frame_count() > 0);
+    CHECK_FALSE(partial.is_closed());
+    CHECK_FALSE(partial.is_damaged());
+    std::filesystem::remove(aside);
+  }
+
+  // A new recording has the rights of the older one, and a link stays a link.
+  std::filesystem::create_symlink("r.cab", link);
+  REQUIRE(spawn(CAB_COMMAND, with(small, {link, "--compress"})).exit_code == 0);
+  CHECK(std::filesystem::is_symlink(link));
+  CHECK(read_text(recording) != old);
+  CHECK(std::filesystem::status(recording).permissions() == std::filesystem::perms(0640));
+  const Outcome full = spawn(CAB_COMMAND, with(small, {"/dev/full"}));
+  CHECK(full.exit_code == 1);
+  CHECK(full.error == "cab: /dev/full: cannot write: No space left on device\n");
 }
 
 TEST_CASE("poses in 16 bits run as they are recorded, and the difference is told") {

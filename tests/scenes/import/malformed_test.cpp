@@ -338,3 +338,26 @@ TEST_CASE("printable text keeps well-formed UTF-8 and replaces all other bytes")
   CHECK(printable("a\nb\x7f\xc3") == "a?b?\?");
   CHECK(printable("\xed\xa0\x80\xc0\xaf\xf5") == "?\?\?\?\?\?");
 }
+
+TEST_CASE("printable text has nothing that a terminal obeys or that turns the direction of writing") {
+  const auto utf8 = [](unsigned c) {
+    std::string text;
+    if (c < 0x80) return text + static_cast<char>(c);
+    if (c >= 0x800) text += static_cast<char>(0xe0 | c >> 12);
+    text += static_cast<char>(c < 0x800 ? 0xc0 | c >> 6 : 0x80 | (c >> 6 & 0x3f));
+    return text + static_cast<char>(0x80 | (c & 0x3f));
+  };
+  CHECK(printable("bad\xc2\x9b"
+                  "31mX") == "bad?31mX");
+  CHECK(printable("gepj\xe2\x80\xae.bvh") == "gepj?.bvh");
+  std::size_t replaced = 0;
+  for (unsigned c = 1; c < 0xd800; ++c) {
+    const std::string one = utf8(c), text = printable("a" + one + "b");
+    if (text == "a?b" && c != '?')
+      ++replaced;
+    else
+      CHECK(text == "a" + one + "b");
+  }
+  // C0, DEL and C1; ends of lines and paragraphs; twelve that turn the direction.
+  CHECK(replaced == 31 + 1 + 32 + 2 + 12);
+}

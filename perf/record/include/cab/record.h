@@ -39,9 +39,9 @@ struct RecorderOptions {
   // those of its poses. With kQuaternionTranslation only. 0 (default): poses are written as floats, bit for bit.
   float pose_step = 0;
 
-  // Whether frames are added behind those of a file that is there. What is cut off at its end is dropped; a file that
-  // is damaged in the middle is refused. Its options stay as they are, and these must have the same pose_step. Default:
-  // the file is made anew.
+  // Whether frames are added behind those of a file that is there. What is cut off at its end is dropped, and so is the
+  // mark of its end, until close writes another; a file that is damaged in the middle is refused. Its options stay as
+  // they are, and these must have the same pose_step. Default: the file is made anew.
   bool append = false;
 };
 
@@ -91,7 +91,8 @@ class Recorder {
   // Writes the chunk at hand.
   [[nodiscard]] bool flush() noexcept;
 
-  // Writes the chunk at hand and closes the file.
+  // Writes the chunk at hand and the mark of the end, and closes the file. Whoever reads a file without that mark is
+  // told that it was not closed.
   [[nodiscard]] bool close() noexcept;
 
   // Why the last call failed; empty if it did not, or if there was no memory to say it. Valid until the next call.

@@ -66,10 +66,10 @@ struct RecordedFrame {
 // FNV-1a, 64 bits, of the bytes of hits and then of contacts, little-endian.
 std::uint64_t hash_hits(Span<const Hit> hits, Span<const Contact> contacts) noexcept;
 
-// A recording that is read from its file, which is mapped into memory: the file must not be changed while it is open. A
-// Recorder that appends does not change what is there, and one that makes the file anew leaves the old one to its
-// readers. It can be neither moved nor copied. What is read is checked: hits and masked instances name what their frame
-// has.
+// A recording that is read from its file, a chunk at a time. Frames of a file that changes while it is open are read as
+// they were, or refused. A Recorder that appends changes nothing of what is there but the mark of the end, and one that
+// makes the file anew leaves the old one to its readers. It can be neither moved nor copied. What is read is checked:
+// hits and masked instances name what their frame has.
 class Recording {
  public:
   struct Storage;  // private to the library
@@ -89,13 +89,18 @@ class Recording {
   // Why the last call failed; empty if it did not.
   const char* error() const noexcept;
 
-  // What cannot be read, one line each: which chunk, at which byte, which frames. Empty if all can.
+  // What cannot be read, one line each: which chunk, at which byte, which frames; and whether the recording was not
+  // closed, so that frames may be missing at its end. Empty if nothing is missing.
   Span<const char* const> problems() const noexcept;
 
   // Whether something is damaged, which is more than that the file is cut off at its end.
   bool is_damaged() const noexcept;
 
-  // Bytes from the beginning of the file to the end of its last whole chunk.
+  // Whether it ends with the mark that Recorder::close writes. If not, its recorder ended before that, still writes, or
+  // was of a library that knew no mark yet.
+  bool is_closed() const noexcept;
+
+  // Bytes from the beginning of the file to the end of its last whole chunk, which may be that mark.
   std::uint64_t whole_bytes() const noexcept;
 
   // What is true of the whole recording.

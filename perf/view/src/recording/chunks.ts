@@ -52,6 +52,8 @@ export interface Scan {
 interface ChunkHeader {
   codec: number;
   hasDefinitions: boolean;
+  /** It marks the end of a recording of `firstFrame` frames, and has no payload. */
+  isEnd: boolean;
   stored: number;
   bytes: number;
   firstFrame: number;
@@ -86,6 +88,7 @@ class Scanner {
   #nextFrame = 0;
   // What hides how many frames there were since #nextFrame: those up to the next chunk with frames are lost by it.
   #fault: RecordingError | null = null;
+  #hasEnd = false;
   #scan: Scan = {chunks: [], lost: [], problems: [], definitionsLost: null, frameCount: 0};
 
   constructor(readonly file: Uint8Array, readonly name: string) {
@@ -97,21 +100,26 @@ class Scanner {
       const left = this.file.length - this.#at;
       if (left < CHUNK_HEADER_BYTES) {
         this.#cutOff(`is cut off: it has ${left} of the ${CHUNK_HEADER_BYTES} bytes of its header`, null);
-        break;
+        return this.#scan;
       }
       const header = this.#headerAt(this.#at);
       if (header === null) {
-        if (!this.#skipToNextHeader()) break;
+        if (!this.#skipToNextHeader()) return this.#scan;
         continue;
       }
       if (header.stored > left - CHUNK_HEADER_BYTES) {
         const has = left - CHUNK_HEADER_BYTES;
         this.#cutOff(`is cut off: it has ${has} of the ${header.stored} bytes of its payload`, header);
-        break;
+        return this.#scan;
       }
+      this.#hasEnd = header.isEnd;
       this.#take(header);
       this.#at += CHUNK_HEADER_BYTES + 8 * Math.ceil(header.stored / 8);
       ++this.#number;
+    }
+    if (!this.#hasEnd) {
+      this.#scan.problems.push('The recording is not closed: its recorder ended before its end, or still writes. ' +
+                               `Frames from ${this.#nextFrame} on may be missing.`);
     }
     return this.#scan;
   }
@@ -120,15 +128,18 @@ class Scanner {
   #headerAt(byte: number): ChunkHeader | null {
     const u32 = (offset: number): number => this.#view.getUint32(byte + offset, true);
     if (u32(0) !== CHUNK_MAGIC || crc32(this.file.subarray(byte, byte + 44)) !== u32(44)) return null;
-    return {
+    const header = {
       codec: this.#view.getUint16(byte + 4, true),
       hasDefinitions: (u32(4) >>> 16 & 1) !== 0,
+      isEnd: (u32(4) >>> 16 & 2) !== 0,
       stored: Number(this.#view.getBigUint64(byte + 8, true)),
       bytes: Number(this.#view.getBigUint64(byte + 16, true)),
       firstFrame: u32(24),
       frameCount: u32(28),
       crc: u32(32),
     };
+    const {isEnd, codec, hasDefinitions, stored, bytes, frameCount} = header;
+    return isEnd && (codec !== 0 || hasDefinitions || stored + bytes + frameCount > 0) ? null : header;
   }
 
   #errorOf(reason: string): RecordingError {
@@ -181,7 +192,12 @@ class Scanner {
       this.#problem(`${misnumbered}. It is left out.`);
       return;
     }
-    if (header.frameCount > 0) this.#loseFramesBefore(header.firstFrame);
+    if (header.frameCount > 0 || header.isEnd) this.#loseFramesBefore(header.firstFrame);
+    if (header.isEnd) {
+      this.#scan.frameCount = this.#nextFrame = header.firstFrame;
+      this.#fault = null;
+      return;
+    }
     const fault = faultOfPayload(header, stored);
     if (fault === null) {
       this.#add(header, stored);
@@ -224,11 +240,12 @@ class Scanner {
                              `${first === last ? 'is' : 'are'} lost.`);
   }
 
-  #faultOfFrames({firstFrame, frameCount, bytes}: ChunkHeader): string | null {
-    if (frameCount === 0) return null;
+  #faultOfFrames({firstFrame, frameCount, bytes, isEnd}: ChunkHeader): string | null {
+    if (frameCount === 0 && !isEnd) return null;
     if (frameCount > bytes / LEAST_BYTES_PER_FRAME) return `has ${frameCount} frames in ${bytes} bytes`;
     if (firstFrame + frameCount > MOST_FRAMES) return `has frames from ${firstFrame} on, and ${MOST_FRAMES} may be`;
     if (firstFrame < this.#nextFrame || (firstFrame > this.#nextFrame && this.#fault === null)) {
+      if (isEnd) return `ends the recording after ${firstFrame} frames, where frame ${this.#nextFrame} is next`;
       return `has frames from ${firstFrame} on, where frame ${this.#nextFrame} is next`;
     }
     return null;

@@ -109,5 +109,7 @@ const SWATCHES: Record<string, string> = {
 };
 
 function entry(kind: string, words: string): HTMLElement {
-  return el('li', {}, el('span', {class: `swatch ${kind}`, style: `--color: ${SWATCHES[kind]}`}), words);
+  const swatch = el('span', {class: `swatch ${kind}`});
+  swatch.style.setProperty('--color', SWATCHES[kind] ?? null);
+  return el('li', {}, swatch, words);
 }
