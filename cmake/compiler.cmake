@@ -5,9 +5,29 @@
 #   CAB_AVX2_FLAGS     what lets a compiler use AVX2
 #   CAB_AVX512_FLAGS   and AVX-512
 #   CAB_AVOID_DSE      ON where g++ deletes live stores
+#   cab_harden         what targets that read strangers' files are compiled and linked with on top
 
 add_library(cab_flags INTERFACE)
 target_include_directories(cab_flags INTERFACE ${PROJECT_SOURCE_DIR})
+
+# Hardens a target as Debian's packages are: a stack or a buffer that is written over ends the program, and the tables
+# of a program's addresses are read-only once it runs. The engine and its kernels read no files, and keep their code.
+function(cab_harden target)
+  if(NOT PROJECT_IS_TOP_LEVEL OR NOT CMAKE_SYSTEM_NAME STREQUAL Linux)
+    return()
+  endif()
+  target_compile_options(${target} PRIVATE -fstack-protector-strong)
+  string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
+  if(NOT CAB_SANITIZE AND "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}}" MATCHES "-O[123s]")
+    # It needs optimisation. Some compilers define it themselves, hence -U.
+    target_compile_options(${target} PRIVATE -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2)
+  endif()
+  target_link_options(${target} PRIVATE LINKER:-z,relro LINKER:-z,now)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL EXECUTABLE)
+    target_link_options(${target} PRIVATE -pie)
+  endif()
+endfunction()
 
 # Windows' compilers. Written from their documentation and never tried (docs/platforms.md).
 if(MSVC)

@@ -60,7 +60,8 @@ void CurrentFile::set(const std::string& path) {
 std::string CurrentFile::get() const { return {text_, strnlen(text_, kCurrentFileBytes)}; }
 
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
-                               const std::function<std::string()>& read, const ChildFiles& more) {
+                               const std::function<std::string()>& read, const ChildFiles& more,
+                               std::string& unprotected) {
   const std::string name = printable(path) + (more.other.empty() ? "" : " with " + printable(more.other));
   std::vector<std::string> readable = more.readable;
   for (const std::string& file : {path, more.other}) {
@@ -68,6 +69,10 @@ std::string payload_from_child(const std::string& path, const SandboxLimits& lim
     const std::filesystem::path folder = std::filesystem::path(file).parent_path();
     readable.push_back(folder.empty() ? "." : folder.string());
     readable.push_back(file);
+    // The user named it, so it is read wherever a link of that name leads.
+    std::error_code error;
+    const std::filesystem::path target = std::filesystem::canonical(file, error);
+    if (!error) readable.push_back(target.string());
   }
   SandboxResult result;
   try {
@@ -75,6 +80,7 @@ std::string payload_from_child(const std::string& path, const SandboxLimits& lim
   } catch (const std::system_error& error) {
     throw MachineError(name + ": there is no child process to read it in: " + error.what());
   }
+  unprotected = result.unprotected;
   switch (result.end) {
     case SandboxResult::End::kPayload: return std::move(result.bytes);
     case SandboxResult::End::kRefused: throw ImportError(brief(printable(result.bytes)));

@@ -39,17 +39,32 @@ struct ChildFiles {
 // What `read`, which reads the file at `path`, returns in a child process. The child can open only that file,
 // more.other, what is below their folders, and more.readable. What `read` throws comes back as an ImportError. If the
 // child crashes or breaks a limit, an ImportError says so, with the files' names; a MachineError if the machine stopped
-// the child or has none.
+// the child or has none. unprotected: SandboxResult::unprotected.
 std::string payload_from_child(const std::string& path, const SandboxLimits& limits,
-                               const std::function<std::string()>& read, const ChildFiles& more);
+                               const std::function<std::string()>& read, const ChildFiles& more,
+                               std::string& unprotected);
 
-// The same for a type of result: unpack(bytes) makes it of the bytes that `read` returns, with a PayloadReader.
+// Adds a note to results that have notes.
+template <class T>
+auto note_unprotected(T& result, const std::string& unprotected, int) -> decltype(result.notes.push_back({})) {
+  if (!unprotected.empty())
+    result.notes.push_back("it was read in a child process without " + unprotected +
+                           ", which this system lacks or forbids");
+}
+template <class T>
+void note_unprotected(T&, const std::string&, long) {}
+
+// The same for a type of result: unpack(bytes) makes it of the bytes that `read` returns, with a PayloadReader. Its
+// notes say what the child had to do without.
 template <class Unpack>
 auto from_child(const std::string& path, const SandboxLimits& limits, const std::function<std::string()>& read,
                 Unpack unpack, const ChildFiles& more = {}) {
-  const std::string bytes = payload_from_child(path, limits, read, more);
+  std::string unprotected;
+  const std::string bytes = payload_from_child(path, limits, read, more, unprotected);
   try {
-    return unpack(bytes);
+    auto result = unpack(bytes);
+    note_unprotected(result, unprotected, 0);
+    return result;
   } catch (const PayloadError& error) {
     throw ImportError(printable(path) + ": reading it gave a damaged result: " + error.what());
   }

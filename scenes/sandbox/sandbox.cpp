@@ -21,6 +21,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <iterator>
 #include <new>
 #include <optional>
@@ -41,7 +42,10 @@ constexpr bool kHasShadow = false;
 constexpr bool kHasShadow = false;
 #endif
 
-// What the child writes: one of these, the number of bytes as std::uint64_t, and the bytes.
+// What the child writes first, before it works on the file: a byte with these bits, of what the system has not granted.
+enum Missing : std::uint8_t { kMissingLimits = 1, kMissingFiles = 2, kMissingCalls = 4 };
+
+// What it writes then: one of these, the number of bytes as std::uint64_t, and the bytes.
 enum class Message : char { kPayload = 'P', kRefused = 'R', kNoMemory = 'M', kMachineMemory = 'L' };
 constexpr std::size_t kHeaderBytes = 1 + sizeof(std::uint64_t);
 constexpr int kResultDescriptor = 3;  // in the child, after standard input, output and error
@@ -113,30 +117,33 @@ bool is_short_of_memory() {
 }
 
 // `beyond` is how far the hard limit, which ends the process without a name for the reason, is above the soft one.
-void limit(__rlimit_resource_t resource, rlim_t most, rlim_t beyond = 0) {
+// Returns whether the limit holds.
+bool limit(__rlimit_resource_t resource, rlim_t most, rlim_t beyond = 0) {
   rlimit now = {};
-  if (getrlimit(resource, &now) != 0) return;
+  if (getrlimit(resource, &now) != 0) return false;
   now.rlim_max = std::min(most + beyond, now.rlim_max);
   now.rlim_cur = std::min(most, now.rlim_max);
-  setrlimit(resource, &now);
+  return setrlimit(resource, &now) == 0;
 }
 
-// Without /proc memory is not limited.
-void limit_memory(std::size_t most) {
+// These functions return whether the system grants the limits.
+
+bool limit_memory(std::size_t most) {
   statm = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   const std::size_t mapped = bytes_in(statm);
-  if (!sandbox_limits_memory() || mapped == 0) return;
+  if (!sandbox_limits_memory()) return true;
+  if (mapped == 0) return false;  // there is no /proc
   allowed_bytes = mapped + most;
-  limit(RLIMIT_AS, allowed_bytes);
+  return limit(RLIMIT_AS, allowed_bytes);
 }
 
-void limit_resources(const SandboxLimits& limits) {
-  limit_memory(limits.memory_bytes);
-  limit(RLIMIT_CPU, limits.cpu_seconds, 1);
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_FSIZE, 0);
-  limit(RLIMIT_NPROC, 0);
-  limit(RLIMIT_NOFILE, kOpenFiles);
+bool limit_resources(const SandboxLimits& limits) {
+  bool holds = limit_memory(limits.memory_bytes);
+  holds = limit(RLIMIT_CPU, limits.cpu_seconds, 1) && holds;
+  holds = limit(RLIMIT_CORE, 0) && holds;
+  holds = limit(RLIMIT_FSIZE, 0) && holds;
+  holds = limit(RLIMIT_NPROC, 0) && holds;
+  return limit(RLIMIT_NOFILE, kOpenFiles) && holds;
 }
 
 // A new Landlock ruleset that takes away every access to files that its first version knows, or -1.
@@ -146,20 +153,34 @@ int new_file_ruleset() {
   return static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0));
 }
 
-void limit_files(const std::vector<std::string>& readable) {
+// Lets a file, or a folder with all below it, be read.
+void let_read(const Descriptor& ruleset, const std::string& path) {
+  const Descriptor place(open(path.c_str(), O_PATH | O_CLOEXEC));
+  landlock_path_beneath_attr rule = {};
+  rule.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
+  rule.parent_fd = place.number();
+  if (place.number() < 0) return;
+  if (syscall(SYS_landlock_add_rule, ruleset.number(), LANDLOCK_RULE_PATH_BENEATH, &rule, 0) == 0) return;
+  rule.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE;  // all that a rule for a file may name
+  syscall(SYS_landlock_add_rule, ruleset.number(), LANDLOCK_RULE_PATH_BENEATH, &rule, 0);
+}
+
+bool limit_files(const std::vector<std::string>& readable) {
+  namespace fs = std::filesystem;
   const Descriptor ruleset(new_file_ruleset());
-  if (ruleset.number() < 0) return;
+  if (ruleset.number() < 0) return false;
   for (const std::string& path : readable) {
-    const Descriptor place(open(path.c_str(), O_PATH | O_CLOEXEC));
-    landlock_path_beneath_attr rule = {};
-    rule.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
-    rule.parent_fd = place.number();
-    if (place.number() < 0) continue;
-    if (syscall(SYS_landlock_add_rule, ruleset.number(), LANDLOCK_RULE_PATH_BENEATH, &rule, 0) == 0) continue;
-    rule.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE;  // all that a rule for a file may name
-    syscall(SYS_landlock_add_rule, ruleset.number(), LANDLOCK_RULE_PATH_BENEATH, &rule, 0);
+    std::error_code error;
+    const fs::path target = fs::canonical(path, error);
+    if (error) continue;
+    if (target == target.root_path()) {
+      for (const fs::directory_entry& entry : fs::directory_iterator(target, error))
+        if (entry.symlink_status(error).type() == fs::file_type::regular) let_read(ruleset, entry.path().string());
+    } else if (fs::is_directory(target, error) || target.extension() == fs::path(path).extension()) {
+      let_read(ruleset, target.string());
+    }
   }
-  syscall(SYS_landlock_restrict_self, ruleset.number(), 0);
+  return syscall(SYS_landlock_restrict_self, ruleset.number(), 0) == 0;
 }
 
 #if defined(__x86_64__)
@@ -221,7 +242,7 @@ void allow_with_values(std::vector<sock_filter>& program, std::uint32_t call, st
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
 }
 
-void limit_calls() {
+bool limit_calls() {
   constexpr std::uint32_t kWriting = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC | O_APPEND;
   std::vector<sock_filter> program;
   program.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)));
@@ -242,10 +263,10 @@ void limit_calls() {
   sock_fprog filter = {};
   filter.len = static_cast<unsigned short>(program.size());
   filter.filter = program.data();
-  prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0);
+  return prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) == 0;
 }
 #else
-void limit_calls() {}
+bool limit_calls() { return false; }
 #endif
 
 // Leaves standard input, output and error, which read and write nothing, and the result's descriptor.
@@ -271,10 +292,13 @@ void keep_only(int result) {
     signal(number, SIG_DFL);
   signal(SIGPIPE, SIG_IGN);
   keep_only(result);
-  limit_resources(limits);
+  std::uint8_t missing = limit_resources(limits) ? 0 : kMissingLimits;
+  // Without it the next two are refused too, but for a process with many rights.
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  limit_files(readable);
-  limit_calls();
+  if (!limit_files(readable)) missing |= kMissingFiles;
+  if (!limit_calls()) missing |= kMissingCalls;
+  const char first = static_cast<char>(missing);
+  write_all(&first, sizeof first);
   std::set_new_handler(out_of_memory);
   try {
     const std::string payload = work();
@@ -310,7 +334,7 @@ Reading read_all(int descriptor, const SandboxLimits& limits, std::string& bytes
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return Reading::kEnded;
     bytes.append(buffer.data(), static_cast<std::size_t>(count));
-    if (bytes.size() > kHeaderBytes + limits.payload_bytes) return Reading::kTooMany;
+    if (bytes.size() > sizeof(Missing) + kHeaderBytes + limits.payload_bytes) return Reading::kTooMany;
   }
 }
 
@@ -324,6 +348,17 @@ std::optional<int> wait_for(pid_t child) {
 }
 
 std::string mebibytes(std::size_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
+
+std::string words_for(std::uint8_t missing) {
+  std::string out;
+  const auto add = [&](Missing one, const char* words) {
+    if (missing & one) out += (out.empty() ? "" : ", ") + std::string(words);
+  };
+  add(kMissingFiles, "Landlock (it can open every file that you can)");
+  add(kMissingCalls, "seccomp (it can make every system call)");
+  add(kMissingLimits, "limits of memory, time and files");
+  return out;
+}
 
 SandboxResult stopped(const std::string& reason) { return {SandboxResult::End::kStopped, reason}; }
 
@@ -399,7 +434,10 @@ SandboxResult run_sandboxed(const SandboxLimits& limits, const std::vector<std::
     case Reading::kTooMany: return stopped("gave a result of more than " + mebibytes(limits.payload_bytes));
     case Reading::kEnded: break;
   }
-  return result_of(bytes, status, limits);
+  if (bytes.empty()) return result_of(bytes, status, limits);
+  SandboxResult result = result_of(bytes.substr(sizeof(Missing)), status, limits);
+  result.unprotected = words_for(static_cast<std::uint8_t>(bytes[0]));
+  return result;
 }
 
 }  // namespace cab::scenes

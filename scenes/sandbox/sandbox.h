@@ -25,19 +25,23 @@ struct SandboxResult {
   };
   End end;
   std::string bytes;
+  std::string unprotected = {};  // what the system did not grant, in words, such as "Landlock"; empty: nothing
 };
 
 // Runs `work` in a child process and returns its result. The child is a copy of this process (fork). Whatever `work`
-// does to memory stays there. `readable` names files and folders; what does not exist is left out. Throws
-// std::system_error if there can be no child. The end is kMachine after a signal from outside, such as SIGKILL of a
-// machine that runs out of memory, where the machine gives less memory than the limit, and after wall_seconds.
+// does to memory stays there. `readable` names files and folders. What does not exist is left out, and so is a symbolic
+// link to a file with another suffix, for such names come out of files that nobody vouches for. Of the root of all
+// folders, only the files in it are readable. Throws std::system_error if there can be no child. The end is kMachine
+// after a signal from outside, such as SIGKILL of a machine that runs out of memory, where the machine gives less memory
+// than the limit, and after wall_seconds.
 //
 // The child has, on every Linux: the limits above, no descriptor of this process but the one for its result, nothing on
 // standard output and standard error, no right to write to files or to dump core, and its end when this process ends.
 // Where the kernel has seccomp (x86-64 and 64-bit ARM), it can only read files, map memory and end itself: no network,
 // no other programs, no other processes. Where the kernel has Landlock, it can open only what is in `readable`
-// (sandbox_limits_files). Without /proc, and under AddressSanitizer and ThreadSanitizer, whose shadow is larger than
-// any limit, memory is not limited; a sanitizer's reports stay on standard error.
+// (sandbox_limits_files). SandboxResult::unprotected names what of this a system lacks or
+// forbids. Under AddressSanitizer and ThreadSanitizer, whose shadow is larger than any limit, memory is not limited; a
+// sanitizer's reports stay on standard error.
 //
 // Threads. A child of fork has only the thread that called it, and a lock that another thread held stays locked. The C
 // library makes its own locks, those of malloc and of streams, usable in the child. So `work` may allocate and read

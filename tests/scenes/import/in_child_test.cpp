@@ -145,6 +145,17 @@ TEST_CASE("a child can open what it is given besides the file's folder") {
   if (sandbox_limits_files()) CHECK(read({}).empty());
 }
 
+TEST_CASE("what the child had to do without is a note of the result") {
+  struct Noted {
+    std::vector<std::string> notes;
+  } result;
+  note_unprotected(result, "", 0);
+  CHECK(result.notes.empty());
+  note_unprotected(result, "Landlock", 0);
+  REQUIRE(result.notes.size() == 1);
+  CHECK(result.notes[0] == "it was read in a child process without Landlock, which this system lacks or forbids");
+}
+
 // What assimp 5.2.5 does with each in the same process, with a stack of 8 MB, is in the comments.
 TEST_CASE("inputs that assimp does not survive cost one line") {
   // Segmentation faults, by recursion.

@@ -5,15 +5,21 @@
 
 #include <doctest/doctest.h>
 
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -191,6 +197,68 @@ TEST_CASE("the child reads below the folders that it is given, and nothing else"
   std::filesystem::create_symlink(outside.path(), folder + "/link");
   CHECK(seen(read_file(folder + "/link"), {folder}) == "cannot be opened");
 }
+
+TEST_CASE("of the root of all folders the child reads the files in it, and of links those to files of their kind") {
+  const TemporaryFile inside("inside.txt", "inside"), outside("outside.txt", "outside");
+  const std::string text = inside.directory() / "link.txt", model = inside.directory() / "link.obj";
+  for (const std::string& link : {text, model}) std::filesystem::create_symlink(outside.path(), link);
+  CHECK(seen(read_file(text), {text}) == "outside");
+  if (!sandbox_limits_files()) {
+    MESSAGE("skipped: this kernel has no Landlock");
+    return;
+  }
+  CHECK(seen(read_file(model), {model}) == "cannot be opened");
+  CHECK(seen(read_file(outside.path()), {"/"}) == "cannot be opened");
+  CHECK(seen(read_file("/etc/passwd"), {"/", "/x.obj"}) == "cannot be opened");
+}
+
+#if defined(__x86_64__) || defined(__aarch64__)
+namespace {
+
+// What is told where the system forbids the calls that limit files and calls.
+std::string unprotected_where_forbidden() {
+  std::array<int, 2> ends;
+  REQUIRE(pipe(ends.data()) == 0);
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    std::array<sock_filter, 7> program = {{
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_landlock_restrict_self, 3, 0),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_prctl, 0, 3),
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PR_SET_SECCOMP, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+    }};
+    sock_fprog filter = {static_cast<unsigned short>(program.size()), program.data()};
+    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) != 0)
+      _exit(1);
+    const SandboxResult result = run_sandboxed(kSmall, {}, [] { return std::string("read"); });
+    const std::string told = result.bytes + ": " + result.unprotected;
+    if (write(ends[1], told.data(), told.size()) < 0) _exit(1);
+    _exit(0);
+  }
+  close(ends[1]);
+  std::string told(1000, '\0');
+  const ssize_t size = read(ends[0], told.data(), told.size());
+  close(ends[0]);
+  waitpid(child, nullptr, 0);
+  return told.substr(0, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+}
+
+}  // namespace
+
+TEST_CASE("where the system forbids a limit, the result names it") {
+  if (!sandbox_limits_files()) {
+    MESSAGE("skipped: this kernel has no Landlock");
+    return;
+  }
+  CHECK(run_sandboxed(kSmall, {}, [] { return std::string(); }).unprotected.empty());
+  CHECK(unprotected_where_forbidden() ==
+        "read: Landlock (it can open every file that you can), seccomp (it can make every system call)");
+}
+#endif
 
 TEST_CASE("the child can neither write to files, nor begin processes, nor reach a network or another process") {
   const TemporaryFile file("kept.txt", "kept");
