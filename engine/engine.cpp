@@ -220,7 +220,8 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   const kernel::FloatMode mode;
   if (const Status status = validate_policies(policies); status != Status::kOk) return status;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
-  const InstanceBatch& batch = engine.batch(input.batch);
+  InstanceBatch& batch = engine.batch(input.batch);
+  batch.margins = {};
   const std::size_t nodes = batch.articulation->node_count;
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
   Worker& worker = engine.pool[0];
