@@ -9,6 +9,8 @@
 
 #include <atomic>
 #include <memory>
+#include <fstream>
+#include <functional>
 
 #if defined(__x86_64__)
 #include <xmmintrin.h>
@@ -71,6 +73,36 @@ TEST_CASE("the TBB task runner runs every task once, on workers that no other ta
 
 TEST_CASE("a caller's task runner is run as it is given, and not asked when there is nothing to do") {
   ThreadPool pool(4);
+#if defined(__linux__)
+
+TEST_CASE("TBB task runners that come and go leave no memory behind") {
+  if (!has_tbb()) {
+    MESSAGE("skipped: this build lacks TBB");
+    return;
+  }
+  const auto resident_bytes = [] {
+    std::size_t size = 0, resident = 0;
+    std::ifstream("/proc/self/statm") >> size >> resident;
+    return 4096 * resident;
+  };
+  const auto live = [](int count) {
+    for (int i = 0; i < count; ++i) {
+      const auto first = make_tbb_task_runner(2), second = make_tbb_task_runner(2);
+      std::atomic<int> runs{0};
+      for (const auto& runner : {first.get(), second.get()})
+        runner->for_each(4, [&](std::uint32_t, std::uint32_t) { ++runs; });
+      CHECK(runs == 8);
+    }
+  };
+  live(200);
+  const std::size_t before = resident_bytes();
+  live(4000);
+  const std::size_t after = resident_bytes();
+  CHECK(after < before + 8'000'000);  // an arena for each was 5 to 9 kB: 40 to 72 MB
+}
+
+#endif  // __linux__
+
   const auto runner = make_caller_task_runner(pool.scheduler());
   CHECK(runner->worker_count() == 4);
   for (int round = 0; round < 5; ++round) check_task_runner(*runner);

@@ -9,12 +9,14 @@
 //   destroy_engine                                 at the end
 //
 // Errors      No call throws. A call that fails says why by its Status and changes nothing (Status names the
-//             exceptions). The comment of each call lists every status that it can answer besides kOk.
-// Threads     There is no global state, and engines are independent of each other. An engine serves one call at a time,
-//             from any thread. A call with an `Engine&` that starts while another one runs answers kBusy and does
-//             nothing. Calls with a `const Engine&` only read: they may run at the same time as each other, run_frame
-//             and compute_boxes, but not at the same time as add_articulation and add_batch. No call on the engine may
-//             run at the same time as destroy_engine.
+//             exceptions). The comment of each call lists every status that it can answer besides kOk, but for kBadTask
+//             and kTasksLeft of calls whose tasks a caller's scheduler has not run as it must (Scheduler).
+// Threads     Engines are independent of each other. There is no global state but a list of TBB's arenas that no engine
+//             has, which are kept for the next ones. An engine serves one call at a time, from any thread. A call with
+//             an `Engine&` that starts while another one runs answers kBusy and does nothing. Calls with a `const
+//             Engine&` only read: they may run at the same time as each other, run_frame and compute_boxes, but not at
+//             the same time as add_articulation and add_batch. No call on the engine may run at the same time as
+//             destroy_engine.
 // Memory      The caller's allocator, if there is one, serves articulations, batches and workers. The engine itself,
 //             FCL's shapes and temporary lists of calls come from operator new.
 #pragma once
