@@ -88,10 +88,10 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     if (desc.profiler) engine->profiler = *desc.profiler;
     engine->kernels = kernels;
-    engine->frame = make_frame_in_progress();
     engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
                          : desc.thread_count == 1 || !has_tbb() ? make_serial_task_runner()
                                                                 : make_tbb_task_runner(desc.thread_count);
+    engine->frame = make_frame_in_progress(engine->pool.tasks->worker_count());
     for (std::uint32_t w = 0; w < engine->pool.tasks->worker_count(); ++w)
       engine->pool.workers.push_back(std::make_unique<Worker>(engine->allocator));
     *out = engine.release();

@@ -64,7 +64,7 @@ struct FrameInProgressDelete {
   void operator()(FrameInProgress* frame) const;
 };
 using FrameInProgressPtr = std::unique_ptr<FrameInProgress, FrameInProgressDelete>;
-FrameInProgressPtr make_frame_in_progress();
+FrameInProgressPtr make_frame_in_progress(std::uint32_t workers);
 
 // The state behind the public API (cab/cab.h).
 struct Engine {

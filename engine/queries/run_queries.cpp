@@ -402,8 +402,6 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   for (const auto& worker : room.workers) add_stats(job.stats, worker->stats);
   job.stats.seconds_total = seconds_since(start);
   return status;
-} catch (const std::exception&) {
-  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
-}
+} catch (const std::exception&) { return status_of_exception(); }
 
 }  // namespace cab

@@ -161,14 +161,16 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status begin_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
-// *count: 0 when the frame has no more. There are about seven steps with tasks.
+// *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
+// goes.
 // Cost: the work between two steps, such as sums over the buckets of the grid. Statuses: kNoFrame, kBadOutput (count is
 // null), kTasksLeft. Thread: any, one at a time, after run_task has returned for all tasks.
 [[nodiscard]] CAB_API Status next_tasks(Engine& engine, std::uint32_t* count) noexcept;
 
 // Runs one task of the step, each number below the count once. worker: below engine_thread_count; calls that run at the
-// same time must have different workers. In frames that run short of memory for hits, and in those with sequences, a
-// task may wait for one that began before it, so a thread must not suspend a task to run another.
+// same time must have different workers. A call that breaks this runs nothing and answers kBadTask. In frames that run
+// short of memory for hits, and in those with sequences, a task may wait for one that began before it, so a thread must
+// not suspend a task to run another.
 // Cost: some 10 to 100 microseconds. Statuses: kNoFrame, kBadTask. Thread: any, at the same time as other tasks.
 [[nodiscard]] CAB_API Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept;
 
