@@ -205,7 +205,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadQuery, kExactNotBuilt (exact is
 // neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
 // is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and
-// kUnknownBatch for a history whose batch was removed. Thread: any, one call per engine at a time.
+// kUnknownBatch for a history whose batch was removed, and for an ignored_batch that is not one of this engine.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to

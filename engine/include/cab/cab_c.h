@@ -1246,7 +1246,8 @@ typedef struct cab_Query {
   // without layers has all bits. Default: all bits.
   uint32_t layer_mask;
 
-  // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. It need not have input.
+  // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. Any other must be a batch of
+  // the engine, which need not have input.
   cab_BatchId ignored_batch;
   uint32_t ignored_instance;
 
@@ -1379,7 +1380,8 @@ typedef struct cab_QueryJob {
   // Output: how many hits there are, whether `hits` has room for them or not.
   size_t hits_needed;
 
-  // Output: after CAB_STATUS_BAD_QUERY the index of the query at fault.
+  // Output: after CAB_STATUS_BAD_QUERY, and after CAB_STATUS_UNKNOWN_BATCH for its ignored_batch, the index of the
+  // query at fault.
   size_t bad_query;
 
   // Output: counts and times of this call.
@@ -1645,7 +1647,8 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // CAB_EXACT_NONE nor CAB_EXACT_CONVEX), CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY,
 // CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long
 // as queries), CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and
-// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed. Thread: any, one call per engine at a time.
+// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed, and for an ignored_batch that is not one of this
+// engine. Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
