@@ -178,6 +178,7 @@ Status reserve(Engine& engine, const ReserveDesc& desc) noexcept {
     if (!call.admitted()) return Status::kBusy;
     if (desc.batches > kMaxBatches || desc.characters > (1u << 31)) return Status::kTooManyInstances;
     reserve_memory(desc, engine);
+    forget_rest(engine);  // whether or not memory was replaced
     return Status::kOk;
   });
 }

@@ -152,7 +152,7 @@ Status run_all_steps(Engine& engine, FrameJob& job) try {
 
 }  // namespace
 
-Status run_frame(Engine& engine, FrameJob& job) noexcept { return run_all_steps(engine, job); }
+Status run_frame(Engine& engine, FrameJob& job) noexcept { return note_answer(engine, run_all_steps(engine, job)); }
 
 // ------------------------------------------------------------------------------- frames whose tasks the caller runs
 
@@ -190,11 +190,11 @@ FrameInProgressPtr make_frame_in_progress(std::uint32_t workers) {
 
 Status begin_frame(Engine& engine, FrameJob& job) noexcept {
   Call call(engine);
-  if (!call.admitted()) return Status::kBusy;
+  if (!call.admitted()) return note_answer(engine, Status::kBusy);
   const kernel::FloatMode mode;
   FrameInProgress& frame = *engine.frame;
   frame.run.emplace(std::move(call), engine, job);
-  const Status status = start(*frame.run, true);
+  const Status status = note_answer(engine, start(*frame.run, true));
   if (status != Status::kOk) frame.end();
   return status;
 }
@@ -227,7 +227,7 @@ Status end_frame(Engine& engine) noexcept {
   const kernel::FloatMode mode;
   const bool complete = run.tasks_ended == run.tasks_given && run.first_task + run.tasks_given == run.task_count &&
                         run.steps_begun == kStepCount;
-  const Status status = complete ? finish(run) : Status::kTasksLeft;
+  const Status status = note_answer(engine, complete ? finish(run) : Status::kTasksLeft);
   engine.frame->end();
   return status;
 }
