@@ -714,7 +714,8 @@ struct FrameJob {
 
   // A length in the caller's unit, from 0 (default) to kMaxCoordinate. Links that are at most this far apart are
   // reported too. The distance is that of their leaf boxes, or of their shapes if there is an exact test. Two boxes
-  // that face each other corner to corner may be reported up to 1.74 margins apart.
+  // that face each other corner to corner may be reported up to 1.74 margins apart, and those of Refit::kAabbHull and
+  // of levels of detail farther (docs/limits.md).
   float margin = 0;
 
   // A length in the caller's unit, from 0 (default) on. Above 0, hits whose contact is less deep are dropped, so an
