@@ -213,3 +213,17 @@ def test_a_bad_file_is_an_error_that_names_file_line_and_reason(reads_files, tmp
     robot.write_text(URDF.replace("</robot>", ""))
     with pytest.raises(ValueError, match=r"bad\.urdf"):
         cab.Robot(robot)
+
+
+def test_a_path_that_holds_a_null_character_is_refused_not_cut(reads_files):
+    for call in [
+        lambda: cab.load_motion("walk.bvh\0.txt"),
+        lambda: cab.load_motion("walk.asf", motion="walk\0.amc"),
+        lambda: cab.load_motion("walk.fbx", animation="run\0ning"),
+        lambda: cab.Robot("arm.urdf\0"),
+        lambda: cab.Robot("arm.urdf", srdf="arm.srdf\0"),
+        lambda: cab.Robot("arm.urdf", packages={"arm\0": "."}),
+        lambda: cab.Robot("arm.urdf", packages={"arm": ".\0"}),
+    ]:
+        with pytest.raises(ValueError, match="null character"):
+            call()
