@@ -145,7 +145,7 @@ TEST_CASE("bodies far smaller than any unit touch where they touch at a size of 
       World world = bodies(random, {kind}, 2, 7, parts);
       REQUIRE(world.members[0].poses.origins.empty());
       const Outcome expected = run_world(world, kConvex);
-      constexpr float kTiny = 0x1p-108f;
+      constexpr float kTiny = 0x1p-120f;
       for (Member& member : world.members) {
         parts.lists.emplace_back(member.rig.leaves[0].parts.begin(), member.rig.leaves[0].parts.end());
         for (ConvexPart& part : parts.lists.back()) {

@@ -1225,12 +1225,13 @@ TEST_CASE("queries: an instance is left out by an id of this engine's batches al
 }
 
 TEST_CASE("queries: an index that could not be made is not used by the next call") {
+  // Invents a task in one call, after it has run all that there are.
   struct Fickle {
-    bool fails = false;  // runs no task
+    int calls_left = -1;
     static void parallel_for(void* user, std::uint32_t count, void (*task)(void*, std::uint32_t, std::uint32_t),
                              void* context) {
-      if (static_cast<Fickle*>(user)->fails) return;
       for (std::uint32_t t = 0; t < count; ++t) task(context, t, 0);
+      if (static_cast<Fickle*>(user)->calls_left-- == 0) task(context, count, 0);
     }
   } fickle;
   const Scheduler scheduler = {&fickle, 1, Fickle::parallel_for};
@@ -1252,7 +1253,9 @@ TEST_CASE("queries: an index that could not be made is not used by the next call
     poses.data.insert(poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
     poses.origins.insert(poses.origins.end(), {5.0 * i, 0, 0});
   }
-  const BatchInput input = poses.input(batch);
+  Poses elsewhere = poses;
+  for (double& at : elsewhere.origins) at += 1e4;
+  const BatchInput input = poses.input(batch), other = elsewhere.input(batch);
   FrameJob frame;
   frame.inputs = {&input, 1};
   require(run_frame(*engine, frame));
@@ -1261,23 +1264,28 @@ TEST_CASE("queries: an index that could not be made is not used by the next call
   query.position[0] = 5 * 500;
   query.direction[2] = 1;
   query.length = 100;
-  const auto is_found = [&](bool reuse_bounds) {
-    std::uint8_t found = 0xee;
+  const auto ask_of = [&](const BatchInput& one, bool reuse_bounds, std::uint8_t& found) {
     QueryHit hit;
     QueryJob job;
-    job.inputs = {&input, 1};
+    job.inputs = {&one, 1};
     job.queries = {&query, 1};
     job.reuse_bounds = reuse_bounds;
     job.found = {&found, 1};
     job.hits = {&hit, 1};
-    const Status status = run_queries(*engine, job);
-    return status == Status::kOk && found == 1;
+    return run_queries(*engine, job);
   };
-  CHECK(is_found(true));
-  fickle.fails = true;
-  CHECK(!is_found(false));
-  fickle.fails = false;
-  CHECK(is_found(true));
+  for (int call = 0; call < 3; ++call) {
+    CAPTURE(call);
+    std::uint8_t found = 0xee;
+    CHECK(ask_of(input, true, found) == Status::kOk);
+    CHECK(found == 1);
+    fickle.calls_left = call;
+    const Status status = ask_of(other, false, found);
+    CHECK((status == Status::kBadTask) == (fickle.calls_left < 0));
+    fickle.calls_left = -1;
+    CHECK(ask_of(input, true, found) == Status::kOk);
+    CHECK(found == 1);
+  }
 }
 
 TEST_CASE("queries: too little room for hits is answered by how much there must be, and the rest is complete") {
