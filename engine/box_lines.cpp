@@ -81,7 +81,8 @@ Status write_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) {
   if (!std::all_of(job.origin, job.origin + 3, is_finite)) return Status::kBadOrigins;
   if (job.hits.size && !job.hits.data) return Status::kBadPairs;
   if (job.lines.size && !job.lines.data) return Status::kBadOutput;
-  const InstanceBatch& batch = engine.batch(input.batch);
+  InstanceBatch& batch = engine.batch(input.batch);
+  batch.margins = {};
   const Articulation& articulation = *batch.articulation;
   const std::vector<std::uint64_t> hits = links_in(job.hits, slot_of(input.batch));
   const NodeBits shown = shown_at(articulation, job.level);

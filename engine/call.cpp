@@ -35,4 +35,12 @@ void Call::bind(const BatchInput& given, bool by_bounds) {
   batch.instance_stride = instance_bytes(input.poses, batch.articulation->link_count);
 }
 
+Status status_of_exception() noexcept {
+  try {
+    throw;
+  } catch (const BrokenSchedule& broken) { return broken.status; } catch (const std::exception&) {
+    return Status::kOutOfMemory;  // also where TBB has no memory for its tasks
+  }
+}
+
 }  // namespace cab

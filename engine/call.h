@@ -32,12 +32,15 @@ class Call {
   bool admitted_;
 };
 
-// Calls body(), which may allocate, and turns an exception into kOutOfMemory.
+// What a call answers for an exception. Called where it was caught.
+Status status_of_exception() noexcept;
+
+// Calls body(), which may allocate, and turns an exception into a status.
 template <class Body>
 Status guarded(Body&& body) noexcept {
   try {
     return body();
-  } catch (const std::exception&) { return Status::kOutOfMemory; }
+  } catch (const std::exception&) { return status_of_exception(); }
 }
 
 }  // namespace cab

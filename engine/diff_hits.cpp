@@ -31,7 +31,6 @@ struct HitWriter {
 }  // namespace
 
 Status diff_hits(Span<const Hit> previous, Span<const Hit> current, HitChanges& changes) noexcept {
-  changes.began_count = changes.ended_count = 0;
   for (const Span<const Hit>& list : {previous, current})
     if ((list.size && !list.data) || !is_sorted(list)) return Status::kUnsortedHits;
   for (const Span<Hit>& list : {changes.began, changes.ended})

@@ -88,10 +88,10 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     if (desc.profiler) engine->profiler = *desc.profiler;
     engine->kernels = kernels;
-    engine->frame = make_frame_in_progress();
     engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
                          : desc.thread_count == 1 || !has_tbb() ? make_serial_task_runner()
                                                                 : make_tbb_task_runner(desc.thread_count);
+    engine->frame = make_frame_in_progress(engine->pool.tasks->worker_count());
     for (std::uint32_t w = 0; w < engine->pool.tasks->worker_count(); ++w)
       engine->pool.workers.push_back(std::make_unique<Worker>(engine->allocator));
     *out = engine.release();
@@ -178,6 +178,7 @@ Status reserve(Engine& engine, const ReserveDesc& desc) noexcept {
     if (!call.admitted()) return Status::kBusy;
     if (desc.batches > kMaxBatches || desc.characters > (1u << 31)) return Status::kTooManyInstances;
     reserve_memory(desc, engine);
+    forget_rest(engine);  // whether or not memory was replaced
     return Status::kOk;
   });
 }
@@ -220,7 +221,8 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   const kernel::FloatMode mode;
   if (const Status status = validate_policies(policies); status != Status::kOk) return status;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
-  const InstanceBatch& batch = engine.batch(input.batch);
+  InstanceBatch& batch = engine.batch(input.batch);
+  batch.margins = {};
   const std::size_t nodes = batch.articulation->node_count;
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
   Worker& worker = engine.pool[0];

@@ -64,7 +64,7 @@ struct FrameInProgressDelete {
   void operator()(FrameInProgress* frame) const;
 };
 using FrameInProgressPtr = std::unique_ptr<FrameInProgress, FrameInProgressDelete>;
-FrameInProgressPtr make_frame_in_progress();
+FrameInProgressPtr make_frame_in_progress(std::uint32_t workers);
 
 // The state behind the public API (cab/cab.h).
 struct Engine {
@@ -79,8 +79,9 @@ struct Engine {
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;
-  std::uint64_t bounds_of_frame = 1;   // number of the last frame, or of what has changed bounds since
-  std::unique_ptr<QueryRoom> queries;  // null until reserve asks for it
+  std::atomic<bool> frame_failed{false};  // answered anything but kOk since one began
+  std::uint64_t bounds_of_frame = 1;      // number of the last frame, or of what has changed bounds since
+  std::unique_ptr<QueryRoom> queries;     // null until reserve asks for it
   std::vector<std::unique_ptr<StoredHistory>> histories;  // by slot - 1
   std::unique_ptr<PastRoom> past;                         // null until there is a history
   MemoryNeeds sized;                                      // what the memory suffices for

@@ -120,8 +120,6 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
            std::tie(y.batch_a.value, y.instance_a, y.batch_b.value, y.instance_b);
   });
   return out.needed > out.pairs.size ? Status::kPairsOverflow : Status::kOk;
-} catch (const std::exception&) {
-  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
-}
+} catch (const std::exception&) { return status_of_exception(); }
 
 }  // namespace cab

@@ -8,10 +8,12 @@
 #include "engine/profiled.h"
 #include "engine/rest.h"
 #include "engine/sequences.h"
+#include "engine/task_roll.h"
 #include "engine/validate.h"
 #include "kernels/float_mode.h"
 #include "layout/frame_stats.h"
 
+#include <algorithm>
 #include <exception>
 #include <iterator>
 #include <utility>
@@ -100,7 +102,6 @@ constexpr std::uint32_t kStepCount = std::size(kFrameSteps);
 
 // Goes on to the next step that has tasks. Returns false if there is none.
 bool next_step(FrameRun& run) {
-  run.tasks_ended = 0;
   run.task_count = 0;
   while (run.task_count == 0 && run.steps_begun < kStepCount)
     run.task_count = kFrameSteps[run.steps_begun++].begin(run);
@@ -136,9 +137,7 @@ Status finish(FrameRun& run) {
   return status;
 }
 
-}  // namespace
-
-Status run_frame(Engine& engine, FrameJob& job) noexcept try {
+Status run_all_steps(Engine& engine, FrameJob& job) try {
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;  // before the checks: they compare floats, which must not trap
@@ -149,17 +148,35 @@ Status run_frame(Engine& engine, FrameJob& job) noexcept try {
     engine.pool.tasks->for_each(run.task_count,
                                 [&run](std::uint32_t task, std::uint32_t worker) { run_step_task(run, task, worker); });
   return finish(run);
-} catch (const std::exception&) {
-  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
-}
+} catch (const std::exception&) { return status_of_exception(); }
+
+}  // namespace
+
+Status run_frame(Engine& engine, FrameJob& job) noexcept { return note_answer(engine, run_all_steps(engine, job)); }
 
 // ------------------------------------------------------------------------------- frames whose tasks the caller runs
 
 struct FrameInProgress {
+  explicit FrameInProgress(std::uint32_t workers) : roll(workers) {}
+
   std::optional<FrameRun> run;
+  TaskRoll roll;
+
+  // Gives the caller the next tasks of the step, or the first ones of the next step.
+  void give_tasks() {
+    run->first_task += run->tasks_given;
+    if (run->first_task == run->task_count) {
+      run->first_task = 0;
+      next_step(*run);
+    }
+    run->tasks_given = std::min(TaskRoll::kMostTasks, run->task_count - run->first_task);
+    run->tasks_ended = 0;
+    roll.open(run->tasks_given);
+  }
 
   // Lets go of the frame, and then of the engine.
   void end() {
+    roll.open(0);
     const Call held = std::move(run->call);
     run.reset();
   }
@@ -167,15 +184,17 @@ struct FrameInProgress {
 
 void FrameInProgressDelete::operator()(FrameInProgress* frame) const { delete frame; }
 
-FrameInProgressPtr make_frame_in_progress() { return FrameInProgressPtr(new FrameInProgress); }
+FrameInProgressPtr make_frame_in_progress(std::uint32_t workers) {
+  return FrameInProgressPtr(new FrameInProgress(workers));
+}
 
 Status begin_frame(Engine& engine, FrameJob& job) noexcept {
   Call call(engine);
-  if (!call.admitted()) return Status::kBusy;
+  if (!call.admitted()) return note_answer(engine, Status::kBusy);
   const kernel::FloatMode mode;
   FrameInProgress& frame = *engine.frame;
   frame.run.emplace(std::move(call), engine, job);
-  const Status status = start(*frame.run, true);
+  const Status status = note_answer(engine, start(*frame.run, true));
   if (status != Status::kOk) frame.end();
   return status;
 }
@@ -184,20 +203,21 @@ Status next_tasks(Engine& engine, std::uint32_t* count) noexcept {
   if (!engine.frame->run) return Status::kNoFrame;
   if (!count) return Status::kBadOutput;
   FrameRun& run = *engine.frame->run;
-  if (run.tasks_ended != run.task_count) return Status::kTasksLeft;
+  if (run.tasks_ended != run.tasks_given) return Status::kTasksLeft;
   const kernel::FloatMode mode;
-  next_step(run);
-  *count = run.task_count;
+  engine.frame->give_tasks();
+  *count = run.tasks_given;
   return Status::kOk;
 }
 
 Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept {
   if (!engine.frame->run) return Status::kNoFrame;
-  FrameRun& run = *engine.frame->run;
-  if (task >= run.task_count || worker >= engine.pool.workers.size()) return Status::kBadTask;
+  FrameInProgress& frame = *engine.frame;
+  if (!frame.roll.begin(task, worker)) return Status::kBadTask;
   const kernel::FloatMode mode;
-  run_step_task(run, task, worker);
-  ++run.tasks_ended;
+  run_step_task(*frame.run, frame.run->first_task + task, worker);
+  frame.roll.end(worker);
+  ++frame.run->tasks_ended;
   return Status::kOk;
 }
 
@@ -205,8 +225,9 @@ Status end_frame(Engine& engine) noexcept {
   if (!engine.frame->run) return Status::kNoFrame;
   FrameRun& run = *engine.frame->run;
   const kernel::FloatMode mode;
-  const bool complete = run.tasks_ended == run.task_count && run.steps_begun == kStepCount;
-  const Status status = complete ? finish(run) : Status::kTasksLeft;
+  const bool complete = run.tasks_ended == run.tasks_given && run.first_task + run.tasks_given == run.task_count &&
+                        run.steps_begun == kStepCount;
+  const Status status = note_answer(engine, complete ? finish(run) : Status::kTasksLeft);
   engine.frame->end();
   return status;
 }

@@ -27,7 +27,9 @@ struct FrameRun {
   bool has_last_hits = false;                 // whether the store holds the hits of the last frame, until it is written
   std::uint32_t steps_begun = 0;              // of kFrameSteps (engine/frame.cpp)
   std::uint32_t task_count = 0;               // of the last of them
-  std::atomic<std::uint32_t> tasks_ended{0};  // likewise
+  std::uint32_t first_task = 0;               // of those of its tasks that the caller runs now (next_tasks)
+  std::uint32_t tasks_given = 0;              // how many these are
+  std::atomic<std::uint32_t> tasks_ended{0};  // of these
 };
 
 // A step of a frame: tasks that may run at the same time.

@@ -101,8 +101,8 @@ const char* to_string(Status status) noexcept {
     case Status::kPairsOverflow: return "pairs is too small for all candidates";
     case Status::kLinesOverflow: return "lines is too small for all edges";
     case Status::kNoFrame: return "no frame has begun";
-    case Status::kBadTask: return "task or worker is out of range";
-    case Status::kTasksLeft: return "not all tasks of the frame have ended";
+    case Status::kBadTask: return "task or worker is out of range or in use, or the task has been run before";
+    case Status::kTasksLeft: return "not all tasks have been run";
     case Status::kUnsortedHits: return "a list of hits has a size and no data, or is not in the order of run_frame";
     case Status::kBadQuery:
       return "a query has a value of no enumeration, a number that is not finite or out of range, or no direction";

@@ -21,39 +21,45 @@ bool same_settings(const RestState& last, const FrameJob& job, Span<const std::u
          same_policies(last.policies, job.policies) && std::equal(rules.begin(), rules.end(), last.rule_bits.begin());
 }
 
-// Adds bytes to a checksum (FNV-1a by words of four bytes).
+// Adds numbers to a checksum (FNV-1a by words of four bytes). The sign of a zero does not count.
 template <class T>
-std::uint64_t add_bytes(std::uint64_t sum, const T* from, std::size_t count) {
+std::uint64_t add_numbers(std::uint64_t sum, const T* from, std::size_t count) {
   static_assert(sizeof(T) % 4 == 0);
-  for (std::size_t i = 0; from && i < count * sizeof(T) / 4; ++i) {
-    std::uint32_t word;
-    std::memcpy(&word, reinterpret_cast<const char*>(from) + 4 * i, 4);
-    sum = (sum ^ word) * 0x100000001b3u;
+  for (std::size_t i = 0; i < count; ++i) {
+    const T number = from[i] + T{0};
+    std::uint32_t words[sizeof(T) / 4];
+    std::memcpy(words, &number, sizeof number);
+    for (const std::uint32_t word : words) sum = (sum ^ word) * 0x100000001b3u;
   }
   return sum;
 }
 
-template <class T>
-std::uint64_t add_entry(std::uint64_t sum, Span<const T> all, std::uint32_t instance, std::size_t per_instance) {
-  return all.empty() ? sum * 3 : add_bytes(sum, all.data + per_instance * instance, per_instance);
+// Adds the numbers of an instance, or those that stand for an empty span.
+template <class T, std::size_t kCount>
+std::uint64_t add_entry(std::uint64_t sum, Span<const T> all, std::uint32_t instance, const T (&if_empty)[kCount]) {
+  return add_numbers(sum, all.empty() ? if_empty : all.data + kCount * instance, kCount);
 }
 
-// The checksum of what must not change while an instance rests.
+// Adds a pose, matrices of both formats by rows. The last row of a 4x4 matrix is never read.
+std::uint64_t add_pose(std::uint64_t sum, PoseFormat format, const float* pose) {
+  if (format != PoseFormat::kMatrix4x4Columns) return add_numbers(sum, pose, pose_floats(format));
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) sum = add_numbers(sum, pose + 4 * column + row, 1);
+  return sum;
+}
+
+// The checksum of what must not change while an instance rests: of all that a frame reads of it.
 std::uint64_t checksum_of(const InstanceBatch& batch, std::uint32_t instance) {
   const BatchInput& input = *batch.input;
   std::uint64_t sum = 0xcbf29ce484222325u;
-  const std::size_t floats = pose_floats(input.poses.format);
-  for (std::uint32_t link = 0; link < batch.articulation->link_count; ++link)
-    sum = add_bytes(sum, pose_of(batch, instance, link), floats);
-  sum = add_entry(sum, input.origins, instance, 3);
-  sum = add_entry(sum, input.orientations, instance, 4);
-  sum = add_entry(sum, input.scales, instance, 1);
-  sum = add_entry(sum, input.margins, instance, 1);
-  for (const Span<const std::uint32_t> words : {input.layers, input.layer_masks}) {
-    const std::uint32_t word = words.empty() ? ~0u : words[instance];  // all bits, whether they are given or not
-    sum = add_bytes(sum, &word, 1);
-  }
-  return sum;
+  for (const PosedLink& posed : posed_articulation(*batch.articulation).posed_links)
+    sum = add_pose(sum, input.poses.format, pose_of(batch, instance, posed.link));
+  sum = add_entry(sum, input.origins, instance, {0.0, 0.0, 0.0});
+  sum = add_entry(sum, input.orientations, instance, {0.0f, 0.0f, 0.0f, 1.0f});
+  sum = add_entry(sum, input.scales, instance, {1.0f});
+  sum = add_entry(sum, input.margins, instance, {0.0f});
+  sum = add_entry(sum, input.layers, instance, {~std::uint32_t{0}});
+  return add_entry(sum, input.layer_masks, instance, {~std::uint32_t{0}});
 }
 
 // Whether every instance that rests is what it was in the last frame. Stores the checksums of all instances.
@@ -75,8 +81,14 @@ void clear_rest(InstanceBatch& batch) {
 
 }  // namespace
 
+Status note_answer(Engine& engine, Status status) {
+  if (status != Status::kOk) engine.frame_failed.store(true, std::memory_order_relaxed);
+  return status;
+}
+
 Status begin_rest(Engine& engine, const FrameJob& job) {
   RestState& state = engine.rest;
+  if (engine.frame_failed.exchange(false, std::memory_order_relaxed)) forget_rest(engine);
   const bool asked = std::any_of(job.inputs.begin(), job.inputs.end(), [&engine](const BatchInput& input) {
     return !engine.batch(input.batch).input->moved.empty();
   });
@@ -102,9 +114,7 @@ Status begin_rest(Engine& engine, const FrameJob& job) {
     else
       clear_rest(batch);
   }
-  if (same) return Status::kOk;
-  forget_rest(engine);
-  return Status::kMovedAtRest;
+  return same ? Status::kOk : Status::kMovedAtRest;
 }
 
 void end_rest(Engine& engine, const FrameJob& job) {

@@ -12,8 +12,12 @@ inline constexpr bool kChecksRest = false;
 inline constexpr bool kChecksRest = true;
 #endif
 
+// Takes note of what a frame answers, and returns it. After anything but kOk all instances count as moved in the next
+// frame. Any thread may call this beside other calls on the engine, as kBusy is answered.
+Status note_answer(Engine& engine, Status status);
+
 // Starts a frame whose inputs are bound and whose job is valid: decides in which batches instances may rest. Answers
-// kMovedAtRest if a check finds one that has changed; then all count as moved in the next frame.
+// kMovedAtRest if a check finds one that has changed.
 Status begin_rest(Engine& engine, const FrameJob& job);
 
 // Ends a frame that answered kOk: its instances may rest in the next one.

@@ -185,7 +185,7 @@ void StaticBodies::note_layers(const InstanceBatch& batch) {
 Status build_static_bodies(const StaticDesc& desc, const kernel::KernelTable& kernels, StaticBodies* out,
                            std::uint32_t* bad_element) {
   const std::size_t count = desc.bodies.size + desc.triangles.size / 3;
-  if (count == 0) return Status::kNoInstances;
+  if (desc.bodies.size == 0 && desc.triangles.size == 0) return Status::kNoInstances;
   if (count > kMaxInstances) return Status::kTooManyInstances;
   if (desc.bodies.size && !desc.bodies.data) return Status::kBadStaticBody;
   if (desc.triangles.size % 3 != 0 || !valid_vertices(desc)) return bad_triangle(desc.bodies.size, bad_element);

@@ -147,8 +147,6 @@ Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& i
   engine.pool.tasks->for_each(
       tiles, [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, engine.pool[worker]); });
   return Status::kOk;
-} catch (const std::exception&) {
-  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
-}
+} catch (const std::exception&) { return status_of_exception(); }
 
 }  // namespace cab

@@ -3,9 +3,16 @@
 
 #include <cab/types.h>
 
+#include <exception>
 #include <memory>
 
 namespace cab {
+
+// What a runner throws if the caller's scheduler has not run every task once: kBadTask or kTasksLeft.
+struct BrokenSchedule : std::exception {
+  explicit BrokenSchedule(Status what) : status(what) {}
+  Status status;
+};
 
 // Runs tasks on workers 0 to worker_count() - 1. A worker runs one task at a time.
 class TaskRunner {
@@ -14,7 +21,8 @@ class TaskRunner {
   virtual std::uint32_t worker_count() const = 0;
 
   // Calls task(context, t, worker) once for every t < task_count, and returns when all are done, as
-  // Scheduler::parallel_for does. Each task runs in the library's floating-point mode.
+  // Scheduler::parallel_for does. Each task runs in the library's floating-point mode. Throws BrokenSchedule, or
+  // std::bad_alloc.
   virtual void run(std::uint32_t task_count, void (*task)(void* context, std::uint32_t task, std::uint32_t worker),
                    void* context) = 0;
 

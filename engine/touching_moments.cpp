@@ -132,6 +132,6 @@ Status find_touching_moments(Engine& engine, Span<const BatchInput> last, Span<c
                                   moments[i] = first_moment(frame, before, pairs[i], steps);
                               });
   return Status::kOk;
-} catch (const std::exception&) { return Status::kOutOfMemory; }
+} catch (const std::exception&) { return status_of_exception(); }
 
 }  // namespace cab

@@ -357,9 +357,7 @@ Status record_tick(Engine& engine, HistoryId id, const BatchInput& input, double
   const FrameContext frame = context_of(engine, {}, 0, Report::kHits);
   record(engine, frame, batch, slot_of(input.batch).value - 1, time, history);
   return Status::kOk;
-} catch (const std::exception&) {
-  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
-}
+} catch (const std::exception&) { return status_of_exception(); }
 
 Status history_span(const Engine& engine, HistoryId id, HistorySpan* out) noexcept {
   if (!has_history(engine, id)) return Status::kUnknownHistory;

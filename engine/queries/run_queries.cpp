@@ -66,9 +66,9 @@ Status validate(Engine& engine, QueryJob& job) {
       any_input([](const InstanceBatch& batch) { return batch.articulation->lod.posed != nullptr; }))
     return Status::kLodWithoutShapes;
   if (job.queries.size && !job.queries.data) return Status::kBadQuery;
-  if (const std::size_t bad = first_bad_query(job); bad < job.queries.size) {
-    job.bad_query = bad;
-    return Status::kBadQuery;
+  if (const BadQuery bad = first_bad_query(engine, job); bad.status != Status::kOk) {
+    job.bad_query = bad.index;
+    return bad.status;
   }
   if (const Status status = bind_histories(engine, job.histories); status != Status::kOk) return status;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
@@ -130,6 +130,7 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
   QueryRoom& room = *engine.queries;
   QueryIndex& index = room.index;
   QueryStats& stats = room.workers[0]->stats;
+  index.of_frame = 0;  // until it is made: a call that fails leaves no index
   {
     const Timed timed(stats.seconds_bound);
     lay_out_index(frame.batches, index);
@@ -317,7 +318,7 @@ void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
     else
       answer(run, go.first + query, {to, result.count}, not_collected);
   }
-  run.own.stats = counted;
+  run.own.stats = counted;  // by answer_task
 }
 
 void run_go(const Go& go, QueryJob& job) {
@@ -402,8 +403,6 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   for (const auto& worker : room.workers) add_stats(job.stats, worker->stats);
   job.stats.seconds_total = seconds_since(start);
   return status;
-} catch (const std::exception&) {
-  return Status::kOutOfMemory;  // TBB throws if it has no memory for its tasks
-}
+} catch (const std::exception&) { return status_of_exception(); }
 
 }  // namespace cab

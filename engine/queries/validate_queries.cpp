@@ -1,6 +1,7 @@
 // The checks of queries, before any is answered.
 #include "engine/queries/validate_queries.h"
 
+#include "engine/engine.h"
 #include "layout/error_bounds.h"
 
 #include <algorithm>
@@ -54,10 +55,13 @@ bool is_valid(const Query& query, Span<const QueryPlane> planes) {
 
 }  // namespace
 
-std::size_t first_bad_query(const QueryJob& job) {
-  const Query* const bad = std::find_if_not(job.queries.begin(), job.queries.end(),
-                                            [&job](const Query& query) { return is_valid(query, job.planes); });
-  return static_cast<std::size_t>(bad - job.queries.begin());
+BadQuery first_bad_query(const Engine& engine, const QueryJob& job) {
+  for (std::size_t i = 0; i < job.queries.size; ++i) {
+    const Query& query = job.queries[i];
+    if (!is_valid(query, job.planes)) return {Status::kBadQuery, i};
+    if (query.ignored_batch.value != 0 && !has_batch(engine, query.ignored_batch)) return {Status::kUnknownBatch, i};
+  }
+  return {};
 }
 
 }  // namespace cab

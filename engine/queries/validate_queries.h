@@ -5,7 +5,13 @@
 
 namespace cab {
 
-// Returns the index of the first query that is not valid, or the number of queries.
-std::size_t first_bad_query(const QueryJob& job);
+struct Engine;
+
+// What the first query that is refused is refused for: kBadQuery, or kUnknownBatch for the instance that it leaves out.
+struct BadQuery {
+  Status status = Status::kOk;  // kOk: no query is refused
+  std::size_t index = 0;
+};
+BadQuery first_bad_query(const Engine& engine, const QueryJob& job);
 
 }  // namespace cab

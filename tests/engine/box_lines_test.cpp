@@ -84,6 +84,21 @@ World one_batch(Random& random, std::uint32_t instances) {
 
 }  // namespace
 
+TEST_CASE("lines are of boxes without a margin, whatever margins their instances have of their own") {
+  Random random(6);
+  const World world = one_batch(random, 5);
+  const EnginePtr engine = make_engine_for(world);
+  const std::vector<float> margins(5, 10);
+  BatchInput input = world.members[0].poses.input({1});
+  const DrawnBoxes expected = draw(*engine, input, {});
+  input.margins = margins;
+  const DrawnBoxes drawn = draw(*engine, input, {});
+  REQUIRE(drawn.size() == expected.size());
+  for (const auto& [key, box] : expected)
+    for (std::size_t edge = 0; edge < box.edges.size(); ++edge)
+      CHECK(std::equal(box.edges[edge].from, box.edges[edge].from + 3, drawn.at(key).edges[edge].from));
+}
+
 TEST_CASE("lines are the edges of the boxes of a level, relative to the origin that was asked for") {
   std::size_t boxes_seen = 0;
   for (std::uint64_t seed = 1; seed <= rounds(40); ++seed) {

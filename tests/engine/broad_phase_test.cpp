@@ -55,6 +55,28 @@ TEST_CASE("cubes that touch touch, and cubes a thousandth apart do not, out to 1
   }
 }
 
+TEST_CASE("bounds that a caller gives grow by the margins of their instances") {
+  const World world = two_cubes({}, 2, BatchKind::kCharacters);  // 1 apart
+  const EnginePtr engine = make_engine_for(world);
+  const float bounds[] = {-0.5f, -0.5f, -0.5f, 0.5f, 0.5f, 0.5f}, margins[] = {0.45f, 0.6f, 0.25f};
+  const auto pairs_with = [&](const float* a, const float* b) {
+    BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
+    for (BatchInput& input : inputs) input.bounds = {bounds, 6};
+    inputs[0].margins = {a, a ? std::size_t{1} : 0};
+    inputs[1].margins = {b, b ? std::size_t{1} : 0};
+    FrameJob job;
+    job.inputs = inputs;
+    job.rules = world.rules;
+    CandidateList list;
+    const Status status = find_candidates(*engine, job, list);
+    CHECK((status == Status::kOk || status == Status::kPairsOverflow));
+    return list.needed;
+  };
+  CHECK(pairs_with(nullptr, nullptr) == 0);
+  CHECK(pairs_with(&margins[0], &margins[1]) == 1);  // 1.05 together
+  CHECK(pairs_with(&margins[2], &margins[2]) == 0);
+}
+
 TEST_CASE("origins at the ends of double's range neither lose nor invent a pair") {
   const double huge = std::numeric_limits<double>::max();
   for (const double out : {1e30, 1e300, huge, -huge}) {

@@ -60,6 +60,47 @@ TEST_CASE("a large body that meets many others is posed a few times, not once fo
     }
 }
 
+TEST_CASE("who came to rest late meets who has rested longer, also where hits are not kept") {
+  // Pairs of cubes that touch. From the second frame on all rest but the first cubes of some pairs, which come to rest
+  // in the third: too few for the grid of those that rest to be built anew.
+  constexpr std::uint32_t kCount = 400;
+  World world;
+  Member member;
+  member.rig.parents = {-1};
+  member.rig.leaves = {{0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.5f, 0.5f, 0.5f}}, {}}};
+  member.poses.link_count = 1;
+  member.poses.instance_count = kCount;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    member.poses.data.insert(member.poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
+    member.poses.origins.insert(member.poses.origins.end(), {10.0 * (i / 2) + 0.75 * (i % 2), 0, 0});
+  }
+  std::vector<std::uint8_t> moved(kCount, 1), in_contact(kCount);
+  std::vector<Hit> hits(kCount);
+  BatchInput input = member.poses.input({1});
+  input.moved = moved;
+  input.in_contact = in_contact;
+  const PairRule rule = {{1}, {1}, Pairing::kBetween};
+  world.members = {member};
+  for (const Report report : {Report::kHits, Report::kInContact}) {
+    const EnginePtr engine = make_engine_for(world);
+    FrameJob job;
+    job.inputs = {&input, 1};
+    job.rules = {&rule, 1};
+    job.report = report;
+    job.hits = hits;
+    for (int frame = 0; frame < 4; ++frame) {
+      CAPTURE(frame);
+      for (std::uint32_t i = 0; i < kCount; ++i) moved[i] = frame == 0 || (frame == 1 && i % 20 == 0);
+      engine->hit_store.holds_last = false;  // as after a frame whose hits the store could not hold
+      REQUIRE(run_frame(*engine, job) == Status::kOk);
+      CHECK(job.stats.instances_resting == (frame == 0 ? 0 : frame == 1 ? kCount - kCount / 20 : kCount));
+      CHECK(in_contact == std::vector<std::uint8_t>(kCount, 1));
+      if (report == Report::kHits) CHECK(job.hit_count == kCount / 2);
+      if (frame > 0) CHECK(engine->broad_phase.kept.count == kCount - kCount / 20);
+    }
+  }
+}
+
 TEST_CASE("more waiting candidates than there is room for are tested in between") {
   Random random(2);
   World world;

@@ -50,6 +50,29 @@ std::vector<std::vector<std::uint32_t>> leaves_below(const Engine& engine, Artic
 
 }  // namespace
 
+TEST_CASE("boxes are those without a margin, whatever margins their instances have of their own") {
+  Random random(5);
+  World world;
+  world.members.push_back(any_member(random, 20, BatchKind::kCharacters, any_pose_range(random, false, {}, 1), 12));
+  const Member& member = world.members[0];
+  const EnginePtr engine = make_engine_for(world);
+  for (const Policies& policies : all_refits()) {
+    const std::vector<Box> expected = boxes_of(*engine, 1, member, policies);
+    for (const float margin : {0.0f, 10.0f, kMaxCoordinate}) {
+      CAPTURE(margin);
+      const std::vector<float> margins(member.poses.instance_count, margin);
+      BatchInput input = member.poses.input({1});
+      input.margins = margins;
+      std::vector<Box> boxes(expected.size());
+      std::vector<std::uint8_t> flags(member.poses.instance_count, 0xee);
+      input.flags = flags;
+      REQUIRE(compute_boxes(*engine, input, policies, boxes) == Status::kOk);
+      CHECK(same_bits(boxes.data(), expected.data(), boxes.size()));
+      CHECK(std::all_of(flags.begin(), flags.end(), [](std::uint8_t flag) { return flag == kInstanceOk; }));
+    }
+  }
+}
+
 TEST_CASE("every box contains every exactly posed leaf box below it, and the engine's own leaf boxes") {
   double worst = -1e30;  // how far a corner sticks out at most, in ulps of size; measured -2.7
   std::size_t judged = 0;

@@ -229,6 +229,23 @@ TEST_CASE("distances: of every two instances within the margin the nearest links
   CHECK(dropped > 0);
 }
 
+TEST_CASE("distances: of links that are equally near the first is reported") {
+  const std::vector<ConvexPart> one = {ball(1, 0, 0, 0)};
+  Rig two = rig_of(one);
+  two.parents = {-1, 0};
+  two.leaves.push_back({1, kRoom, two.leaves[0].parts});  // the same ball on another link
+  World world;
+  world.contacts = true;
+  world.margin = 1;
+  world.members = {member_at(two, {{{0, 0, 0}}}), member_at(two, {{{2.5, 0, 0}}})};
+  world.rules = {{{1}, {2}, Pairing::kBetween}};
+  CHECK(outcome_of(world, kConvex).hits.size() == 4);
+  const Outcome nearest = outcome_of(world, kConvex, Report::kDistances);
+  REQUIRE(nearest.hits.size() == 1);
+  CHECK(nearest.hits[0].link_a == 0);
+  CHECK(nearest.hits[0].link_b == 0);
+}
+
 TEST_CASE("compute_contacts measures any two links at any distance, and says which have no valid pose") {
   const std::vector<ConvexPart> one = {ball(1, 0, 0, 0)};
   World world;

@@ -93,6 +93,8 @@ TEST_CASE("lists that are not in the order of a frame, or without data, are refu
   twice[1] = twice[0];
   std::swap(turned[0], turned[2]);
   HitChanges changes;
+  changes.began_count = 17;
+  changes.ended_count = 4;
   for (const std::vector<Hit>& wrong : {twice, turned}) {
     CHECK(diff_hits(span_of(wrong), span_of(hits), changes) == Status::kUnsortedHits);
     CHECK(diff_hits(span_of(hits), span_of(wrong), changes) == Status::kUnsortedHits);
@@ -100,6 +102,8 @@ TEST_CASE("lists that are not in the order of a frame, or without data, are refu
   CHECK(diff_hits({nullptr, 2}, span_of(hits), changes) == Status::kUnsortedHits);
   changes.began = {nullptr, 1};
   CHECK(diff_hits(span_of(hits), span_of(hits), changes) == Status::kBadOutput);
+  CHECK(changes.began_count == 17);
+  CHECK(changes.ended_count == 4);
   HitChanges empty;
   CHECK(diff_hits({}, {}, empty) == Status::kOk);
 }

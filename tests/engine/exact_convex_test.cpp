@@ -135,6 +135,38 @@ TEST_CASE("leaves of many parts touch where any two parts do") {
   }
 }
 
+TEST_CASE("bodies far smaller than any unit touch where they touch at a size of about 1") {
+  for (std::uint64_t seed = 1; seed <= rounds(4); ++seed)
+    for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kSphere, ShapeKind::kConvexHull, ShapeKind::kCapsule}) {
+      CAPTURE(seed);
+      CAPTURE(static_cast<int>(kind));
+      Random random(seed);
+      Parts parts;
+      World world = bodies(random, {kind}, 2, 7, parts);
+      REQUIRE(world.members[0].poses.origins.empty());
+      const Outcome expected = run_world(world, kConvex);
+      constexpr float kTiny = 0x1p-120f;
+      for (Member& member : world.members) {
+        parts.lists.emplace_back(member.rig.leaves[0].parts.begin(), member.rig.leaves[0].parts.end());
+        for (ConvexPart& part : parts.lists.back()) {
+          for (float& size : part.size) size *= kTiny;
+          for (float& at : part.position) at *= kTiny;
+          std::vector<float> vertices(part.vertices.begin(), part.vertices.end());
+          for (float& at : vertices) at *= kTiny;
+          parts.vertices.push_back(std::move(vertices));
+          part.vertices = {parts.vertices.back().data(), parts.vertices.back().size()};
+        }
+        member.rig.leaves[0].parts = {parts.lists.back().data(), parts.lists.back().size()};
+        for (float& half : member.rig.leaves[0].box.half) half *= kTiny;
+        for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
+          for (int c = 4; c < 7; ++c) member.poses.pose(i, 0)[c] *= kTiny;
+      }
+      CHECK(same_hits(run_world(world, kConvex).hits, expected.hits));
+      CHECK(expected.hits.size() > 0);
+      CHECK(expected.hits.size() < 49);
+    }
+}
+
 TEST_CASE("with a margin exact kernels report every pair within it, for every pair of kinds") {
   std::uint64_t seed = 100;
   for (const ShapeKind kind_a : kCaseKinds)

@@ -125,6 +125,8 @@ TEST_CASE("a frame of the instances that are in a pair has the hits of a frame o
       if (p > 0) CHECK(key_of(search.pairs[p - 1]) < key_of(pair));
       CHECK(std::make_tuple(pair.batch_a.value, pair.instance_a) <
             std::make_tuple(pair.batch_b.value, pair.instance_b));
+      const Member &a = world.members[pair.batch_a.value - 1], &b = world.members[pair.batch_b.value - 1];
+      CHECK((sees(a, pair.instance_a, b, pair.instance_b) && sees(b, pair.instance_b, a, pair.instance_a)));
       in_pair[pair.batch_a.value - 1][pair.instance_a] = in_pair[pair.batch_b.value - 1][pair.instance_b] = 1;
     }
     CHECK(search.in_pair == in_pair);

@@ -1,5 +1,6 @@
 // begin_frame, next_tasks, run_task and end_frame: frames whose tasks the caller runs.
 #include "engine/engine.h"
+#include "engine/task_roll.h"
 
 #include "perf/oracle/random_world.h"
 #include "perf/oracle/world.h"
@@ -187,6 +188,67 @@ TEST_CASE("calls out of turn are refused, and a frame in progress keeps all othe
   CHECK(end_frame(*engine) == Status::kTasksLeft);  // the frame is given up
   CHECK(end_frame(*engine) == Status::kNoFrame);
   CHECK(same_hits(run_on(*engine, world, {}).hits, run_world(world).hits));
+}
+
+TEST_CASE("a task that is run twice is refused, and the frame has all its hits") {
+  const World world = small_world();
+  const Outcome expected = run_world(world);
+  const EnginePtr engine = make_engine_for(world);
+  const BatchInput input = world.members[0].poses.input({1});
+  std::vector<Hit> hits(expected.hits.size());
+  FrameJob job;
+  job.inputs = {&input, 1};
+  job.rules = world.rules;
+  job.hits = hits;
+  REQUIRE(begin_frame(*engine, job) == Status::kOk);
+  std::uint32_t count = 0;
+  while (next_tasks(*engine, &count) == Status::kOk && count > 0)
+    for (std::uint32_t t = 0; t < count; ++t) {
+      CHECK(run_task(*engine, t, 0) == Status::kOk);
+      CHECK(run_task(*engine, t, 0) == Status::kBadTask);
+      CHECK(run_task(*engine, t, ~0u) == Status::kBadTask);
+    }
+  CHECK(end_frame(*engine) == Status::kOk);
+  CHECK(same_hits(hits, expected.hits));
+}
+
+TEST_CASE("a step of more tasks than are given at a time is given in several goes") {
+  // Two sequences, whose frames are tested sixteen at a time; the last two touch.
+  constexpr std::uint32_t kFrames = kLanes * TaskRoll::kMostTasks + 2 * kLanes;
+  World world;
+  for (const double at : {0.0, 9.0}) {
+    Member member;
+    member.kind = BatchKind::kSequence;
+    member.rig.parents = {-1};
+    member.rig.leaves = {{0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}}, {}}};
+    member.poses.link_count = 1;
+    member.poses.instance_count = at == 0 ? 1 : kFrames;
+    member.poses.data.resize(7 * std::size_t{member.poses.instance_count});
+    for (std::uint32_t i = 0; i < member.poses.instance_count; ++i) {
+      member.poses.pose(i, 0)[3] = 1;
+      member.poses.pose(i, 0)[4] = static_cast<float>(i + 2 < kFrames ? at : 0);
+    }
+    world.members.push_back(std::move(member));
+  }
+  world.rules = {{{1}, {2}, Pairing::kBetween}};
+  const EnginePtr engine = make_engine_for(world);
+  const BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
+  std::vector<Hit> hits(3);
+  FrameJob job;
+  job.inputs = inputs;
+  job.rules = world.rules;
+  job.hits = hits;
+  REQUIRE(begin_frame(*engine, job) == Status::kOk);
+  std::vector<std::uint32_t> counts;
+  std::uint32_t count = 0, refused = 0;
+  while (next_tasks(*engine, &count) == Status::kOk && count > 0) {
+    counts.push_back(count);
+    for (std::uint32_t t = 0; t < count; ++t) refused += run_task(*engine, t, 0) != Status::kOk;
+  }
+  CHECK(counts == std::vector<std::uint32_t>{TaskRoll::kMostTasks, 2});
+  CHECK(refused == 0);
+  CHECK(end_frame(*engine) == Status::kOk);
+  CHECK(job.hit_count == 2);
 }
 
 TEST_CASE("a frame may be given up after any task, and its hits may not fit") {

@@ -515,6 +515,78 @@ TEST_CASE("a joint may be off by its play and no farther") {
   }
 }
 
+TEST_CASE("a joint may be off by its play, seen from the child too") {
+  // A base of size 0, and an arm of size 0 whose joint the rest pose has at 1 along x. The box is on the arm.
+  const std::int32_t parents[] = {-1, 0};
+  const Box point = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+  const Leaf leaves[] = {{0, point, {}}, {1, point, {}}};
+  const float rest[] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0};
+  const EnginePtr engine = make_engine();
+  ArticulationDesc desc;
+  desc.link_parents = {parents, 2};
+  desc.leaves = {leaves, 2};
+  ArticulationId fine;
+  require(add_articulation(*engine, desc, &fine));
+  const std::uint32_t links[] = {0, 1};
+  for (const float play : {0.0f, 0.5f})
+    for (const float half : {1.02f, 1.52f}) {
+      Box box = point;
+      std::fill_n(box.half, 3, half);
+      const LodLeaf coarse = {1, box, {links, 2}};
+      LodDesc lod;
+      lod.of = fine;
+      lod.leaves = {&coarse, 1};
+      lod.rest_poses.data = rest;
+      lod.joint_play = play;
+      ArticulationId level;
+      const Status expected = play == 0 || half > 1.5f ? Status::kOk : Status::kLodLeafTooSmall;
+      CHECK(add_lod(*engine, lod, &level) == expected);
+    }
+}
+
+TEST_CASE("a level of boxes reports within a margin as docs/limits.md says: faces, and corners, of two boxes") {
+  // A cube with sides of 2, in a box that is as large.
+  const Box cube = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}};
+  Box around = cube;
+  std::fill_n(around.half, 3, 1.02f);
+  const std::int32_t parents[] = {-1};
+  const Leaf leaf = {0, cube, {}};
+  const std::uint32_t links[] = {0};
+  const LodLeaf coarse = {0, around, {links, 1}};
+  const float identity[] = {0, 0, 0, 1, 0, 0, 0};
+  const EnginePtr engine = make_engine();
+  ArticulationDesc desc;
+  desc.link_parents = {parents, 1};
+  desc.leaves = {&leaf, 1};
+  ArticulationId fine, level;
+  require(add_articulation(*engine, desc, &fine));
+  LodDesc lod;
+  lod.of = fine;
+  lod.leaves = {&coarse, 1};
+  lod.rest_poses.data = identity;
+  require(add_lod(*engine, lod, &level));
+  Poses poses;
+  poses.link_count = 1;
+  poses.instance_count = 2;
+  poses.data = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
+  const struct {
+    ArticulationId id;
+    double half, faces, corners;  // the box, and how many margins apart two of them may be
+  } cases[] = {{fine, 1, 1, std::sqrt(3.0)}, {level, 1.02, 2.75, 2.75 * std::sqrt(3.0)}};
+  for (const auto& one : cases) {
+    const BatchId batch = add_instances(*engine, one.id, 2);
+    const auto is_reported = [&](double x, double y, double z) {
+      poses.origins = {0, 0, 0, x, y, z};
+      return frame_of(*engine, {poses.input(batch)}, {{batch, batch}}, {}, 1).size() == 1;
+    };
+    const double side = 2 * one.half, diagonal = one.corners / std::sqrt(3.0);
+    for (const double off : {-1e-4, 1e-4}) {
+      CHECK(is_reported(side + one.faces + off, 0, 0) == (off < 0));
+      CHECK(is_reported(side + diagonal + off, side + diagonal + off, side + diagonal + off) == (off < 0));
+    }
+  }
+}
+
 TEST_CASE("two boxes on one link that meet corner to corner within the margin do so in boxes about them, too") {
   // A box whose corners point along x, in a larger one along the axes.
   const float h = std::sqrt(0.5f);

@@ -127,6 +127,36 @@ TEST_CASE("cubes a quarter apart are near by a margin of a quarter, near and far
           }
 }
 
+TEST_CASE("boxes that are farther apart than the margin are reported as far as docs/limits.md says, and no farther") {
+  // A cube that is turned by 60 degrees about its diagonal. The bounds about it have half extents of 5/6.
+  const float third = 1.0f / 3;
+  const Box turned = {{0, 0, 0},
+                      {{2 * third, 2 * third, -third}, {-third, 2 * third, 2 * third}, {2 * third, -third, 2 * third}},
+                      {0.5f, 0.5f, 0.5f}};
+  const struct {
+    Box box;
+    Refit refit;
+    double half, faces, corners;  // of the box that decides; in margins
+  } cases[] = {{kCube, Refit::kCab, 0.5, 1, std::sqrt(3.0)},
+               {kCube, Refit::kAabbHull, 0.5, 1, std::sqrt(3.0)},
+               {turned, Refit::kAabbVertices, 5.0 / 6, 1, std::sqrt(3.0)},
+               {turned, Refit::kAabbHull, 5.0 / 6, 5.0 / 3, 5.0 / 3 * std::sqrt(3.0)}};  // 2.887 corner to corner
+  for (const auto& one : cases)
+    for (const Strategy strategy : kStrategies)
+      for (const double off : {-1e-4, 1e-4}) {
+        CAPTURE(static_cast<int>(one.refit));
+        const auto is_reported = [&](double x, double y, double z) {
+          World world = two_boxes(one.box, one.box, {{x, y, z}}, BatchKind::kCharacters);
+          world.margin = 1;
+          return run_world(world, {one.refit, strategy, Exact::kNone}).hits.size() == 1;
+        };
+        const double faces = 2 * one.half + one.faces + off,
+                     corners = 2 * one.half + one.corners / std::sqrt(3.0) + off;
+        CHECK(is_reported(faces, 0, 0) == (off < 0));
+        CHECK(is_reported(corners, corners, corners) == (off < 0));
+      }
+}
+
 TEST_CASE("by shapes no pair within the margin is lost, and no pair is reported that is clearly farther apart") {
   // The axes of a leaf box are floats, and FCL gets them orthonormal. An error of 4 u each turns a box by less.
   constexpr double kAxes = 0x1p-21;

@@ -51,6 +51,7 @@ struct Story {
   World world;
   std::vector<std::vector<std::uint8_t>> moved, flags, in_contact;
   std::vector<std::vector<std::uint32_t>> lists = {{}, {}};
+  std::vector<std::vector<float>> margins = {{}, {}};
   std::vector<std::uint32_t> counts = {kAllInstances, kAllInstances};
   Report report = Report::kHits;
 
@@ -90,6 +91,7 @@ struct Story {
       inputs[m].flags = flags[m];
       inputs[m].in_contact = in_contact[m];
       inputs[m].instances = lists[m];
+      inputs[m].margins = margins[m];
       inputs[m].count = counts[m];
       inputs[m].layers = world.members[m].layers;
       inputs[m].layer_masks = world.members[m].layer_masks;
@@ -307,13 +309,57 @@ TEST_CASE("all instances count as moved after a frame that failed, or that had o
           const Status status = find_candidates(engine, job, list);
           CHECK((status == Status::kOk || status == Status::kPairsOverflow));
         }) == 0);
-  // A refused frame changes nothing.
+  CHECK(resting_after([](Engine& engine, Story&) { REQUIRE(reserve(engine, {}) == Status::kOk); }) == 0);
   CHECK(resting_after([](Engine& engine, Story& story) {
           Outcome out;
           story.world.margin = -1;
           CHECK(story.try_run(engine, {}, 1, out) == Status::kBadMargin);
           story.world.margin = 0;
-        }) == 350);
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story& story) {
+          FrameJob bad;
+          bad.rules = {nullptr, 1};
+          CHECK(begin_frame(engine, bad) == Status::kBadPairRule);
+          const World& world = story.world;
+          const BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
+          FrameJob job;
+          job.inputs = inputs;
+          job.rules = world.rules;
+          REQUIRE(begin_frame(engine, job) == Status::kOk);
+          CHECK(end_frame(engine) == Status::kTasksLeft);
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story& story) {  // a frame that another one keeps out
+          engine.busy.test_and_set();
+          Outcome out;
+          CHECK(story.try_run(engine, {}, 1, out) == Status::kBusy);
+          engine.busy.clear();
+        }) == 0);
+}
+
+TEST_CASE("what moves in a frame that is refused is tested in the next one, whether it moves again or not") {
+  World world;
+  for (int m = 0; m < 2; ++m) {
+    Member member;
+    member.rig.parents = {-1};
+    member.rig.leaves = {{0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}}, {}}};
+    member.poses.link_count = member.poses.instance_count = 1;
+    member.poses.data = {0, 0, 0, 1, 0, 0, 0};
+    member.poses.origins = {100.0 * m, 0, 0};
+    world.members.push_back(member);
+  }
+  world.rules = {{{1}, {2}, Pairing::kBetween}};
+  Story story(world);
+  const EnginePtr engine = make_engine_for(world);
+  CHECK(story.run(*engine).hits.empty());
+  story.world.members[1].poses.origins[0] = 1;
+  story.world.margin = -1;
+  Outcome out;
+  CHECK(story.try_run(*engine, {}, 1, out) == Status::kBadMargin);
+  story.world.margin = 0;
+  story.all_rest();
+  const Outcome found = story.run(*engine);
+  CHECK(found.hits.size() == 1);
+  CHECK(found.stats.instances_resting == 0);
 }
 
 TEST_CASE("an instance rests if it was in its batch's last frame, whatever list or count it is given by") {
@@ -469,16 +515,81 @@ TEST_CASE("a checked build finds an instance that is said to rest and has change
     return status;
   };
   CHECK(status_after([](Story&) {}) == Status::kOk);
-  CHECK(status_after([](Story& story) { story.world.members[1].poses.data.back() += 1; }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) {
+          Member& member = story.world.members[1];
+          member.poses.pose(119, member.rig.leaves[0].link)[11] += 1;
+        }) == Status::kMovedAtRest);
   CHECK(status_after([](Story& story) { story.world.members[0].poses.origins.back() += 1; }) == Status::kMovedAtRest);
   CHECK(status_after([](Story& story) { story.world.members[0].poses.scales[5] = 2; }) == Status::kMovedAtRest);
   CHECK(status_after([](Story& story) { story.world.members[0].layers[5] = 3; }) == Status::kMovedAtRest);
   CHECK(status_after([](Story& story) { story.world.members[0].layer_masks[5] = 3; }) == Status::kMovedAtRest);
   CHECK(status_after([](Story& story) { story.world.members[0].layers.clear(); }) == Status::kMovedAtRest);
+  CHECK(status_after([](Story& story) { story.margins[1].assign(120, 0.5f); }) == Status::kMovedAtRest);
   CHECK(status_after([](Story& story) {
-          story.world.members[1].poses.data.back() += 1;
+          Member& member = story.world.members[1];
+          member.poses.pose(119, member.rig.leaves[0].link)[11] += 1;
           story.moved[1].back() = 1;
         }) == Status::kOk);
+}
+
+TEST_CASE("a checked build compares numbers that are read, whether they are given or go without saying") {
+  if (!kChecksRest) {
+    MESSAGE("skipped: this build does not compare what rests (NDEBUG is defined)");
+    return;
+  }
+  constexpr std::uint32_t kCount = 40;
+  Random random(14);
+  World world;
+  Member member;
+  // Link 1 is a chain's middle without a leaf, and its joint is that of no merge: it is never read.
+  member.rig.parents = {-1, 0, -1};
+  member.rig.parent_offset.resize(3);
+  const Box box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.5f, 0.25f, 0.25f}};
+  member.rig.leaves = {{0, box, {}}, {2, box, {}}};
+  member.poses = random_poses(random, member.rig, kCount, PoseFormat::kMatrix4x4Columns, {2, false, false, {}});
+  member.poses.origins.clear();
+  member.poses.orientations.clear();
+  world.members.push_back(member);
+  world.rules = {{{1}, {1}, Pairing::kBetween}};
+  const EnginePtr engine = make_engine_for(world);
+  REQUIRE(engine->articulations[0]->articulation.posed_links.size == 2);
+  Story story(world);
+  story.run(*engine);
+  story.all_rest();
+  const auto rests_after = [&](auto&& change) {
+    change(story.world.members[0]);
+    Outcome out;
+    REQUIRE(story.try_run(*engine, {}, 60000, out) == Status::kOk);
+    return out.stats.instances_resting == kCount;
+  };
+  CHECK(rests_after([](Member&) {}));
+  CHECK(rests_after([](Member& of) { of.poses.origins.assign(3 * kCount, 0.0); }));
+  CHECK(rests_after([](Member& of) { of.poses.origins.assign(3 * kCount, -0.0); }));
+  CHECK(rests_after([](Member& of) {
+    for (std::uint32_t i = 0; i < kCount; ++i)
+      of.poses.orientations.insert(of.poses.orientations.end(), {0.0f, -0.0f, 0.0f, 1.0f});
+  }));
+  CHECK(rests_after([](Member& of) { of.poses.scales.assign(kCount, 1); }));
+  CHECK(rests_after([](Member& of) { of.layers.assign(kCount, ~0u); }));
+  CHECK(rests_after([](Member& of) { of.layer_masks.assign(kCount, ~0u); }));
+  CHECK(rests_after([&](Member&) { story.margins[0].assign(kCount, 0.0f); }));
+  CHECK(rests_after([&](Member&) { story.margins[0].clear(); }));
+  CHECK(rests_after([](Member& of) { of.poses.scales.clear(), of.poses.orientations.clear(); }));
+  CHECK(rests_after([](Member& of) {  // what is never read
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      std::fill_n(of.poses.pose(i, 1), 16, 7.0f);
+      for (const int at : {3, 7, 11, 15}) of.poses.pose(i, 2)[at] = 9;
+    }
+  }));
+  CHECK(rests_after([](Member& of) {  // the same matrices by rows
+    std::vector<float> rows;
+    for (std::uint32_t i = 0; i < kCount; ++i)
+      for (std::uint32_t link = 0; link < 3; ++link)
+        for (int row = 0; row < 3; ++row)
+          for (int column = 0; column < 4; ++column) rows.push_back(of.poses.pose(i, link)[4 * column + row]);
+    of.poses.data = rows;
+    of.poses.format = PoseFormat::kMatrix3x4Rows;
+  }));
 }
 
 }  // namespace cab::tests

@@ -373,44 +373,57 @@ TEST_CASE("layers of static bodies decide which characters they are tested again
   }
 }
 
-TEST_CASE("a static body whose layers change counts as moved, whoever rests beside it") {
+namespace {
+
+// Frames in which some bodies change one of their words, their layers or their masks.
+void check_words_that_change(std::vector<std::uint32_t> Scene::*words, std::vector<std::uint32_t> Member::*of_member,
+                             Resting resting) {
   Random random(10);
   const World world = crowds(random, 2, {});
   const Level level = random_level(random, 50, 2, {});
-  for (const Resting resting : {Resting::kReported, Resting::kSkipped}) {
-    Scene scene(world, level.desc());
-    scene.resting = resting;
-    for (std::size_t m = 0; m < 2; ++m) scene.moved[m].assign(world.members[m].poses.instance_count, 0);
-    std::vector<std::uint32_t> layers(scene.bodies, ~0u);
-    std::size_t changed_hits = 0;
-    for (int frame = 0; frame < 12; ++frame) {
-      CAPTURE(frame);
-      std::vector<std::uint32_t> next = layers;
-      if (frame % 4 == 3) {
-        next.assign(scene.bodies, ~0u);  // no layers are given
-      } else if (frame % 4 != 2) {
-        for (std::uint32_t& layer : next)
-          if (random.chance(0.2)) layer = random.index(2);
-      }
-      scene.layers = frame % 4 == 3 ? std::vector<std::uint32_t>() : next;
-      World reference = with_characters(world, level);
-      for (std::uint32_t i = 0; i < scene.bodies; ++i) reference.members[2 + i].layers = {next[i]};
-      std::vector<Hit> hits = run_world(reference).hits;
-      const auto changed = [&](const Hit& hit) {
-        return hit.batch_b.value > 2 && next[hit.batch_b.value - 3] != layers[hit.batch_b.value - 3];
-      };
-      if (frame > 0) {
-        changed_hits += static_cast<std::size_t>(std::count_if(hits.begin(), hits.end(), changed));
-        if (resting == Resting::kSkipped)
-          hits.erase(std::remove_if(hits.begin(), hits.end(), [&](const Hit& hit) { return !changed(hit); }),
-                     hits.end());
-      }
-      const Outcome found = scene.run();
-      CHECK(same_hits(scene.as_characters(found.hits), hits));
-      layers = next;
+  Scene scene(world, level.desc());
+  scene.resting = resting;
+  for (std::size_t m = 0; m < 2; ++m) scene.moved[m].assign(world.members[m].poses.instance_count, 0);
+  std::vector<std::uint32_t> layers(scene.bodies, ~0u);
+  std::size_t changed_hits = 0;
+  for (int frame = 0; frame < 12; ++frame) {
+    CAPTURE(frame);
+    std::vector<std::uint32_t> next = layers;
+    if (frame % 4 == 3) {
+      next.assign(scene.bodies, ~0u);  // no layers are given
+    } else if (frame % 4 != 2) {
+      for (std::uint32_t& layer : next)
+        if (random.chance(0.2)) layer = random.index(2);
     }
-    CHECK(changed_hits > 20);
+    scene.*words = frame % 4 == 3 ? std::vector<std::uint32_t>() : next;
+    World reference = with_characters(world, level);
+    for (std::uint32_t i = 0; i < scene.bodies; ++i) reference.members[2 + i].*of_member = {next[i]};
+    std::vector<Hit> hits = run_world(reference).hits;
+    const auto changed = [&](const Hit& hit) {
+      return hit.batch_b.value > 2 && next[hit.batch_b.value - 3] != layers[hit.batch_b.value - 3];
+    };
+    if (frame > 0) {
+      changed_hits += static_cast<std::size_t>(std::count_if(hits.begin(), hits.end(), changed));
+      if (resting == Resting::kSkipped)
+        hits.erase(std::remove_if(hits.begin(), hits.end(), [&](const Hit& hit) { return !changed(hit); }), hits.end());
+    }
+    const Outcome found = scene.run();
+    CHECK(same_hits(scene.as_characters(found.hits), hits));
+    layers = next;
   }
+  CHECK(changed_hits > 20);
+}
+
+}  // namespace
+
+TEST_CASE("a static body whose layers change counts as moved, whoever rests beside it") {
+  for (const Resting resting : {Resting::kReported, Resting::kSkipped})
+    check_words_that_change(&Scene::layers, &Member::layers, resting);
+}
+
+TEST_CASE("a static body whose layer mask alone changes counts as moved, whoever rests beside it") {
+  for (const Resting resting : {Resting::kReported, Resting::kSkipped})
+    check_words_that_change(&Scene::masks, &Member::layer_masks, resting);
 }
 
 TEST_CASE("static bodies are kept in their grid, whatever else changes") {
@@ -568,6 +581,9 @@ TEST_CASE("a bad static body or triangle is refused by its number, and nothing i
   refuse(Status::kNoInstances, kNoElement, [](StaticDesc& desc, StaticBody*) { desc = {}; });
   refuse(Status::kNoInstances, kNoElement,
          [](StaticDesc& desc, StaticBody*) { desc.bodies = {}, desc.triangles = {}; });
+  for (const std::size_t numbers : {1u, 2u})
+    refuse(Status::kBadTriangles, 0,
+           [=](StaticDesc& desc, StaticBody*) { desc.bodies = {}, desc.triangles.size = numbers; });
   refuse(Status::kBadStaticBody, kNoElement, [](StaticDesc& desc, StaticBody*) { desc.bodies = {nullptr, 20}; });
   refuse(Status::kBadStaticBody, 17, [](StaticDesc&, StaticBody* bodies) { bodies[17].origin[1] = HUGE_VAL; });
   refuse(Status::kBadStaticBody, 17, [](StaticDesc&, StaticBody* bodies) { bodies[17].rotation[3] = 0; });

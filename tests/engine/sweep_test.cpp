@@ -342,6 +342,23 @@ TEST_CASE("a sweep is the same in every pose format, with orientations and scale
     }
 }
 
+TEST_CASE("a leaf far from its link's origin moves as far as the scale of its instance takes it") {
+  World world;
+  Member member;
+  member.rig.parents = {-1};
+  member.rig.leaves = {{0, {{10, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.1f, 0.1f, 0.1f}}, {}}};
+  member.poses.link_count = member.poses.instance_count = 1;
+  member.poses.data = {0, 0, 0, 1, 0, 0, 0};
+  member.poses.scales = {1};
+  world.members = {member};
+  const EnginePtr engine = make_engine_for(world);
+  Poses now = member.poses;
+  now.scales = {2};
+  const float margin = margins_between(*engine, member.poses, now, {1})[0];
+  CHECK(margin >= 10.101f);  // of a corner
+  CHECK(margin <= 10.18f);
+}
+
 TEST_CASE("instances that are masked or missing in one of two frames have no margin") {
   Random random(5);
   const Rig rig = any_rig(random, 6);

@@ -224,6 +224,27 @@ TEST_CASE("a link that the earlier frame does not have is where it is now, and o
     if (pairs[i].instance_a == 0 && pairs[i].link_a == 0) CHECK(moments[i] == kNeverTouch);
 }
 
+TEST_CASE("a link that is mirrored in one frame alone is at all moments where it is now, its origin too") {
+  const Box cube = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.5f, 0.5f, 0.5f}};
+  World last;
+  for (int m = 0; m < 2; ++m) {
+    Member member;
+    member.rig.parents = {-1};
+    member.rig.leaves = {{0, cube, {}}};
+    member.poses.format = PoseFormat::kMatrix3x4Rows;
+    member.poses.link_count = member.poses.instance_count = 1;
+    member.poses.data = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    member.poses.origins = {0, 0, 0};
+    last.members.push_back(member);
+  }
+  const World now = last;
+  last.members[0].poses.data[10] = -1;
+  last.members[0].poses.origins[0] = -8;
+  const EnginePtr engine = make_engine_for(last);
+  const std::vector<Hit> pairs = {{{1}, 0, {2}, 0, 0, 0, 0, 0}};
+  CHECK(moments_of(*engine, last, now, 8, pairs) == std::vector<float>{0});
+}
+
 TEST_CASE("moments of bad pairs, steps and outputs are refused") {
   Random random(70);
   const World world = two_crowds(random);

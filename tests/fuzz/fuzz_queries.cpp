@@ -47,7 +47,8 @@ struct Asked {
   Exact exact;
 };
 
-Asked asked_of(fuzz::Bytes& bytes) {
+// batches: how many there are.
+Asked asked_of(fuzz::Bytes& bytes, std::uint32_t batches) {
   Asked out;
   out.exact = bytes.below(2) == 0 ? Exact::kNone : Exact::kConvex;
   for (std::uint32_t left = bytes.below(6); left > 0; --left) {
@@ -64,7 +65,7 @@ Asked asked_of(fuzz::Bytes& bytes) {
     query.with_depth = bytes.below(2) == 1;
     query.max_hits = bytes.below(3) == 0 ? bytes.raw<std::uint8_t>() : ~0u;
     query.layer_mask = bytes.below(4) == 0 ? bytes.raw<std::uint32_t>() : ~0u;
-    query.ignored_batch = {bytes.rarely() ? bytes.raw<std::uint64_t>() : bytes.below(4)};
+    query.ignored_batch = {bytes.rarely() ? bytes.raw<std::uint64_t>() : bytes.below(batches + 1)};
     query.ignored_instance = bytes.below(4);
     for (double& c : query.position) c = coordinate(bytes);
     for (float& c : query.direction) c = bytes.number();
@@ -124,6 +125,9 @@ Answer ask(Engine& engine, const World& world, const Asked& asked, Span<const Qu
   return out;
 }
 
+// Whether a status is about one query: all inputs are of batches that are there.
+bool names_query(Status status) { return status == Status::kBadQuery || status == Status::kUnknownBatch; }
+
 // A refused job is as it was.
 void check_refusal(const Answer& refused) {
   const auto* const bytes = reinterpret_cast<const std::uint8_t*>(refused.hits.data());
@@ -131,7 +135,7 @@ void check_refusal(const Answer& refused) {
   FUZZ_CHECK(std::all_of(bytes, bytes + refused.hits.size() * sizeof(QueryHit), is_untouched));
   FUZZ_CHECK(std::all_of(refused.found.begin(), refused.found.end(), is_untouched));
   FUZZ_CHECK(refused.job.hit_count == 12345 && refused.job.hits_needed == 12345);
-  FUZZ_CHECK((refused.status == Status::kBadQuery) == (refused.job.bad_query != 12345));
+  FUZZ_CHECK(names_query(refused.status) == (refused.job.bad_query != 12345));
 }
 
 // With room for all hits.
@@ -226,7 +230,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::Bytes bytes(data, size);
   const World world = world_of(bytes);
   const std::uint32_t room = 1 + bytes.below(40);
-  const Asked asked = asked_of(bytes);
+  const Asked asked = asked_of(bytes, static_cast<std::uint32_t>(world.members.size()));
   const auto make = [&](Isa isa) {
     EnginePtr engine = make_engine_for(world, {isa});
     require(reserve(*engine, {0, 0, room}));
@@ -246,11 +250,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (first.status != Status::kOk) {
     check_refusal(first);
     // The first query at fault is named: those before it are answered.
-    if (first.status == Status::kBadQuery) {
+    if (names_query(first.status)) {
       FUZZ_CHECK(first.job.bad_query < queries.size);
       FUZZ_CHECK(ask_all(*scalar, world, asked, {queries.data, first.job.bad_query}).status == Status::kOk);
       const Answer bad = ask(*scalar, world, asked, {queries.data + first.job.bad_query, 1}, 8);
-      FUZZ_CHECK(bad.status == Status::kBadQuery && bad.job.bad_query == 0);
+      FUZZ_CHECK(bad.status == first.status && bad.job.bad_query == 0);
     }
     return 0;
   }

@@ -36,10 +36,19 @@ std::size_t alignment_of(const py::dtype& dtype) {
   return most;
 }
 
+// Whether an array has a mask, which a call would not see.
+bool is_masked_array(const py::object& value) {
+  if (Py_TYPE(value.ptr()) == py::detail::npy_api::get().PyArray_Type_) return false;
+  return py::isinstance(value, py::module_::import("numpy.ma").attr("MaskedArray"));
+}
+
 // Raises TypeError unless `value` is an array of the dtype in the machine's byte order.
 py::array typed(const py::object& value, const py::dtype& dtype, const char* name, const char* shape) {
   if (!py::isinstance<py::array>(value))
     throw py::type_error(wanted_words(name, dtype, shape) + std::string(Py_TYPE(value.ptr())->tp_name) + " is given");
+  if (is_masked_array(value))
+    throw py::type_error(std::string(name) + ": a masked array is given, whose mask would be lost; " + name +
+                         ".filled() makes an array without one");
   py::array array = py::reinterpret_borrow<py::array>(value);
   if (!py::detail::npy_api::get().PyArray_EquivTypes_(array.dtype().ptr(), dtype.ptr())) {
     if (dtype.has_fields())

@@ -27,7 +27,7 @@ Isa isa_of(const std::string& name) {
 
 // A value of policies by its name, or ValueError with the names that there are.
 void set_policy(Policies& policies, std::uint32_t field, const std::string& name) {
-  if (policy_set(policies, field, name.c_str())) return;
+  if (name.find('\0') == std::string::npos && policy_set(policies, field, name.c_str())) return;
   const PolicyField& row = policy_table()[field];
   std::string names;
   for (std::uint32_t v = 0; v < row.value_count; ++v) names += std::string(v > 0 ? ", " : "") + row.values[v].name;
@@ -49,11 +49,32 @@ Policies policies_of(const PolicyNames& names) {
   return policies;
 }
 
-std::vector<BatchInput> inputs_of(const std::vector<FrameInput*>& inputs) {
-  std::vector<BatchInput> list;
-  for (const FrameInput* input : inputs) list.push_back(input->input());
-  return list;
-}
+// The inputs of one call. What the engine uses as an index is copied, with the interpreter's lock: another thread may
+// write into arrays while the call runs, when the engine has checked them.
+class CallInputs {
+ public:
+  explicit CallInputs(const std::vector<FrameInput*>& inputs) : CallInputs(inputs.begin(), inputs.end()) {}
+  explicit CallInputs(const FrameInput& input) : CallInputs(&input, &input + 1) {}
+
+  Span<const BatchInput> all() const { return inputs_; }
+  const BatchInput& only() const { return inputs_[0]; }
+
+ private:
+  template <class Iterator>
+  CallInputs(Iterator begin, Iterator end) {
+    for (; begin != end; ++begin) add(*begin);
+  }
+  void add(const FrameInput* input) { add(*input); }
+  void add(const FrameInput& input) {
+    inputs_.push_back(input.input());
+    Span<const std::uint32_t>& instances = inputs_.back().instances;
+    listed_.emplace_back(instances.begin(), instances.end());
+    instances = listed_.back();
+  }
+
+  std::vector<BatchInput> inputs_;
+  std::vector<std::vector<std::uint32_t>> listed_;  // the instances of each
+};
 
 // What an element is called that add_articulation refuses.
 std::string refused(Status status, std::uint32_t index) {
@@ -87,6 +108,13 @@ Span<const T> constants_of(const py::array& array) {
   return Span<const T>(static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size()));
 }
 
+// The same, copied as CallInputs copies.
+template <class T>
+std::vector<T> copy_of(const py::array& array) {
+  const Span<const T> values = constants_of<T>(array);
+  return {values.begin(), values.end()};
+}
+
 // Runs a call without the interpreter's lock.
 template <class Call>
 auto released(const Call& call) {
@@ -109,7 +137,6 @@ void clear_flags_of_absent(const BatchInput& input) {
   if (input.instances.empty() && input.count != 0) return;
   std::size_t next = 0;
   for (const std::uint32_t listed : input.instances) {
-    if (listed < next || listed >= input.flags.size) continue;  // the caller has written into the list meanwhile
     std::fill(input.flags.data + next, input.flags.data + listed, std::uint8_t{0});
     next = std::size_t{listed} + 1;
   }
@@ -284,12 +311,12 @@ std::unique_ptr<FrameInput> EngineHandle::make_input(std::uint64_t batch, const 
 FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, const std::vector<RuleTuple>& rules,
                                     const FrameOptions& options) {
   const std::shared_ptr<Engine> held = engine();
-  const std::vector<BatchInput> input_list = inputs_of(inputs);
+  const CallInputs call_inputs(inputs);
   std::vector<PairRule> rule_list;
   for (const auto& [a, b, pairing, resting] : rules)
     rule_list.push_back({{a}, {b}, static_cast<Pairing>(pairing), static_cast<Resting>(resting)});
   FrameJob job;
-  job.inputs = input_list;
+  job.inputs = call_inputs.all();
   job.rules = rule_list;
   job.policies = policies_of(options.policies);
   job.margin = options.margin;
@@ -311,7 +338,7 @@ FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, cons
       continue;
     }
     if (status != Status::kOk) raise_job(*held, job, status);
-    for (const BatchInput& input : input_list) clear_flags_of_absent(input);
+    for (const BatchInput& input : call_inputs.all()) clear_flags_of_absent(input);
     FrameResult result;
     result.hits = cut(std::move(hits), job.hit_count);
     result.contacts = options.contacts ? cut(std::move(contacts), job.hit_count) : py::object(py::none());
@@ -324,20 +351,21 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
                                       const std::vector<std::uint64_t>& histories, const py::object& queries,
                                       const py::object& planes, const std::string& exact, bool reuse_bounds) {
   const std::shared_ptr<Engine> held = engine();
-  std::vector<BatchInput> input_list = inputs_of(inputs);
+  const CallInputs call_inputs(inputs);
   std::vector<HistoryId> history_list;
   for (const std::uint64_t id : histories) history_list.push_back({id});
-  const py::array query_array = checked(queries, query_dtype(), {"queries", {-1}, "(n,)"});
+  const auto query_list = copy_of<Query>(checked(queries, query_dtype(), {"queries", {-1}, "(n,)"}));
   const py::array plane_array = checked(planes, query_plane_dtype(), {"planes", {-1}, "(n,)"});
   Policies policies;
   set_policy(policies, field_of("exact"), exact);
   QueryJob job;
-  job.inputs = input_list;
+  job.inputs = call_inputs.all();
   job.histories = history_list;
-  job.queries = constants_of<Query>(query_array);
+  job.queries = query_list;
   job.planes = constants_of<QueryPlane>(plane_array);
   job.exact = policies.exact;
   job.reuse_bounds = reuse_bounds;
+  job.bad_query = job.queries.size;
 
   const auto wanted_room = static_cast<std::uint32_t>(std::clamp<std::size_t>(job.queries.size, 64, kMostQueryRoom));
   if (wanted_room > query_room_) {
@@ -358,7 +386,7 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
       room = query_hit_room_;
       continue;
     }
-    require(status, status == Status::kBadQuery ? element("query", job.bad_query) : std::string());
+    require(status, job.bad_query < job.queries.size ? element("query", job.bad_query) : std::string());
     return {cut(std::move(hits), job.hit_count), std::move(found), job.stats};
   }
 }
@@ -366,15 +394,14 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
 py::array EngineHandle::compute_contacts(const std::vector<FrameInput*>& inputs, const std::string& depth,
                                          const py::object& pairs) {
   const std::shared_ptr<Engine> held = engine();
-  const std::vector<BatchInput> input_list = inputs_of(inputs);
+  const CallInputs call_inputs(inputs);
   Policies policies;
   set_policy(policies, field_of("depth"), depth);
-  const py::array pair_array = checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"});
-  const auto pair_list = constants_of<Hit>(pair_array);
-  py::array contacts = empty_array(contact_dtype(), pair_list.size);
-  const Span<Contact> contact_list = {static_cast<Contact*>(contacts.mutable_data()), pair_list.size};
-  const Status status =
-      released([&] { return cab::compute_contacts(*held, input_list, policies.depth, pair_list, contact_list); });
+  const auto pair_list = copy_of<Hit>(checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"}));
+  py::array contacts = empty_array(contact_dtype(), pair_list.size());
+  const auto contact_list = values_of<Contact>(contacts);
+  const Status status = released(
+      [&] { return cab::compute_contacts(*held, call_inputs.all(), policies.depth, pair_list, contact_list); });
   require(status);
   return contacts;
 }
@@ -382,12 +409,12 @@ py::array EngineHandle::compute_contacts(const std::vector<FrameInput*>& inputs,
 py::array EngineHandle::compute_boxes(const FrameInput& input, const PolicyNames& policies) {
   const std::shared_ptr<Engine> held = engine();
   const Policies values = policies_of(policies);
-  const std::uint32_t nodes = record(input.input().batch.value).node_count;
-  const BatchInput& batch = input.input();
+  const CallInputs call_input(input);
+  const std::uint32_t nodes = record(call_input.only().batch.value).node_count;
   // Zeros, since boxes of instances that are not listed are not written.
   py::array boxes = py::module_::import("numpy").attr("zeros")(input.count() * nodes, box_dtype());
   const auto box_list = values_of<Box>(boxes);
-  const Status status = released([&] { return cab::compute_boxes(*held, batch, values, box_list); });
+  const Status status = released([&] { return cab::compute_boxes(*held, call_input.only(), values, box_list); });
   require(status);
   return boxes.attr("reshape")(input.count(), nodes);
 }
@@ -396,7 +423,8 @@ py::array EngineHandle::sweep_margins(const FrameInput& last, const FrameInput& 
   const std::shared_ptr<Engine> held = engine();
   py::array margins = py::module_::import("numpy").attr("zeros")(input.count(), py::dtype::of<float>());
   const Span<float> values = {static_cast<float*>(margins.mutable_data()), input.count()};
-  const Status status = released([&] { return cab::sweep_margins(*held, last.input(), input.input(), values); });
+  const CallInputs before(last), now(input);
+  const Status status = released([&] { return cab::sweep_margins(*held, before.only(), now.only(), values); });
   require(status);
   return margins;
 }
@@ -405,14 +433,12 @@ py::array EngineHandle::find_touching_moments(const std::vector<FrameInput*>& la
                                               const std::vector<FrameInput*>& inputs, std::uint32_t steps,
                                               const py::object& pairs) {
   const std::shared_ptr<Engine> held = engine();
-  const std::vector<BatchInput> last_list = inputs_of(last);
-  const std::vector<BatchInput> input_list = inputs_of(inputs);
-  const py::array pair_array = checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"});
-  const auto pair_list = constants_of<Hit>(pair_array);
-  py::array moments = empty_array(py::dtype::of<float>(), pair_list.size);
-  const Span<float> values = {static_cast<float*>(moments.mutable_data()), pair_list.size};
+  const CallInputs before(last), now(inputs);
+  const auto pair_list = copy_of<Hit>(checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"}));
+  py::array moments = empty_array(py::dtype::of<float>(), pair_list.size());
+  const auto values = values_of<float>(moments);
   const Status status =
-      released([&] { return cab::find_touching_moments(*held, last_list, input_list, steps, pair_list, values); });
+      released([&] { return cab::find_touching_moments(*held, before.all(), now.all(), steps, pair_list, values); });
   require(status);
   return moments;
 }
@@ -428,20 +454,22 @@ py::array EngineHandle::spatial_order(std::uint64_t batch) {
 
 py::tuple EngineHandle::why_masked(const FrameInput& input, std::uint32_t instance) {
   const std::shared_ptr<Engine> held = engine();
+  const CallInputs call_input(input);
   MaskReason reason;
-  require(released([&] { return cab::why_masked(*held, input.input(), instance, &reason); }));
+  require(released([&] { return cab::why_masked(*held, call_input.only(), instance, &reason); }));
   return py::make_tuple(reason.cause != MaskCause::kNone, reason.link,
                         text_of([&](Span<char> text) { return explain_mask(reason, text); }));
 }
 
 py::object EngineHandle::find_masked(const std::vector<FrameInput*>& inputs) {
   const std::shared_ptr<Engine> held = engine();
-  const std::vector<BatchInput> input_list = inputs_of(inputs);
+  const CallInputs call_inputs(inputs);
+  const Span<const BatchInput> input_list = call_inputs.all();
   MaskReason reason;
   std::size_t at = 0;
   std::uint32_t instance = 0;
   const Status status = released([&] {
-    for (at = 0; at < input_list.size(); ++at) {
+    for (at = 0; at < input_list.size; ++at) {
       const BatchInput& input = input_list[at];
       if (input.flags.empty()) continue;  // static bodies
       const bool listed = !input.instances.empty() || input.count == 0;
@@ -455,7 +483,7 @@ py::object EngineHandle::find_masked(const std::vector<FrameInput*>& inputs) {
     return Status::kOk;
   });
   require(status);
-  if (at == input_list.size()) return py::none();
+  if (at == input_list.size) return py::none();
   return py::make_tuple(at, instance, reason.link,
                         text_of([&](Span<char> text) { return explain_mask(reason, text); }));
 }
@@ -475,7 +503,8 @@ void EngineHandle::remove_history(std::uint64_t id) {
 
 void EngineHandle::record_tick(std::uint64_t id, const FrameInput& input, double time) {
   const std::shared_ptr<Engine> held = engine();
-  const Status status = changing([&] { return cab::record_tick(*held, {id}, input.input(), time); });
+  const CallInputs call_input(input);
+  const Status status = changing([&] { return cab::record_tick(*held, {id}, call_input.only(), time); });
   require(status);
 }
 

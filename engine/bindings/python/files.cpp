@@ -19,25 +19,37 @@ namespace {
 std::vector<std::string> strings_of(Span<const char* const> strings) { return {strings.begin(), strings.end()}; }
 
 // A text of any bytes: what is no UTF-8 is shown as a replacement character.
-py::str text_of(const char* words) {
+py::str decoded(const char* words) {
   return py::reinterpret_steal<py::str>(
       PyUnicode_DecodeUTF8(words, static_cast<py::ssize_t>(std::strlen(words)), "replace"));
 }
 
 // Raises cab.FileError.
 [[noreturn]] void raise_file(const char* words, bool is_machine) {
-  const py::object error = py::module_::import("cab._errors").attr("FileError")(text_of(words), is_machine);
+  const py::object error = py::module_::import("cab._errors").attr("FileError")(decoded(words), is_machine);
   PyErr_SetObject(py::type::handle_of(error).ptr(), error.ptr());
   throw py::error_already_set();
 }
 
+// A text for a call that reads it up to its first zero. Raises ValueError if it goes on behind one.
+const char* text_of(const char* name, const std::string& text) {
+  if (text.find('\0') != std::string::npos)
+    throw py::value_error(std::string(name) + ": there is a null character in it");
+  return text.c_str();
+}
+
+const char* text_of(const char* name, const std::optional<std::string>& text) {
+  return text ? text_of(name, *text) : nullptr;
+}
+
 // The paths of the files that a motion file is read with.
 py::list companion_files(const std::string& path) {
+  const char* const file_path = text_of("path", path);
   files::Companions companions;
   bool loaded = false;
   {
     const py::gil_scoped_release release;
-    loaded = companions.load(path.c_str());
+    loaded = companions.load(file_path);
   }
   if (!loaded) raise_file(companions.error(), companions.is_machine());
   py::list list;
@@ -45,26 +57,25 @@ py::list companion_files(const std::string& path) {
   return list;
 }
 
-const char* or_null(const std::optional<std::string>& text) { return text ? text->c_str() : nullptr; }
-
 // (body, names, poses, origins, seconds per frame, notes)
 py::tuple load_motion(const std::string& path, double metres_per_unit, const std::optional<std::string>& motion_path,
                       double motion_metres_per_unit, const std::optional<std::string>& animation,
                       double frames_per_second, bool skin, double stature, double thickness) {
   files::MotionOptions options;
   options.metres_per_unit = metres_per_unit;
-  options.motion_path = or_null(motion_path);
+  options.motion_path = text_of("motion", motion_path);
   options.motion_metres_per_unit = motion_metres_per_unit;
-  options.animation = or_null(animation);
+  options.animation = text_of("animation", animation);
   options.frames_per_second = frames_per_second;
   options.skin = skin;
   options.stature = stature;
   options.thickness = thickness;
   files::Motion motion;
+  const char* const file = text_of("path", path);
   bool loaded = false;
   {
     const py::gil_scoped_release release;
-    loaded = motion.load(path.c_str(), options);
+    loaded = motion.load(file, options);
   }
   if (!loaded) raise_file(motion.error(), motion.is_machine());
   const auto frames = static_cast<py::ssize_t>(motion.frame_count());
@@ -82,19 +93,20 @@ std::unique_ptr<files::Robot> load_robot(const std::string& path,
   std::vector<const char*> names;
   std::vector<const char*> folders;
   for (const auto& [name, folder] : packages) {
-    names.push_back(name.c_str());
-    folders.push_back(folder.c_str());
+    names.push_back(text_of("packages", name));
+    folders.push_back(text_of("packages", folder));
   }
   files::RobotOptions options;
   options.package_names = names;
   options.package_folders = folders;
-  options.srdf_path = or_null(srdf_path);
+  options.srdf_path = text_of("srdf", srdf_path);
   options.leave_out_missing_meshes = leave_out_missing_meshes;
   auto robot = std::make_unique<files::Robot>();
+  const char* const file = text_of("path", path);
   bool loaded = false;
   {
     const py::gil_scoped_release release;
-    loaded = robot->load(path.c_str(), options);
+    loaded = robot->load(file, options);
   }
   if (!loaded) raise_file(robot->error(), robot->is_machine());
   return robot;

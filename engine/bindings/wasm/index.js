@@ -20,9 +20,12 @@ NUMBERS['*'] = NUMBERS.u32;
 // The joint link of a merge whose children share no joint.
 const NO_JOINT = 0xffff;
 
+// What a table has under a name of the caller's. Names such as '__proto__' are those of every object, and of no entry.
+const entryOf = (table, name) => Object.prototype.hasOwnProperty.call(table, name) ? table[name] : undefined;
+
 const FLOATS_OF_POSE = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
 function floatsOfPose(format) {
-  const floats = FLOATS_OF_POSE[format];
+  const floats = entryOf(FLOATS_OF_POSE, format);
   if (floats) return floats;
   throw new TypeError(`cab: format is '${format}', and not one of ${Object.keys(FLOATS_OF_POSE).join(', ')}`);
 }
@@ -122,6 +125,7 @@ class Structs {
   #block = {at: 0, bytes: 0};
   #used = 0;
   #more = [];  // blocks that one call needed besides
+  #isLent = false;
 
   constructor(exports) {
     this.exports = exports;
@@ -147,11 +151,19 @@ class Structs {
     return at;
   }
 
+  // Throws if a call is at work: a getter of what it was given cannot make another one, which would take its memory.
+  refuseNested() {
+    if (this.#isLent) throw new Error('cab: a getter or an iterator of what a call was given makes another call');
+  }
+
   // Runs `call` with memory that is taken back afterwards.
   borrowed(call) {
+    this.refuseNested();
+    this.#isLent = true;
     try {
       return call();
     } finally {
+      this.#isLent = false;
       if (this.#more.length) {
         let bytes = 2 * this.#block.bytes;
         for (const {at, bytes: of} of this.#more) {
@@ -205,7 +217,7 @@ class Structs {
   set(name, at, values) {
     if (typeof values !== 'object' || values === null) throw new TypeError(`cab: ${name} is not an object`);
     for (const key of Object.keys(values)) {
-      const member = structs[name].members[key];
+      const member = entryOf(structs[name].members, key);
       if (!member) throw new TypeError(`cab: ${name} has no member '${key}'`);
       if (values[key] !== undefined) this.#setMember(`${name}.${key}`, member, at + member.at, values[key]);
     }
@@ -241,7 +253,7 @@ class Structs {
 
   #setNumber(where, type, at, value) {
     if (enums[type]) {
-      const number = enums[type].values[value];
+      const number = entryOf(enums[type].values, value);
       if (number === undefined) {
         const names = Object.keys(enums[type].values).join(', ');
         throw new TypeError(`cab: ${where} is '${value}', and not one of ${names}`);
@@ -503,12 +515,14 @@ export class World {
   get #exports() { return this.#structs.exports; }
 
   #alive() {
+    this.#structs.refuseNested();
     if (!this.#engine) throw new TypeError('cab: the world has been destroyed');
     return this.#engine;
   }
 
   destroy() {
     if (!this.#engine) return;
+    this.#structs.refuseNested();
     for (const batch of this.#batches.values()) batch._release();
     this.#batches.clear();
     this.#exports.cab_destroy_engine(this.#engine);
@@ -739,6 +753,7 @@ export class World {
         exact, reuseBounds, planes,
         inputs: batches.map(inputOf),
         queries: asked,
+        badQuery: asked.length,
         found: new Place(found, asked.length),
       });
       let code;
@@ -757,8 +772,8 @@ export class World {
           break;
         }
       }
-      structs_.check(code, code === enums.Status.values.bad_query ? structs_.member('QueryJob', 'badQuery', at)
-                                                                  : undefined);
+      const bad = structs_.member('QueryJob', 'badQuery', at);
+      structs_.check(code, bad < asked.length ? bad : undefined);
       return new QueryHits(structs_, this.#batches, {
         count: structs_.member('QueryJob', 'hitCount', at),
         at: this.#found.at,

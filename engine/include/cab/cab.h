@@ -9,12 +9,14 @@
 //   destroy_engine                                 at the end
 //
 // Errors      No call throws. A call that fails says why by its Status and changes nothing (Status names the
-//             exceptions). The comment of each call lists every status that it can answer besides kOk.
-// Threads     There is no global state, and engines are independent of each other. An engine serves one call at a time,
-//             from any thread. A call with an `Engine&` that starts while another one runs answers kBusy and does
-//             nothing. Calls with a `const Engine&` only read: they may run at the same time as each other, run_frame
-//             and compute_boxes, but not at the same time as add_articulation and add_batch. No call on the engine may
-//             run at the same time as destroy_engine.
+//             exceptions). The comment of each call lists every status that it can answer besides kOk, but for kBadTask
+//             and kTasksLeft of calls whose tasks a caller's scheduler has not run as it must (Scheduler).
+// Threads     Engines are independent of each other. There is no global state but a list of TBB's arenas that no engine
+//             has, which are kept for the next ones. An engine serves one call at a time, from any thread. A call with
+//             an `Engine&` that starts while another one runs answers kBusy and does nothing. Calls with a `const
+//             Engine&` only read: they may run at the same time as each other, run_frame and compute_boxes, but not at
+//             the same time as add_articulation and add_batch. No call on the engine may run at the same time as
+//             destroy_engine.
 // Memory      The caller's allocator, if there is one, serves articulations, batches and workers. The engine itself,
 //             FCL's shapes and temporary lists of calls come from operator new.
 #pragma once
@@ -159,14 +161,16 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status begin_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
-// *count: 0 when the frame has no more. There are about seven steps with tasks.
+// *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
+// goes.
 // Cost: the work between two steps, such as sums over the buckets of the grid. Statuses: kNoFrame, kBadOutput (count is
 // null), kTasksLeft. Thread: any, one at a time, after run_task has returned for all tasks.
 [[nodiscard]] CAB_API Status next_tasks(Engine& engine, std::uint32_t* count) noexcept;
 
 // Runs one task of the step, each number below the count once. worker: below engine_thread_count; calls that run at the
-// same time must have different workers. In frames that run short of memory for hits, and in those with sequences, a
-// task may wait for one that began before it, so a thread must not suspend a task to run another.
+// same time must have different workers. A call that breaks this runs nothing and answers kBadTask. In frames that run
+// short of memory for hits, and in those with sequences, a task may wait for one that began before it, so a thread must
+// not suspend a task to run another.
 // Cost: some 10 to 100 microseconds. Statuses: kNoFrame, kBadTask. Thread: any, at the same time as other tasks.
 [[nodiscard]] CAB_API Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept;
 
@@ -201,7 +205,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadQuery, kExactNotBuilt (exact is
 // neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
 // is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and
-// kUnknownBatch for a history whose batch was removed. Thread: any, one call per engine at a time.
+// kUnknownBatch for a history whose batch was removed, and for an ignored_batch that is not one of this engine.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to

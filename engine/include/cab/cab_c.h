@@ -350,10 +350,10 @@ CAB_API bool cab_preset_set(cab_Policies* policies, const char* preset_name);
 // ------------------------------------------------------------------------------------------------ statuses, limits
 
 // What a call answers. The comments are the words of cab_status_to_string. A call that does not answer CAB_STATUS_OK
-// leaves its outputs as they were, with three exceptions. After CAB_STATUS_HITS_OVERFLOW, cab_FrameJob and cab_QueryJob
-// say what holds. After CAB_STATUS_OUT_OF_MEMORY of cab_run_frame and cab_run_queries, `flags`, `in_contact`, `found`,
-// `hits`, `contacts` and their counts may be partly written. Calls write which element is at fault, such as
-// *bad_element, when they refuse it.
+// leaves its outputs as they were, with three exceptions. After CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_PAIRS_OVERFLOW and
+// CAB_STATUS_LINES_OVERFLOW the call, or the job, says what holds. After CAB_STATUS_OUT_OF_MEMORY, CAB_STATUS_BAD_TASK
+// and CAB_STATUS_TASKS_LEFT of calls that run tasks, outputs may be partly written. Calls write which element is at
+// fault, such as *bad_element, when they refuse it.
 typedef int32_t cab_Status;
 enum {
   CAB_STATUS_OK = 0,                 // ok
@@ -433,8 +433,8 @@ enum {
   CAB_STATUS_PAIRS_OVERFLOW = 64,  // pairs is too small for all candidates
   CAB_STATUS_LINES_OVERFLOW = 65,  // lines is too small for all edges
   CAB_STATUS_NO_FRAME = 66,        // no frame has begun
-  CAB_STATUS_BAD_TASK = 67,        // task or worker is out of range
-  CAB_STATUS_TASKS_LEFT = 68,      // not all tasks of the frame have ended
+  CAB_STATUS_BAD_TASK = 67,        // task or worker is out of range or in use, or the task has been run before
+  CAB_STATUS_TASKS_LEFT = 68,      // not all tasks have been run
   CAB_STATUS_UNSORTED_HITS = 69,   // a list of hits has a size and no data, or is not in the order of cab_run_frame
   // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
   CAB_STATUS_BAD_QUERY = 70,
@@ -1064,7 +1064,8 @@ typedef struct cab_FrameJob {
 
   // A length in the caller's unit, from 0 (default) to CAB_MAX_COORDINATE. Links that are at most this far apart are
   // reported too. The distance is that of their leaf boxes, or of their shapes if there is an exact test. Two boxes
-  // that face each other corner to corner may be reported up to 1.74 margins apart.
+  // that face each other corner to corner may be reported up to 1.74 margins apart, and those of CAB_REFIT_AABB_HULL
+  // and of levels of detail farther (docs/limits.md).
   float margin;
 
   // A length in the caller's unit, from 0 (default) on. Above 0, hits whose contact is less deep are dropped, so an
@@ -1112,9 +1113,10 @@ typedef struct cab_Allocator {
   void (*release)(void* user, void* memory, size_t bytes, size_t alignment);
 } cab_Allocator;
 
-// How an engine runs its tasks. cab_create_engine copies this struct. Only cab_run_frame, cab_find_candidates and
-// cab_compute_contacts call parallel_for, cab_run_frame about seven times. A caller with a task graph may run a frame's
-// tasks itself (cab_begin_frame); worker_count then is the number of threads that do.
+// How an engine runs its tasks. cab_create_engine copies this struct. cab_run_frame calls parallel_for about seven
+// times; cab_find_candidates, cab_run_queries, cab_record_tick, cab_compute_contacts, cab_sweep_margins and
+// cab_find_touching_moments call it too. A caller with a task graph may run a frame's tasks itself (cab_begin_frame);
+// worker_count is the number of threads that do.
 typedef struct cab_Scheduler {
   // Passed to parallel_for. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user;
@@ -1125,7 +1127,9 @@ typedef struct cab_Scheduler {
 
   // Calls task(context, t, worker) once for every t < task_count, and returns when all calls have returned. Calls that
   // run at the same time must have different `worker`s, each below worker_count. A task may wait for tasks that began
-  // before it, so a thread must not suspend one task to run another. Must not throw. Required.
+  // before it, so a thread must not suspend one task to run another. Must not throw. Required. If it skips tasks, the
+  // call answers CAB_STATUS_TASKS_LEFT; if it repeats or invents tasks or workers, CAB_STATUS_BAD_TASK: then these do
+  // nothing.
   void (*parallel_for)(void* user, uint32_t task_count, void (*task)(void* context, uint32_t task, uint32_t worker),
                        void* context);
 } cab_Scheduler;
@@ -1243,7 +1247,8 @@ typedef struct cab_Query {
   // without layers has all bits. Default: all bits.
   uint32_t layer_mask;
 
-  // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. It need not have input.
+  // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. Any other must be a batch of
+  // the engine, which need not have input.
   cab_BatchId ignored_batch;
   uint32_t ignored_instance;
 
@@ -1376,7 +1381,8 @@ typedef struct cab_QueryJob {
   // Output: how many hits there are, whether `hits` has room for them or not.
   size_t hits_needed;
 
-  // Output: after CAB_STATUS_BAD_QUERY the index of the query at fault.
+  // Output: after CAB_STATUS_BAD_QUERY, and after CAB_STATUS_UNKNOWN_BATCH for its ignored_batch, the index of the
+  // query at fault.
   size_t bad_query;
 
   // Output: counts and times of this call.
@@ -1591,15 +1597,17 @@ CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
-// *count: 0 when the frame has no more. There are about seven steps with tasks.
+// *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
+// goes.
 // Cost: the work between two steps, such as sums over the buckets of the grid. Statuses: CAB_STATUS_NO_FRAME,
 // CAB_STATUS_BAD_OUTPUT (count is null), CAB_STATUS_TASKS_LEFT. Thread: any, one at a time, after cab_run_task has
 // returned for all tasks.
 CAB_API cab_Status cab_next_tasks(cab_Engine* engine, uint32_t* count);
 
 // Runs one task of the step, each number below the count once. worker: below cab_engine_thread_count; calls that run at
-// the same time must have different workers. In frames that run short of memory for hits, and in those with sequences,
-// a task may wait for one that began before it, so a thread must not suspend a task to run another.
+// the same time must have different workers. A call that breaks this runs nothing and answers CAB_STATUS_BAD_TASK. In
+// frames that run short of memory for hits, and in those with sequences, a task may wait for one that began before it,
+// so a thread must not suspend a task to run another.
 // Cost: some 10 to 100 microseconds. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_TASK. Thread: any, at the same time
 // as other tasks.
 CAB_API cab_Status cab_run_task(cab_Engine* engine, uint32_t task, uint32_t worker);
@@ -1640,7 +1648,8 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // CAB_EXACT_NONE nor CAB_EXACT_CONVEX), CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY,
 // CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long
 // as queries), CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and
-// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed. Thread: any, one call per engine at a time.
+// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed, and for an ignored_batch that is not one of this
+// engine. Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to

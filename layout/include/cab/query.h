@@ -79,7 +79,8 @@ struct Query {
   // layers has all bits. Default: all bits.
   std::uint32_t layer_mask = 0xffffffff;
 
-  // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. It need not have input.
+  // An instance that is left out, such as the shooter. A batch of id 0 (default): none is. Any other must be a batch of
+  // the engine, which need not have input.
   BatchId ignored_batch;
   std::uint32_t ignored_instance = 0;
 
@@ -200,7 +201,7 @@ struct QueryJob {
   // Output: how many hits there are, whether `hits` has room for them or not.
   std::size_t hits_needed = 0;
 
-  // Output: after kBadQuery the index of the query at fault.
+  // Output: after kBadQuery, and after kUnknownBatch for its ignored_batch, the index of the query at fault.
   std::size_t bad_query = 0;
 
   // Output: counts and times of this call.

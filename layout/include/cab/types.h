@@ -38,9 +38,9 @@ namespace cab {
 // ------------------------------------------------------------------------------------------------ statuses, limits
 
 // What a call answers. The comments are the words of to_string(Status). A call that does not answer kOk leaves its
-// outputs as they were, with three exceptions. After kHitsOverflow, FrameJob and QueryJob say what holds. After
-// kOutOfMemory of run_frame and run_queries, `flags`, `in_contact`, `found`, `hits`, `contacts` and their counts may be
-// partly written. Calls write which element is at fault, such as *bad_element, when they refuse it.
+// outputs as they were, with three exceptions. After kHitsOverflow, kPairsOverflow and kLinesOverflow the call, or the
+// job, says what holds. After kOutOfMemory, kBadTask and kTasksLeft of calls that run tasks, outputs may be partly
+// written. Calls write which element is at fault, such as *bad_element, when they refuse it.
 enum class Status : std::int32_t {
   kOk = 0,               // ok
   kOutOfMemory,          // an allocation failed
@@ -109,8 +109,8 @@ enum class Status : std::int32_t {
   kPairsOverflow,  // pairs is too small for all candidates
   kLinesOverflow,  // lines is too small for all edges
   kNoFrame,        // no frame has begun
-  kBadTask,        // task or worker is out of range
-  kTasksLeft,      // not all tasks of the frame have ended
+  kBadTask,        // task or worker is out of range or in use, or the task has been run before
+  kTasksLeft,      // not all tasks have been run
   kUnsortedHits,   // a list of hits has a size and no data, or is not in the order of run_frame
   kBadQuery,     // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
   kNoQueryRoom,  // reserve has made no room for queries
@@ -714,7 +714,8 @@ struct FrameJob {
 
   // A length in the caller's unit, from 0 (default) to kMaxCoordinate. Links that are at most this far apart are
   // reported too. The distance is that of their leaf boxes, or of their shapes if there is an exact test. Two boxes
-  // that face each other corner to corner may be reported up to 1.74 margins apart.
+  // that face each other corner to corner may be reported up to 1.74 margins apart, and those of Refit::kAabbHull and
+  // of levels of detail farther (docs/limits.md).
   float margin = 0;
 
   // A length in the caller's unit, from 0 (default) on. Above 0, hits whose contact is less deep are dropped, so an
@@ -760,9 +761,9 @@ struct Allocator {
   void (*release)(void* user, void* memory, std::size_t bytes, std::size_t alignment) = nullptr;
 };
 
-// How an engine runs its tasks. create_engine copies this struct. Only run_frame, find_candidates and compute_contacts
-// call parallel_for, run_frame about seven times. A caller with a task graph may run a frame's tasks itself
-// (begin_frame); worker_count then is the number of threads that do.
+// How an engine runs its tasks. create_engine copies this struct. run_frame calls parallel_for about seven times;
+// find_candidates, run_queries, record_tick, compute_contacts, sweep_margins and find_touching_moments call it too. A
+// caller with a task graph may run a frame's tasks itself (begin_frame); worker_count is the number of threads that do.
 struct Scheduler {
   // Passed to parallel_for. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
@@ -772,7 +773,8 @@ struct Scheduler {
 
   // Calls task(context, t, worker) once for every t < task_count, and returns when all calls have returned. Calls that
   // run at the same time must have different `worker`s, each below worker_count. A task may wait for tasks that began
-  // before it, so a thread must not suspend one task to run another. Must not throw. Required.
+  // before it, so a thread must not suspend one task to run another. Must not throw. Required. If it skips tasks, the
+  // call answers kTasksLeft; if it repeats or invents tasks or workers, kBadTask: then these do nothing.
   void (*parallel_for)(void* user, std::uint32_t task_count,
                        void (*task)(void* context, std::uint32_t task, std::uint32_t worker), void* context) = nullptr;
 };

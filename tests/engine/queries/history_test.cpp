@@ -605,6 +605,81 @@ TEST_CASE("history: a link that turns by half a turn between two moments is foun
   CHECK(answer.found == std::vector<std::uint8_t>(21, 1));
 }
 
+TEST_CASE("history: every link of an instance is found along its arc, not only the first") {
+  Rig rig;
+  rig.parents = {-1, 0};
+  Box small = kUnitBox, far = kUnitBox;
+  far.center[0] = 10;
+  for (float* half : {small.half, far.half}) std::fill_n(half, 3, 0.1f);
+  rig.leaves = {{0, small, {}}, {1, far, {}}};
+  const EnginePtr engine = make_engine();
+  const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 1);
+  ReserveDesc room;
+  room.queries = 1;
+  require(reserve(*engine, room));
+  HistoryDesc desc;
+  desc.batch = batch;
+  desc.ticks = 2;
+  HistoryId history;
+  require(add_history(*engine, desc, &history));
+  // Link 1 turns from 45 degrees on one side of x to 45 degrees on the other.
+  const float s = std::sin(0.3926990817f), c = std::cos(0.3926990817f);
+  for (int tick = 0; tick < 2; ++tick) {
+    Poses poses;
+    poses.link_count = 2;
+    poses.instance_count = 1;
+    poses.data = {0, 0, 0, 1, 0, 0, 0, 0, 0, tick ? s : -s, c, 0, 0, 0};
+    require(record_tick(*engine, history, poses.input(batch), tick));
+  }
+  RandomQueries about;
+  Query& query = about.queries.emplace_back();
+  query.kind = QueryKind::kSphere;
+  query.want = QueryWant::kAny;
+  query.radius = 0.05f;
+  query.position[0] = 10;
+  query.time = 0.5;
+  CHECK(ask(*engine, {}, {history}, about, Exact::kNone).found == std::vector<std::uint8_t>{1});
+}
+
+TEST_CASE("history: a level of boxes is at a moment what it is now, bit for bit") {
+  Rig rig;
+  rig.parents = {-1, 0};
+  rig.leaves = {{0, kUnitBox, {}}, {1, kUnitBox, {}}};
+  const EnginePtr engine = make_engine();
+  const float rest[] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
+  LodDesc lod;
+  lod.of = add_rig(*engine, rig);
+  lod.rest_poses.data = rest;
+  ArticulationId level;
+  require(add_lod(*engine, lod, &level));
+  const BatchId batch = add_instances(*engine, level, 1);
+  ReserveDesc room;
+  room.queries = 2;
+  require(reserve(*engine, room));
+  HistoryDesc desc;
+  desc.batch = batch;
+  desc.ticks = 1;
+  HistoryId history;
+  require(add_history(*engine, desc, &history));
+  Poses poses;
+  poses.link_count = 2;
+  poses.instance_count = 1;
+  poses.data = {0.1f, 0.2f, -0.3f, 0.9f, 0.3f, 0.1f, 0.7f, 0.1f, 0.2f, -0.3f, 0.9f, 0.3f, 0.1f, 0.7f};
+  require(record_tick(*engine, history, poses.input(batch), 0));
+  RandomQueries about;
+  for (const double time : {kNow, 0.0}) {
+    Query& ray = about.queries.emplace_back();
+    ray.position[0] = -9;
+    ray.direction[0] = 1;
+    ray.length = 100;
+    ray.time = time;
+  }
+  Answer answer = ask(*engine, {poses.input(batch)}, {history}, about, Exact::kNone);
+  REQUIRE(answer.hits.size() == 2);
+  answer.hits[1].query = 0;
+  CHECK(same_hits({answer.hits[0]}, {answer.hits[1]}));
+}
+
 TEST_CASE("history: a small link is found wherever it is between two moments, however its instance turns and grows") {
   Random random(11);
   constexpr std::uint32_t kCount = 64;

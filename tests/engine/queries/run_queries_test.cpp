@@ -1,6 +1,7 @@
 // Queries over random worlds: right by the judge, the same bits however they are asked, and refused where they must be.
 // Every world is made from one seed, which is printed where a check fails. CAB_TEST_SEED=N runs the world of that seed
 // alone. CAB_TEST_ROUNDS says how many worlds run (tests/rounds.h).
+#include "engine/engine.h"
 #include "engine/queries/query_room.h"
 #include "perf/oracle/query_judge.h"
 #include "perf/oracle/random_queries.h"
@@ -632,6 +633,18 @@ TEST_CASE("queries: more hits than a worker keeps are found again, each once") {
   }
 }
 
+TEST_CASE("queries: hits that are found again are counted once") {
+  for_seeds(4, [](Random& random) {
+    const auto asked = any_world(random);
+    for (Query& query : asked->about.queries) query.want = QueryWant::kAll, query.max_hits = ~0u;
+    const EnginePtr enough = asked->engine(), few = asked->engine();
+    for (const auto& worker : few->queries->workers) worker->hits.capacity = 2;
+    const Answer expected = ask(*enough, *asked, Exact::kConvex), found = ask(*few, *asked, Exact::kConvex);
+    CHECK(same(found, expected));
+    CHECK(same_counts(found.stats, expected.stats));
+  });
+}
+
 TEST_CASE("queries: moving the whole world by what its origins can hold changes nothing") {
   for_seeds(20, [&](Random& random) {
     auto world = any_world(random, {0, 8, 17, false, false});
@@ -1071,7 +1084,8 @@ TEST_CASE("queries: numbers at their limits are taken, and members that a kind d
       {"a long quaternion", [](Refusal&, Query& q) { q.kind = QueryKind::kCapsule, q.orientation[3] = 0.999e3f; }},
       {"no planes", [](Refusal&, Query& q) { q.kind = QueryKind::kRegion; }},
       {"no planes, behind all", [](Refusal&, Query& q) { q.kind = QueryKind::kRegion, q.first_plane = 2; }},
-      {"a batch that is not there", [](Refusal&, Query& q) { q.ignored_batch = {12345}, q.ignored_instance = 9; }},
+      {"an instance that is not there",
+       [](Refusal& r, Query& q) { q.ignored_batch = r.level, q.ignored_instance = 9; }},
       {"a ray", [=](Refusal&, Query& q) { spoil(q, false, false, false, true, true, true); }},
       {"a sphere",
        [=](Refusal&, Query& q) { q.kind = QueryKind::kSphere, spoil(q, true, true, false, true, true, true); }},
@@ -1175,6 +1189,103 @@ TEST_CASE("queries: every other input that is bad is refused by its status, and 
   CHECK(busy.is_untouched());
   (void)end_frame(*busy.engine);
   CHECK(busy.run() == Status::kOk);
+}
+
+TEST_CASE("queries: an instance is left out by an id of this engine's batches alone, and not of one that was removed") {
+  Refusal refusal;
+  const EnginePtr other = make_engine();
+  const BatchId old = refusal.inputs[0].batch;
+  const auto ignoring = [&](BatchId id) {
+    refusal.queries[1].ignored_batch = id;
+    return refusal.run();
+  };
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves = {{0, kUnitBox, {}}};
+  const BatchId foreign = add_instances(*other, add_rig(*other, rig), 1);
+  CHECK(slot_of(foreign).value == slot_of(old).value);
+  for (const BatchId bad :
+       {foreign, BatchId{12345}, BatchId{std::uint64_t{1} << 32}, BatchId{old.value ^ 1ull << 40}}) {
+    CHECK(ignoring(bad) == Status::kUnknownBatch);
+    CHECK(refusal.is_untouched(1));
+  }
+  // A batch in the slot of one that was removed: its instance 0 is hit, and not left out by the old id.
+  BatchInfo info;
+  require(batch_info(*refusal.engine, old, &info));
+  require(remove_batch(*refusal.engine, old));
+  const BatchId next = add_instances(*refusal.engine, info.articulation, 1);
+  REQUIRE(slot_of(next).value == slot_of(old).value);
+  refusal.inputs[0].batch = next;
+  CHECK(ignoring(old) == Status::kUnknownBatch);
+  CHECK(refusal.is_untouched(1));
+  for (const BatchId good : {BatchId{}, next, BatchId{slot_of(next).value}}) {
+    CHECK(ignoring(good) == Status::kOk);
+    CHECK(refusal.found[1] == (good.value == 0));
+  }
+}
+
+TEST_CASE("queries: an index that could not be made is not used by the next call") {
+  // Invents a task in one call, after it has run all that there are.
+  struct Fickle {
+    int calls_left = -1;
+    static void parallel_for(void* user, std::uint32_t count, void (*task)(void*, std::uint32_t, std::uint32_t),
+                             void* context) {
+      for (std::uint32_t t = 0; t < count; ++t) task(context, t, 0);
+      if (static_cast<Fickle*>(user)->calls_left-- == 0) task(context, count, 0);
+    }
+  } fickle;
+  const Scheduler scheduler = {&fickle, 1, Fickle::parallel_for};
+  EngineDesc desc;
+  desc.scheduler = &scheduler;
+  const EnginePtr engine = make_engine(desc);
+  constexpr std::uint32_t kMany = 600;  // more than the calling thread works on alone
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves = {{0, kUnitBox, {}}};
+  const BatchId batch = add_instances(*engine, add_rig(*engine, rig), kMany);
+  ReserveDesc room;
+  room.queries = 4;
+  require(reserve(*engine, room));
+  Poses poses;
+  poses.link_count = 1;
+  poses.instance_count = kMany;
+  for (std::uint32_t i = 0; i < kMany; ++i) {
+    poses.data.insert(poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
+    poses.origins.insert(poses.origins.end(), {5.0 * i, 0, 0});
+  }
+  Poses elsewhere = poses;
+  for (double& at : elsewhere.origins) at += 1e4;
+  const BatchInput input = poses.input(batch), other = elsewhere.input(batch);
+  FrameJob frame;
+  frame.inputs = {&input, 1};
+  require(run_frame(*engine, frame));
+  Query query;
+  query.position[2] = -9;
+  query.position[0] = 5 * 500;
+  query.direction[2] = 1;
+  query.length = 100;
+  const auto ask_of = [&](const BatchInput& one, bool reuse_bounds, std::uint8_t& found) {
+    QueryHit hit;
+    QueryJob job;
+    job.inputs = {&one, 1};
+    job.queries = {&query, 1};
+    job.reuse_bounds = reuse_bounds;
+    job.found = {&found, 1};
+    job.hits = {&hit, 1};
+    return run_queries(*engine, job);
+  };
+  for (int call = 0; call < 3; ++call) {
+    CAPTURE(call);
+    std::uint8_t found = 0xee;
+    CHECK(ask_of(input, true, found) == Status::kOk);
+    CHECK(found == 1);
+    fickle.calls_left = call;
+    const Status status = ask_of(other, false, found);
+    CHECK((status == Status::kBadTask) == (fickle.calls_left < 0));
+    fickle.calls_left = -1;
+    CHECK(ask_of(input, true, found) == Status::kOk);
+    CHECK(found == 1);
+  }
 }
 
 TEST_CASE("queries: too little room for hits is answered by how much there must be, and the rest is complete") {

@@ -15,13 +15,23 @@ StructuredArray = npt.NDArray[np.void]
 Shape = Tuple[Union[int, str], ...]
 
 
-def small_array(value: Any, dtype: Any, name: str, shape: Sequence[Union[int, None]], words: str) -> Any:
+def unmasked(value: Any, name: str) -> Any:
+    """The value itself. TypeError for a masked array, whose mask would be lost."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise TypeError(f"{name}: a masked array is given, whose mask would be lost; {name}.filled() makes one without")
+    return value
+
+
+def small_array(
+    value: Any, dtype: Any, name: str, shape: Sequence[Union[int, None]], words: str, *, copy: bool = True
+) -> Any:
     """A packed array of that dtype and shape (None: any length). For what is given once, not for every frame.
 
+    A copy, so that no other thread writes into it while a call reads it; with copy=False the array itself, if it fits.
     TypeError for what is no number, ValueError for another shape.
     """
     try:
-        given = np.asarray(value)
+        given = np.asarray(unmasked(value, name))
     except ValueError:
         given = np.empty(0, dtype=object)
     if given.size == 0 and given.dtype == np.float64:
@@ -31,7 +41,7 @@ def small_array(value: Any, dtype: Any, name: str, shape: Sequence[Union[int, No
         raise TypeError(f"{name}: {np.dtype(dtype)} of shape {words} is wanted, and {given.dtype} is given")
     if kind in "iu" and given.size and (given.min() < np.iinfo(dtype).min or given.max() > np.iinfo(dtype).max):
         raise ValueError(f"{name}: a number is out of the range of {np.dtype(dtype)}")
-    array = np.ascontiguousarray(given, dtype=dtype)
+    array = np.array(given, dtype=dtype, order="C") if copy else np.ascontiguousarray(given, dtype=dtype)
     if array.size == 0 and len(shape) == 2 and array.ndim == 1 and shape[1] is not None:
         array = array.reshape(0, shape[1])
     if array.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, array.shape)):

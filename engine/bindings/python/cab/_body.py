@@ -6,7 +6,7 @@ from typing import Any, List, NamedTuple, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, Float32Array, StructuredArray, UInt32Array, small_array
+from ._arrays import ArrayLike, Float32Array, StructuredArray, UInt32Array, small_array, unmasked
 from ._shape import Shape
 
 ShapesLike = Union[Shape, Sequence[Shape], None]
@@ -211,7 +211,7 @@ class Body:
         A skin that makes no body is a ValueError.
         """
         parent_array = small_array(parents, "i4", "parents", (None,), "(joints,)")
-        matrices = np.asarray(poses)
+        matrices = np.asarray(unmasked(poses, "poses"))
         if matrices.ndim == 3:
             matrices = matrices[np.newaxis]
         vertex_array = small_array(vertices, "f4", "vertices", (None, 3), "(n, 3)")

@@ -33,16 +33,8 @@ class Motion(NamedTuple):
     notes: Tuple[str, ...]
 
 
-def _bytes_of(path: PathLike) -> bytes:
-    # As the system has it, whatever its bytes.
-    name = os.fsencode(path)
-    if b"\0" in name:
-        raise ValueError("a path has no null character")
-    return name
-
-
 def _bytes_or_none(path: Optional[PathLike]) -> Optional[bytes]:
-    return None if path is None else _bytes_of(path)
+    return None if path is None else os.fsencode(path)
 
 
 def _need_files() -> None:
@@ -78,8 +70,8 @@ def load_motion(
     """
     _need_files()
     data, names, poses, origins, seconds, notes = _cab.load_motion(
-        _bytes_of(path), units, _bytes_or_none(motion), motion_units,
-        None if animation is None else _bytes_of(str(animation)), fps, skin, stature, thickness,
+        os.fsencode(path), units, _bytes_or_none(motion), motion_units,
+        None if animation is None else os.fsencode(str(animation)), fps, skin, stature, thickness,
     )
     return Motion(Body(data, names), poses, origins, 1 / seconds if seconds > 0 else 0.0, tuple(notes))
 
@@ -90,7 +82,7 @@ def companion_files(path: PathLike) -> List[str]:
     Files that are not there may be among them. The file is read in a child process with limits, and its motion is not.
     """
     _need_files()
-    return [os.fsdecode(file) for file in _cab.companion_files(_bytes_of(path))]
+    return [os.fsdecode(file) for file in _cab.companion_files(os.fsencode(path))]
 
 
 class Variable(NamedTuple):
@@ -124,8 +116,8 @@ class Robot:
         leave_out_missing: bool = False,
     ) -> None:
         _need_files()
-        folders = [(_bytes_of(name), _bytes_of(folder)) for name, folder in (packages or {}).items()]
-        self._data = _cab.load_robot(_bytes_of(path), folders, _bytes_or_none(srdf), leave_out_missing)
+        folders = [(os.fsencode(name), os.fsencode(folder)) for name, folder in (packages or {}).items()]
+        self._data = _cab.load_robot(os.fsencode(path), folders, _bytes_or_none(srdf), leave_out_missing)
         self._body = Body(self._data.body, self._data.names)
         self._variables = tuple(Variable(*row) for row in self._data.variables)
 

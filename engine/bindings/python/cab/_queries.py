@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, BoolArray, StructuredArray, small_array
+from ._arrays import ArrayLike, BoolArray, StructuredArray, small_array, unmasked
 
 _RAY, _SPHERE, _BOX, _CAPSULE, _POINT, _REGION = range(6)
 _WANTS = ("any", "closest", "all")
@@ -59,7 +59,7 @@ class Queries:
         """The same queries, each leaving out one character of a batch: the shooter. `instances` is one or one each."""
         array = self.array.copy()
         array["ignored_batch"] = batch._id
-        array["ignored_instance"] = instances
+        array["ignored_instance"] = unmasked(instances, "instances")
         return Queries(array, self.planes)
 
 
@@ -68,13 +68,14 @@ def _make(
 ) -> StructuredArray:
     if want not in _WANTS:
         raise ValueError(f"want: {want!r} is none of {', '.join(_WANTS)}")
-    places = small_array(np.atleast_2d(np.asarray(positions)), "f8", "positions", (None, 3), "(n, 3)")
+    rows = np.atleast_2d(np.asarray(unmasked(positions, "positions")))
+    places = small_array(rows, "f8", "positions", (None, 3), "(n, 3)")
     queries = np.zeros(len(places), dtype=_cab.query_dtype)
     queries["kind"] = kind
     queries["want"] = _WANTS.index(want)
     queries["max_hits"] = 0xFFFFFFFF if max_hits is None else max_hits
-    queries["layer_mask"] = layer_mask
-    queries["time"] = time
+    queries["layer_mask"] = unmasked(layer_mask, "layer_mask")
+    queries["time"] = unmasked(time, "time")
     queries["position"] = places
     queries["orientation"] = (0, 0, 0, 1)
     return queries
@@ -103,9 +104,9 @@ def rays(
     time        when it is asked, of histories. Default: now.
     """
     queries = _make(_RAY, positions, want, max_hits, layer_mask, time)
-    queries["direction"] = directions
-    queries["length"] = length
-    queries["radius"] = radius
+    queries["direction"] = unmasked(directions, "directions")
+    queries["length"] = unmasked(length, "length")
+    queries["radius"] = unmasked(radius, "radius")
     return Queries(queries)
 
 
@@ -121,7 +122,7 @@ def spheres(
 ) -> Queries:
     """Links that overlap spheres. with_depth: hits say how deep, as minus their distance. Others as in `rays`."""
     queries = _make(_SPHERE, centers, want, max_hits, layer_mask, time)
-    queries["radius"] = radius
+    queries["radius"] = unmasked(radius, "radius")
     queries["with_depth"] = with_depth
     return Queries(queries)
 
@@ -139,10 +140,10 @@ def boxes(
 ) -> Queries:
     """Links that overlap oriented boxes: half extents (n, 3) or (3,), quaternions x y z w (n, 4) or (4,)."""
     queries = _make(_BOX, centers, want, max_hits, layer_mask, time)
-    queries["half"] = half
+    queries["half"] = unmasked(half, "half")
     queries["with_depth"] = with_depth
     if orientations is not None:
-        queries["orientation"] = orientations
+        queries["orientation"] = unmasked(orientations, "orientations")
     return Queries(queries)
 
 
@@ -160,11 +161,11 @@ def capsules(
 ) -> Queries:
     """Links that overlap capsules along their z, twice `half_length` long without the ends; turned by quaternions."""
     queries = _make(_CAPSULE, centers, want, max_hits, layer_mask, time)
-    queries["radius"] = radius
-    queries["half"][:, 2] = half_length
+    queries["radius"] = unmasked(radius, "radius")
+    queries["half"][:, 2] = unmasked(half_length, "half_length")
     queries["with_depth"] = with_depth
     if orientations is not None:
-        queries["orientation"] = orientations
+        queries["orientation"] = unmasked(orientations, "orientations")
     return Queries(queries)
 
 
@@ -179,7 +180,7 @@ def points(
 ) -> Queries:
     """Links within a distance of points, nearest first. With "all" and `max_hits` the nearest few."""
     queries = _make(_POINT, positions, want, max_hits, layer_mask, time)
-    queries["length"] = distance
+    queries["length"] = unmasked(distance, "distance")
     return Queries(queries)
 
 
@@ -198,7 +199,7 @@ def regions(
             dot(normal, p - position) <= offset.
     """
     queries = _make(_REGION, positions, want, max_hits, layer_mask, time)
-    given = np.asarray(planes, dtype=np.float32)
+    given = np.asarray(unmasked(planes, "planes"), dtype=np.float32)
     if given.ndim == 2:
         given = np.broadcast_to(given, (len(queries), *given.shape))
     if given.ndim != 3 or given.shape[0] != len(queries) or given.shape[2] != 4:

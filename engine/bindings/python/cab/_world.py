@@ -146,7 +146,9 @@ class Batch:
 
         Raises TypeError for a wrong type or dtype, ValueError for a shape or strides that do not fit.
         """
-        listed = None if instances is None else small_array(instances, "u4", "instances", (None,), "(k,)")
+        listed = None if instances is None else small_array(
+            instances, "u4", "instances", (None,), "(k,)", copy=False
+        )
         made = self._world._engine.make_input(
             self._id, poses, is_column(order), has_scale, origins=origins, orientations=orientations, scales=scales,
             layers=layers, layer_masks=layer_masks, margins=margins, moved=moved, bounds=bounds, instances=listed,

@@ -1,5 +1,6 @@
 """Arrays: nothing is copied, and what does not fit is refused in words that say what was given and what is wanted."""
 
+import threading
 import tracemalloc
 
 import numpy as np
@@ -118,6 +119,68 @@ def test_other_types_are_a_type_error(rng, crowd):
             crowd.posed(poses, **{name: bad})
     with pytest.raises(TypeError, match="colour"):
         crowd.posed(poses, colour=1)
+
+
+def test_masked_arrays_are_a_type_error_since_their_masks_would_be_lost(rng, crowd):
+    poses = random_poses(rng, 4, 8)
+    masked = np.ma.array(poses, mask=np.zeros(poses.shape, dtype=bool))
+    with pytest.raises(TypeError, match=r"poses: a masked array is given, .*; poses.filled\(\) makes"):
+        crowd.posed(masked)
+    with pytest.raises(TypeError, match="origins: a masked array"):
+        crowd.posed(poses, origins=np.ma.zeros((4, 3)))
+    with pytest.raises(TypeError, match="instances: a masked array"):
+        crowd.posed(poses, instances=np.ma.array([0, 1], mask=[True, False]))
+    with pytest.raises(TypeError, match="half: a masked array"):
+        cab.Body.from_boxes([-1], np.ma.ones((1, 3)))
+    with pytest.raises(TypeError, match="positions: a masked array"):
+        cab.points(np.ma.zeros((1, 3)))
+    with pytest.raises(TypeError, match="directions: a masked array"):
+        cab.rays([[0, 0, 0]], np.ma.array([0, 0, 1], mask=[True, False, False]))
+    assert len(crowd._world.run(crowd.posed(masked.filled())).hits) >= 0
+
+
+def write_meanwhile(array, wrong, call):
+    """Calls `call` again and again while another thread writes `wrong` into an array, and what was there."""
+    right, stop = array.copy(), threading.Event()
+
+    def write():
+        while not stop.is_set():
+            array[...] = wrong
+            array[...] = right
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    answered = 0
+    try:
+        for _ in range(300):
+            try:
+                call()
+                answered += 1
+            except cab.InputError:
+                pass
+    finally:
+        stop.set()
+        thread.join()
+    array[...] = right
+    call()
+    return answered
+
+
+def test_what_another_thread_writes_into_an_index_is_refused_or_not_seen(rng, chain):
+    world = cab.World()
+    crowd = world.add(chain, 500)
+    poses = random_poses(rng, 500, 8, 20)
+    listed = np.arange(500, dtype=np.uint32)
+    posed = crowd.posed(poses, instances=listed)
+    write_meanwhile(listed, np.uint32(0xFFFFFFFF), lambda: world.run(posed))
+    hits = world.run(poses).hits.copy()
+    wrong = hits.copy()
+    wrong["instance_a"], wrong["link_b"] = 0xFFFFFFF0, 0xFFF0
+    write_meanwhile(hits, wrong, lambda: world.contacts(hits))
+    asked = cab.regions(np.zeros((200, 3)), [[1, 0, 0, 5]])
+    wrong = asked.array.copy()
+    wrong["first_plane"] = 0xFFFFFF00
+    write_meanwhile(asked.array, wrong, lambda: world.query(asked, poses))
 
 
 def test_other_shapes_are_a_value_error(rng, crowd):

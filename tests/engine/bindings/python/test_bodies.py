@@ -242,3 +242,17 @@ def test_companions_are_the_files_that_are_read_with_a_file(reads_files, tmp_pat
     assert cab.MAX_FILE_BYTES == 256 << 20
     with pytest.raises(cab.FileError, match="no such file"):
         cab.companion_files(tmp_path / "none.amc")
+
+
+def test_a_path_that_holds_a_null_character_is_refused_not_cut(reads_files):
+    for call in [
+        lambda: cab.load_motion("walk.bvh\0.txt"),
+        lambda: cab.load_motion("walk.asf", motion="walk\0.amc"),
+        lambda: cab.load_motion("walk.fbx", animation="run\0ning"),
+        lambda: cab.Robot("arm.urdf\0"),
+        lambda: cab.Robot("arm.urdf", srdf="arm.srdf\0"),
+        lambda: cab.Robot("arm.urdf", packages={"arm\0": "."}),
+        lambda: cab.Robot("arm.urdf", packages={"arm": ".\0"}),
+    ]:
+        with pytest.raises(ValueError, match="null character"):
+            call()

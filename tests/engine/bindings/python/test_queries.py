@@ -121,3 +121,16 @@ def test_bad_queries_are_refused(balls):
         cab.rays([[0, 0, 0]], [[1, 0, 0], [1, 0, 0]])
     with pytest.raises(ValueError, match="exact"):
         world.query(cab.points([[0, 0, 0]]), poses, exact="mesh")
+
+
+def test_a_character_of_a_batch_that_was_removed_cannot_be_left_out(rng, chain):
+    world = cab.World()
+    crowd = world.add(chain, 3)
+    shots = cab.rays([[0, 0, -9], [0, 0, -9]], [0, 0, 1]).without(crowd, [0, 1])
+    poses = random_poses(rng, 3, 8)
+    world.query(shots, poses)
+    world.remove(crowd)
+    world.add(chain, 3)
+    with pytest.raises(cab.InputError, match="^query 0: ") as caught:
+        world.query(shots, poses)
+    assert caught.value.status is cab.Status.UNKNOWN_BATCH

@@ -154,6 +154,58 @@ test('what no struct can hold is a TypeError or a RangeError that names the memb
   world.destroy();
 });
 
+test('a getter of what a call is given cannot make another call, and the world goes on', () => {
+  const {world, arm, batch} = arms();
+  const expected = [...world.runFrame({rules: [{a: batch}]}).words()];
+  const calls = {
+    runFrame: () => world.runFrame({rules: [{a: batch}]}),
+    runQueries: () => world.runQueries({queries: [{kind: 'point'}]}),
+    addBatch: () => world.addBatch(arm, 1),
+    remove: () => world.remove(batch),
+    reserve: () => world.reserve({batches: 9}),
+    computeBoxes: () => world.computeBoxes(batch),
+    mergeSteps: () => world.mergeSteps(arm),
+    memory: () => world.memory(),
+    destroy: () => world.destroy(),
+    fitBox: () => module.fitBox([0, 0, 0, 1, 1, 1]),
+    createWorld: () => module.createWorld(),
+  };
+  for (const [name, call] of Object.entries(calls)) {
+    const query = {kind: 'sphere', radius: 1};
+    Object.defineProperty(query, 'length', {enumerable: true, get: () => (call(), 1)});
+    assert.throws(() => world.runQueries({queries: [query]}), /makes another call/, name);
+    const policies = Object.defineProperty({}, 'refit', {enumerable: true, get: () => (call(), 'cab')});
+    assert.throws(() => world.runFrame({rules: [{a: batch}], policies}), /makes another call/, name);
+    assert.deepEqual([...world.runFrame({rules: [{a: batch}]}).words()], expected, name);
+  }
+  world.destroy();
+});
+
+test('names that every object has are members of no struct, values of no enumeration and no formats', () => {
+  const {world, arm, batch} = arms();
+  const rules = [{a: batch}];
+  for (const name of ['__proto__', 'constructor', 'toString']) {
+    const policies = JSON.parse(`{"${name}": {"x": 1}}`);
+    assert.throws(() => world.runFrame({rules, policies}), new RegExp(`TypeError: cab: Policies has no member '${name}'`));
+    const query = JSON.parse(`{"kind": "ray", "${name}": 5}`);
+    assert.throws(() => world.runQueries({queries: [query]}), new RegExp(`Query has no member '${name}'`));
+    assert.throws(() => world.runFrame(JSON.parse(`{"${name}": 1}`)), new RegExp(`runFrame takes no '${name}'`));
+    assert.throws(() => world.runFrame({rules, policies: {refit: name}}), new RegExp(`is '${name}', and not one of cab`));
+    assert.throws(() => world.addBatch(arm, 1, {format: name}), new RegExp(`format is '${name}', and not one of`));
+  }
+  assert.equal(world.runFrame({rules}).length, 1);
+  world.destroy();
+});
+
+test('an instance of a batch that was removed cannot be left out of a query', () => {
+  const {world, batch} = arms();
+  const query = {kind: 'point', length: 9, ignoredBatch: batch, ignoredInstance: 0};
+  assert.equal(world.runQueries({queries: [query]}).found[0], 1);
+  world.remove(batch);
+  assert.throws(() => world.runQueries({queries: [query]}), /removed/);
+  world.destroy();
+});
+
 test('a bad pose masks only its own instance, and whyMasked says why', () => {
   const {world, batch} = arms();
   const flags = batch.flags();
