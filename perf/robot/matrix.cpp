@@ -37,6 +37,7 @@ std::vector<LinkPair> links_of(const std::vector<MaskedPair>& masked) {
 const char* to_string(MaskReason reason) {
   switch (reason) {
     case MaskReason::kFile: return "file";
+    case MaskReason::kWelded: return "welded";
     case MaskReason::kAdjacent: return "adjacent";
     case MaskReason::kDefault: return "default";
     case MaskReason::kAlways: return "always";
@@ -61,9 +62,14 @@ std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOpti
     known.at(a, b) = 1;
     masked.push_back({{std::min(a, b), std::max(a, b)}, reason});
   };
+  if (robot.mujoco)
+    for (const LinkPair& pair : robot.mujoco->listed) known.at(pair.a, pair.b) = 1;
   for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile);
   if (options.derive) {
-    for (const LinkPair& pair : scenes::adjacent_pairs(robot)) mask(pair.a, pair.b, MaskReason::kAdjacent);
+    if (robot.mujoco)
+      for (const LinkPair& pair : robot.mujoco->welded) mask(pair.a, pair.b, MaskReason::kWelded);
+    for (const LinkPair& pair : robot.mujoco ? robot.mujoco->adjacent : scenes::adjacent_pairs(robot))
+      mask(pair.a, pair.b, MaskReason::kAdjacent);
     const StateSource rest = {1, [&](std::uint64_t, double* state) {
                                 const std::vector<double> values = scenes::rest_state(robot);
                                 std::copy(values.begin(), values.end(), state);

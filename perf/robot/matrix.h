@@ -13,12 +13,13 @@ namespace cab::perf {
 // Why a pair of links is masked. Of several reasons the first holds.
 enum class MaskReason : std::uint8_t {
   kFile,      // the SRDF file or the MJCF file excludes the pair
-  kAdjacent,  // a joint connects the links, perhaps over links without shapes
+  kWelded,    // no joint moves the links against each other, by MuJoCo's rules
+  kAdjacent,  // a joint connects the links: as scenes/robot/adjacency.h says, or for MJCF by MuJoCo's rules
   kDefault,   // they touch at rest
   kAlways,    // they touch in more than 95 % of the sampled states
   kNever,     // they touch in none of the sampled states
 };
-inline constexpr std::uint32_t kMaskReasonCount = 5;
+inline constexpr std::uint32_t kMaskReasonCount = 6;
 
 // The name of a reason in tables and files.
 const char* to_string(MaskReason reason);
@@ -35,7 +36,8 @@ struct MatrixOptions {
   std::uint64_t seed = 1;
 };
 
-// The masked pairs, sorted by a, then b. Only pairs of links with shapes are listed.
+// The masked pairs, sorted by a, then b. Only pairs of links with shapes are listed. Pairs in a <pair> of an MJCF file
+// are never masked.
 std::vector<MaskedPair> make_matrix(const scenes::Robot& robot, const MatrixOptions& options,
                                     const RobotSessionOptions& session);
 
