@@ -35,6 +35,7 @@ std::vector<LinkPair> links_of(const std::vector<MaskedPair>& masked) {
 const char* to_string(MaskReason reason) {
   switch (reason) {
     case MaskReason::kFile: return "file";
+    case MaskReason::kWelded: return "welded";
     case MaskReason::kAdjacent: return "adjacent";
     case MaskReason::kDefault: return "default";
     case MaskReason::kAlways: return "always";
@@ -61,10 +62,15 @@ Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, con
     known.at(a, b) = 1;
     matrix.masked.push_back({{std::min(a, b), std::max(a, b)}, reason, touching});
   };
+  if (robot.mujoco)
+    for (const LinkPair& pair : robot.mujoco->listed) known.at(pair.a, pair.b) = 1;
   for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile, 0);
   PairTable<char> at_rest(count);  // whether they touch there
   if (options.derive) {
-    for (const LinkPair& pair : scenes::adjacent_pairs(robot)) mask(pair.a, pair.b, MaskReason::kAdjacent, 0);
+    if (robot.mujoco)
+      for (const LinkPair& pair : robot.mujoco->welded) mask(pair.a, pair.b, MaskReason::kWelded, 0);
+    for (const LinkPair& pair : robot.mujoco ? robot.mujoco->adjacent : scenes::adjacent_pairs(robot))
+      mask(pair.a, pair.b, MaskReason::kAdjacent, 0);
     const StateSource rest = {1, [&](std::uint64_t, double* state) {
                                 const std::vector<double> values = scenes::rest_state(robot);
                                 std::copy(values.begin(), values.end(), state);

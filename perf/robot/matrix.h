@@ -12,12 +12,13 @@ namespace cab::perf {
 // Why a pair of links is masked. Of several reasons the first holds.
 enum class MaskReason : std::uint8_t {
   kFile,      // the SRDF file or the MJCF file excludes the pair
-  kAdjacent,  // scenes/robot/adjacency.h
+  kWelded,    // no joint moves the links against each other, by MuJoCo's rules
+  kAdjacent,  // a joint connects the links: as scenes/robot/adjacency.h says, or for MJCF by MuJoCo's rules
   kDefault,   // they touch at rest and in at least kAlwaysShare of the sampled states
   kAlways,    // they touch in at least kAlwaysShare of the sampled states, not at rest
   kNever,     // they touch in none of the sampled states
 };
-inline constexpr std::uint32_t kMaskReasonCount = 5;
+inline constexpr std::uint32_t kMaskReasonCount = 6;
 
 // The name of a reason in tables and files.
 const char* to_string(MaskReason reason);
@@ -51,6 +52,7 @@ struct MatrixOptions {
   std::uint64_t seed = 1;
 };
 
+// Pairs in a <pair> of an MJCF file are never masked.
 Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, const RobotSessionOptions& session);
 
 // The greatest share of states in which a pair may touch that touched in none of `samples` random ones, at 95 %

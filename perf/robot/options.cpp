@@ -61,6 +61,17 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
       ->type_name("NAME=DIR")
       ->allow_extra_args(false);
   command
+      .add_option("--root", o.import.root,
+                  "a folder whose meshes and included files an MJCF file may name; without it those of its package, or "
+                  "up to two folders above it")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
+  command
+      .add_option("--ignore", o.import.ignored_words,
+                  "pass over an element or attribute of an MJCF file that is not read; give it again for others")
+      ->type_name("WORD")
+      ->allow_extra_args(false);
+  command
       .add_option_function<std::string>(
           "--missing-mesh",
           [&o](const std::string& text) { o.import.missing_mesh = read_missing_mesh(text, o.import.ball_radius); },

@@ -188,6 +188,10 @@ bool Robot::load(const char* path, const RobotOptions& options) noexcept {
     for (const scenes::RobotVariable& variable : storage.robot.variables)
       storage.variables.push_back({variable.name.c_str(), variable.lower, variable.upper, variable.rest});
     storage.adjacent = scenes::adjacent_pairs(storage.robot);
+    if (const std::optional<scenes::MujocoPairs>& mujoco = storage.robot.mujoco) {
+      storage.adjacent = mujoco->adjacent;
+      storage.adjacent.insert(storage.adjacent.end(), mujoco->welded.begin(), mujoco->welded.end());
+    }
     return true;
   } catch (const std::bad_alloc&) { delete std::exchange(storage_, nullptr); } catch (const std::exception& failure) {
     delete std::exchange(storage_, failed<RobotStorage>(failure));

@@ -13,10 +13,6 @@ Quat turn(const Vec3& axis, double angle) {
   return {v[0], v[1], v[2], std::cos(.5 * angle)};
 }
 
-RigidMotion compose(const RigidMotion& a, const RigidMotion& b) {
-  return {normalized(multiply(a.rotation, b.rotation)), a.translation + rotate(a.rotation, b.translation)};
-}
-
 // How a joint moves the frame of its link.
 RigidMotion motion_of(const RobotJoint& joint, const double* state) {
   const auto value = [&](std::size_t k) { return joint.multiplier * state[joint.variable + k] + joint.offset; };
@@ -37,6 +33,10 @@ RigidMotion motion_of(const RobotJoint& joint, const double* state) {
 }
 
 }  // namespace
+
+RigidMotion compose(const RigidMotion& a, const RigidMotion& b) {
+  return {normalized(multiply(a.rotation, b.rotation)), a.translation + rotate(a.rotation, b.translation)};
+}
 
 std::vector<double> rest_state(const Robot& robot) {
   std::vector<double> state;

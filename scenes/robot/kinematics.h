@@ -8,6 +8,9 @@
 
 namespace cab::scenes {
 
+// The motion b, then a.
+RigidMotion compose(const RigidMotion& a, const RigidMotion& b);
+
 // The value of each variable at rest.
 std::vector<double> rest_state(const Robot& robot);
 

@@ -7,6 +7,6 @@
 namespace cab::scenes {
 
 // Reads a robot from a text whose first element is <mujoco>. Throws ImportError, also if libmujoco is not built in.
-Robot read_mjcf(const XmlText& text);
+Robot read_mjcf(const XmlText& text, const RobotOptions& options);
 
 }  // namespace cab::scenes

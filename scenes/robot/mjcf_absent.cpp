@@ -6,7 +6,7 @@ namespace cab::scenes {
 
 bool reads_mjcf() { return false; }
 
-Robot read_mjcf(const XmlText& text) {
+Robot read_mjcf(const XmlText& text, const RobotOptions&) {
   throw ImportError(printable(text.path()) +
                     ": MJCF is not built in: libmujoco was not found (Debian: libmujoco-dev) when cab was configured");
 }

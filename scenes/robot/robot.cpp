@@ -5,6 +5,7 @@
 #include "scenes/import/printable.h"
 #include "scenes/robot/mesh_file.h"
 #include "scenes/robot/mjcf.h"
+#include "scenes/robot/mjcf_tree.h"
 #include "scenes/robot/packages.h"
 #include "scenes/robot/robot_payload.h"
 #include "scenes/robot/urdf.h"
@@ -19,12 +20,10 @@ namespace cab::scenes {
 
 namespace {
 
-bool is_urdf(const XmlText& text) { return text.root().Name() == std::string("robot"); }
+// How deep included files of MJCF that are not below its folder may include others.
+constexpr std::size_t kMaxIncludeRounds = 8;
 
-MeshFiles meshes_of(const std::string& path, const RobotOptions& options, const std::vector<std::string>& packages) {
-  const XmlText text(path);
-  return is_urdf(text) ? find_meshes(text, options, packages) : MeshFiles();
-}
+bool is_urdf(const XmlText& text) { return text.root().Name() == std::string("robot"); }
 
 Robot read_here(const std::string& path, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current) {
   const XmlText text(path);
@@ -33,58 +32,98 @@ Robot read_here(const std::string& path, const RobotOptions& options, const Mesh
   if (!is_urdf(text) && root != "mujoco")
     throw ImportError(name + ": line " + std::to_string(text.root().GetLineNum()) + ": the first element is <" +
                       printable(root) + ">, but URDF begins with <robot> and MJCF with <mujoco>");
-  Robot robot = is_urdf(text) ? read_urdf(text, options, meshes, current) : read_mjcf(text);
+  Robot robot = is_urdf(text) ? read_urdf(text, options, meshes, current) : read_mjcf(text, options);
+  if (is_urdf(text) && (!options.ignored_words.empty() || !options.root.empty()))
+    robot.notes.emplace_back("words to ignore and a root folder say nothing for URDF");
   if (robot.body.leaves.empty()) throw ImportError(name + ": no link has a collision shape");
   if (robot.body.leaves.size() > kMaxLeaves)
     throw ImportError(name + ": more than " + std::to_string(kMaxLeaves) + " collision shapes");
   return robot;
 }
 
-// The same meshes, found in a child process.
-MeshFiles meshes_from_child(const std::string& path, const RobotOptions& options) {
+// The files that a robot's file names.
+struct NamedFiles {
+  bool is_mjcf = false;
+  MeshFiles meshes;                // of URDF
+  std::vector<std::string> paths;  // of MJCF
+};
+
+NamedFiles named_files(const std::string& path, const RobotOptions& options, const std::vector<std::string>& packages) {
+  const XmlText text(path);
+  if (is_urdf(text)) return {false, find_meshes(text, options, packages), {}};
+  return {true, {}, mjcf_files(text)};
+}
+
+// The same, as a child process says that can open `readable` and the files of packages.
+NamedFiles named_files_from_child(const std::string& path, const RobotOptions& options,
+                                  const std::set<std::string>& readable) {
   const std::vector<std::string> packages = package_files(path);
   const auto find = [&] {
+    const NamedFiles named = named_files(path, options, packages);
     std::vector<std::string> names, files;
-    for (const auto& [name, file] : meshes_of(path, options, packages)) {
+    for (const auto& [name, file] : named.meshes) {
       names.push_back(name);
       files.push_back(file);
     }
     PayloadWriter writer;
+    writer.value(static_cast<std::uint8_t>(named.is_mjcf));
     writer.texts(names);
     writer.texts(files);
+    writer.texts(named.paths);
     return writer.take();
   };
   const auto unpack = [](const std::string& bytes) {
     PayloadReader reader(bytes);
+    NamedFiles named;
+    named.is_mjcf = reader.value<std::uint8_t>() != 0;
     const std::vector<std::string> names = reader.texts(), files = reader.texts();
+    named.paths = reader.texts();
     reader.finish();
     require_payload(names.size() == files.size(), "there is not one file for each mesh");
-    MeshFiles meshes;
-    for (std::size_t m = 0; m < names.size(); ++m) meshes.emplace(names[m], files[m]);
-    return meshes;
+    for (std::size_t m = 0; m < names.size(); ++m) named.meshes.emplace(names[m], files[m]);
+    return named;
   };
-  return from_child(path, *options.sandbox, find, unpack, {packages});
+  std::vector<std::string> openable = packages;
+  openable.insert(openable.end(), readable.begin(), readable.end());
+  return from_child(path, *options.sandbox, find, unpack, {openable});
 }
 
-// The mesh files and their folders, where a mesh may have files of its own.
-std::vector<std::string> files_and_folders(const MeshFiles& meshes) {
+// What the child that reads a robot may open beside its file.
+struct ForReader {
+  MeshFiles meshes;
   std::set<std::string> readable;
-  for (const auto& [name, file] : meshes) {
-    if (!is_mesh_path(file)) continue;
-    readable.insert(file);
-    readable.insert(std::filesystem::path(file).parent_path().string());
+};
+
+// The meshes of URDF have their folders too, where a mesh may have files of its own. An included file of MJCF has to be
+// opened before it can name others.
+ForReader files_for_reader(const std::string& path, const RobotOptions& options) {
+  ForReader files;
+  for (std::size_t round = 0; round < kMaxIncludeRounds; ++round) {
+    const NamedFiles named = named_files_from_child(path, options, files.readable);
+    files.meshes = named.meshes;
+    for (const auto& [name, file] : named.meshes) {
+      if (!is_mesh_path(file)) continue;
+      files.readable.insert(file);
+      files.readable.insert(std::filesystem::path(file).parent_path().string());
+    }
+    const std::size_t known = files.readable.size();
+    for (const std::string& file : named.paths)
+      if (may_open_for_mjcf(file, path, options)) files.readable.insert(file);
+    if (files.readable.size() == known) break;
   }
-  return {readable.begin(), readable.end()};
+  return files;
 }
 
 }  // namespace
 
 Robot import_robot(const std::string& path, const RobotOptions& options) {
-  if (!options.sandbox) return read_here(path, options, meshes_of(path, options, package_files(path)), nullptr);
-  const MeshFiles meshes = meshes_from_child(path, options);
+  if (!options.sandbox)
+    return read_here(path, options, named_files(path, options, package_files(path)).meshes, nullptr);
+  const ForReader files = files_for_reader(path, options);
   CurrentFile current;
-  return from_child(path, *options.sandbox, [&] { return robot_payload(read_here(path, options, meshes, &current)); },
-                    read_robot_payload, {files_and_folders(meshes), &current});
+  return from_child(path, *options.sandbox,
+                    [&] { return robot_payload(read_here(path, options, files.meshes, &current)); }, read_robot_payload,
+                    {{files.readable.begin(), files.readable.end()}, &current});
 }
 
 }  // namespace cab::scenes

@@ -61,6 +61,14 @@ struct LeftOut {
   std::uint32_t guesses = 0;  // of what the file does not say
 };
 
+// Pairs of links by MuJoCo's rules, which for MJCF stand for adjacent_pairs (scenes/robot/adjacency.h). Links that
+// no joint moves against each other are one rigid body.
+struct MujocoPairs {
+  std::vector<LinkPair> welded;    // of one rigid body, or of two that no joint moves
+  std::vector<LinkPair> adjacent;  // of a rigid body and the one above it, unless that is the world
+  std::vector<LinkPair> listed;    // in a <pair>: tested whatever else holds, and in neither of the others
+};
+
 // A robot as read from a file. Lengths are in metres. The frame of the robot is that of its first link.
 struct Robot {
   Character body;  // names, links, leaves (one per collision shape) and the pairs that the file excludes; no poses
@@ -69,7 +77,8 @@ struct Robot {
   std::vector<RobotVariable> variables;
   std::vector<std::string> leaf_sources;  // where the shape of each leaf is written, for messages
   LeftOut left_out;
-  std::vector<std::string> notes;  // what was left out, held still or guessed
+  std::vector<std::string> notes;     // what was left out, held still or guessed
+  std::optional<MujocoPairs> mujoco;  // of MJCF
 };
 
 // What becomes of a mesh that a URDF file names and that is not there.
@@ -82,8 +91,10 @@ enum class MissingMesh : std::uint8_t {
 struct RobotOptions {
   std::vector<std::pair<std::string, std::string>> packages;  // name and folder, for package:// and model:// paths
   MissingMesh missing_mesh = MissingMesh::kRefuse;
-  double ball_radius = 0;                // metres, with kBall
-  std::optional<SandboxLimits> sandbox;  // read the robot in a child process with these limits; empty: in this one
+  double ball_radius = 0;                  // metres, with kBall
+  std::vector<std::string> ignored_words;  // elements and attributes of MJCF that are not read: passed over
+  std::string root;                        // a folder whose meshes and MJCF files an MJCF file may name; empty: none
+  std::optional<SandboxLimits> sandbox;    // read the robot in a child process with these limits; empty: in this one
 };
 
 // Reads a robot. The first element of the file tells the format: <robot> is URDF and <mujoco> is MJCF. Meshes become
@@ -93,9 +104,10 @@ struct RobotOptions {
 // and ROS_PACKAGE_PATH have a folder NAME. Throws ImportError: one line that names the file, the line or element, and
 // the reason.
 //
-// With options.sandbox, a first child process finds the meshes of a URDF file, and a second one reads it. The first can
-// open what is below the file's folder and files package.xml (scenes/robot/packages.h). The second can open what is
-// below the file's folder, the meshes, and what is below their folders. MJCF has only the file's folder.
+// With options.sandbox, a first child process finds the files that the robot's file names, and a second one reads it.
+// The first can open what is below the file's folder and files package.xml (scenes/robot/packages.h). The second can
+// open what is below the file's folder, and for URDF the meshes and what is below their folders, for MJCF the meshes
+// and included files that may_open_for_mjcf (scenes/robot/mjcf_tree.h) allows.
 Robot import_robot(const std::string& path, const RobotOptions& options);
 
 // What an SRDF file disables.

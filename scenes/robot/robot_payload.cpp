@@ -116,7 +116,7 @@ void check_robot(const Robot& robot) {
 }  // namespace
 
 std::string robot_payload(const Robot& robot) {
-  const auto& [body, links, joints, variables, leaf_sources, left_out, notes] = robot;
+  const auto& [body, links, joints, variables, leaf_sources, left_out, notes, mujoco] = robot;
   PayloadWriter writer;
   writer.text(body.name);
   writer.texts(body.link_names);
@@ -154,13 +154,18 @@ std::string robot_payload(const Robot& robot) {
   const auto& [lost_shapes, held_joints, guesses] = left_out;
   for (const std::uint32_t count : {lost_shapes, held_joints, guesses}) writer.value(count);
   writer.texts(notes);
+  writer.value(static_cast<std::uint8_t>(mujoco.has_value()));
+  if (mujoco) {
+    const auto& [welded, adjacent, listed] = *mujoco;
+    for (const auto* pairs : {&welded, &adjacent, &listed}) write_pairs(writer, *pairs);
+  }
   return writer.take();
 }
 
 Robot read_robot_payload(const std::string& bytes) {
   PayloadReader reader(bytes);
   Robot robot;
-  auto& [body, links, joints, variables, leaf_sources, left_out, notes] = robot;
+  auto& [body, links, joints, variables, leaf_sources, left_out, notes, mujoco] = robot;
   body.name = printable(reader.text());
   body.link_names = printable_texts(reader);
   body.link_parents = reader.array<std::int32_t>();
@@ -199,6 +204,10 @@ Robot read_robot_payload(const std::string& bytes) {
   auto& [lost_shapes, held_joints, guesses] = left_out;
   for (std::uint32_t* const count : {&lost_shapes, &held_joints, &guesses}) *count = reader.value<std::uint32_t>();
   notes = printable_texts(reader);
+  if (reader.value<std::uint8_t>() != 0) {
+    auto& [welded, adjacent, listed] = mujoco.emplace();
+    for (auto* pairs : {&welded, &adjacent, &listed}) *pairs = read_pairs(reader, links.size());
+  }
   reader.finish();
   check_robot(robot);
   return robot;

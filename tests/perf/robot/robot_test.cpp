@@ -320,4 +320,103 @@ TEST_CASE("the Allegro hand touches nothing at rest, and its thumb meets its fin
     CHECK(rows.count({"base_link", first, "adjacent"}) == 1);
 }
 
+namespace {
+
+// A robot of MJCF with states and options: what the JSON says, with the hits.
+Json run_mjcf(const std::string& text, const std::string& states, const Words& options = {}) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "r.xml", csv = folder / "states.csv", out = folder / "out.json";
+  const std::string hits = folder / "hits.csv";
+  write_text(file, text);
+  write_text(csv, states);
+  Words words = {file, "--samples", "0", "--states", csv, "--json", out, "--hits", hits};
+  words.insert(words.end(), options.begin(), options.end());
+  const Outcome outcome = run_command("robot", words);
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  Json json = Json::parse(read_text(out));
+  json["hits_file"] = read_text(hits);
+  json["printed"] = outcome.out;
+  return json;
+}
+
+bool skips_mjcf() {
+  if (!scenes::reads_mjcf()) MESSAGE("skipped: libmujoco is not built in");
+  return !scenes::reads_mjcf();
+}
+
+}  // namespace
+
+TEST_CASE("an MJCF file newer than libmujoco has the hits of MuJoCo 3") {
+  if (skips_mjcf()) return;
+  // Folded back by 3.1 about y at z = .5, the arm of length .45 ends at z = .0504; its radius reaches into the base.
+  const Json json = run_mjcf(R"(<mujoco model="arm">
+  <compiler angle="radian"/>
+  <option><flag nativeccd="enable"/></option>
+  <worldbody>
+    <body name="base" gravcomp="1"><geom type="box" size=".05 .05 .05"/>
+      <body name="link1" pos="0 0 .15"><joint name="j1" axis="0 1 0" range="-2 2" actuatorfrcrange="-50 50"/>
+        <geom type="capsule" fromto="0 0 0 0 0 .3" size=".03"/>
+        <frame pos="0 0 .3"><body name="link2" pos="0 0 .05">
+          <joint name="j2" axis="0 1 0" range="-3.1 3.1" actuatorfrcrange="-50 50"/>
+          <geom type="capsule" fromto="0 0 0 0 0 .45" size=".03"/></body></frame></body></body>
+  </worldbody>
+  <actuator><position name="a1" joint="j1" kp="10" kv="1"/></actuator>
+  <sensor><jointactuatorfrc name="s1" joint="j1"/></sensor>
+</mujoco>)",
+                             "j1,j2\n0,3.1\n0,1\n", {"--distance", "base,link2"});
+  CHECK(json["hits_file"] == "state,link_a,link_b\n0,base,link2\n");
+  // The axis ends at (.45 sin 3.1, .5 + .45 cos 3.1), over the base's top at .05.
+  CHECK(double{json["distances"][0]["least_metres"]} ==
+        doctest::Approx(.5 + .45 * std::cos(3.1) - .05 - .03).epsilon(1e-4));
+  CHECK(json["variables"][1]["upper"] == 3.1);
+  REQUIRE(json["notes"].size() == 2);
+  CHECK(std::string(json["notes"][0]).find("<actuator> 1, <sensor> 1, actuatorfrcrange 2, gravcomp 1") !=
+        std::string::npos);
+}
+
+TEST_CASE("MJCF: rigid bodies and their neighbours are masked by name, and listed pairs never") {
+  if (skips_mjcf()) return;
+  const Json weld = run_mjcf(R"(<mujoco><worldbody><body name="pelvis"><freejoint/><geom type="sphere" size=".1"/>
+    <body name="hip_block" pos="0 .2 .1"><geom type="sphere" size=".08"/></body>
+    <body name="back" pos="0 0 .15"><joint name="b" axis="1 0 0" range="-60 60"/>
+      <geom type="capsule" fromto="0 0 0 0 0 .2" size=".08"/></body></body></worldbody></mujoco>)",
+                             "b\n-1.0472\n0\n");
+  CHECK(weld["hits"] == 0);
+  CHECK(matrix_of(weld) == std::set<MatrixRow>{{"pelvis", "hip_block", "welded"},
+                                               {"pelvis", "back", "adjacent"},
+                                               {"hip_block", "back", "adjacent"}});
+  CHECK(std::string(weld["printed"]).find("masked: welded") != std::string::npos);
+  // At rest a touches both b and c, which masks no listed pair.
+  const std::string bodies = R"(<worldbody>
+    <body name="a"><geom name="ga" type="sphere" size=".1" contype="0" conaffinity="0"/></body>
+    <body name="b" pos=".15 0 0"><joint name="jb" type="slide" axis="1 0 0" range="-.2 .5"/>
+      <geom name="gb" type="sphere" size=".1" contype="0" conaffinity="0"/></body>
+    <body name="c" pos="0 .15 0"><joint name="jc" type="slide" axis="0 1 0" range="-.2 .5"/>
+      <geom name="gc" type="sphere" size=".1" contype="2" conaffinity="4"/></body></worldbody>)";
+  const Json pair = run_mjcf(
+      "<mujoco>" + bodies + "<contact><pair geom1='ga' geom2='gb'/><pair geom1='ga' geom2='gc'/></contact></mujoco>",
+      "jb,jc\n0,.5\n.5,0\n.5,.5\n");
+  CHECK(pair["hits_file"] == "state,link_a,link_b\n0,a,b\n1,a,c\n");
+  CHECK(matrix_of(pair) == std::set<MatrixRow>{{"b", "c", "file"}});
+}
+
+TEST_CASE("MJCF: unknown words and far meshes name the option that has them read") {
+  if (skips_mjcf()) return;
+  const std::string text = "<mujoco><worldbody><body><geom size='1' later='2'/></body></worldbody></mujoco>";
+  const TemporaryFolder folder;
+  const std::string file = folder / "r.xml";
+  write_text(file, text);
+  const Outcome refused = run_command("robot", {file});
+  CHECK(refused.exit_code == 1);
+  CHECK(refused.error.find("line 1: <geom> has the attribute later") != std::string::npos);
+  CHECK(refused.error.find("--ignore later") != std::string::npos);
+  const Outcome read = run_command("robot", {file, "--ignore", "later", "--ignore", "other"});
+  CHECK(read.exit_code == 0);
+  CHECK(read.error.find("passed over by --ignore: later 1, other 0") != std::string::npos);
+  const Outcome lost = run_command("robot", {file, "--root", folder / "lost"});
+  CHECK(lost.exit_code == 2);
+  CHECK(lost.error.find("--root") != std::string::npos);
+}
+
 }  // namespace cab::tests

@@ -533,28 +533,57 @@ TEST_CASE("a robot whose reader crashes, fills memory or does not end costs one 
     MESSAGE("skipped: memory is not limited under AddressSanitizer and ThreadSanitizer");
     return;
   }
-  CHECK(refusal("<mujoco><size nkey='100000000'/><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>",
-                little) == "reading it needs more than 64 MiB of memory");
+  std::string many;
+  for (int k = 0; k < 1000000; ++k) many += "<a/>";
+  CHECK(refusal("<mujoco><visual>" + many + "</visual></mujoco>", little) ==
+        "reading it needs more than 64 MiB of memory");
 }
 
-TEST_CASE("in a child process, MJCF has the files below its folder and no others") {
+TEST_CASE("in a child process, MJCF has the meshes near its folder, of its package and below --root, and no others") {
   if (!scenes::reads_mjcf() || !scenes::sandbox_limits_files()) {
     MESSAGE("skipped: libmujoco is not built in, or this kernel has no Landlock");
     return;
   }
-  const auto read = [](const std::string& mesh, const scenes::RobotOptions& options) {
-    const TemporaryFile file("r.xml", "<mujoco><asset><mesh name='m' file='" + mesh +
-                                          "'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>");
-    std::filesystem::create_directory(file.directory() / "below");
-    std::ofstream((file.directory() / "below/cube.obj").string()) << cube();
+  const TemporaryFile top("cube.obj", cube());
+  const fs::path folder = top.directory() / "a/b/mjcf";
+  fs::create_directories(folder / "below");
+  fs::create_directories(folder / "../meshes");
+  for (const char* copy : {"below/cube.obj", "../meshes/cube.obj", "../../cube.obj"})
+    fs::copy_file(top.path(), folder / copy);
+  const auto read = [&](const std::string& settings, const std::string& mesh, const scenes::RobotOptions& options) {
+    const std::string path = (folder / "r.xml").string();
+    std::ofstream(path) << "<mujoco>" << settings << "<asset><mesh name='m' file='" << mesh
+                        << "'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>";
     try {
-      return std::to_string(scenes::import_robot(file.path(), options).body.leaves.size());
-    } catch (const scenes::ImportError& error) { return std::string(error.what()).substr(file.path().size() + 2); }
+      return std::to_string(scenes::import_robot(path, options).body.leaves.size());
+    } catch (const scenes::ImportError& error) { return std::string(error.what()).substr(path.size() + 2); }
   };
-  const TemporaryFile outside("cube.obj", cube());
-  CHECK(read("below/cube.obj", in_child()) == "1");
-  CHECK(read(outside.path(), {}) == "1");
-  CHECK(read(outside.path(), in_child()).find("libmujoco cannot read it: ") == 0);
+  CHECK(read("", "below/cube.obj", in_child()) == "1");
+  CHECK(read("<compiler meshdir='../meshes'/>", "cube.obj", in_child()) == "1");
+  CHECK(read("<compiler assetdir='../meshes/'/>", "cube.obj", in_child()) == "1");
+  CHECK(read("<compiler assetdir='no' meshdir='../meshes'/>", "cube.obj", in_child()) == "1");
+  CHECK(read("<compiler meshdir='below' strippath='true'/>", "../../../cube.obj", in_child()) == "1");
+  CHECK(read("", "../../cube.obj", in_child()) == "1");
+  CHECK(read("", top.path(), {}) == "1");
+  // Three folders above it is too far, but for --root or a package.
+  const std::string told = read("", "../../../cube.obj", in_child());
+  CHECK(told.find("line 1: mesh ../../../cube.obj: " + top.path() + " is there, but ") == 0);
+  CHECK(told.find("--root DIR") != std::string::npos);
+  CHECK(read("", top.path(), in_child()).find("--root DIR") != std::string::npos);
+  scenes::RobotOptions rooted = in_child();
+  rooted.root = top.directory().string();
+  CHECK(read("", "../../../cube.obj", rooted) == "1");
+  std::ofstream((folder / "near.xml").string()) << "<m><include file='../../../far.xml'/></m>";
+  std::ofstream((top.directory() / "far.xml").string()) << "<m><geom size='1'/><include file='a/b/last.xml'/></m>";
+  std::ofstream((top.directory() / "a/b/last.xml").string()) << "<m><geom size='1'/></m>";
+  CHECK(read("<worldbody><include file='near.xml'/></worldbody>", "below/cube.obj", rooted) == "3");
+  CHECK(read("<worldbody><include file='near.xml'/></worldbody>", "below/cube.obj", in_child()).find("--root DIR") !=
+        std::string::npos);
+  std::ofstream((top.directory() / "a/package.xml").string()) << "<package/>";
+  CHECK(read("", "../../../cube.obj", in_child()).find("--root DIR") != std::string::npos);
+  std::ofstream((top.directory() / "package.xml").string()) << "<package/>";
+  fs::remove(top.directory() / "a/package.xml");
+  CHECK(read("", "../../../cube.obj", in_child()) == "1");
 }
 
 TEST_CASE("SRDF: disabled pairs are read once each, unknown links are told") {
@@ -649,10 +678,12 @@ TEST_CASE("MJCF: shapes, excluded bodies and contact bits are as the file says")
   for (const LinkPair& pair : robot.body.ignored_pairs) pairs.emplace_back(pair.a, pair.b);
   std::sort(pairs.begin(), pairs.end());
   CHECK((pairs == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 2}, {1, 3}, {2, 3}}));
-  CHECK(robot.notes == std::vector<std::string>{"joint slide slides without limits: held where it is",
-                                                "planes and height fields are left out"});
+  CHECK(robot.notes == std::vector<std::string>{"not read, since it says nothing of shapes, joints and masks: <geom> "
+                                                "without contact bits 1",
+                                                "joint slide slides without limits: held where it is",
+                                                "planes and height fields are left out: 1"});
   CHECK(refusal("<mujoco><worldbody><body><geom type='box'/></body></worldbody></mujoco>")
-            .find("libmujoco cannot read") == 0);
+            .find("line 1: libmujoco cannot read") == 0);
   CHECK(refusal(
             "<mujoco><worldbody><body><joint name='j' axis='inf 0 0'/><geom size='1'/></body></worldbody></mujoco>") ==
         "joint j: it has a number that is none or out of range");
