@@ -17,6 +17,9 @@ struct Alteration {
   std::string note;  // the one among the notes that names them; empty: none does
 };
 
+// What counts the units that import guessed.
+inline constexpr const char* kGuessedUnits = "length units";
+
 // Where the length unit of a file is from.
 enum class UnitSource : std::uint8_t {
   kDefault,  // nobody says it: metres

@@ -99,7 +99,7 @@ void fit_unit(const ImportOptions& options, Skeleton& skeleton) {
   skeleton.notes.push_back("unit guessed: " + digits(guess.metres_per_unit, 3) + " m" +
                            (*guess.name == '\0' ? "" : std::string(" (") + guess.name + ")") + ", which makes " +
                            digits(height / before, 3) + " units " + digits(guess.height, 3) + " m tall, as a person");
-  skeleton.alterations.push_back({AlterationKind::kGuessed, "length units", 1, skeleton.notes.back()});
+  skeleton.alterations.push_back({AlterationKind::kGuessed, kGuessedUnits, 1, skeleton.notes.back()});
 }
 
 }  // namespace cab::scenes

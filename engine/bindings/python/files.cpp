@@ -27,11 +27,13 @@ std::vector<std::string> strings_of(Span<const char* const> strings) { return {s
 const char* or_null(const std::optional<std::string>& text) { return text ? text->c_str() : nullptr; }
 
 // (body, names, poses, origins, seconds per frame, notes)
-py::tuple load_motion(const std::string& path, double metres_per_unit, const std::optional<std::string>& motion_path,
-                      double motion_metres_per_unit, const std::optional<std::string>& animation,
-                      double frames_per_second, bool skin, double stature, double thickness) {
+py::tuple load_motion(const std::string& path, double metres_per_unit, bool guess_unit,
+                      const std::optional<std::string>& motion_path, double motion_metres_per_unit,
+                      const std::optional<std::string>& animation, double frames_per_second, bool skin, double stature,
+                      double thickness) {
   files::MotionOptions options;
   options.metres_per_unit = metres_per_unit;
+  options.guess_unit = guess_unit;
   options.motion_path = or_null(motion_path);
   options.motion_metres_per_unit = motion_metres_per_unit;
   options.animation = or_null(animation);

@@ -8,7 +8,7 @@ import glob
 import itertools
 import os
 import re
-from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .work import FileOptions, Source
 
@@ -117,6 +117,10 @@ def _number(text: str) -> float:
     return value
 
 
+def _unit(text: str) -> Union[float, str]:
+    return text if text == "auto" else _number(text)
+
+
 def _yes(text: str) -> bool:
     if text.lower() not in ("1", "0", "yes", "no"):
         raise ValueError(f"yes or no is wanted, and {text!r} is given")
@@ -124,7 +128,7 @@ def _yes(text: str) -> bool:
 
 
 READERS: Dict[str, Callable[[str], object]] = {
-    "units": _number, "motion": str, "motion_units": _number, "animation": str, "fps": _number, "skin": _yes,
+    "units": _unit, "motion": str, "motion_units": _number, "animation": str, "fps": _number, "skin": _yes,
     "stature": _number, "thickness": _number,
 }
 
@@ -175,7 +179,7 @@ def _read_list(path: str, root: str, options: FileOptions) -> Iterator[Entry]:
             read = with_options(options, line.values, folder)
             other = line.values.get("other", "")
             other_units = line.values.get("other_units", "")
-            other_options = dataclasses.replace(read, units=_number(other_units)) if other_units else read
+            other_options = dataclasses.replace(read, units=_unit(other_units)) if other_units else read
         except ValueError as error:
             raise CorpusError(f"{path}: line {line.number}: {error}") from error
         yield Entry(

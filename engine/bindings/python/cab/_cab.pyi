@@ -78,6 +78,7 @@ def load_robot(
 def load_motion(
     path: str,
     metres_per_unit: float,
+    guess_unit: bool,
     motion_path: Optional[str],
     motion_metres_per_unit: float,
     animation: Optional[str],
