@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "perf/base/option_values.h"
+#include "scenes/import/import.h"
 
 namespace cab::perf {
 namespace {
@@ -77,15 +78,23 @@ void add_no_sandbox(CLI::App& command, std::optional<scenes::SandboxLimits>& san
       "read files in this process, not in a child with limits (to debug a reader)");
 }
 
+double read_unit(const std::string& option, const std::string& text) {
+  return text == "auto" ? kAutoUnit : read_positive(option, text);
+}
+
+void set_unit(const std::optional<double>& unit, scenes::ImportOptions& import) {
+  import.guesses_unit = unit == kAutoUnit;
+  import.metres_per_unit = import.guesses_unit ? std::nullopt : unit;
+}
+
 void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit) {
   command
       .add_option_function<std::vector<std::string>>(
           "--units",
           [&metres_per_unit](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts)
-              metres_per_unit.push_back(read_positive("--units", text, kUnitExample));
+            for (const std::string& text : texts) metres_per_unit.push_back(read_unit("--units", text));
           },
-          "length unit of a " + what + " in metres (default 1); give it once for all " + what + "s or once per " + what)
+          kUnitMeaning + ("; give it once for all " + what + "s or once per " + what))
       ->type_name("METRES_PER_UNIT")
       ->allow_extra_args(false);
 }

@@ -16,6 +16,10 @@ class App;
 class Option;
 }  // namespace CLI
 
+namespace cab::scenes {
+struct ImportOptions;
+}
+
 namespace cab::perf {
 
 // A sub-command of `cab`. The function add_NAME of its folder adds it to the app, and keeps the options that the
@@ -58,6 +62,20 @@ void add_no_sandbox(CLI::App& command, std::optional<scenes::SandboxLimits>& san
 
 // Adds --units: metres per unit, once for all files or once per file. `what` says what a file is.
 void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit);
+
+// In the place of a length unit: one that makes a person of the figure.
+inline constexpr double kAutoUnit = 0;
+
+// What --units does, for --help.
+inline constexpr const char* kUnitMeaning =
+    "length unit of the file in metres, or auto: one in which the figure is as tall as a person, if it is not (default "
+    "as the file says, or 1)";
+
+// A number above 0, or kAutoUnit for the word auto. Throws UsageError.
+double read_unit(const std::string& option, const std::string& text);
+
+// Hands a unit that was read to an import; empty: none was given.
+void set_unit(const std::optional<double>& unit, scenes::ImportOptions& import);
 
 // An option that takes a whole number from least to most.
 CLI::Option* add_number(CLI::App& command, const std::string& option, std::uint32_t& number, const std::string& meaning,

@@ -516,7 +516,7 @@ scenes::CrowdSources import_sources(const CrowdOptions& options, bool quiet = fa
     import.up = options.up;
     import.sandbox = options.sandbox;
     if (!options.metres_per_unit.empty())
-      import.metres_per_unit = options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : c];
+      set_unit(options.metres_per_unit[options.metres_per_unit.size() == 1 ? 0 : c], import);
     sources.clips.push_back(scenes::import_clip(options.clips[c], import));
     if (quiet) continue;
     for (const std::string& note : sources.clips.back().notes)

@@ -14,6 +14,7 @@
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/run/bodies_file.h"
+#include "perf/run/import_summary.h"
 #include "perf/run/obj.h"
 #include "perf/run/options.h"
 #include "scenes/import/import.h"
@@ -134,6 +135,12 @@ Json coverage_json(const rig::Coverage& coverage, const scenes::Skeleton& skelet
           {"flat_leaves", coverage.flat_count}};
 }
 
+// The pairs that share a joint.
+MaskedPairs masked_pairs(const scenes::Character& character) {
+  const std::size_t links = character.link_parents.size();
+  return {character.ignored_pairs.size(), links * (links - 1) / 2};
+}
+
 }  // namespace
 
 int inspect_command(const InspectOptions& options) {
@@ -146,7 +153,7 @@ int inspect_command(const InspectOptions& options) {
       inputs);
   OutputFile output(options.json_path), obj(options.obj_path), bodies_file(options.write_bodies_path);
   scenes::ImportOptions import;
-  import.metres_per_unit = options.metres_per_unit;
+  set_unit(options.metres_per_unit, import);
   import.offset = options.offset;
   import.up = options.up;
   import.sandbox = options.sandbox;
@@ -162,8 +169,10 @@ int inspect_command(const InspectOptions& options) {
       scenes::make_clip(skeleton, scenes::printable(std::filesystem::path(options.file).filename().string()), import));
   const std::optional<rig::Coverage> coverage = clips.front().coverage;
   const scenes::SkeletonBodies bodies = clips.front().bodies;
-  const scenes::Scene scene = scenes::make_world(std::move(clips));
-  for (const std::string& note : scene.notes) tell("note", note);
+  scenes::ImportReport report;
+  const scenes::Scene scene = scenes::make_world(std::move(clips), &report);
+  const MaskedPairs pairs = masked_pairs(scene.characters.front());
+  print_import(scene, report, pairs, std::cerr);
   const std::uint32_t frame = options.frame.value_or(scene.frame_count - 1);
   if (frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
@@ -184,7 +193,8 @@ int inspect_command(const InspectOptions& options) {
   json["file"] = options.file;
   if (!options.motion_path.empty()) json["motion"] = options.motion_path;
   json["character"] = character.name;
-  json["metres_per_unit"] = options.metres_per_unit;
+  json["metres_per_unit"] = report.units.front().metres;
+  json["unit_from"] = to_string(report.units.front().source);
   json["offset_metres"] = options.offset;
   json["frame"] = frame;
   json["frame_count"] = scene.frame_count;
@@ -201,6 +211,8 @@ int inspect_command(const InspectOptions& options) {
   json["leaves"] = leaves_json(character, boxes);
   json["merges"] = merges_json(character, boxes);
   if (coverage) json["coverage"] = coverage_json(*coverage, skeleton);
+  json["altered"] = import_json(report, pairs);
+  json["size_doubts"] = report.size_doubts;
   json["notes"] = scene.notes;
 
   if (obj) write_obj(obj, skeleton, character, frame, origin);

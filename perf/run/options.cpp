@@ -212,9 +212,7 @@ Command add_inspect(CLI::App& app) {
       ->type_name("X,Y,Z");
   command
       .add_option_function<std::string>(
-          "--units",
-          [&o](const std::string& text) { o.metres_per_unit = read_positive("--units", text, kUnitExample); },
-          "length unit of the file in metres (default 1)")
+          "--units", [&o](const std::string& text) { o.metres_per_unit = read_unit("--units", text); }, kUnitMeaning)
       ->type_name("METRES_PER_UNIT");
   add_fps(command, o.frames_per_second);
   add_up(command, o.up, kUpForHeight);

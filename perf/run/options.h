@@ -35,8 +35,8 @@ struct InspectOptions {
   std::string file;
   std::optional<std::uint32_t> frame = 0;    // empty: the last one
   std::array<double, 3> offset = {0, 0, 0};  // metres
-  double metres_per_unit = 1;
-  double frames_per_second = 0;  // of a file that does not say it; 0: 120
+  std::optional<double> metres_per_unit;     // empty: as the file says, or 1; kAutoUnit: guessed
+  double frames_per_second = 0;              // of a file that does not say it; 0: 120
   char up = 0;
   std::string motion_path;  // empty: the file's own motion
   double motion_units = 0;  // metres; 0: as of the file

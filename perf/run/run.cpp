@@ -12,6 +12,7 @@
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/replay/recorded_engine.h"
+#include "perf/run/import_summary.h"
 #include "perf/run/options.h"
 #include "scenes/import/printable.h"
 
@@ -160,6 +161,16 @@ void print_masked(const scenes::Scene& scene, const EngineSession& session) {
   }
 }
 
+// The pairs within all characters, if these are tested.
+MaskedPairs masked_pairs(const scenes::Scene& scene, const EngineSession& session, bool within) {
+  MaskedPairs pairs;
+  for (std::uint32_t c = 0; within && c < scene.characters.size(); ++c) {
+    pairs.masked += session.ignored_pairs(c).size();
+    pairs.all += count_pairs(scene.characters[c]);
+  }
+  return pairs;
+}
+
 Json masked_to_json(const scenes::Character& character, const std::vector<IgnoredPair>& pairs) {
   Json json;
   json["pair_count"] = count_pairs(character);
@@ -175,8 +186,8 @@ Json masked_to_json(const scenes::Character& character, const std::vector<Ignore
   return json;
 }
 
-Json to_json(const RunOptions& options, const scenes::Scene& scene, const EngineSession& session,
-             const RunTotals& totals, FrameRange frames) {
+Json to_json(const RunOptions& options, const scenes::Scene& scene, const scenes::ImportReport& report,
+             const EngineSession& session, const RunTotals& totals, FrameRange frames) {
   const FrameStats& stats = totals.stats;
   Json json;
   json["cab_version"] = CAB_VERSION_STRING;
@@ -184,7 +195,9 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
     json["characters"].push_back({{"name", scene.characters[c].name},
                                   {"file", options.world.files[c]},
-                                  {"links", scene.characters[c].link_parents.size()}});
+                                  {"links", scene.characters[c].link_parents.size()},
+                                  {"metres_per_unit", report.units[c].metres},
+                                  {"unit_from", to_string(report.units[c].source)}});
     if (const std::string motion = motion_path(options.world, c); !motion.empty())
       json["characters"].back()["motion"] = motion;
     if (options.within)
@@ -218,6 +231,8 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const Engine
   json["isa"] = to_string(session.isa());
   json["threads"] = session.thread_count();
   json["pose_hash"] = hex(scenes::pose_hash(scene));
+  json["altered"] = import_json(report, masked_pairs(scene, session, options.within));
+  json["size_doubts"] = report.size_doubts;
   json["notes"] = scene.notes;
   return json;
 }
@@ -248,8 +263,8 @@ void write_recording(const RunOptions& options, const scenes::Scene& scene, Fram
 int run_command(const RunOptions& options) {
   check(options);
   OutputFile hits(options.hits_path), json(options.json_path);
-  const scenes::Scene scene = import_world(options.world);
-  for (const std::string& note : scene.notes) tell("note", note);
+  scenes::ImportReport report;
+  const scenes::Scene scene = import_world(options.world, &report);
   if (scene.characters.size() == 1 && !options.within)
     std::cerr << "note: one character has nothing to touch; give a second file or --self\n";
   const FrameRange frames = choose_frames(options, scene);
@@ -257,6 +272,7 @@ int run_command(const RunOptions& options) {
   if (hits) write_hits_header(hits.stream(), options.contacts);
   EngineSession session(
       scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames, options.min_depth});
+  print_import(scene, report, masked_pairs(scene, session, options.within), std::cerr);
   RunTotals totals;
   {
     ProgressBar bar("frames", frames.count());
@@ -272,7 +288,8 @@ int run_command(const RunOptions& options) {
   warn_of_masked(scene, session, totals.stats, frames);
   if (options.within) print_masked(scene, session);
   if (!options.recording.path.empty()) write_recording(options, scene, frames, session, totals.hits);
-  write_json(json, to_json(options, scene, session, totals, frames));
+  write_json(json, to_json(options, scene, report, session, totals, frames));
+  print_size_doubts(report, std::cerr);
   return 0;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "perf/base/options.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/run/bodies_file.h"
@@ -61,7 +62,7 @@ std::vector<std::string> input_paths(const WorldOptions& options) {
   return paths;
 }
 
-scenes::Scene import_world(const WorldOptions& options) {
+scenes::Scene import_world(const WorldOptions& options, scenes::ImportReport* report) {
   std::vector<scenes::Clip> clips;
   ProgressBar bar("files", options.files.size());
   for (std::size_t f = 0; f < options.files.size(); ++f) {
@@ -75,13 +76,13 @@ scenes::Scene import_world(const WorldOptions& options) {
     if (!options.bodies_paths.empty())
       import.body_changes = read_bodies(value_of(options.bodies_paths, f), options.sandbox);
     if (f < options.offsets.size()) import.offset = options.offsets[f];
-    if (!options.metres_per_unit.empty()) import.metres_per_unit = value_of(options.metres_per_unit, f);
+    if (!options.metres_per_unit.empty()) set_unit(value_of(options.metres_per_unit, f), import);
     if (const std::string path = motion_path(options, f); !path.empty())
       import.motion = scenes::MotionFile{path, options.motion_units.empty() ? 0 : value_of(options.motion_units, f)};
     clips.push_back(scenes::import_clip(options.files[f], import));
     bar.advance(1);
   }
-  scenes::Scene scene = scenes::make_world(std::move(clips));
+  scenes::Scene scene = scenes::make_world(std::move(clips), report);
 
   if (options.rest_frame && *options.rest_frame >= scene.frame_count)
     throw UsageError("--rest-frame: there is no frame " + std::to_string(*options.rest_frame) + " among the scene's " +

@@ -23,7 +23,7 @@ inline constexpr const char* kUnitsNeedMotion = "--motion-units: needs --motion"
 struct WorldOptions {
   std::vector<std::string> files;              // one character each
   std::vector<std::array<double, 3>> offsets;  // metres; of the first files in their order; the others have offset 0
-  std::vector<double> metres_per_unit;         // empty, one for all files, or one per file
+  std::vector<double> metres_per_unit;         // empty, one for all files, or one per file; kAutoUnit: guessed
   double frames_per_second = 0;                // of files that do not say it; 0: 120
   scenes::BodyOptions bodies;                  // stature and thickness of every figure
   std::vector<std::string> bodies_paths;       // empty, one file of bodies for all files, or one per file
@@ -49,7 +49,7 @@ std::string motion_path(const WorldOptions& options, std::size_t file);
 std::vector<std::string> input_paths(const WorldOptions& options);
 
 // One character per file, each with a name of its own, in one world and on one clock. Throws UsageError if the rest
-// frame does not exist, and std::runtime_error for bad files.
-scenes::Scene import_world(const WorldOptions& options);
+// frame does not exist, and std::runtime_error for bad files. `report`, if it is not null, receives what import did.
+scenes::Scene import_world(const WorldOptions& options, scenes::ImportReport* report = nullptr);
 
 }  // namespace cab::perf

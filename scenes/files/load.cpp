@@ -109,7 +109,8 @@ bool Motion::load(const char* path, const MotionOptions& options) noexcept {
   if (!storage_) return false;
   try {
     scenes::ImportOptions import;
-    import.metres_per_unit = options.metres_per_unit;
+    if (options.metres_per_unit != 0) import.metres_per_unit = options.metres_per_unit;
+    import.guesses_unit = options.guess_unit;
     import.sandbox = scenes::kImportSandbox;
     if (options.motion_path) import.motion = scenes::MotionFile{options.motion_path, options.motion_metres_per_unit};
     if (options.animation) import.animation = options.animation;

@@ -3,6 +3,7 @@
 #include "scenes/import/input_file.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
+#include "scenes/import/unit.h"
 #include "scenes/import/words.h"
 #include "scenes/vec3d.h"
 
@@ -373,6 +374,7 @@ std::vector<Joint> list_joints(const Asf& asf) {
 
 Skeleton make_skeleton(const Asf& asf, const Amc* amc, const ImportOptions& options) {
   Skeleton skeleton;
+  set_unit(options, skeleton);
   const std::vector<Joint> joints = list_joints(asf);
   const auto segment = [&asf](std::int32_t bone) {
     const Bone& above = asf.bones[static_cast<std::size_t>(bone)];
@@ -390,7 +392,7 @@ Skeleton make_skeleton(const Asf& asf, const Amc* amc, const ImportOptions& opti
     skeleton.joint_parents.push_back(above < 0 ? -1 : joint_of[static_cast<std::size_t>(above)]);
     skeleton.is_end_site.push_back(joint.is_end_site);
     const Vec3 offset = above < 0 ? asf.root_position : segment(above);
-    for (const double component : offset) skeleton.rest_offsets.push_back(component * options.metres_per_unit);
+    for (const double component : offset) skeleton.rest_offsets.push_back(component * skeleton.unit.metres);
   }
 
   skeleton.frame_count = amc == nullptr ? 1 : amc->frame_count;
@@ -414,10 +416,10 @@ Skeleton make_skeleton(const Asf& asf, const Amc* amc, const ImportOptions& opti
       }
       const Quat& q = rotation[joint.bone];
       skeleton.rotations.insert(skeleton.rotations.end(), q.begin(), q.end());
-      for (const double component : place) skeleton.positions.push_back(component * options.metres_per_unit);
+      for (const double component : place) skeleton.positions.push_back(component * skeleton.unit.metres);
     }
   }
-  if (asf.length_unit != 1 && asf.length_unit > 0 && options.metres_per_unit == 1)
+  if (asf.length_unit != 1 && asf.length_unit > 0 && skeleton.unit.metres == 1)
     skeleton.notes.push_back("the file's unit of length is " + std::to_string(asf.length_unit) +
                              ": if it counts inches, as in the CMU database, that is --units " +
                              std::to_string(kMetresPerInch / asf.length_unit));
@@ -442,9 +444,11 @@ Skeleton read_asf_amc(const NamedText& asf, const NamedText& amc, const ImportOp
   const Amc motion = AmcReader(bones, amc).read();
   Skeleton skeleton = make_skeleton(bones, &motion, options);
   skeleton.frame_seconds = 1 / rate;
-  if (options.frames_per_second == 0)
-    skeleton.notes.push_back(
+  if (options.frames_per_second == 0) {
+    skeleton.notes.emplace_back(
         "the file has no frame rate: 120 frames a second, as in the CMU database; --fps changes it");
+    skeleton.alterations.push_back({AlterationKind::kGuessed, "clocks", 1, skeleton.notes.back()});
+  }
   return skeleton;
 }
 

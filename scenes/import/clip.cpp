@@ -2,6 +2,7 @@
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/skin_clip.h"
+#include "scenes/import/unit.h"
 #include "scenes/rig/leaf_box.h"
 #include "scenes/vec3d.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 // Share of the figure's height. The notes name a joint that moves farther than this in its parent's frame.
 constexpr double kMovingJoint = 1e-3;
-constexpr double kLeastHeight = .5, kGreatestHeight = 3;  // metres, for the check of the unit
 
 void check_skeleton(const Skeleton& s, const std::string& name) {
   const std::size_t joints = s.joint_names.size();
@@ -37,17 +37,24 @@ void check_skeleton(const Skeleton& s, const std::string& name) {
   }
 }
 
-// What a note says of one thing and of several.
+// What a note says of one thing and of several, and what a summary calls it.
 struct Wording {
   const char* one;
   const char* several;
+  AlterationKind kind;
+  const char* what;
 };
 
-// Adds a note such as "2 joints dropped: a, b". Without names it adds no note.
-void note_names(std::vector<std::string>& notes, const std::vector<std::string>& names, const Wording& wording) {
-  if (names.empty()) return;
-  notes.push_back(std::to_string(names.size()) + " " + (names.size() == 1 ? wording.one : wording.several) + ": " +
-                  listed(names));
+// Adds a note such as "2 joints dropped", with their names if there are any.
+void note_count(Clip& clip, std::size_t count, const Wording& wording, const std::string& names = {}) {
+  if (count == 0) return;
+  clip.notes.push_back(std::to_string(count) + " " + (count == 1 ? wording.one : wording.several) +
+                       (names.empty() ? "" : ": " + names));
+  clip.alterations.push_back({wording.kind, wording.what, count, clip.notes.back()});
+}
+
+void note_names(Clip& clip, const std::vector<std::string>& names, const Wording& wording) {
+  note_count(clip, names.size(), wording, listed(names));
 }
 
 // [joint] the index of its link, or -1.
@@ -57,12 +64,11 @@ std::vector<std::int32_t> links_of(const std::vector<std::size_t>& joints, std::
   return link_of;
 }
 
-void note_joints_without_link(const Skeleton& s, const SkeletonBodies& bodies, const std::vector<std::int32_t>& link_of,
-                              std::vector<std::string>& notes) {
+void note_joints_without_link(const Skeleton& s, const std::vector<std::int32_t>& link_of, Clip& clip) {
   std::vector<std::string> merged, without_link;
   std::size_t dropped_end_sites = 0;
   for (std::size_t j = 0; j < s.joint_names.size(); ++j) {
-    const bool is_zero = bodies.segments.kind[j] == SegmentKind::kZero;
+    const bool is_zero = clip.bodies.segments.kind[j] == SegmentKind::kZero;
     if (s.is_end_site[j]) {
       dropped_end_sites += is_zero ? 1 : 0;
     } else {
@@ -70,14 +76,16 @@ void note_joints_without_link(const Skeleton& s, const SkeletonBodies& bodies, c
       if (link_of[j] < 0) without_link.push_back(s.joint_names[j]);
     }
   }
-  note_names(notes, merged,
+  note_names(clip, merged,
              {"joint merged with the place of the parent (no segment between them)",
-              "joints merged with the place of the parent (no segment between them)"});
-  note_names(notes, without_link,
-             {"joint dropped (no body moves with it)", "joints dropped (no body moves with them)"});
-  if (dropped_end_sites > 0)
-    notes.push_back(std::to_string(dropped_end_sites) + (dropped_end_sites == 1 ? " end site" : " end sites") +
-                    " of zero length dropped");
+              "joints merged with the place of the parent (no segment between them)", AlterationKind::kMerged,
+              "joints at the place of their parents"});
+  note_names(clip, without_link,
+             {"joint dropped (no body moves with it)", "joints dropped (no body moves with them)",
+              AlterationKind::kDropped, "joints without a body"});
+  note_count(clip, dropped_end_sites,
+             {"end site of zero length dropped", "end sites of zero length dropped", AlterationKind::kDropped,
+              "end sites of zero length"});
 }
 
 std::string metres(double value) {
@@ -86,7 +94,8 @@ std::string metres(double value) {
   return text.data();
 }
 
-void note_bodies(const Skeleton& s, const SkeletonBodies& bodies, std::vector<std::string>& notes) {
+void note_bodies(const Skeleton& s, Clip& clip) {
+  const SkeletonBodies& bodies = clip.bodies;
   std::vector<std::string> moving, caps, travels, outside;
   std::size_t unknown_count = 0;
   for (const SkeletonBody& body : bodies.bodies) {
@@ -99,7 +108,8 @@ void note_bodies(const Skeleton& s, const SkeletonBodies& bodies, std::vector<st
         break;
       case BodyReason::kCap: caps.push_back(name); break;
       case BodyReason::kBall:
-        notes.push_back("several links and none above them meet at " + name + ": its link is a ball");
+        clip.notes.push_back("several links and none above them meet at " + name + ": its link is a ball");
+        clip.alterations.push_back({AlterationKind::kGuessed, "balls where links meet", 1, clip.notes.back()});
         break;
       case BodyReason::kTravels: travels.push_back(name + " to " + end + " (" + metres(body.strays) + ")"); break;
       case BodyReason::kOutside: {
@@ -109,17 +119,23 @@ void note_bodies(const Skeleton& s, const SkeletonBodies& bodies, std::vector<st
       }
     }
   }
-  note_names(notes, travels,
-             {"segment is no bone, since its far end moves", "segments are no bones, since their far ends move"});
-  note_names(notes, outside, {"segment is no bone of the body", "segments are no bones of the body"});
-  note_names(notes, moving,
+  note_names(clip, travels,
+             {"segment is no bone, since its far end moves", "segments are no bones, since their far ends move",
+              AlterationKind::kDropped, "segments whose far ends move"});
+  note_names(clip, outside,
+             {"segment is no bone of the body", "segments are no bones of the body", AlterationKind::kDropped,
+              "segments that are no bones"});
+  note_names(clip, moving,
              {"joint moving in the parent's frame, its segment fixed at the mean",
-              "joints moving in the parent's frame, their segments fixed at the mean"});
-  note_names(notes, caps,
-             {"joint at an end has a cap of the usual size", "joints at ends have caps of the usual size"});
-  if (unknown_count > 0)
-    notes.push_back(std::to_string(unknown_count) + (unknown_count == 1 ? " segment has" : " segments have") +
-                    " no known body part: thickness by length");
+              "joints moving in the parent's frame, their segments fixed at the mean", AlterationKind::kMerged,
+              "places of moving joints, to their means"});
+  note_names(clip, caps,
+             {"joint at an end has a cap of the usual size", "joints at ends have caps of the usual size",
+              AlterationKind::kGuessed, "caps at ends"});
+  note_count(
+      clip, unknown_count,
+      {"segment has no known body part: thickness by length", "segments have no known body part: thickness by length",
+       AlterationKind::kGuessed, "thicknesses by length"});
 }
 
 void add_leaves(const SkeletonBodies& bodies, const std::vector<std::int32_t>& link_of, Character& character) {
@@ -160,11 +176,10 @@ char tallest_axis(const std::array<double, 3>& extents) {
   return static_cast<char>('x' + (std::max_element(extents.begin(), extents.end()) - extents.begin()));
 }
 
-void check_height(const std::array<double, 3>& extents, char up, std::vector<std::string>& notes) {
-  const double height = extents[static_cast<std::size_t>(up - 'x')];
-  if (height >= kLeastHeight && height <= kGreatestHeight) return;
-  notes.push_back("warning: the figure is " + std::to_string(height) +
-                  " m tall, a person is 0.5 to 3 m: is the unit right?");
+void check_height(const Skeleton& skeleton, const SkeletonBodies& bodies, Clip& clip) {
+  const double height = height_of(bodies, clip.up);
+  clip.size_doubt = doubt_of_height(height, skeleton.unit.metres, bodies.stature.source != StatureSource::kHeight);
+  if (!clip.size_doubt.empty()) clip.notes.push_back("warning: " + clip.size_doubt);
 }
 
 }  // namespace
@@ -181,9 +196,11 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
   clip.frame_seconds = skeleton.frame_seconds;
   clip.frame_count = skeleton.frame_count;
   clip.notes = skeleton.notes;
+  clip.alterations = skeleton.alterations;
+  clip.unit = skeleton.unit;
   SkeletonBodies guessed = guess_bodies(view, options.bodies);
   clip.up = options.up == 0 ? tallest_axis(guessed.segments.extents) : options.up;
-  check_height(guessed.segments.extents, clip.up, clip.notes);
+  check_height(skeleton, guessed, clip);
   if (options.skin) {
     add_skin_bodies(skeleton, name, options, clip);
     return clip;
@@ -201,8 +218,8 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
     throw ImportError(name + ": " + std::to_string(joints.size()) + " links, at most " + std::to_string(kMaxLinks) +
                       " are possible");
   const std::vector<std::int32_t> link_of = links_of(joints, skeleton.joint_names.size());
-  note_joints_without_link(skeleton, clip.bodies, link_of, clip.notes);
-  note_bodies(skeleton, clip.bodies, clip.notes);
+  note_joints_without_link(skeleton, link_of, clip);
+  note_bodies(skeleton, clip);
 
   Character& character = clip.character;
   character.name = name;

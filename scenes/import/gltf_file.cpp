@@ -134,7 +134,7 @@ GltfForAssimp prepare_gltf(const std::string& bytes, const std::string& path, co
   const Parts parts = parts_of(bytes, name);
   GltfDocument document(parse_json(parts.json, name), parts.bin, std::filesystem::path(path).parent_path(), name);
   document.check();
-  if (!document.is_version_1()) prepared.glb = rewrite_gltf(document, prepared.notes);
+  if (!document.is_version_1()) prepared.glb = rewrite_gltf(document, prepared.notes, prepared.bones);
   return prepared;
 }
 

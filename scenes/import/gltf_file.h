@@ -21,6 +21,7 @@ struct GltfForAssimp {
   bool is_binary = false;          // whether the file is a GLB
   std::string glb;                 // a file of version 2 written anew (gltf_rewrite.h); empty: assimp gets the file
   std::vector<std::string> notes;  // what the GLB has otherwise than the file
+  std::vector<std::string> bones;  // nodes of the GLB that the file calls bones
 };
 
 // Checks the bytes of a glTF file of version 1 or 2:

@@ -5,6 +5,7 @@
 #include "scenes/import/gltf_document.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
+#include "scenes/import/vrm_bones.h"
 
 #include <algorithm>
 #include <array>
@@ -109,8 +110,8 @@ class NewArrays {
 
 class Rewriter {
  public:
-  Rewriter(const GltfDocument& file, std::vector<std::string>& notes)
-      : file_(file), notes_(notes), nodes_(file.collection("nodes")), arrays_(file), new_arrays_(file) {}
+  Rewriter(const GltfDocument& file, std::vector<std::string>& notes, std::vector<std::string>& bones)
+      : file_(file), notes_(notes), bones_(bones), nodes_(file.collection("nodes")), arrays_(file), new_arrays_(file) {}
 
   std::string glb() {
     list_nodes();
@@ -181,6 +182,8 @@ class Rewriter {
       const Json& target = channel["target"];
       if (target.contains("node")) is_moved[file_.index(target["node"], "nodes", where)] = true;
     });
+    const std::vector<std::size_t> bones = vrm_bones(file_.json());
+    for (const std::size_t bone : bones) is_moved[bone] = true;
     // Those that matter most choose first.
     UniqueNames unique;
     names_.resize(nodes_.size());
@@ -194,6 +197,8 @@ class Rewriter {
           if (is_moved[node] == moved && nodes_[node].contains("mesh") == has_mesh)
             names_[node] = unique.take(own_name(node));
     root_name_ = unique.take("ROOT");  // what assimp calls it
+    for (const std::size_t bone : bones)
+      if (in_scene_[bone]) bones_.push_back(names_[bone]);
     std::vector<std::string> renamed;
     for (const std::size_t node : scene_nodes_) {
       // A mesh that nothing moves is no joint: its name is not shown.
@@ -506,6 +511,7 @@ class Rewriter {
 
   const GltfDocument& file_;
   std::vector<std::string>& notes_;
+  std::vector<std::string>& bones_;
   const Json& nodes_;
   GltfArrays arrays_;
   NewArrays new_arrays_;
@@ -526,8 +532,8 @@ class Rewriter {
 
 }  // namespace
 
-std::string rewrite_gltf(const GltfDocument& file, std::vector<std::string>& notes) {
-  return Rewriter(file, notes).glb();
+std::string rewrite_gltf(const GltfDocument& file, std::vector<std::string>& notes, std::vector<std::string>& bones) {
+  return Rewriter(file, notes, bones).glb();
 }
 
 }  // namespace cab::scenes

@@ -2,6 +2,7 @@
 // clock in one world.
 #pragma once
 
+#include "scenes/import/import_report.h"
 #include "scenes/rig/body_changes.h"
 #include "scenes/sandbox/sandbox.h"
 #include "scenes/scene.h"
@@ -42,11 +43,12 @@ struct SkinOptions {
 // Another file, whose nodes move those of the same name.
 struct MotionFile {
   std::string path;
-  double metres_per_unit = 0;  // its length unit in metres; 0: that of the file that it moves
+  double metres_per_unit = 0;  // its length unit in metres; 0: as it says, or that of the file that it moves
 };
 
 struct ImportOptions {
-  double metres_per_unit = 1.0;              // the file's length unit in metres
+  std::optional<double> metres_per_unit;     // the file's length unit in metres; empty: as the file says, or 1
+  bool guesses_unit = false;                 // without metres_per_unit: one that makes a person, if nothing else does
   std::array<double, 3> offset = {0, 0, 0};  // added to the character's place in the world, metres
   char up = 0;                               // 'x', 'y' or 'z' for the height check; 0: the tallest axis
   std::optional<SandboxLimits> sandbox;      // read the file in a child process with these limits; empty: in this one
@@ -86,7 +88,9 @@ struct Skeleton {
   std::vector<double> positions;  // [frame][joint][3] world, metres, without the offset
   bool is_static = false;         // the file has no animation: one frame, the rest pose
   FileSkin skin;
+  LengthUnit unit;
   std::vector<std::string> notes;
+  std::vector<Alteration> alterations;
 };
 
 // Reads the skeleton, one animation and, if options.skin is given, the meshes of a file through assimp. The text of a
@@ -110,8 +114,11 @@ struct Clip {
   std::uint32_t frame_count = 0;
   std::optional<rig::Coverage> coverage;  // of bodies made of meshes; lengths in metres, poses are frames
   std::vector<std::string> notes;
-  SkeletonBodies bodies;  // of the skeleton's joints; empty if the clip was not made from a skeleton
-  char up = 0;            // ImportOptions::up, or the axis along which the figure is tallest
+  std::vector<Alteration> alterations;
+  LengthUnit unit;
+  std::string size_doubt;  // empty: the figure has the size of a person
+  SkeletonBodies bodies;   // of the skeleton's joints; empty if the clip was not made from a skeleton
+  char up = 0;             // ImportOptions::up, or the axis along which the figure is tallest
 };
 
 // Makes links from a skeleton. If options.skin is given, bodies are those of the file's meshes, as
@@ -127,8 +134,9 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
 Clip import_clip(const std::string& path, const ImportOptions& options);
 
 // Puts clips on one clock, which has the smallest of their frame times. Every clip shows its nearest earlier frame, and
-// each frame lasts until the next. The scene ends with the shortest clip. Static clips stand in all frames. Throws
-// ImportError if the scene would not fit in memory, and std::invalid_argument without clips.
-Scene make_world(std::vector<Clip> clips);
+// each frame lasts until the next. The scene ends with the shortest clip. Static clips stand in all frames. `report`,
+// if it is not null, receives what import did to the files. Throws ImportError if the scene would not fit in memory,
+// and std::invalid_argument without clips.
+Scene make_world(std::vector<Clip> clips, ImportReport* report = nullptr);
 
 }  // namespace cab::scenes

@@ -14,7 +14,7 @@ std::vector<std::string> printable_texts(PayloadReader& reader) {
 
 std::string skeleton_payload(const Skeleton& skeleton) {
   const auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static,
-               skin, notes] = skeleton;
+               skin, unit, notes, alterations] = skeleton;
   const auto& [vertices, triangles, influence_count, influence_bones, influence_weights, inverse_bind, bone_joints,
                stretches] = skin;
   PayloadWriter writer;
@@ -35,7 +35,22 @@ std::string skeleton_payload(const Skeleton& skeleton) {
   writer.array(inverse_bind);
   writer.array(bone_joints);
   writer.array(stretches);
+  writer.value(unit.metres);
+  writer.value(unit.source);
   writer.texts(notes);
+  std::vector<std::uint8_t> kinds;
+  std::vector<std::uint64_t> counts;
+  std::vector<std::string> whats, their_notes;
+  for (const auto& [kind, what, count, note] : alterations) {
+    kinds.push_back(static_cast<std::uint8_t>(kind));
+    whats.push_back(what);
+    counts.push_back(count);
+    their_notes.push_back(note);
+  }
+  writer.array(kinds);
+  writer.texts(whats);
+  writer.array(counts);
+  writer.texts(their_notes);
   return writer.take();
 }
 
@@ -43,7 +58,7 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
   PayloadReader reader(bytes);
   Skeleton skeleton;
   auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static, skin,
-         notes] = skeleton;
+         unit, notes, alterations] = skeleton;
   auto& [vertices, triangles, influence_count, influence_bones, influence_weights, inverse_bind, bone_joints,
          stretches] = skin;
   names = printable_texts(reader);
@@ -64,8 +79,23 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
   inverse_bind = reader.array<float>();
   bone_joints = reader.array<std::uint32_t>();
   stretches = reader.array<float>();
+  unit.metres = reader.value<double>();
+  const auto source = reader.value<std::uint8_t>();
   notes = printable_texts(reader);
+  const std::vector<std::uint8_t> kinds = reader.array<std::uint8_t>();
+  const std::vector<std::string> whats = printable_texts(reader);
+  const std::vector<std::uint64_t> counts = reader.array<std::uint64_t>();
+  const std::vector<std::string> their_notes = printable_texts(reader);
   reader.finish();
+  require_payload(unit.metres > 0 && source <= static_cast<std::uint8_t>(UnitSource::kGuessed),
+                  "its length unit is none");
+  unit.source = static_cast<UnitSource>(source);
+  require_payload(whats.size() == kinds.size() && counts.size() == kinds.size() && their_notes.size() == kinds.size(),
+                  "the arrays of alterations differ in size");
+  for (std::size_t a = 0; a < kinds.size(); ++a) {
+    require_payload(kinds[a] <= static_cast<std::uint8_t>(AlterationKind::kGuessed), "an alteration is of no kind");
+    alterations.push_back({static_cast<AlterationKind>(kinds[a]), whats[a], counts[a], their_notes[a]});
+  }
 
   // Every count is at most the number of bytes, so that no product overflows.
   const std::size_t joints = names.size();

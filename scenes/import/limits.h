@@ -13,6 +13,7 @@ inline constexpr std::size_t kMaxJointFrames = std::size_t{1} << 24;    // 56 by
 inline constexpr std::size_t kMaxPoseFloats = std::size_t{1} << 28;     // of one character in a world
 inline constexpr std::size_t kMaxSkinVertices = std::size_t{1} << 22;   // of all meshes of a file
 inline constexpr std::size_t kMaxSkinTriangles = std::size_t{1} << 23;  // of all meshes of a file
+inline constexpr double kLeastUnit = 1e-9, kGreatestUnit = 1e9;         // metres
 inline constexpr double kMaxFrameSeconds = 3600;
 inline constexpr double kMaxImportValue = 1e9;  // of an offset, key or angle, in the file's unit
 

@@ -37,6 +37,7 @@ Motion motion_of_skeleton(Skeleton skeleton, const std::string& file) {
   motion.frame_seconds = skeleton.frame_seconds;
   motion.frame_count = skeleton.frame_count;
   motion.notes = std::move(skeleton.notes);
+  motion.alterations = std::move(skeleton.alterations);
   const std::size_t joints = skeleton.joint_names.size();
   std::unordered_map<std::string_view, std::size_t> seen;
   for (std::size_t j = 0; j < joints; ++j) {
@@ -45,6 +46,8 @@ Motion motion_of_skeleton(Skeleton skeleton, const std::string& file) {
     motion.names.push_back(is_meant ? name : std::string());
   }
   motion.is_moved.assign(joints, true);
+  motion.rest_scale.assign(joints, 1);
+  motion.scale_above.assign(joints, 1);
   motion.local = [s = std::make_shared<const Skeleton>(std::move(skeleton)), joints](std::size_t j, std::uint32_t f) {
     const auto rotation = [&](std::size_t joint) -> Quat {
       const double* const q = s->rotations.data() + 4 * (f * joints + joint);

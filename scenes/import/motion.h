@@ -20,8 +20,12 @@ struct Motion {
   std::uint32_t frame_count = 0;
   // A node's transform in its parent's frame. It keeps alive what it reads.
   std::function<Affine(std::size_t node, std::uint32_t frame)> local;
-  double scale = 1;  // makes its lengths those of the file that it moves
+  std::vector<double> rest_scale;   // [node] of its rest pose, in the parent's frame
+  std::vector<double> scale_above;  // [node] the product over the nodes above it
+  double stated_unit = 0;           // metres per unit that its file states; 0: none
+  double applied_unit = 1;          // the share of it that is in the nodes' transforms already
   std::vector<std::string> notes;
+  std::vector<Alteration> alterations;
 };
 
 // The joints of a file that has a skeleton alone, without end sites.

@@ -53,13 +53,14 @@ class FilesAndBytes : public Assimp::DefaultIOSystem {
 // assimp gets the checked bytes, under a name that says what they are, in the folder of the file, where it looks for
 // the buffers that a file of version 1 names.
 const aiScene* read_gltf(Assimp::Importer& importer, const std::string& path, const std::string& name,
-                         std::vector<std::string>& notes) {
+                         FileFacts& facts) {
   const std::string bytes = read_text(path, name), extension = lower_extension(path);
   GltfForAssimp prepared = prepare_gltf(bytes, path, name);
-  notes.insert(notes.end(), prepared.notes.begin(), prepared.notes.end());
+  facts.notes.insert(facts.notes.end(), prepared.notes.begin(), prepared.notes.end());
+  facts.named_bones = prepared.bones;
   if (prepared.is_binary ? extension == ".gltf" : extension != ".gltf")
-    notes.push_back(std::string("the file is ") + (prepared.is_binary ? "a GLB" : "glTF text") +
-                    ", though its name ends in " + printable(extension));
+    facts.notes.push_back(std::string("the file is ") + (prepared.is_binary ? "a GLB" : "glTF text") +
+                          ", though its name ends in " + printable(extension));
   if (!prepared.glb.empty()) return importer.ReadFileFromMemory(prepared.glb.data(), prepared.glb.size(), 0, "glb");
   const std::string as_checked = path + (prepared.is_binary ? ".glb" : ".gltf");
   importer.SetIOHandler(new FilesAndBytes(as_checked, bytes));  // the importer deletes it
@@ -71,13 +72,13 @@ const aiScene* read_gltf(Assimp::Importer& importer, const std::string& path, co
 }  // namespace
 
 const aiScene* read_prepared(Assimp::Importer& importer, const std::string& path, const std::string& name,
-                             std::vector<std::string>& notes) {
+                             FileFacts& facts) {
   const std::size_t size = check_file(path, name);
   const std::string extension = lower_extension(path);
   if (is_gltf(extension, read_bytes(path, name, std::min(size, kHeadBytes))))
-    return read_gltf(importer, path, name, notes);
+    return read_gltf(importer, path, name, facts);
   if (extension == ".dae") {
-    const std::optional<std::string> text = collada_for_assimp(read_bytes(path, name, size), notes);
+    const std::optional<std::string> text = collada_for_assimp(read_bytes(path, name, size), facts.notes);
     if (text) return importer.ReadFileFromMemory(text->data(), text->size(), 0, "dae");
   }
   return importer.ReadFile(path, 0);

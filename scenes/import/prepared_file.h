@@ -12,11 +12,17 @@ class Importer;
 
 namespace cab::scenes {
 
+// What a file says besides what assimp reads.
+struct FileFacts {
+  std::vector<std::string> notes;        // what the user may not expect
+  std::vector<std::string> named_bones;  // nodes that the file calls bones, by the names that assimp gives them
+};
+
 // importer.ReadFile(path), but glTF files of version 2 (gltf_file.h) and Collada files (collada_file.h) are prepared
 // first. Returns what assimp returns, which is nullptr if it cannot read the file. `name` is the file in messages;
-// notes get what the user may not expect. Throws ImportError for a glTF file that does not pass its checks, and what
+// `facts` are added to. Throws ImportError for a glTF file that does not pass its checks, and what
 // assimp throws.
 const aiScene* read_prepared(Assimp::Importer& importer, const std::string& path, const std::string& name,
-                             std::vector<std::string>& notes);
+                             FileFacts& facts);
 
 }  // namespace cab::scenes

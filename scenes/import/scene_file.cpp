@@ -4,36 +4,29 @@
 #include "scenes/affine.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
+#include "scenes/import/scene_clock.h"
+#include "scenes/import/scene_joints.h"
 #include "scenes/import/skin_file.h"
+#include "scenes/import/unit.h"
 
+#include <assimp/commonMetaData.h>
 #include <assimp/scene.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <string_view>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
 namespace cab::scenes {
 namespace {
 
-constexpr std::size_t kMaxNodes = std::size_t{1} << 16;
-constexpr double kDefaultTicksPerSecond = 25;  // assimp's own value for files that do not say
-constexpr double kMinFrameSeconds = 1e-3;
-constexpr double kStaticFrameSeconds = 1.0 / 30;
 constexpr double kUsualRatio = 2;  // of lengths of bones in two files of one figure
-
-bool is_usable(const Affine& a) {
-  for (const Vec3& column : {a.columns[0], a.columns[1], a.columns[2], a.translation}) {
-    for (const double value : column) {
-      if (!(std::fabs(value) <= kMaxImportValue)) return false;
-    }
-  }
-  return true;
-}
+constexpr double kCentimetre = .01;
+// Scales of rest poses that differ by less are one: those of files are floats.
+constexpr double kSameScale = 1e-4;
 
 Quat slerp(const Quat& a, Quat b, double s) {
   double cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
@@ -109,127 +102,85 @@ void check_keys(const Key* keys, unsigned count, const char* kind, const std::st
   }
 }
 
-// The nodes of a scene in pre-order, and their parents.
-struct Nodes {
-  std::vector<const aiNode*> nodes;
-  std::vector<std::int32_t> parents;
-  std::unordered_map<std::string_view, std::size_t> by_name;
+// How much a transform enlarges; 1 for one that is flat.
+double scale_of(const Affine& a) {
+  const double volume = std::fabs(dot(cross(a.columns[0], a.columns[1]), a.columns[2]));
+  const double scale = std::cbrt(volume);
+  return scale > 0 && std::isfinite(scale) ? scale : 1;
+}
+
+// The ratio of two scales, which is 1 if only rounding is between them.
+double ratio_of(double scale, double other) {
+  const double ratio = scale / other;
+  return std::fabs(ratio - 1) <= kSameScale ? 1 : ratio;
+}
+
+// The scale of each node's rest pose, and the product over the nodes above it.
+std::pair<std::vector<double>, std::vector<double>> rest_scales(const NodeTree& tree) {
+  const std::size_t count = tree.nodes.size();
+  std::vector<double> own(count), above(count, 1);
+  for (std::size_t n = 0; n < count; ++n) {
+    own[n] = scale_of(affine(tree.nodes[n]->mTransformation));
+    if (tree.parents[n] < 0) continue;
+    const auto parent = static_cast<std::size_t>(tree.parents[n]);
+    above[n] = above[parent] * own[parent];
+  }
+  return {std::move(own), std::move(above)};
+}
+
+// What a file says of its length unit: metres per unit, 0 if it says nothing, and the share of it that assimp has put
+// into the transform of the root.
+struct StatedUnit {
+  double metres = 0;
+  double applied = 1;
 };
 
-std::string_view view(const aiString& name) { return {name.C_Str(), name.length}; }
+StatedUnit stated_unit(const aiScene& scene) {
+  StatedUnit unit;
+  if (scene.mMetaData == nullptr) return unit;
+  aiString format;
+  const bool is_collada =
+      scene.mMetaData->Get(AI_METADATA_SOURCE_FORMAT, format) && view(format).find("Collada") != std::string_view::npos;
+  // A number that FBX states in centimetres. Its type differs between versions of assimp.
+  float single = 0;
+  double centimetres = 0;
+  if (scene.mMetaData->Get("UnitScaleFactor", single)) centimetres = static_cast<double>(single);
+  const bool is_fbx = centimetres > 0 || scene.mMetaData->Get("UnitScaleFactor", centimetres);
+  if (!is_fbx && !is_collada) return unit;
+  unit.applied = scale_of(affine(scene.mRootNode->mTransformation));
+  unit.metres = is_collada ? unit.applied : kCentimetre * centimetres;
+  // Numbers that are no unit are as none.
+  if (!(unit.metres >= kLeastUnit && unit.metres <= kGreatestUnit)) unit = {};
+  return unit;
+}
 
-// Lists all nodes. A name may belong to several nodes (a bone and the mesh that it moves). Then it means the first node
-// without a mesh, or the first node if all have meshes.
-Nodes flatten(const aiScene& scene, const std::string& path) {
-  Nodes flat;
-  std::vector<std::pair<const aiNode*, std::int32_t>> open = {{scene.mRootNode, -1}};
-  while (!open.empty()) {
-    const auto [node, parent] = open.back();
-    open.pop_back();
-    if (flat.nodes.size() == kMaxNodes) throw ImportError(path + ": more than " + std::to_string(kMaxNodes) + " nodes");
-    const std::size_t index = flat.nodes.size();
-    flat.nodes.push_back(node);
-    flat.parents.push_back(parent);
-    if (!is_usable(affine(node->mTransformation))) {
-      throw ImportError(path + ": node " + printable(view(node->mName)) +
-                        ": its transform is not finite or out of range");
-    }
-    const auto [entry, is_new] = flat.by_name.try_emplace(view(node->mName), index);
-    if (!is_new && flat.nodes[entry->second]->mNumMeshes > 0 && node->mNumMeshes == 0) entry->second = index;
-    for (unsigned c = node->mNumChildren; c-- > 0;)
-      open.emplace_back(node->mChildren[c], static_cast<std::int32_t>(index));
-  }
-  return flat;
+// Frames a second that a file itself states: FBX counts ticks in frames. 0 if it does not.
+double own_rate(const aiScene& scene, const aiAnimation& animation) {
+  const bool is_fbx = scene.mMetaData != nullptr && scene.mMetaData->HasKey("UnitScaleFactor");
+  return is_fbx ? animation.mTicksPerSecond : 0;
 }
 
 // [node] its name, or nothing if the name means another node.
-std::vector<std::string> names_of(const Nodes& flat) {
-  std::vector<std::string> names(flat.nodes.size());
-  for (const auto& [name, node] : flat.by_name) names[node] = name;
+std::vector<std::string> names_of(const NodeTree& tree) {
+  std::vector<std::string> names(tree.nodes.size());
+  for (const auto& [name, node] : tree.named) names[node] = name;
   return names;
 }
 
-// Marks the nodes that are joints, by the rule in scene_file.h: the bones or moved nodes and all nodes between them, up
-// to the lowest node above them all. Empty if there are none.
-std::vector<bool> choose_joints(const aiScene& scene, const Nodes& flat, const std::vector<bool>& is_moved) {
-  std::vector<bool> joint(flat.nodes.size(), false);
-  const auto mark = [&](const aiString& name) {
-    const auto found = flat.by_name.find(view(name));
-    if (found != flat.by_name.end()) joint[found->second] = true;
-  };
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    for (unsigned b = 0; b < scene.mMeshes[m]->mNumBones; ++b) mark(scene.mMeshes[m]->mBones[b]->mName);
-  }
-  if (std::find(joint.begin(), joint.end(), true) == joint.end()) joint = is_moved;
-  std::vector<std::size_t> below(flat.nodes.size(), 0);
-  for (std::size_t n = flat.nodes.size(); n-- > 0;) {
-    below[n] += joint[n] ? 1 : 0;
-    if (flat.parents[n] >= 0) below[static_cast<std::size_t>(flat.parents[n])] += below[n];
-  }
-  if (below[0] == 0) return {};
-  // The last node in pre-order with all marked nodes at or below it.
-  std::size_t root = 0;
-  for (std::size_t n = 0; n < flat.nodes.size(); ++n) {
-    if (below[n] == below[0]) root = n;
-  }
-  for (std::size_t n = 0; n < flat.nodes.size(); ++n) joint[n] = n >= root && below[n] > 0;
-  return joint;
-}
-
-// The times at which the animation is sampled.
-struct Clock {
-  double first_tick = 0;
-  double ticks_per_frame = 0;
-  double frame_seconds = kStaticFrameSeconds;
-  std::uint32_t frame_count = 1;
-};
-
-void check_frames(double frames, std::size_t node_count, const std::string& path) {
-  if (!(frames * static_cast<double>(node_count) <= static_cast<double>(kMaxJointFrames)))
-    throw ImportError(path + ": frames x nodes is more than " + std::to_string(kMaxJointFrames));
-}
-
-Clock make_clock(const aiAnimation& animation, std::size_t node_count, const std::string& path,
-                 std::vector<std::string>& notes) {
-  // assimp gives a track that a file lacks one key at 0, which says nothing about the clock.
-  constexpr unsigned kLeastKeys = 2;
-  double first = 0, last = 0, densest_span = 0;
-  unsigned most_keys = 0;
-  const auto see = [&](const auto* keys, unsigned count) {
-    if (count < kLeastKeys) return;
-    const double begin = keys[0].mTime, end = keys[count - 1].mTime;
-    first = most_keys > 0 ? std::min(first, begin) : begin;
-    last = most_keys > 0 ? std::max(last, end) : end;
-    if (count > most_keys) {
-      most_keys = count;
-      densest_span = end - begin;
-    }
+// The times of an animation's keys, in ticks.
+std::vector<KeyTimes> key_times(const aiAnimation& animation) {
+  std::vector<KeyTimes> tracks;
+  const auto add = [&](const auto* keys, unsigned count) {
+    tracks.emplace_back();
+    for (unsigned k = 0; k < count; ++k) tracks.back().push_back(keys[k].mTime);
   };
   for (unsigned c = 0; c < animation.mNumChannels; ++c) {
     const aiNodeAnim& track = *animation.mChannels[c];
-    see(track.mPositionKeys, track.mNumPositionKeys);
-    see(track.mRotationKeys, track.mNumRotationKeys);
-    see(track.mScalingKeys, track.mNumScalingKeys);
+    add(track.mPositionKeys, track.mNumPositionKeys);
+    add(track.mRotationKeys, track.mNumRotationKeys);
+    add(track.mScalingKeys, track.mNumScalingKeys);
   }
-  Clock clock;
-  clock.first_tick = first;
-  if (most_keys < kLeastKeys || !(densest_span > 0)) return clock;
-  double ticks_per_second = animation.mTicksPerSecond;
-  if (ticks_per_second == 0) {
-    ticks_per_second = kDefaultTicksPerSecond;
-    notes.push_back("the file has no clock: 25 ticks a second assumed");
-  }
-  if (!std::isfinite(ticks_per_second) || ticks_per_second < 0)
-    throw ImportError(path + ": the ticks a second of its animation must be finite and above 0");
-  clock.frame_seconds = std::max(densest_span / (most_keys - 1) / ticks_per_second, kMinFrameSeconds);
-  if (!(clock.frame_seconds <= kMaxFrameSeconds))
-    throw ImportError(path + ": the frame time of its animation is more than an hour");
-  clock.ticks_per_frame = clock.frame_seconds * ticks_per_second;
-  // The tolerance keeps the last key if the quotient is a rounding error below a whole number.
-  const double frames = std::floor((last - first) / clock.ticks_per_frame + 1e-6) + 1;
-  check_frames(frames, node_count, path);
-  clock.frame_count = static_cast<std::uint32_t>(frames);
-  return clock;
+  return tracks;
 }
 
 // The names of all animations, in quotes.
@@ -262,14 +213,31 @@ void add_stretch(const Affine& joint, const Quat& rotation, std::vector<float>& 
 class PosedNodes {
  public:
   // `own`: the motion is of the same nodes. Otherwise it is of another file.
-  PosedNodes(const Nodes& flat, const Motion& motion, bool own) : flat_(flat), motion_(motion) {
+  PosedNodes(const NodeTree& tree, const Motion& motion, bool own) : tree_(tree), motion_(motion) {
     if (!own) {
-      source_ = match_names(names_of(flat), motion.names);
+      source_ = match_names(names_of(tree), motion.names);
       return;
     }
-    source_.resize(flat.nodes.size());
+    source_.resize(tree.nodes.size());
     std::iota(source_.begin(), source_.end(), 0);
   }
+
+  // Lets the file keep the scales of its own rest poses, such as that of an armature. A length of the motion is `ratio`
+  // times as long in the file, and by as much more as the nodes above it enlarge more there if `as_seen`.
+  void even_out(double ratio, bool as_seen) {
+    const auto [own, above] = rest_scales(tree_);
+    scale_.assign(own.size(), 1);
+    length_.assign(own.size(), ratio);
+    for (std::size_t n = 0; n < own.size(); ++n) {
+      if (!has(n)) continue;
+      const auto source = static_cast<std::size_t>(source_[n]);
+      scale_[n] = ratio_of(own[n], motion_.rest_scale[source]);
+      if (as_seen) length_[n] = ratio * ratio_of(motion_.scale_above[source], above[n]);
+    }
+  }
+
+  // The factor of the lengths of a node in the motion.
+  double length_factor(std::size_t node) const { return length_[node]; }
 
   // Whether the motion has a node.
   bool has(std::size_t node) const { return source_[node] >= 0; }
@@ -286,32 +254,44 @@ class PosedNodes {
   Affine local(std::size_t node, std::uint32_t frame) const {
     if (!has(node)) return rest(node);
     Affine local = motion_.local(static_cast<std::size_t>(source_[node]), frame);
-    local.translation = motion_.scale * local.translation;
+    if (scale_.empty()) return local;
+    for (Vec3& column : local.columns) column = scale_[node] * column;
+    local.translation = length_[node] * local.translation;
     return local;
   }
 
-  Affine rest(std::size_t node) const { return affine(flat_.nodes[node]->mTransformation); }
+  Affine rest(std::size_t node) const { return affine(tree_.nodes[node]->mTransformation); }
 
  private:
-  const Nodes& flat_;
+  const NodeTree& tree_;
   const Motion& motion_;
   std::vector<std::int32_t> source_;
+  std::vector<double> scale_, length_;  // [node] factors of the motion's scales and lengths; empty: 1
 };
+
+// How much longer bones are in the motion than in the file, by the median; 1 if none has a length in both.
+double length_ratio(const PosedNodes& posed, const std::vector<std::size_t>& node_of) {
+  std::vector<double> ratios;
+  for (std::size_t j = 1; j < node_of.size(); ++j) {
+    if (!posed.has(node_of[j])) continue;
+    const double rest = length(posed.rest(node_of[j]).translation);
+    const double moved = length(posed.local(node_of[j], 0).translation);
+    if (rest > 0 && moved > 0) ratios.push_back(moved / rest);
+  }
+  if (ratios.empty()) return 1;
+  const auto median = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), median, ratios.end());
+  return *median;
+}
+
+bool is_usual(double length_ratio) { return length_ratio >= 1 / kUsualRatio && length_ratio <= kUsualRatio; }
 
 // Says how many joints another file moves, and which not. Throws ImportError if it is none.
 void note_motion(const PosedNodes& posed, const std::vector<std::size_t>& node_of, const Motion& motion,
                  const std::string& path, Skeleton& skeleton) {
   std::vector<std::string> missing;
-  std::vector<double> ratios;
-  for (std::size_t j = 0; j < node_of.size(); ++j) {
-    if (!posed.has(node_of[j])) {
-      missing.push_back(skeleton.joint_names[j]);
-      continue;
-    }
-    const double rest = length(posed.rest(node_of[j]).translation);
-    const double moved = length(posed.local(node_of[j], 0).translation);
-    if (j > 0 && rest > 0 && moved > 0) ratios.push_back(moved / rest);
-  }
+  for (std::size_t j = 0; j < node_of.size(); ++j)
+    if (!posed.has(node_of[j])) missing.push_back(skeleton.joint_names[j]);
   if (missing.size() == node_of.size()) {
     std::vector<std::string> names;
     for (const std::string& name : motion.names)
@@ -322,14 +302,66 @@ void note_motion(const PosedNodes& posed, const std::vector<std::size_t>& node_o
   skeleton.notes.push_back("motion of " + motion.file + ": it has " + std::to_string(node_of.size() - missing.size()) +
                            " of " + std::to_string(node_of.size()) + " joints by name" +
                            (missing.empty() ? "" : "; in rest pose: " + listed(missing)));
-  if (ratios.empty()) return;
-  const auto median = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), median, ratios.end());
-  if (*median >= 1 / kUsualRatio && *median <= kUsualRatio) return;
-  std::array<char, 32> ratio = {};
-  std::snprintf(ratio.data(), ratio.size(), "%.3g", *median);
-  skeleton.notes.push_back("bones of " + motion.file + " are " + ratio.data() +
+  if (!missing.empty())
+    skeleton.alterations.push_back({AlterationKind::kGuessed, "joints in rest pose, which the motion lacks",
+                                    missing.size(), skeleton.notes.back()});
+  const double ratio = length_ratio(posed, node_of);
+  if (is_usual(ratio)) return;
+  skeleton.notes.push_back("bones of " + motion.file + " are " + digits(ratio, 3) +
                            " times as long as those that they move: --motion-units says its length unit");
+}
+
+// Makes lengths and rest scales of a motion of another file those of the file, in which `metres` is one length of its
+// nodes' transforms. Lengths are as they are seen in the motion, with its unit and the scale of the nodes above them.
+// If bones have no usual length then, without that scale, or without its unit too unless it is given.
+void even_out(const ImportOptions& options, const Motion& motion, double metres,
+              const std::vector<std::size_t>& node_of, PosedNodes& posed, Skeleton& skeleton) {
+  const double given = options.motion->metres_per_unit;
+  const bool is_stated = !(given > 0) && !options.metres_per_unit && motion.stated_unit > 0;
+  const double unit = given > 0 ? given : is_stated ? motion.stated_unit : skeleton.unit.metres;
+  const double ratio = unit / motion.applied_unit / metres;
+  posed.even_out(ratio, true);
+  const double seen = posed.length_factor(node_of.front()), as_seen = length_ratio(posed, node_of);
+  const double more = seen / ratio / (motion.applied_unit * metres / skeleton.unit.metres);
+  if (!is_usual(as_seen)) {
+    bool found = false;
+    for (const double other : {ratio, 1.0}) {
+      if (other != ratio && !is_stated) continue;
+      posed.even_out(other, false);
+      if (found = is_usual(length_ratio(posed, node_of)); found) break;
+    }
+    if (!found) posed.even_out(ratio, true);
+  }
+  if (std::fabs(more - 1) <= kSameScale) return;
+  skeleton.notes.push_back("nodes above the joints of " + motion.file + " enlarge " + digits(more, 3) +
+                           " times as much as those of the file: evened out");
+}
+
+// Says which nodes move and are no joints.
+void note_left_out(const PosedNodes& posed, const std::vector<bool>& left_out, std::uint32_t frame_count,
+                   const NodeTree& tree, Skeleton& skeleton) {
+  constexpr double kMoves = 1e-5;  // of a transform's largest number
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < left_out.size(); ++n) {
+    if (!left_out[n]) continue;
+    const Affine first = posed.local(n, 0);
+    bool moves = false;
+    for (std::uint32_t f = 1; f < frame_count && !moves; ++f) {
+      const Affine now = posed.local(n, f);
+      double size = length(first.translation), change = length(now.translation - first.translation);
+      for (std::size_t k = 0; k < 3; ++k) {
+        size = std::max(size, length(first.columns[k]));
+        change = std::max(change, length(now.columns[k] - first.columns[k]));
+      }
+      moves = change > kMoves * size;
+    }
+    if (moves) names.push_back(printable(view(tree.nodes[n]->mName)));
+  }
+  if (names.empty()) return;
+  skeleton.notes.push_back(std::to_string(names.size()) +
+                           (names.size() == 1 ? " node moves and is" : " nodes move and are") +
+                           " no joint of the figure: " + listed(names));
+  skeleton.alterations.push_back({AlterationKind::kDropped, "nodes that move", names.size(), skeleton.notes.back()});
 }
 
 }  // namespace
@@ -337,10 +369,10 @@ void note_motion(const PosedNodes& posed, const std::vector<std::size_t>& node_o
 Motion motion_of_scene(std::shared_ptr<const aiScene> scene, const std::string& path, const std::string& animation) {
   Motion motion;
   motion.file = path;
-  const Nodes flat = flatten(*scene, path);
-  motion.names = names_of(flat);
-  std::vector<const aiNodeAnim*> tracks(flat.nodes.size(), nullptr);
-  Clock clock;
+  const NodeTree tree = tree_of(*scene, path);
+  motion.names = names_of(tree);
+  std::vector<const aiNodeAnim*> tracks(tree.nodes.size(), nullptr);
+  SceneClock clock;
   if (scene->mNumAnimations == 0 && !animation.empty()) throw ImportError(path + ": it has no animation");
   if (scene->mNumAnimations > 0) {
     const aiAnimation& chosen = chosen_animation(*scene, path, animation);
@@ -351,17 +383,22 @@ Motion motion_of_scene(std::shared_ptr<const aiScene> scene, const std::string& 
       check_keys(track.mPositionKeys, track.mNumPositionKeys, "position", where);
       check_keys(track.mRotationKeys, track.mNumRotationKeys, "rotation", where);
       check_keys(track.mScalingKeys, track.mNumScalingKeys, "scaling", where);
-      const auto node = flat.by_name.find(view(track.mNodeName));
-      if (node != flat.by_name.end()) tracks[node->second] = &track;
+      const auto node = tree.named.find(view(track.mNodeName));
+      if (node != tree.named.end()) tracks[node->second] = &track;
     }
-    clock = make_clock(chosen, flat.nodes.size(), path, motion.notes);
+    clock = make_clock(key_times(chosen), {chosen.mTicksPerSecond, own_rate(*scene, chosen), tree.nodes.size()}, path,
+                       motion.notes, motion.alterations);
     if (scene->mNumAnimations > 1)
       motion.notes.push_back("animation " + chosen_name + " is read, one of " + animation_names(*scene));
   }
   motion.frame_seconds = clock.frame_seconds;
   motion.frame_count = clock.frame_count;
   for (const aiNodeAnim* track : tracks) motion.is_moved.push_back(track != nullptr);
-  motion.local = [scene = std::move(scene), nodes = flat.nodes, tracks = std::move(tracks), clock](
+  std::tie(motion.rest_scale, motion.scale_above) = rest_scales(tree);
+  const StatedUnit unit = stated_unit(*scene);
+  motion.stated_unit = unit.metres;
+  motion.applied_unit = unit.applied;
+  motion.local = [scene = std::move(scene), nodes = tree.nodes, tracks = std::move(tracks), clock](
                      std::size_t node, std::uint32_t frame) {
     if (tracks[node] == nullptr) return affine(nodes[node]->mTransformation);
     return sample(*tracks[node], clock.first_tick + frame * clock.ticks_per_frame);
@@ -370,13 +407,19 @@ Motion motion_of_scene(std::shared_ptr<const aiScene> scene, const std::string& 
 }
 
 Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const Motion& motion,
-                           const ImportOptions& options) {
-  const Nodes flat = flatten(scene, path);
+                           const ImportOptions& options, const std::vector<std::string>& named_bones) {
+  const NodeTree tree = tree_of(scene, path);
   const bool own = !options.motion;
-  const PosedNodes posed(flat, motion, own);
-  check_frames(motion.frame_count, flat.nodes.size(), path);
+  PosedNodes posed(tree, motion, own);
+  check_frames(motion.frame_count, tree.nodes.size(), path);
   Skeleton skeleton;
   skeleton.notes = motion.notes;
+  skeleton.alterations = motion.alterations;
+  const StatedUnit unit = stated_unit(scene);
+  set_unit(options, skeleton, unit.metres);
+  if (skeleton.unit.source == UnitSource::kFile && skeleton.unit.metres != 1)
+    skeleton.notes.push_back("length unit: " + digits(skeleton.unit.metres, 6) + " m, as the file says");
+  const double metres = skeleton.unit.metres / unit.applied;  // of a length in its nodes' transforms
   skeleton.is_static = motion.frame_count == 1;
   if (skeleton.is_static)
     skeleton.notes.push_back("no motion: the pose of " + (own ? "the file" : motion.file) + " holds for all frames");
@@ -384,34 +427,39 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
   skeleton.frame_count = motion.frame_count;
 
   // The joint of each node, -1 for a node that is not a joint.
-  const std::vector<bool> is_joint = choose_joints(scene, flat, posed.moved());
+  const std::vector<bool> has_track = posed.moved();
+  const std::vector<bool> is_joint = choose_joints(scene, tree, {has_track, named_bones, options.skin.has_value()});
   if (is_joint.empty())
     throw ImportError(path + ": no skeleton: it has no bones and no " +
                       (own ? "animated nodes" : "nodes that " + motion.file + " moves, by name"));
-  std::vector<std::int32_t> joint_of(flat.nodes.size(), -1);
+  std::vector<std::int32_t> joint_of(tree.nodes.size(), -1);
   std::vector<std::size_t> node_of;
-  for (std::size_t n = 0; n < flat.nodes.size(); ++n) {
+  for (std::size_t n = 0; n < tree.nodes.size(); ++n) {
     if (!is_joint[n]) continue;
     joint_of[n] = static_cast<std::int32_t>(node_of.size());
     node_of.push_back(n);
-    skeleton.joint_names.push_back(printable(view(flat.nodes[n]->mName)));
-    skeleton.joint_parents.push_back(joint_of[n] == 0 ? -1 : joint_of[static_cast<std::size_t>(flat.parents[n])]);
+    skeleton.joint_names.push_back(printable(view(tree.nodes[n]->mName)));
+    skeleton.joint_parents.push_back(joint_of[n] == 0 ? -1 : joint_of[static_cast<std::size_t>(tree.parents[n])]);
     skeleton.is_end_site.push_back(false);
   }
-  if (!own) note_motion(posed, node_of, motion, path, skeleton);
+  if (!own) {
+    even_out(options, motion, metres, node_of, posed, skeleton);
+    note_motion(posed, node_of, motion, path, skeleton);
+  }
+  note_left_out(posed, left_out_nodes(scene, tree, has_track, is_joint), motion.frame_count, tree, skeleton);
 
-  std::vector<Affine> world(flat.nodes.size());
+  std::vector<Affine> world(tree.nodes.size());
   for (std::uint32_t f = 0; f < motion.frame_count; ++f) {
-    for (std::size_t n = 0; n < flat.nodes.size(); ++n) {
+    for (std::size_t n = 0; n < tree.nodes.size(); ++n) {
       world[n] = posed.local(n, f);
-      if (flat.parents[n] >= 0) world[n] = multiply(world[static_cast<std::size_t>(flat.parents[n])], world[n]);
+      if (tree.parents[n] >= 0) world[n] = multiply(world[static_cast<std::size_t>(tree.parents[n])], world[n]);
       if (!is_joint[n]) continue;
       if (!is_usable(world[n])) {
         throw ImportError(path + ": node " + skeleton.joint_names[static_cast<std::size_t>(joint_of[n])] +
                           " leaves the range of " + "coordinates in frame " + std::to_string(f));
       }
       const Quat rotation = rotation_of(world[n]);
-      const Vec3 position = options.metres_per_unit * world[n].translation;
+      const Vec3 position = metres * world[n].translation;
       if (options.skin) add_stretch(world[n], rotation, skeleton.skin.stretches);
       skeleton.rotations.insert(skeleton.rotations.end(), rotation.begin(), rotation.end());
       skeleton.positions.insert(skeleton.positions.end(), position.begin(), position.end());
@@ -420,11 +468,11 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
 
   if (options.skin) {
     const auto node_named = [&](const aiString& name) {
-      const auto node = flat.by_name.find(view(name));
-      return node == flat.by_name.end() ? -1 : static_cast<std::int32_t>(node->second);
+      const auto node = tree.named.find(view(name));
+      return node == tree.named.end() ? -1 : static_cast<std::int32_t>(node->second);
     };
-    const SceneNodes nodes = {flat.nodes, flat.parents, joint_of, node_named};
-    read_skin(scene, nodes, path, options.metres_per_unit, skeleton);
+    const SceneNodes nodes = {tree.nodes, tree.parents, joint_of, node_named};
+    read_skin(scene, nodes, path, metres, skeleton);
   }
 
   // Rest offsets are those of the first frame.

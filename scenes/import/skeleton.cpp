@@ -6,9 +6,11 @@
 #include "scenes/import/import_payload.h"
 #include "scenes/import/in_child.h"
 #include "scenes/import/input_file.h"
+#include "scenes/import/limits.h"
 #include "scenes/import/prepared_file.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/scene_file.h"
+#include "scenes/import/unit.h"
 #include "scenes/vec3d.h"
 
 #include <assimp/config.h>
@@ -20,6 +22,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 namespace cab::scenes {
@@ -105,6 +108,7 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
 
   Skeleton skeleton;
   skeleton.notes = text.notes;
+  set_unit(options, skeleton);
   skeleton.frame_seconds = text.frame_seconds;
   skeleton.frame_count = text.frame_count;
   // assimp's tracks are in file order, like the joints of the text; names need not be unique.
@@ -114,7 +118,7 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
     skeleton.joint_names.push_back(joint.name);
     skeleton.joint_parents.push_back(joint.parent);
     skeleton.is_end_site.push_back(joint.is_end_site);
-    for (const double component : joint.offset) skeleton.rest_offsets.push_back(component * options.metres_per_unit);
+    for (const double component : joint.offset) skeleton.rest_offsets.push_back(component * skeleton.unit.metres);
     tracks.push_back(nullptr);
     if (joint.is_end_site) continue;
     tracks.back() = &checked_track(*scene.mAnimations[0], next_track++, joint, text.frame_count, name);
@@ -133,7 +137,7 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
         const aiQuaternion& q = tracks[j]->mRotationKeys[f].mValue;
         rotation[j] = normalized({q.x, q.y, q.z, q.w});
       }
-      position[j] = options.metres_per_unit * local_translation(text, joint, tracks[j], f);
+      position[j] = skeleton.unit.metres * local_translation(text, joint, tracks[j], f);
       if (joint.parent >= 0) {
         const auto parent = static_cast<std::size_t>(joint.parent);
         position[j] = position[parent] + rotate(rotation[parent], position[j]);
@@ -149,7 +153,7 @@ Skeleton read_bvh(std::string bytes, const std::string& name, const ImportOption
 // A scene, which keeps alive the importer that owns it.
 struct SceneFile {
   std::shared_ptr<const aiScene> scene;
-  std::vector<std::string> notes;
+  FileFacts facts;
 };
 
 std::shared_ptr<const aiScene> owned(std::shared_ptr<Assimp::Importer> importer, const aiScene& scene) {
@@ -187,28 +191,26 @@ SceneFile read_scene(const std::string& path) {
     throw ImportError(name + ": no skeleton: files of this type cannot hold one");
   SceneFile file;
   const auto importer = std::make_shared<Assimp::Importer>();
-  const auto read = [&] { return read_prepared(*importer, path, name, file.notes); };
+  const auto read = [&] { return read_prepared(*importer, path, name, file.facts); };
   file.scene = owned(importer, read_with_assimp(*importer, name, read));
   return file;
 }
 
-// The motion of options.motion, in the unit of the file that it moves.
+// The motion of options.motion, with lengths as its file has them.
 Motion read_motion(const ImportOptions& options) {
-  const auto& [path, metres_per_unit] = *options.motion;
+  const std::string& path = options.motion->path;
   const std::string name = printable(path);
   const auto refuse = [&name] { throw ImportError(name + ": it has no animation"); };
-  const double scale = metres_per_unit == 0 ? 1 : metres_per_unit / options.metres_per_unit;
-  ImportOptions scaled = options;
-  scaled.metres_per_unit = scale;
-  if (std::optional<Skeleton> skeleton = read_capture(path, scaled)) {
+  ImportOptions unscaled = options;
+  unscaled.metres_per_unit.reset();
+  if (std::optional<Skeleton> skeleton = read_capture(path, unscaled)) {
     if (skeleton->is_static) refuse();
     return motion_of_skeleton(std::move(*skeleton), name);
   }
   const SceneFile file = read_scene(path);
   if (file.scene->mNumAnimations == 0) refuse();
   Motion motion = motion_of_scene(file.scene, name, options.animation);
-  motion.scale = scale;
-  motion.notes.insert(motion.notes.end(), file.notes.begin(), file.notes.end());
+  motion.notes.insert(motion.notes.end(), file.facts.notes.begin(), file.facts.notes.end());
   return motion;
 }
 
@@ -221,8 +223,8 @@ Skeleton import_here(const std::string& path, const ImportOptions& options) {
   }
   const SceneFile file = read_scene(path);
   const Motion motion = options.motion ? read_motion(options) : motion_of_scene(file.scene, name, options.animation);
-  Skeleton skeleton = skeleton_of_scene(*file.scene, name, motion, options);
-  skeleton.notes.insert(skeleton.notes.end(), file.notes.begin(), file.notes.end());
+  Skeleton skeleton = skeleton_of_scene(*file.scene, name, motion, options, file.facts.named_bones);
+  skeleton.notes.insert(skeleton.notes.end(), file.facts.notes.begin(), file.facts.notes.end());
   return skeleton;
 }
 
@@ -230,18 +232,23 @@ Skeleton import_here(const std::string& path, const ImportOptions& options) {
 
 Skeleton import_skeleton(const std::string& path, const ImportOptions& options) {
   const auto check_unit = [](const std::string& file, double unit) {
-    if (!(unit >= 1e-9 && unit <= 1e9))
+    if (!(unit >= kLeastUnit && unit <= kGreatestUnit))
       throw ImportError(printable(file) + ": metres per unit must be between 1e-9 and 1e9");
   };
-  check_unit(path, options.metres_per_unit);
+  if (options.metres_per_unit) check_unit(path, *options.metres_per_unit);
   if (options.motion && options.motion->metres_per_unit != 0)
     check_unit(options.motion->path, options.motion->metres_per_unit);
-  if (!options.sandbox) return import_here(path, options);
+  if (options.metres_per_unit && options.guesses_unit)
+    throw ImportError(printable(path) + ": a length unit is given or guessed, not both");
   ChildFiles files;
   if (options.motion) files.other = options.motion->path;
-  return from_child(
-      path, *options.sandbox, [&] { return skeleton_payload(import_here(path, options)); }, read_skeleton_payload,
-      files);
+  Skeleton skeleton = options.sandbox
+                          ? from_child(
+                                path, *options.sandbox, [&] { return skeleton_payload(import_here(path, options)); },
+                                read_skeleton_payload, files)
+                          : import_here(path, options);
+  fit_unit(options, skeleton);
+  return skeleton;
 }
 
 }  // namespace cab::scenes

@@ -162,9 +162,11 @@ void read_skin(const aiScene& scene, const SceneNodes& nodes, const std::string&
     }
   }
   set_influences(gathered);
-  if (gathered.loose_meshes > 0)
-    skeleton.notes.push_back(std::to_string(gathered.loose_meshes) +
-                             (gathered.loose_meshes == 1 ? " mesh" : " meshes") + " left out (no joint moves them)");
+  if (gathered.loose_meshes == 0) return;
+  skeleton.notes.push_back(std::to_string(gathered.loose_meshes) + (gathered.loose_meshes == 1 ? " mesh" : " meshes") +
+                           " left out (no joint moves them)");
+  skeleton.alterations.push_back(
+      {AlterationKind::kDropped, "meshes that no joint moves", gathered.loose_meshes, skeleton.notes.back()});
 }
 
 }  // namespace cab::scenes

@@ -35,9 +35,20 @@ std::vector<T> resampled(const std::vector<T>& values, const Clip& clip, std::ui
   return result;
 }
 
+// Adds what import did to the file of a clip.
+void add_to(ImportReport& report, const Clip& clip) {
+  const std::string& name = clip.character.name;
+  report.units.push_back(clip.unit);
+  for (Alteration alteration : clip.alterations) {
+    if (!alteration.note.empty()) alteration.note = name + ": " + alteration.note;
+    report.alterations.push_back(std::move(alteration));
+  }
+  if (!clip.size_doubt.empty()) report.size_doubts.push_back(name + ": " + clip.size_doubt);
+}
+
 }  // namespace
 
-Scene make_world(std::vector<Clip> clips) {
+Scene make_world(std::vector<Clip> clips, ImportReport* report) {
   if (clips.empty()) throw std::invalid_argument("make_world: at least one clip is needed");
   Scene scene;
   bool is_moving = false;
@@ -58,11 +69,14 @@ Scene make_world(std::vector<Clip> clips) {
     Character& character = clip.character;
     scene.name += (scene.name.empty() ? "" : " + ") + character.name;
     for (const std::string& note : clip.notes) scene.notes.push_back(character.name + ": " + note);
+    if (report != nullptr) add_to(*report, clip);
     const bool is_on_clock = clip.frame_seconds == scene.frame_seconds && clip.frame_count == scene.frame_count;
     if (!character.is_static && !is_on_clock) {
       if (character.poses.size() / clip.frame_count > kMaxPoseFloats / scene.frame_count) {
         throw ImportError(character.name + ": too many frames on the clock of the fastest clip");
       }
+      if (report != nullptr && clip.frame_seconds != scene.frame_seconds)
+        report->alterations.push_back({AlterationKind::kResampled, "clips to the clock of the fastest", 1, {}});
       character.poses = resampled(character.poses, clip, scene.frame_count, scene.frame_seconds);
       character.origins = resampled(character.origins, clip, scene.frame_count, scene.frame_seconds);
     }

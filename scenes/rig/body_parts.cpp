@@ -228,13 +228,22 @@ std::optional<Cap> cap_of(const std::string& joint) {
   return cap;
 }
 
+bool is_helper(const std::string& node) {
+  return has_word(node, {"ik", "target", "effector", "socket", "locator", "pole", "ctrl", "control", "mch", "helper"});
+}
+
+bool is_container(const std::string& node) {
+  return has_word(node, {"armature", "scene", "world", "origin", "reference"});
+}
+
+bool is_body_part(const std::string& joint) { return landmark(joint) != Landmark::kNone; }
+
 bool is_outside_body(const TopSegment& segment) {
   const Landmark end = landmark(segment.end);
   if (!segment.leads_on && has_word(segment.end, {"ik", "target", "effector"})) return true;
   if (landmark(segment.start) != Landmark::kNone) return false;
   if (is_one_of(end, {Landmark::kHand, Landmark::kFoot, Landmark::kToe})) return true;
-  if (has_word(segment.start, {"armature", "scene", "world", "origin", "reference"}))
-    return segment.leads_on || end != Landmark::kNone;
+  if (is_container(segment.start)) return segment.leads_on || end != Landmark::kNone;
   if (!segment.leads_on || side_of(segment.end) != 0) return false;
   return is_one_of(end, {Landmark::kPelvis, Landmark::kHip}) ||
          (end == Landmark::kTrunk && segment.length_over_height > kLongForTrunk);

@@ -66,6 +66,16 @@ struct TopSegment {
 // kinematics.
 bool is_outside_body(const TopSegment& segment);
 
+// True for a node that steers or marks a figure and is no part of it, by its name: a target of inverse kinematics, a
+// control, a socket.
+bool is_helper(const std::string& node);
+
+// True for a node that only holds figures, by its name, such as "Armature".
+bool is_container(const std::string& node);
+
+// True if the name of a joint is that of a part of a body.
+bool is_body_part(const std::string& joint);
+
 // 1 for a joint of the left side, -1 for the right, 0 if its name does not say.
 int side_of(const std::string& joint);
 

@@ -97,9 +97,9 @@ std::vector<Vec3> read_mesh(const std::string& path, const std::string& source) 
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = nullptr;
   std::string reason;
-  std::vector<std::string> notes;  // of names, weights and motion, which a mesh alone does not need
+  FileFacts facts;  // of names, weights and motion, which a mesh alone does not need
   try {
-    scene = read_prepared(importer, path, source, notes);
+    scene = read_prepared(importer, path, source, facts);
     reason = importer.GetErrorString();
   } catch (const ImportError&) { throw; } catch (const std::exception& error) {
     reason = error.what();

@@ -58,11 +58,13 @@ py::list companion_files(const std::string& path) {
 }
 
 // (body, names, poses, origins, seconds per frame, notes)
-py::tuple load_motion(const std::string& path, double metres_per_unit, const std::optional<std::string>& motion_path,
-                      double motion_metres_per_unit, const std::optional<std::string>& animation,
-                      double frames_per_second, bool skin, double stature, double thickness) {
+py::tuple load_motion(const std::string& path, double metres_per_unit, bool guess_unit,
+                      const std::optional<std::string>& motion_path, double motion_metres_per_unit,
+                      const std::optional<std::string>& animation, double frames_per_second, bool skin, double stature,
+                      double thickness) {
   files::MotionOptions options;
   options.metres_per_unit = metres_per_unit;
+  options.guess_unit = guess_unit;
   options.motion_path = text_of("motion", motion_path);
   options.motion_metres_per_unit = motion_metres_per_unit;
   options.animation = text_of("animation", animation);

@@ -8,7 +8,7 @@ import io
 import itertools
 import os
 import re
-from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 from .printable import table_text
 from .reading import RefusedError, bytes_of
@@ -136,6 +136,10 @@ def _number(text: str) -> float:
     return value
 
 
+def _unit(text: str) -> Union[float, str]:
+    return text if text == "auto" else _number(text)
+
+
 def _yes(text: str) -> bool:
     if text.lower() not in ("1", "0", "yes", "no"):
         raise ValueError(f"yes or no is wanted, and {text!r} is given")
@@ -143,7 +147,7 @@ def _yes(text: str) -> bool:
 
 
 READERS: Dict[str, Callable[[str], object]] = {
-    "units": _number, "motion": str, "motion_units": _number, "animation": str, "fps": _number, "skin": _yes,
+    "units": _unit, "motion": str, "motion_units": _number, "animation": str, "fps": _number, "skin": _yes,
     "stature": _number, "thickness": _number,
 }
 
@@ -201,7 +205,7 @@ def _read_list(path: str, root: str, options: FileOptions) -> Iterator[Entry]:
             read = with_options(options, line.values, folder)
             other = line.values.get("other", "")
             other_units = line.values.get("other_units", "")
-            other_options = dataclasses.replace(read, units=_number(other_units)) if other_units else read
+            other_options = dataclasses.replace(read, units=_unit(other_units)) if other_units else read
         except ValueError as error:
             raise CorpusError(f"{path}: line {line.number}: {error}") from error
         yield Entry(

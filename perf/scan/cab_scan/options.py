@@ -103,7 +103,7 @@ def _add_clips(parser: argparse.ArgumentParser) -> None:
     _add_files(parser, "motion")
     group = parser.add_argument_group("how files are read")
     for name, metavar, meaning in (
-        ("units", "METRES", "length unit of the files (default 1)"),
+        ("units", "METRES", "length unit of the files, or auto (default as a file says, or 1)"),
         ("motion", "FILE", "another file that has the motion"),
         ("motion_units", "METRES", "its length unit"),
         ("animation", "NAME", "the animation, by name or number (default the first)"),

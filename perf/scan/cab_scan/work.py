@@ -1,7 +1,7 @@
 """What goes to workers and what comes back: plain data."""
 
 import dataclasses
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Tuple, Union
 
 from .printable import table_text
 
@@ -18,7 +18,7 @@ Links = Tuple[Tuple[int, int], ...]
 class FileOptions:
     """How one file is read: what `cab.load_motion` takes."""
 
-    units: float = 1.0
+    units: Union[float, str, None] = None
     motion: str = ""
     motion_units: float = 0.0
     animation: str = ""

@@ -5,6 +5,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 namespace {
 
 using namespace cab::scenes;
@@ -28,7 +30,9 @@ Skeleton made_skeleton() {
   s.skin.inverse_bind = {1, 2, 3};
   s.skin.bone_joints = {1, 0};
   s.skin.stretches = std::vector<float>(24, .5f);
+  s.unit = {.0254, UnitSource::kGuessed};
   s.notes = {"one", "two"};
+  s.alterations = {{AlterationKind::kDropped, "joints", 2, "one"}, {AlterationKind::kGuessed, "caps", 1, ""}};
   return s;
 }
 
@@ -53,7 +57,16 @@ TEST_CASE("a skeleton is the same after its way through bytes") {
   CHECK(read.skin.inverse_bind == s.skin.inverse_bind);
   CHECK(read.skin.bone_joints == s.skin.bone_joints);
   CHECK(read.skin.stretches == s.skin.stretches);
+  CHECK(read.unit.metres == s.unit.metres);
+  CHECK(read.unit.source == s.unit.source);
   CHECK(read.notes == s.notes);
+  REQUIRE(read.alterations.size() == s.alterations.size());
+  for (std::size_t a = 0; a < s.alterations.size(); ++a) {
+    CHECK(read.alterations[a].kind == s.alterations[a].kind);
+    CHECK(read.alterations[a].what == s.alterations[a].what);
+    CHECK(read.alterations[a].count == s.alterations[a].count);
+    CHECK(read.alterations[a].note == s.alterations[a].note);
+  }
 }
 
 TEST_CASE("a skeleton whose arrays do not fit its joints and frames is refused") {
@@ -74,6 +87,9 @@ TEST_CASE("a skeleton whose arrays do not fit its joints and frames is refused")
   for (const std::int32_t parent : {-2, -1, 1, 2}) refused([&](Skeleton& s) { s.joint_parents[1] = parent; });
   refused([](Skeleton& s) { s.joint_parents[0] = 0; });
   refused([](Skeleton& s) { s.skin.stretches.pop_back(); });
+  for (const double metres : {0.0, -1.0, std::nan("")}) refused([&](Skeleton& s) { s.unit.metres = metres; });
+  refused([](Skeleton& s) { s.unit.source = static_cast<UnitSource>(4); });
+  refused([](Skeleton& s) { s.alterations[0].kind = static_cast<AlterationKind>(4); });
 }
 
 TEST_CASE("names and notes that a child process sends are printed as one line") {

@@ -21,9 +21,10 @@ using namespace cab::scenes;
 using namespace cab::tests;
 using Names = std::vector<std::string>;
 
-// Everything of a skeleton but its notes.
+// Everything of a skeleton but its notes and their counts.
 std::string without_notes(Skeleton skeleton) {
   skeleton.notes.clear();
+  skeleton.alterations.clear();
   return skeleton_payload(skeleton);
 }
 
@@ -225,6 +226,43 @@ TEST_CASE("a BVH file moves a mesh, in a length unit of its own") {
     for (std::size_t k = 0; k < 4; ++k) CHECK(std::fabs(q[4 + k]) == doctest::Approx(.5));
   }
   CHECK(has_doubt(import_skeleton(mesh.path(), options_with(cm.path()))));
+}
+
+TEST_CASE("the scale of an armature in the motion does not reach the file that it moves") {
+  struct Armatures {
+    double own, other;     // scales of the armatures of the file and of the motion
+    double other_lengths;  // of the motion's joints, over those of the file's
+    double metres;         // per unit of the motion; 0: not given
+  };
+  const auto hold = [](MadeGltf made, double scale, double lengths) {
+    Json& nodes = made.json["nodes"];
+    nodes.push_back({{"name", "Armature"}, {"scale", {scale, scale, scale}}, {"children", {0}}});
+    made.json["scenes"][0]["nodes"][0] = nodes.size() - 1;
+    for (std::size_t n = 0; n < 2; ++n)
+      if (nodes[n].contains("translation"))
+        for (Json& component : nodes[n]["translation"]) component = lengths * component.get<double>();
+    return made;
+  };
+  const TemporaryFile plain("mesh.glb", glb(mesh_of(two_boxes())));
+  // As a file whose armature is scaled by 100 is made of one in metres, with or without lengths to match.
+  for (const Armatures& a : {Armatures{1, 100, 1, 0}, {1, .01, 100, 0}, {100, 100, 1, 0}, {1, 100, 1, .01}}) {
+    CAPTURE(a.other);
+    CAPTURE(a.metres);
+    const TemporaryFile mesh("mesh.glb", glb(hold(mesh_of(two_boxes()), a.own, 1)));
+    const TemporaryFile motion("walk.glb", glb(hold(motion_of(two_boxes()), a.other, a.other_lengths)));
+    ImportOptions options = options_with(motion.path(), a.metres);
+    options.animation = "still";
+    const Skeleton skeleton = import_skeleton(mesh.path(), options);
+    // The track has its own lengths, which are 6; the armature of 100 makes 600 of them in both files.
+    if (a.other_lengths == 1) CHECK(reach(skeleton) == doctest::Approx(6 * a.own));
+    // The stretch of root is the scale of its armature, that of arm twice as much.
+    REQUIRE(skeleton.skin.stretches.size() >= 12);
+    CHECK(skeleton.skin.stretches[0] == doctest::Approx(a.own));
+    CHECK(skeleton.skin.stretches[6] == doctest::Approx(2 * a.own));
+    bool is_told = false;
+    for (const std::string& note : skeleton.notes) is_told = is_told || note.find("evened out") != std::string::npos;
+    CHECK(is_told == (a.own != a.other));
+  }
 }
 
 TEST_CASE("files that cannot be moved, and files that move nothing, are refused") {

@@ -80,6 +80,7 @@ def load_robot(
 def load_motion(
     path: bytes,
     metres_per_unit: float,
+    guess_unit: bool,
     motion_path: Optional[bytes],
     motion_metres_per_unit: float,
     animation: Optional[bytes],

@@ -47,7 +47,7 @@ def _need_files() -> None:
 def load_motion(
     path: PathLike,
     *,
-    units: float = 1,
+    units: Union[float, str, None] = None,
     motion: Optional[PathLike] = None,
     motion_units: float = 0,
     animation: Union[str, int, None] = None,
@@ -58,7 +58,8 @@ def load_motion(
 ) -> Motion:
     """Reads a character and its motion: BVH, AMC with ASF beside it, glTF, FBX, Collada and what else assimp reads.
 
-    units        the length of one unit of the file, in metres.
+    units        the length of one unit of the file, in metres. Default: as the file says, or 1. "auto": one in which
+                 the figure is as tall as a person, if it is not; notes say which.
     motion       another file that has the motion, whose nodes are matched by name; motion_units is its unit.
     animation    name of the animation, or its number from 0 on. Default: the first.
     fps          of files that do not say it (AMC). Default: 120.
@@ -69,8 +70,11 @@ def load_motion(
     The file is read in a child process with limits. A bad one is a `FileError` that names file, line and reason.
     """
     _need_files()
+    if units is not None and units != "auto" and (isinstance(units, str) or units == 0):
+        raise ValueError(f"units is a length in metres or 'auto', not {units!r}")
     data, names, poses, origins, seconds, notes = _cab.load_motion(
-        os.fsencode(path), units, _bytes_or_none(motion), motion_units,
+        os.fsencode(path), 0.0 if units is None or units == "auto" else float(units), units == "auto",
+        _bytes_or_none(motion), motion_units,
         None if animation is None else os.fsencode(str(animation)), fps, skin, stature, thickness,
     )
     return Motion(Body(data, names), poses, origins, 1 / seconds if seconds > 0 else 0.0, tuple(notes))

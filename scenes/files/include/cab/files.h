@@ -16,12 +16,16 @@ namespace cab::files {
 
 // How a motion file becomes a character. Strings are borrowed for the call, and may be null where that is said.
 struct MotionOptions {
-  // The length of one unit of the file, in metres.
-  double metres_per_unit = 1;
+  // The length of one unit of the file, in metres. 0 (default): as the file says, or 1.
+  double metres_per_unit = 0;
+
+  // With metres_per_unit 0: whether a figure that is 0.5 to 3 m tall in no sense of its file gets the unit that makes a
+  // person of it. Notes say which.
+  bool guess_unit = false;
 
   // Another file that has the motion, whose nodes are matched by name, and its unit. Null (default): the file has it.
   const char* motion_path = nullptr;
-  double motion_metres_per_unit = 0;  // 0: as metres_per_unit
+  double motion_metres_per_unit = 0;  // 0: as it says, or as metres_per_unit
 
   // Name of the animation, or its number from 0 on. Null (default): the first.
   const char* animation = nullptr;
