@@ -4,7 +4,7 @@
 #   cab_third_party_words(VARIABLE PART...)   the words of this build's library, development, tools, python and wheel
 # As a script it writes a list: cmake -D "WORDS=page;wasm" -D FILE=LIST -P third_party.cmake
 cmake_minimum_required(VERSION 3.25)
-set(CAB_THIRD_PARTY ${CMAKE_CURRENT_LIST_DIR}/../LICENSE.third-party)
+set(CAB_THIRD_PARTY ${CMAKE_CURRENT_LIST_DIR}/LICENSE.third-party)
 if(NOT CMAKE_SCRIPT_MODE_FILE)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CAB_THIRD_PARTY})
 endif()

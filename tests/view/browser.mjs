@@ -170,7 +170,7 @@ describe('the page', () => {
   test('and the npm package carry the licences of all that is in them', () => {
     const page = readFileSync(pageFile, 'utf8'), head = page.slice(0, page.indexOf('-->'));
     const packed = readFileSync(join(work, 'engine_package/LICENSE.third-party'), 'utf8');
-    const parts = readFileSync(join(here, '../../LICENSE.third-party'), 'utf8').split('\n==== ').slice(1);
+    const parts = readFileSync(join(here, '../../cmake/LICENSE.third-party'), 'utf8').split('\n==== ').slice(1);
     let count = 0;
     for (const part of parts) {
       const words = /^In: (.*)$/m.exec(part)?.[1].split(' ') ?? [], title = `\n==== ${part.split('\n')[0]}\n`;
