@@ -227,6 +227,10 @@ Span<const LinkPair> Robot::adjacent_pairs() const noexcept {
   if (!storage_) return {};
   return storage_->adjacent;
 }
+Span<const LinkPair> Robot::listed_pairs() const noexcept {
+  if (!storage_ || !storage_->robot.mujoco) return {};
+  return storage_->robot.mujoco->listed;
+}
 
 bool Robot::write_poses(Span<const double> states, Span<float> poses) const noexcept {
   const std::size_t variable_count = variables().size, pose_count = 7 * link_names().size;

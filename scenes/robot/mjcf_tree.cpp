@@ -111,7 +111,7 @@ void MjcfTree::include(const XMLElement& element, std::size_t depth) {
     files_.push_back(std::make_unique<XmlText>(path.string()));
   } catch (const ImportError& error) { throw ImportError(place + ": " + error.what()); }
   const XmlText& file = *files_.back();
-  bytes_ += file.bytes().size();
+  bytes_ += file.byte_count();
   if (bytes_ > kMaxIncludedBytes)
     throw ImportError(place + ": included files are larger than " + std::to_string(kMaxIncludedBytes >> 20) + " MiB");
   names_.emplace(file.root().GetDocument(), path.string());

@@ -57,6 +57,7 @@ XmlText::XmlText(const std::string& path)
     throw ImportError(printable_path_ + ": the file is larger than " + std::to_string(kMaxXmlBytes >> 20) + " MiB");
   const std::string bytes = read_bytes(path, printable_path_, size);
   if (bytes.find('\0') != std::string::npos) throw ImportError(printable_path_ + ": a zero byte is not XML");
+  byte_count_ = bytes.size();
   if (document_->Parse(bytes.data(), bytes.size()) != tinyxml2::XML_SUCCESS)
     throw ImportError(printable_path_ + ": line " + std::to_string(document_->ErrorLineNum()) +
                       ": not well-formed XML (" + tinyxml2::XMLDocument::ErrorIDToName(document_->ErrorID()) + ")");

@@ -1,6 +1,7 @@
 // The text of an XML file, checked before other parsers see it, and the lines of its elements.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <string>
@@ -23,6 +24,7 @@ class XmlText {
   XmlText& operator=(const XmlText&) = delete;
 
   const std::string& path() const { return path_; }
+  std::size_t byte_count() const { return byte_count_; }
   const tinyxml2::XMLElement& root() const;
 
   // The path, printable, and the line of an element below the root, by its tag and its attribute `name`:
@@ -35,6 +37,7 @@ class XmlText {
  private:
   std::string path_;
   std::string printable_path_;
+  std::size_t byte_count_ = 0;
   std::unique_ptr<tinyxml2::XMLDocument> document_;
   std::map<std::pair<std::string, std::string>, int> lines_;  // by tag and name
 };

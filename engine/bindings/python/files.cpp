@@ -42,6 +42,12 @@ const char* text_of(const char* name, const std::optional<std::string>& text) {
   return text ? text_of(name, *text) : nullptr;
 }
 
+py::list list_of(Span<const LinkPair> pairs) {
+  py::list list;
+  for (const LinkPair& pair : pairs) list.append(py::make_tuple(pair.a, pair.b));
+  return list;
+}
+
 // The paths of the files that a motion file is read with.
 py::list companion_files(const std::string& path) {
   const char* const file_path = text_of("path", path);
@@ -156,12 +162,8 @@ void bind_files(py::module_& module) {
             return list;
           })
       .def_property_readonly("adjacent_pairs",
-                             [](const files::Robot& robot) {
-                               py::list list;
-                               for (const LinkPair& pair : robot.adjacent_pairs())
-                                 list.append(py::make_tuple(pair.a, pair.b));
-                               return list;
-                             })
+                             [](const files::Robot& robot) { return list_of(robot.adjacent_pairs()); })
+      .def_property_readonly("listed_pairs", [](const files::Robot& robot) { return list_of(robot.listed_pairs()); })
       .def("poses", &robot_poses)
       .def("random_states", &random_states);
   module.def("load_robot", &load_robot);

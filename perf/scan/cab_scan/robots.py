@@ -34,6 +34,7 @@ class RobotFile:
         digest.update(self.robot.poses(self.robot.random_states(4)).tobytes())
         self.sha256 = digest.hexdigest()
         self.shaped = sorted(set(body.box_links.tolist()))
+        self.listed = {_sorted(pair) for pair in self.robot.listed_pairs.tolist()}
 
     def fixed_matrix(self, derives: bool) -> Dict[Tuple[int, int], str]:
         """The pairs that the file excludes and, if they are derived, adjacent ones."""
@@ -45,8 +46,11 @@ class RobotFile:
             for pair in robot.adjacent_pairs.tolist():
                 known.setdefault(_sorted(pair), "adjacent")
         shaped = set(self.shaped)
-        return {pair: why for pair, why in known.items() if pair[0] != pair[1] and shaped.issuperset(pair)}
-
+        return {
+            pair: why
+            for pair, why in known.items()
+            if pair[0] != pair[1] and shaped.issuperset(pair) and pair not in self.listed
+        }
 
     def touching_at_rest(self, policies: str, masked: Iterable[Tuple[int, int]]) -> Set[Tuple[int, int]]:
         """The pairs that touch at rest, without masked ones."""
@@ -73,7 +77,7 @@ def sampled_matrix(
     for k, a in enumerate(file.shaped):
         for b in file.shaped[k + 1 :]:
             times = touching.get((names[a], names[b]), 0)
-            if (a, b) in matrix or samples == 0:
+            if (a, b) in matrix or (a, b) in file.listed or samples == 0:
                 continue
             if times >= ALWAYS_SHARE * samples:
                 matrix[a, b] = "default" if (a, b) in at_rest else "always"

@@ -149,6 +149,11 @@ class Robot:
         """(pairs, 2) uint32: links with shapes that a joint connects or that are one rigid body (docs/robots.md)."""
         return np.array(self._data.adjacent_pairs, dtype=np.uint32).reshape(-1, 2)
 
+    @property
+    def listed_pairs(self) -> UInt32Array:
+        """(pairs, 2) uint32: links that a <pair> of an MJCF file lists, to be tested whatever else holds."""
+        return np.array(self._data.listed_pairs, dtype=np.uint32).reshape(-1, 2)
+
     def random_states(self, count: int, seed: int = 1, first: int = 0) -> Float64Array:
         """(count, variables): random states within the limits, of the numbers `first`, `first` + 1, and so on.
 

@@ -133,7 +133,8 @@ class Robot {
   Span<const char* const> link_names() const noexcept;
   Span<const RobotVariable> variables() const noexcept;  // of a joint state, in its order
   Span<const char* const> notes() const noexcept;
-  Span<const LinkPair> adjacent_pairs() const noexcept;  // links with shapes; adjacent as docs/robots.md says
+  Span<const LinkPair> adjacent_pairs() const noexcept;  // links with shapes; adjacent or welded as docs/robots.md says
+  Span<const LinkPair> listed_pairs() const noexcept;    // of each <pair> of MJCF: tested whatever else holds
 
   // Writes the poses of joint states: `states` has the value of each variable per state, `poses` receives
   // [state][link][7]. Returns false if the sizes do not fit each other, or an allocation failed.
