@@ -106,9 +106,9 @@ def answer_to_a_stranger(port, context):
 
 def test_other_users_of_the_machine_cannot_reach_workers(scan):
     (scan.folder / "slow.py").write_text("import time\nfrom cab_scan import copies\n"
-                                         "def load(request):\n    time.sleep(0.5)\n    return copies.load(request)\n")
+                                         "def load(request):\n    time.sleep(0.02)\n    return copies.load(request)\n")
     (scan.folder / "a.bvh").write_text(arm_bvh([3 * frame % 130 for frame in range(40)]))
-    (scan.folder / "list.csv").write_text("path,part\n" + "".join(f"a.bvh,{number}\n" for number in range(400)))
+    (scan.folder / "list.csv").write_text("path,part\n" + "".join(f"a.bvh,{number}\n" for number in range(3000)))
     scan.environment["PYTHONPATH"] = f"{scan.folder}{os.pathsep}{os.environ['PYTHONPATH']}"
     process = scan.start("self", "--list", "list.csv", "--loader", "slow:load")
     wait_for_rows(scan, 1, process)
