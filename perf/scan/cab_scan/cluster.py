@@ -10,6 +10,7 @@ import logging
 import shutil
 import socket
 import tempfile
+from multiprocessing import resource_tracker
 from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
 from urllib.parse import urlsplit
 
@@ -59,6 +60,8 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
     except ImportError as error:
         raise ClusterError("Python has no module cryptography (Debian: python3-cryptography) for workers") from error
     folder = tempfile.mkdtemp(prefix="cab-scan-")
+    # Python's resource tracker lets interrupts through to the thread that starts it, and so to workers from there.
+    resource_tracker.ensure_running()
     loop = LoopRunner()
     stopping.without_interrupts(loop.start)
     with stopping.cleaning(lambda: shutil.rmtree(folder, ignore_errors=True)), dask.config.set(settings):

@@ -30,7 +30,9 @@ def _run_item(item: Item) -> List[Row]:
         files = _files(item)
         before = _stamp(files)
         sha256 = item.robot.sha256 if item.robot else _content(item, files)
-        wanted = tuple(policies for policies, known in zip(item.policies, item.known) if known != sha256)
+        # Without a hash nothing is known.
+        there = [sha256 is not None and known == sha256 for known in item.known]
+        wanted = tuple(policies for policies, is_there in zip(item.policies, there) if not is_there)
         rows = _rows(item, wanted) if wanted else []
         if _stamp(files) != before:
             raise OSError(f"{item.source.path}: it changed while it was read")

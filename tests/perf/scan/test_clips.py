@@ -115,8 +115,8 @@ def test_options_come_from_the_command_line_folders_and_lists(scan):
         '{"units": 2.0}', '{"units": 3.0}', '{"units": 2.0}', '{"units": 4.0}'
     ]
     (scan.folder / "list.csv").write_text("path,units\ncorpus/left/clip0001.bvh,7\ncorpus/left/clip0003.bvh,\n")
-    assert scan("self", "--list", "list.csv", "--units", "5", "--table", "list.sqlite").code == 0
-    assert [row["options"] for row in scan.rows("options", "list.sqlite")] == ['{"units": 7.0}', '{"units": 5.0}']
+    assert scan("self", "--list", "list.csv", "--units", "5", "--table", "listed.sqlite").code == 0
+    assert [row["options"] for row in scan.rows("options", "listed.sqlite")] == ['{"units": 7.0}', '{"units": 5.0}']
 
 
 def test_pairs_are_those_of_the_command(scan):
@@ -137,8 +137,8 @@ def test_pairs_are_those_of_the_command(scan):
         assert row["hits"] == len(hits) and row["hit_frames"] == len({frame for frame, *_ in hits})
     assert rows[0]["hits"] > rows[1]["hits"] > 0
     (scan.folder / "list.csv").write_text(f"path,other\n{rows[0]['file']},{rows[0]['other']}\n")
-    assert scan("pairs", "--list", "list.csv", "--table", "list.sqlite").code == 0
-    (row,) = scan.rows(table="list.sqlite")
+    assert scan("pairs", "--list", "list.csv", "--table", "listed.sqlite").code == 0
+    (row,) = scan.rows(table="listed.sqlite")
     assert row["hits_hash"] == rows[0]["hits_hash"]
 
 
@@ -163,9 +163,12 @@ def test_recordings_are_replayed_and_reported(scan):
     run_command("run", scan.folder / "arm.bvh", "--self", "--contacts", "--record", scan.folder / "arm.cab")
     whole = (scan.folder / "arm.cab").read_bytes()
     (scan.folder / "cut.cab").write_bytes(whole[: len(whole) // 2])
+    with open(scan.folder / "none.cab", "wb") as file:
+        file.truncate(1 << 40)  # no recording, which nobody reads to its end
     outcome = scan("recordings", ".")
     assert outcome.code == 1 and "cut.cab" in outcome.error
-    good, cut = scan.rows()
+    good, cut, none = scan.rows()
+    assert good["sha256"] and cut["sha256"] and none["sha256"] is None and none["outcome"] == "bad"
     assert scan("self", "arm.bvh", "--table", "self.sqlite").code == 0
     (same,) = scan.rows(table="self.sqlite")
     assert good["outcome"] == "done" and good["error"] is None

@@ -106,9 +106,9 @@ def answer_to_a_stranger(port, context):
 
 def test_other_users_of_the_machine_cannot_reach_workers(scan):
     (scan.folder / "slow.py").write_text("import time\nfrom cab_scan import copies\n"
-                                         "def load(request):\n    time.sleep(0.5)\n    return copies.load(request)\n")
+                                         "def load(request):\n    time.sleep(0.02)\n    return copies.load(request)\n")
     (scan.folder / "a.bvh").write_text(arm_bvh([3 * frame % 130 for frame in range(40)]))
-    (scan.folder / "list.csv").write_text("path,part\n" + "".join(f"a.bvh,{number}\n" for number in range(400)))
+    (scan.folder / "list.csv").write_text("path,part\n" + "".join(f"a.bvh,{number}\n" for number in range(3000)))
     scan.environment["PYTHONPATH"] = f"{scan.folder}{os.pathsep}{os.environ['PYTHONPATH']}"
     process = scan.start("self", "--list", "list.csv", "--loader", "slow:load")
     wait_for_rows(scan, 1, process)
@@ -375,7 +375,7 @@ def test_the_scan_stops_at_any_moment(tmp_path, number):
     environment = {**os.environ, "CAB_PYTHON": sys.executable,
                    "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ['PYTHONPATH']}"}
     running = []
-    for delay in (0.0, 0.2, 0.5, 0.9, 1.4, 2.5):  # of which none is the end: that takes minutes
+    for delay in (0.0, 0.05, 0.2, 0.5, 0.9, 1.4, 2.5):  # of which none is the end: that takes minutes
         words = ["self", "--list", "list.csv", "--loader", "slow:load", "--table", f"{delay}.sqlite"]
         process = subprocess.Popen([COMMAND, "scan", *words], cwd=tmp_path, env=environment, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True, start_new_session=True)
@@ -385,9 +385,11 @@ def test_the_scan_stops_at_any_moment(tmp_path, number):
     for process, timer in running:
         timer.join()
         out, error = process.communicate(timeout=120)
-        assert process.returncode == 130 and out == "", error
-        assert error.startswith("cab scan: stopped") and error.count("\n") == 1
-        assert children_of(process.pid) == {}
+        assert out == "" and children_of(process.pid) == {}
+        if process.returncode == -number and error == "":
+            continue  # before the command had done anything, the system ended it
+        assert process.returncode == 130, error
+        assert error.startswith("cab scan: stopped") and error.count("\n") == 1, error
     assert not list(tmp_path.glob("*.csv.*")) and not list(tmp_path.glob("*.lock"))
 
 
