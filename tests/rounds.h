@@ -34,7 +34,8 @@ inline std::uint64_t rounds(std::uint64_t usual) {
 // Whether one in several rounds is to run. Long tests without rounds then leave something out, and say so.
 inline bool runs_fewer_rounds() { return rounds(2) < 2; }
 
-// Whether more rounds than usual are to run. Tests that take minutes then run in full, and else say what they leave out.
+// Whether more rounds than usual are to run. Tests that take minutes then run in full, and else say what they leave
+// out.
 inline bool runs_more_rounds() { return rounds(1) > 1; }
 
 // What a test that counts at least `least` of something in its `usual` rounds must count in rounds(usual): more in more

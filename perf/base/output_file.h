@@ -13,9 +13,9 @@ std::string place_of(const std::string& path);
 
 // A new file beside the place of an older one, under a name that begins with its own: PATH.new- and the number of this
 // process. keep() moves it there; until then the older file stays as it is. Without keep(), and at signals that end the
-// command (perf/base/signals.h), the new file is removed. A process that is killed or crashes leaves it. What is not a regular file, such as a
-// device or a pipe, is to be written directly. A failure throws std::runtime_error with the path and the system's
-// reason.
+// command (perf/base/signals.h), the new file is removed. A process that is killed or crashes leaves it. What is not a
+// regular file, such as a device or a pipe, is to be written directly. A failure throws std::runtime_error with the
+// path and the system's reason.
 class FileAside {
  public:
   explicit FileAside(const std::string& path);

@@ -32,8 +32,8 @@ struct SandboxResult {
 // does to memory stays there. `readable` names files and folders. What does not exist is left out, and so is a symbolic
 // link to a file with another suffix, for such names come out of files that nobody vouches for. Of the root of all
 // folders, only the files in it are readable. Throws std::system_error if there can be no child. The end is kMachine
-// after a signal from outside, such as SIGKILL of a machine that runs out of memory, where the machine gives less memory
-// than the limit, and after wall_seconds.
+// after a signal from outside, such as SIGKILL of a machine that runs out of memory, where the machine gives less
+// memory than the limit, and after wall_seconds.
 //
 // The child has, on every Linux: the limits above, no descriptor of this process but the one for its result, nothing on
 // standard output and standard error, no right to write to files or to dump core, and its end when this process ends.

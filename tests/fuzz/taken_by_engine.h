@@ -14,8 +14,7 @@ inline void taken_by_engine(const scenes::Scene& scene) {
   FUZZ_CHECK(scene.frame_count >= 1 && scene.frame_seconds > 0);
   for (const scenes::Character& character : scene.characters) {
     const std::size_t frames = character.is_static ? 1 : scene.frame_count;
-    FUZZ_CHECK(character.poses.size() ==
-               frames * character.link_parents.size() * pose_floats(character.pose_format));
+    FUZZ_CHECK(character.poses.size() == frames * character.link_parents.size() * pose_floats(character.pose_format));
     FUZZ_CHECK(character.origins.size() == 3 * frames);
     const scenes::ArticulationStorage storage(character);
     ArticulationId articulation;
