@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "scenes/import/printable.h"
+
 namespace cab::perf {
 namespace {
 
@@ -54,9 +56,9 @@ Json import_json(const scenes::ImportReport& report, const MaskedPairs& pairs) {
 
 void print_import(const scenes::Scene& scene, const scenes::ImportReport& report, const MaskedPairs& pairs,
                   std::ostream& out) {
-  for (const std::string& doubt : report.size_doubts) out << "warning: " << doubt << '\n';
+  for (const std::string& doubt : report.size_doubts) out << "warning: " << scenes::printable(doubt) << '\n';
   for (const std::string& note : scene.notes)
-    if (!is_told(report, note)) out << "note: " << note << '\n';
+    if (!is_told(report, note)) out << "note: " << scenes::printable(note) << '\n';
   const Json json = import_json(report, pairs);
   for (const auto& [kind, counts] : json.items()) {
     out << "note: " << kind << ": ";
@@ -74,7 +76,7 @@ void print_import(const scenes::Scene& scene, const scenes::ImportReport& report
 void print_size_doubts(const scenes::ImportReport& report, std::ostream& out) {
   if (report.size_doubts.empty()) return;
   const std::size_t more = report.size_doubts.size() - 1;
-  out << "warning: the hits say little, since a size is in doubt: " << report.size_doubts.front();
+  out << "warning: the hits say little, since a size is in doubt: " << scenes::printable(report.size_doubts.front());
   if (more > 0) out << " (and " << more << " more)";
   out << "; --units auto takes that unit\n";
 }

@@ -2,6 +2,7 @@
 #include "scenes/import/prepared_file.h"
 
 #include "scenes/import/collada_file.h"
+#include "scenes/import/fbx_names.h"
 #include "scenes/import/gltf_file.h"
 #include "scenes/import/input_file.h"
 #include "scenes/import/printable.h"
@@ -81,6 +82,7 @@ const aiScene* read_prepared(Assimp::Importer& importer, const std::string& path
     const std::optional<std::string> text = collada_for_assimp(read_bytes(path, name, size), facts.notes);
     if (text) return importer.ReadFileFromMemory(text->data(), text->size(), 0, "dae");
   }
+  if (extension == ".fbx") facts.repeated_names = repeated_fbx_names(read_bytes(path, name, size));
   return importer.ReadFile(path, 0);
 }
 

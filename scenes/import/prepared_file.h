@@ -14,8 +14,9 @@ namespace cab::scenes {
 
 // What a file says besides what assimp reads.
 struct FileFacts {
-  std::vector<std::string> notes;        // what the user may not expect
-  std::vector<std::string> named_bones;  // nodes that the file calls bones, by the names that assimp gives them
+  std::vector<std::string> notes;           // what the user may not expect
+  std::vector<std::string> named_bones;     // nodes that the file calls bones, by the names that assimp gives them
+  std::vector<std::string> repeated_names;  // that several nodes have, whose bones and tracks all go to the first
 };
 
 // importer.ReadFile(path), but glTF files of version 2 (gltf_file.h) and Collada files (collada_file.h) are prepared

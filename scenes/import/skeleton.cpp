@@ -225,6 +225,13 @@ Skeleton import_here(const std::string& path, const ImportOptions& options) {
   const Motion motion = options.motion ? read_motion(options) : motion_of_scene(file.scene, name, options.animation);
   Skeleton skeleton = skeleton_of_scene(*file.scene, name, motion, options, file.facts.named_bones);
   skeleton.notes.insert(skeleton.notes.end(), file.facts.notes.begin(), file.facts.notes.end());
+  std::vector<std::string> repeated;
+  for (const std::string& joint : skeleton.joint_names)
+    if (std::count(file.facts.repeated_names.begin(), file.facts.repeated_names.end(), joint) > 0)
+      repeated.push_back(joint);
+  if (!repeated.empty())
+    skeleton.notes.push_back("warning: the weights and the motion of several nodes of one name (" + listed(repeated) +
+                             ") all go to the first of them: give each a name of its own");
   return skeleton;
 }
 

@@ -582,6 +582,22 @@ TEST_CASE("the height check looks along the axis that is up") {
   CHECK(notes({"--units", "100"}).find("tall") != std::string::npos);
 }
 
+TEST_CASE("a size that is in doubt is the last line of a run, with the unit that would do") {
+  const TwoFigures figures(5);
+  const auto last_line = [&](const Words& options) {
+    const Outcome outcome = run_cab(Words{"run"} + figures.files + options);
+    CHECK(outcome.exit_code == 0);
+    const Words lines = lines_of(outcome.error);
+    return lines.empty() ? std::string() : lines.back();
+  };
+  const std::string doubted = last_line({"--units", "100"});
+  CHECK(doubted.rfind("warning: the hits say little, since a size is in doubt: ", 0) == 0);
+  CHECK(doubted.find("; --units ") != std::string::npos);
+  for (const char* unit : {"1", "auto"}) CHECK(last_line({"--units", unit}).find("in doubt") == std::string::npos);
+  // A unit that is guessed leaves what is plausible as it is.
+  CHECK(figures.hits({"--units", "auto"}) == figures.hits({}));
+}
+
 TEST_CASE("more hits than a block makes room for are all there") {
   const TwoFigures figures;
   const Words rows =
