@@ -50,8 +50,9 @@ struct MemoryNeeds {
 
 // What the engine knows of the last frame, so that characters can rest in the next one (engine/rest.h).
 struct RestState {
-  std::uint64_t epoch = 1;  // grows whenever all instances count as moved
-  bool known = false;       // whether the settings below are those of the last frame
+  std::uint64_t epoch = 1;          // grows whenever all instances count as moved
+  bool known = false;               // whether the settings below are those of the last frame
+  std::uint64_t failed_before = 0;  // Engine::frames_failed before the last frame was let in
   Policies policies;
   float margin = 0, min_depth = 0;
   Report report = Report::kHits;
@@ -79,9 +80,9 @@ struct Engine {
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;
-  std::atomic<bool> frame_failed{false};  // answered anything but kOk since one began
-  std::uint64_t bounds_of_frame = 1;      // number of the last frame, or of what has changed bounds since
-  std::unique_ptr<QueryRoom> queries;     // null until reserve asks for it
+  std::atomic<std::uint64_t> frames_failed{0};  // how many answered anything but kOk
+  std::uint64_t bounds_of_frame = 1;            // number of the last frame, or of what has changed bounds since
+  std::unique_ptr<QueryRoom> queries;           // null until reserve asks for it
   std::vector<std::unique_ptr<StoredHistory>> histories;  // by slot - 1
   std::unique_ptr<PastRoom> past;                         // null until there is a history
   MemoryNeeds sized;                                      // what the memory suffices for

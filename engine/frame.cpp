@@ -36,7 +36,7 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   const FrameJob& job = run.job;
   if (const Status status = bind_inputs(engine, run.call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
-  if (const Status status = begin_rest(engine, job); status != Status::kOk) return status;
+  if (const Status status = begin_rest(engine, job, run.failed_before); status != Status::kOk) return status;
   run.has_last_hits = std::exchange(engine.hit_store.holds_last, false);
   clear_results(engine, job.inputs);
   ++engine.bounds_of_frame;
@@ -138,10 +138,12 @@ Status finish(FrameRun& run) {
 }
 
 Status run_all_steps(Engine& engine, FrameJob& job) try {
+  const std::uint64_t failed_before = engine.frames_failed.load(std::memory_order_relaxed);
   Call call(engine);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;  // before the checks: they compare floats, which must not trap
   FrameRun run(std::move(call), engine, job);
+  run.failed_before = failed_before;
   const Profiled profiled(engine.profiler, "frame", 0);  // ends before `run` lets the engine go
   if (const Status status = start(run, false); status != Status::kOk) return status;
   while (next_step(run))
@@ -189,11 +191,13 @@ FrameInProgressPtr make_frame_in_progress(std::uint32_t workers) {
 }
 
 Status begin_frame(Engine& engine, FrameJob& job) noexcept {
+  const std::uint64_t failed_before = engine.frames_failed.load(std::memory_order_relaxed);
   Call call(engine);
   if (!call.admitted()) return note_answer(engine, Status::kBusy);
   const kernel::FloatMode mode;
   FrameInProgress& frame = *engine.frame;
   frame.run.emplace(std::move(call), engine, job);
+  frame.run->failed_before = failed_before;
   const Status status = note_answer(engine, start(*frame.run, true));
   if (status != Status::kOk) frame.end();
   return status;

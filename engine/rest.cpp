@@ -82,13 +82,13 @@ void clear_rest(InstanceBatch& batch) {
 }  // namespace
 
 Status note_answer(Engine& engine, Status status) {
-  if (status != Status::kOk) engine.frame_failed.store(true, std::memory_order_relaxed);
+  if (status != Status::kOk) engine.frames_failed.fetch_add(1, std::memory_order_relaxed);
   return status;
 }
 
-Status begin_rest(Engine& engine, const FrameJob& job) {
+Status begin_rest(Engine& engine, const FrameJob& job, std::uint64_t failed_before) {
   RestState& state = engine.rest;
-  if (engine.frame_failed.exchange(false, std::memory_order_relaxed)) forget_rest(engine);
+  if (std::exchange(state.failed_before, failed_before) != failed_before) forget_rest(engine);
   const bool asked = std::any_of(job.inputs.begin(), job.inputs.end(), [&engine](const BatchInput& input) {
     return !engine.batch(input.batch).input->moved.empty();
   });

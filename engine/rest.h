@@ -16,9 +16,10 @@ inline constexpr bool kChecksRest = true;
 // frame. Any thread may call this beside other calls on the engine, as kBusy is answered.
 Status note_answer(Engine& engine, Status status);
 
-// Starts a frame whose inputs are bound and whose job is valid: decides in which batches instances may rest. Answers
-// kMovedAtRest if a check finds one that has changed.
-Status begin_rest(Engine& engine, const FrameJob& job);
+// Starts a frame whose inputs are bound and whose job is valid: decides in which batches instances may rest.
+// failed_before: Engine::frames_failed before the frame was let in, so that a call that is refused meanwhile counts for
+// the next frame. Answers kMovedAtRest if a check finds one that has changed.
+Status begin_rest(Engine& engine, const FrameJob& job, std::uint64_t failed_before);
 
 // Ends a frame that answered kOk: its instances may rest in the next one.
 void end_rest(Engine& engine, const FrameJob& job);

@@ -79,7 +79,7 @@ void add_no_sandbox(CLI::App& command, std::optional<scenes::SandboxLimits>& san
 }
 
 double read_unit(const std::string& option, const std::string& text) {
-  return text == "auto" ? kAutoUnit : read_positive(option, text);
+  return text == "auto" ? kAutoUnit : read_positive(option, text, kUnitExample);
 }
 
 void set_unit(const std::optional<double>& unit, scenes::ImportOptions& import) {

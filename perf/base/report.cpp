@@ -155,7 +155,7 @@ void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows
 }
 
 std::string csv_field(std::string_view text) {
-  const bool is_formula = !text.empty() && std::string_view("=+-@\t\r\n").find(text[0]) != std::string_view::npos;
+  const bool is_formula = !text.empty() && std::string_view("=+-@\t\r\n'").find(text[0]) != std::string_view::npos;
   return in_csv(is_formula ? "'" + std::string(text) : std::string(text));
 }
 

@@ -70,6 +70,7 @@ class Scanner {
   std::string place() const { return "chunk " + std::to_string(number_) + " at byte " + std::to_string(at_) + " "; }
 
   void cut_off(const std::string& what) {
+    scan_.is_closed = false;
     scan_.problems.push_back(place() + what + "; it is left out, with what follows");
   }
 

@@ -62,13 +62,13 @@ Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, con
     known.at(a, b) = 1;
     matrix.masked.push_back({{std::min(a, b), std::max(a, b)}, reason, touching});
   };
-  if (robot.mujoco)
-    for (const LinkPair& pair : robot.mujoco->listed) known.at(pair.a, pair.b) = 1;
   for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile, 0);
+  if (robot.mujoco) {
+    for (const LinkPair& pair : robot.mujoco->listed) known.at(pair.a, pair.b) = 1;
+    for (const LinkPair& pair : robot.mujoco->welded) mask(pair.a, pair.b, MaskReason::kWelded, 0);
+  }
   PairTable<char> at_rest(count);  // whether they touch there
   if (options.derive) {
-    if (robot.mujoco)
-      for (const LinkPair& pair : robot.mujoco->welded) mask(pair.a, pair.b, MaskReason::kWelded, 0);
     for (const LinkPair& pair : robot.mujoco ? robot.mujoco->adjacent : scenes::adjacent_pairs(robot))
       mask(pair.a, pair.b, MaskReason::kAdjacent, 0);
     const StateSource rest = {1, [&](std::uint64_t, double* state) {

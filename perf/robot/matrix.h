@@ -52,7 +52,7 @@ struct MatrixOptions {
   std::uint64_t seed = 1;
 };
 
-// Pairs in a <pair> of an MJCF file are never masked.
+// Pairs in a <pair> of an MJCF file are masked by options.excluded alone.
 Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, const RobotSessionOptions& session);
 
 // The greatest share of states in which a pair may touch that touched in none of `samples` random ones, at 95 %

@@ -310,7 +310,7 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
     json["masked"].push_back(pair_json(pair.links));
     Json& entry = json["masked"].back();
     entry["reason"] = to_string(pair.reason);
-    if (pair.reason != MaskReason::kFile && pair.reason != MaskReason::kAdjacent)
+    if (pair.reason >= MaskReason::kDefault)  // what samples mask
       entry["share"] = share_of(pair.touching_samples, matrix.samples);
   }
   json["touch_at_rest_and_tested"] = Json::array();

@@ -78,7 +78,8 @@ void print_size_doubts(const scenes::ImportReport& report, std::ostream& out) {
   const std::size_t more = report.size_doubts.size() - 1;
   out << "warning: the hits say little, since a size is in doubt: " << scenes::printable(report.size_doubts.front());
   if (more > 0) out << " (and " << more << " more)";
-  out << "; --units auto takes that unit\n";
+  if (report.size_doubts.front().find("--units ") != std::string::npos) out << "; --units auto takes that unit";
+  out << '\n';
 }
 
 }  // namespace cab::perf

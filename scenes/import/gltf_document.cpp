@@ -464,6 +464,7 @@ void GltfDocument::check_type(const Json& accessor, const char* type, std::uint6
 
 void GltfDocument::check_skin(const Json& skin, const std::string& where) const {
   const Json& joints = array(skin, "joints", where);
+  if (joints.empty()) fail(where, "has no joints");
   for (const Json& joint : joints) referenced(joint, "nodes", where + ".joints");
   if (!skin.contains("inverseBindMatrices")) return;
   check_type(referenced_by(skin, "inverseBindMatrices", "accessors", where), "MAT4", joints.size(), true,

@@ -36,6 +36,7 @@ constexpr std::pair<const char*, const char*> kLeftOut[] = {
     {"KHR_node_visibility", "hidden nodes are read too"},
     {"MSFT_lod", "the first level of detail is read"},
     {"KHR_animation_pointer", "its animations are left out"},
+    {"VRMC_node_constraint", "constraints between nodes are not applied"},
 };
 
 // A name that fits into assimp and into one line.
@@ -243,6 +244,7 @@ class Rewriter {
         file_.fail(where + "." + key, "must be " + std::to_string(count) + " numbers");
       made[key] = *numbers;
     }
+    add_devices(item, made);
     if (!item.contains("mesh")) return made;
     const std::size_t mesh = file_.index_by(item, "mesh", "meshes", where);
     const std::size_t skin = item.contains("skin") ? file_.index_by(item, "skin", "skins", where) : kNoSkin;
@@ -250,6 +252,20 @@ class Rewriter {
     made["mesh"] = new_mesh(mesh, skin);
     if (skin != kNoSkin) made["skin"] = new_skin(skin);
     return made;
+  }
+
+  // A camera and a light for each node that has one: such nodes are no joints, and assimp names them by it.
+  void add_devices(const Json& item, Json& made) {
+    constexpr const char* kLights = "KHR_lights_punctual";
+    if (item.contains("camera")) {
+      made["camera"] = new_["cameras"].size();
+      new_["cameras"].push_back({{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
+    }
+    if (!GltfDocument::has_extension(item, kLights)) return;
+    Json& lights = new_["extensions"][kLights]["lights"];
+    made["extensions"][kLights]["light"] = lights.size();
+    lights.push_back({{"type", "point"}});
+    if (lights.size() == 1) new_["extensionsUsed"].push_back(kLights);
   }
 
   void see_morph_weights(const Json& item) {

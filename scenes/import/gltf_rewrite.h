@@ -15,10 +15,10 @@ class GltfDocument;
 //   theirs before others do; the second of a name N becomes "N (2)". A node without a name is "nodes[INDEX]".
 // - Several roots of the scene get one root above them, as assimp would make it.
 // - A skin without inverse bind matrices has the identity. A mesh that several skins move is there once for each.
-// - Materials, images, cameras, morph targets, extensions and what is not in the scene are left out. Of cubic splines
-//   the keys are left, without tangents. `notes` gets what the user may not expect, `bones` the new names of the nodes
-// of vrm_bones (vrm_bones.h). Throws ImportError if a mesh or an array is not as the specification says, or if the
-// arrays take more than kMaxFileBytes.
+// - Materials, images, morph targets, extensions and what is not in the scene are left out. Of cameras and lights only
+//   which nodes have one is left. Of cubic splines the keys are left, without tangents.
+// `notes` gets what the user may not expect, `bones` the new names of the nodes of vrm_bones (vrm_bones.h). Throws
+// ImportError if a mesh or an array is not as the specification says, or if the arrays take more than kMaxFileBytes.
 std::string rewrite_gltf(const GltfDocument& file, std::vector<std::string>& notes, std::vector<std::string>& bones);
 
 }  // namespace cab::scenes

@@ -193,7 +193,11 @@ std::string animation_names(const aiScene& scene) {
 
 // The animation of this name, or else of this number; the first one if the text is empty.
 const aiAnimation& chosen_animation(const aiScene& scene, const std::string& path, const std::string& text) {
-  if (text.empty()) return *scene.mAnimations[0];
+  if (text.empty()) {  // the first that moves nodes; others move faces or cameras
+    for (unsigned a = 0; a < scene.mNumAnimations; ++a)
+      if (scene.mAnimations[a]->mNumChannels > 0) return *scene.mAnimations[a];
+    return *scene.mAnimations[0];
+  }
   for (unsigned a = 0; a < scene.mNumAnimations; ++a)
     if (view(scene.mAnimations[a]->mName) == text) return *scene.mAnimations[a];
   for (unsigned a = 0; a < scene.mNumAnimations; ++a)

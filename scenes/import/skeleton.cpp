@@ -210,7 +210,10 @@ Motion read_motion(const ImportOptions& options) {
   const SceneFile file = read_scene(path);
   if (file.scene->mNumAnimations == 0) refuse();
   Motion motion = motion_of_scene(file.scene, name, options.animation);
-  motion.notes.insert(motion.notes.end(), file.facts.notes.begin(), file.facts.notes.end());
+  for (const std::string& note : file.facts.notes) motion.notes.push_back(name + ": " + note);
+  if (!file.facts.repeated_names.empty())
+    motion.notes.push_back("warning: " + name + ": the motion of several nodes of one name (" +
+                           listed(file.facts.repeated_names) + ") goes to the first of them");
   return motion;
 }
 

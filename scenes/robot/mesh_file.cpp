@@ -86,7 +86,7 @@ bool is_mesh_path(const std::string& path) {
   return std::find(std::begin(kMeshExtensions), std::end(kMeshExtensions), extension) != std::end(kMeshExtensions);
 }
 
-std::vector<Vec3> read_mesh(const std::string& path, const std::string& source) {
+std::vector<Vec3> read_mesh(const std::string& path, const std::string& source, std::vector<std::string>& notes) {
   if (!is_mesh_path(path)) {
     const std::string extension = lower_extension(path);
     throw ImportError(source + ": meshes are read from .stl, .obj, .dae, .ply, .gltf and .glb files, not from " +
@@ -97,7 +97,7 @@ std::vector<Vec3> read_mesh(const std::string& path, const std::string& source) 
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = nullptr;
   std::string reason;
-  FileFacts facts;  // of names, weights and motion, which a mesh alone does not need
+  FileFacts facts;
   try {
     scene = read_prepared(importer, path, source, facts);
     reason = importer.GetErrorString();
@@ -106,6 +106,7 @@ std::vector<Vec3> read_mesh(const std::string& path, const std::string& source) 
   }
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw ImportError(source + ": assimp cannot read it: " + printable(reason));
+  for (const std::string& note : facts.notes) notes.push_back(source + ": " + note);
   std::vector<Vec3> vertices;
   add_vertices(*scene, *scene->mRootNode, aiMatrix4x4(), vertices);
   if (vertices.empty()) throw ImportError(source + ": the mesh has no vertices");

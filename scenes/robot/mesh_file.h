@@ -37,7 +37,8 @@ void check_mesh_name(const std::string& name, const std::string& source);
 bool is_mesh_path(const std::string& path);
 
 // All vertices of a mesh file, in metres of the file, each once. The axes are those of the file: no turn by an up axis.
-// Throws ImportError with `source`.
-std::vector<Vec3> read_mesh(const std::string& path, const std::string& source);
+// `notes` gets what of the file is read otherwise than a user may expect, with `source`. Throws ImportError with
+// `source`.
+std::vector<Vec3> read_mesh(const std::string& path, const std::string& source, std::vector<std::string>& notes);
 
 }  // namespace cab::scenes

@@ -30,7 +30,8 @@ constexpr std::uint32_t kFirstBody = mjVERSION_HEADER >= 300 ? 0 : 1;
 // it would otherwise end the process.
 std::vector<std::string>* warnings = nullptr;
 void take_warning(const char* text) {
-  if (warnings != nullptr) warnings->push_back(printable(text));
+  constexpr std::size_t kMostNotes = 100;
+  if (warnings != nullptr && warnings->size() < kMostNotes) warnings->push_back(printable(text));
 }
 [[noreturn]] void take_error(const char* text) { throw ImportError(text); }
 
@@ -55,15 +56,12 @@ class Handlers {
   void (*error_)(const char*);
 };
 
-// The longest line of a refusal.
-constexpr std::size_t kMaxLine = 300;
-
 // A message of the library as one line, which names the line of the file in the place of that of the text.
 std::string refusal(const std::string& name, std::string message, const MjcfText& text) {
   std::replace(message.begin(), message.end(), '\n', ' ');
   std::string place = name;
   for (const std::string before : {"line = ", "line "}) {
-    const std::size_t at = message.find(before);
+    const std::size_t at = message.rfind(before);
     if (at == std::string::npos) continue;
     const unsigned long line = std::strtoul(message.c_str() + at + before.size(), nullptr, 10);
     if (line == 0 || line > text.lines.size()) continue;
@@ -276,7 +274,7 @@ class MjcfReader {
     }
     add_shape(robot_, body.link, shape,
               path_ + ": body " + robot_.body.link_names[body.link] + ": geom " + name_or_number("", mjOBJ_GEOM, g));
-    leaf_geoms_.push_back(g);
+    if (robot_.body.leaves.size() > leaf_geoms_.size()) leaf_geoms_.push_back(g);  // not if a size is 0 as a float
   }
 
   bool may_touch(int g, int h) const {
@@ -357,14 +355,6 @@ class MjcfReader {
 
 bool reads_mjcf() { return true; }
 
-Robot read_mjcf(const XmlText& text, const RobotOptions& options) {
-  try {
-    return MjcfReader(text, options).read();
-  } catch (const ImportError& error) {
-    const std::string line = error.what();
-    if (line.size() <= kMaxLine) throw;
-    throw ImportError(printable(line.substr(0, kMaxLine - 3)) + "...");
-  }
-}
+Robot read_mjcf(const XmlText& text, const RobotOptions& options) { return MjcfReader(text, options).read(); }
 
 }  // namespace cab::scenes

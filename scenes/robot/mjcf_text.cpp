@@ -276,7 +276,8 @@ class MjcfWriter {
   void list_pairs(const XMLElement& section) {
     for (const XMLElement* child : tree_.children(section))
       if (child->Name() == std::string("pair"))
-        for (const char* name : {"geom1", "geom2"}) listed_.insert(text_of(*child, name));
+        for (const char* name : {"geom1", "geom2"})
+          if (std::string geom = text_of(*child, name); !geom.empty()) listed_.insert(std::move(geom));
   }
 
   void write_root_default(const XMLElement& section) {
@@ -556,9 +557,13 @@ class MjcfWriter {
   // ----------------------------------------------------------------------------------------------------------- notes
 
   static std::string listed_words(const Counts& words) {
+    constexpr std::size_t kMostWords = 40, kMostBytes = 40;
     std::string text;
-    for (const auto& [word, count] : words)
-      text += (text.empty() ? "" : ", ") + printable(word) + " " + std::to_string(count);
+    std::size_t shown = 0;
+    for (const auto& [word, count] : words) {
+      if (shown++ == kMostWords) return text + " and " + std::to_string(words.size() - kMostWords) + " more";
+      text += (text.empty() ? "" : ", ") + printable(word.substr(0, kMostBytes)) + " " + std::to_string(count);
+    }
     return text;
   }
 

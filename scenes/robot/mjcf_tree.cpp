@@ -175,9 +175,12 @@ bool may_open_for_mjcf(const std::string& file, const std::string& path, const R
     return false;
   if (!options.root.empty() && is_below(file, options.root)) return true;
   fs::path folder = full_path(path).parent_path();
+  bool is_in_package = false;
   for (int above = 0; folder != folder.root_path(); ++above, folder = folder.parent_path()) {
-    if ((above <= kFoldersAbove || is_file(folder / "package.xml")) && is_below(file, folder)) return true;
-    if (above > kFoldersAbove && is_file(folder / "package.xml")) return false;
+    const bool is_package = !is_in_package && is_file(folder / "package.xml");
+    is_in_package = is_in_package || is_package;
+    if ((above <= kFoldersAbove || is_package) && is_below(file, folder)) return true;
+    if (above >= kFoldersAbove && is_in_package) return false;
   }
   return false;
 }

@@ -262,7 +262,7 @@ class UrdfReader {
     const auto found = meshes_.emplace(path, std::vector<Vec3>());
     if (found.second) {
       if (current_ != nullptr) current_->set(path);
-      found.first->second = read_mesh(path, named);
+      found.first->second = read_mesh(path, named, robot_.notes);
       if (current_ != nullptr) current_->set({});
     }
     shape.kind = ShapeKind::kConvexHull;

@@ -174,8 +174,9 @@ bool limit_files(const std::vector<std::string>& readable) {
     const fs::path target = fs::canonical(path, error);
     if (error) continue;
     if (target == target.root_path()) {
-      for (const fs::directory_entry& entry : fs::directory_iterator(target, error))
-        if (entry.symlink_status(error).type() == fs::file_type::regular) let_read(ruleset, entry.path().string());
+      for (fs::directory_iterator entry(target, error), end; !error && entry != end; entry.increment(error))
+        if (std::error_code status; entry->symlink_status(status).type() == fs::file_type::regular)
+          let_read(ruleset, entry->path().string());
     } else if (fs::is_directory(target, error) || target.extension() == fs::path(path).extension()) {
       let_read(ruleset, target.string());
     }

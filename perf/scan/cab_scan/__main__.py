@@ -16,8 +16,8 @@ _HOW_TO_GET = {
 
 def main() -> int:
     """The exit code of the command, or 1 if a package is missing."""
+    _leave_current_folder()  # with signals as the command cab holds them back
     stopping.begin()
-    _leave_current_folder()
     installed = os.environ.get("CAB_PYTHON_MODULE")  # where the command was installed with the module cab
     if installed and importlib.util.find_spec("cab") is None:
         sys.path.append(installed)

@@ -23,7 +23,7 @@ def run(words: Optional[Sequence[str]]) -> int:
     except outputs.OutputError as error:
         tell(f"cab scan: {error}", sys.stderr)
         return 2
-    except (corpus.CorpusError, LoaderError, TableError, cluster.ClusterError) as error:
+    except (corpus.CorpusError, LoaderError, TableError, cluster.ClusterError, cab.FileError) as error:
         tell(f"cab scan: {error}", sys.stderr)
     except OSError as error:
         name = f"{os.fsdecode(error.filename)}: " if error.filename else ""

@@ -12,7 +12,7 @@ from .plan import robot_options
 from .robots import FIRST_SAMPLE, RobotFile, matrix_rows, sampled_matrix
 from .table import Table
 from .tasks import error_row, outcome_of, words_of
-from .work import DONE, SAMPLES, STATES, Item, Key, Links, RobotChunk, Source, TestOptions
+from .work import BAD, DONE, SAMPLES, STATES, Item, Key, Links, RobotChunk, Source, TestOptions
 
 SUFFIXES = frozenset([".urdf", ".xml", ".mjcf"])
 
@@ -39,8 +39,9 @@ class RobotScan:
         try:
             file = RobotFile(source, self._packages, self._srdf, self._chosen.leave_out_missing)
         except (OSError, MemoryError, ValueError, cab.Error) as error:
-            for what in (SAMPLES, STATES):
-                self._table.forget_robot(self._key(what, source))
+            if outcome_of(error) == BAD:  # what the machine stopped keeps its chunks
+                for what in (SAMPLES, STATES):
+                    self._table.forget_robot(self._key(what, source))
             self._table.add([error_row(item, self._policies, outcome_of(error), words_of(error))])
             return
         self._robots.append((source, file))
@@ -79,6 +80,7 @@ class RobotScan:
     ) -> List[Item]:
         key = self._key(what, source)
         parts = {_part(first, count): (first, count) for first, count in chunks}
+        self._table.forget_file_error(key)  # it has been read now
         there = self._table.robot_parts(key)
         # Pairs of links are counted over all chunks, so chunks of another robot, version or length are no use.
         if self._chosen.again or any(

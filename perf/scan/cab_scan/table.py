@@ -182,6 +182,14 @@ class Table:
                     (key.file, key.what, key.policies, key.options),
                 )
 
+    def forget_file_error(self, key: Key) -> None:
+        """Removes the row of a robot's file that could not be read; chunks stay."""
+        with self._transaction() as base:
+            base.execute(
+                "DELETE FROM work WHERE (file, what, policies, options, part) = (?, ?, ?, ?, '')",
+                (key.file, key.what, key.policies, key.options),
+            )
+
     def robot_parts(self, key: Key) -> Dict[str, Tuple[Optional[str], str, str]]:
         """The chunks of a robot with these options: content hash, version and outcome."""
         with self._told():

@@ -129,8 +129,9 @@ TEST_CASE("the file that a child read when it was stopped is named") {
   };
   CHECK(line("arm\n.stl", crash) == "r.urdf: reading it crashed: Segmentation fault, in arm?.stl");
   CHECK(line({}, crash) == "r.urdf: reading it crashed: Segmentation fault");
-  CHECK(line(std::string(5000, 'x'), crash) ==
-        "r.urdf: reading it crashed: Segmentation fault, in " + std::string(4095, 'x'));
+  const std::string long_line = line(std::string(5000, 'x') + ".stl", crash);
+  CHECK(long_line.rfind("r.urdf: reading it crashed: Segmentation fault, in xxx", 0) == 0);
+  CHECK(long_line.size() <= 300);
   CHECK(line("arm.stl", []() -> std::string { throw ImportError("r.urdf: no"); }) == "r.urdf: no");
 }
 

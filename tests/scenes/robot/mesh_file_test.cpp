@@ -34,20 +34,25 @@ MadeGltf triangle() {
 
 TEST_CASE("a robot's mesh in a quantized glTF file has its size, and an unknown required extension is refused") {
   MadeGltf made = triangle();
+  std::vector<std::string> notes;
+  made.json["extensionsUsed"].push_back("EXT_mesh_gpu_instancing");
   for (const char* name : {"mesh.glb", "mesh.gltf"}) {
     const TemporaryFile file(name, name == std::string("mesh.glb") ? glb(made) : gltf_text(made));
-    const std::vector<Vec3> vertices = read_mesh(file.path(), "mesh");
+    const std::vector<Vec3> vertices = read_mesh(file.path(), "mesh", notes);
     REQUIRE(vertices.size() == 3);
     CHECK(vertices[1][1] == doctest::Approx(.5));
     CHECK(vertices[2][0] == doctest::Approx(1));
+    REQUIRE(!notes.empty());
+    CHECK(notes.back() == "mesh: EXT_mesh_gpu_instancing: a mesh with many instances is read once");
   }
   made.json["extensionsRequired"] = {"ACME_unknown"};
   const TemporaryFile file("mesh.glb", glb(made));
-  CHECK_THROWS_WITH_AS(read_mesh(file.path(), "mesh"),
+  CHECK_THROWS_WITH_AS(read_mesh(file.path(), "mesh", notes),
                        "mesh: the extension ACME_unknown is required by the file, but is not supported", ImportError);
 }
 
 TEST_CASE("a robot's mesh in a Collada file may have white space before its numbers") {
+  std::vector<std::string> notes;
   for (const std::string blank : {"", " ", "\n\t"}) {
     const TemporaryFile file(
         "mesh.dae",
@@ -66,7 +71,7 @@ TEST_CASE("a robot's mesh in a Collada file may have white space before its numb
             "0 1 2</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id='s'>"
             "<node id='n'><instance_geometry url='#g'/></node></visual_scene></library_visual_scenes><scene>"
             "<instance_visual_scene url='#s'/></scene></COLLADA>");
-    const std::vector<Vec3> vertices = read_mesh(file.path(), "mesh");
+    const std::vector<Vec3> vertices = read_mesh(file.path(), "mesh", notes);
     REQUIRE(vertices.size() == 3);
     CHECK(vertices[2] == Vec3{1, 0, 0});
   }
