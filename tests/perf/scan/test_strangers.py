@@ -437,7 +437,7 @@ def test_options_of_folders_are_told_and_come_from_below_what_is_named(tmp_path,
     assert str(inner) in found.read
     for paths in (["corpus/left"], ["corpus/left/clip0001.bvh"], ["corpus/left/*1.bvh"]):
         found = find(*paths)
-        assert {entry.source.options.units for entry in found.entries} == {1}
+        assert {entry.source.options.units for entry in found.entries} == {None}
         assert [note.split(" ")[0] for note in found.notes] == [f"{tmp_path}/cab-scan.csv", str(inner)]
     assert {entry.source.options.units for entry in find("corpus/*/*1.bvh").entries} == {2}
     assert {entry.source.options.units for entry in find("corpus/left/clip0001.bvh", root="corpus").entries} == {2}
@@ -464,7 +464,7 @@ def test_options_of_other_users_are_left_out(tmp_path):
         return corpus.find([str(tmp_path)], [], "", work.FileOptions(), corpus.MOTION_SUFFIXES)
 
     found = find()
-    assert {entry.source.options.units for entry in found.entries} == {1}
+    assert {entry.source.options.units for entry in found.entries} == {None}
     assert found.notes == [f"{tmp_path}/cab-scan.csv is not read: it is of another user"]
     # The owner of a file may say how it is read: of that one alone.
     os.chown(found.entries[0].source.path, 65534, 65534)
