@@ -95,9 +95,10 @@ def error_row(item: Item, policies: str, outcome: str, words: str) -> Row:
     words = printable(words)
     for source in (item.source, item.other):
         if source:
-            # Also of files beside it, such as skeletons.
-            for change in (str, lambda path: os.path.join(os.path.dirname(path), "")):
-                words = words.replace(printable(change(source.path)), printable(change(source.name)))
+            words = words.replace(printable(source.path), printable(source.name))
+            folder = os.path.join(os.path.dirname(source.path), "")
+            if folder not in ("", os.sep):  # of files beside it, such as skeletons
+                words = words.replace(printable(folder), printable(os.path.join(os.path.dirname(source.name), "")))
     return Row(item.key(policies), version=cab.__version__, outcome=outcome, error=words)
 
 
