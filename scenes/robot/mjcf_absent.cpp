@@ -7,8 +7,9 @@ namespace cab::scenes {
 bool reads_mjcf() { return false; }
 
 Robot read_mjcf(const XmlText& text, const RobotOptions&) {
-  throw ImportError(printable(text.path()) +
-                    ": MJCF is not built in: libmujoco was not found (Debian: libmujoco-dev) when cab was configured");
+  throw ImportError(
+      printable(text.path()) +
+      ": MJCF is not built in: libmujoco was not found (Debian: libmujoco-dev libgl-dev) when cab was configured");
 }
 
 }  // namespace cab::scenes
