@@ -20,17 +20,6 @@ namespace {
 
 constexpr std::size_t kCurrentFileBytes = 4096;
 
-// A line of at most 280 bytes: of a longer one, which must be printable, the middle is left out.
-std::string brief(const std::string& line) {
-  constexpr std::size_t kMost = 280, kHead = 190, kTail = 85;
-  if (line.size() <= kMost) return line;
-  const auto is_inside = [&](std::size_t i) { return (static_cast<unsigned char>(line[i]) & 0xc0) == 0x80; };
-  std::size_t head = kHead, tail = line.size() - kTail;
-  while (is_inside(head)) --head;
-  while (is_inside(tail)) ++tail;
-  return line.substr(0, head) + " ... " + line.substr(tail);
-}
-
 // `read`, whose every exception is an ImportError, but for those of memory.
 std::string read_or_refuse(const std::string& name, const std::function<std::string()>& read) {
   try {

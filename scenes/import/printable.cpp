@@ -67,4 +67,14 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
+std::string brief(const std::string& line) {
+  constexpr std::size_t kMost = 280, kHead = 190, kTail = 85;
+  if (line.size() <= kMost) return line;
+  const auto is_inside = [&](std::size_t i) { return (static_cast<unsigned char>(line[i]) & 0xc0) == 0x80; };
+  std::size_t head = kHead, tail = line.size() - kTail;
+  while (is_inside(head)) --head;
+  while (is_inside(tail)) ++tail;
+  return line.substr(0, head) + " ... " + line.substr(tail);
+}
+
 }  // namespace cab::scenes

@@ -12,6 +12,9 @@ namespace cab::scenes {
 // of writing (U+061C, U+200E, U+200F, U+202A to U+202E, U+2066 to U+2069).
 std::string printable(std::string_view text);
 
+// A line of at most 280 bytes: of a longer one, which must be printable, the middle is left out.
+std::string brief(const std::string& line);
+
 // The first six names, such as "a, b, c, d, e, f and 3 more".
 std::string listed(const std::vector<std::string>& names);
 
