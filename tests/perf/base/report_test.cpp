@@ -63,10 +63,10 @@ TEST_CASE("the time left never grows while work goes on at one speed") {
 }
 
 TEST_CASE("no text of a CSV file is a formula, and numbers stay numbers") {
-  for (const char* const text : {"=1+2", "+1", "-1", "@x", "\tx"})
+  for (const char* const text : {"=1+2", "+1", "-1", "@x", "\tx", "'=x"})
     CHECK(perf::csv_field(text) == std::string("'") + text);
   CHECK(perf::csv_field("=A1,\"x\"") == "\"'=A1,\"\"x\"\"\"");
-  for (const char* const text : {"", "hips", "a-b", "'=x", "left=right"}) CHECK(perf::csv_field(text) == text);
+  for (const char* const text : {"", "hips", "a-b", "left=right"}) CHECK(perf::csv_field(text) == text);
   CHECK(perf::csv_field("a,b") == "\"a,b\"");
   const TemporaryFolder folder;
   const std::string path = folder / "rows.csv";
