@@ -2,9 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
 namespace cab::scenes {
+
+// Whether there is a regular file at a path.
+bool is_file(const std::filesystem::path& path);
 
 // The size of a file in bytes. It must be regular, not empty and at most kMaxFileBytes long; otherwise throws
 // ImportError. `name` is how messages name the file.

@@ -26,11 +26,6 @@ constexpr const char* kMeshExtensions[] = {".stl", ".obj", ".dae", ".ply", ".glt
 
 const std::string kFileScheme = "file://";
 
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
-
 // Adds the vertices of a node's meshes and of those below it, in the frame of the root's parent. Nodes nest as deep as
 // assimp's own recursion allows.
 void add_vertices(const aiScene& scene, const aiNode& node, const aiMatrix4x4& to_parent, std::vector<Vec3>& vertices) {

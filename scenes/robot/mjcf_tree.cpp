@@ -25,11 +25,6 @@ constexpr int kFoldersAbove = 2;
 // What an MJCF file names and libmujoco reads.
 constexpr const char* kOpenedExtensions[] = {".stl", ".obj", ".msh", ".xml", ".mjcf"};
 
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
-
 fs::path full_path(const fs::path& path) {
   std::error_code ignored;
   return fs::absolute(path, ignored).lexically_normal();
