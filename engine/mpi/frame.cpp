@@ -47,6 +47,8 @@ void count_regions(const DistributedEngine& engine, std::size_t regions, Message
 // All memory is taken inside or_out_of_memory, and no rank leaves the frame before the others know that it does: it
 // tells its status where all ranks gather or agree, and in between it sends empty messages and takes those of others.
 Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept {
+  job.hit_list = {};
+  job.contact_list = {};
   OwnPart part;
   Status status = or_out_of_memory([&] { return make_own_part(engine, job, part); });
   if (const Answer answer = agree(engine.comm, status, digest_of(job), Difference::kJob); !answer.ok()) return answer;
@@ -86,10 +88,12 @@ Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept {
     });
   engine.hits = std::move(own.hits);
   engine.contacts = std::move(own.contacts);
+  const Answer answer = agree(
+      engine.comm, status, border->has_twice() ? 1 + static_cast<std::uint64_t>(engine.rank) : 0, Difference::kNumbers);
+  if (!answer.ok()) return answer;
   job.hit_list = engine.hits;
   job.contact_list = engine.contacts;
-  return agree(engine.comm, status, border->has_twice() ? 1 + static_cast<std::uint64_t>(engine.rank) : 0,
-               Difference::kNumbers);
+  return answer;
 }
 
 }  // namespace cab::mpi

@@ -44,6 +44,14 @@ std::string payload_from_child(const std::string& path, const SandboxLimits& lim
                                const std::function<std::string()>& read, const ChildFiles& more,
                                std::string& unprotected);
 
+// What `read` returns in this process. What it refuses is told in a short line, as from a child.
+template <class Read>
+auto in_this_process(const Read& read) {
+  try {
+    return read();
+  } catch (const ImportError& error) { throw ImportError(brief(printable(error.what()))); }
+}
+
 // Adds a note to results that have notes.
 template <class T>
 auto note_unprotected(T& result, const std::string& unprotected, int) -> decltype(result.notes.push_back({})) {

@@ -256,7 +256,7 @@ Skeleton import_skeleton(const std::string& path, const ImportOptions& options) 
                           ? from_child(
                                 path, *options.sandbox, [&] { return skeleton_payload(import_here(path, options)); },
                                 read_skeleton_payload, files)
-                          : import_here(path, options);
+                          : in_this_process([&] { return import_here(path, options); });
   fit_unit(options, skeleton);
   return skeleton;
 }

@@ -250,7 +250,7 @@ Trajectories read_here(const std::string& path, double frames_per_second) {
 Trajectories import_trajectories(const std::string& path, double frames_per_second,
                                  const std::optional<SandboxLimits>& sandbox) {
   const auto read = [&] { return read_here(path, frames_per_second); };
-  if (!sandbox) return read();
+  if (!sandbox) return in_this_process(read);
   return from_child(
       path, *sandbox, [&] { return trajectories_payload(read()); }, read_trajectories_payload);
 }

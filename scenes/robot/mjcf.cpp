@@ -355,10 +355,6 @@ class MjcfReader {
 
 bool reads_mjcf() { return true; }
 
-Robot read_mjcf(const XmlText& text, const RobotOptions& options) {
-  try {
-    return MjcfReader(text, options).read();
-  } catch (const ImportError& error) { throw ImportError(brief(printable(error.what()))); }
-}
+Robot read_mjcf(const XmlText& text, const RobotOptions& options) { return MjcfReader(text, options).read(); }
 
 }  // namespace cab::scenes

@@ -118,7 +118,8 @@ ForReader files_for_reader(const std::string& path, const RobotOptions& options)
 
 Robot import_robot(const std::string& path, const RobotOptions& options) {
   if (!options.sandbox)
-    return read_here(path, options, named_files(path, options, package_files(path)).meshes, nullptr);
+    return in_this_process(
+        [&] { return read_here(path, options, named_files(path, options, package_files(path)).meshes, nullptr); });
   const ForReader files = files_for_reader(path, options);
   CurrentFile current;
   return from_child(path, *options.sandbox,

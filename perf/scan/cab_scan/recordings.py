@@ -95,10 +95,15 @@ def _frame_seconds(line: Dict[str, str]) -> float:
 def _contact(line: Dict[str, str], frame_seconds: float) -> Contact:
     first, last = int(line["first_frame"]), int(line["last_frame"])
     return Contact(
-        line["character_a"], line["link_a"], line["character_b"], line["link_b"], first, last,
+        *(_text(line[column]) for column in ("character_a", "link_a", "character_b", "link_b")), first, last,
         (last - first + 1) * frame_seconds,
         float(line["worst_depth"]) if line["worst_depth"] else None, int(line["worst_frame"]),
     )
+
+
+def _text(cell: str) -> str:
+    # The command writes an apostrophe before a text that a spreadsheet would take for a formula.
+    return cell[1:] if cell.startswith("'") else cell
 
 
 def _covered(spans: Iterator[Tuple[int, int]]) -> int:

@@ -161,8 +161,8 @@ TEST_CASE("a limit on the size of files is told as a full disk is, by every comm
       {"inspect", place.figure, "--json", out},
       {"crowd", "--scene", "uniform", "--characters", "100", "--frames", "1", "--rounds", "1", "--json", out},
       {"view", record, "--page", place.folder / "cab_view.html", "--out", out},
-      {"peers", "--characters", "10", "--json", out},
-      {"paper", "--tables", "1", "--json", out}};
+      {"peers", "--scene", "jitter", "--characters", "10", "--rounds", "1", "--json", out},
+      {"paper", "--tables", "1", "--frames", "10", "--json", out}};
   const std::string script = "ulimit -f 1; exec \"$@\"", error = place.folder / "error";
   for (const Words& command : commands) {
     CAPTURE(command.front());

@@ -275,7 +275,7 @@ std::string refusal(const Sample& sample, const std::string& bytes) {
 void damage(const Sample& sample, std::mt19937_64& random) {
   CAPTURE(sample.file_name);
   const std::size_t size = sample.bytes.size();
-  const std::uint64_t cuts = rounds(20), changes = rounds(50);
+  const std::uint64_t cuts = rounds(6), changes = rounds(16);
   for (std::uint64_t cut = 0; cut < cuts; ++cut) {
     CAPTURE(cut);
     refusal(sample, sample.bytes.substr(0, static_cast<std::size_t>(cut * size / cuts)));

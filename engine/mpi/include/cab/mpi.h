@@ -92,6 +92,7 @@ struct DistributedJob {
 
   // Output: the hits that this rank found, in the order of run_frame, by the numbers of instances in whole batches. The
   // lists of all ranks, merged in this order, are the list of one engine, bit for bit. They stay until the next frame.
+  // Empty when the answer is not kOk.
   Span<const Hit> hit_list;
 
   // Output: the contact of each hit, if asked for.
