@@ -5,6 +5,7 @@ import asyncio
 import collections
 import concurrent.futures
 import contextlib
+import gc
 import itertools
 import logging
 import shutil
@@ -72,6 +73,7 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
         )
         client = Client(cluster)
         try:
+            client.run(gc.freeze, on_error="ignore")  # so that they end at once, as in __main__.py
             yield client
         except KeyboardInterrupt:
             raise  # `stopping.end` ends the workers, without waiting for what they do
