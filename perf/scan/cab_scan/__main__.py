@@ -1,5 +1,6 @@
 """`python3 -m cab_scan`: looks for what it needs, then runs the command."""
 
+import gc
 import importlib.util
 import os
 import sys
@@ -33,6 +34,7 @@ def main() -> int:
     if code == stopping.CODE:
         stopping.end()
     stopping.ignore()
+    gc.freeze()  # Python ends sooner if it does not look for garbage in all modules
     return code
 
 

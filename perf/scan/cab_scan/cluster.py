@@ -5,6 +5,7 @@ import asyncio
 import collections
 import concurrent.futures
 import contextlib
+import gc
 import itertools
 import logging
 import shutil
@@ -49,7 +50,9 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
     settings = {
         "distributed.scheduler.allowed-failures": _ALLOWED_DEATHS - 1,
         "distributed.worker.profile.enabled": False,
-        "distributed.comm.retry.count": 3,
+        # If a worker dies while its rows are fetched, the scan stands still so long, once for each retry.
+        "distributed.comm.timeouts.connect": "5s",
+        "distributed.comm.retry.count": 1,
         "distributed.admin.tick.limit": "1h",
         # Their web servers, which know no certificates, serve nothing.
         "distributed.scheduler.http.routes": [],
@@ -72,6 +75,7 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
         )
         client = Client(cluster)
         try:
+            client.run(gc.freeze, on_error="ignore")  # so that they end at once, as in __main__.py
             yield client
         except KeyboardInterrupt:
             raise  # `stopping.end` ends the workers, without waiting for what they do

@@ -1,13 +1,17 @@
 """What the tests of `cab scan` share: a corpus of small clips, and the command."""
 
+import compileall
+import contextlib
+import functools
 import importlib.util
+import io
 import os
 import pathlib
 import sqlite3
 import subprocess
 import sys
 from fractions import Fraction
-from typing import Dict, List, NamedTuple, Optional
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional
 
 import pytest
 
@@ -19,6 +23,8 @@ def pytest_configure() -> None:
     missing = [name for name in ("dask", "distributed") if importlib.util.find_spec(name) is None]
     if missing:
         pytest.exit(f"scan: skipped: Python has no {missing[0]}; ./dev deps --cluster installs it", returncode=0)
+    for name in ("cab", "cab_scan"):  # which many processes import, and none of them writes down compiled
+        compileall.compile_dir(os.path.dirname(str(importlib.util.find_spec(name).origin)), quiet=2)
 
 
 def rounds() -> float:
@@ -67,6 +73,20 @@ class Scan:
         assert "Traceback" not in error, error
         return Outcome(process.returncode, out, error)
 
+    def here(self, *words: object, workers: object = None) -> Outcome:
+        """A run in this process, on workers that are there already, or as far as it goes without."""
+        from cab_scan import cluster, command
+
+        out, error = io.StringIO(), io.StringIO()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.chdir(self.folder)
+            if workers is not None:
+                patch.setattr(cluster, "local_workers", lambda *_: contextlib.nullcontext(workers))
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+                code = command.run([str(word) for word in words])
+        assert "Traceback" not in error.getvalue(), error.getvalue()
+        return Outcome(code, out.getvalue(), error.getvalue())
+
     def rows(self, what: str = "*", table: str = "scan.sqlite", rest: str = "") -> List[sqlite3.Row]:
         """Rows of the table."""
         base = sqlite3.connect(self.folder / table)
@@ -80,6 +100,21 @@ class Scan:
 def scan(tmp_path: pathlib.Path) -> Scan:
     """The command in a new folder."""
     return Scan(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def workers() -> Iterator[object]:
+    """The client of two workers, for all tests of a file."""
+    from cab_scan import cluster
+
+    with cluster.local_workers(2, "1GB") as client:
+        yield client
+
+
+@pytest.fixture
+def quick(scan: Scan, workers: object) -> Callable[..., Outcome]:
+    """The command in a new folder, in this process and on workers that are there already."""
+    return functools.partial(scan.here, workers=workers)
 
 
 def arm_bvh(angles: List[float], frame_time: float = 0.01, offset: float = 0.0) -> str:

@@ -39,9 +39,9 @@ def runs_of(hits):
 
 
 @pytest.mark.parametrize("exact", ["convex", "none"])
-def test_self_penetration_is_that_of_the_command(scan, exact):
+def test_self_penetration_is_that_of_the_command(scan, quick, exact):
     write_corpus(scan.folder / "corpus", 6, frames=70)
-    assert scan("self", "corpus", "--policies", f"exact={exact}").code == 0
+    assert quick("self", "corpus", "--policies", f"exact={exact}").code == 0
     rows = scan.rows()
     assert len(rows) == 6 and rows[0]["file"] == "corpus/left/clip0001.bvh"
     with open(scan.folder / "scan.contacts.csv", newline="", encoding="utf-8") as file:
@@ -61,11 +61,11 @@ def test_self_penetration_is_that_of_the_command(scan, exact):
         assert (row["depth"] is None) == (exact == "none")
 
 
-def test_rows_are_those_of_the_module_whatever_the_chunks(scan):
+def test_rows_are_those_of_the_module_whatever_the_chunks(scan, quick):
     # Longer than a chunk of frames, so that contacts go on over borders.
     angles = [abs(frame % 400 - 200) * 0.65 for frame in range(9000)]
     (scan.folder / "long.bvh").write_text(arm_bvh(angles))
-    assert scan("self", "long.bvh", "--gap", "2", "--min-depth", "0.002").code == 0
+    assert quick("self", "long.bvh", "--gap", "2", "--min-depth", "0.002").code == 0
     (row,) = scan.rows()
     motion = cab.load_motion(scan.folder / "long.bvh")
     clip = cab.Clip(motion.body, motion.poses, fps=motion.fps)
@@ -83,13 +83,13 @@ def test_rows_are_those_of_the_module_whatever_the_chunks(scan):
     assert found == sorted(zip(*(runs[name].tolist() for name in ("first", "last", "depth", "deepest", "seconds"))))
 
 
-def test_the_table_does_not_depend_on_workers_order_or_isa(scan):
+def test_the_table_does_not_depend_on_workers_order_or_isa(scan, quick):
     write_corpus(scan.folder / "corpus", 30)
-    one = scan("self", "corpus", "--workers", "1", "--table", "one.sqlite")
-    two = scan("self", "corpus/left", "corpus/right", "--workers", "2", "--table", "two.sqlite")
+    one = scan.here("self", "corpus", "--workers", "1", "--table", "one.sqlite")
+    two = quick("self", "corpus/left", "corpus/right", "--table", "two.sqlite")  # on two workers
     with open(scan.folder / "list.txt", "w", encoding="utf-8") as file:
         file.write("# backwards\n" + "".join(f"{row['file']}\n" for row in reversed(scan.rows("file", "one.sqlite"))))
-    three = scan("self", "--list", "list.txt", "--workers", "3", "--table", "three.sqlite")
+    three = scan.here("self", "--list", "list.txt", "--workers", "3", "--table", "three.sqlite")
     assert one.code == two.code == three.code == 0
     assert one.hash == two.hash == three.hash
     read = [(scan.folder / f"{name}.contacts.csv").read_bytes() for name in ("one", "two", "three")]
@@ -97,34 +97,34 @@ def test_the_table_does_not_depend_on_workers_order_or_isa(scan):
 
 
 @long
-def test_names_may_start_at_a_root_so_that_a_corpus_may_move(scan):
+def test_names_may_start_at_a_root_so_that_a_corpus_may_move(scan, quick):
     write_corpus(scan.folder / "here", 4)
-    first = scan("self", "here", "--root", "here", "--table", "a.sqlite")
+    first = quick("self", "here", "--root", "here", "--table", "a.sqlite")
     (scan.folder / "here").rename(scan.folder / "there")
-    second = scan("self", scan.folder / "there", "--root", scan.folder / "there", "--table", "b.sqlite")
+    second = quick("self", scan.folder / "there", "--root", scan.folder / "there", "--table", "b.sqlite")
     assert first.hash == second.hash
     assert scan.rows("file", "a.sqlite")[0]["file"] == "left/clip0001.bvh"
 
 
-def test_options_come_from_the_command_line_folders_and_lists(scan):
+def test_options_come_from_the_command_line_folders_and_lists(scan, quick):
     write_corpus(scan.folder / "corpus", 4)
     (scan.folder / "corpus/cab-scan.csv").write_text("path,units\n*,2\nleft/*3.bvh,3\n")
     (scan.folder / "corpus/right/cab-scan.csv").write_text("path,units\nclip0002.bvh,4\n")
-    assert scan("self", "corpus", "--units", "5").code == 0
+    assert quick("self", "corpus", "--units", "5").code == 0
     assert [row["options"] for row in scan.rows("options")] == [
         '{"units": 2.0}', '{"units": 3.0}', '{"units": 2.0}', '{"units": 4.0}'
     ]
     (scan.folder / "list.csv").write_text("path,units\ncorpus/left/clip0001.bvh,7\ncorpus/left/clip0003.bvh,\n")
-    assert scan("self", "--list", "list.csv", "--units", "5", "--table", "listed.sqlite").code == 0
+    assert quick("self", "--list", "list.csv", "--units", "5", "--table", "listed.sqlite").code == 0
     assert [row["options"] for row in scan.rows("options", "listed.sqlite")] == ['{"units": 7.0}', '{"units": 5.0}']
 
 
-def test_pairs_are_those_of_the_command(scan):
+def test_pairs_are_those_of_the_command(scan, quick):
     (scan.folder / "dance").mkdir()
     for who, offset in (("anna", 0), ("ben", 0.25), ("cleo", 0.5)):
         text = arm_bvh([3 * frame % 130 for frame in range(50)], offset=offset)
         (scan.folder / f"dance/take1_{who}.bvh").write_text(text)
-    outcome = scan("pairs", "dance", "--pattern", "take1_(.*)[.]bvh")
+    outcome = quick("pairs", "dance", "--pattern", "take1_(.*)[.]bvh")
     assert outcome.code == 0, outcome.error
     rows = scan.rows()
     assert [(row["file"][12:-4], row["other"][12:-4]) for row in rows] == [
@@ -137,15 +137,15 @@ def test_pairs_are_those_of_the_command(scan):
         assert row["hits"] == len(hits) and row["hit_frames"] == len({frame for frame, *_ in hits})
     assert rows[0]["hits"] > rows[1]["hits"] > 0
     (scan.folder / "list.csv").write_text(f"path,other\n{rows[0]['file']},{rows[0]['other']}\n")
-    assert scan("pairs", "--list", "list.csv", "--table", "listed.sqlite").code == 0
+    assert quick("pairs", "--list", "list.csv", "--table", "listed.sqlite").code == 0
     (row,) = scan.rows(table="listed.sqlite")
     assert row["hits_hash"] == rows[0]["hits_hash"]
 
 
-def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan):
+def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan, quick):
     write_corpus(scan.folder / "corpus", 3)
     words = ["--policies", "balanced", "--policies", "fast", "--policies", "exact=none"]
-    outcome = scan("policies", "corpus", *words)
+    outcome = quick("policies", "corpus", *words)
     assert outcome.code == 0 and "false positives" in outcome.out
     rows = scan.rows(rest="WHERE file LIKE '%0000%'")
     assert len(rows) == 3 and len(scan.rows()) == 9
@@ -158,28 +158,28 @@ def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan):
         assert row["box_tests"] > 0 and row["engine_seconds"] > 0
 
 
-def test_recordings_are_replayed_and_reported(scan):
+def test_recordings_are_replayed_and_reported(scan, quick):
     (scan.folder / "arm.bvh").write_text(arm_bvh([3 * frame % 130 for frame in range(60)]))
     run_command("run", scan.folder / "arm.bvh", "--self", "--contacts", "--record", scan.folder / "arm.cab")
     whole = (scan.folder / "arm.cab").read_bytes()
     (scan.folder / "cut.cab").write_bytes(whole[: len(whole) // 2])
     with open(scan.folder / "none.cab", "wb") as file:
         file.truncate(1 << 40)  # no recording, which nobody reads to its end
-    outcome = scan("recordings", ".")
+    outcome = quick("recordings", ".")
     assert outcome.code == 1 and "cut.cab" in outcome.error
     good, cut, none = scan.rows()
     assert good["sha256"] and cut["sha256"] and none["sha256"] is None and none["outcome"] == "bad"
-    assert scan("self", "arm.bvh", "--table", "self.sqlite").code == 0
+    assert quick("self", "arm.bvh", "--table", "self.sqlite").code == 0
     (same,) = scan.rows(table="self.sqlite")
     assert good["outcome"] == "done" and good["error"] is None
     for name in ("frames", "hits", "hit_frames", "depth_frame", "depth_link_a", "depth_link_b"):
         assert good[name] == same[name]
     assert good["depth"] == pytest.approx(same["depth"], rel=1e-6)
     assert cut["outcome"] == "bad" and "cut off" in cut["error"]
-    assert scan("recordings", ".").hash == outcome.hash
+    assert quick("recordings", ".").hash == outcome.hash
 
 
-def test_a_loader_yields_arrays(scan):
+def test_a_loader_yields_arrays(scan, quick, workers, monkeypatch):
     (scan.folder / "my_arrays.py").write_text(
         """
 import cab, cab_scan, numpy
@@ -198,21 +198,22 @@ def wrong(request):
     poses[..., 3] = 1
     poses[:, 1, 4] = np.arange(10) * 0.3
     np.savez(scan.folder / "a.npz", half=np.full((2, 3), 0.5, dtype=np.float32), slow=poses, fast=poses[::2].copy())
-    scan.environment["PYTHONPATH"] = f"{scan.folder}{os.pathsep}{os.environ['PYTHONPATH']}"
-    assert scan("self", "a.npz", "--loader", "my_arrays:load").code == 0
+    monkeypatch.syspath_prepend(str(scan.folder))
+    workers.run(exec, f"import sys; sys.path.append({str(scan.folder)!r})")
+    assert quick("self", "a.npz", "--loader", "my_arrays:load").code == 0
     assert {(row["sequence"], row["frames"], row["hits"]) for row in scan.rows()} == {("slow", 10, 4), ("fast", 5, 2)}
     for loader, told in (("my_arrays:nothing", "no sequence"), ("my_arrays:wrong", "cab_scan.Sequence is wanted")):
-        outcome = scan("self", "a.npz", "--loader", loader, "--table", "bad.sqlite")
+        outcome = quick("self", "a.npz", "--loader", loader, "--table", "bad.sqlite")
         assert outcome.code == 1 and told in outcome.error
-    assert "has no absent" in scan("self", "a.npz", "--loader", "my_arrays:absent").error
+    assert "has no absent" in quick("self", "a.npz", "--loader", "my_arrays:absent").error
 
 
-def test_copies_make_a_corpus_of_any_size(scan):
+def test_copies_make_a_corpus_of_any_size(scan, quick):
     write_corpus(scan.folder / "corpus", 2)
     words = [*scan.words()[:2], "cab_scan.copies", "corpus", "--count", "12"]
     made = subprocess.run(words, cwd=scan.folder, capture_output=True, text=True, check=True).stdout
     (scan.folder / "list.csv").write_text(made)
-    outcome = scan("self", "--list", "list.csv", "--loader", "cab_scan.copies:load")
+    outcome = quick("self", "--list", "list.csv", "--loader", "cab_scan.copies:load")
     assert outcome.code == 0, outcome.error
     rows = scan.rows()
     assert len(rows) == 12 and len({row["hits_hash"] for row in rows}) > 6
@@ -220,18 +221,18 @@ def test_copies_make_a_corpus_of_any_size(scan):
 
 
 @pytest.mark.skipif(data_folder() is None, reason="CAB_DATA_DIR names no folder")
-def test_real_dancers_are_those_of_the_command(scan):
+def test_real_dancers_are_those_of_the_command(scan, quick):
     folder = data_folder() / "pairs/cmu_salsa_10"
-    assert scan("pairs", folder, "--pattern", "(60|61)_", "--units", "1.4").code == 0
+    assert quick("pairs", folder, "--pattern", "(60|61)_", "--units", "1.4").code == 0
     (row,) = scan.rows()
     out = scan.folder / "hits.csv"
     run_command("run", *sorted(folder.glob("*.bvh")), "--units", "1.4", "--exact", "convex", "--hits", out)
     assert row["hits"] == len(read_hits(out)) > 1000
 
 
-def test_a_command_that_is_not_there_is_told(scan):
+def test_a_command_that_is_not_there_is_told(scan, quick, monkeypatch):
     (scan.folder / "a.cab").write_bytes(b"x")
-    scan.environment["CAB_COMMAND"] = str(scan.folder / "nowhere")
-    outcome = scan("recordings", "a.cab")
+    monkeypatch.setenv("CAB_COMMAND", str(scan.folder / "nowhere"))
+    outcome = quick("recordings", "a.cab")
     assert outcome.code == 1 and "cannot be run" in outcome.error
     assert scan.rows()[0]["outcome"] == "lost"

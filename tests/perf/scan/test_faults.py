@@ -1,6 +1,7 @@
 """Faults: workers and clients that are killed, bad files, full disks, other versions. What was finished stays."""
 
 import ctypes
+import functools
 import json
 import os
 import pathlib
@@ -17,39 +18,17 @@ import cab_scan
 import pytest
 from distributed import Security
 
-from conftest import arm_bvh, long, write_corpus
+from conftest import Scan, arm_bvh, long, write_corpus
 from faults import children_of, kill_all, wait_for_rows, workers_of
 
-# A loader whose parts decide what happens to the worker.
-_LOADER = """
-import os, signal, time
-import cab, numpy
-from cab_scan import Sequence
-
-def load(request):
-    time.sleep(0.05)
-    if request.part == "kill":
-        os.kill(os.getpid(), signal.SIGKILL)
-    if request.part == "once" and not os.path.exists(request.path + ".killed"):
-        open(request.path + ".killed", "w").close()
-        os.kill(os.getpid(), signal.SIGKILL)
-    if request.part == "eat":
-        numpy.ones(1 << 40, dtype=numpy.uint8)
-    if request.part == "grow":
-        kept = []
-        while True:
-            kept.append(numpy.ones(1 << 24, dtype=numpy.uint8))
-            time.sleep(0.01)
-    motion = cab.load_motion(request.path)
-    yield Sequence(motion.body, motion.poses, motion.fps)
-"""
+_LOADER = "fault_loader:load"
 
 
 @pytest.fixture
 def loader(scan):
-    (scan.folder / "fault.py").write_text(_LOADER)
-    scan.environment["PYTHONPATH"] = f"{scan.folder}{os.pathsep}{os.environ['PYTHONPATH']}"
-    return "fault:load"
+    scan.environment["PYTHONPATH"] = f"{pathlib.Path(__file__).parent}{os.pathsep}{os.environ['PYTHONPATH']}"
+    scan.environment["FAULT_SECONDS"] = "0.05"  # for each file, so that there is time to kill what runs
+    return _LOADER
 
 
 def write_list(scan, parts):
@@ -59,35 +38,42 @@ def write_list(scan, parts):
     (scan.folder / "list.csv").write_text("\n".join(["path,part", *lines]) + "\n")
 
 
-def test_a_worker_that_is_killed_is_replaced_and_the_table_is_the_same(scan, loader):
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, workers):
+    """The hash of the table and the contacts of forty clips that nothing disturbs."""
+    scan = Scan(tmp_path_factory.mktemp("whole"))
+    write_list(scan, ["slow"] * 40)
+    outcome = scan.here("self", "--list", "list.csv", "--loader", _LOADER, workers=workers)
+    return outcome.hash, (scan.folder / "scan.contacts.csv").read_bytes()
+
+
+def test_a_worker_that_is_killed_is_replaced_and_the_table_is_the_same(scan, loader, whole):
     write_list(scan, ["slow"] * 40)
     words = ["self", "--list", "list.csv", "--loader", loader]
-    whole = scan(*words, "--table", "whole.sqlite")
     process = scan.start(*words)
     wait_for_rows(scan, 10, process)
     os.kill(workers_of(process)[0], signal.SIGKILL)
     out, error = process.communicate(timeout=120)
     assert process.returncode == 0, error
-    assert f"hash                {whole.hash}" in out
-    assert (scan.folder / "scan.contacts.csv").read_bytes() == (scan.folder / "whole.contacts.csv").read_bytes()
+    assert f"hash                {whole[0]}" in out
+    assert (scan.folder / "scan.contacts.csv").read_bytes() == whole[1]
 
 
-def test_a_client_that_is_killed_goes_on_where_it_was(scan, loader):
+def test_a_client_that_is_killed_goes_on_where_it_was(scan, quick, loader, whole):
     write_list(scan, ["slow"] * 40)
     words = ["self", "--list", "list.csv", "--loader", loader]
-    whole = scan(*words, "--table", "whole.sqlite")
     process = scan.start(*words)
     wait_for_rows(scan, 10, process)
     kill_all(process)
     there = {row["file"]: row["id"] for row in scan.rows()}
     assert 10 <= len(there) < 40
-    outcome = scan(*words)
-    assert outcome.code == 0 and outcome.hash == whole.hash
+    outcome = quick(*words)
+    assert outcome.code == 0 and outcome.hash == whole[0]
     after = {row["file"]: row["id"] for row in scan.rows()}
     assert len(after) == 40 and all(after[file] == number for file, number in there.items())
 
 
-def test_an_interrupt_ends_cleanly(scan, loader):
+def test_an_interrupt_ends_cleanly(scan, quick, loader):
     write_list(scan, ["slow"] * 40)
     words = ["self", "--list", "list.csv", "--loader", loader]
     process = scan.start(*words)
@@ -98,7 +84,7 @@ def test_an_interrupt_ends_cleanly(scan, loader):
     assert "Traceback" not in error and "KeyboardInterrupt" not in error and out == ""
     assert children_of(process.pid) == {}
     assert not (scan.folder / "scan.sqlite.lock").exists()
-    outcome = scan(*words)
+    outcome = quick(*words)
     assert outcome.code == 0 and len(scan.rows()) == 40
 
 
@@ -122,7 +108,7 @@ def test_a_worker_that_takes_too_much_memory_is_replaced(scan, loader):
     assert [row["outcome"] for row in scan.rows()] == ["done", "lost", "done"]
 
 
-def test_bad_files_are_rows_and_told(scan):
+def test_bad_files_are_rows_and_told(scan, quick):
     write_corpus(scan.folder / "corpus", 4)
     (scan.folder / "corpus/bad.bvh").write_text(arm_bvh([0, 1]).replace("OFFSET 0 0.5 0", "OFFSET 0 x 0"))
     (scan.folder / "corpus/empty.bvh").write_text("")
@@ -130,7 +116,7 @@ def test_bad_files_are_rows_and_told(scan):
     (scan.folder / "corpus/folder.bvh").mkdir()
     (scan.folder / "corpus/gone.bvh").symlink_to("nowhere.bvh")
     (scan.folder / "void").mkdir()
-    outcome = scan("self", "corpus", "void", "nothing*.bvh", "absent.bvh")
+    outcome = quick("self", "corpus", "void", "nothing*.bvh", "absent.bvh")
     assert outcome.code == 1
     assert "void: the folder has no file to scan in it" in outcome.error
     assert "nothing*.bvh: no file has such a name" in outcome.error and "absent.bvh: nothing is there" in outcome.error
@@ -138,37 +124,37 @@ def test_bad_files_are_rows_and_told(scan):
     assert len(rows) == 8 and sum(row["outcome"] == "done" for row in rows.values()) == 4
     assert rows["bad.bvh"]["error"].startswith("corpus/bad.bvh: line ") and rows["bad.bvh"]["outcome"] == "bad"
     assert rows["gone.bvh"]["outcome"] == "lost" and "No such file" in rows["gone.bvh"]["error"]
-    again = scan("self", "corpus", "void", "nothing*.bvh", "absent.bvh")
+    again = quick("self", "corpus", "void", "nothing*.bvh", "absent.bvh")
     assert again.code == 1 and again.hash == outcome.hash
     kept = {row["file"]: row["id"] for row in scan.rows()}
     assert all(kept[row["file"]] == row["id"] for row in rows.values() if row["outcome"] != "lost")
-    only = scan("self", "void", "--table", "none.sqlite")
+    only = quick("self", "void", "--table", "none.sqlite")
     assert only.code == 1 and "nothing to scan" in only.error
 
 
-def test_changed_files_are_done_anew_and_others_are_not(scan):
+def test_changed_files_are_done_anew_and_others_are_not(scan, quick):
     write_corpus(scan.folder / "corpus", 5)
-    first = scan("self", "corpus")
+    first = quick("self", "corpus")
     before = {row["file"]: row["id"] for row in scan.rows()}
     changed = sorted((scan.folder / "corpus").rglob("*.bvh"))[2]
     old = changed.read_text()
     changed.write_text(arm_bvh([5.5 * frame % 130 for frame in range(30)]))
-    second = scan("self", "corpus")
+    second = quick("self", "corpus")
     after = {row["file"]: row["id"] for row in scan.rows()}
     assert len(after) == 5 and second.hash != first.hash
     assert [file for file in after if after[file] != before[file]] == [str(changed.relative_to(scan.folder))]
     changed.write_text(old)
-    assert scan("self", "corpus").hash == first.hash
+    assert quick("self", "corpus").hash == first.hash
     ids = {row["id"] for row in scan.rows()}
-    assert scan("self", "corpus", "--again").hash == first.hash
+    assert quick("self", "corpus", "--again").hash == first.hash
     assert ids.isdisjoint(row["id"] for row in scan.rows())
     base = sqlite3.connect(scan.folder / "scan.sqlite")
     base.execute("UPDATE work SET version = '0.1', hits = 0 WHERE file LIKE '%0001%'")
     base.commit()
     base.close()
-    assert scan("self", "corpus").hash == first.hash  # what another version made is made anew
+    assert quick("self", "corpus").hash == first.hash  # what another version made is made anew
     shutil.rmtree(scan.folder / "corpus/left")
-    assert "2 rows of scan.sqlite are of files or options that this scan did not name" in scan("self", "corpus").error
+    assert "2 rows of scan.sqlite are of files or options that this scan did not name" in quick("self", "corpus").error
 
 
 class Cluster:
@@ -177,10 +163,13 @@ class Cluster:
     def __init__(self, folder, *words):
         self._folder, self._file, self._words = folder, folder / "scheduler.json", words
         self._scheduler = self._start("dask_scheduler", "--port", "0")
+
+    @functools.cached_property
+    def address(self):
         while not self._file.exists():
             assert self._scheduler.poll() is None
             time.sleep(0.05)
-        self.address = json.loads(self._file.read_text())["address"]
+        return json.loads(self._file.read_text())["address"]
 
     def _start(self, program, *words, **more):
         return subprocess.Popen(
@@ -190,7 +179,7 @@ class Cluster:
         )
 
     def worker(self, path):
-        return self._start("dask_worker", "--nthreads", "1", env={**os.environ, "PYTHONPATH": str(path)})
+        return self._start("dask_worker", "--nthreads", "1", "--no-nanny", env={**os.environ, "PYTHONPATH": str(path)})
 
     def close(self):
         self._scheduler.terminate()
@@ -198,11 +187,11 @@ class Cluster:
 
 
 def scan_when_there_are_workers(scan, address):
-    for _ in range(100):
+    for _ in range(400):
         outcome = scan("self", "corpus", "--scheduler", address)
         if "no workers" not in outcome.error:
             return outcome
-        time.sleep(0.2)
+        time.sleep(0.05)
     raise AssertionError("there are no workers")
 
 
@@ -222,7 +211,7 @@ def test_a_cluster_computes_if_its_workers_have_the_same_versions(scan):
         ):
             worker = cluster.worker(path)
             try:
-                outcome = scan_when_there_are_workers(scan, cluster.address)
+                outcome = scan_when_there_are_workers(scan.here, cluster.address)
             finally:
                 worker.terminate()
                 worker.wait()
@@ -230,7 +219,7 @@ def test_a_cluster_computes_if_its_workers_have_the_same_versions(scan):
             assert len(scan.rows()) == (0 if code else 2)
     finally:
         cluster.close()
-    gone = scan("self", "corpus", "--scheduler", cluster.address)
+    gone = scan.here("self", "corpus", "--scheduler", cluster.address)
     assert gone.code == 1 and f"--scheduler {cluster.address}" in gone.error
 
 
@@ -281,7 +270,7 @@ def test_a_file_that_may_grow_no_more_keeps_what_is_in_it(scan):
     assert scan("self", "corpus").code == 0 and len(scan.rows()) == 100
 
 
-def test_a_full_disk_is_told(scan):
+def test_a_full_disk_is_told(scan, quick):
     place = scan.folder / "small"
     place.mkdir()
     libc = ctypes.CDLL(None, use_errno=True)
@@ -289,7 +278,7 @@ def test_a_full_disk_is_told(scan):
         pytest.skip(f"no tmpfs can be mounted: {os.strerror(ctypes.get_errno())}")
     try:
         write_corpus(scan.folder / "corpus", 100)
-        outcome = scan("self", "corpus", "--table", "small/scan.sqlite", "--csv", "scan.csv")
+        outcome = quick("self", "corpus", "--table", "small/scan.sqlite", "--csv", "scan.csv")
         assert outcome.code == 1 and "small/scan.sqlite: database or disk is full" in outcome.error
         there = len(scan.rows(table="small/scan.sqlite"))
         assert 0 < there < 100
@@ -297,7 +286,7 @@ def test_a_full_disk_is_told(scan):
             shutil.copy(file, scan.folder / file.name)
     finally:
         libc.umount2(os.fsencode(place), 2)
-    assert scan("self", "corpus").code == 0 and len(scan.rows()) == 100
+    assert quick("self", "corpus").code == 0 and len(scan.rows()) == 100
 
 
 @long

@@ -51,8 +51,8 @@ def pairs_of(scan, what, table="scan.sqlite"):
     return rows
 
 
-def check_against_command(scan, file, states, samples, *words):
-    outcome = scan("robot", file, "--states", states, "--samples", samples, "--chunk", 1000, "--seed", 3, *words)
+def check_against_command(scan, quick, file, states, samples, *words):
+    outcome = quick("robot", file, "--states", states, "--samples", samples, "--chunk", 1000, "--seed", 3, *words)
     assert outcome.code == 0, outcome.error
     wanted = robot_json(scan, file, "--random", states, "--samples", samples, "--seed", 3)
     rows = [row for row in scan.rows() if row["what"] == "robot states"]
@@ -69,49 +69,49 @@ def check_against_command(scan, file, states, samples, *words):
     return outcome, wanted
 
 
-def test_chunks_merge_to_what_the_command_finds(scan):
+def test_chunks_merge_to_what_the_command_finds(scan, quick):
     write_arm(scan.folder / "arm.urdf")
-    outcome, wanted = check_against_command(scan, "arm.urdf", 5500, 2500)
+    outcome, wanted = check_against_command(scan, quick, "arm.urdf", 5500, 2500)
     assert {one["reason"] for one in wanted["masked"]} >= {"adjacent", "never"}
-    one = scan("robot", "arm.urdf", "--states", 5500, "--samples", 2500, "--chunk", 1000, "--seed", 3, "--workers", 1,
-               "--table", "one.sqlite")
+    one = scan.here("robot", "arm.urdf", "--states", 5500, "--samples", 2500, "--chunk", 1000, "--seed", 3,
+                    "--workers", 1, "--table", "one.sqlite")
     assert one.hash == outcome.hash
 
 
 @long
-def test_finished_chunks_are_kept_and_another_robot_begins_anew(scan):
+def test_finished_chunks_are_kept_and_another_robot_begins_anew(scan, quick):
     write_arm(scan.folder / "arm.urdf")
     words = ["robot", "arm.urdf", "--samples", 1000, "--chunk", 1000]
-    first = scan(*words, "--states", 4000)
+    first = quick(*words, "--states", 4000)
     base = sqlite3.connect(scan.folder / "scan.sqlite")
     (kept,) = base.execute("SELECT max(id) FROM work").fetchone()
     base.close()
-    assert scan(*words, "--states", 4000).hash == first.hash
-    longer = scan(*words, "--states", 6000)
+    assert quick(*words, "--states", 4000).hash == first.hash
+    longer = quick(*words, "--states", 6000)
     assert sum(row["id"] <= kept for row in scan.rows()) == 5
-    assert scan(*words, "--states", 6000, "--table", "new.sqlite").hash == longer.hash
-    assert scan(*words, "--states", 4500).code == 0  # of other chunks: all anew
+    assert quick(*words, "--states", 6000, "--table", "new.sqlite").hash == longer.hash
+    assert quick(*words, "--states", 4500).code == 0  # of other chunks: all anew
     assert sum(row["frames"] for row in scan.rows() if row["what"] == "robot states") == 4500
     write_arm(scan.folder / "arm.urdf", far="0 8 0")
-    changed = scan(*words, "--states", 4500)
-    assert scan(*words, "--states", 4500, "--table", "changed.sqlite").hash == changed.hash
+    changed = quick(*words, "--states", 4500)
+    assert quick(*words, "--states", 4500, "--table", "changed.sqlite").hash == changed.hash
 
 
-def test_given_pairs_are_masked_and_bad_robots_told(scan):
+def test_given_pairs_are_masked_and_bad_robots_told(scan, quick):
     write_arm(scan.folder / "arm.urdf")
     (scan.folder / "arm.srdf").write_text(
         '<robot name="arm"><disable_collisions link1="base" link2="upper" reason="Adjacent"/></robot>'
     )
-    assert scan("robot", "arm.urdf", "--states", 2000, "--srdf", "arm.srdf").code == 0
+    assert quick("robot", "arm.urdf", "--states", 2000, "--srdf", "arm.srdf").code == 0
     wanted = robot_json(scan, scan.folder / "arm.urdf", "--random", 2000, "--srdf", scan.folder / "arm.srdf")
     assert sum(row["hits"] for row in scan.rows()) == wanted["hits"]
     assert pairs_of(scan, "robot samples") == [("base", "upper", "file", 0, None)]
     (scan.folder / "bad.urdf").write_text((scan.folder / "arm.urdf").read_text().replace(".5 .1 .1", "-1 .1 .1", 1))
-    outcome = scan("robot", "bad.urdf", "arm.urdf", "--states", 100, "--samples", 100, "--table", "bad.sqlite")
+    outcome = quick("robot", "bad.urdf", "arm.urdf", "--states", 100, "--samples", 100, "--table", "bad.sqlite")
     assert outcome.code == 1 and "bad.urdf: line 3" in outcome.error
     assert [row["outcome"] for row in scan.rows(table="bad.sqlite")] == ["done", "done", "bad"]
 
 
 @pytest.mark.skipif(data_folder() is None, reason="CAB_DATA_DIR names no folder")
-def test_a_real_hand_is_that_of_the_command(scan):
-    check_against_command(scan, data_folder() / "robots/allegro_hand/allegro_hand_right.urdf", 20000, 10000)
+def test_a_real_hand_is_that_of_the_command(scan, quick):
+    check_against_command(scan, quick, data_folder() / "robots/allegro_hand/allegro_hand_right.urdf", 20000, 10000)

@@ -1,0 +1,27 @@
+"""A loader of `cab scan` whose parts decide what happens to the worker."""
+
+import os
+import signal
+import time
+
+import cab
+import numpy
+from cab_scan import Sequence
+
+
+def load(request):
+    time.sleep(float(os.environ.get("FAULT_SECONDS", "0")))
+    if request.part == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if request.part == "once" and not os.path.exists(request.path + ".killed"):
+        open(request.path + ".killed", "w").close()
+        os.kill(os.getpid(), signal.SIGKILL)
+    if request.part == "eat":
+        numpy.ones(1 << 40, dtype=numpy.uint8)
+    if request.part == "grow":
+        kept = []
+        while True:
+            kept.append(numpy.ones(1 << 24, dtype=numpy.uint8))
+            time.sleep(0.01)
+    motion = cab.load_motion(request.path)
+    yield Sequence(motion.body, motion.poses, motion.fps)
