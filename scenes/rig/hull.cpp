@@ -82,13 +82,62 @@ std::vector<std::uint32_t> first_corners(const std::vector<Vec3>& points) {
   return side < 0 ? std::vector<std::uint32_t>{a, b, c, d} : std::vector<std::uint32_t>{a, c, b, d};
 }
 
-// Replaces the faces that a point is above by faces from their border to the point.
-void add_point(const std::vector<Vec3>& points, std::uint32_t point, double least, std::vector<Face>& faces) {
+// The border of a part of the faces that has no hole: from each corner on it to the next, counter-clockwise.
+using Border = std::vector<std::array<std::uint32_t, 2>>;
+
+Border::iterator edge_from(Border& border, std::uint32_t corner) {
+  return std::find_if(border.begin(), border.end(), [corner](const auto& edge) { return edge[0] == corner; });
+}
+
+bool has_edge(const Border& border, std::uint32_t from, std::uint32_t to) {
+  return std::find(border.begin(), border.end(), std::array{from, to}) != border.end();
+}
+
+// Adds a face to the part if it is beside it and leaves it without a hole. Returns whether it did.
+bool add_face(const std::array<std::uint32_t, 3>& corners, Border& border) {
+  std::array<bool, 3> shared;  // the edge from this corner on
+  for (std::size_t k = 0; k < 3; ++k) shared[k] = has_edge(border, corners[(k + 1) % 3], corners[k]);
+  const auto count = std::count(shared.begin(), shared.end(), true);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t a = corners[k], b = corners[(k + 1) % 3], c = corners[(k + 2) % 3];
+    if (count == 1 && shared[k] && edge_from(border, c) == border.end()) {
+      (*edge_from(border, b))[1] = c;
+      border.push_back({c, a});
+      return true;
+    }
+    if (count == 2 && shared[k] && shared[(k + 1) % 3]) {
+      (*edge_from(border, c))[1] = a;
+      border.erase(edge_from(border, b));
+      return true;
+    }
+  }
+  return false;
+}
+
+// Replaces the faces that a point is above by faces from their border to the point. The first of them is given. By
+// rounding the point may be above others that are no part without a hole together with it. Those stay, or else an edge
+// would get more than two faces, and the next points ever more.
+void add_point(const std::vector<Vec3>& points, std::uint32_t point, std::size_t first, double least,
+               std::vector<Face>& faces) {
+  std::vector<std::size_t> waiting;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (f != first && above(faces[f].plane, points[point]) > least) waiting.push_back(f);
+  const auto [a, b, c] = faces[first].corners;
+  Border border = {{a, b}, {b, c}, {c, a}};
+  std::vector<bool> goes(faces.size(), false);
+  goes[first] = true;
+  for (std::size_t before = waiting.size() + 1; waiting.size() < before;) {
+    before = waiting.size();
+    for (const std::size_t f : waiting) goes[f] = add_face(faces[f].corners, border);
+    waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](std::size_t f) { return goes[f]; }),
+                  waiting.end());
+  }
   std::vector<std::array<std::uint32_t, 2>> edges;
   std::vector<std::uint32_t> open;
   std::vector<Face> kept;
-  for (Face& face : faces) {
-    if (above(face.plane, points[point]) <= least) {
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    Face& face = faces[f];
+    if (!goes[f]) {
       kept.push_back(std::move(face));
       continue;
     }
@@ -96,12 +145,8 @@ void add_point(const std::vector<Vec3>& points, std::uint32_t point, double leas
     for (std::size_t k = 0; k < 3; ++k) edges.push_back({face.corners[k], face.corners[(k + 1) % 3]});
   }
   const std::size_t kept_count = kept.size();
-  for (const auto& edge : edges) {
-    // The border's edges belong to one face that goes, the others to two, once in each direction.
-    const std::array<std::uint32_t, 2> reverse = {edge[1], edge[0]};
-    if (std::find(edges.begin(), edges.end(), reverse) == edges.end())
-      kept.push_back(make_face(points, edge[0], edge[1], point));
-  }
+  for (const auto& [from, to] : edges)
+    if (has_edge(border, from, to)) kept.push_back(make_face(points, from, to, point));
   open.erase(std::remove(open.begin(), open.end(), point), open.end());
   share_out(points, open, least, kept.data() + kept_count, kept.data() + kept.size());
   faces = std::move(kept);
@@ -150,7 +195,7 @@ Hull convex_hull(const std::vector<Vec3>& points, std::size_t max_vertices) {
     const auto highest =
         std::max_element(faces.begin(), faces.end(), [](const Face& f, const Face& g) { return f.height < g.height; });
     if (highest->outside.empty()) break;
-    add_point(points, highest->farthest, least, faces);
+    add_point(points, highest->farthest, static_cast<std::size_t>(highest - faces.begin()), least, faces);
   }
   return finished(points, faces);
 }

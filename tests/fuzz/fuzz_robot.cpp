@@ -1,8 +1,11 @@
 // Bytes as a file of a robot, of the kind that the first byte chooses: URDF, SRDF and joint states here, URDF and MJCF
-// in a child process. Each gives a robot that is whole, or one line.
+// in a child process. Each gives a robot that is whole, or one line. What assimp gets of a Collada mesh is XML again.
+// A package.xml has a name, or is none.
+#include "scenes/import/collada_file.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
 #include "scenes/robot/kinematics.h"
+#include "scenes/robot/packages.h"
 #include "scenes/robot/robot.h"
 #include "scenes/robot/robot_payload.h"
 #include "scenes/robot/state_file.h"
@@ -14,7 +17,7 @@ namespace {
 using namespace cab;
 using namespace cab::scenes;
 
-enum Kind : std::uint32_t { kUrdf, kSrdf, kStates, kUrdfInChild, kMjcfInChild, kKindCount };
+enum Kind : std::uint32_t { kUrdf, kSrdf, kStates, kUrdfInChild, kMjcfInChild, kCollada, kPackage, kKindCount };
 
 // Two links and a joint.
 Robot known_robot() {
@@ -38,7 +41,20 @@ void check_robot(const Robot& robot) {
   for (const float value : poses) FUZZ_CHECK(!std::isnan(value));
 }
 
-void read(Kind kind, const std::string& path) {
+void check_collada(const std::string& text) {
+  std::vector<std::string> notes;
+  const std::optional<std::string> for_assimp = collada_for_assimp(text, notes);
+  // tinyxml2 passes over text behind the first element, but not at the end of a file.
+  FUZZ_CHECK(!for_assimp || collada_for_assimp(*for_assimp + "<!---->", notes));
+  for (const std::string& note : notes) FUZZ_CHECK(printable(note) == note);
+}
+
+void check_package(const std::string& path) {
+  const PackageFolders packages = read_packages({path});
+  FUZZ_CHECK(packages.size() <= 1 && packages.count("") == 0);
+}
+
+void read(Kind kind, const std::string& text, const std::string& path) {
   RobotOptions options;
   if (kind == kUrdfInChild || kind == kMjcfInChild)
     options.sandbox = SandboxLimits{std::size_t{1} << 30, 2, 60, std::size_t{64} << 20};
@@ -49,6 +65,10 @@ void read(Kind kind, const std::string& path) {
     const JointStates states = read_joint_states(path, known, {});
     FUZZ_CHECK(states.count > 0 && states.values.size() == states.count);
     for (const double value : states.values) FUZZ_CHECK(std::fabs(value) <= kMaxImportValue);
+  } else if (kind == kCollada) {
+    check_collada(text);
+  } else if (kind == kPackage) {
+    check_package(path);
   } else {
     check_robot(import_robot(path, options));
   }
@@ -65,7 +85,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (kind == kUrdf && text.find("<mujoco") != std::string::npos) return 0;
   std::ofstream(file.path(), std::ios::binary) << text;
   try {
-    read(kind, file.path());
+    read(kind, text, file.path());
   } catch (const ImportError& error) {
     const std::string line = error.what();
     FUZZ_CHECK(line.rfind(file.path() + ": ", 0) == 0 && printable(line) == line);

@@ -21,6 +21,10 @@ MOTION_SUFFIXES = frozenset(
 RECORDING_SUFFIXES = frozenset([".cab"])
 FOLDER_FILE = "cab-scan.csv"
 _MOST_LIST_BYTES = 1 << 28
+# A file cab-scan.csv may be a stranger's, and all its lines are kept and tried on each file below it. The time that
+# fnmatch takes for a pattern may grow with the square of its length.
+_MOST_FOLDER_FILE_BYTES = 1 << 20
+_MOST_FIELD_CHARACTERS = 1024
 
 
 class CorpusError(ValueError):
@@ -126,13 +130,19 @@ def _source(path: str, root: str, options: FileOptions) -> Source:
 # ---------------------------------------------------------------------------------------------------- options of files
 
 
+def _quoted(text: str) -> str:
+    # For a message of one line. Of a long text the middle is left out.
+    quoted = repr(text)
+    return quoted if len(quoted) <= 60 else f"{quoted[:40]} ... {quoted[-15:]}"
+
+
 def _number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = 0.0
     if not 0 < value < float("inf"):
-        raise ValueError(f"a number above 0 is wanted, and {text!r} is given")
+        raise ValueError(f"a number above 0 is wanted, and {_quoted(text)} is given")
     return value
 
 
@@ -142,7 +152,7 @@ def _unit(text: str) -> Union[float, str]:
 
 def _yes(text: str) -> bool:
     if text.lower() not in ("1", "0", "yes", "no"):
-        raise ValueError(f"yes or no is wanted, and {text!r} is given")
+        raise ValueError(f"yes or no is wanted, and {_quoted(text)} is given")
     return text.lower() in ("1", "yes")
 
 
@@ -168,14 +178,15 @@ class _Line(NamedTuple):
 def _read_csv(path: str, text: str, more: Iterable[str]) -> List[_Line]:
     # The lines of a CSV text whose first line names columns, among them `path`.
     allowed = {"path", *READERS, *more}
+    reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
     try:
-        reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         columns = [column.strip() for column in reader.fieldnames or []]
         if "path" not in columns:
             raise CorpusError(f"{path}: line 1: the column path is missing")
         for column in columns:
             if column not in allowed:
-                raise CorpusError(f"{path}: line 1: {column!r} is none of the columns {', '.join(sorted(allowed))}")
+                known = ", ".join(sorted(allowed))
+                raise CorpusError(f"{path}: line 1: {_quoted(column)} is none of the columns {known}")
         reader.fieldnames = columns
         lines = []
         for line in reader:
@@ -184,13 +195,13 @@ def _read_csv(path: str, text: str, more: Iterable[str]) -> List[_Line]:
             lines.append(_Line(reader.line_num, {name: value.strip() for name, value in line.items()}))
         return lines
     except csv.Error as error:
-        raise CorpusError(f"{path}: {error}") from error
+        raise CorpusError(f"{path}: line {reader.reader.line_num}: {error}") from error
 
 
-def _text_of(path: str) -> str:
+def _text_of(path: str, most: int) -> str:
     # Paths may have any bytes.
     try:
-        return bytes_of(path, _MOST_LIST_BYTES).decode("utf-8-sig", "surrogateescape")
+        return bytes_of(path, most).decode("utf-8-sig", "surrogateescape")
     except RefusedError as error:
         raise CorpusError(str(error)) from error
     except OSError as error:
@@ -216,12 +227,20 @@ def _read_list(path: str, root: str, options: FileOptions) -> Iterator[Entry]:
 
 
 def _lines_of_list(path: str) -> List[_Line]:
-    text = _text_of(path)
+    text = _text_of(path, _MOST_LIST_BYTES)
     lines = io.StringIO(text, newline=None).readlines()
     if lines and "path" in [name.strip() for name in lines[0].split(",")]:
         return _read_csv(path, text, ("other", "other_units", "part"))
     numbered = enumerate((line.strip() for line in lines), 1)
     return [_Line(number, {"path": line}) for number, line in numbered if line and not line.startswith("#")]
+
+
+def _lines_of_folder(path: str) -> List[_Line]:
+    lines = _read_csv(path, _text_of(path, _MOST_FOLDER_FILE_BYTES), ())
+    for line in lines:
+        if max(map(len, line.values.values())) > _MOST_FIELD_CHARACTERS:
+            raise CorpusError(f"{path}: line {line.number}: a field has more than {_MOST_FIELD_CHARACTERS} characters")
+    return lines
 
 
 class _FolderFiles:
@@ -244,7 +263,7 @@ class _FolderFiles:
             if not self._counts(where, len(place) < len(top), path):
                 continue
             if where not in self._read:
-                self._read[where] = _read_csv(where, _text_of(where), ())
+                self._read[where] = _lines_of_folder(where)
             for line in self._read[where]:
                 if fnmatch.fnmatchcase(os.path.relpath(path, place), line.values["path"]):
                     options = self._changed(where, line, place, options)

@@ -3,12 +3,14 @@
 import csv
 import os
 import pathlib
+import re
 import signal
 import socket
 import ssl
 import subprocess
 import sys
 import threading
+from random import Random
 
 import cab
 import pytest
@@ -467,6 +469,51 @@ def test_options_of_other_users_are_left_out(tmp_path):
     # The owner of a file may say how it is read: of that one alone.
     os.chown(found.entries[0].source.path, 65534, 65534)
     assert [entry.source.options.units for entry in find().entries] == [5, None]
+
+
+_OPTIONS = (
+    b"path,units,motion,motion_units,animation,fps,skin,stature,thickness\r\n*,auto,,,,,,,\r\n"
+    b'left/*3.bvh,0.5,left/clip0001.bvh,1,walk,60,yes,1.8,1.1\r\n'
+    b'"right/[a-c],*",1,,,"a ""b""",,no,,\r\n*2.bvh,2,,,,,,,\r\n'
+)
+_INSERTED = (
+    b'"', b"\0", b"\r", b"\xff", b"\xed\xa0\x80", "\u2028".encode(), b"9" * 400, b"1e999", b"nan", b"[z-a]", b"../",
+    b"path,", b",", b"[" * 2000, b"a" * 200000, b"?*" * 500, b",\n" * 600000,
+)
+
+
+def damaged(text, random):
+    """A text with a few bytes changed, taken away or put in, or a line repeated."""
+    for _ in range(random.choice((1, 2, 6))):
+        at, kind = random.randrange(len(text)), random.randrange(4)
+        if kind == 0:
+            text = text[:at] + bytes([random.randrange(256)]) + text[at + 1:]
+        elif kind == 1:
+            text = text[:at] + text[at + random.randrange(1, 9):] or b"p"
+        elif kind == 2:
+            text = text[:at] + random.choice(_INSERTED) + text[at:]
+        else:
+            lines = text.splitlines(keepends=True)
+            text = b"".join(lines + [random.choice(lines)])
+    return text
+
+
+def test_options_of_folders_that_are_damaged_are_read_or_refused_in_one_line(tmp_path):
+    write_corpus(tmp_path, 4, frames=1)
+    random, told = Random(20261125), set()
+    for text in (_OPTIONS, *(damaged(_OPTIONS, random) for _ in range(300))):
+        (tmp_path / "cab-scan.csv").write_bytes(text)
+        try:
+            corpus.find([str(tmp_path)], [], "", work.FileOptions(), corpus.MOTION_SUFFIXES)
+            told.add("it is read")
+        except corpus.CorpusError as error:
+            line = str(error).removeprefix(str(tmp_path))
+            assert re.match("/cab-scan.csv: (line [1-9]|the file is larger than 1 MiB$)", line), line[:400]
+            assert len(line) <= 300 and len(line.splitlines()) == 1, line[:400]
+            told.add(line)
+    for words in ("it is read", "field limit", "expected after", "is none of the columns", "a number above 0",
+                  "a field has more than 1024 characters", "larger than 1 MiB"):
+        assert any(words in line for line in told), words
 
 
 # ------------------------------------------------------------------------------------------ S9: terminals, spreadsheets

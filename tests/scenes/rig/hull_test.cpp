@@ -60,6 +60,23 @@ TEST_CASE("a hull of few vertices contains all points, and shrinks as it may hav
   CHECK(volume < 1.2 * convex_hull(ball, ball.size()).volume);
 }
 
+TEST_CASE("points that are beside a plane by no more than rounding leave each edge of a hull with two faces") {
+  Random random(7);
+  for (int round = 0; round < 100; ++round) {
+    CAPTURE(round);
+    const double off = std::pow(10, random.uniform(-11, -5));
+    std::vector<Vec3> tube;
+    for (int i = 0; i < 300; ++i) {
+      const double angle = .5236 * std::floor(random.uniform(0, 12)), at = .1 * std::floor(random.uniform(0, 9));
+      tube.push_back({std::cos(angle), std::sin(angle), at + random.uniform(0, off)});
+    }
+    const Hull hull = convex_hull(tube, tube.size());
+    CHECK(hull.faces.size() == 2 * hull.vertices.size() - 4);
+    CHECK(highest(hull, tube) <= 1e-8);
+    CHECK(hull.volume == doctest::Approx(2.4).epsilon(.01));  // of a prism with twelve sides
+  }
+}
+
 TEST_CASE("points in one plane have a hull without faces") {
   CHECK(convex_hull({}, 4).faces.empty());
   CHECK(convex_hull({{1, 2, 3}, {1, 2, 3}}, 4).faces.empty());
