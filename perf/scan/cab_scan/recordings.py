@@ -95,8 +95,8 @@ def _frame_seconds(line: Dict[str, str]) -> float:
 def _contact(line: Dict[str, str], frame_seconds: float) -> Contact:
     first, last = int(line["first_frame"]), int(line["last_frame"])
     return Contact(
-        *(_text(line[column]) for column in ("character_a", "link_a", "character_b", "link_b")), first, last,
-        (last - first + 1) * frame_seconds,
+        _text(line["character_a"]), _text(line["link_a"]), _text(line["character_b"]), _text(line["link_b"]),
+        first, last, (last - first + 1) * frame_seconds,
         float(line["worst_depth"]) if line["worst_depth"] else None, int(line["worst_frame"]),
     )
 
