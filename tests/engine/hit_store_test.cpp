@@ -478,10 +478,10 @@ TEST_CASE("whoever rests and whatever happens in between, frames have the hits o
     contacts += story.contacts;
   }
   if (alone) return;
-  CHECK(hits >= least_count(130000, 40));
+  CHECK(hits >= least_count(133400, 40));
   CHECK(kept >= least_count(50000, 40));
   CHECK(contacts >= least_count(20000, 40));
-  CHECK(resting >= least_count(33000, 40));
+  CHECK(resting >= least_count(33400, 40));
 }
 
 }  // namespace cab::tests
