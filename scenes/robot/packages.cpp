@@ -63,8 +63,7 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
 
 // Adds the package.xml of a folder if there is one. Returns whether there is.
 bool add_file_of(const fs::path& folder, std::vector<std::string>& files) {
-  std::error_code ignored;
-  if (files.size() >= kMostFiles || !fs::is_regular_file(folder / kPackageFile, ignored)) return false;
+  if (files.size() >= kMostFiles || !is_file(folder / kPackageFile)) return false;
   files.push_back((folder / kPackageFile).string());
   return true;
 }

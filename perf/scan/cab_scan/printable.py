@@ -45,3 +45,8 @@ def csv_cell(value: Any) -> Any:
     if isinstance(value, str) and value.startswith(_FORMULA) and not _NUMBER.fullmatch(value):
         return "'" + value
     return value
+
+
+def text_of_cell(cell: str) -> str:
+    """The text that a cell of the command's or of `csv_cell` was made from."""
+    return cell[1:] if cell.startswith("'") else cell

@@ -14,6 +14,7 @@ from distributed import get_worker
 
 from .clock import core_seconds
 from .hashing import contacts_sha256
+from .printable import text_of_cell
 from .reading import blocks_of
 from .work import Contact, Item, Row
 
@@ -95,15 +96,11 @@ def _frame_seconds(line: Dict[str, str]) -> float:
 def _contact(line: Dict[str, str], frame_seconds: float) -> Contact:
     first, last = int(line["first_frame"]), int(line["last_frame"])
     return Contact(
-        _text(line["character_a"]), _text(line["link_a"]), _text(line["character_b"]), _text(line["link_b"]),
+        text_of_cell(line["character_a"]), text_of_cell(line["link_a"]),
+        text_of_cell(line["character_b"]), text_of_cell(line["link_b"]),
         first, last, (last - first + 1) * frame_seconds,
         float(line["worst_depth"]) if line["worst_depth"] else None, int(line["worst_frame"]),
     )
-
-
-def _text(cell: str) -> str:
-    # The command writes an apostrophe before a text that a spreadsheet would take for a formula.
-    return cell[1:] if cell.startswith("'") else cell
 
 
 def _covered(spans: Iterator[Tuple[int, int]]) -> int:

@@ -95,7 +95,7 @@ struct DistributedJob {
   // Empty when the answer is not kOk.
   Span<const Hit> hit_list;
 
-  // Output: the contact of each hit, if asked for.
+  // Output: the contact of each hit, if asked for. Empty when the answer is not kOk.
   Span<const Contact> contact_list;
 
   // Output: of this rank's characters among themselves and with static bodies, and of those near other ranks.
