@@ -20,10 +20,10 @@ using namespace cab::scenes;
 using namespace cab::tests;
 
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125;
-constexpr std::size_t kPositions = 0, kJoints = 1, kWeights = 2, kIndices = 3,
-                      kMatrices = 4;  // accessors of two_boxes()
-constexpr std::size_t kFirst =
-    4;  // the first vertex of the boxes in a Skeleton: the tetrahedron at `prop` is before them
+// Accessors of two_boxes(); 3 is that of the indices.
+constexpr std::size_t kPositions = 0, kJoints = 1, kWeights = 2, kMatrices = 4;
+// The first vertex of the boxes in a Skeleton: the tetrahedron at `prop` is before them.
+constexpr std::size_t kFirst = 4;
 
 Skeleton skin_of(const MadeGltf& made) {
   const TemporaryFile file("boxes.glb", glb(made));
@@ -217,7 +217,7 @@ TEST_CASE("items with gaps, sparse items and items without a view are in their p
   const std::vector<float> positions = floats_of(made, kPositions);
   const std::vector<std::uint8_t> joints = small_joints(made);
   std::string bytes;
-  for (std::size_t v = 0; v < 16; ++v) {
+  for (std::ptrdiff_t v = 0; v < 16; ++v) {
     bytes += as_bytes(std::vector<float>(positions.begin() + 3 * v, positions.begin() + 3 * v + 3));
     bytes += as_bytes(std::vector<std::uint8_t>(joints.begin() + 4 * v, joints.begin() + 4 * v + 4));
     bytes += as_bytes(std::vector<std::uint8_t>{255, 0, 0, 0});
