@@ -58,7 +58,8 @@ TEST_CASE("a checkpoint in which anything was changed is refused") {
       {"\"hits\": 280", "\"hits\": -280"},          {"\"hits_sum\": 11", "\"hits_sum\": 12"},
       {"\"bounds_sent\": 9", "\"bounds_sent\": 8"}, {"uniform", "jitter"}};
   for (const auto& [from, to] : changes) {
-    CAPTURE(to);
+    const std::string changed = to;  // clang captures no structured binding
+    CAPTURE(changed);
     std::string text = good;
     text.replace(text.find(from), std::string(from).size(), to);
     write_text(path, text);

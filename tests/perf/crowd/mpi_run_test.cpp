@@ -117,7 +117,8 @@ TEST_CASE("cab crowd --mpi: in every scene the ranks together find the hits of o
       {"far", {}},
       {"battle", clips},
       {"bottleneck", clips + Words{"--trajectories", sources.ways}}};
-  for (const auto& [scene, more] : scenes) {
+  for (const auto& [name, more] : scenes) {
+    const std::string scene = name;  // clang captures no structured binding
     CAPTURE(scene);
     const std::string characters = scene == "spot" ? "40" : "200";
     const Words options = Words{"--scene", scene, "--characters", characters, "--frames", "3", "--json", json} + more;
