@@ -162,7 +162,7 @@ inline void scale_matrix(PoseFormat format, float factor, float* pose) {
     for (std::size_t c = 0; c < 3; ++c) pose[format == PoseFormat::kMatrix3x4Rows ? 4 * c + k : 4 * k + c] *= factor;
 }
 
-// Random poses of a rig: every link has a new rotation, and links stay joined.
+// Random poses of a rig: every link has a new rotation, and links stay joined to their parents.
 inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instances, PoseFormat format,
                           const PoseRange& range) {
   Poses out;
@@ -182,7 +182,7 @@ inline Poses random_poses(Random& random, const Rig& rig, std::uint32_t instance
       random_turn(random, q);
       quaternion_matrix(q, column);
       at[link] = range.origins ? Vec3<double>{} : stand;
-      if (link > 0) {
+      if (rig.parents[link] >= 0) {
         const auto parent = static_cast<std::size_t>(rig.parents[link]);
         at[link] = at[parent];
         for (std::size_t k = 0; k < 3; ++k)

@@ -2,7 +2,7 @@
 // instance of the tile or the engine changes.
 #include "perf/oracle/containment.h"
 #include "perf/oracle/random_world.h"
-#include "tests/engine/thread_sanitizer.h"
+#include "tests/sanitizers.h"
 
 #include <doctest/doctest.h>
 

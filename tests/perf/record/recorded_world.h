@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,14 @@
 
 namespace cab::tests {
 
-// A file that goes with the test. Tests may run at the same time, so each needs a name of its own.
+// A file that goes with the test. Tests may run at the same time, so each needs a name of its own, and so may two runs
+// of one test.
 class RecordingFile {
  public:
   explicit RecordingFile(const std::string& name)
-      : path_((std::filesystem::temp_directory_path() / ("cab_test_" + name + ".cab")).string()) {
+      : path_((std::filesystem::temp_directory_path() /
+               ("cab_test_" + name + "_" + std::to_string(std::random_device()()) + ".cab"))
+                  .string()) {
     std::filesystem::remove(path_);
   }
   RecordingFile(const RecordingFile&) = delete;

@@ -7,8 +7,8 @@
 #include "scenes/crowd/humanoid.h"
 #include "scenes/scene_list.h"
 #include "tests/engine/thread_pool.h"
-#include "tests/engine/thread_sanitizer.h"
 #include "tests/rounds.h"
+#include "tests/sanitizers.h"
 #include "tests/scenes/crowd/made_crowds.h"
 #include "tests/scenes/temporary_file.h"
 
