@@ -522,10 +522,11 @@ def test_options_of_folders_that_are_damaged_are_read_or_refused_in_one_line(tmp
 def test_what_is_printed_is_plain_and_cells_are_no_formulas():
     text = "a\x1b[31m\n\x9b\u202e\u2066\u200f\u2028\udcff\x7fé漢"
     assert printable.printable(text) == "a?[31m???????" + "?é漢"
-    cells = ["=1+1", "+x", "-x", "@x", "\tx", "'x", "x", "-1", "-1.5e-3", "+3", "", None, -1, -0.5, "-2+3"]
-    assert [printable.csv_cell(cell) for cell in cells] == [
-        "'=1+1", "'+x", "'-x", "'@x", "'\tx", "''x", "x", "-1", "-1.5e-3", "+3", "", None, -1, -0.5, "'-2+3"
-    ]
+    # The same as of the command, in tests/perf/base/report_test.cpp.
+    for text in ("=1+2", "+x", "-x", "@x", "\tx", "\nx", "'=x", "-2+3", "-.5", "+-1", "-1e", "-inf", "+", "-1 "):
+        assert printable.csv_cell(text) == f"'{text}"
+    for cell in ("x", "", None, -1, -0.5, "-1", "+3", "-1.5e-3", "-1.", "+2E+9", "-1e999"):
+        assert printable.csv_cell(cell) is cell
 
 
 # ------------------------------------------------------------------------------------- S10 to S12: machines, schedulers
