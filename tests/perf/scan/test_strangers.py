@@ -1,6 +1,7 @@
 """Files, names and folders of strangers: what may not run, hang, be written over, or pass for something else."""
 
 import csv
+import errno
 import os
 import pathlib
 import re
@@ -343,6 +344,24 @@ def test_a_lock_leaves_alone_what_is_there(tmp_path):
     (tmp_path / "z.sqlite.lock").write_bytes(table._Lock._MARK)
     table.Table(str(tmp_path / "z.sqlite")).close()
     assert not (tmp_path / "z.sqlite.lock").exists()
+
+
+def test_a_lock_that_a_full_disk_does_not_take_leaves_nothing(tmp_path, monkeypatch):
+    def full(file, data):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def nearly_full(file, data, write=os.write):
+        return write(file, data[:3])
+
+    for write in (full, nearly_full):
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "write", write)
+            before = len(os.listdir("/proc/self/fd"))
+            with pytest.raises(table.TableError, match="a.sqlite.lock: No space left"):
+                table.Table(str(tmp_path / "a.sqlite"))
+            assert len(os.listdir("/proc/self/fd")) == before
+        assert not list(tmp_path.iterdir())
+    table.Table(str(tmp_path / "a.sqlite")).close()
 
 
 def test_pairs_of_a_chunk_are_counted_once(tmp_path):
