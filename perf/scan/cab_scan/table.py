@@ -85,8 +85,7 @@ class Table:
         path, real = self.path, os.path.realpath(self.path)
         if os.path.lexists(real) and os.lstat(real).st_nlink > 1:
             raise TableError(f"{path}: the file has two names (hard links), and SQLite's log goes by one")
-        lock = _Lock(real, path)
-        stack.enter_context(stopping.cleaning(lock.close))
+        stack.enter_context(stopping.cleaning(lambda: _Lock(real, path), _Lock.close))
         with self._told():
             self._base = sqlite3.connect(real, isolation_level=None, timeout=60)
             stack.callback(self._base.close)

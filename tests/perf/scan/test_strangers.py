@@ -416,7 +416,7 @@ import hashlib, signal, sys
 from cab_scan import stopping
 stopping.begin()
 stopping.raise_from_now_on()
-with stopping.cleaning(lambda: print("clean", flush=True)):
+with stopping.cleaning(lambda: "clean", lambda made: print(made, flush=True)):
     line, words = "", "begun\\n"
     while True:
         try:
@@ -432,6 +432,43 @@ with stopping.cleaning(lambda: print("clean", flush=True)):
     process.send_signal(signal.SIGINT)
     out, error = process.communicate(timeout=120)
     assert (process.returncode, out) == (130, "clean\n") and error.startswith("cab scan: stopped")
+
+
+@pytest.mark.parametrize("moment", ["before", "after", "away"])
+def test_a_signal_while_something_is_made_or_put_away_leaves_none_of_it(tmp_path, moment):
+    program = """
+import os, signal, sys
+from cab_scan import stopping
+
+def stop(moment):
+    if sys.argv[1] == moment:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+def make():
+    stop("before")
+    open("made", "w").close()
+    stop("after")
+    return "made"
+
+def put_away(name):
+    stop("away")
+    os.remove(name)
+
+stopping.begin()
+stopping.raise_from_now_on()
+try:
+    with stopping.cleaning(make, put_away) as name:
+        print("with " + name)
+    print("not stopped")
+except KeyboardInterrupt:
+    print("stopped")
+    stopping.end()
+"""
+    words = [sys.executable, "-c", program, moment]
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert (ended.returncode, ended.stderr) == (130, "")
+    assert ended.stdout == ("with made\n" if moment == "away" else "") + "stopped\n"
+    assert not list(tmp_path.iterdir())
 
 
 # ----------------------------------------------------------------------------------------------------- S8: cab-scan.csv
