@@ -598,6 +598,23 @@ TEST_CASE("a size that is in doubt is the last line of a run, with the unit that
   CHECK(figures.hits({"--units", "auto"}) == figures.hits({}));
 }
 
+TEST_CASE("a size that is in doubt is told once, whatever the name of the file") {
+  const TemporaryFolder folder;
+  for (const char* const name : {"anna.bvh", "take: 1.bvh", "a: warning: b.bvh", ": warning"}) {
+    CAPTURE(std::string(name));
+    const std::string file = folder / name;
+    write_text(file, bvh_text({5, 0, 0, 0}));
+    const Words lines = lines_of(run_cab({"run", file, "--self", "--units", "100", "--up", "y"}).error);
+    const auto about = [&](const std::string& begin) {
+      return std::count_if(lines.begin(), lines.end(), [&](const std::string& line) {
+        return line.rfind(begin, 0) == 0 && line.find(" m tall, a person is ") != std::string::npos;
+      });
+    };
+    CHECK(about("warning: " + std::string(name) + ": the figure is ") == 1);
+    CHECK(about("note: ") == 0);
+  }
+}
+
 TEST_CASE("more hits than a block makes room for are all there") {
   const TwoFigures figures;
   const Words rows =
