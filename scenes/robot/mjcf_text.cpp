@@ -36,11 +36,6 @@ constexpr std::size_t kMaxWork = 4000000;  // elements and attributes that are l
 // What geoms and joints are asked for that their class may say.
 constexpr std::string_view kClassKeys[] = {"conaffinity", "contype", "limited", "mesh", "range", "type"};
 
-std::string text_of(const XMLElement& element, const char* name) {
-  const char* const value = element.Attribute(name);
-  return value == nullptr ? std::string() : value;
-}
-
 bool is_zero(std::string_view number) {
   return number.find('0') != number.npos && number.find_first_not_of(" 0") == number.npos;
 }
