@@ -206,6 +206,28 @@ TEST_CASE("whatever is wrong with a mesh, the refusal names its file beside the 
         std::vector<std::string>{file.path() + ": line 2: link a: collision 1: mesh " + mesh.path()});
 }
 
+TEST_CASE("options of the other format are noted") {
+  const auto notes = [](const std::string& text, const scenes::RobotOptions& options) {
+    const TemporaryFile file("r.xml", text);
+    return scenes::import_robot(file.path(), options).notes;
+  };
+  scenes::RobotOptions words, root, packages, missing;
+  words.ignored_words = {"later"};
+  root.root = "/";
+  packages.packages = {{"arm", "/"}};
+  missing.missing_mesh = scenes::MissingMesh::kLeaveOut;
+  const std::string urdf = robot_of("<link name='a'>" + kBox + "</link>");
+  for (const scenes::RobotOptions& options : {words, root})
+    CHECK(notes(urdf, options) == std::vector<std::string>{"words to ignore and a root folder say nothing for URDF"});
+  for (const scenes::RobotOptions& options : {packages, missing}) CHECK(notes(urdf, options).empty());
+  if (!scenes::reads_mjcf()) return;
+  const std::string mjcf = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>";
+  for (const scenes::RobotOptions& options : {packages, missing})
+    CHECK(notes(mjcf, options) ==
+          std::vector<std::string>{"packages, and what stands for a missing mesh, say nothing for MJCF"});
+  CHECK(notes(mjcf, root).empty());
+}
+
 TEST_CASE("joints that turn freely, mimic, float or rest off zero are what the file says") {
   const auto read = [](const std::string& text) {
     const TemporaryFile file("r.urdf", text);
