@@ -25,6 +25,14 @@ std::string number_text(Arguments... arguments) {
   return error == std::errc() ? std::string(buffer.data(), end) : std::string("?");
 }
 
+// Whether a text is a number in digits, which may have a sign, a point and an exponent.
+bool is_number(std::string_view text) {
+  if (!text.empty() && (text[0] == '+' || text[0] == '-')) text.remove_prefix(1);
+  if (text.empty() || text[0] < '0' || text[0] > '9') return false;  // such as inf
+  double ignored = 0;
+  return std::from_chars(text.data(), text.data() + text.size(), ignored).ptr == text.data() + text.size();
+}
+
 // The number of characters that a terminal shows. UTF-8 continuation bytes take no place of their own.
 std::size_t shown_width(const std::string& text) {
   return static_cast<std::size_t>(
@@ -155,8 +163,8 @@ void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows
 }
 
 std::string csv_field(std::string_view text) {
-  const bool is_formula = !text.empty() && std::string_view("=+-@\t\r\n'").find(text[0]) != std::string_view::npos;
-  return in_csv(is_formula ? "'" + std::string(text) : std::string(text));
+  const bool may_be_formula = !text.empty() && std::string_view("=+-@\t\r\n'").find(text[0]) != std::string_view::npos;
+  return in_csv(may_be_formula && !is_number(text) ? "'" + std::string(text) : std::string(text));
 }
 
 std::string fixed(double value, int decimals) { return number_text(value, std::chars_format::fixed, decimals); }

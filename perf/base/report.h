@@ -64,8 +64,9 @@ void write_json(const std::string& path, const nlohmann::ordered_json& json);
 // Null is an empty field. Does nothing if the file is none.
 void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows);
 
-// A text as a field of a CSV file, quoted where RFC 4180 asks for it. One that begins with = + - @, a tab or the end of
-// a line gets a ' before it, so that no spreadsheet takes it for a formula.
+// A text as a field of a CSV file, quoted where RFC 4180 asks for it. One that begins with = + - @ ', a tab or the end
+// of a line gets a ' before it, so that no spreadsheet takes it for a formula. A plain number stays as it is. The cells
+// of cab scan (perf/scan/cab_scan/printable.py) have the same rule.
 std::string csv_field(std::string_view text);
 
 // A number as text: with a fixed number of decimals; as the shortest text that reads back as the same number; as 16

@@ -2,23 +2,25 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <csignal>
 
 namespace cab::perf {
 namespace {
 
-// A command has few outputs at once.
-constexpr std::size_t kMostFilesAside = 8;
-std::array<std::atomic<const char*>, kMostFilesAside> files_aside = {};
+// A list that only grows, so that a signal handler can go through it at any moment. Free places are used again.
+struct Place {
+  std::atomic<const char*> file;
+  Place* next;
+};
+std::atomic<Place*> first_place = nullptr;
 std::atomic<bool> line_is_shown = false;
 constexpr char kClearLine[] = "\r\033[K";
 
 // Calls only what a signal handler may call.
 extern "C" void clean_up(int signal) {
-  for (const std::atomic<const char*>& file : files_aside)
-    if (const char* const path = file.load()) unlink(path);
+  for (const Place* place = first_place.load(); place != nullptr; place = place->next)
+    if (const char* const path = place->file.load()) unlink(path);
   if (line_is_shown.load()) {
     [[maybe_unused]] const ssize_t ignored = write(STDERR_FILENO, kClearLine, sizeof kClearLine - 1);
   }
@@ -35,16 +37,18 @@ void clean_up_at_signals() {
 }
 
 void remove_at_signals(const std::string& path) {
-  for (std::atomic<const char*>& file : files_aside) {
+  for (Place* place = first_place.load(); place != nullptr; place = place->next) {
     const char* none = nullptr;
-    if (file.compare_exchange_strong(none, path.c_str())) return;
+    if (place->file.compare_exchange_strong(none, path.c_str())) return;
   }
+  auto* const place = new Place{path.c_str(), first_place.load()};
+  while (!first_place.compare_exchange_weak(place->next, place)) {}
 }
 
 void keep_at_signals(const std::string& path) {
-  for (std::atomic<const char*>& file : files_aside) {
+  for (Place* place = first_place.load(); place != nullptr; place = place->next) {
     const char* expected = path.c_str();
-    if (file.compare_exchange_strong(expected, nullptr)) return;
+    if (place->file.compare_exchange_strong(expected, nullptr)) return;
   }
 }
 

@@ -10,7 +10,7 @@ namespace cab::perf {
 // fails with the system's reason, as other writes do.
 void clean_up_at_signals();
 
-// A file that such a signal removes. The text must stay until keep_at_signals.
+// A file that such a signal removes; there may be any number. The text must stay until keep_at_signals.
 void remove_at_signals(const std::string& path);
 void keep_at_signals(const std::string& path);
 

@@ -260,7 +260,7 @@ class Run {
       ranks_.together([&] { file_->append(frame_, hits); });
     } catch (const AgreedFailure& failure) {
       totals_ = before;
-      file_->cut_to(totals_.hits * sizeof(HitRecord));
+      ranks_.together([&] { file_->cut_to(totals_.hits * sizeof(HitRecord)); });
       keep();
       throw AgreedFailure(std::string(failure.what()) + "; the first " + std::to_string(frame_) +
                           " frames are on disk, and the same command goes on behind them");

@@ -288,11 +288,12 @@ void Recorder::Storage::open_behind() {
     frame_count = recording.frame_count();
     know(recording);
   }
+  // A file that cannot be opened keeps the mark of its end.
+  file.reset(std::fopen(path.c_str(), "ab"));
+  if (file == nullptr) fail_with_errno("cannot be opened for writing");
   std::error_code wrong;
   std::filesystem::resize_file(path, end, wrong);
   if (wrong) fail("what is cut off at its end cannot be dropped: " + wrong.message());
-  file.reset(std::fopen(path.c_str(), "ab"));
-  if (file == nullptr) fail_with_errno("cannot be opened for writing");
 }
 
 // What a recording has defined, by the tables that define the same.

@@ -31,9 +31,11 @@ bool is_told(const scenes::ImportReport& report, const std::string& note) {
     return alteration.note == note && alteration.what != scenes::kGuessedUnits;
   };
   const auto doubts = [&](const std::string& doubt) {
-    // A doubt is a note too, behind the character's name and the word warning.
-    const std::size_t name = doubt.find(": ");
-    return note == doubt.substr(0, name) + ": warning" + doubt.substr(name);
+    // A doubt is a note too, behind the character's name, which may be any text, and the word warning.
+    const std::string warning = ": warning";
+    for (std::size_t at = note.find(warning); at != std::string::npos; at = note.find(warning, at + 1))
+      if (doubt == note.substr(0, at) + note.substr(at + warning.size())) return true;
+    return false;
   };
   return std::any_of(report.alterations.begin(), report.alterations.end(), counts) ||
          std::any_of(report.size_doubts.begin(), report.size_doubts.end(), doubts);

@@ -227,6 +227,12 @@ Span<const LinkPair> Robot::adjacent_pairs() const noexcept {
   if (!storage_) return {};
   return storage_->adjacent;
 }
+
+Span<const LinkPair> Robot::welded_pairs() const noexcept {
+  if (!storage_ || !storage_->robot.mujoco) return {};
+  return storage_->robot.mujoco->welded;
+}
+
 Span<const LinkPair> Robot::listed_pairs() const noexcept {
   if (!storage_ || !storage_->robot.mujoco) return {};
   return storage_->robot.mujoco->listed;

@@ -152,9 +152,13 @@ void name_joints(Element& root, const Ids& ids, std::vector<std::string>& notes)
 
 std::optional<std::string> collada_for_assimp(const std::string& text, std::vector<std::string>& notes) {
   tinyxml2::XMLDocument document(true, tinyxml2::COLLAPSE_WHITESPACE);
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) return {};
+  document.Parse(text.data(), text.size());
   Element* const root = document.RootElement();
-  if (root == nullptr) return {};
+  if (document.Error() || root == nullptr) {
+    notes.push_back("warning: its XML is read by assimp alone, which may take white space and joints of one name " +
+                    ("wrong (line " + std::to_string(document.ErrorLineNum()) + ": ") + document.ErrorName() + ")");
+    return {};
+  }
   for (Element* element = root; element != nullptr; element = next(element, root)) trim_attributes(*element);
   name_joints(*root, Ids(*root, notes), notes);
   tinyxml2::XMLPrinter printer(nullptr, true);

@@ -2,11 +2,21 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 
 namespace cab::scenes {
 namespace {
 
 constexpr std::size_t kMostListed = 6;
+
+struct Characters {
+  char32_t first, last;
+};
+constexpr Characters kHidden[] = {{0x0, 0x1f},        {0x7f, 0x9f},       {0xad, 0xad},      {0x34f, 0x34f},
+                                  {0x61c, 0x61c},     {0x115f, 0x1160},   {0x17b4, 0x17b5},  {0x180b, 0x180f},
+                                  {0x200b, 0x200f},   {0x2028, 0x202e},   {0x2060, 0x206f},  {0x3164, 0x3164},
+                                  {0xfe00, 0xfe0f},   {0xfeff, 0xfeff},   {0xffa0, 0xffa0},  {0xfff0, 0xfffb},
+                                  {0x1bca0, 0x1bca3}, {0x1d173, 0x1d17a}, {0xe0000, 0xe0fff}};
 
 // The number of bytes of the well-formed UTF-8 sequence at the beginning of text, or 0 if text does not begin with one.
 std::size_t sequence_length(std::string_view text) {
@@ -39,9 +49,8 @@ char32_t decoded(std::string_view sequence) {
 }
 
 bool is_shown(char32_t c) {
-  const auto within = [c](char32_t low, char32_t high) { return low <= c && c <= high; };
-  return c >= 0x20 && !within(0x7f, 0x9f) && c != 0x61c && !within(0x200e, 0x200f) && !within(0x2028, 0x202e) &&
-         !within(0x2066, 0x2069);
+  return std::none_of(std::begin(kHidden), std::end(kHidden),
+                      [c](const Characters& hidden) { return hidden.first <= c && c <= hidden.last; });
 }
 
 }  // namespace

@@ -36,11 +36,6 @@ constexpr std::size_t kMaxWork = 4000000;  // elements and attributes that are l
 // What geoms and joints are asked for that their class may say.
 constexpr std::string_view kClassKeys[] = {"conaffinity", "contype", "limited", "mesh", "range", "type"};
 
-std::string text_of(const XMLElement& element, const char* name) {
-  const char* const value = element.Attribute(name);
-  return value == nullptr ? std::string() : value;
-}
-
 bool is_zero(std::string_view number) {
   return number.find('0') != number.npos && number.find_first_not_of(" 0") == number.npos;
 }
@@ -557,23 +552,20 @@ class MjcfWriter {
   // ----------------------------------------------------------------------------------------------------------- notes
 
   static std::string listed_words(const Counts& words) {
-    constexpr std::size_t kMostWords = 40, kMostBytes = 40;
+    constexpr std::size_t kMostBytes = 40;
     std::string text;
-    std::size_t shown = 0;
-    for (const auto& [word, count] : words) {
-      if (shown++ == kMostWords) return text + " and " + std::to_string(words.size() - kMostWords) + " more";
+    for (const auto& [word, count] : words)
       text += (text.empty() ? "" : ", ") + printable(word.substr(0, kMostBytes)) + " " + std::to_string(count);
-    }
     return text;
   }
 
   void add_notes() {
     std::vector<std::string>& notes = result_.notes;
     if (!cut_.empty())
-      notes.push_back("not read, since it says nothing of shapes, joints and masks: " + listed_words(cut_));
-    if (!unknown_.empty()) notes.push_back("not known, and not about bodies: " + listed_words(unknown_));
+      notes.push_back(brief("not read, since it says nothing of shapes, joints and masks: " + listed_words(cut_)));
+    if (!unknown_.empty()) notes.push_back(brief("not known, and not about bodies: " + listed_words(unknown_)));
     for (const std::string& word : options_.ignored_words) ignored_[word];  // also those that were not met
-    if (!ignored_.empty()) notes.push_back("passed over by --ignore: " + listed_words(ignored_));
+    if (!ignored_.empty()) notes.push_back(brief("passed over by --ignore: " + listed_words(ignored_)));
     if (limited_by_range_ > 0)
       notes.push_back(std::to_string(limited_by_range_) +
                       " joints are limited by their range alone, as MuJoCo 3 reads them (autolimits)");

@@ -36,11 +36,6 @@ bool is_below(const fs::path& file, const fs::path& folder) {
   return full_path(file).string().compare(0, start.size(), start) == 0;
 }
 
-std::string text_of(const XMLElement& element, const char* name) {
-  const char* const value = element.Attribute(name);
-  return value == nullptr ? std::string() : value;
-}
-
 bool is(const XMLElement& element, const char* name) { return element.Name() == std::string(name); }
 
 }  // namespace

@@ -35,6 +35,8 @@ Robot read_here(const std::string& path, const RobotOptions& options, const Mesh
   Robot robot = is_urdf(text) ? read_urdf(text, options, meshes, current) : read_mjcf(text, options);
   if (is_urdf(text) && (!options.ignored_words.empty() || !options.root.empty()))
     robot.notes.emplace_back("words to ignore and a root folder say nothing for URDF");
+  if (!is_urdf(text) && (!options.packages.empty() || options.missing_mesh != MissingMesh::kRefuse))
+    robot.notes.emplace_back("packages, and what stands for a missing mesh, say nothing for MJCF");
   if (robot.body.leaves.empty()) throw ImportError(name + ": no link has a collision shape");
   if (robot.body.leaves.size() > kMaxLeaves)
     throw ImportError(name + ": more than " + std::to_string(kMaxLeaves) + " collision shapes");

@@ -205,8 +205,8 @@ class UrdfReader {
 
   void add_collision(std::uint32_t l, std::size_t number) {
     const urdf::Collision& collision = *order_[l]->collision_array[number];
-    const std::string source = text_.place_of("link", order_[l]->name) + ": link " + robot_.body.link_names[l] +
-                               ": collision " + std::to_string(number + 1);
+    std::string source = text_.place_of("link", order_[l]->name) + ": link " + robot_.body.link_names[l] +
+                         ": collision " + std::to_string(number + 1);
     if (!collision.geometry) throw ImportError(source + ": it has no geometry");
     RobotShape shape;
     shape.place = motion_of(collision.origin);
@@ -231,38 +231,40 @@ class UrdfReader {
         shape.size = {cylinder.radius, .5 * cylinder.length, 0};
         break;
       }
-      case urdf::Geometry::MESH:
-        if (!set_mesh(static_cast<const urdf::Mesh&>(geometry), source, shape)) return;
+      case urdf::Geometry::MESH: {
+        const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
+        source += ": mesh " + printable(mesh.filename);
+        if (!set_mesh(mesh, source, shape)) return;
         break;
+      }
     }
     add_shape(robot_, l, shape, source);
   }
 
   // Makes the shape a hull of the mesh, or what the options say if the mesh is missing. Returns whether there is one.
   bool set_mesh(const urdf::Mesh& mesh, const std::string& source, RobotShape& shape) {
-    const std::string named = source + ": mesh " + printable(mesh.filename);
     const auto file = mesh_files_.find(mesh.filename);
     if (file == mesh_files_.end()) {
-      check_mesh_name(mesh.filename, named);
+      check_mesh_name(mesh.filename, source);
       if (options_.missing_mesh == MissingMesh::kRefuse)
-        throw ImportError(named + ": no such file (--package NAME=DIR says where a package is, --missing-mesh what " +
+        throw ImportError(source + ": no such file (--package NAME=DIR says where a package is, --missing-mesh what " +
                           "stands for a mesh)");
       const bool is_ball = options_.missing_mesh == MissingMesh::kBall;
       ++(is_ball ? robot_.left_out.guesses : robot_.left_out.shapes);
-      robot_.notes.push_back(named + " is missing: " + (is_ball ? "a ball stands for it" : "left out"));
+      robot_.notes.push_back(source + " is missing: " + (is_ball ? "a ball stands for it" : "left out"));
       shape.kind = ShapeKind::kSphere;
       shape.size = {options_.ball_radius, 0, 0};
       return is_ball;
     }
     const std::string& path = file->second;
     if (mesh.scale.x == 0 || mesh.scale.y == 0 || mesh.scale.z == 0) {
-      leave_out_empty(robot_, named);
+      leave_out_empty(robot_, source);
       return false;
     }
     const auto found = meshes_.emplace(path, std::vector<Vec3>());
     if (found.second) {
       if (current_ != nullptr) current_->set(path);
-      found.first->second = read_mesh(path, named, robot_.notes);
+      found.first->second = read_mesh(path, source, robot_.notes);
       if (current_ != nullptr) current_->set({});
     }
     shape.kind = ShapeKind::kConvexHull;

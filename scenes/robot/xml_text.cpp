@@ -89,6 +89,11 @@ std::string XmlText::place_in(const std::string& message) const {
   return printable_path_;
 }
 
+std::string text_of(const tinyxml2::XMLElement& element, const char* name) {
+  const char* const value = element.Attribute(name);
+  return value == nullptr ? std::string() : value;
+}
+
 void refuse_xacro(const XmlText& text) {
   if (const tinyxml2::XMLElement* const found = find_xacro(text.root()))
     throw ImportError(printable(text.path()) + ": line " + std::to_string(found->GetLineNum()) + ": <" +

@@ -42,6 +42,9 @@ class XmlText {
   std::map<std::pair<std::string, std::string>, int> lines_;  // by tag and name
 };
 
+// The value of an attribute; empty without it.
+std::string text_of(const tinyxml2::XMLElement& element, const char* name);
+
 // Throws ImportError if there is an element of xacro, which stands for others.
 void refuse_xacro(const XmlText& text);
 

@@ -163,6 +163,7 @@ void bind_files(py::module_& module) {
           })
       .def_property_readonly("adjacent_pairs",
                              [](const files::Robot& robot) { return list_of(robot.adjacent_pairs()); })
+      .def_property_readonly("welded_pairs", [](const files::Robot& robot) { return list_of(robot.welded_pairs()); })
       .def_property_readonly("listed_pairs", [](const files::Robot& robot) { return list_of(robot.listed_pairs()); })
       .def("poses", &robot_poses)
       .def("random_states", &random_states);

@@ -1,4 +1,4 @@
-"""`python3 -m cab_scan`: looks for what it needs, then runs the command."""
+"""`python3 -P -m cab_scan`: looks for what it needs, then runs the command."""
 
 import gc
 import importlib.util

@@ -62,12 +62,11 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
         security = Security.temporary()
     except ImportError as error:
         raise ClusterError("Python has no module cryptography (Debian: python3-cryptography) for workers") from error
-    folder = tempfile.mkdtemp(prefix="cab-scan-")
     # Python's resource tracker lets interrupts through to the thread that starts it, and so to workers from there.
     resource_tracker.ensure_running()
     loop = LoopRunner()
     stopping.without_interrupts(loop.start)
-    with stopping.cleaning(lambda: shutil.rmtree(folder, ignore_errors=True)), dask.config.set(settings):
+    with stopping.cleaning(_new_folder, _remove_folder) as folder, dask.config.set(settings):
         cluster = LocalCluster(
             n_workers=count, threads_per_worker=1, processes=True, memory_limit=memory, dashboard_address=None,
             silence_logs=logging.CRITICAL, extensions={}, local_directory=folder, security=security, loop=loop.loop,
@@ -84,6 +83,14 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
             raise
         _close(client, cluster, count)
         loop.stop()
+
+
+def _new_folder() -> str:
+    return tempfile.mkdtemp(prefix="cab-scan-")
+
+
+def _remove_folder(folder: str) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _close(client: Client, cluster: LocalCluster, count: int) -> None:

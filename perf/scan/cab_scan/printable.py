@@ -1,20 +1,26 @@
 """Text of strangers, made safe for a line of a terminal, for the table and for a spreadsheet."""
 
 import re
-import unicodedata
 from typing import Any, TextIO
 
-# Control characters, bidirectional ones and others without a shape, halves of surrogate pairs, and ends of lines.
-_HIDDEN = frozenset(["Cc", "Cf", "Cs", "Zl", "Zp"])
+# First and last of the characters that scenes/import/printable.cpp hides, which says what they are. The table of
+# Python's unicodedata would depend on its version.
+_HIDDEN_RANGES = (
+    (0x0, 0x1F), (0x7F, 0x9F), (0xAD, 0xAD), (0x34F, 0x34F), (0x61C, 0x61C), (0x115F, 0x1160), (0x17B4, 0x17B5),
+    (0x180B, 0x180F), (0x200B, 0x200F), (0x2028, 0x202E), (0x2060, 0x206F), (0x3164, 0x3164), (0xFE00, 0xFE0F),
+    (0xFEFF, 0xFEFF), (0xFFA0, 0xFFA0), (0xFFF0, 0xFFFB), (0x1BCA0, 0x1BCA3), (0x1D173, 0x1D17A), (0xE0000, 0xE0FFF),
+    (0xD800, 0xDFFF),  # halves of surrogate pairs, which are bytes that are no UTF-8
+)
+_HIDDEN = re.compile("[" + "".join(f"{chr(first)}-{chr(last)}" for first, last in _HIDDEN_RANGES) + "]")
 # With these a spreadsheet takes a text for a formula; the apostrophe is what marks a text.
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "'")
 _LONELY = re.compile("[\ud800-\udfff]")
-_NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]+)?")
 
 
 def printable(text: str) -> str:
     """The text with "?" for every character that has no shape of its own, as the command cab prints names."""
-    return "".join("?" if unicodedata.category(character) in _HIDDEN else character for character in text)
+    return _HIDDEN.sub("?", text)
 
 
 def tell(text: str, file: TextIO) -> None:

@@ -37,11 +37,13 @@ class RobotFile:
         self.listed = {_sorted(pair) for pair in self.robot.listed_pairs.tolist()}
 
     def fixed_matrix(self, derives: bool) -> Dict[Tuple[int, int], str]:
-        """The pairs that the file excludes and, if they are derived, adjacent ones."""
+        """The pairs that the file excludes or welds and, if they are derived, adjacent ones."""
         robot = self.robot
         known: Dict[Tuple[int, int], str] = {}
         for pair in robot.body.ignored_pairs.tolist():
             known.setdefault(_sorted(pair), "file")
+        for pair in robot.welded_pairs.tolist():
+            known.setdefault(_sorted(pair), "welded")
         if derives:
             for pair in robot.adjacent_pairs.tolist():
                 known.setdefault(_sorted(pair), "adjacent")

@@ -1,13 +1,14 @@
 """Ctrl-C and SIGTERM, from the first moment on: the scan ends within two seconds, whatever it does."""
 
 import contextlib
+import functools
 import os
 import signal
 import sys
 import threading
 import time
 from types import FrameType
-from typing import Any, Callable, Iterator, List, NoReturn, Optional
+from typing import Any, Callable, Iterator, List, NoReturn, Optional, TypeVar
 
 CODE = 130
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -16,6 +17,10 @@ _GRACE_SECONDS = 1.2
 
 _cleaners: List[Callable[[], None]] = []
 _at_once = True  # nothing is there yet that must be put away
+_is_held = False  # an interrupt waits
+_is_waiting = False  # there is one
+
+_Made = TypeVar("_Made")
 
 
 def begin() -> None:
@@ -38,15 +43,42 @@ def raise_from_now_on() -> None:
 
 
 @contextlib.contextmanager
-def cleaning(cleaner: Callable[[], None]) -> Iterator[None]:
-    """What must be put away even if the scan does not end by itself. It is called once, here or by `end`."""
-    _cleaners.append(cleaner)
+def cleaning(make: Callable[[], _Made], put_away: Callable[[_Made], None]) -> Iterator[_Made]:
+    """What must be put away even if the scan does not end by itself, which happens once, here or by `end`.
+
+    An interrupt comes before it is made, or when it is known here, or after it is put away.
+    """
+    global _is_held
+    cleaner = None
     try:
-        yield
+        _is_held = True
+        made = make()
+        cleaner = functools.partial(put_away, made)
+        _cleaners.append(cleaner)
+        _let_through()
+        yield made
     finally:
-        if cleaner in _cleaners:
-            _cleaners.remove(cleaner)
-            cleaner()
+        _is_held = True
+        try:
+            if cleaner and _takes_back(cleaner):
+                cleaner()
+        finally:
+            _let_through()
+
+
+def _takes_back(cleaner: Callable[[], None]) -> bool:
+    with contextlib.suppress(ValueError):  # `end`, in its own thread, may have it
+        _cleaners.remove(cleaner)
+        return True
+    return False
+
+
+def _let_through() -> None:
+    global _is_held, _is_waiting
+    _is_held = False
+    if _is_waiting:
+        _is_waiting = False
+        raise KeyboardInterrupt
 
 
 def ignore() -> None:
@@ -83,11 +115,14 @@ def end() -> NoReturn:
 
 
 def _stop(_number: int, _frame: Optional[FrameType]) -> None:
+    global _is_waiting
     ignore()
     if _at_once:
         os.write(2, b"cab scan: stopped\n")
         os._exit(CODE)
-    raise KeyboardInterrupt
+    if not _is_held:
+        raise KeyboardInterrupt
+    _is_waiting = True
 
 
 def _watch(reading: int) -> None:

@@ -85,8 +85,7 @@ class Table:
         path, real = self.path, os.path.realpath(self.path)
         if os.path.lexists(real) and os.lstat(real).st_nlink > 1:
             raise TableError(f"{path}: the file has two names (hard links), and SQLite's log goes by one")
-        lock = _Lock(real, path)
-        stack.enter_context(stopping.cleaning(lock.close))
+        stack.enter_context(stopping.cleaning(lambda: _Lock(real, path), _Lock.close))
         with self._told():
             self._base = sqlite3.connect(real, isolation_level=None, timeout=60)
             stack.callback(self._base.close)
@@ -311,7 +310,7 @@ class _Lock:
         try:
             try:
                 self._file = os.open(self._path, flags | os.O_CREAT | os.O_EXCL, 0o666)
-                os.write(self._file, self._MARK)
+                self._mark()
             except FileExistsError:
                 self._file = os.open(self._path, flags)
         except OSError as error:
@@ -321,6 +320,17 @@ class _Lock:
         try:
             self._take(told)
         except BaseException:
+            os.close(self._file)
+            raise
+
+    def _mark(self) -> None:
+        try:
+            if os.write(self._file, self._MARK) < len(self._MARK):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError:
+            with contextlib.suppress(OSError):  # another scan may have it by now
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                os.remove(self._path)
             os.close(self._file)
             raise
 

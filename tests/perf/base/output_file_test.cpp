@@ -3,11 +3,14 @@
 
 #include <chrono>
 #include <csignal>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "perf/base/output_file.h"
+#include "perf/base/signals.h"
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
 
@@ -137,6 +140,28 @@ TEST_CASE("a signal leaves the older file and removes the new one") {
     CHECK(read_text(place.old_file) == "old\n");
     CHECK(place.file_count() == files);
   }
+}
+
+TEST_CASE("a signal removes every new file, however many there are and whichever were kept") {
+  const Workplace place;
+  const std::size_t files = place.file_count();
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    perf::clean_up_at_signals();
+    std::vector<std::unique_ptr<perf::FileAside>> aside;
+    for (int round = 0; round < 2; ++round) {  // the second takes the places of files that are gone
+      aside.clear();
+      for (int n = 0; n < 40; ++n)
+        aside.push_back(std::make_unique<perf::FileAside>(place.folder / ("new" + std::to_string(n))));
+      aside[3]->keep();
+      aside[30]->keep();
+    }
+    std::raise(SIGTERM);
+    _exit(0);
+  }
+  CHECK(exit_code_of(child) == 128 + SIGTERM);
+  CHECK(place.file_count() == files + 2);
 }
 
 TEST_CASE("a command whose reader goes away leaves no file") {

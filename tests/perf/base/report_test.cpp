@@ -63,8 +63,11 @@ TEST_CASE("the time left never grows while work goes on at one speed") {
 }
 
 TEST_CASE("no text of a CSV file is a formula, and numbers stay numbers") {
-  for (const char* const text : {"=1+2", "+1", "-1", "@x", "\tx", "'=x"})
+  for (const char* const text :
+       {"=1+2", "+x", "-x", "@x", "\tx", "'=x", "-2+3", "-.5", "+-1", "-1e", "-inf", "+", "-1 "})
     CHECK(perf::csv_field(text) == std::string("'") + text);
+  CHECK(perf::csv_field("\nx") == "\"'\nx\"");
+  for (const char* const text : {"-1", "+3", "-1.5e-3", "-1.", "+2E+9", "-1e999"}) CHECK(perf::csv_field(text) == text);
   CHECK(perf::csv_field("=A1,\"x\"") == "\"'=A1,\"\"x\"\"\"");
   for (const char* const text : {"", "hips", "a-b", "left=right"}) CHECK(perf::csv_field(text) == text);
   CHECK(perf::csv_field("a,b") == "\"a,b\"");

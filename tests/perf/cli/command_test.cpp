@@ -74,6 +74,29 @@ struct TwoFigures {
   }
 };
 
+// A BVH text whose lengths are a hundred times as large.
+std::string in_centimetres(const std::string& text) {
+  std::string larger;
+  bool is_motion = false;
+  for (const std::string& line : lines_of(text)) {
+    std::istringstream words(line);
+    std::string key;
+    double x = 0, y = 0, z = 0;
+    std::string rest = line;
+    if (!is_motion && line.rfind("OFFSET", 0) == 0) words >> key;
+    if ((is_motion || !key.empty()) && words >> x >> y >> z) {
+      rest.clear();
+      std::getline(words, rest);
+      std::ostringstream scaled;
+      scaled << key << ' ' << 100 * x << ' ' << 100 * y << ' ' << 100 * z << rest;
+      rest = scaled.str();
+    }
+    larger += rest + '\n';
+    is_motion = is_motion || line.rfind("Frame Time", 0) == 0;
+  }
+  return larger;
+}
+
 struct Misuse {
   Words arguments;
   const char* told;  // a part of the first line on standard error
@@ -596,6 +619,52 @@ TEST_CASE("a size that is in doubt is the last line of a run, with the unit that
   for (const char* unit : {"1", "auto"}) CHECK(last_line({"--units", unit}).find("in doubt") == std::string::npos);
   // A unit that is guessed leaves what is plausible as it is.
   CHECK(figures.hits({"--units", "auto"}) == figures.hits({}));
+}
+
+TEST_CASE("a size that is in doubt is told once, whatever the name of the file") {
+  const TemporaryFolder folder;
+  for (const char* const name : {"anna.bvh", "take: 1.bvh", "a: warning: b.bvh", ": warning"}) {
+    CAPTURE(std::string(name));
+    const std::string file = folder / name;
+    write_text(file, bvh_text({5, 0, 0, 0}));
+    const Words lines = lines_of(run_cab({"run", file, "--self", "--units", "100", "--up", "y"}).error);
+    const auto about = [&](const std::string& begin) {
+      return std::count_if(lines.begin(), lines.end(), [&](const std::string& line) {
+        return line.rfind(begin, 0) == 0 && line.find(" m tall, a person is ") != std::string::npos;
+      });
+    };
+    CHECK(about("warning: " + std::string(name) + ": the figure is ") == 1);
+    CHECK(about("note: ") == 0);
+  }
+}
+
+TEST_CASE("--units auto finds the unit of a file that is in another one than metres") {
+  const TwoFigures figures;
+  for (const std::string& file : figures.files) write_text(file, in_centimetres(read_text(file)));
+  const std::string json_path = figures.folder / "run.json";
+  const Words run = Words{"run"} + figures.files + Words{"--json", json_path};
+  CHECK(run_cab(run).error.find("warning: the hits say little, since a size is in doubt: ") != std::string::npos);
+
+  const Outcome outcome = run_cab(run + Words{"--units", "auto"});
+  CHECK(outcome.exit_code == 0);
+  for (const char* const name : {"anna", "bert"})
+    CHECK(outcome.error.find("note: " + std::string(name) + ".bvh: unit guessed: 0.01 m (centimetres), which makes ") !=
+          std::string::npos);
+  CHECK(outcome.error.find("note: guessed: 2 length units") != std::string::npos);
+  CHECK(outcome.error.find("in doubt") == std::string::npos);
+  for (const auto& character : nlohmann::json::parse(read_text(json_path))["characters"]) {
+    CHECK(character["metres_per_unit"] == 0.01);
+    CHECK(character["unit_from"] == "guessed");
+  }
+  const std::string hits = figures.hits({"--units", "auto"});
+  CHECK(lines_of(hits).size() > 1);
+  CHECK(hits == figures.hits({"--units", "0.01"}));
+
+  // Of two files with units of their own each gets its unit.
+  write_text(figures.files[0], bvh_text({40, 0, 0, 0}));
+  const std::string mixed = figures.hits({"--units", "auto"});
+  CHECK(mixed == figures.hits({"--units", "1", "--units", "0.01"}));
+  CHECK(mixed != figures.hits({}));
 }
 
 TEST_CASE("more hits than a block makes room for are all there") {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "perf/scan/package.h"
+#include "scenes/import/printable.h"
 #include "tests/perf/cli/spawn.h"
 
 namespace cab::tests {
@@ -80,6 +81,33 @@ TEST_CASE("cab scan hands all words to Python, which the environment may choose"
   CHECK(outcome.out.find("safe 1\n") != std::string::npos);
   CHECK(outcome.out.find("perf/scan") != std::string::npos);
   CHECK(outcome.out.find(CAB_COMMAND "\n") != std::string::npos);
+}
+
+TEST_CASE("the command and cab scan hide the same characters") {
+  std::string hidden;
+  for (unsigned c = 0; c < 0x110000; ++c) {
+    if (c == '?' || (c >= 0xd800 && c < 0xe000)) continue;  // halves of surrogate pairs are no UTF-8
+    std::string text(1, static_cast<char>(c));
+    const auto low = [c](unsigned shift) { return static_cast<char>(0x80 | (c >> shift & 0x3f)); };
+    if (c >= 0x10000)
+      text = {static_cast<char>(0xf0 | c >> 18), low(12), low(6), low(0)};
+    else if (c >= 0x800)
+      text = {static_cast<char>(0xe0 | c >> 12), low(6), low(0)};
+    else if (c >= 0x80)
+      text = {static_cast<char>(0xc0 | c >> 6), low(0)};
+    if (scenes::printable(text) == "?") hidden += std::to_string(c) + '\n';
+  }
+  const Paths packages = perf::find_scan_package(CAB_COMMAND);
+  REQUIRE(!packages.empty());
+  const std::string program =
+      "import sys; sys.path.insert(0, sys.argv[1]); from cab_scan.printable import printable\n"
+      "for c in range(0x110000):\n"
+      "    if c not in range(0xD800, 0xE000) and c != ord('?') and printable(chr(c)) == '?':\n"
+      "        print(c)\n";
+  const Outcome outcome = spawn(CAB_PYTHON3, {"-B", "-c", program, packages.front().string()});
+  CHECK(outcome.error.empty());
+  CHECK(outcome.out == hidden);
+  CHECK(hidden.size() > 4000 * 4);
 }
 
 TEST_CASE("cab scan says what is missing") {

@@ -78,6 +78,25 @@ def test_chunks_merge_to_what_the_command_finds(scan, quick):
     assert one.hash == outcome.hash
 
 
+def test_bodies_of_one_rigid_body_are_welded_as_the_command_says(scan, quick):
+    bodies = ("<body name='a'><geom size='.3'/><joint axis='0 0 1' range='-90 90'/><body name='b' pos='.4 0 0'>"
+              "<geom size='.3'/><body name='c' pos='.5 0 0'><joint axis='0 0 1' range='-170 170'/><geom size='.3'/>"
+              "<body name='d' pos='.5 0 0'><joint axis='0 0 1' range='-150 150'/><geom size='.3'/></body></body></body>"
+              "</body>")
+    (scan.folder / "arm.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    (scan.folder / "arm.srdf").write_text("<robot name='arm'/>")
+    probe = subprocess.run([COMMAND, "robot", "arm.xml", "--random", "1"], cwd=scan.folder, capture_output=True,
+                           text=True, check=False)
+    if "libmujoco" in probe.stderr:
+        pytest.skip(probe.stderr)
+    _, wanted = check_against_command(scan, quick, "arm.xml", 1000, 500)
+    reasons = {(one["link_a"], one["link_b"]): one["reason"] for one in wanted["masked"]}
+    assert reasons["a", "b"] == "welded" and reasons["b", "c"] == "adjacent"
+    # With SRDF too, which has no word for it.
+    assert quick("robot", "arm.xml", "--states", 100, "--srdf", "arm.srdf", "--table", "srdf.sqlite").code == 0
+    assert pairs_of(scan, "robot samples", "srdf.sqlite") == [("a", "b", "welded", 0, None)]
+
+
 @long
 def test_finished_chunks_are_kept_and_another_robot_begins_anew(scan, quick):
     write_arm(scan.folder / "arm.urdf")

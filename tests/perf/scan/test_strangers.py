@@ -1,6 +1,7 @@
 """Files, names and folders of strangers: what may not run, hang, be written over, or pass for something else."""
 
 import csv
+import errno
 import os
 import pathlib
 import re
@@ -345,6 +346,24 @@ def test_a_lock_leaves_alone_what_is_there(tmp_path):
     assert not (tmp_path / "z.sqlite.lock").exists()
 
 
+def test_a_lock_that_a_full_disk_does_not_take_leaves_nothing(tmp_path, monkeypatch):
+    def full(file, data):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def nearly_full(file, data, write=os.write):
+        return write(file, data[:3])
+
+    for write in (full, nearly_full):
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "write", write)
+            before = len(os.listdir("/proc/self/fd"))
+            with pytest.raises(table.TableError, match="a.sqlite.lock: No space left"):
+                table.Table(str(tmp_path / "a.sqlite"))
+            assert len(os.listdir("/proc/self/fd")) == before
+        assert not list(tmp_path.iterdir())
+    table.Table(str(tmp_path / "a.sqlite")).close()
+
+
 def test_pairs_of_a_chunk_are_counted_once(tmp_path):
     base = table.Table(str(tmp_path / "a.sqlite"))
     key = work.Key("r.urdf", "", "0+8", work.STATES, "p", "{}")
@@ -397,7 +416,7 @@ import hashlib, signal, sys
 from cab_scan import stopping
 stopping.begin()
 stopping.raise_from_now_on()
-with stopping.cleaning(lambda: print("clean", flush=True)):
+with stopping.cleaning(lambda: "clean", lambda made: print(made, flush=True)):
     line, words = "", "begun\\n"
     while True:
         try:
@@ -413,6 +432,43 @@ with stopping.cleaning(lambda: print("clean", flush=True)):
     process.send_signal(signal.SIGINT)
     out, error = process.communicate(timeout=120)
     assert (process.returncode, out) == (130, "clean\n") and error.startswith("cab scan: stopped")
+
+
+@pytest.mark.parametrize("moment", ["before", "after", "away"])
+def test_a_signal_while_something_is_made_or_put_away_leaves_none_of_it(tmp_path, moment):
+    program = """
+import os, signal, sys
+from cab_scan import stopping
+
+def stop(moment):
+    if sys.argv[1] == moment:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+def make():
+    stop("before")
+    open("made", "w").close()
+    stop("after")
+    return "made"
+
+def put_away(name):
+    stop("away")
+    os.remove(name)
+
+stopping.begin()
+stopping.raise_from_now_on()
+try:
+    with stopping.cleaning(make, put_away) as name:
+        print("with " + name)
+    print("not stopped")
+except KeyboardInterrupt:
+    print("stopped")
+    stopping.end()
+"""
+    words = [sys.executable, "-c", program, moment]
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert (ended.returncode, ended.stderr) == (130, "")
+    assert ended.stdout == ("with made\n" if moment == "away" else "") + "stopped\n"
+    assert not list(tmp_path.iterdir())
 
 
 # ----------------------------------------------------------------------------------------------------- S8: cab-scan.csv
@@ -522,10 +578,11 @@ def test_options_of_folders_that_are_damaged_are_read_or_refused_in_one_line(tmp
 def test_what_is_printed_is_plain_and_cells_are_no_formulas():
     text = "a\x1b[31m\n\x9b\u202e\u2066\u200f\u2028\udcff\x7fé漢"
     assert printable.printable(text) == "a?[31m???????" + "?é漢"
-    cells = ["=1+1", "+x", "-x", "@x", "\tx", "'x", "x", "-1", "-1.5e-3", "+3", "", None, -1, -0.5, "-2+3"]
-    assert [printable.csv_cell(cell) for cell in cells] == [
-        "'=1+1", "'+x", "'-x", "'@x", "'\tx", "''x", "x", "-1", "-1.5e-3", "+3", "", None, -1, -0.5, "'-2+3"
-    ]
+    # The same as of the command, in tests/perf/base/report_test.cpp.
+    for text in ("=1+2", "+x", "-x", "@x", "\tx", "\nx", "'=x", "-2+3", "-.5", "+-1", "-1e", "-inf", "+", "-1 "):
+        assert printable.csv_cell(text) == f"'{text}"
+    for cell in ("x", "", None, -1, -0.5, "-1", "+3", "-1.5e-3", "-1.", "+2E+9", "-1e999"):
+        assert printable.csv_cell(cell) is cell
 
 
 # ------------------------------------------------------------------------------------- S10 to S12: machines, schedulers

@@ -4,10 +4,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "perf/oracle/engine_ptr.h"
+#include "scenes/robot/robot.h"
 #include "tests/scenes/temporary_file.h"
 
 namespace {
@@ -83,6 +85,27 @@ TEST_CASE("a robot becomes a description, and its joints pose it") {
   REQUIRE(robot.adjacent_pairs().size == 1);
   CHECK(robot.adjacent_pairs()[0].a == 0);
   CHECK(robot.adjacent_pairs()[0].b == 1);
+  CHECK(robot.welded_pairs().empty());
+}
+
+TEST_CASE("bodies of MJCF that no joint moves against each other are welded, and adjacent as well") {
+  if (!scenes::reads_mjcf()) {
+    MESSAGE("skipped: libmujoco is not built in");
+    return;
+  }
+  const TemporaryFile file("arm.xml",
+                           "<mujoco><worldbody><body><geom size='1'/><joint/><body><geom size='1'/><body>"
+                           "<joint/><geom size='1'/></body></body></body></worldbody></mujoco>");
+  files::Robot robot;
+  REQUIRE_MESSAGE(robot.load(file.path().c_str(), {}), robot.error());
+  const auto has = [](Span<const LinkPair> pairs, std::uint32_t a, std::uint32_t b) {
+    return std::any_of(pairs.begin(), pairs.end(), [&](const LinkPair& pair) { return pair.a == a && pair.b == b; });
+  };
+  REQUIRE(robot.welded_pairs().size == 1);
+  CHECK(has(robot.welded_pairs(), 1, 2));
+  CHECK(robot.adjacent_pairs().size == 3);
+  for (const std::uint32_t a : {1u, 2u}) CHECK(has(robot.adjacent_pairs(), a, 3));
+  CHECK(has(robot.adjacent_pairs(), 1, 2));
 }
 
 TEST_CASE("a bad file is an error that names file, line and reason, and leaves nothing loaded") {

@@ -339,7 +339,8 @@ TEST_CASE("printable text keeps well-formed UTF-8 and replaces all other bytes")
   CHECK(printable("\xed\xa0\x80\xc0\xaf\xf5") == "?\?\?\?\?\?");
 }
 
-TEST_CASE("printable text has nothing that a terminal obeys or that turns the direction of writing") {
+TEST_CASE(
+    "printable text has nothing that a terminal obeys, that turns the direction of writing or that has no width") {
   const auto utf8 = [](unsigned c) {
     std::string text;
     if (c < 0x80) return text + static_cast<char>(c);
@@ -358,6 +359,8 @@ TEST_CASE("printable text has nothing that a terminal obeys or that turns the di
     else
       CHECK(text == "a" + one + "b");
   }
-  // C0, DEL and C1; ends of lines and paragraphs; twelve that turn the direction.
-  CHECK(replaced == 31 + 1 + 32 + 2 + 12);
+  // C0, DEL and C1; ends of lines and paragraphs; Default_Ignorable_Code_Point.
+  CHECK(replaced == 31 + 1 + 32 + 2 + 39);
+  CHECK(printable("a\xef\xbb\xbf"
+                  "b\xf3\xa0\x81\x81") == "a?b?");
 }

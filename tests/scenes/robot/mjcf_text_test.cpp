@@ -119,6 +119,29 @@ TEST_CASE("MJCF newer than libmujoco: a range alone limits a joint, and words ab
   CHECK(free.variables[0].upper == doctest::Approx(3.141592653589793));
 }
 
+TEST_CASE("a note about words that are not read has at most 300 characters, however many they are") {
+  if (skips()) return;
+  std::string sections, attributes;
+  scenes::RobotOptions options;
+  for (int k = 100; k < 160; ++k) {
+    const std::string number = std::to_string(k);
+    sections += "<section" + number + "/>";
+    options.ignored_words.push_back("a_word_that_is_ignored_" + number);
+  }
+  for (const char* word :
+       {"adhesion", "condim", "density", "fluidcoef", "fluidshape", "friction", "gap", "group", "margin", "mass",
+        "material", "priority", "rgba", "shellinertia", "solimp", "solmix", "solref", "surfacevel", "user"})
+    attributes += std::string(" ") + word + "='1'";
+  const std::string bodies = "<worldbody><geom size='.1'" + attributes + "/></worldbody>";
+  const scenes::Robot robot = read(mujoco(sections + bodies), options);
+  for (const std::string& note : robot.notes) CHECK(note.size() <= 300);
+  CHECK(has_note(robot, "masks: adhesion 1, "));
+  CHECK(has_note(robot, ", user 1"));
+  CHECK(has_note(robot, "not about bodies: <section100> 1, "));
+  CHECK(has_note(robot, " <section159> 1"));
+  CHECK(has_note(robot, " a_word_that_is_ignored_159 0"));
+}
+
 TEST_CASE("a word that is not known where it may change the robot is refused by name, and --ignore passes it over") {
   const std::string body = "<body name='b'>" + kBall;
   struct Unknown {

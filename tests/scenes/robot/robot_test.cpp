@@ -185,6 +185,49 @@ TEST_CASE("meshes are found by relative, file:// and package:// paths, scaled, a
   CHECK_THROWS_WITH_AS(read(lost, none), doctest::Contains("no link has a collision shape"), scenes::ImportError);
 }
 
+TEST_CASE("whatever is wrong with a mesh, the refusal names its file beside the line of the robot") {
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 X 0\nf 1 2 3\n";
+  for (const auto& one : std::vector<std::pair<std::string, std::string>>{
+           {"nothing", "assimp cannot read it: "},
+           {"v 0 0 0\n", ""},
+           {replaced(triangle, "X", "nan"), "a vertex is not a number"},
+           {replaced(triangle, "X", "1e20"), "a vertex is not a number or out of range"}}) {
+    CAPTURE(one.first);
+    const TemporaryFile mesh("m.obj", one.first);
+    const std::string robot = robot_of(link_of("<mesh filename='" + mesh.path() + "'/>"));
+    const std::string line = refusal(robot);
+    CAPTURE(line);
+    CHECK(line.rfind("line 2: link a: collision 1: mesh " + mesh.path() + ": " + one.second, 0) == 0);
+  }
+  // What the engine refuses is told with the source of the leaf.
+  const TemporaryFile mesh("m.obj", replaced(triangle, "X", "1"));
+  const TemporaryFile file("r.urdf", robot_of(link_of("<mesh filename='" + mesh.path() + "'/>")));
+  CHECK(scenes::import_robot(file.path(), {}).leaf_sources ==
+        std::vector<std::string>{file.path() + ": line 2: link a: collision 1: mesh " + mesh.path()});
+}
+
+TEST_CASE("options of the other format are noted") {
+  const auto notes = [](const std::string& text, const scenes::RobotOptions& options) {
+    const TemporaryFile file("r.xml", text);
+    return scenes::import_robot(file.path(), options).notes;
+  };
+  scenes::RobotOptions words, root, packages, missing;
+  words.ignored_words = {"later"};
+  root.root = "/";
+  packages.packages = {{"arm", "/"}};
+  missing.missing_mesh = scenes::MissingMesh::kLeaveOut;
+  const std::string urdf = robot_of("<link name='a'>" + kBox + "</link>");
+  for (const scenes::RobotOptions& options : {words, root})
+    CHECK(notes(urdf, options) == std::vector<std::string>{"words to ignore and a root folder say nothing for URDF"});
+  for (const scenes::RobotOptions& options : {packages, missing}) CHECK(notes(urdf, options).empty());
+  if (!scenes::reads_mjcf()) return;
+  const std::string mjcf = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>";
+  for (const scenes::RobotOptions& options : {packages, missing})
+    CHECK(notes(mjcf, options) ==
+          std::vector<std::string>{"packages, and what stands for a missing mesh, say nothing for MJCF"});
+  CHECK(notes(mjcf, root).empty());
+}
+
 TEST_CASE("joints that turn freely, mimic, float or rest off zero are what the file says") {
   const auto read = [](const std::string& text) {
     const TemporaryFile file("r.urdf", text);

@@ -150,6 +150,11 @@ class Robot:
         return np.array(self._data.adjacent_pairs, dtype=np.uint32).reshape(-1, 2)
 
     @property
+    def welded_pairs(self) -> UInt32Array:
+        """(pairs, 2) uint32: those of `adjacent_pairs` that no joint of an MJCF file moves against each other."""
+        return np.array(self._data.welded_pairs, dtype=np.uint32).reshape(-1, 2)
+
+    @property
     def listed_pairs(self) -> UInt32Array:
         """(pairs, 2) uint32: links that a <pair> of an MJCF file lists, to be tested whatever else holds."""
         return np.array(self._data.listed_pairs, dtype=np.uint32).reshape(-1, 2)

@@ -134,6 +134,7 @@ class Robot {
   Span<const RobotVariable> variables() const noexcept;  // of a joint state, in its order
   Span<const char* const> notes() const noexcept;
   Span<const LinkPair> adjacent_pairs() const noexcept;  // links with shapes; adjacent or welded as docs/robots.md says
+  Span<const LinkPair> welded_pairs() const noexcept;    // those of them that MJCF makes one rigid body
   Span<const LinkPair> listed_pairs() const noexcept;    // of each <pair> of MJCF: tested whatever else holds
 
   // Writes the poses of joint states: `states` has the value of each variable per state, `poses` receives
