@@ -8,50 +8,153 @@
 namespace cab::scenes {
 namespace {
 
-// Shares of the points' extent. Points that are closer to a face than the first are inside. Points are in one plane if
-// the tetrahedron about them is thinner than the second.
+// Shares of the longest side of the points' bounding box. Points that are closer to the hull than the first are left
+// out. Points are in one plane if the tetrahedron about them is thinner than the second.
 constexpr double kOnFace = 1e-9;
 constexpr double kFlat = 1e-6;
 // The enlargement that covers the rounding of vertices to float. Worst is 2^-24 of the coordinates.
 constexpr double kRoundingMargin = 0x1p-20;
+// Whether a point is above a face is decided on a grid of at most 2^38 steps along a side, in integers. A coordinate is
+// two digits of 19 bits: so no sum is above 2^62. A step is below 2^-37 of the longest side, and half the diagonal of a
+// cell, by which a point moves, below 6.4e-12.
+constexpr int kDigitBits = 19;
+constexpr std::int64_t kDigitMask = (1 << kDigitBits) - 1;
+
+constexpr double kNone = -std::numeric_limits<double>::infinity();
+
+using Integer3 = std::array<std::int64_t, 3>;
+
+struct GridPoint {
+  Integer3 high, low;  // the coordinates are high 2^19 + low
+};
+
+Integer3 minus(const Integer3& a, const Integer3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+GridPoint minus(const GridPoint& a, const GridPoint& b) { return {minus(a.high, b.high), minus(a.low, b.low)}; }
+std::int64_t product(const Integer3& a, const Integer3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Adds the cross product.
+void add_cross(const Integer3& a, const Integer3& b, Integer3& sum) {
+  for (std::size_t k = 0; k < 3; ++k) sum[k] += a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+struct Points {
+  const std::vector<Vec3>& exact;
+  std::vector<GridPoint> grid;
+  double least;  // those that are closer to the hull are left out
+};
 
 struct Face {
   std::array<std::uint32_t, 3> corners;
   Plane plane;
-  std::vector<std::uint32_t> outside;  // points above the plane, each in the list of one face
-  std::uint32_t farthest = 0;          // of the points outside
-  double height = 0;                   // of the farthest point above the plane
+  GridPoint origin;                     // the first corner
+  std::array<Integer3, 3> normal = {};  // on the grid: normal[0] + normal[1] 2^19 + normal[2] 2^38
+  std::vector<std::uint32_t> outside;   // points above the face, each in the list of one face
+  std::uint32_t farthest = 0;           // of the points outside
+  double height = kNone;                // of the farthest point above the plane
 };
 
 double above(const Plane& plane, const Vec3& point) { return dot(plane.normal, point) - plane.offset; }
 
-Face make_face(const std::vector<Vec3>& points, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+// Whether a point is above a face on the grid. Without rounding, the faces that a point is above are one part of the
+// hull, without a hole.
+bool is_above(const Face& face, const GridPoint& point) {
+  const auto& [low, middle, high] = face.normal;
+  const GridPoint from = minus(point, face.origin);
+  const std::int64_t digits[] = {product(low, from.low), product(low, from.high) + product(middle, from.low),
+                                 product(middle, from.high) + product(high, from.low)};
+  std::int64_t carry = 0, rest = 0;
+  for (const std::int64_t digit : digits) {
+    rest |= (digit + carry) & kDigitMask;
+    carry = (digit + carry) >> kDigitBits;
+  }
+  const std::int64_t top = product(high, from.high) + carry;
+  return top > 0 || (top == 0 && rest != 0);
+}
+
+Face make_face(const Points& points, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   Face face;
   face.corners = {a, b, c};
-  const Vec3 normal = cross(points[b] - points[a], points[c] - points[a]);
+  const Vec3 &pa = points.exact[a], &pb = points.exact[b], &pc = points.exact[c];
+  const Vec3 normal = cross(pb - pa, pc - pa);
   const double size = length(normal);
   if (size > 0) face.plane.normal = (1 / size) * normal;
   // The highest corner, so that no corner is above its own face.
-  face.plane.offset = std::max(
-      {dot(face.plane.normal, points[a]), dot(face.plane.normal, points[b]), dot(face.plane.normal, points[c])});
+  face.plane.offset = std::max({dot(face.plane.normal, pa), dot(face.plane.normal, pb), dot(face.plane.normal, pc)});
+  face.origin = points.grid[a];
+  const GridPoint u = minus(points.grid[b], face.origin), v = minus(points.grid[c], face.origin);
+  add_cross(u.low, v.low, face.normal[0]);
+  add_cross(u.low, v.high, face.normal[1]);
+  add_cross(u.high, v.low, face.normal[1]);
+  add_cross(u.high, v.high, face.normal[2]);
   return face;
 }
 
-// Puts each point into the list of the first face that it is above.
-void share_out(const std::vector<Vec3>& points, const std::vector<std::uint32_t>& open, double least,
-               Face* const first_face, Face* const end_face) {
+void put_outside(std::uint32_t point, double height, Face& face) {
+  face.outside.push_back(point);
+  if (height > face.height) {
+    face.height = height;
+    face.farthest = point;
+  }
+}
+
+// Puts each point into the list of the first face that it is well above, or else among the doubtful ones if it is above
+// any. The others are inside: a point that was above a face in the place of these is above one of these, or inside.
+void share_out(const Points& points, const std::vector<std::uint32_t>& open, Face* const first_face,
+               Face* const end_face, std::vector<std::uint32_t>& doubtful) {
   for (const std::uint32_t p : open) {
+    bool doubt = false;
     for (Face* face = first_face; face != end_face; ++face) {
-      const double height = above(face->plane, points[p]);
-      if (height <= least) continue;
-      face->outside.push_back(p);
-      if (height > face->height) {
-        face->height = height;
-        face->farthest = p;
-      }
+      if (!is_above(*face, points.grid[p])) continue;
+      const double height = above(face->plane, points.exact[p]);
+      doubt = height <= points.least;
+      if (doubt) continue;
+      put_outside(p, height, *face);
       break;
     }
+    if (doubt) doubtful.push_back(p);
   }
+}
+
+// Puts each doubtful point that is not at the hull into the list of the face that it is highest above. Hardly above one
+// face, a point may still be a corner far beyond the next one.
+void settle(const Points& points, std::vector<std::uint32_t>& doubtful, std::vector<Face>& faces) {
+  for (const std::uint32_t p : doubtful) {
+    const Vec3& point = points.exact[p];
+    Face* highest = nullptr;
+    double most = kNone;
+    for (Face& face : faces) {
+      const double height = above(face.plane, point);
+      const auto& [a, b, c] = face.corners;
+      if (std::fabs(height) <= points.least &&
+          distance_to_triangle(point, {points.exact[a], points.exact[b], points.exact[c]}) <= points.least) {
+        highest = nullptr;
+        break;
+      }
+      if (height > most && is_above(face, points.grid[p])) most = height, highest = &face;
+    }
+    if (highest) put_outside(p, most, *highest);
+  }
+  doubtful.clear();
+}
+
+// The points with a grid that is as fine as their extent allows.
+Points on_grid(const std::vector<Vec3>& points) {
+  Vec3 lowest = points[0];
+  for (const Vec3& point : points)
+    for (std::size_t k = 0; k < 3; ++k) lowest[k] = std::min(lowest[k], point[k]);
+  double extent = 0;
+  for (const Vec3& point : points)
+    for (std::size_t k = 0; k < 3; ++k) extent = std::max(extent, point[k] - lowest[k]);
+  int exponent = 0;
+  std::frexp(extent, &exponent);
+  std::vector<GridPoint> grid(points.size());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto step = std::llround(std::ldexp(points[p][k] - lowest[k], 2 * kDigitBits - exponent));
+      grid[p].high[k] = step >> kDigitBits;
+      grid[p].low[k] = step & kDigitMask;
+    }
+  return {points, std::move(grid), kOnFace * extent};
 }
 
 // Four points of a large tetrahedron: the two ends of the longest extent, the point farthest from their line, and the
@@ -82,73 +185,30 @@ std::vector<std::uint32_t> first_corners(const std::vector<Vec3>& points) {
   return side < 0 ? std::vector<std::uint32_t>{a, b, c, d} : std::vector<std::uint32_t>{a, c, b, d};
 }
 
-// The border of a part of the faces that has no hole: from each corner on it to the next, counter-clockwise.
-using Border = std::vector<std::array<std::uint32_t, 2>>;
-
-Border::iterator edge_from(Border& border, std::uint32_t corner) {
-  return std::find_if(border.begin(), border.end(), [corner](const auto& edge) { return edge[0] == corner; });
-}
-
-bool has_edge(const Border& border, std::uint32_t from, std::uint32_t to) {
-  return std::find(border.begin(), border.end(), std::array{from, to}) != border.end();
-}
-
-// Adds a face to the part if it is beside it and leaves it without a hole. Returns whether it did.
-bool add_face(const std::array<std::uint32_t, 3>& corners, Border& border) {
-  std::array<bool, 3> shared;  // the edge from this corner on
-  for (std::size_t k = 0; k < 3; ++k) shared[k] = has_edge(border, corners[(k + 1) % 3], corners[k]);
-  const auto count = std::count(shared.begin(), shared.end(), true);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t a = corners[k], b = corners[(k + 1) % 3], c = corners[(k + 2) % 3];
-    if (count == 1 && shared[k] && edge_from(border, c) == border.end()) {
-      (*edge_from(border, b))[1] = c;
-      border.push_back({c, a});
-      return true;
-    }
-    if (count == 2 && shared[k] && shared[(k + 1) % 3]) {
-      (*edge_from(border, c))[1] = a;
-      border.erase(edge_from(border, b));
-      return true;
-    }
-  }
-  return false;
-}
-
-// Replaces the faces that a point is above by faces from their border to the point. The first of them is given. By
-// rounding the point may be above others that are no part without a hole together with it. Those stay, or else an edge
-// would get more than two faces, and the next points ever more.
-void add_point(const std::vector<Vec3>& points, std::uint32_t point, std::size_t first, double least,
-               std::vector<Face>& faces) {
-  std::vector<std::size_t> waiting;
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    if (f != first && above(faces[f].plane, points[point]) > least) waiting.push_back(f);
-  const auto [a, b, c] = faces[first].corners;
-  Border border = {{a, b}, {b, c}, {c, a}};
-  std::vector<bool> goes(faces.size(), false);
-  goes[first] = true;
-  for (std::size_t before = waiting.size() + 1; waiting.size() < before;) {
-    before = waiting.size();
-    for (const std::size_t f : waiting) goes[f] = add_face(faces[f].corners, border);
-    waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](std::size_t f) { return goes[f]; }),
-                  waiting.end());
-  }
-  std::vector<std::array<std::uint32_t, 2>> edges;
+// Replaces the faces that a point is above by faces from their border to the point.
+void add_point(const Points& points, std::uint32_t point, std::vector<Face>& faces,
+               std::vector<std::uint32_t>& doubtful) {
+  std::vector<std::array<std::uint32_t, 2>> edges, turned;
   std::vector<std::uint32_t> open;
   std::vector<Face> kept;
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    Face& face = faces[f];
-    if (!goes[f]) {
+  for (Face& face : faces) {
+    if (!is_above(face, points.grid[point])) {
       kept.push_back(std::move(face));
       continue;
     }
     open.insert(open.end(), face.outside.begin(), face.outside.end());
-    for (std::size_t k = 0; k < 3; ++k) edges.push_back({face.corners[k], face.corners[(k + 1) % 3]});
+    for (std::size_t k = 0; k < 3; ++k) {
+      edges.push_back({face.corners[k], face.corners[(k + 1) % 3]});
+      turned.push_back({face.corners[(k + 1) % 3], face.corners[k]});
+    }
   }
   const std::size_t kept_count = kept.size();
-  for (const auto& [from, to] : edges)
-    if (has_edge(border, from, to)) kept.push_back(make_face(points, from, to, point));
+  std::sort(turned.begin(), turned.end());
+  for (const auto& edge : edges)
+    if (!std::binary_search(turned.begin(), turned.end(), edge))
+      kept.push_back(make_face(points, edge[0], edge[1], point));
   open.erase(std::remove(open.begin(), open.end(), point), open.end());
-  share_out(points, open, least, kept.data() + kept_count, kept.data() + kept.size());
+  share_out(points, open, kept.data() + kept_count, kept.data() + kept.size(), doubtful);
   faces = std::move(kept);
 }
 
@@ -185,17 +245,20 @@ Hull convex_hull(const std::vector<Vec3>& points, std::size_t max_vertices) {
   const std::vector<std::uint32_t> corners = first_corners(points);
   if (corners.empty()) return {};
   const auto [a, b, c, d] = std::array{corners[0], corners[1], corners[2], corners[3]};
-  const double least = kOnFace * length(points[b] - points[a]);
-  std::vector<Face> faces = {make_face(points, a, b, c), make_face(points, a, d, b), make_face(points, b, d, c),
-                             make_face(points, c, d, a)};
-  std::vector<std::uint32_t> open(points.size());
+  const Points all = on_grid(points);
+  std::vector<Face> faces = {make_face(all, a, b, c), make_face(all, a, d, b), make_face(all, b, d, c),
+                             make_face(all, c, d, a)};
+  std::vector<std::uint32_t> open(points.size()), doubtful;
   for (std::uint32_t p = 0; p < points.size(); ++p) open[p] = p;
-  share_out(points, open, least, faces.data(), faces.data() + faces.size());
+  share_out(all, open, faces.data(), faces.data() + faces.size(), doubtful);
+  const auto highest = [&faces] {
+    return std::max_element(faces.begin(), faces.end(),
+                            [](const Face& f, const Face& g) { return f.height < g.height; });
+  };
   for (std::size_t taken = 4; taken < max_vertices; ++taken) {
-    const auto highest =
-        std::max_element(faces.begin(), faces.end(), [](const Face& f, const Face& g) { return f.height < g.height; });
-    if (highest->outside.empty()) break;
-    add_point(points, highest->farthest, static_cast<std::size_t>(highest - faces.begin()), least, faces);
+    if (highest()->outside.empty()) settle(all, doubtful, faces);
+    if (highest()->outside.empty()) break;
+    add_point(all, highest()->farthest, faces, doubtful);
   }
   return finished(points, faces);
 }

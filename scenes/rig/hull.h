@@ -25,8 +25,8 @@ struct Hull {
 };
 
 // The hull of at most max_vertices of the points (at least 4). It begins with a large tetrahedron and takes the point
-// that is farthest outside, until none is. So with fewer vertices than the full hull has, it is within the full hull
-// and near to it.
+// that is farthest outside, until none is farther than 1e-9 of the longest side of their bounding box. So with fewer
+// vertices than the full hull has, it is within the full hull and near to it. Coordinates are finite.
 Hull convex_hull(const std::vector<Vec3>& points, std::size_t max_vertices);
 
 // A hull with at most max_vertices vertices, rounded to float, that contains all points: convex_hull, enlarged about
