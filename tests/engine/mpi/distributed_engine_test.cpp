@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -97,6 +98,26 @@ TEST_CASE("what one rank gives wrongly is refused on all, and the next frame run
   f.check_status(Status::kBadMargin, [&] { f.job.margin = -1; });
   const PairRule unknown = {{7}, {1}, Pairing::kBetween};
   f.check_status(Status::kBadPairRule, [&] { f.job.rules = {&unknown, 1}; });
+}
+
+TEST_CASE("a frame that is refused leaves no hits or contacts of an earlier one in the job") {
+  Fixture f;
+  std::fill(f.poses.origins.begin(), f.poses.origins.end(), 0.25);
+  f.job.policies.exact = Exact::kConvex;
+  f.job.contacts = true;
+  REQUIRE(mpi::run_frame(*f.engine, f.job).ok());
+  const auto found = static_cast<unsigned>(f.job.hit_list.size);
+  unsigned least = 0;  // of all ranks
+  MPI_Allreduce(&found, &least, 1, MPI_UNSIGNED, MPI_MIN, MPI_COMM_WORLD);
+  REQUIRE(least > 0);
+  CHECK(f.job.contact_list.size == f.job.hit_list.size);
+  if (f.is_last()) f.job.margin = -1;
+  CHECK(mpi::run_frame(*f.engine, f.job).status == Status::kBadMargin);
+  CHECK(f.job.hit_list.size == 0);
+  CHECK(f.job.contact_list.size == 0);
+  f.job.margin = 0;
+  CHECK(mpi::run_frame(*f.engine, f.job).ok());
+  CHECK(f.job.hit_list.size == found);
 }
 
 TEST_CASE("what differs between ranks is told") {
