@@ -1072,7 +1072,7 @@ TEST_CASE("real dancers: the hit list is the same for every strategy, thread cou
     CHECK((hits(exact) == hits(exact + Words{"--strategy", "brute", "--threads", "4", "--isa", "scalar"})));
     CHECK(lines_of(expected).size() > 100);
     for (const Isa isa : available_isas())
-      for (const char* threads : {"1", "4"}) {
+      for (const char* threads : {"1", "2", "4"}) {
         CAPTURE(take);
         CAPTURE(to_string(isa));
         CAPTURE(threads);
