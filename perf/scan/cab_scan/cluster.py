@@ -11,6 +11,7 @@ import logging
 import shutil
 import socket
 import tempfile
+import time
 from multiprocessing import resource_tracker
 from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
 from urllib.parse import urlsplit
@@ -34,6 +35,10 @@ _ALLOWED_DEATHS = 2
 _LAST_WAIT_SECONDS = 10
 # In which a scheduler that is there answers.
 _ANSWER_SECONDS = 5
+# After which workers that are gone, all of them, will not come back.
+_ALONE_SECONDS = 300
+# How often it is looked whether a worker that does not answer is still there.
+_LOOK_SECONDS = 0.5
 
 
 class ClusterError(Exception):
@@ -50,9 +55,9 @@ def local_workers(count: int, memory: str) -> Iterator[Client]:
     settings = {
         "distributed.scheduler.allowed-failures": _ALLOWED_DEATHS - 1,
         "distributed.worker.profile.enabled": False,
-        # If a worker dies while its rows are fetched, the scan stands still so long, once for each retry.
-        "distributed.comm.timeouts.connect": "5s",
-        "distributed.comm.retry.count": 1,
+        # A worker answers nobody while a loader holds Python's lock (the GIL). Four times Dask's limit of 30 s it may
+        # be asked for its rows.
+        "distributed.comm.retry.count": 3,
         "distributed.admin.tick.limit": "1h",
         # Their web servers, which know no certificates, serve nothing.
         "distributed.scheduler.http.routes": [],
@@ -172,11 +177,14 @@ class Dispatcher:
     """Sends items to workers, a few tasks at a time, and hands back the rows of each as soon as it is done.
 
     finished(rows) writes them down. A task whose worker dies is taken apart, and its items run alone, one after the
-    other with nothing beside them: what kills a worker then is its own row, and nothing else is blamed.
+    other with nothing beside them: what kills a worker then is its own row, and nothing else is blamed. A task whose
+    rows cannot be fetched is treated alike, so that none is computed again and again.
     """
 
     def __init__(self, client: Client, finished: Callable[[List[Row]], None], progress: Progress) -> None:
         self._client, self._finished, self._progress = client, finished, progress
+        self._most_workers = 0
+        self._alone_since: Optional[float] = None  # since when there is no worker
         self._running: Dict[Future, List[Item]] = {}
         self._suspects: Deque[Item] = collections.deque()
         self._numbers = itertools.count()
@@ -196,8 +204,11 @@ class Dispatcher:
             self._running.clear()
 
     def _worker_count(self) -> int:
+        return max(sum(worker["nthreads"] for worker in self._workers().values()), 1)
+
+    def _workers(self) -> Dict[str, Dict[str, int]]:
         workers: Dict[str, Dict[str, int]] = self._client.scheduler_info()["workers"]
-        return max(sum(worker["nthreads"] for worker in workers.values()), 1)
+        return workers
 
     def _submit(self, task: List[Item]) -> None:
         future = self._client.submit(run_items, task, key=f"cab-scan-{id(self)}-{next(self._numbers)}", pure=False)
@@ -210,15 +221,31 @@ class Dispatcher:
         self._progress.draw()
         if self._client.status != "running":
             raise ClusterError("the scheduler is gone")
+        self._keep_workers()
         for future in [future for future in self._running if future.done()]:
             task = self._running.pop(future)
-            report = _report_of(future)
+            report = _report_of(self._client, future)
             if report is not None:
                 self._take(report, task)
-            elif self._suspects and task == [self._suspects[0]]:
+                continue
+            self._client.cancel([future])  # else Dask computes it again
+            if self._suspects and task == [self._suspects[0]]:
                 self._blame(self._suspects[0])
             else:
                 self._suspects.extend(task)
+
+    def _keep_workers(self) -> None:
+        # Dask sends away a worker that did not answer, and puts none in its place.
+        count = len(self._workers())
+        if count < self._most_workers and self._client.cluster is not None:
+            self._client.cluster.scale(self._most_workers)
+        self._most_workers = max(self._most_workers, count)
+        if count:
+            self._alone_since = None
+            return
+        self._alone_since = self._alone_since or time.monotonic()
+        if time.monotonic() - self._alone_since > _ALONE_SECONDS:
+            raise ClusterError(f"there has been no worker for {_ALONE_SECONDS} s; the same command goes on")
 
     def _take(self, report: Report, task: List[Item]) -> None:
         _check_version(report.versions, "a worker")
@@ -230,7 +257,7 @@ class Dispatcher:
     def _blame(self, item: Item) -> None:
         # The item was alone each time that its worker died.
         self._suspects.popleft()
-        words = "its worker died each time: out of memory, a crash, or a loader that ended the process"
+        words = "its worker died or fell silent each time: out of memory, a crash, or a loader that ended or held it"
         self._finished([error_row(item, policies, LOST, words) for policies in item.policies])
         self._progress.advance(item.size)
 
@@ -244,15 +271,27 @@ def dispatch(client: Client, items: Sequence[Item], finished: Callable[[List[Row
         progress.close()
 
 
-def _report_of(future: Future) -> Optional[Report]:
-    # None if the worker died, or the task was lost with it. A task that is finished may run again: until its rows are
-    # fetched they are on its worker.
-    if future.status not in ("finished", "error"):
-        return None
+def _report_of(client: Client, future: Future) -> Optional[Report]:
+    # None if the worker died, or the task was lost with it.
     try:
-        report: Report = future.result()
-        return report
-    except (KilledWorker, asyncio.CancelledError, concurrent.futures.CancelledError, OSError):
+        if future.status == "error":
+            future.result()
+        return _fetched(client, future) if future.status == "finished" else None
+    except (KilledWorker, asyncio.CancelledError, concurrent.futures.CancelledError, TimeoutError, OSError):
         return None
     except Exception as error:
         raise ClusterError(f"a task failed: {error or type(error).__name__}") from error
+
+
+def _fetched(client: Any, future: Future) -> Optional[Report]:
+    # The rows of a finished task, which are on its worker until they are fetched; None if it does not give them. Not by
+    # Future.result: without end it would have them computed again, and try for minutes to reach a worker that is dead.
+    answer = asyncio.run_coroutine_threadsafe(client.scheduler.gather(keys=[future.key]), client.loop.asyncio_loop)
+    while not answer.done() and future.status == "finished":  # until the scheduler knows that the worker is gone
+        concurrent.futures.wait([answer], _LOOK_SECONDS)
+    if not answer.done():
+        answer.cancel()
+        return None
+    found = answer.result()
+    report: Optional[Report] = found["data"][future.key] if found["status"] == "OK" else None
+    return report

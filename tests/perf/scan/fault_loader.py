@@ -1,5 +1,6 @@
 """A loader of `cab scan` whose parts decide what happens to the worker."""
 
+import ctypes
 import os
 import signal
 import time
@@ -23,5 +24,7 @@ def load(request):
         while True:
             kept.append(numpy.ones(1 << 24, dtype=numpy.uint8))
             time.sleep(0.01)
+    if request.part.startswith("hold "):
+        ctypes.PyDLL(None).sleep(int(request.part[5:]))  # as PyDLL, unlike CDLL, it keeps Python's lock
     motion = cab.load_motion(request.path)
     yield Sequence(motion.body, motion.poses, motion.fps)

@@ -100,6 +100,31 @@ def test_what_kills_its_worker_is_a_row_and_blames_nobody_else(scan, loader):
     assert sum(row["outcome"] == "done" for row in scan.rows()) == 10
 
 
+def run_with_a_holding_loader(scan, loader, seconds, connect):
+    """A scan whose loader lets no other thread of the worker run, while rows are to be fetched from there."""
+    write_list(scan, ["", f"hold {seconds}", ""])
+    scan.environment["FAULT_SECONDS"] = "0"
+    if connect:
+        scan.environment["DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT"] = connect
+    process = scan.start("self", "--list", "list.csv", "--loader", loader, "--workers", "1")
+    try:
+        out, error = process.communicate(timeout=240)
+    except subprocess.TimeoutExpired:
+        kill_all(process)
+        raise
+    assert process.returncode == 0, error
+    assert [row["outcome"] for row in scan.rows()] == ["done"] * 3
+
+
+def test_a_loader_may_hold_its_process_for_some_time(scan, loader):
+    run_with_a_holding_loader(scan, loader, 13, "")
+
+
+@long
+def test_a_worker_that_falls_silent_for_too_long_is_replaced(scan, loader):
+    run_with_a_holding_loader(scan, loader, 25, "1s")  # which Dask asks four times
+
+
 @long
 def test_a_worker_that_takes_too_much_memory_is_replaced(scan, loader):
     write_list(scan, ["", "grow", ""])

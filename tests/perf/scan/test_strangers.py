@@ -1,5 +1,6 @@
 """Files, names and folders of strangers: what may not run, hang, be written over, or pass for something else."""
 
+import asyncio
 import csv
 import errno
 import os
@@ -651,28 +652,22 @@ except cab.FileError as error:
     assert out.startswith("True ") and "the machine gives less than the 4096 MiB" in out
 
 
-class LateDeath:
-    """A task that is finished, and whose worker dies before its rows are fetched."""
+class Finished:
+    """A task that is finished."""
 
-    status = "finished"
-
-    def __init__(self, error):
-        self._error = error
+    key, status = "key", "finished"
 
     def done(self):
         return True
 
-    def result(self):
-        raise self._error
-
 
 class NoCluster:
-    """What a Dispatcher calls of a client, where each task ends as it is told."""
+    """What a Dispatcher calls of a client, where the rows of each task are fetched as it is told."""
 
-    status = "running"
+    cluster, status = None, "running"
 
     def __init__(self, ends):
-        self.ends, self.sent = list(ends), []
+        self.ends, self.sent, self.cancelled = list(ends), [], []
 
     def scheduler_info(self):
         return {"workers": {"one": {"nthreads": 1}}}
@@ -681,25 +676,75 @@ class NoCluster:
         self.sent.append([item.source.name for item in task])
         end = self.ends.pop(0)
         if isinstance(end, BaseException):
-            return LateDeath(end)
-        future = LateDeath(None)
-        future.result = lambda: tasks.Report(tasks.describe(), [])
-        return future
-
-    def cancel(self, _futures):
-        pass
+            raise end
+        return tasks.Report(tasks.describe(), []) if end else None
 
 
-def test_a_worker_that_dies_before_its_rows_are_fetched_is_one_that_died(tmp_path, monkeypatch):
+def test_a_worker_whose_rows_cannot_be_fetched_is_one_that_died(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "wait", lambda *_, **__: None)
-    for name in "ab":
+    monkeypatch.setattr(cluster, "_fetched", NoCluster.fetched)
+    for name in "abc":
         (tmp_path / f"{name}.bvh").write_text("x")
     items = items_of(tmp_path)
     monkeypatch.setattr(cluster, "make_tasks", lambda items, _: [list(items)])
-    client = NoCluster([KilledWorker("key", None, 1), None, OSError("Timed out"), ])
+    client = NoCluster([KilledWorker("key", None, 1), True, OSError("Timed out"), None])
     told = []
     cluster.Dispatcher(client, told.extend, progress.Progress(1)).run(items)
     assert [len(names) for names in client.sent] == [2, 1, 1]  # together, then each alone
     assert [(row.key.file, row.outcome) for row in told] == [(items[1].source.name, "lost")]
     with pytest.raises(cluster.ClusterError, match="a task failed: odd"):
         cluster.Dispatcher(NoCluster([ValueError("odd")]), told.extend, progress.Progress(1)).run(items)
+        return Finished()
+
+    def cancel(self, futures):
+        self.cancelled.extend(futures)
+
+    def fetched(self, _future):
+
+
+def test_a_worker_that_dies_while_its_rows_are_fetched_is_not_waited_for(workers):
+    class Scheduler:
+        async def gather(self, keys):
+            await asyncio.sleep(3600)
+
+    class Client:
+        loop, scheduler = workers.loop, Scheduler()
+
+    class Lost:
+        key, looks = "key", 0
+
+        @property
+        def status(self):
+            self.looks += 1
+            return "finished" if self.looks < 3 else "lost"
+
+    assert cluster._report_of(Client(), Lost()) is None
+
+
+def test_workers_that_are_gone_are_called_back_and_not_waited_for_without_end(monkeypatch):
+    class Cluster:
+        asked = []
+
+        def scale(self, count):
+            self.asked.append(count)
+
+    class Client(NoCluster):
+        cluster, now, there = Cluster(), 1, ["one", "two"]
+
+        def scheduler_info(self):
+            return {"workers": {name: {"nthreads": 1} for name in self.there}}
+
+    monkeypatch.setattr(cluster, "wait", lambda *_, **__: None)
+    monkeypatch.setattr(cluster.time, "monotonic", lambda: client.now)
+    client = Client([])
+    dispatcher = cluster.Dispatcher(client, [].extend, progress.Progress(1))
+    dispatcher._collect()
+    assert not client.cluster.asked
+    client.there = ["one"]
+    dispatcher._collect()
+    assert client.cluster.asked == [2]
+    for client.now, client.there in ((1000, []), (1299, []), (1301, ["one"]), (2000, []), (2300, [])):
+        dispatcher._collect()
+    client.now = 2301
+    with pytest.raises(cluster.ClusterError, match="there has been no worker for 300 s"):
+        dispatcher._collect()
