@@ -21,10 +21,11 @@ MOTION_SUFFIXES = frozenset(
 RECORDING_SUFFIXES = frozenset([".cab"])
 FOLDER_FILE = "cab-scan.csv"
 _MOST_LIST_BYTES = 1 << 28
-# A file cab-scan.csv may be a stranger's, and all its lines are kept and tried on each file below it. The time that
-# fnmatch takes for a pattern may grow with the square of its length.
+# A file cab-scan.csv may be a stranger's, and all its lines are kept. Those with wildcards are tried on each file below
+# it, and to compile a pattern takes up to 25 us for each of its characters.
 _MOST_FOLDER_FILE_BYTES = 1 << 20
 _MOST_FIELD_CHARACTERS = 1024
+_MOST_WILDCARD_LINES, _MOST_WILDCARD_CHARACTERS = 1000, 1 << 16
 
 
 class CorpusError(ValueError):
@@ -187,6 +188,8 @@ def _read_csv(path: str, text: str, more: Iterable[str]) -> List[_Line]:
             if column not in allowed:
                 known = ", ".join(sorted(allowed))
                 raise CorpusError(f"{path}: line 1: {_quoted(column)} is none of the columns {known}")
+            if columns.count(column) > 1:
+                raise CorpusError(f"{path}: line 1: the column {column} is there twice")
         reader.fieldnames = columns
         lines = []
         for line in reader:
@@ -235,12 +238,35 @@ def _lines_of_list(path: str) -> List[_Line]:
     return [_Line(number, {"path": line}) for number, line in numbered if line and not line.startswith("#")]
 
 
-def _lines_of_folder(path: str) -> List[_Line]:
-    lines = _read_csv(path, _text_of(path, _MOST_FOLDER_FILE_BYTES), ())
-    for line in lines:
-        if max(map(len, line.values.values())) > _MOST_FIELD_CHARACTERS:
-            raise CorpusError(f"{path}: line {line.number}: a field has more than {_MOST_FIELD_CHARACTERS} characters")
-    return lines
+class _FolderFile:
+    """The lines of a file cab-scan.csv, by the files that they are about."""
+
+    def __init__(self, path: str) -> None:
+        self._lines = _read_csv(path, _text_of(path, _MOST_FOLDER_FILE_BYTES), ())
+        self._names: Dict[str, List[int]] = {}
+        self._patterns: List[Tuple["re.Pattern[str]", int]] = []
+        characters = 0
+        for index, line in enumerate(self._lines):
+            if max(map(len, line.values.values())) > _MOST_FIELD_CHARACTERS:
+                raise CorpusError(
+                    f"{path}: line {line.number}: a field has more than {_MOST_FIELD_CHARACTERS} characters"
+                )
+            pattern = line.values["path"]
+            if not glob.has_magic(pattern):
+                self._names.setdefault(pattern, []).append(index)
+                continue
+            characters += len(pattern)
+            if len(self._patterns) == _MOST_WILDCARD_LINES or characters > _MOST_WILDCARD_CHARACTERS:
+                raise CorpusError(
+                    f"{path}: line {line.number}: there are more than {_MOST_WILDCARD_LINES} patterns with wildcards "
+                    f"(* ? [), or they have more than {_MOST_WILDCARD_CHARACTERS} characters; names without are free"
+                )
+            self._patterns.append((re.compile(fnmatch.translate(pattern)), index))
+
+    def lines_of(self, name: str) -> List[_Line]:
+        """Those that match the name of a file, from the folder on, in their order."""
+        found = [index for pattern, index in self._patterns if pattern.match(name)]
+        return [self._lines[index] for index in sorted([*found, *self._names.get(name, [])])]
 
 
 class _FolderFiles:
@@ -252,7 +278,7 @@ class _FolderFiles:
 
     def __init__(self) -> None:
         self._owners: Dict[str, Set[int]] = {}  # by their names; none of a file that is not there
-        self._read: Dict[str, List[_Line]] = {}
+        self._read: Dict[str, _FolderFile] = {}
         self._left: Dict[str, str] = {}  # by their names, why they do not count
         self._used: Dict[Tuple[str, int, str], int] = {}  # by name, line and what it sets: for how many files
 
@@ -263,10 +289,9 @@ class _FolderFiles:
             if not self._counts(where, len(place) < len(top), path):
                 continue
             if where not in self._read:
-                self._read[where] = _lines_of_folder(where)
-            for line in self._read[where]:
-                if fnmatch.fnmatchcase(os.path.relpath(path, place), line.values["path"]):
-                    options = self._changed(where, line, place, options)
+                self._read[where] = _FolderFile(where)
+            for line in self._read[where].lines_of(os.path.relpath(path, place)):
+                options = self._changed(where, line, place, options)
         return options
 
     def _counts(self, where: str, is_above: bool, path: str) -> bool:

@@ -92,6 +92,7 @@ def test_lists_and_patterns_say_what_is_wrong_with_them(tmp_path):
 
     assert told("path,colour\na,red\n").startswith("line 1: 'colour' is none of the columns")
     assert told("path,units\na,1\nb\n").startswith("line 3: 2 fields")
+    assert told("path,units, units\na,1,2\n") == "line 1: the column units is there twice"
     assert told("path,units\na,-1\n") == "line 2: a number above 0 is wanted, and '-1' is given"
     assert told("path,skin\na,maybe\n").startswith("line 2: yes or no is wanted")
     with pytest.raises(corpus.CorpusError, match="No such file"):

@@ -3,6 +3,7 @@
 import asyncio
 import csv
 import errno
+import fnmatch
 import os
 import pathlib
 import re
@@ -511,6 +512,53 @@ def test_options_of_folders_are_told_and_come_from_below_what_is_named(tmp_path,
         find("corpus")
 
 
+def test_options_of_folders_match_as_fnmatch_does_and_the_last_line_counts(tmp_path):
+    names = ["a.bvh", "A.bvh", "b[1].bvh", "c/a.bvh", "c/1!.bvh", "c/-.bvh", "é.bvh"]
+    for name in names:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("x")
+    patterns = ["a.bvh", "*.bvh", "[aA].bvh", "?.bvh", "c/*", "c/[!0-9].bvh", "c/[0-9]!.bvh", "b[[]1].bvh", "[z-a].bvh",
+                "c/a.bvh", "./a.bvh", "[", "é.bvh", "*/[!a-z]*"]
+    for shift in range(len(patterns)):
+        tried = patterns[shift:] + patterns[:shift]
+        lines = [f"{pattern},{number}" for number, pattern in enumerate(tried, 1)]
+        (tmp_path / "cab-scan.csv").write_text("\n".join(["path,units", *lines]))
+        found = corpus.find([str(tmp_path)], [], "", work.FileOptions(), corpus.MOTION_SUFFIXES)
+        read = {os.path.relpath(entry.source.path, tmp_path): entry.source.options.units for entry in found.entries}
+        assert read == {
+            name: max(number for number, pattern in enumerate(tried, 1) if fnmatch.fnmatchcase(name, pattern))
+            for name in names
+        }
+
+
+def test_options_of_folders_take_no_time_and_have_bounds(tmp_path, monkeypatch):
+    tried = []
+    translate = fnmatch.translate
+    monkeypatch.setattr(fnmatch, "translate", lambda pattern: tried.append(pattern) or translate(pattern))
+    monkeypatch.setattr(fnmatch, "fnmatchcase", None)
+    names = [f"clip{number}.bvh" for number in range(100)]
+    for name in names:
+        (tmp_path / name).write_text("x")
+
+    def find(lines):
+        (tmp_path / "cab-scan.csv").write_text("\n".join(["path,units", *lines]))
+        return corpus.find([str(tmp_path)], [], "", work.FileOptions(), corpus.MOTION_SUFFIXES)
+
+    # A line for each file, and many others: none is tried on a file that it does not name.
+    found = find([*(f"{name},{number}" for number, name in enumerate(names, 1)), *(f"x{k},1" for k in range(50000))])
+    assert {entry.source.path[len(str(tmp_path)) + 1:]: entry.source.options.units for entry in found.entries} == {
+        name: number for number, name in enumerate(names, 1)
+    }
+    assert not tried
+    assert len(find(f"*{number}.bvh,1" for number in range(1000)).notes) > 0
+    assert len(tried) == 1000  # once each, not for each file
+    with pytest.raises(corpus.CorpusError, match="line 1002: there are more than 1000 patterns") as error:
+        find(f"*{number},1" for number in range(1001))
+    assert len(str(error.value).removeprefix(str(tmp_path))) <= 300
+    with pytest.raises(corpus.CorpusError, match="line 67: .*more than 65536 characters"):
+        find(["*" * 1000 + ",1"] * 66)
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root gives files away")
 def test_options_of_other_users_are_left_out(tmp_path):
     write_corpus(tmp_path, 2)
@@ -674,6 +722,12 @@ class NoCluster:
 
     def submit(self, _function, task, **_more):
         self.sent.append([item.source.name for item in task])
+        return Finished()
+
+    def cancel(self, futures):
+        self.cancelled.extend(futures)
+
+    def fetched(self, _future):
         end = self.ends.pop(0)
         if isinstance(end, BaseException):
             raise end
@@ -690,16 +744,11 @@ def test_a_worker_whose_rows_cannot_be_fetched_is_one_that_died(tmp_path, monkey
     client = NoCluster([KilledWorker("key", None, 1), True, OSError("Timed out"), None])
     told = []
     cluster.Dispatcher(client, told.extend, progress.Progress(1)).run(items)
-    assert [len(names) for names in client.sent] == [2, 1, 1]  # together, then each alone
-    assert [(row.key.file, row.outcome) for row in told] == [(items[1].source.name, "lost")]
+    assert [len(names) for names in client.sent] == [3, 1, 1, 1]  # together, then each alone
+    assert [(row.key.file, row.outcome) for row in told] == [(item.source.name, "lost") for item in items[1:]]
+    assert len(client.cancelled) == 3  # Dask would compute them again
     with pytest.raises(cluster.ClusterError, match="a task failed: odd"):
         cluster.Dispatcher(NoCluster([ValueError("odd")]), told.extend, progress.Progress(1)).run(items)
-        return Finished()
-
-    def cancel(self, futures):
-        self.cancelled.extend(futures)
-
-    def fetched(self, _future):
 
 
 def test_a_worker_that_dies_while_its_rows_are_fetched_is_not_waited_for(workers):
