@@ -7,6 +7,7 @@ import numpy as np
 
 from .clock import core_seconds
 from .contacts import Summary, chunk_frames
+from .notes import notes_text
 from .policies import policies_of
 from .printable import table_text
 from .sequences import Sequence, load
@@ -78,6 +79,7 @@ def _row(item: Item, policies: str, chunks: _Chunks, load_seconds: float) -> Row
     row = Row(item.key(policies), sequence=table_text(characters[0].name))
     summary = Summary(characters[0].fps, item.test.gap, item.test.intervals)
     chunks.run(summary, item, policies)
+    row.notes = notes_text(item, *(one.notes for one in characters))
     row.frames = chunks.frames
     row.links = sum(one.body.link_count for one in characters)
     files = [item.source.name, item.other_name] if item.other else [""]

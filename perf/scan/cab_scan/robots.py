@@ -11,6 +11,7 @@ import numpy as np
 from .clock import core_seconds
 from .contacts import Summary, chunk_frames
 from .hashing import file_sha256
+from .notes import notes_text
 from .policies import policies_of
 from .work import Item, LinkPair, Links, RobotChunk, Row, Source
 
@@ -112,7 +113,7 @@ def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
         raise OSError(f"{item.source.path}: it is not the robot that the scan began with")
     body = _masked_body(file, chunk.masked)
     load_seconds = core_seconds() - start
-    row = Row(item.key(item.policies[0]))
+    row = Row(item.key(item.policies[0]), notes=notes_text(item, file.robot.notes))
     summary = Summary(1.0, 0, False)
     states: Dict[Tuple[int, int], int] = collections.defaultdict(int)
     firsts: Dict[Tuple[int, int], int] = {}

@@ -3,7 +3,7 @@
 import hashlib
 import importlib
 import inspect
-from typing import Any, Callable, Iterable, Iterator, NamedTuple, Optional
+from typing import Any, Callable, Iterable, Iterator, NamedTuple, Optional, Tuple
 
 import cab
 import numpy as np
@@ -18,6 +18,7 @@ class Sequence(NamedTuple):
     body     `cab.Body`; poses, origins and order are those of `cab.Clip.add`.
     fps      frames per second, above 0.
     name     tells several sequences of one file apart.
+    notes    what is doubted or was guessed, in words, for the column `notes`.
     """
 
     body: cab.Body
@@ -26,6 +27,7 @@ class Sequence(NamedTuple):
     name: str = ""
     origins: "Optional[npt.NDArray[np.float64]]" = None
     order: str = "row"
+    notes: Tuple[str, ...] = ()
 
 
 class Request(NamedTuple):
@@ -92,7 +94,7 @@ def load_file(path: str, options: FileOptions) -> Sequence:
         stature=options.stature,
         thickness=options.thickness,
     )
-    return Sequence(motion.body, motion.poses, motion.fps or 1.0, origins=motion.origins)
+    return Sequence(motion.body, motion.poses, motion.fps or 1.0, origins=motion.origins, notes=motion.notes)
 
 
 def _checked(sequence: Any, loader: str) -> Sequence:
@@ -100,6 +102,8 @@ def _checked(sequence: Any, loader: str) -> Sequence:
         raise LoaderError(f"{loader} yields {type(sequence).__name__}, and cab_scan.Sequence is wanted")
     if not isinstance(sequence.name, str):
         raise LoaderError(f"{loader} yields a sequence of the name {sequence.name!r}, and a text is wanted")
+    if not isinstance(sequence.notes, tuple) or not all(isinstance(note, str) for note in sequence.notes):
+        raise LoaderError(f"{loader} yields notes that are no tuple of texts")
     if not isinstance(sequence.poses, np.ndarray) or sequence.poses.ndim < 3:
         raise LoaderError(f"{loader}: poses of shape (frames, links, ...) are wanted")
     return sequence

@@ -3,6 +3,7 @@
 import sys
 from typing import List, Sequence
 
+from .notes import told_notes
 from .printable import printable, tell as tell_line
 from .table import Table
 from .work import DONE, Key
@@ -19,6 +20,8 @@ def tell(table: Table, written: Sequence[str], what: str) -> bool:
             tell_line(f"cab scan: {_named(file, part, error or '')}", sys.stderr)
     if errors > _MOST_TOLD:
         print(f"cab scan: and {errors - _MOST_TOLD} more; the column error has all", file=sys.stderr)
+    for line in told_notes(table.rows(("file", "other", "notes"), "notes IS NOT NULL"), _MOST_TOLD):
+        tell_line(f"cab scan: {line}", sys.stderr)
     totals = table.totals()
     lines = [
         ("rows", f"{totals.rows}, {errors} with an error"),

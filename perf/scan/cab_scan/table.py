@@ -13,13 +13,13 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tu
 from . import stopping
 from .work import BAD, DONE, SAMPLES, SELF, STATES, Key, LinkPair, Row
 
-_FORMAT = 1
+_FORMAT = 2
 _APPLICATION = 0x43414253  # "CABS", in the header of the file
 
 KEY_COLUMNS = ("file", "other", "part", "what", "policies", "options")
 RESULT_COLUMNS = (
-    "sequence", "sha256", "version", "outcome", "error", "frames", "links", "masked", "hits", "hit_frames", "depth",
-    "depth_frame", "depth_link_a", "depth_link_b", "hits_hash", "contacts_hash",
+    "sequence", "sha256", "version", "outcome", "error", "notes", "frames", "links", "masked", "hits", "hit_frames",
+    "depth", "depth_frame", "depth_link_a", "depth_link_b", "hits_hash", "contacts_hash",
 )
 # What depends on the machine, or is not promised to be the same on all, and so is no part of the hash.
 COST_COLUMNS = (
@@ -34,9 +34,10 @@ _SCHEMA = f"""
 CREATE TABLE work (id INTEGER PRIMARY KEY,
   file TEXT NOT NULL, other TEXT NOT NULL, part TEXT NOT NULL, what TEXT NOT NULL, policies TEXT NOT NULL,
   options TEXT NOT NULL, sequence TEXT NOT NULL, sha256 TEXT, version TEXT NOT NULL, outcome TEXT NOT NULL, error TEXT,
-  frames INTEGER, links INTEGER, masked INTEGER, hits INTEGER, hit_frames INTEGER, depth REAL, depth_frame INTEGER,
-  depth_link_a TEXT, depth_link_b TEXT, hits_hash TEXT, contacts_hash TEXT, box_tests INTEGER, leaf_pairs INTEGER,
-  exact_tests INTEGER, false_positives INTEGER, load_seconds REAL, engine_seconds REAL, seconds REAL,
+  notes TEXT, frames INTEGER, links INTEGER, masked INTEGER, hits INTEGER, hit_frames INTEGER, depth REAL,
+  depth_frame INTEGER, depth_link_a TEXT, depth_link_b TEXT, hits_hash TEXT, contacts_hash TEXT, box_tests INTEGER,
+  leaf_pairs INTEGER, exact_tests INTEGER, false_positives INTEGER, load_seconds REAL, engine_seconds REAL,
+  seconds REAL,
   UNIQUE (file, other, part, what, policies, options, sequence));
 CREATE TABLE contacts (work INTEGER NOT NULL REFERENCES work (id) ON DELETE CASCADE,
   character_a TEXT NOT NULL, link_a TEXT NOT NULL, character_b TEXT NOT NULL, link_b TEXT NOT NULL,

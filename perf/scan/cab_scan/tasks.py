@@ -8,7 +8,7 @@ import cab
 
 from .clips import clip_rows
 from .hashing import companions, content_sha256
-from .printable import printable
+from .notes import with_names
 from .recordings import CommandError, is_recording, recording_rows
 from .robots import robot_rows
 from .versions import describe
@@ -92,14 +92,7 @@ def outcome_of(error: BaseException) -> str:
 
 def error_row(item: Item, policies: str, outcome: str, words: str) -> Row:
     """The row of an item that has no numbers. Its words are one line, in which paths are those of the table."""
-    words = printable(words)
-    for source in (item.source, item.other):
-        if source:
-            words = words.replace(printable(source.path), printable(source.name))
-            folder = os.path.join(os.path.dirname(source.path), "")
-            if folder not in ("", os.sep):  # of files beside it, such as skeletons
-                words = words.replace(printable(folder), printable(os.path.join(os.path.dirname(source.name), "")))
-    return Row(item.key(policies), version=cab.__version__, outcome=outcome, error=words)
+    return Row(item.key(policies), version=cab.__version__, outcome=outcome, error=with_names(words, item))
 
 
 def words_of(error: BaseException) -> str:

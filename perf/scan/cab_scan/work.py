@@ -143,7 +143,10 @@ class LinkPair(NamedTuple):
 
 @dataclasses.dataclass
 class Row:
-    """A row of the table. `sequence` tells several of one file apart. Seconds are no part of the table's hash."""
+    """A row of the table. `sequence` tells several of one file apart. Seconds are no part of the table's hash.
+
+    `notes` is what `notes.notes_text` makes of the notes of what was read.
+    """
 
     key: Key
     sequence: str = ""
@@ -151,6 +154,7 @@ class Row:
     version: str = ""
     outcome: str = DONE
     error: Optional[str] = None
+    notes: Optional[str] = None
     frames: Optional[int] = None
     links: Optional[int] = None
     masked: Optional[int] = None

@@ -1,12 +1,15 @@
 """Clips, pairs and policies: rows against the command, which is read by plain Python, and against the module."""
 
 import csv
+import json
 import os
+import re
 import subprocess
 
 import cab
 import numpy as np
 import pytest
+from cab_scan import notes, work
 
 from conftest import arm_bvh, data_folder, long, write_corpus
 
@@ -117,6 +120,58 @@ def test_options_come_from_the_command_line_folders_and_lists(scan, quick):
     (scan.folder / "list.csv").write_text("path,units\ncorpus/left/clip0001.bvh,7\ncorpus/left/clip0003.bvh,\n")
     assert quick("self", "--list", "list.csv", "--units", "5", "--table", "listed.sqlite").code == 0
     assert [row["options"] for row in scan.rows("options", "listed.sqlite")] == ['{"units": 7.0}', '{"units": 5.0}']
+
+
+def larger(text, factor):
+    """A BVH text with other lengths."""
+    lines = text.splitlines()
+    for number, line in enumerate(lines):
+        if line.startswith("OFFSET"):
+            lines[number] = "OFFSET " + " ".join(str(float(word) * factor) for word in line.split()[1:])
+    return "\n".join(lines)
+
+
+def test_what_the_reader_doubts_is_told_once_and_in_the_table(scan, quick):
+    figure = arm_bvh([0, 10, 20])
+    for name, factor in (("good", 1), ("a", 90), ("b", 100), ("c", 110), ("long" * 60, 39.4)):
+        (scan.folder / f"{name}.bvh").write_text(larger(figure, factor))
+    outcome = quick("self", ".")
+    assert outcome.code == 0
+    (line,) = outcome.error.splitlines()
+    assert line.startswith("cab scan: a.bvh and 3 more files: warning: the figure is 162 m tall, a person is")
+    there = {row["file"]: row["notes"] for row in scan.rows()}
+    assert there["good.bvh"] is None
+    assert json.loads(there["b.bvh"]) == list(cab.load_motion(scan.folder / "b.bvh").notes)
+    with open(scan.folder / "scan.csv", newline="", encoding="utf-8") as file:
+        assert {line["file"]: line["notes"] or None for line in csv.DictReader(file)} == there
+    assert quick("self", ".").error == outcome.error  # the table has it
+    guessed = quick("self", ".", "--units", "auto", "--table", "auto.sqlite").error.splitlines()
+    assert [re.sub("longl.*long", "long", line.partition(", ")[0]) for line in guessed] == [
+        "cab scan: a.bvh and 2 more files: unit guessed: 0.01 m (centimetres)",
+        "cab scan: long.bvh: unit guessed: 0.0254 m (inches)",
+    ]
+    assert max(map(len, guessed)) <= 300
+    assert quick("pairs", "good.bvh", "b.bvh", "--pattern", "^(.*).bvh", "--table", "pairs.sqlite").error.startswith(
+        "cab scan: b.bvh: warning: the figure is 180 m tall")
+    (row,) = scan.rows("file, notes", "pairs.sqlite")
+    assert row["file"] == "b.bvh" and json.loads(row["notes"])[0].startswith("warning: the figure is 180 m tall")
+
+
+def test_notes_are_short_whatever_they_say():
+    source = work.Source("a.bvh", "/there/a.bvh", work.FileOptions(), 1)
+    item = work.Item(work.SELF, source, ("",), "{}", work.TestOptions(), (None,))
+    assert notes.notes_text(item, ["of /there/a.bvh and /there/b.asf"]) == '["of a.bvh and b.asf"]'
+    text = notes.notes_text(item, ["x" * 5000, "y\n"], [f"{number}:" for number in range(200)])
+    kept = json.loads(text)
+    assert len(kept) == 101 and max(map(len, kept)) == 300 and kept[1] == "y?" and kept[2] == "other: 0:"
+    assert kept[-1] == "and 102 notes more"
+    assert notes.notes_text(item, []) is None
+    told = list(notes.told_notes([("a" * 4000, "b" * 4000, text)] * 3, 20))
+    assert len(told) == 4 and max(len(f"cab scan: {line}") for line in told) <= 300
+    many = notes.notes_text(item, [f"warning: {chr(65 + number)}" for number in range(26)] + ["a: 1", "a: 2"])
+    told = list(notes.told_notes([("f", "", many), ("g", "", many)], 20))
+    assert len(told) == 21 and told[0] == "f and 1 more file: warning: A"
+    assert told[-1] == "and 7 more kinds of notes; the column notes has all"
 
 
 def test_pairs_are_those_of_the_command(scan, quick):

@@ -119,9 +119,13 @@ def test_finished_chunks_are_kept_and_another_robot_begins_anew(scan, quick):
 def test_given_pairs_are_masked_and_bad_robots_told(scan, quick):
     write_arm(scan.folder / "arm.urdf")
     (scan.folder / "arm.srdf").write_text(
-        '<robot name="arm"><disable_collisions link1="base" link2="upper" reason="Adjacent"/></robot>'
+        '<robot name="arm"><disable_collisions link1="base" link2="upper" reason="Adjacent"/>'
+        '<disable_collisions link1="base" link2="ghost" reason="Never"/></robot>'
     )
-    assert quick("robot", "arm.urdf", "--states", 2000, "--srdf", "arm.srdf").code == 0
+    outcome = quick("robot", "arm.urdf", "--states", 2000, "--srdf", "arm.srdf")
+    assert outcome.code == 0
+    assert "cab scan: arm.urdf: arm.srdf: the robot has no link ghost" in outcome.error, outcome.error
+    assert all("ghost" in row["notes"] for row in scan.rows(rest="WHERE part <> ''"))
     wanted = robot_json(scan, scan.folder / "arm.urdf", "--random", 2000, "--srdf", scan.folder / "arm.srdf")
     assert sum(row["hits"] for row in scan.rows()) == wanted["hits"]
     assert pairs_of(scan, "robot samples") == [("base", "upper", "file", 0, None)]
