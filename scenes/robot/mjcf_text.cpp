@@ -196,7 +196,11 @@ class MjcfWriter {
       if (use == MjcfUse::kRead) {
         read[name] = a->Value();
       } else if (use == MjcfUse::kCut) {
-        ++cut_[name];
+        if (name != "maxhullvert") {
+          ++cut_[name];
+        } else if (a->Value() != std::string_view("-1")) {  // which means no bound
+          ++whole_hulls_;
+        }
       } else if (!is_ignored(name)) {
         refuse(element, has + printable(name) + ", " + (use == MjcfUse::kRefused ? "which is not read" : unknown()),
                name);
@@ -212,7 +216,7 @@ class MjcfWriter {
     const MjcfUse use = mjcf_child(parent, tag);
     if (use == MjcfUse::kRead) return true;
     if (use == MjcfUse::kCut) {
-      ++cut_["<" + tag + ">"];
+      if (tag != "equality") ++cut_["<" + tag + ">"];  // a default of what is not applied
       if (mjcf_has_row(tag)) check_attributes(child, tag);
     } else if (!is_ignored(tag)) {
       refuse(child,
@@ -231,8 +235,11 @@ class MjcfWriter {
     const MjcfUse use = mjcf_child("mujoco", name);
     if (use == MjcfUse::kCut) {
       const std::size_t children = tree_.children(section).size();
-      cut_["<" + name + ">"] += std::max<std::size_t>(children, 1);
-      if (name == "equality") equalities_ += children;
+      if (name == "equality") {
+        equalities_ += children;
+      } else {
+        cut_["<" + name + ">"] += std::max<std::size_t>(children, 1);
+      }
     } else if (use != MjcfUse::kRead) {
       if (!is_ignored(name)) ++unknown_["<" + name + ">"];
     } else if (name == "compiler") {
@@ -570,6 +577,8 @@ class MjcfWriter {
       notes.push_back(std::to_string(limited_by_range_) +
                       " joints are limited by their range alone, as MuJoCo 3 reads them (autolimits)");
     if (fitted_ > 0) notes.push_back(std::to_string(fitted_) + " geoms are fitted to meshes, as libmujoco fits them");
+    if (whole_hulls_ > 0)
+      notes.push_back("maxhullvert is not applied, meshes have their whole hulls: " + std::to_string(whole_hulls_));
     if (equalities_ > 0) notes.push_back("equality constraints are not applied: " + std::to_string(equalities_));
   }
 
@@ -583,7 +592,7 @@ class MjcfWriter {
   std::set<std::string> repeated_;             // names inside a <replicate>, as written
   std::set<std::string, std::less<>> meshes_;  // names of those that written geoms have
   Counts cut_, unknown_, ignored_;
-  std::size_t limited_by_range_ = 0, fitted_ = 0, equalities_ = 0, work_ = 0;
+  std::size_t limited_by_range_ = 0, fitted_ = 0, equalities_ = 0, whole_hulls_ = 0, work_ = 0;
 };
 
 }  // namespace

@@ -113,6 +113,7 @@ TEST_CASE("MJCF newer than libmujoco: a range alone limits a joint, and words ab
     CAPTURE(std::string(part));
     CHECK(has_note(robot, part));
   }
+  CHECK_FALSE(has_note(robot, "<equality>"));  // which may hold joints
   // A file that says so itself has it its way.
   CHECK(refusal(mujoco("<compiler autolimits='false'/>" + bodies)).find("limited") != std::string::npos);
   const scenes::Robot free = read(world("<body>" + kBall + "<joint range='-90 90' limited='false'/></body>"));
@@ -140,6 +141,19 @@ TEST_CASE("a note about words that are not read has at most 300 characters, howe
   CHECK(has_note(robot, "not about bodies: <section100> 1, "));
   CHECK(has_note(robot, " <section159> 1"));
   CHECK(has_note(robot, " a_word_that_is_ignored_159 0"));
+}
+
+TEST_CASE("MJCF: a bound of the vertices of hulls is told, as it is not applied") {
+  if (skips()) return;
+  const auto made = [](const std::string& attribute) {
+    return read(
+        mujoco("<default><equality solref='1 1'/></default><asset><mesh name='m' " + attribute +
+               " vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody>"));
+  };
+  CHECK(has_note(made("maxhullvert='8'"), "maxhullvert is not applied, meshes have their whole hulls: 1"));
+  for (const char* attribute : {"maxhullvert='8'", "maxhullvert='-1'", ""})
+    CHECK_FALSE(has_note(made(attribute), "says nothing of shapes"));
+  CHECK_FALSE(has_note(made("maxhullvert='-1'"), "maxhullvert"));
 }
 
 TEST_CASE("a word that is not known where it may change the robot is refused by name, and --ignore passes it over") {
