@@ -113,7 +113,8 @@ Robot import_robot(const std::string& path, const RobotOptions& options);
 // What an SRDF file disables.
 struct DisabledPairs {
   std::vector<LinkPair> pairs;     // each with the lower index first, sorted, once
-  std::vector<std::string> notes;  // links that the robot lacks, and elements about collisions that are not read
+  std::vector<std::string> notes;  // another robot's name, links that the robot lacks, elements about collisions that
+                                   // are not read
 };
 
 // Reads an SRDF file of a robot, with `sandbox` in a child process. A pair is disabled by disable_collisions, or by

@@ -21,7 +21,10 @@ using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 class SrdfReader {
  public:
   SrdfReader(const std::string& path, const Robot& robot)
-      : text_(path), name_(printable(path)), link_count_(static_cast<std::uint32_t>(robot.links.size())) {
+      : text_(path),
+        name_(printable(path)),
+        link_count_(static_cast<std::uint32_t>(robot.links.size())),
+        robot_name_(robot.body.name) {
     for (std::uint32_t l = 0; l < link_count_; ++l) links_.emplace(robot.body.link_names[l], l);
   }
 
@@ -40,12 +43,17 @@ class SrdfReader {
       }
     }
     DisabledPairs result;
+    const char* const model = text_.root().Attribute("name");
+    if (model != nullptr && printable(model) != robot_name_)
+      result.notes.push_back(name_ + ": it is for the robot " + brief(printable(model)) + ", and this one is " +
+                             robot_name_);
     if (!unknown_.empty())
       result.notes.push_back(name_ + ": the robot has no link" + (unknown_.size() > 1 ? "s " : " ") +
                              listed({unknown_.begin(), unknown_.end()}));
     const std::string unread =
         unread_about_collisions(text_, {"disable_collisions", "enable_collisions", "disable_default_collisions"}, true);
     if (!unread.empty()) result.notes.push_back(unread);
+    for (std::string& note : result.notes) note = brief(note);
     for (const auto& [a, b] : masked) result.pairs.push_back({a, b});
     return result;
   }
@@ -82,6 +90,7 @@ class SrdfReader {
   const XmlText text_;
   const std::string name_;
   const std::uint32_t link_count_;
+  const std::string robot_name_;
   std::map<std::string, std::uint32_t> links_;
   std::set<std::string> unknown_;
 };

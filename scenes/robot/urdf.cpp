@@ -91,6 +91,7 @@ class UrdfReader {
         add_collision(static_cast<std::uint32_t>(l), c);
     }
     resolve_mimics();
+    for (std::string& note : robot_.notes) note = brief(note);
     return std::move(robot_);
   }
 

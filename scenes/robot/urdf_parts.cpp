@@ -2,14 +2,17 @@
 
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
+#include "scenes/import/words.h"
 #include "scenes/scene.h"
 
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
+#include <string_view>
 
 namespace cab::scenes {
 namespace {
@@ -74,6 +77,7 @@ class PartsReader {
     robot.SetAttribute("name", name != nullptr && *name != '\0'
                                    ? name
                                    : printable(std::filesystem::path(text_.path()).stem().string()).c_str());
+    look_for_unread(root, {"link", "joint"});
     for (const XMLElement* element = root.FirstChildElement(); element != nullptr;
          element = element->NextSiblingElement()) {
       if (std::strcmp(element->Name(), "link") == 0) copy_link(*element, robot);
@@ -85,6 +89,8 @@ class PartsReader {
                              std::to_string(only_seen_.size()) + ": " + listed(only_seen_));
     if (const std::string unread = unread_about_collisions(text_, {}, false); !unread.empty())
       parts_.notes.push_back(unread);
+    if (const std::string words = unread_.words(); !words.empty())
+      parts_.notes.push_back(printable(text_.path()) + ": not known to URDF, and not read: " + words);
     tinyxml2::XMLPrinter printer;
     to_.Print(&printer);
     parts_.text = printer.CStr();
@@ -112,6 +118,20 @@ class PartsReader {
     return name;
   }
 
+  // Notes the elements directly in another that differ from `known` ones by upper and lower case alone, and below the
+  // root those about collisions.
+  void look_for_unread(const XMLElement& above, std::initializer_list<std::string_view> known) {
+    const auto is_known = [&](std::string_view name) {
+      return std::find(known.begin(), known.end(), name) != known.end();
+    };
+    for (const XMLElement* element = above.FirstChildElement(); element != nullptr;
+         element = element->NextSiblingElement()) {
+      const std::string name = element->Name();
+      if (!is_known(name) && (is_known(lower_case(name)) || (&above != &text_.root() && is_about_collisions(name))))
+        unread_.add(*element);
+    }
+  }
+
   static XMLElement& add(XMLElement& to, const char* name) { return *to.InsertNewChildElement(name); }
 
   void copy_origin(const XMLElement& from, XMLElement& to) const {
@@ -127,6 +147,7 @@ class PartsReader {
     const std::string name = name_of(from);
     XMLElement& link = add(robot, "link");
     link.SetAttribute("name", name.c_str());
+    look_for_unread(from, {"collision", "inertial", "visual"});
     std::size_t number = 0;
     for (const XMLElement* element = from.FirstChildElement("collision"); element != nullptr;
          element = element->NextSiblingElement("collision"))
@@ -137,6 +158,7 @@ class PartsReader {
   void copy_collision(const XMLElement& from, XMLElement& link, const std::string& name, std::size_t number) {
     const std::string source = "link " + printable(name) + ": collision " + std::to_string(number + 1);
     XMLElement& to = add(link, "collision");
+    look_for_unread(from, {"geometry", "origin"});
     copy_origin(from, to);
     const XMLElement* const geometry = from.FirstChildElement("geometry");
     const XMLElement* const shape = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
@@ -177,6 +199,7 @@ class PartsReader {
       fail(from, "link " + printable(child) + " is the child of two joints, " + printable(other->second.name) +
                      " and " + printable(name));
 
+    look_for_unread(from, {"axis", "child", "limit", "mimic", "origin", "parent"});
     XMLElement& joint = add(robot, "joint");
     copy_texts(from, joint, {"name", "type"});
     add(joint, "parent").SetAttribute("link", parent);
@@ -211,6 +234,7 @@ class PartsReader {
   std::size_t link_count_ = 0;
   std::map<std::string, JointAbove> above_;  // of each child link
   std::vector<std::string> only_seen_;       // links with visuals alone
+  SeenElements unread_;
 };
 
 }  // namespace

@@ -17,11 +17,6 @@ namespace {
 // A parser's tree takes some ten times the bytes of the text.
 constexpr std::size_t kMaxXmlBytes = std::size_t{16} << 20;
 
-struct Seen {
-  std::size_t count = 0;
-  int first_line = 0;
-};
-
 // The first element of xacro in an element, which may be that itself. Elements nest as deep as tinyxml2 allows.
 const tinyxml2::XMLElement* find_xacro(const tinyxml2::XMLElement& element) {
   if (std::strncmp(element.Name(), "xacro:", 6) == 0) return &element;
@@ -31,19 +26,14 @@ const tinyxml2::XMLElement* find_xacro(const tinyxml2::XMLElement& element) {
   return nullptr;
 }
 
-bool is_about_collisions(const std::string& name) {
-  return lower_case(name).find("collision") != std::string::npos || name == "link_sphere_approximation";
-}
-
 // Counts elements about collisions among the children of an element, and below those. Elements nest as deep as tinyxml2
 // allows.
 void count_unread(const tinyxml2::XMLElement& above, const std::vector<std::string>& read, bool deep,
-                  std::map<std::string, Seen>& unread) {
+                  SeenElements& unread) {
   for (const tinyxml2::XMLElement* element = above.FirstChildElement(); element != nullptr;
        element = element->NextSiblingElement()) {
     const bool is_read = std::find(read.begin(), read.end(), element->Name()) != read.end();
-    if (!is_read && is_about_collisions(element->Name()) && unread[element->Name()].count++ == 0)
-      unread[element->Name()].first_line = element->GetLineNum();
+    if (!is_read && is_about_collisions(element->Name())) unread.add(*element);
     if (deep) count_unread(*element, {}, deep, unread);  // what is read is read below the root alone
   }
 }
@@ -94,6 +84,23 @@ std::string text_of(const tinyxml2::XMLElement& element, const char* name) {
   return value == nullptr ? std::string() : value;
 }
 
+bool is_about_collisions(const std::string& name) {
+  return lower_case(name).find("collision") != std::string::npos || name == "link_sphere_approximation";
+}
+
+void SeenElements::add(const tinyxml2::XMLElement& element) {
+  Seen& seen = by_name[element.Name()];
+  if (seen.count++ == 0) seen.first_line = element.GetLineNum();
+}
+
+std::string SeenElements::words() const {
+  std::vector<std::string> names;
+  for (const auto& [name, seen] : by_name)
+    names.push_back("<" + printable(name) + "> (" + std::to_string(seen.count) + ", the first in line " +
+                    std::to_string(seen.first_line) + ")");
+  return listed(names);
+}
+
 void refuse_xacro(const XmlText& text) {
   if (const tinyxml2::XMLElement* const found = find_xacro(text.root()))
     throw ImportError(printable(text.path()) + ": line " + std::to_string(found->GetLineNum()) + ": <" +
@@ -101,14 +108,10 @@ void refuse_xacro(const XmlText& text) {
 }
 
 std::string unread_about_collisions(const XmlText& text, const std::vector<std::string>& read, bool deep) {
-  std::map<std::string, Seen> unread;
+  SeenElements unread;
   count_unread(text.root(), read, deep, unread);
-  if (unread.empty()) return {};
-  std::vector<std::string> names;
-  for (const auto& [name, seen] : unread)
-    names.push_back("<" + printable(name) + "> (" + std::to_string(seen.count) + ", the first in line " +
-                    std::to_string(seen.first_line) + ")");
-  return printable(text.path()) + ": not read, though about collisions: " + listed(names);
+  const std::string words = unread.words();
+  return words.empty() ? words : printable(text.path()) + ": not read, though about collisions: " + words;
 }
 
 }  // namespace cab::scenes

@@ -45,8 +45,25 @@ class XmlText {
 // The value of an attribute; empty without it.
 std::string text_of(const tinyxml2::XMLElement& element, const char* name);
 
+// Elements by name: how many there are, and the line of the first.
+struct SeenElements {
+  struct Seen {
+    std::size_t count = 0;
+    int first_line = 0;
+  };
+  std::map<std::string, Seen> by_name;
+
+  void add(const tinyxml2::XMLElement& element);
+
+  // "<NAME> (COUNT, the first in line N), ..."; empty if there is none.
+  std::string words() const;
+};
+
 // Throws ImportError if there is an element of xacro, which stands for others.
 void refuse_xacro(const XmlText& text);
+
+// Whether the name of an element says that it is about collisions.
+bool is_about_collisions(const std::string& name);
 
 // A note that names the elements below the root, at any depth if `deep`, whose names are about collisions and that are
 // not among `read`. Empty if there is none.

@@ -692,6 +692,54 @@ TEST_CASE("SRDF: a link's collisions are off by default but for those that are o
                        doctest::Contains("line 2: <disable_default_collisions> without link"), scenes::ImportError);
 }
 
+TEST_CASE("SRDF: another robot's name is told, and no note is long") {
+  const TemporaryFile file("r.urdf", jointed("continuous", ""));
+  const scenes::Robot robot = scenes::import_robot(file.path(), {});
+  const auto notes = [&](const std::string& text) {
+    const TemporaryFile srdf("r.srdf", text);
+    std::vector<std::string> read = scenes::read_disabled_pairs(srdf.path(), robot, scenes::kImportSandbox).notes;
+    CHECK(read == scenes::read_disabled_pairs(srdf.path(), robot, {}).notes);
+    for (const std::string& note : read) CHECK(note.size() <= 280);
+    return read;
+  };
+  const std::string pair = "<disable_collisions link1='a' link2='b'/>", name(5000, 'n');
+  CHECK(notes("<robot name='r'>" + pair + "</robot>").empty());
+  CHECK(notes("<robot>" + pair + "</robot>").empty());
+  const std::vector<std::string> other = notes("<robot name='panda'>" + pair + "</robot>");
+  REQUIRE(other.size() == 1);
+  CHECK(other[0].find("r.srdf: it is for the robot panda, and this one is r") != std::string::npos);
+  const std::vector<std::string> many = notes("<robot name='" + name + "'><disable_collisions link1='a' link2='" +
+                                              name + "'/><" + name + "_collision/></robot>");
+  REQUIRE(many.size() == 3);
+  CHECK(many[0].find("it is for the robot nnn") != std::string::npos);
+  CHECK(many[1].find("the robot has no link nnn") != std::string::npos);
+  CHECK(many[2].find("not read, though about collisions: <nnn") != std::string::npos);
+}
+
+TEST_CASE("URDF: what is misspelt in a link is told") {
+  const auto notes = [](const std::string& inside) {
+    const TemporaryFile file("r.urdf", robot_of(inside));
+    std::vector<std::string> read = scenes::import_robot(file.path(), in_child()).notes;
+    for (const std::string& note : read) CHECK(note.size() <= 280);
+    return read;
+  };
+  const std::string link = "<link name='a'>" + kBox, shape = "<geometry><sphere radius='1'/></geometry>";
+  CHECK(
+      notes(link + "<visual>" + shape + "</visual><inertial/><contact/></link><gazebo/><material name='m'/>").empty());
+  const std::vector<std::string> told =
+      notes(link + "\n<Collision>" + shape + "</Collision>\n<collisions/><Collision/></link><Link name='b'/>");
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].find("r.urdf: not known to URDF, and not read: <Collision> (2, the first in line 3), <Link> (1, the "
+                     "first in line 4), <collisions> (1, the first in line 4)") != std::string::npos);
+  // A joint's own words count by their case alone, as do those of a shape.
+  CHECK(notes("<link name='a'><collision><Origin xyz='1 0 0'/><name/>" + shape + "</collision></link>")[0].find(
+            "not read: <Origin> (1, the first in line 2)") != std::string::npos);
+  CHECK(notes(link + "</link><link name='b'/><joint name='j' type='fixed'><parent link='a'/><child link='b'/>"
+                     "<Origin xyz='1 0 0'/><dynamics/></joint>")[0]
+            .find("not read: <Origin> (1, the first in line 2)") != std::string::npos);
+  CHECK(notes(link + "<" + std::string(5000, 'n') + "_collision/></link>").size() == 1);
+}
+
 TEST_CASE("MJCF: shapes, excluded bodies and contact bits are as the file says") {
   const std::string text = R"(<mujoco model="made"><worldbody>
     <geom type="plane" size="1 1 1"/>
