@@ -236,7 +236,12 @@ TEST_CASE("of a file that changes while it is open frames are those that were re
     changed.put(static_cast<char>(~whole.bytes[whole.ends[1] + record::kChunkHeaderBytes + 100]));
     changed.close();
     CHECK(read(recording, 3).empty());
-    CHECK(read(recording, 6).find("the file has changed since it was opened") != std::string::npos);
+    const std::string changed_frame = read(recording, 6);
+#ifdef __unix__
+    CHECK(changed_frame.find("the file has changed since it was opened") != std::string::npos);
+#else
+    CHECK(changed_frame.empty());  // the whole file was read as it was opened
+#endif
 
     file.write(whole.bytes);
     must(recording, recording.open(file.path()));
