@@ -652,7 +652,9 @@ TEST_CASE("--units auto finds the unit of a file that is in another one than met
           std::string::npos);
   CHECK(outcome.error.find("note: guessed: 2 length units") != std::string::npos);
   CHECK(outcome.error.find("in doubt") == std::string::npos);
-  for (const auto& character : nlohmann::json::parse(read_text(json_path))["characters"]) {
+  const auto written = nlohmann::json::parse(read_text(json_path));
+  REQUIRE(written["characters"].size() == 2);
+  for (const auto& character : written["characters"]) {
     CHECK(character["metres_per_unit"] == 0.01);
     CHECK(character["unit_from"] == "guessed");
   }
