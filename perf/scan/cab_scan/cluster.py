@@ -185,16 +185,17 @@ class Dispatcher:
         self._client, self._finished, self._progress = client, finished, progress
         self._most_workers = 0
         self._alone_since: Optional[float] = None  # since when there is no worker
+        self._threads = self._keep_workers()  # of all workers, as the scheduler said last
         self._running: Dict[Future, List[Item]] = {}
         self._suspects: Deque[Item] = collections.deque()
         self._numbers = itertools.count()
 
     def run(self, items: Sequence[Item]) -> None:
         """Until each item has its rows."""
-        waiting = collections.deque(make_tasks(items, self._worker_count()))
+        waiting = collections.deque(make_tasks(items, self._threads))
         try:
             while waiting or self._running or self._suspects:
-                while waiting and len(self._running) < _TASKS_PER_WORKER * self._worker_count():
+                while waiting and len(self._running) < _TASKS_PER_WORKER * self._threads:
                     self._submit(waiting.popleft())
                 if not self._running:
                     self._submit([self._suspects[0]])
@@ -202,13 +203,6 @@ class Dispatcher:
         finally:
             self._client.cancel(list(self._running))
             self._running.clear()
-
-    def _worker_count(self) -> int:
-        return max(sum(worker["nthreads"] for worker in self._workers().values()), 1)
-
-    def _workers(self) -> Dict[str, Dict[str, int]]:
-        workers: Dict[str, Dict[str, int]] = self._client.scheduler_info()["workers"]
-        return workers
 
     def _submit(self, task: List[Item]) -> None:
         future = self._client.submit(run_items, task, key=f"cab-scan-{id(self)}-{next(self._numbers)}", pure=False)
@@ -221,7 +215,7 @@ class Dispatcher:
         self._progress.draw()
         if self._client.status != "running":
             raise ClusterError("the scheduler is gone")
-        self._keep_workers()
+        self._threads = self._keep_workers()
         for future in [future for future in self._running if future.done()]:
             task = self._running.pop(future)
             report = _report_of(self._client, future)
@@ -234,18 +228,21 @@ class Dispatcher:
             else:
                 self._suspects.extend(task)
 
-    def _keep_workers(self) -> None:
-        # Dask sends away a worker that did not answer, and puts none in its place.
-        count = len(self._workers())
+    def _keep_workers(self) -> int:
+        # Dask sends away a worker that did not answer, and puts none in its place. Returns how many threads there are,
+        # or 1 while there is none.
+        workers: Dict[str, Dict[str, int]] = self._client.scheduler_info()["workers"]
+        count = len(workers)
         if count < self._most_workers and self._client.cluster is not None:
             self._client.cluster.scale(self._most_workers)
         self._most_workers = max(self._most_workers, count)
         if count:
             self._alone_since = None
-            return
+            return sum(worker["nthreads"] for worker in workers.values())
         self._alone_since = self._alone_since or time.monotonic()
         if time.monotonic() - self._alone_since > _ALONE_SECONDS:
             raise ClusterError(f"there has been no worker for {_ALONE_SECONDS} s; the same command goes on")
+        return 1
 
     def _take(self, report: Report, task: List[Item]) -> None:
         _check_version(report.versions, "a worker")

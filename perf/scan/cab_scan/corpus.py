@@ -10,7 +10,7 @@ import os
 import re
 from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
-from .printable import table_text
+from .printable import shortened, table_text
 from .reading import RefusedError, bytes_of
 from .work import FileOptions, Source
 
@@ -132,9 +132,8 @@ def _source(path: str, root: str, options: FileOptions) -> Source:
 
 
 def _quoted(text: str) -> str:
-    # For a message of one line. Of a long text the middle is left out.
-    quoted = repr(text)
-    return quoted if len(quoted) <= 60 else f"{quoted[:40]} ... {quoted[-15:]}"
+    # For a message of one line.
+    return shortened(repr(text), 60, 15)
 
 
 def _number(text: str) -> float:

@@ -5,7 +5,7 @@ import os
 import re
 from typing import Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
-from .printable import printable
+from .printable import printable, shortened
 from .work import Item
 
 _MOST_NOTES, _MOST_CHARACTERS, _MOST_NAME = 100, 300, 60
@@ -68,8 +68,4 @@ def _kind(note: str) -> str:
 
 
 def _shortened(text: str, most: int) -> str:
-    # The middle is left out.
-    if len(text) <= most:
-        return text
-    end = (most - 5) // 3
-    return f"{text[:most - 5 - end]} ... {text[-end:]}"
+    return shortened(text, most, (most - 5) // 3)

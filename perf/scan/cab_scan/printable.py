@@ -23,6 +23,11 @@ def printable(text: str) -> str:
     return _HIDDEN.sub("?", text)
 
 
+def shortened(text: str, most: int, end: int) -> str:
+    """A text of at most `most` characters: of a longer one the middle is left out, and the last `end` stay."""
+    return text if len(text) <= most else f"{text[:most - 5 - end]} ... {text[-end:]}"
+
+
 def tell(text: str, file: TextIO) -> None:
     """Prints a line of printable text, also where the terminal lacks some of its characters."""
     line = printable(text)
