@@ -502,9 +502,10 @@ TEST_CASE("queries: where no frame has stored the bounds of boxes, they are made
     job.policies.refit = Refit::kCab;
     job.hits = {};
     if (run_frame(*engine, job) == Status::kHitsOverflow) CHECK(same(again(), first));
-    // Bounds of the caller's, which hold nothing.
     job.hits = hits;
     require(run_frame(*engine, job));
+    if (!world->bodies.empty()) return;
+    // Bounds of the caller's, which hold nothing.
     std::vector<BatchInput> bounded = inputs;
     std::vector<std::vector<float>> nowhere;
     for (BatchInput& input : bounded) {
@@ -512,13 +513,11 @@ TEST_CASE("queries: where no frame has stored the bounds of boxes, they are made
       input.bounds = {nowhere.back().data(),
                       6 * std::size_t{world->world.members[slot_of(input.batch).value - 1].poses.instance_count}};
     }
-    if (world->bodies.empty()) {
-      FrameJob early = job;
-      early.inputs = bounded;
-      CandidateList candidates;
-      CHECK(find_candidates(*engine, early, candidates) != Status::kBadBounds);
-      CHECK(same(again(), first));
-    }
+    FrameJob early = job;
+    early.inputs = bounded;
+    CandidateList candidates;
+    CHECK(find_candidates(*engine, early, candidates) != Status::kBadBounds);
+    CHECK(same(again(), first));
   });
 }
 
