@@ -72,6 +72,18 @@ template <class V>
 std::uint32_t overlap_bounds(const BoundsRow& row, const float (&lo)[3], const float (&hi)[3]);
 template <class V>
 std::uint32_t plane_bounds(const BoundsRow& row, const float (&normal)[3], float offset);
+template <class V>
+void bound_rigid_leaves(RigidTile& tile);
+template <class V>
+void make_leaf_words(const RigidTile& tile, LeafWords* const (&rows)[kLanes]);
+template <class V>
+void place_tile(const PlaceTile& tile, CrowdSurvey& survey);
+template <class V>
+bool search_strip(StripSearch& job);
+template <class V>
+std::uint32_t overlapping_words(const WordEntries& entries, PairSlots& slots, std::uint32_t* to, std::uint32_t* used);
+template <class V>
+std::uint32_t overlap_rigid_leaves(const RigidPairs& job);
 
 namespace {
 
@@ -108,7 +120,13 @@ constexpr KernelTable table_of(Isa isa) {
           walk_ray<V>,
           walk_point<V>,
           overlap_bounds<V>,
-          plane_bounds<V>};
+          plane_bounds<V>,
+          bound_rigid_leaves<V>,
+          make_leaf_words<V>,
+          place_tile<V>,
+          search_strip<V>,
+          overlapping_words<V>,
+          overlap_rigid_leaves<V>};
 }
 
 struct BuiltIsa {

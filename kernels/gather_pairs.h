@@ -49,13 +49,21 @@ struct BoxPairs {
   std::uint32_t leaves;
 };
 
+// extra: BoxAos::unused of each box.
 template <class V>
-CAB_INLINE BoxLanes<V> gather_boxes(const BoxAos* const* boxes) {
+CAB_INLINE BoxLanes<V> gather_boxes(const BoxAos* const* boxes, V& extra) {
   const float* from[kWidth<V>];
   for (std::uint32_t i = 0; i < kWidth<V>; ++i) from[i] = reinterpret_cast<const float*>(boxes[i]);
   V f[16];
   Transpose<V>::load(from, f);
+  extra = f[15];
   return {{f[0], f[1], f[2]}, {{f[3], f[4], f[5]}, {f[6], f[7], f[8]}, {f[9], f[10], f[11]}}, {f[12], f[13], f[14]}};
+}
+
+template <class V>
+CAB_INLINE BoxLanes<V> gather_boxes(const BoxAos* const* boxes) {
+  V unused;
+  return gather_boxes<V>(boxes, unused);
 }
 
 // Returns the bits of the pairs that overlap.

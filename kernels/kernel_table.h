@@ -3,6 +3,7 @@
 
 #include "layout/box_aos.h"
 #include "layout/grid_entry.h"
+#include "layout/leaf_words.h"
 #include "layout/merge_program.h"
 #include "layout/tile.h"
 
@@ -25,6 +26,13 @@ struct MetBounds;
 struct ConvexBlock;
 struct ConvexAnswer;
 struct ConvexContacts;
+struct RigidTile;
+struct RigidPairs;
+struct WordEntries;
+struct PairSlots;
+struct PlaceTile;
+struct CrowdSurvey;
+struct StripSearch;
 template <class Tile>
 struct TileDescent;
 template <class AosBox>
@@ -64,6 +72,12 @@ struct KernelTable {
   bool (*walk_point)(const IndexNodes&, const PointLanes&, IndexWalk&, MetBounds* out);
   std::uint32_t (*overlap_bounds)(const BoundsRow&, const float (&lo)[3], const float (&hi)[3]);
   std::uint32_t (*plane_bounds)(const BoundsRow&, const float (&normal)[3], float offset);
+  void (*bound_rigid_leaves)(RigidTile&);
+  void (*make_leaf_words)(const RigidTile&, LeafWords* const (&rows)[kLanes]);
+  void (*place_tile)(const PlaceTile&, CrowdSurvey&);
+  bool (*search_strip)(StripSearch&);
+  std::uint32_t (*overlapping_words)(const WordEntries&, PairSlots&, std::uint32_t* to, std::uint32_t* used);
+  std::uint32_t (*overlap_rigid_leaves)(const RigidPairs&);
 };
 
 }  // namespace cab::kernel

@@ -3,6 +3,7 @@
 // docs/platforms.md says which compilers were tried.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 // Whether the target is one of these processors, as 1 or 0.
@@ -75,6 +76,32 @@ CAB_INLINE std::uint32_t count_bits(std::uint32_t bits) {
 #endif
 }
 
+// Makes the compiler read an object in memory again. GCC otherwise takes addresses that were computed as lanes out of
+// the vector one by one, which is slower than to load them.
+template <class T>
+CAB_INLINE void reload([[maybe_unused]] T& object) {
+#if !CAB_MSVC
+  __asm__("" : "+m"(object));
+#endif
+}
+
+// Returns an address, of which the compiler does not know how it came about: GCC would compute sixteen of them as
+// lanes, and then take them out of the vector.
+template <class T>
+CAB_INLINE const T* scalar_address(const T* at) {
+#if !CAB_MSVC
+  __asm__("" : "+r"(at));
+#endif
+  return at;
+}
+
+// Whether numbers begin with their lowest byte.
+#if defined(__BYTE_ORDER__)
+inline constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
+#else
+inline constexpr bool kLittleEndian = true;
+#endif
+
 // Asks for the cache line at an address, which need not be mapped.
 CAB_INLINE void prefetch_line(const void* at) {
 #if CAB_MSVC && CAB_X86_64
@@ -86,6 +113,14 @@ CAB_INLINE void prefetch_line(const void* at) {
 #else
   __builtin_prefetch(at);
 #endif
+}
+
+// The same for all lines that some bytes are in.
+CAB_INLINE void prefetch_bytes(const void* at, std::size_t bytes) {
+  constexpr std::size_t kLine = 64;
+  const char* const from = static_cast<const char*>(at);
+  for (std::size_t i = 0; i < bytes; i += kLine) prefetch_line(from + i);
+  prefetch_line(from + bytes - 1);
 }
 
 // ---------------------------------------------------------------------------------------------------- the running CPU

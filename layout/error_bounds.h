@@ -92,6 +92,35 @@ inline constexpr float kSlackEdge = 0x1p-20f;
 // Added to Sa + Sb first, so that boxes near the small end of float's range keep some slack; step 5.7.
 inline constexpr float kOverlapTiny = 0x1p-100f;
 
+// ------------------------------------------------------------------------------------------------ leaves of a crowd
+
+// Bounds that a crowd's leaves get straight from poses exceed those of the exactly posed box, with its margin, by
+// kRigidBoundsSize (S + |c|_1) and kRigidBoundsCenter |C|_1. C is the posed centre. 192 u and 32 u; step 14.2: 180 u,
+// or 121 u if a leaf has the axes of its link, and 10 u.
+inline constexpr float kRigidBoundsSize = 0x1.8p-17f;
+inline constexpr float kRigidBoundsCenter = 0x1p-19f;
+
+// S + |c|_1 as these have it is larger by this share of itself, for its rounding to float. 16 u; step 14.2: u.
+inline constexpr float kRigidSizeRounding = 0x1p-20f;
+
+// Words of leaves are rounded down from numbers that are smaller by this, in words; step 14.3: 2^-8.
+inline constexpr float kWordRounding = 0x1p-6f;
+
+// A gap of two such leaves beyond kRigidUnsureSize times the sum of both S + |c|_1, and kRigidUnsureCenter times the
+// sum of how far both instances reach, decides as the leaf predicate does. 768 u and 32 u; step 14.6: 744 u, or 447 u
+// if leaves have the axes of their links, and 13 u.
+inline constexpr float kRigidUnsureSize = 0x1.8p-15f;
+inline constexpr float kRigidUnsureCenter = 0x1p-19f;
+
+// Sides of an instance in the world move outwards by these shares of themselves and of its bounds about its origin, and
+// by kSideTiny. 3 u, and 2^-50; step 14.8: 2 u, and nothing, since origins have moved by kWorldPad.
+inline constexpr float kSideRounding = 0x1.8p-23f;
+inline constexpr float kSideOwn = 0x1p-50f;
+inline constexpr float kSideTiny = 0x1p-120f;
+
+// Searches of strips begin lower by this share, and what rows of a strip may reach grows by it. 16 u; step 14.9: 4 u.
+inline constexpr float kStripRounding = 0x1p-20f;
+
 // ------------------------------------------------------------------------------------------------- boxes of links
 
 // The half extents of a link's box exceed what its leaf boxes need by these shares of S and of |C|_1, where C is its
