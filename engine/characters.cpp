@@ -33,14 +33,16 @@ void for_each_candidate(const Worker& worker, const FixedList<LeafPair>& list, R
   }
 }
 
-// Steps 5 and 6: reports the candidates whose leaf pairs are in worker.found.
+}  // namespace
+
 void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink) {
-  const Timed timed(worker.stats.seconds_query);
   if (frame.policies.exact == Exact::kConvex) keep_touching(frame, worker);
   for_each_candidate(worker, worker.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
     report_candidate(frame, candidate, pairs, worker, sink);
   });
 }
+
+namespace {
 
 // Steps 4 to 6 where batches have strategy `links`: worker.found has link pairs whose boxes overlap, and leaf pairs of
 // candidates without link boxes.
@@ -92,10 +94,12 @@ void test_candidates(const FrameContext& frame, Worker& worker, HitSink& sink) {
       const Timed timed(worker.stats.seconds_test);
       find_leaf_pairs(frame, begin, end, worker);
     }
-    if (has_links)
+    if (has_links) {
       report_links(frame, worker, sink);
-    else
+    } else {
+      const Timed timed(worker.stats.seconds_query);
       report_leaves(frame, worker, sink);
+    }
   }
   worker.candidates.clear();
   clear_set(worker.posed);
@@ -349,6 +353,7 @@ void bound_moved(const FrameContext& frame, std::uint32_t task, InstanceBatch& b
 }  // namespace
 
 std::uint32_t begin_bounding(FrameRun& run) {
+  if (run.by_crowd) return 0;
   for (const BatchInput& input : run.job.inputs)
     if (InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
       clear_not_given(batch);
@@ -372,6 +377,7 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 }
 
 std::uint32_t begin_spatial_order(FrameRun& run) {
+  if (run.by_crowd) return 0;
   std::uint32_t& frames_in_key_order = run.engine.hit_store.frames_in_key_order;
   run.in_key_order = !needs_bounds(*run.characters) || frames_in_key_order > 0;
   if (run.in_key_order) {

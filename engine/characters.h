@@ -24,6 +24,9 @@ void end_spatial_order(FrameRun& run);
 std::uint32_t begin_key_order(FrameRun& run);
 void pair_in_key_order(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
+// Steps 5 and 6 for the candidates of a worker whose leaf pairs are in worker.found, sorted by candidate.
+void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink);
+
 // Whether bounds are found and searched: Strategy::kExactAll tests all pairs.
 inline bool needs_bounds(const FrameContext& frame) { return frame.policies.strategy != Strategy::kExactAll; }
 

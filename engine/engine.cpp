@@ -5,6 +5,7 @@
 #include "engine/call.h"
 #include "engine/contacts.h"
 #include "engine/convex_hull.h"
+#include "engine/frame/crowd_batch.h"
 #include "engine/memory.h"
 #include "engine/rest.h"
 #include "engine/rest_pose.h"
@@ -31,6 +32,7 @@ std::uint16_t next_engine_number() {
 // Empties the slot of a batch.
 void clear_slot(StoredBatch& slot) {
   slot.batch = {};
+  slot.crowd = {};
   slot.fcl_shapes = nullptr;
   slot.convex_shapes = nullptr;
   slot.statics.reset();
@@ -52,6 +54,7 @@ Status store_batch(Engine& engine, BatchKind kind, std::uint32_t count, std::uni
     batch.stored_before = slot->arena.allocate<std::size_t>((count + kWrittenPerTask - 1) / kWrittenPerTask);
     batch.live = slot->arena.allocate<std::uint16_t>(tile_count(count));
     batch.rest = slot->arena.allocate<std::uint8_t>(count);
+    make_crowd_batch(*slot);
     if (kChecksRest) batch.checksums = slot->arena.allocate<std::uint64_t>(count);
   }
   const std::size_t index = free_slot(engine.allocator, engine.batches);

@@ -43,6 +43,7 @@ struct MemoryNeeds {
   std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
   std::size_t character_tiles = 0;      // over all batches of characters
   std::size_t batch_slots = 0;          // in use or not
+  std::size_t crowd_words = 0;          // LeafWords of all characters that a crowd takes
   std::size_t queries = 0;              // of one go of run_queries
   bool several_leaves = false;          // whether a link of a character has several leaves
   bool large = false;                   // whether a character is_large
@@ -77,6 +78,7 @@ struct Engine {
   std::vector<std::unique_ptr<StoredBatch>> batches;               // by slot - 1
   WorkerPool pool;
   BroadPhase broad_phase;
+  Crowd crowd;
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
   RestState rest;

@@ -102,8 +102,10 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   engine.pool.tasks->alone = given <= kInstancesAlone;
   begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
   for (const BatchInput& input : job.inputs)
-    if (InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
+    if (InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kCharacters) {
+      engine.batches[slot_of(input.batch).value - 1]->crowd.has_sides = false;
       take_bounds(job, batch, engine.pool);
+    }
   build_grid(engine.stored_batches(), engine.broad_phase, engine.pool);
 
   const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);

@@ -3,6 +3,7 @@
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/characters.h"
 #include "engine/contacts.h"
+#include "engine/frame/crowd.h"
 #include "engine/frame_run.h"
 #include "engine/in_contact.h"
 #include "engine/profiled.h"
@@ -51,15 +52,18 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
 // ------------------------------------------------------------------------------------------------------- the steps
 
 std::uint32_t begin_keeping(FrameRun& run) {
+  if (run.by_crowd) return 0;
   return begin_keeping(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
 }
 void keep_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   keep_entries(run.engine.stored_batches(), task, run.worker(w));
 }
 std::uint32_t begin_counting_kept(FrameRun& run) {
+  if (run.by_crowd) return 0;
   return begin_counting_kept(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
 }
 std::uint32_t begin_counting(FrameRun& run) {
+  if (run.by_crowd) return 0;
   return begin_counting(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
 }
 template <Grid BroadPhase::*kGrid>
@@ -69,6 +73,7 @@ void count_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 }
 template <Grid BroadPhase::*kGrid>
 std::uint32_t begin_inserting(FrameRun& run) {
+  if (run.by_crowd) return 0;
   BroadPhase& broad = run.engine.broad_phase;
   return begin_inserting(run.engine.stored_batches(), broad, broad.*kGrid, run.engine.pool);
 }
@@ -79,6 +84,13 @@ void insert_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 }
 
 constexpr FrameStep kFrameSteps[] = {
+    // Characters with rigid boxes that are paired by their leaf bounds. Whatever these steps do not take is for those
+    // below, up to `pair by key`.
+    {"bound", begin_bounding_crowd, bound_crowd},
+    {"sort", begin_sorting_crowd, sort_crowd},
+    {"pair", begin_pairing_crowd, pair_crowd},
+    {"keep order", end_crowd, pair_crowd},
+
     // Characters: every instance that does not rest is bounded. The grids find the instances whose bounds overlap, and
     // only those are posed again and tested.
     {"bound", begin_bounding, bound_characters},

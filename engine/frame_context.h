@@ -3,6 +3,7 @@
 
 #include "engine/broad_phase/grid.h"
 #include "engine/exact.h"
+#include "engine/frame/crowd_memory.h"
 #include "engine/static_bodies.h"
 #include "kernels/kernel_table.h"
 #include "layout/arena.h"
@@ -22,6 +23,7 @@ struct StoredBatch {
   std::uint16_t generation = 0;  // how many batches the slot held before
   Arena arena;                   // owns the arrays of `batch`
   InstanceBatch batch;
+  CrowdBatch crowd;                             // its arrays are in `arena`
   std::unique_ptr<StaticBodies> statics;        // null unless the instances are static bodies
   const FclShapes* fcl_shapes = nullptr;        // owned by the articulation or by `statics`
   const ConvexShapes* convex_shapes = nullptr;  // likewise

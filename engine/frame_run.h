@@ -24,6 +24,7 @@ struct FrameRun {
   HitSink sink;
   std::optional<FrameContext> characters, sequences;
   std::uint64_t failed_before = 0;            // Engine::frames_failed before the frame was let in
+  bool by_crowd = false;                      // whether the frame of a crowd takes the characters
   bool in_key_order = false;                  // whether characters are paired in key order
   bool has_last_hits = false;                 // whether the store holds the hits of the last frame, until it is written
   std::uint32_t steps_begun = 0;              // of kFrameSteps (engine/frame.cpp)

@@ -4,12 +4,16 @@
 #include "engine/batch_tasks.h"
 #include "engine/characters.h"
 #include "engine/frame_run.h"
+#include "engine/in_contact.h"
 #include "engine/touching_links.h"
 #include "engine/worker.h"
+#include "kernels/rigid_leaves.h"
 #include "layout/atomic_words.h"
 #include "layout/compiler.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <utility>
 
 namespace cab {
@@ -31,6 +35,19 @@ bool make_room_for(const FrameContext& frame, std::size_t hits, Worker& worker, 
   return false;
 }
 
+// Completes a group whose hits are behind worker.words and the room for its head.
+void end_group(const Candidate& candidate, std::uint32_t hits, Worker& worker) {
+  if (hits == 0) return;
+  std::uint32_t* const head = worker.words.end();
+  head[kNext] = HitChain::kEnd;
+  head[kBatchA] = candidate.batch_a;
+  head[kInstanceA] = candidate.instance_a;
+  head[kBatchB] = candidate.batch_b;
+  head[kInstanceB] = candidate.instance_b;
+  head[kHits] = hits;
+  worker.words.size += kGroupHead + hits;
+}
+
 // Merges two chains that are sorted by the key of instance b. Returns where the merged chain begins.
 std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t y) {
   std::uint32_t first, *link = &first;
@@ -50,6 +67,7 @@ std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t 
 // Sorts a chain of groups by the key of instance b, bottom up: chain[k] is empty or a sorted chain of 2^k groups.
 // Returns where the sorted chain begins.
 std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
+  if (head == HitChain::kEnd || store[head + kNext] == HitChain::kEnd) return head;
   constexpr std::uint32_t kChains = 32;
   std::uint32_t chain[kChains], chains = 0;
   while (head != HitChain::kEnd) {
@@ -69,6 +87,26 @@ std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
   return sorted;
 }
 
+// Writes a hit of the instances of `head`. leaves: as in a group. In three words, since eight numbers take longer.
+void write_hit(const Hit& head, std::uint16_t link_a, std::uint16_t link_b, std::uint32_t leaves, Hit* out) {
+  static_assert(sizeof(Hit) == 24 && offsetof(Hit, link_a) == 16 && offsetof(Hit, leaf_b) == 22);
+  if constexpr (kLittleEndian) {
+    const std::uint64_t rest =
+        link_a | std::uint64_t{link_b} << 16 | std::uint64_t{leaves >> 16} << 32 | std::uint64_t{leaves & 0xffff} << 48;
+    std::memcpy(static_cast<void*>(out), &head, 16);
+    std::memcpy(&out->link_a, &rest, sizeof rest);
+  } else {
+    *out = {head.batch_a,
+            head.instance_a,
+            head.batch_b,
+            head.instance_b,
+            link_a,
+            link_b,
+            static_cast<std::uint16_t>(leaves >> 16),
+            static_cast<std::uint16_t>(leaves)};
+  }
+}
+
 // Writes the hits whose instance a is the given one, sorted by instance b, until `room` is full.
 void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, Span<std::uint32_t> store,
                  Span<Hit> room) {
@@ -81,11 +119,11 @@ void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t i
     from += kGroupHead;
     const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
     const Span<const std::uint16_t> link_b = frame.batch(batch_b).articulation->leaf_link;
-    for (std::uint32_t i = 0; i < count && at < room.size; ++i) {
-      const std::uint16_t leaf_a = static_cast<std::uint16_t>(from[i] >> 16),
-                          leaf_b = static_cast<std::uint16_t>(from[i]);
-      room[at++] = {{index + 1}, instance, {batch_b + 1}, instance_b, link_a[leaf_a], link_b[leaf_b], leaf_a, leaf_b};
-    }
+    const Hit head = {{index + 1}, instance, {batch_b + 1}, instance_b, 0, 0, 0, 0};
+    const auto hits = static_cast<std::uint32_t>(std::min<std::size_t>(count, room.size - at));
+    for (std::uint32_t i = 0; i < hits; ++i)
+      write_hit(head, link_a.data[from[i] >> 16], link_b.data[from[i] & 0xffff], from[i], room.data + at + i);
+    at += hits;
   }
 }
 
@@ -128,15 +166,23 @@ void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafP
   std::uint32_t* end = head + kGroupHead;
   for_each_touching(frame, candidate, pairs, worker.stats,
                     [&end](const LinkedPair& pair) { *end++ = std::uint32_t{pair.leaf_a} << 16 | pair.leaf_b; });
-  const auto hits = static_cast<std::uint32_t>(end - head) - kGroupHead;
-  if (hits == 0) return;
-  head[kNext] = HitChain::kEnd;
-  head[kBatchA] = candidate.batch_a;
-  head[kInstanceA] = candidate.instance_a;
-  head[kBatchB] = candidate.batch_b;
-  head[kInstanceB] = candidate.instance_b;
-  head[kHits] = hits;
-  worker.words.size += kGroupHead + hits;
+  end_group(candidate, static_cast<std::uint32_t>(end - head) - kGroupHead, worker);
+}
+
+void add_groups_of_leaves(const FrameContext& frame, const Candidate* candidates, const std::uint32_t* candidate_of,
+                          Span<const std::uint32_t> pairs, Worker& worker, HitSink& sink) {
+  worker.stats.leaf_pairs += pairs.size;
+  for (std::size_t i = 0; i < pairs.size;) {
+    const std::uint32_t number = candidate_of[kernel::slot_of(pairs[i])];
+    std::size_t end = i + 1;
+    while (end < pairs.size && candidate_of[kernel::slot_of(pairs[end])] == number) ++end;
+    if (!make_room_for(frame, end - i, worker, sink)) return;
+    std::uint32_t* hit = worker.words.end() + kGroupHead;
+    const auto hits = static_cast<std::uint32_t>(end - i);
+    for (; i < end; ++i) *hit++ = kernel::leaf_a_of(pairs.data[i]) << 16 | kernel::leaf_b_of(pairs.data[i]);
+    end_group(candidates[number], hits, worker);
+    set_in_contact(frame, candidates[number]);
+  }
 }
 
 // Each group becomes the first of its chain.
@@ -152,8 +198,13 @@ void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
   std::copy(words.begin(), words.end(), to);
   for (std::uint32_t group = 0; group < words.size; group += kGroupHead + to[group + kHits]) {
     HitChain& chain = frame.batch(to[group + kBatchA]).hit_chains[to[group + kInstanceA]];
-    to[group + kNext] = relaxed_exchange(chain.head, static_cast<std::uint32_t>(at + group));
-    relaxed_add(chain.count, to[group + kHits]);
+    if (sink.alone) {
+      to[group + kNext] = std::exchange(chain.head, static_cast<std::uint32_t>(at + group));
+      chain.count += to[group + kHits];
+    } else {
+      to[group + kNext] = relaxed_exchange(chain.head, static_cast<std::uint32_t>(at + group));
+      relaxed_add(chain.count, to[group + kHits]);
+    }
   }
   words.clear();
 }

@@ -50,6 +50,12 @@ void hold_hits(FrameRun& run);
 void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
                HitSink& sink);
 
+// The same for several candidates, where every overlapping leaf pair touches and is a link pair of its own. pairs: as
+// kernel::RigidPairs has them, in the order of candidates and of links. candidate_of: the number of each slot's
+// candidate.
+void add_groups_of_leaves(const FrameContext& frame, const Candidate* candidates, const std::uint32_t* candidate_of,
+                          Span<const std::uint32_t> pairs, Worker& worker, HitSink& sink);
+
 // Moves the groups in worker.words into the store and its chains. If they do not fit, drops them and sets
 // HitSink::store_full.
 void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink);

@@ -1,6 +1,7 @@
 // Sizes the memory of the workers, and the memory that they share, from worst-case counts over all batches.
 #include "engine/memory.h"
 
+#include "engine/frame/crowd_batch.h"
 #include "engine/make_list.h"
 #include "engine/rest.h"
 #include "engine/traverse.h"
@@ -47,6 +48,7 @@ MemoryNeeds needs_of(const Engine& engine) {
     } else {
       needs.character_instances += batch.capacity;
       needs.character_tiles += tile_count(batch.capacity);
+      needs.crowd_words += std::size_t{batch.capacity} * slot->crowd.blocks;
       add_character(*batch.articulation, *batch.link_bounds, needs);
     }
   }
@@ -64,6 +66,7 @@ constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
                                                  &MemoryNeeds::leaf_bounds_floats,
                                                  &MemoryNeeds::character_tiles,
                                                  &MemoryNeeds::batch_slots,
+                                                 &MemoryNeeds::crowd_words,
                                                  &MemoryNeeds::queries};
 
 // The larger of each two counts.
@@ -121,6 +124,7 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   worker.waiting = make_list<EntryPair>(worker.arena, needs.large ? kWaitingCandidates : 0);
   worker.convex_queues = worker.arena.allocate<ConvexQueue>(kConvexQueues);
   if (needs.character_instances) size_posed_set(worker, needs);
+  size_crowd(needs, worker);
   worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
   worker.words = make_list<std::uint32_t>(worker.arena, needs.character_instances ? kTaskWords : 0);
@@ -158,11 +162,15 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   const auto skipped = shared->allocate<std::uint64_t>(paired.size);
   const auto rules = shared->allocate<std::uint64_t>((4 * pairs + 63) / 64);
   const auto last_rules = shared->allocate<std::uint64_t>(rules.size);
+  for (const auto& slot : engine.batches) store_crowd_bounds(engine.crowd, *slot);
+  Crowd crowd;
+  size_crowd(needs, *shared, crowd);
   if (needs.queries) engine.queries = make_query_room(needs, workers.size(), engine.allocator);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
   engine.rest.rule_bits = last_rules;
+  engine.crowd = crowd;
   for (Grid* const grid : {&engine.broad_phase.grid, &engine.broad_phase.kept}) {
     grid->entries = entries;
     grid->placements = placements;
@@ -191,8 +199,10 @@ void size_memory(Engine& engine) {
 void reserve_memory(const ReserveDesc& desc, Engine& engine) {
   MemoryNeeds needs = needs_of(engine);
   Extremes extremes;
+  std::size_t blocks = 0;
   for (const auto& slot : engine.articulations) {
     if (!slot->in_use()) continue;
+    blocks = std::max(blocks, crowd_blocks(slot->articulation));
     extremes.add(slot->articulation, needs);
     add_character(slot->articulation, slot->link_bounds, needs);
   }
@@ -200,6 +210,7 @@ void reserve_memory(const ReserveDesc& desc, Engine& engine) {
   // Each batch may end in a tile that is not full.
   needs.character_tiles = std::max(needs.character_tiles, tile_count(desc.characters) + std::size_t{desc.batches});
   needs.batch_slots = std::max<std::size_t>(needs.batch_slots, desc.batches);
+  needs.crowd_words = std::max(needs.crowd_words, desc.characters * blocks);
   needs.queries = desc.queries;
   if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
   engine.batches.reserve(needs.batch_slots);

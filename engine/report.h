@@ -21,6 +21,7 @@ struct HitSink {
   std::atomic<std::uint32_t> next{0};          // key order and sequences: index of the task that begins next
   std::atomic<std::uint32_t> turn{0};          // index of the task whose hits are appended next
   bool sorted = true;                          // whether the hits in the buffer are already in the promised order
+  bool alone = false;                          // whether one thread runs all tasks
   bool in_spatial_order = false;               // whether tasks put their hits into the store at present
   std::atomic<std::uint64_t> stored_words{0};  // words of the store that are taken; may exceed its size
   std::atomic<bool> store_full{false};         // whether hits were lost because the store was too small

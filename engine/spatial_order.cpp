@@ -1,5 +1,6 @@
 // The order of a batch's characters in which neighbours are near each other.
 #include "engine/call.h"
+#include "engine/frame/crowd_batch.h"
 #include "engine/z_order.h"
 #include "kernels/float_mode.h"
 
@@ -62,6 +63,7 @@ Status spatial_order(Engine& engine, BatchId id, Span<std::uint32_t> order) noex
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (!has_batch(engine, id)) return Status::kUnknownBatch;
+  store_crowd_bounds(engine.crowd, *engine.batches[slot_of(id).value - 1]);
   const InstanceBatch& batch = engine.batch(id);
   if (order.size < batch.instance_count || !order.data) return Status::kBadOutput;
   std::vector<Keyed> keyed(batch.instance_count);

@@ -139,10 +139,7 @@ TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile) {
 }
 
 void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
-  constexpr std::size_t kLine = 64, kMostLines = 32;
-  const char* const from = reinterpret_cast<const char*>(pose_of(batch, instance));
-  const std::size_t bytes = std::min(batch.articulation->link_count * batch.link_stride, kMostLines * kLine);
-  for (std::size_t at = 0; at < bytes; at += kLine) prefetch_line(from + at);
+  prefetch_bytes(pose_of(batch, instance), prefetched_bytes(batch));
 }
 
 std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {

@@ -37,6 +37,12 @@ TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile);
 // The arguments of the posing kernel that place the instances of a tile; the others are the caller's to set.
 kernel::PoseTile instances_to_pose(const InstanceBatch& batch, const TileInstances& instances);
 
+// How much of an instance's pose is prefetched.
+inline std::size_t prefetched_bytes(const InstanceBatch& batch) {
+  constexpr std::size_t kMost = 2048;
+  return std::min(batch.articulation->link_count * batch.link_stride, kMost);
+}
+
 // Prefetches the pose of an instance that is posed soon.
 void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance);
 

@@ -15,6 +15,8 @@
 
 namespace cab {
 
+struct CrowdScratch;
+
 // Most candidates that a worker collects before it tests them, and most leaf pairs of the candidates that it tests
 // together. A single candidate may have more leaf pairs.
 inline constexpr std::uint32_t kChunkCandidates = 256;
@@ -50,6 +52,8 @@ struct alignas(64) Worker {
   PosedSet posed;                   // the instances of `candidates`
   PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap
   FixedList<LeafPair> link_pairs;   // strategy `links`: pairs of links whose boxes overlap
+  Span<CrowdScratch> crowd;         // one, if there are crowds (engine/frame/crowd.h)
+  Span<std::uint32_t> crowd_pairs;  // leaf pairs to test, and in the second half those that overlap
   FixedList<Partner> partners;      // key order: partners of one instance
   std::uint32_t task = 0;           // index of the task that runs
   FixedList<Hit> hits;              // key order and sequences: hits of that task, until its turn comes

@@ -1,6 +1,7 @@
 // run_queries: the index of all instances, then the queries in goes of as many as there is room for.
 #include "engine/broad_phase/broad_phase.h"
 #include "engine/call.h"
+#include "engine/frame/crowd_batch.h"
 #include "engine/profiled.h"
 #include "engine/queries/past.h"
 #include "engine/queries/together.h"
@@ -139,6 +140,7 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
       index.given[slot] = batch.input ? given_count(batch) : 0;
       if (!batch.input) continue;
       if (job.reuse_bounds && has_frame_bounds(engine, batch)) {
+        store_crowd_bounds(engine.crowd, *engine.batches[slot]);
         take_frame_bounds(batch, slot, index);
         continue;
       }

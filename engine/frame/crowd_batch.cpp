@@ -1,0 +1,174 @@
+#include "engine/frame/crowd_batch.h"
+
+#include "engine/engine.h"
+#include "engine/frame/crowd_scratch.h"
+#include "engine/worker.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab {
+namespace {
+
+// Leaves, joints and margins up to this size leave room for their poses within kMaxCoordinate.
+constexpr double kMostRigid = static_cast<double>(kernel::kRigidRange);
+
+// Writes the unit quaternion of a box's axes, which are right-handed.
+void quaternion_of(const Box& box, double (&q)[4]) {
+  double m[3][3];  // column k is axis k
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) m[c][k] = static_cast<double>(box.axis[k][c]);
+  // Four times the square of each component; the largest is far from zero.
+  const double squares[4] = {1 + m[0][0] - m[1][1] - m[2][2], 1 - m[0][0] + m[1][1] - m[2][2],
+                             1 - m[0][0] - m[1][1] + m[2][2], 1 + m[0][0] + m[1][1] + m[2][2]};
+  const auto i = static_cast<int>(std::max_element(squares, squares + 4) - squares);
+  const double root = std::sqrt(squares[i]), part = 0.5 / root;
+  q[i] = 0.5 * root;
+  if (i == 3) {
+    q[0] = (m[2][1] - m[1][2]) * part, q[1] = (m[0][2] - m[2][0]) * part, q[2] = (m[1][0] - m[0][1]) * part;
+  } else {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    q[j] = (m[j][i] + m[i][j]) * part, q[k] = (m[k][i] + m[i][k]) * part, q[3] = (m[k][j] - m[j][k]) * part;
+  }
+}
+
+bool has_axes_of_link(const Box& box) {
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c)
+      if (box.axis[k][c] != (k == c ? 1.0f : 0.0f)) return false;
+  return true;
+}
+
+double sum_of(const float (&v)[3]) {
+  double out = 0;
+  for (const float c : v) out += std::fabs(static_cast<double>(c));
+  return out;
+}
+
+}  // namespace
+
+void make_shape(const Articulation& articulation, float margin, std::size_t stride, CrowdBatch& crowd) {
+  crowd.margin = margin;
+  crowd.stride = stride;
+  crowd.size = 0;
+  const float grown = kMarginShare * margin;
+  for (std::uint32_t n = 0; n < articulation.leaf_count; ++n) {
+    const Box& box = articulation.leaf_box[n];
+    RigidLeaf& leaf = crowd.leaf[n];
+    BoxAos& exact = crowd.exact[n];
+    RigidBlock& block = crowd.block[n / kLanes];
+    const std::uint32_t at = n % kLanes;
+    for (int c = 0; c < 3; ++c) exact.half[c] = box.half[c], leaf.half[c] = box.half[c] + grown;
+    // As pose_box does, operation by operation.
+    const float size = box.half[0] + box.half[1] + box.half[2];
+    const float out = std::fabs(box.center[0]) + std::fabs(box.center[1]) + std::fabs(box.center[2]);
+    exact.unused = (kPosePad.body * (size + out) + kMergePadTiny) + grown;
+    const auto all = static_cast<float>(sum_of(leaf.half) + sum_of(box.center)) * (1 + kRigidSizeRounding);
+    crowd.size = std::max(crowd.size, all);
+    block.reach[at] = kRigidBoundsSize * all + kOverlapTiny;
+    for (int c = 0; c < 3; ++c) block.half[c][at] = leaf.half[c];
+    block.offset[at] = crowd.offset[n] = static_cast<std::uint32_t>(articulation.leaf_link[n] * stride);
+  }
+  for (std::uint32_t n = 0; n < crowd.bare.size; ++n)
+    crowd.bare[n] = static_cast<std::uint32_t>(crowd.bare_link[n] * stride);
+}
+
+void make_crowd_batch(StoredBatch& stored) {
+  const Articulation& articulation = *stored.batch.articulation;
+  CrowdBatch& crowd = stored.crowd;
+  crowd = {};
+  if (articulation.leaf_count > kCrowdLeaves || articulation.lod.posed || is_reach_lod(articulation) ||
+      is_static(stored.batch))
+    return;
+  for (std::uint32_t n = 0; n < articulation.leaf_count; ++n)
+    if (!(sum_of(articulation.leaf_box[n].half) + sum_of(articulation.leaf_box[n].center) < kMostRigid)) return;
+  std::size_t bare = 0;
+  for (const PosedLink& posed : articulation.posed_links) {
+    bare += posed.leaf_begin == posed.leaf_end;
+    const float* const joint = articulation.link_joint.data + 3 * posed.link;
+    if (posed.needs_joint && !(sum_of({joint[0], joint[1], joint[2]}) < kMostRigid)) return;
+  }
+  Arena& arena = stored.arena;
+  crowd.blocks = static_cast<std::uint32_t>(crowd_blocks(articulation));
+  crowd.block = arena.allocate<RigidBlock>(crowd.blocks);
+  crowd.leaf = arena.allocate<RigidLeaf>(articulation.leaf_count);
+  crowd.exact = arena.allocate<BoxAos>(articulation.leaf_count);
+  crowd.offset = arena.allocate<std::uint32_t>(articulation.leaf_count);
+  crowd.bare = arena.allocate<std::uint32_t>(bare);
+  crowd.bare_link = arena.allocate<std::uint16_t>(bare);
+  crowd.order = arena.allocate<std::uint32_t>(stored.batch.capacity);
+  for (const PosedLink& posed : articulation.posed_links)
+    if (posed.leaf_begin == posed.leaf_end) crowd.bare_link[crowd.bare_link.size - bare--] = posed.link;
+  crowd.shape = {crowd.block.data,
+                 crowd.leaf.data,
+                 crowd.exact.data,
+                 crowd.offset.data,
+                 crowd.bare.data,
+                 static_cast<std::uint32_t>(crowd.bare.size),
+                 false};
+  for (std::uint32_t n = 0; n < articulation.leaf_count; ++n) {
+    const Box& box = articulation.leaf_box[n];
+    RigidBlock& block = crowd.block[n / kLanes];
+    RigidLeaf& leaf = crowd.leaf[n];
+    const std::uint32_t at = n % kLanes;
+    block.leaves = at + 1;
+    double turn[4];
+    quaternion_of(box, turn);
+    crowd.shape.turned = crowd.shape.turned || !has_axes_of_link(box);
+    for (int k = 0; k < 4; ++k) block.turn[k][at] = leaf.turn[k] = static_cast<float>(turn[k]);
+    for (int k = 0; k < 3; ++k) {
+      double along = 0;
+      for (int c = 0; c < 3; ++c) along += static_cast<double>(box.axis[k][c]) * static_cast<double>(box.center[c]);
+      block.middle[k][at] = leaf.middle[k] = static_cast<float>(along);
+    }
+    for (int c = 0; c < 3; ++c) {
+      crowd.exact[n].center[c] = box.center[c];
+      for (int k = 0; k < 3; ++k) crowd.exact[n].axis[3 * k + c] = box.axis[k][c];
+    }
+  }
+  crowd.is_rigid = true;
+  crowd.is_direct = articulation.leaves_by_link;
+}
+
+void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
+  crowd = {};
+  if (needs.crowd_words == 0) return;
+  const std::size_t rows = needs.character_tiles * kLanes;
+  crowd.capacity = rows;
+  crowd.sorted_capacity = sorted_capacity(rows);
+  crowd.words = arena.allocate<LeafWords>(needs.crowd_words);
+  crowd.sides = arena.allocate<float>(6 * rows);
+  crowd.rows = arena.allocate<CrowdRow>(rows);
+  crowd.strip_of = arena.allocate<std::uint32_t>(rows);
+  crowd.keys = arena.allocate<std::uint64_t>(crowd.sorted_capacity);
+  crowd.sorted_sides = arena.allocate<float>(6 * (crowd.sorted_capacity + kLanes));
+  crowd.sorted = arena.allocate<CrowdRow>(crowd.sorted_capacity);
+  const std::size_t strips = 2 * rows + 4 * kCrowdClasses;  // of class 0 and of strays
+  crowd.strip_begin = arena.allocate<std::uint32_t>(strips);
+  crowd.strip_end = arena.allocate<std::uint32_t>(strips);
+  crowd.strip_first = arena.allocate<std::uint32_t>(strips);
+  crowd.strays = arena.allocate<std::uint32_t>(rows / kStraysShare);
+}
+
+void size_crowd(const MemoryNeeds& needs, Worker& worker) {
+  if (needs.crowd_words == 0) return;
+  worker.crowd = worker.arena.allocate<CrowdScratch>(1);
+  // Entries have the leaves of at most one block each.
+  const std::size_t pairs =
+      std::min<std::size_t>(needs.leaf_pairs, kLanes * kLanes) * kernel::kMostPairEntries + 2 * kLanes;
+  worker.crowd_pairs = worker.arena.allocate<std::uint32_t>(2 * pairs);
+}
+
+void store_crowd_bounds(const Crowd& crowd, StoredBatch& stored) {
+  if (!stored.crowd.has_sides) return;
+  stored.crowd.has_sides = false;
+  const std::uint32_t first = stored.crowd.first_row;
+  for (std::uint32_t row = first; row < first + stored.crowd.row_count; ++row)
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      InstanceBounds& out = stored.batch.bounds[crowd.rows[row].instance];
+      out.lo[c] = static_cast<double>(crowd.side(c)[row]);
+      out.hi[c] = static_cast<double>(crowd.side(3 + c)[row]);
+    }
+}
+
+}  // namespace cab

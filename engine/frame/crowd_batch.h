@@ -1,0 +1,34 @@
+// What a crowd makes of each batch, and the memory that it needs.
+#pragma once
+
+#include "engine/engine.h"
+
+namespace cab {
+
+// One in so many rows may stray from its band.
+inline constexpr std::size_t kStraysShare = 4;
+
+// How many sorted rows there is room for: those of strips with room for a quarter more, and strays.
+inline constexpr std::size_t sorted_capacity(std::size_t rows) { return 2 * rows + rows / kStraysShare + 64; }
+
+// Calls take(stored batch) for the batches of characters in the current frame, in order.
+template <class Take>
+void for_each_crowd_batch(const Engine& engine, Take&& take) {
+  for (const auto& stored : engine.batches)
+    if (stored->in_use() && stored->batch.input && stored->batch.kind == BatchKind::kCharacters) take(*stored);
+}
+
+// Makes the part of a new batch that does not depend on a frame. Throws std::bad_alloc.
+void make_crowd_batch(StoredBatch& stored);
+
+// Makes what depends on the frame's margin and on the stride of poses, in floats.
+void make_shape(const Articulation& articulation, float margin, std::size_t stride, CrowdBatch& crowd);
+
+// Sizes the crowd of an engine, and a worker's part of it. Throws std::bad_alloc.
+void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd);
+void size_crowd(const MemoryNeeds& needs, Worker& worker);
+
+// Writes the bounds of the crowd's last frame to InstanceBatch::bounds, for what reads them between frames.
+void store_crowd_bounds(const Crowd& crowd, StoredBatch& stored);
+
+}  // namespace cab

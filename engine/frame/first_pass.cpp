@@ -1,0 +1,153 @@
+#include "engine/frame/first_pass.h"
+
+#include "engine/frame/crowd_scratch.h"
+#include "engine/update.h"
+#include "engine/worker.h"
+#include "layout/atomic_words.h"
+#include "layout/compiler.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab {
+namespace {
+
+// Bounds of the leaves of a lane, out of the boxes that pose_leaves makes.
+void take_posed_bounds(const AabbTile* leaves, std::uint32_t first, std::uint32_t count, std::uint32_t lane,
+                       kernel::RigidTile& tile) {
+  for (int c = 0; c < 3; ++c) {
+    float lo = kernel::kNowhere, hi = -kernel::kNowhere;
+    for (std::uint32_t n = 0; n < count; ++n) {
+      const AabbTile& leaf = leaves[first + n];
+      tile.lo[n][c][lane] = leaf.lo[c][lane];
+      tile.hi[n][c][lane] = leaf.hi[c][lane];
+      lo = std::min(lo, leaf.lo[c][lane]);
+      hi = std::max(hi, leaf.hi[c][lane]);
+    }
+    tile.of_block.lo[c][lane] = lo;
+    tile.of_block.hi[c][lane] = hi;
+  }
+}
+
+// Bounds the leaves of a tile and writes their words. posed: bounds of its boxes, for the lanes that are not rigid, or
+// null.
+void bound_blocks(const FrameContext& frame, const CrowdBatch& crowd, const AabbTile* posed, std::uint32_t unposed,
+                  LeafWords* const (&first_row)[kLanes], kernel::RigidTile& tile) {
+  for (std::uint32_t b = 0; b < crowd.blocks; ++b) {
+    tile.block = b;
+    frame.kernels.bound_rigid_leaves(tile);
+    if (posed)
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+        if (!(unposed >> lane & 1)) take_posed_bounds(posed, b * kLanes, crowd.block[b].leaves, lane, tile);
+    tile.next_bytes = 0;
+    LeafWords* rows[kLanes];
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) rows[lane] = first_row[lane] + b;
+    frame.kernels.make_leaf_words(tile, rows);
+    if (b == 0) {
+      tile.all = tile.of_block;
+      continue;
+    }
+    for (int c = 0; c < 3; ++c)
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        tile.all.lo[c][lane] = std::min(tile.all.lo[c][lane], tile.of_block.lo[c][lane]);
+        tile.all.hi[c][lane] = std::max(tile.all.hi[c][lane], tile.of_block.hi[c][lane]);
+      }
+  }
+}
+
+// Writes the instances of a tile from a place of the batch's order on, unused lanes repeating the last one.
+void find_instances(const StoredBatch& stored, std::uint32_t place, std::uint32_t given,
+                    std::uint32_t (&instances)[kLanes]) {
+  const Span<const std::uint32_t> listed = stored.batch.input->instances;
+  const std::uint32_t* const order = stored.crowd.ordered ? stored.crowd.order.data : listed.data;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t at = std::min(place + lane, given - 1);
+    instances[lane] = order ? order[at] : at;
+  }
+}
+
+// Points the tile and the origins of a worker at sixteen instances, and asks for the sixteen after them.
+void point_tile(const StoredBatch& stored, const std::uint32_t (&instances)[kLanes],
+                const std::uint32_t (&next)[kLanes], CrowdScratch& scratch) {
+  const InstanceBatch& batch = stored.batch;
+  const double* const origins = batch.input->origins.empty() ? nullptr : batch.input->origins.data;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    scratch.tile.poses[lane] = pose_of(batch, instances[lane]);
+    scratch.tile.next[lane] = pose_of(batch, next[lane]);
+    if (origins) prefetch_line(origins + 3 * std::size_t{next[lane]});
+  }
+  for (std::uint32_t c = 0; c < 3; ++c)
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      const double origin = origins ? origins[3 * std::size_t{instances[lane]} + c] : 0,
+                   pad = kWorldPad * std::fabs(origin);
+      scratch.place.from_lo[c][lane] = origin - pad;
+      scratch.place.from_hi[c][lane] = origin + pad;
+      scratch.origins[c][lane] = origin;
+    }
+}
+
+}  // namespace
+
+void clear_survey(kernel::CrowdSurvey& survey) {
+  for (int c = 0; c < 3; ++c) {
+    std::fill_n(survey.low[c], kLanes, kernel::kNowhere);
+    std::fill_n(survey.high[c], kLanes, -kernel::kNowhere);
+    std::fill_n(survey.wide[c], kLanes, 0.0f);
+    std::fill_n(survey.narrow[c], kLanes, kernel::kNowhere);
+  }
+}
+
+void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint32_t place, Crowd& crowd,
+                      Worker& worker) {
+  InstanceBatch& batch = stored.batch;
+  const Span<std::uint8_t> flags = batch.input->flags;
+  const CrowdBatch& own = stored.crowd;
+  CrowdScratch& scratch = worker.crowd[0];
+  kernel::RigidTile& tile = scratch.tile;
+  const std::uint32_t given = given_count(batch), row = own.first_row + place;
+  TileInstances instances;
+  instances.count = std::min(kLanes, given - place);
+  std::uint32_t next[kLanes];
+  find_instances(stored, place, given, instances.instance);
+  find_instances(stored, std::min(place + kLanes, given - 1), given, next);
+  point_tile(stored, instances.instance, next, scratch);
+  tile.shape = &own.shape;
+  tile.next_bytes = place + kLanes < given ? static_cast<std::uint32_t>(prefetched_bytes(batch)) : 0;
+  LeafWords* words[kLanes];
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t first = own.first_words + (place + lane) * own.blocks;
+    words[lane] = lane < instances.count ? &crowd.words[first] : scratch.unused;
+    if (lane < instances.count) crowd.rows[row + lane] = {own.index, instances.instance[lane], first};
+    if (place + kLanes + lane < given) prefetch_bytes(&crowd.words[first + kLanes * own.blocks], sizeof(LeafWords));
+  }
+  bound_blocks(frame, own, nullptr, 0, words, tile);
+  const std::uint32_t all = (2u << (instances.count - 1)) - 1;
+  std::uint32_t live = all;
+  if ((tile.rigid & all) != all) {
+    const std::uint32_t rigid = tile.rigid;
+    live = update_and_flag_tile(frame, {&batch, instances, RefitScope::kLeaves, worker.boxes.data, worker.bounds.data},
+                                worker);
+    frame.kernels.bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
+    bound_blocks(frame, own, worker.bounds.data, rigid, words, tile);
+  } else if (!flags.empty()) {
+    for (std::uint32_t lane = 0; lane < instances.count; ++lane) flags[instances.instance[lane]] = kInstanceOk;
+  }
+  for (std::uint32_t lane = 0; lane < instances.count; ++lane)
+    for (std::uint32_t b = 0; b < own.blocks; ++b)
+      for (std::uint32_t c = 0; c < 3; ++c) words[lane][b].origin[c] = scratch.origins[c][lane];
+  scratch.place.all = &tile.all;
+  scratch.place.there = live;
+  for (std::uint32_t s = 0; s < 6; ++s) scratch.place.to[s] = crowd.side(s) + row;
+  frame.kernels.place_tile(scratch.place, scratch.survey);
+  const bool listed = !batch.input->instances.empty();
+  for (std::uint32_t left = listed ? live : all & ~live; left; left &= left - 1) {
+    const std::uint32_t instance = instances.instance[lowest_bit(left)];
+    const auto bit = static_cast<std::uint16_t>(1u << instance % kLanes);
+    if (listed)
+      relaxed_or(batch.live[instance / kLanes], bit);
+    else
+      relaxed_and(batch.live[instance / kLanes], static_cast<std::uint16_t>(~bit));
+  }
+}
+
+}  // namespace cab

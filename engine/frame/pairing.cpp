@@ -1,0 +1,296 @@
+#include "engine/frame/pairing.h"
+
+#include "engine/broad_phase/broad_phase.h"
+#include "engine/characters.h"
+#include "engine/frame/crowd_scratch.h"
+#include "engine/frame/strips.h"
+#include "engine/hit_store.h"
+#include "engine/timed.h"
+#include "engine/update.h"
+#include "engine/worker.h"
+#include "layout/compiler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cab {
+namespace {
+
+// Whether the place of every pose, in floats from the first, has 32 bits.
+bool has_short_offsets(const InstanceBatch& batch) {
+  return std::uint64_t{batch.instance_count} * batch.instance_stride / sizeof(float) <= 0xffffffffu;
+}
+
+// Writes where the slots in use find their leaves and poses, and asks for the poses. candidate_of_entry: the number of
+// the candidate of each entry, which becomes that of its slot. Returns how many candidates they are of.
+std::uint32_t point_slots(const FrameContext& frame, const Candidate* candidates,
+                          const std::uint32_t* candidate_of_entry, std::uint32_t used, kernel::PairSlots& slots) {
+  std::uint32_t out = 0;
+  for (std::uint32_t k = 0; k < used; ++k) {
+    const std::uint32_t number = candidate_of_entry[slots.entry[k]];
+    const Candidate& candidate = candidates[number];
+    const StoredBatch &stored_a = *frame.batches[candidate.batch_a], &stored_b = *frame.batches[candidate.batch_b];
+    const InstanceBatch &a = stored_a.batch, &b = stored_b.batch;
+    const bool is_new = k == 0 || slots.entry[k - 1] != number;
+    slots.entry[k] = number;
+    slots.shape_a[k] = &stored_a.crowd.shape;
+    slots.shape_b[k] = &stored_b.crowd.shape;
+    const float* const pose_a = slots.pose_a[k] = pose_of(a, candidate.instance_a);
+    const float* const pose_b = slots.pose_b[k] = pose_of(b, candidate.instance_b);
+    slots.at_a[k] = static_cast<std::uint32_t>(pose_a - a.input->poses.data);
+    slots.at_b[k] = static_cast<std::uint32_t>(pose_b - b.input->poses.data);
+    if (!is_new) continue;
+    prefetch_bytes(pose_a, prefetched_bytes(a));
+    prefetch_bytes(pose_b, prefetched_bytes(b));
+    ++out;
+  }
+  return out;
+}
+
+}  // namespace
+
+CrowdTester::CrowdTester(FrameRun& run, Worker& worker)
+    : run_(run), frame_(*run.characters), crowd_(run.engine.crowd), worker_(worker), scratch_(worker.crowd[0]) {
+  for (std::uint32_t s = 0; s < 6; ++s) sides_.side[s] = crowd_.sorted_side(s);
+}
+
+void CrowdTester::search(const StripRows& rows) {
+  kernel::StripSearch job = {sides_,         rows.first, rows.end,      rows.from,  kernel::StripSearch::kFromNext,
+                             rows.own_end,   rows.next,  rows.next_end, rows.reach, kernel::kPairEntries,
+                             scratch_.count, scratch_.a, scratch_.b};
+  for (bool done = false; !done;) {
+    const std::uint32_t before = job.count;
+    done = frame_.kernels.search_strip(job);
+    scratch_.count = crowd_.takes_all ? job.count : keep_paired(before, job.count);
+    if (scratch_.count >= kernel::kPairEntries) test();
+    job.count = scratch_.count;
+  }
+}
+
+void CrowdTester::test() {
+  if (scratch_.count == 0) return;
+  worker_.stats.candidates += scratch_.count;
+  for (std::uint32_t begin = 0; begin < scratch_.count;) begin = test_from(begin);
+  scratch_.count = 0;
+}
+
+// Keeps those of the candidates from `begin` to `end` - 1 that some rule pairs and whose layers match. Returns the end
+// of all that are kept.
+std::uint32_t CrowdTester::keep_paired(std::uint32_t begin, std::uint32_t end) const {
+  std::uint32_t kept = begin;
+  for (std::uint32_t n = begin; n < end; ++n) {
+    const CrowdRow &a = crowd_.sorted[scratch_.a[n]], &b = crowd_.sorted[scratch_.b[n]];
+    if (!frame_.broad_phase.paired(a.batch, b.batch) ||
+        !layers_match(frame_.batch(a.batch), a.instance, frame_.batch(b.batch), b.instance))
+      continue;
+    scratch_.a[kept] = scratch_.a[n];
+    scratch_.b[kept++] = scratch_.b[n];
+  }
+  return kept;
+}
+
+// The candidate of two sorted rows.
+Candidate CrowdTester::candidate_of(std::uint32_t n, CrowdRow& a, CrowdRow& b) const {
+  a = crowd_.sorted[scratch_.a[n]];
+  b = crowd_.sorted[scratch_.b[n]];
+  if (instance_key(b.batch, b.instance) < instance_key(a.batch, a.instance)) std::swap(a, b);
+  return {a.batch, a.instance, b.batch, b.instance};
+}
+
+// Entries of the candidates that are tested together, and what they have in common.
+struct CrowdTester::Entries {
+  const LeafWords *a[kernel::kMostPairEntries], *b[kernel::kMostPairEntries];
+  std::uint32_t head[kernel::kMostPairEntries], candidate[kernel::kMostPairEntries];
+  std::uint32_t count = 0;
+  float size = 0;
+  bool one_block = true;  // every candidate has one entry
+  bool one_pair = true;   // all are of the same two batches
+  bool turned = false;    // a leaf has axes of its own
+  bool is_direct = true;  // leaf pairs are link pairs
+};
+
+// Makes the entries of all candidates of a crowd whose instances are of one batch and have one block each.
+void CrowdTester::make_plain_entries(Entries& entries) {
+  Candidate* const candidates = worker_.candidates.data;
+  const LeafWords* const words = crowd_.words.data;
+  const CrowdRow* const rows = crowd_.sorted.data;
+  for (std::uint32_t n = 0; n < scratch_.count; ++n) {
+    const CrowdRow &x = rows[scratch_.a[n]], &y = rows[scratch_.b[n]];
+    const bool in_order = x.instance < y.instance;
+    const CrowdRow &a = in_order ? x : y, &b = in_order ? y : x;
+    candidates[n] = {a.batch, a.instance, b.batch, b.instance};
+    entries.a[n] = words + a.words;
+    entries.b[n] = words + b.words;
+    entries.head[n] = 0;
+    entries.candidate[n] = n;
+  }
+  entries.count = scratch_.count;
+  const CrowdBatch& own = batch_of(candidates[0].batch_a);
+  entries.turned = own.shape.turned;
+  entries.is_direct = own.is_direct;
+  entries.size = 2 * own.size;
+}
+
+// Makes the entries of candidates from `begin` on, as many as there is room for. Returns the end of these candidates.
+std::uint32_t CrowdTester::make_entries(std::uint32_t begin, Entries& entries) {
+  Candidate* const candidates = worker_.candidates.data;
+  if (crowd_.one_batch && batch_of(crowd_.sorted[scratch_.a[0]].batch).blocks == 1) {
+    make_plain_entries(entries);
+    return scratch_.count;
+  }
+  const CrowdBatch *own_a = nullptr, *own_b = nullptr;
+  std::uint32_t batch_a = 0, batch_b = 0, end = begin;
+  for (CrowdRow a, b; end < scratch_.count; ++end) {
+    candidates[end] = candidate_of(end, a, b);
+    if (!own_a || a.batch != batch_a || b.batch != batch_b) {
+      entries.one_pair = entries.one_pair && !own_a;
+      own_a = &batch_of(a.batch);
+      own_b = &batch_of(b.batch);
+      batch_a = a.batch;
+      batch_b = b.batch;
+      entries.one_block = entries.one_block && own_a->blocks * own_b->blocks == 1;
+      entries.turned = entries.turned || own_a->shape.turned || own_b->shape.turned;
+      entries.is_direct = entries.is_direct && own_a->is_direct && own_b->is_direct;
+      entries.size = std::max(entries.size, own_a->size + own_b->size);
+    }
+    if (entries.count + own_a->blocks * own_b->blocks > kernel::kMostPairEntries) break;
+    for (std::uint32_t i = 0; i < own_a->blocks; ++i)
+      for (std::uint32_t j = 0; j < own_b->blocks; ++j) {
+        entries.a[entries.count] = &crowd_.words[a.words + i];
+        entries.b[entries.count] = &crowd_.words[b.words + j];
+        entries.head[entries.count] = i * kLanes << 8 | j * kLanes;
+        entries.candidate[entries.count++] = end;
+      }
+  }
+  return end;
+}
+
+// Tests candidates from `begin` on. Returns the end of those that were tested.
+std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
+  Entries entries;
+  const std::uint32_t end = make_entries(begin, entries);
+  const Candidate* const candidates = worker_.candidates.data;
+  kernel::PairSlots& slots = scratch_.slots;
+  std::uint32_t* const pairs = worker_.crowd_pairs.data;
+  std::uint32_t* const out = pairs + worker_.crowd_pairs.size / 2;
+  std::uint32_t used = 0, count = 0;
+  {
+    const Timed timed(worker_.stats.seconds_test);
+    {
+      const Timed filtered(worker_.stats.seconds_filter);
+      count = frame_.kernels.overlapping_words({entries.a, entries.b, entries.head, entries.count, entries.size}, slots,
+                                               pairs, &used);
+    }
+    const Candidate& first = candidates[begin];
+    kernel::RigidPairs job = {
+        &slots, pairs, count, out, nullptr, nullptr, nullptr, nullptr, entries.turned, frame_.policies.sat};
+    const InstanceBatch &batch_a = frame_.batch(first.batch_a), &batch_b = frame_.batch(first.batch_b);
+    if (entries.one_pair && entries.one_block && has_short_offsets(batch_a) && has_short_offsets(batch_b)) {
+      job.block_a = batch_of(first.batch_a).block.data;
+      job.block_b = batch_of(first.batch_b).block.data;
+      job.base_a = batch_a.input->poses.data;
+      job.base_b = batch_b.input->poses.data;
+    }
+    worker_.stats.candidates_apart += (end - begin) - point_slots(frame_, candidates, entries.candidate, used, slots);
+    worker_.stats.box_tests += count;
+    count = frame_.kernels.overlap_rigid_leaves(job);
+  }
+  if (entries.is_direct && frame_.policies.exact == Exact::kNone)
+    report_direct(out, count, entries.one_block);
+  else
+    report(out, count);
+  return end;
+}
+
+// Steps 5 and 6 for the leaf pairs that overlap.
+void CrowdTester::report(const std::uint32_t* pairs, std::uint32_t count) {
+  const std::uint32_t* const entry = scratch_.slots.entry;
+  const Timed timed(worker_.stats.seconds_query);
+  LeafPair* const found = worker_.found.data;
+  for (std::uint32_t i = 0; i < count; ++i)
+    found[i] = {entry[kernel::slot_of(pairs[i])], static_cast<std::uint16_t>(kernel::leaf_a_of(pairs[i])),
+                static_cast<std::uint16_t>(kernel::leaf_b_of(pairs[i]))};
+  worker_.found.size = count;
+  report_leaves(frame_, worker_, run_.sink);
+}
+
+// The same where leaf pairs are link pairs, and no exact test follows. in_order: each candidate has one slot.
+void CrowdTester::report_direct(std::uint32_t* pairs, std::uint32_t count, bool in_order) {
+  const std::uint32_t* const entry = scratch_.slots.entry;
+  const Timed timed(worker_.stats.seconds_query);
+  for (std::uint32_t i = 0; !in_order && i < count;) {
+    const std::uint32_t first = i, slot = kernel::slot_of(pairs[i]);
+    while (i < count && entry[kernel::slot_of(pairs[i])] == entry[slot]) ++i;
+    for (std::uint32_t k = first; k < i; ++k) pairs[k] = slot << 16 | (pairs[k] & 0xffff);
+    std::sort(pairs + first, pairs + i);
+  }
+  add_groups_of_leaves(frame_, worker_.candidates.data, entry, {pairs, count}, worker_, run_.sink);
+}
+
+namespace {
+
+// The first sorted row of a strip whose lower side along the first axis is not below `least`.
+std::uint32_t first_from(const Crowd& crowd, std::uint32_t strip, float least) {
+  const float* const lower = crowd.sorted_side(0);
+  return static_cast<std::uint32_t>(
+      std::lower_bound(lower + crowd.strip_begin[strip], lower + crowd.strip_end[strip], least) - lower);
+}
+
+// A little less than from - by, for rounding (docs/proof.md, step 14.9).
+float below(float from, float by) {
+  const float out = from - by;
+  return out - kStripRounding * std::fabs(out);
+}
+
+// Takes the candidates of a row with rows of smaller classes.
+void search_smaller(CrowdTester& tester, std::uint32_t number, std::uint32_t at) {
+  const Crowd& crowd = tester.crowd();
+  const float from = crowd.sorted_side(0)[at], low = crowd.sorted_side(1)[at], high = crowd.sorted_side(4)[at];
+  for (std::uint32_t k = 0; k < number; ++k) {
+    const CrowdClass& of = crowd.classes[k];
+    const std::uint32_t last = strip_at(crowd, of, high);
+    for (std::uint32_t s = strip_at(crowd, of, below(low, of.extent)); s <= last; ++s)
+      tester.search({at, at + 1, first_from(crowd, s, below(from, of.reach)), crowd.strip_end[s], 0, 0, 0});
+  }
+}
+
+}  // namespace
+
+void pair_in_strip(CrowdTester& tester, std::uint32_t number, float reach, std::uint32_t strip, std::uint32_t first,
+                   std::uint32_t end, bool has_next) {
+  if (first == end) return;
+  const Crowd& crowd = tester.crowd();
+  std::uint32_t next = 0, next_end = 0;
+  if (has_next) {
+    next = first_from(crowd, strip + 1, below(crowd.sorted_side(0)[first], reach));
+    next_end = crowd.strip_end[strip + 1];
+  }
+  tester.search({first, end, first + 1, crowd.strip_end[strip], next, next_end, reach});
+  for (std::uint32_t i = first; number > 0 && i < end; ++i) search_smaller(tester, number, i);
+}
+
+void pair_with_next(CrowdTester& tester, std::uint32_t number, std::uint32_t strip) {
+  const Crowd& crowd = tester.crowd();
+  tester.search({crowd.strip_begin[strip], crowd.strip_end[strip], 0, 0, crowd.strip_begin[strip + 1],
+                 crowd.strip_end[strip + 1], crowd.classes[number].reach});
+}
+
+void pair_rows(CrowdTester& tester, std::uint32_t first, std::uint32_t end) {
+  const Crowd& crowd = tester.crowd();
+  const std::uint32_t* const begin = crowd.strip_begin.data;
+  auto strip = static_cast<std::uint32_t>(
+                   std::upper_bound(begin + crowd.first_strip, begin + crowd.strip_count, first) - begin) -
+               1;
+  std::uint32_t number = 0;
+  while (first < end) {
+    while (first >= crowd.strip_end[strip]) ++strip;
+    while (strip >= crowd.classes[number].first_strip + crowd.classes[number].strips) ++number;
+    const CrowdClass& of = crowd.classes[number];
+    const std::uint32_t until = std::min(end, crowd.strip_end[strip]);
+    pair_in_strip(tester, number, of.reach, strip, first, until, strip + 1 < of.first_strip + of.strips);
+    first = until;
+  }
+}
+
+}  // namespace cab

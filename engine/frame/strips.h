@@ -1,0 +1,46 @@
+// The broad phase of a crowd: strips of rows, sorted along one axis.
+#pragma once
+
+#include "engine/frame_run.h"
+#include "kernels/search_strip.h"
+
+#include <cstring>
+
+namespace cab {
+
+// A float as a number whose order is that of floats.
+inline std::uint32_t ordered_number(float v) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &v, sizeof bits);
+  return bits ^ (bits >> 31 ? 0xffffffffu : 0x80000000u);
+}
+
+// What a row is sorted by.
+inline std::uint64_t sort_key(float lower, std::uint32_t row) {
+  return std::uint64_t{ordered_number(lower)} << 32 | row;
+}
+
+// The strip of a class in which bounds begin, or the one nearest to it.
+inline std::uint32_t strip_at(const Crowd& crowd, const CrowdClass& of, float lower) {
+  const float at = (lower - crowd.low) * of.scale;
+  if (!(at > 0)) return of.first_strip;
+  return of.first_strip + (at < static_cast<float>(of.strips - 1) ? static_cast<std::uint32_t>(at) : of.strips - 1);
+}
+
+// Whether a row takes part. Those of masked instances do not.
+inline bool is_there(const Crowd& crowd, std::uint32_t row) { return crowd.side(0)[row] < kernel::kNowhere; }
+
+// Whether sides can be told apart in floats.
+bool are_in_range(const FrameRun& run);
+
+// Chooses the axes, makes the classes, lays out their strips and puts all rows into them, unsorted. Returns false
+// unless sides are in range.
+bool lay_out_strips(FrameRun& run);
+
+// The same for the strays of a frame with bands: their classes come after class 0.
+void lay_out_strays(Crowd& crowd, std::uint32_t count);
+
+// Sorts the rows of a strip, and copies their sides.
+void sort_strip(Crowd& crowd, std::uint32_t strip);
+
+}  // namespace cab

@@ -1,0 +1,355 @@
+// The frame of a crowd finds what a test of all leaf pairs finds, whatever the crowd looks like and looked like before.
+#include "engine/engine.h"
+#include "perf/oracle/random_world.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace {
+
+using namespace cab;
+using namespace cab::oracle;
+using cab::tests::rounds;
+
+constexpr Policies kByRows = {Refit::kCab, Strategy::kRows, Exact::kNone};
+
+// A policy that needs neither bounds of leaves nor strips for the same hits.
+Policies by_all_pairs(Policies policies) {
+  policies.strategy = Strategy::kBrute;
+  return policies;
+}
+
+void add_rules(World& world) {
+  for (std::uint32_t a = 1; a <= world.members.size(); ++a)
+    for (std::uint32_t b = a; b <= world.members.size(); ++b) world.rules.push_back({{b}, {a}, Pairing::kBetween});
+}
+
+// Poses that the frame of a crowd takes: quaternions, without orientations.
+Member crowd_member(Random& random, std::uint32_t instances, unsigned most_links, PoseRange range) {
+  Member member;
+  member.rig = any_rig(random, most_links);
+  if (random.chance(0.5)) {  // one leaf per link, in the order of links: leaf pairs are link pairs
+    const auto links = static_cast<unsigned>(random.log_uniform(2, most_links + 0.999));
+    member.rig = random_rig(random, static_cast<Topology>(random.index(3)), links, 1);
+    std::sort(member.rig.leaves.begin(), member.rig.leaves.end(),
+              [](const Leaf& x, const Leaf& y) { return x.link < y.link; });
+  }
+  range.orientations = false;
+  member.poses = random_poses(random, member.rig, instances, PoseFormat::kQuaternionTranslation, range);
+  return member;
+}
+
+World crowd_world(Random& random, unsigned most_links) {
+  World world;
+  const bool far = random.chance(0.3);
+  const oracle::Vec3<double> about = (far ? random.log_uniform(1e6, 1e9) : 0) * random.unit_vector();
+  const std::uint32_t members = 1 + random.index(3);
+  const double spread = random.uniform(0.5, 4);
+  for (std::uint32_t m = 0; m < members; ++m)
+    world.members.push_back(
+        crowd_member(random, 1 + random.index(70), most_links, any_pose_range(random, far, about, spread)));
+  add_rules(world);
+  return world;
+}
+
+// Whether the last frame of an engine was that of a crowd.
+bool was_crowd(const Engine& engine) {
+  bool out = false;
+  for (const auto& stored : engine.batches) out = out || stored->crowd.ordered;
+  return out;
+}
+
+void check_same_counts(const FrameStats& a, const FrameStats& b) {
+  CHECK(a.candidates == b.candidates);
+  CHECK(a.candidates_apart == b.candidates_apart);
+  CHECK(a.box_tests == b.box_tests);
+  CHECK(a.leaf_pairs == b.leaf_pairs);
+  CHECK(a.exact_tests == b.exact_tests);
+  CHECK(a.false_positives == b.false_positives);
+  CHECK(a.instances_masked == b.instances_masked);
+}
+
+// Runs a frame, and counts those that go by bands and their strays.
+std::size_t frames_by_bands = 0, strays_of_bands = 0;
+Status run_and_count(Engine& engine, FrameJob& job) noexcept {
+  const Status status = run_frame(engine, job);
+  frames_by_bands += engine.crowd.by_bands;
+  strays_of_bands += engine.crowd.by_bands ? engine.crowd.bands.strays : 0;
+  return status;
+}
+
+// Spoils some instances so that they are masked, or nearly are.
+void spoil_some(Random& random, Poses& poses) {
+  const std::size_t link_floats = poses.floats_per_pose();
+  for (std::uint32_t i = 0; i < poses.instance_count; ++i) {
+    if (!random.chance(0.1)) continue;
+    float* const pose = poses.pose(i, random.index(static_cast<unsigned>(poses.link_count)));
+    switch (random.index(5)) {
+      case 0: pose[random.index(static_cast<unsigned>(link_floats))] = std::numeric_limits<float>::quiet_NaN(); break;
+      case 1: std::fill_n(pose, 4, 0.0f); break;
+      case 2: std::fill_n(pose, 4, 1e4f); break;
+      case 3: pose[4 + random.index(3)] = 5e17f; break;
+      default: pose[4 + random.index(3)] = 2e18f;
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a crowd has the hits of all leaf pairs, and loses no touching pair") {
+  std::size_t hits = 0, crowds = 0;
+  Random random(101);
+  for (std::uint64_t round = 0; round < rounds(60); ++round) {
+    CAPTURE(round);
+    World world = crowd_world(random, round % 4 == 0 ? 60 : 16);
+    if (random.chance(0.3)) add_layers(random, world);
+    if (random.chance(0.3)) world.margin = static_cast<float>(random.log_uniform(1e-4, 0.3));
+    const bool spoiled = random.chance(0.3);
+    if (spoiled)
+      for (Member& member : world.members) spoil_some(random, member.poses);
+    Policies policies = kByRows;
+    if (random.chance(0.3)) policies.sat = Sat::kFaces6;
+    if (random.chance(0.3)) policies.exact = Exact::kConvex;
+    const EnginePtr engine = make_engine_for(world);
+    const Outcome all = run_on(*engine, world, by_all_pairs(policies));
+    const Outcome got = run_on(*engine, world, policies);
+    crowds += was_crowd(*engine);
+    CHECK(same_hits(got.hits, all.hits));
+    CHECK(std::is_sorted(got.hits.begin(), got.hits.end(), link_less));
+    CHECK(got.flags == all.flags);
+    CHECK(got.in_contact == all.in_contact);
+    CHECK(got.stats.leaf_pairs == all.stats.leaf_pairs);
+    CHECK(got.stats.instances_masked == all.stats.instances_masked);
+    if (!spoiled) CHECK(missing_from(judge_world(world), got.hits) == 0);
+    hits += got.hits.size();
+  }
+  CHECK(crowds > rounds(60) * 9 / 10);
+  CHECK(hits > 5000);
+}
+
+TEST_CASE("hits and counts of a crowd are the same on every instruction set, and by any number of threads") {
+  Random random(102);
+  for (std::uint64_t round = 0; round < rounds(20); ++round) {
+    CAPTURE(round);
+    World world = crowd_world(random, 40);
+    for (Member& member : world.members) spoil_some(random, member.poses);
+    const EnginePtr first = make_engine_for(world);
+    const Outcome expected = run_on(*first, world, kByRows);
+    for (const Isa isa : available_isas())
+      for (const std::uint32_t threads : {1u, 2u}) {
+        EngineDesc desc;
+        desc.isa = isa;
+        desc.thread_count = threads;
+        CAPTURE(static_cast<int>(isa));
+        CAPTURE(threads);
+        const EnginePtr engine = make_engine_for(world, desc);
+        for (int frame = 0; frame < 2; ++frame) {
+          const Outcome got = run_on(*engine, world, kByRows);
+          CHECK(same_hits(got.hits, expected.hits));
+          CHECK(got.flags == expected.flags);
+          check_same_counts(got.stats, expected.stats);
+        }
+      }
+  }
+}
+
+TEST_CASE("what a crowd was in earlier frames changes neither hits nor counts nor boxes' bounds") {
+  Random random(103);
+  std::size_t hits = 0;
+  for (std::uint64_t round = 0; round < rounds(12); ++round) {
+    CAPTURE(round);
+    World world = crowd_world(random, 20);
+    const EnginePtr engine = make_engine_for(world);
+    for (int frame = 0; frame < 6; ++frame) {
+      CAPTURE(frame);
+      for (Member& member : world.members) {
+        const double part = random.index(3) == 0 ? 1.0 : 0.1;  // of the instances that move elsewhere
+        const Poses other = random_poses(random, member.rig, member.poses.instance_count,
+                                         PoseFormat::kQuaternionTranslation, {3, false, false, {}});
+        const std::size_t floats = member.poses.link_count * member.poses.floats_per_pose();
+        for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
+          if (random.chance(part)) std::copy_n(&other.data[i * floats], floats, &member.poses.data[i * floats]);
+        if (random.chance(0.3)) spoil_some(random, member.poses);
+      }
+      world.margin = random.chance(0.3) ? 0.05f : 0;
+      const EnginePtr fresh = make_engine_for(world);
+      const Outcome expected = run_on(*fresh, world, kByRows), got = run_on(*engine, world, kByRows);
+      CHECK(same_hits(got.hits, expected.hits));
+      CHECK(got.flags == expected.flags);
+      check_same_counts(got.stats, expected.stats);
+      for (std::size_t m = 0; m < world.members.size(); ++m) {
+        const Span<const InstanceBounds> a = engine->batches[m]->batch.bounds, b = fresh->batches[m]->batch.bounds;
+        bool same = true;
+        for (std::uint32_t i = 0; i < world.members[m].poses.instance_count; ++i)
+          if (engine->batches[m]->batch.live[i / kLanes] >> i % kLanes & 1)
+            same = same && std::memcmp(&a[i], &b[i], sizeof a[i]) == 0;
+        CHECK(same);
+      }
+      hits += got.hits.size();
+    }
+  }
+  CHECK(hits > 1000);
+}
+
+TEST_CASE("a crowd in one line, in towers, in one spot, far apart, or with giants has the hits of all leaf pairs") {
+  Random random(104);
+  enum Shape { kLine, kTowers, kSpot, kFarApart, kGiants, kManySizes, kBeyondFloats, kShapeCount };
+  for (int shape = 0; shape < kShapeCount; ++shape)
+    for (std::uint64_t round = 0; round < rounds(3); ++round) {
+      CAPTURE(shape);
+      CAPTURE(round);
+      constexpr std::uint32_t kCount = 150;
+      World world;
+      world.members.push_back(crowd_member(random, kCount, 6, {0.1, false, true, {}}));
+      add_rules(world);
+      Poses& poses = world.members[0].poses;
+      poses.origins.assign(3 * kCount, 0.0);
+      const std::size_t floats = poses.link_count * poses.floats_per_pose();
+      const std::uint32_t axis = random.index(3);
+      for (std::uint32_t i = 0; i < kCount; ++i) {
+        double* const origin = &poses.origins[3 * i];
+        double size = 1;
+        for (std::uint32_t c = 0; c < 3; ++c) origin[c] = random.uniform(-3, 3);
+        if (shape == kLine)
+          for (std::uint32_t c = 0; c < 3; ++c) origin[c] = c == axis ? 0.3 * i : 0.0;
+        if (shape == kTowers)
+          for (std::uint32_t c = 0; c < 3; ++c) origin[c] = c == axis ? 0.2 * (i / 5) : 9.0 * (i % 5);
+        if (shape == kSpot) std::fill_n(origin, 3, 0.0);
+        if (shape == kFarApart)
+          for (std::uint32_t c = 0; c < 3; ++c) origin[c] = random.uniform(0, 2) + 1e7 * random.index(3);
+        if (shape == kGiants && i % 50 == 7) size = 40;
+        if (shape == kBeyondFloats && i < 2) origin[axis] = round == 0 ? 1e39 : round == 1 ? -1e39 : 1e300;
+        if (shape == kBeyondFloats && i == 1) std::copy_n(&poses.origins[0], 3, origin);
+        if (shape == kManySizes) size = random.log_uniform(1e-3, 1e2);
+        if (shape == kManySizes)
+          for (std::uint32_t c = 0; c < 3; ++c) origin[c] *= size;
+        for (std::size_t f = 0; f < floats; ++f)
+          if (f % poses.floats_per_pose() >= 4) poses.data[i * floats + f] *= static_cast<float>(size);
+      }
+      const EnginePtr engine = make_engine_for(world);
+      const Outcome all = run_on(*engine, world, by_all_pairs(kByRows));
+      for (int frame = 0; frame < 2; ++frame) {
+        const Outcome got = run_on(*engine, world, kByRows);
+        CHECK(same_hits(got.hits, all.hits));
+        CHECK(got.in_contact == all.in_contact);
+      }
+      CHECK(!all.hits.empty());
+      // In one spot the store may be too small, and beyond floats there are no strips.
+      CHECK((was_crowd(*engine) || shape == kSpot || shape == kBeyondFloats));
+    }
+}
+
+TEST_CASE("a crowd that moves goes by bands, with strays, and has the hits and counts of a fresh engine") {
+  constexpr std::uint32_t kCount = 700;
+  for (const std::uint32_t threads : {1u, 2u}) {
+    Random random(106);
+    EngineDesc desc;
+    desc.thread_count = threads;
+    CAPTURE(threads);
+    World world;
+    world.members.push_back(crowd_member(random, kCount, 5, {0.3, false, true, {}}));
+    add_rules(world);
+    Poses& poses = world.members[0].poses;
+    poses.origins.assign(3 * kCount, 0.0);
+    for (std::uint32_t i = 0; i < kCount; ++i)
+      for (std::uint32_t c = 0; c < 2; ++c) poses.origins[3 * i + c] = random.uniform(-25, 25);
+    const EnginePtr engine = make_engine_for(world, desc);
+    frames_by_bands = strays_of_bands = 0;
+    std::size_t hits = 0;
+    for (int frame = 0; frame < 40; ++frame) {
+      CAPTURE(frame);
+      for (std::uint32_t i = 0; i < kCount; ++i) {
+        double* const origin = &poses.origins[3 * i];
+        for (std::uint32_t c = 0; c < 2; ++c) origin[c] += random.uniform(-0.1, 0.1);
+        const bool elsewhere = frame == 20 || (frame % 3 == 0 && random.chance(0.02));
+        for (std::uint32_t c = 0; c < 2 && elsewhere; ++c) origin[c] = random.uniform(-27, 27);
+        origin[2] = random.chance(0.01) ? std::numeric_limits<double>::max() / 4 : 0;
+        if (frame < 30) origin[2] = 0;
+      }
+      if (frame % 7 == 5) poses.pose(random.index(kCount), 0)[0] = std::numeric_limits<float>::quiet_NaN();
+      if (frame % 10 == 9)
+        for (int f = 4; f < 7; ++f) poses.pose(random.index(kCount), 0)[f] *= 50;
+      if (frame == 15) world.margin = 0.1f;
+      const EnginePtr fresh = make_engine_for(world, desc);
+      const Outcome got = run_on(*engine, world, kByRows, run_and_count), expected = run_on(*fresh, world, kByRows);
+      const Outcome all = run_on(*fresh, world, by_all_pairs(kByRows));
+      CHECK(same_hits(got.hits, expected.hits));
+      CHECK(same_hits(got.hits, all.hits));
+      CHECK(got.flags == expected.flags);
+      CHECK(got.in_contact == expected.in_contact);
+      check_same_counts(got.stats, expected.stats);
+      hits += got.hits.size();
+    }
+    CHECK(frames_by_bands > 40);
+    CHECK(strays_of_bands > 100);
+    CHECK(hits > 1000);
+  }
+}
+
+TEST_CASE("a crowd whose hits the store cannot hold has all of them") {
+  Random random(105);
+  constexpr std::uint32_t kCount = 1200;
+  World world;
+  Member member;
+  member.rig = random_rig(random, Topology::kChain, 12, 1);
+  member.poses = random_poses(random, member.rig, kCount, PoseFormat::kQuaternionTranslation, {0.02, false, false, {}});
+  world.members.push_back(member);
+  add_rules(world);
+  const EnginePtr engine = make_engine_for(world);
+  const Outcome all = run_on(*engine, world, by_all_pairs(kByRows));
+  CHECK(engine->hit_store.frames_in_key_order > 0);
+  engine->hit_store.frames_in_key_order = 0;
+  const Outcome got = run_on(*engine, world, kByRows);
+  CHECK(engine->hit_store.frames_in_key_order > 0);  // the crowd's frame gave up
+  CHECK(same_hits(got.hits, all.hits));
+  CHECK(got.in_contact == all.in_contact);
+  CHECK(got.stats.leaf_pairs == all.stats.leaf_pairs);
+}
+
+TEST_CASE("batches come and go between the frames of a crowd") {
+  Random random(107);
+  World world;
+  for (int m = 0; m < 3; ++m) world.members.push_back(crowd_member(random, 40, 6, {0.5, false, false, {}}));
+  add_rules(world);
+  const EnginePtr engine = make_engine_for(world);
+  run_on(*engine, world, kByRows);
+  REQUIRE(was_crowd(*engine));
+  require(remove_batch(*engine, {3}));
+  world.members.pop_back();
+  world.rules.clear();
+  add_rules(world);
+  const Outcome got = run_on(*engine, world, kByRows), expected = run_on(*make_engine_for(world), world, kByRows);
+  CHECK(same_hits(got.hits, expected.hits));
+  CHECK(!got.hits.empty());
+  ReserveDesc more;
+  more.characters = 500;
+  more.batches = 8;
+  require(reserve(*engine, more));
+  CHECK(same_hits(run_on(*engine, world, kByRows).hits, expected.hits));
+}
+
+TEST_CASE("a crowd that leaves its strips gets others") {
+  Random random(108);
+  constexpr std::uint32_t kCount = 600;
+  World world;
+  world.members.push_back(crowd_member(random, kCount, 3, {0.2, false, true, {}}));
+  add_rules(world);
+  Poses& poses = world.members[0].poses;
+  poses.origins.assign(3 * kCount, 0.0);
+  for (std::uint32_t i = 0; i < kCount; ++i)
+    for (std::uint32_t c = 0; c < 2; ++c) poses.origins[3 * i + c] = random.uniform(0, c == 0 ? 40 : 20);
+  const EnginePtr engine = make_engine_for(world);
+  std::uint32_t most = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    for (std::uint32_t i = 0; i < kCount; ++i) poses.origins[3 * i + 1] += 0.4;
+    const Outcome got = run_on(*engine, world, kByRows);
+    if (frame % 10 == 9) CHECK(same_hits(got.hits, run_on(*make_engine_for(world), world, kByRows).hits));
+    const Crowd& crowd = engine->crowd;
+    for (std::uint32_t s = 0; s < crowd.classes[0].strips; ++s)
+      most = std::max(most, crowd.strip_first[s + 1] - crowd.strip_first[s]);
+  }
+  CHECK(most < kCount / 2);
+}
