@@ -25,7 +25,7 @@ constexpr std::uint32_t kSortTasks = 32;
 constexpr std::uint32_t kRowsPerTask = 256;
 
 // Whether the places of all links in a pose, in floats, have 32 bits.
-bool has_short_offsets(const InstanceBatch& batch) {
+bool has_short_link_offsets(const InstanceBatch& batch) {
   return std::uint64_t{batch.articulation->link_count} * batch.link_stride / sizeof(float) <= 0xffffffffu;
 }
 
@@ -43,7 +43,7 @@ bool is_for_crowd(const FrameRun& run) {
     if (batch.kind != BatchKind::kCharacters) continue;
     const BatchInput& input = *batch.input;
     if (!stored.crowd.is_rigid || !batch.pairs_between || batch.pairs_within || batch.may_rest ||
-        batch.active != batch.articulation || !has_short_offsets(batch) ||
+        batch.active != batch.articulation || !has_short_link_offsets(batch) ||
         input.poses.format != PoseFormat::kQuaternionTranslation || !input.orientations.empty() ||
         !input.scales.empty() || !input.bounds.empty() || !batch.margins.empty())
       return false;

@@ -18,7 +18,7 @@ namespace cab {
 namespace {
 
 // Whether the place of every pose, in floats from the first, has 32 bits.
-bool has_short_offsets(const InstanceBatch& batch) {
+bool has_short_pose_offsets(const InstanceBatch& batch) {
   return std::uint64_t{batch.instance_count} * batch.instance_stride / sizeof(float) <= 0xffffffffu;
 }
 
@@ -186,7 +186,7 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
     kernel::RigidPairs job = {
         &slots, pairs, count, out, nullptr, nullptr, nullptr, nullptr, entries.turned, frame_.policies.sat};
     const InstanceBatch &batch_a = frame_.batch(first.batch_a), &batch_b = frame_.batch(first.batch_b);
-    if (entries.one_pair && entries.one_block && has_short_offsets(batch_a) && has_short_offsets(batch_b)) {
+    if (entries.one_pair && entries.one_block && has_short_pose_offsets(batch_a) && has_short_pose_offsets(batch_b)) {
       job.block_a = batch_of(first.batch_a).block.data;
       job.block_b = batch_of(first.batch_b).block.data;
       job.base_a = batch_a.input->poses.data;
