@@ -353,7 +353,6 @@ void bound_moved(const FrameContext& frame, std::uint32_t task, InstanceBatch& b
 }  // namespace
 
 std::uint32_t begin_bounding(FrameRun& run) {
-  if (run.by_crowd) return 0;
   for (const BatchInput& input : run.job.inputs)
     if (InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kCharacters)
       clear_not_given(batch);
@@ -377,7 +376,6 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 }
 
 std::uint32_t begin_spatial_order(FrameRun& run) {
-  if (run.by_crowd) return 0;
   std::uint32_t& frames_in_key_order = run.engine.hit_store.frames_in_key_order;
   run.in_key_order = !needs_bounds(*run.characters) || frames_in_key_order > 0;
   if (run.in_key_order) {

@@ -45,6 +45,7 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   run.characters.emplace(context_of(engine, policies, job.margin, job.report));
   run.sequences.emplace(context_of(engine, resolve_sequences(engine, job), job.margin, job.report));
   engine.pool.tasks->alone = !caller_runs_tasks && runs_on_one_thread(engine, job, policies);
+  run.sink.alone = engine.pool.working_count() == 1;
   begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
   return Status::kOk;
 }
@@ -52,18 +53,15 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
 // ------------------------------------------------------------------------------------------------------- the steps
 
 std::uint32_t begin_keeping(FrameRun& run) {
-  if (run.by_crowd) return 0;
   return begin_keeping(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
 }
 void keep_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   keep_entries(run.engine.stored_batches(), task, run.worker(w));
 }
 std::uint32_t begin_counting_kept(FrameRun& run) {
-  if (run.by_crowd) return 0;
   return begin_counting_kept(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
 }
 std::uint32_t begin_counting(FrameRun& run) {
-  if (run.by_crowd) return 0;
   return begin_counting(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
 }
 template <Grid BroadPhase::*kGrid>
@@ -73,7 +71,6 @@ void count_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 }
 template <Grid BroadPhase::*kGrid>
 std::uint32_t begin_inserting(FrameRun& run) {
-  if (run.by_crowd) return 0;
   BroadPhase& broad = run.engine.broad_phase;
   return begin_inserting(run.engine.stored_batches(), broad, broad.*kGrid, run.engine.pool);
 }
@@ -93,13 +90,13 @@ constexpr FrameStep kFrameSteps[] = {
 
     // Characters: every instance that does not rest is bounded. The grids find the instances whose bounds overlap, and
     // only those are posed again and tested.
-    {"bound", begin_bounding, bound_characters},
-    {"keep", begin_keeping, keep_entries},
-    {"count", begin_counting_kept, count_entries<&BroadPhase::kept>},
-    {"insert", begin_inserting<&BroadPhase::kept>, insert_entries<&BroadPhase::kept>},
-    {"count", begin_counting, count_entries<&BroadPhase::grid>},
-    {"insert", begin_inserting<&BroadPhase::grid>, insert_entries<&BroadPhase::grid>},
-    {"pair", begin_spatial_order, pair_in_spatial_order},
+    {"bound", begin_bounding, bound_characters, true},
+    {"keep", begin_keeping, keep_entries, true},
+    {"count", begin_counting_kept, count_entries<&BroadPhase::kept>, true},
+    {"insert", begin_inserting<&BroadPhase::kept>, insert_entries<&BroadPhase::kept>, true},
+    {"count", begin_counting, count_entries<&BroadPhase::grid>, true},
+    {"insert", begin_inserting<&BroadPhase::grid>, insert_entries<&BroadPhase::grid>, true},
+    {"pair", begin_spatial_order, pair_in_spatial_order, true},
     {"count hits", begin_counting_hits, count_hits},
     {"write hits", begin_writing_hits, write_hits},
     {"pair by key", begin_key_order, pair_in_key_order},
@@ -115,8 +112,10 @@ constexpr std::uint32_t kStepCount = std::size(kFrameSteps);
 // Goes on to the next step that has tasks. Returns false if there is none.
 bool next_step(FrameRun& run) {
   run.task_count = 0;
-  while (run.task_count == 0 && run.steps_begun < kStepCount)
-    run.task_count = kFrameSteps[run.steps_begun++].begin(run);
+  while (run.task_count == 0 && run.steps_begun < kStepCount) {
+    const FrameStep& step = kFrameSteps[run.steps_begun++];
+    if (!(step.is_other && run.by_crowd)) run.task_count = step.begin(run);
+  }
   return run.task_count > 0;
 }
 

@@ -41,6 +41,7 @@ struct FrameStep {
   // needed.
   std::uint32_t (*begin)(FrameRun& run);
   void (*task)(FrameRun& run, std::uint32_t task, std::uint32_t worker);
+  bool is_other = false;  // left out where the characters are a crowd's (FrameRun::by_crowd)
 };
 
 }  // namespace cab

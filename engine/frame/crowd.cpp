@@ -116,7 +116,6 @@ std::uint32_t begin_bounding_crowd(FrameRun& run) {
     worker->crowd[0].count = 0;
   }
   run.sink.in_spatial_order = true;
-  run.sink.alone = run.engine.pool.working_count() == 1;
   crowd.by_bands = begin_bands(run);
   if (crowd.by_bands) return crowd.bands.chunks;
   return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
