@@ -197,9 +197,8 @@ void collect_in_key_order(CandidateCollector& collector, const PlacedInstance& o
   if (!batch.pairs_between) return;
   FixedList<Partner>& partners = collector.worker.partners;
   std::uint64_t after = instance_key(one.batch, one.instance);
-  const bool all = frame.policies.strategy == Strategy::kExactAll;
   for (bool complete = false; !complete;) {
-    complete = find_partners(frame, {one.batch, one.placement.bounds, after, all}, partners);
+    complete = find_partners(frame, {one.batch, one.placement.bounds, after}, partners);
     for (const Partner& partner : partners) {
       const auto index = static_cast<std::uint32_t>(partner.key >> 32),
                  instance = static_cast<std::uint32_t>(partner.key);
@@ -300,12 +299,10 @@ void count_beyond_bounds(const FrameContext& frame, const InstanceBatch& batch, 
 
 // Poses one tile, and stores which instances are live and their bounds.
 void bound_tile(const FrameContext& frame, const TileInstances& instances, InstanceBatch& batch, Worker& worker) {
-  const RefitScope scope = needs_bounds(frame) ? RefitScope::kLeaves : RefitScope::kNone;
-  const std::uint32_t live =
-      update_and_flag_tile(frame, {&batch, instances, scope, worker.boxes.data, worker.bounds.data}, worker);
+  const std::uint32_t live = update_and_flag_tile(
+      frame, {&batch, instances, RefitScope::kLeaves, worker.boxes.data, worker.bounds.data}, worker);
   set_live(instances, live, batch);
   for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
-  if (!needs_bounds(frame)) return;
   if (!is_axis_aligned(frame.policies.refit))
     frame.kernels.bound_boxes(worker.boxes.data, posed_articulation(*batch.active).leaf_count, worker.bounds.data);
   bound_instances(frame.kernels, batch, instances, live, worker.bounds.data, worker.histogram);
@@ -319,7 +316,6 @@ void keep_instance(const FrameContext& frame, std::uint32_t instance, InstanceBa
   batch.hit_chains[instance] = {};
   if (!batch.input->flags.empty()) batch.input->flags[instance] = kInstanceOk;
   ++worker.stats.instances_resting;
-  if (!needs_bounds(frame)) return;
   keep_bounds(batch, instance, worker);
   count_beyond_bounds(frame, batch, instance, worker.stats);
 }
@@ -377,9 +373,9 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 
 std::uint32_t begin_spatial_order(FrameRun& run) {
   std::uint32_t& frames_in_key_order = run.engine.hit_store.frames_in_key_order;
-  run.in_key_order = !needs_bounds(*run.characters) || frames_in_key_order > 0;
+  run.in_key_order = frames_in_key_order > 0;
   if (run.in_key_order) {
-    if (needs_bounds(*run.characters)) --frames_in_key_order;
+    --frames_in_key_order;
     return 0;
   }
   run.sink.in_spatial_order = true;

@@ -7,8 +7,7 @@ namespace cab {
 
 // Step 1: poses the leaf boxes of every instance of the inputs' character batches that does not rest. Stores whether
 // each instance is live (not masked), and writes the caller's flags. Stores the world bounds of each instance and fills
-// the histograms for the grids. Strategy::kExactAll needs neither bounds nor grids, so it makes no bounds and the grids
-// stay empty.
+// the histograms for the grids.
 std::uint32_t begin_bounding(FrameRun& run);
 void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
@@ -26,8 +25,5 @@ void pair_in_key_order(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
 // Steps 5 and 6 for the candidates of a worker whose leaf pairs are in worker.found, sorted by candidate.
 void report_leaves(const FrameContext& frame, Worker& worker, HitSink& sink);
-
-// Whether bounds are found and searched: Strategy::kExactAll tests all pairs.
-inline bool needs_bounds(const FrameContext& frame) { return frame.policies.strategy != Strategy::kExactAll; }
 
 }  // namespace cab

@@ -129,7 +129,7 @@ void run_step_task(FrameRun& run, std::uint32_t task, std::uint32_t worker) {
 
 // Notes whose bounds this frame has stored, for QueryJob::reuse_bounds. Those of Refit::kAabbVertices hold no boxes.
 void note_bounds(Engine& engine, const FrameContext& frame, Span<const BatchInput> inputs) {
-  if (!needs_bounds(frame) || frame.policies.refit == Refit::kAabbVertices) return;
+  if (frame.policies.refit == Refit::kAabbVertices) return;
   for (const BatchInput& input : inputs) engine.batch(input.batch).bounded_by = engine.bounds_of_frame;
 }
 

@@ -88,7 +88,6 @@ std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::
 
 void pose_set(const FrameContext& frame, Worker& worker) {
   const Policies& policies = frame.policies;
-  if (policies.strategy == Strategy::kExactAll) return;
   const kernel::KernelTable& kernels = frame.kernels;
   for (const PosedTile& tile : worker.posed.tiles) {
     const InstanceBatch& batch = frame.batch(tile.batch);

@@ -62,7 +62,7 @@ inline constexpr std::size_t kPosedLeafFloats = kPosedTiles * kLanes * 6 * kLane
 
 // How a candidate is tested: by descent of two trees, if both instances have strategy `tree`, or by comparing the
 // bounds of leaves, those of link boxes where an instance has strategy `links`. Overlapping link boxes are then opened.
-// `brute` and `exact_all` are strategies of all batches, or of none.
+// `brute` is the strategy of all batches, or of none.
 inline bool descends_trees(const FrameContext& frame, const Candidate& candidate) {
   return frame.batch(candidate.batch_a).strategy == Strategy::kTree &&
          frame.batch(candidate.batch_b).strategy == Strategy::kTree;
@@ -95,8 +95,7 @@ bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& s
 std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance,
                            const Placement& placement, PosedSet& set);
 
-// Poses every instance of worker.posed and makes its boxes and leaf bounds, as the strategy needs them. Does nothing
-// with Strategy::kExactAll.
+// Poses every instance of worker.posed and makes its boxes and leaf bounds, as the strategy needs them.
 void pose_set(const FrameContext& frame, Worker& worker);
 
 // Removes all instances from the set.

@@ -109,24 +109,12 @@ void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
   worker.stats.box_tests += descent.box_tests;
 }
 
-// Step 4 without boxes: lists every leaf pair that is not ignored, in all the given lanes.
-void list_all_pairs(const PairedTiles& tiles, std::uint32_t lanes, FixedList<TilePair>& found) {
-  found.clear();
-  const Articulation &a = *tiles.a.articulation, &b = *tiles.b.articulation;
-  for (std::uint32_t i = 0; i < a.leaf_count; ++i)
-    for (std::uint32_t j = tiles.within ? i + 1 : 0; j < b.leaf_count; ++j)
-      if (!tiles.within || !is_ignored(a, a.leaf_link[i], a.leaf_link[j]))
-        found.push({static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j), lanes});
-}
-
 // Step 4 for one rule and one tile, by the frame's strategy: leaves the overlapping leaf pairs in worker.tile_found.
 void find_tile_pairs(const FrameContext& frame, const PairedTiles& tiles, std::uint32_t lanes, Worker& worker) {
   const kernel::KernelTable& kernels = frame.kernels;
   const bool brute = frame.policies.strategy != Strategy::kTree;
   const auto sat = static_cast<std::size_t>(frame.policies.sat);
-  if (frame.policies.strategy == Strategy::kExactAll)
-    list_all_pairs(tiles, lanes, worker.tile_found);
-  else if (is_axis_aligned(frame.policies.refit))
+  if (is_axis_aligned(frame.policies.refit))
     descend(tiles, lanes, worker.bounds.data, brute ? kernels.brute_aabbs : kernels.descend_aabbs, worker);
   else
     descend(tiles, lanes, worker.boxes.data, (brute ? kernels.brute_boxes : kernels.descend_boxes)[sat], worker);

@@ -1,5 +1,5 @@
-// Step 4 of a frame for characters: traversal of node pairs (`tree`, `brute`, `exact_all`) and comparison of leaf
-// bounds (`rows`, and `links` for the boxes of links).
+// Step 4 of a frame for characters: traversal of node pairs (`tree`, `brute`) and comparison of leaf bounds (`rows`,
+// and `links` for the boxes of links).
 #include "engine/traverse.h"
 
 #include "engine/in_contact.h"
@@ -18,14 +18,14 @@ namespace cab {
 namespace {
 
 // The node pairs that a traversal starts from. Where both instances have strategy `tree`, these are the two roots of a
-// candidate, or the two children of every inner node of a candidate within one instance. With `brute` and `exact_all`
-// they are all leaf pairs. next() hands out one pair at a time, so that they need no memory.
+// candidate, or the two children of every inner node of a candidate within one instance. With `brute` they
+// are all leaf pairs. next() hands out one pair at a time, so that they need no memory.
 class Seeds {
  public:
   Seeds(const FrameContext& frame, const Worker& worker, std::uint32_t begin, std::uint32_t end)
       : frame_(frame),
         worker_(worker),
-        brute_(frame.policies.strategy == Strategy::kBrute || frame.policies.strategy == Strategy::kExactAll),
+        brute_(frame.policies.strategy == Strategy::kBrute),
         candidate_(begin),
         end_(end) {}
 
@@ -167,12 +167,10 @@ void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end,
       if (worker.stack.empty()) return;
       continue;
     }
-    std::uint32_t overlapping = (1u << block.count) - 1;
-    if (frame.policies.strategy != Strategy::kExactAll) {
-      pad(block);
-      worker.stats.box_tests += block.count;
-      overlapping &= overlap_block(frame.kernels, frame.policies.sat, block.boxes);
-    }
+    pad(block);
+    worker.stats.box_tests += block.count;
+    const std::uint32_t overlapping =
+        ((1u << block.count) - 1) & overlap_block(frame.kernels, frame.policies.sat, block.boxes);
     for (std::uint32_t i = 0; i < block.count; ++i) {
       const std::uint32_t lane = (from_stack + i) % block.count;  // seeds first: their level is the lowest
       if (!(overlapping >> lane & 1)) continue;

@@ -13,10 +13,8 @@ struct Worker;
 // policy keeps them, as boxes or as axis-aligned bounds. kAllNodes: all nodes.
 enum class RefitScope : std::uint8_t { kNone, kLeaves, kAllNodes };
 
-// What a strategy tests. kExactAll tests no box; its leaves are posed to find the masked instances. The leaves of a
-// level of nodes are inner nodes.
+// What a strategy tests. The leaves of a level of nodes are inner nodes.
 inline RefitScope refit_scope(Strategy strategy, const Articulation& articulation) {
-  if (strategy == Strategy::kExactAll) return RefitScope::kNone;
   return strategy == Strategy::kTree || articulation.lod.posed ? RefitScope::kAllNodes : RefitScope::kLeaves;
 }
 

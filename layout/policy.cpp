@@ -46,8 +46,6 @@ constexpr PolicyValue kStrategyValues[] = {
         "each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute"),
     row(Strategy::kLinks, "links", "boxes of links by rows, then the leaves of those that overlap; sequences: as tree"),
     row(Strategy::kBrute, "brute", "every leaf of one against every leaf of the other"),
-    row(Strategy::kExactAll, "exact_all",
-        "no boxes: every leaf pair goes to the exact test; without one every pair is reported"),
     row(Strategy::kAuto, "auto",
         "characters: rows, links or tree by leaves and links; sequences: brute or tree by leaf pairs and nodes"),
 };

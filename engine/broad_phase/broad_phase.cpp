@@ -200,7 +200,7 @@ bool list_in_key_order(const FrameContext& frame, const PartnerQuery& query, Fix
     const InstanceBatch& other = frame.batch(index);
     for (; instance < other.instance_count; ++instance) {
       if (!(other.live[instance / kLanes] >> (instance % kLanes) & 1)) continue;
-      if (!query.all && !overlap(query.bounds, other.bounds[instance])) continue;
+      if (!overlap(query.bounds, other.bounds[instance])) continue;
       if (found.size == found.capacity) return false;
       found.push({instance_key(index, instance), kNoEntry});
     }
@@ -378,7 +378,6 @@ void insert_entries(StoredBatches batches, const BroadPhase& broad, Grid& grid, 
 }
 
 bool find_partners(const FrameContext& frame, const PartnerQuery& query, FixedList<Partner>& found) {
-  if (query.all) return list_in_key_order(frame, query, found);
   found.clear();
   PartnerList list = {found, query.after, ~std::uint64_t{0}};
   for (const Grid* const grid : {&frame.broad_phase.grid, &frame.broad_phase.kept})

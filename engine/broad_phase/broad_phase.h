@@ -55,7 +55,6 @@ struct PartnerQuery {
   std::uint32_t batch;  // index of the batch
   const InstanceBounds& bounds;
   std::uint64_t after;  // an instance_key
-  bool all;             // whether `bounds` is ignored (Strategy::kExactAll)
 };
 
 // Replaces `found` by the partners in ascending order of their keys. Returns false if the list is full and partners

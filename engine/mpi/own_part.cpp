@@ -95,7 +95,6 @@ FrameJob own_job(const DistributedJob& job, const OwnPart& part) {
 
 Status make_own_part(DistributedEngine& engine, const DistributedJob& job, OwnPart& part) {
   if (job.report == Report::kInContact) return Status::kBadReport;
-  if (job.policies.strategy == Strategy::kExactAll) return Status::kBadPolicy;
   part.batches.resize(engine.batches.size());
   part.first_regions.resize(engine.batches.size());
   if (const Status status = refill_slots(own_rooms(engine)); status != Status::kOk) return status;

@@ -121,10 +121,11 @@ class CrowdSession {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // Runs one frame and returns its stats. The hits stay until the next frame. If their buffer is too small, it grows
-  // and the frame runs again; the stats are then those of the second run. With only_in_contact there are no hits, but
-  // one byte per character.
-  FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_in_contact = false) {
+  // Runs one frame by a function like run_frame and returns its stats. The hits stay until the next frame. If their
+  // buffer is too small, it grows and the frame runs again; the stats are then those of the second run. With
+  // only_in_contact there are no hits, but one byte per character.
+  FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_in_contact = false,
+                 RunFrame frame = run_frame) {
     std::vector<BatchInput> inputs(posed.size());
     in_contact_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
@@ -151,11 +152,11 @@ class CrowdSession {
     job.policies = policies;
     if (only_in_contact) job.report = Report::kInContact;
     job.hits = hits_;
-    Status status = run_frame(*engine_, job);
+    Status status = frame(*engine_, job);
     if (status == Status::kHitsOverflow) {
       hits_.resize(job.hits_needed + job.hits_needed / 4);
       job.hits = hits_;
-      status = run_frame(*engine_, job);
+      status = frame(*engine_, job);
     }
     require(status, "frame");
     hit_count_ = job.hit_count;

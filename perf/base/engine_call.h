@@ -1,6 +1,8 @@
 // Calls of the engine whose failure ends a command.
 #pragma once
 
+#include <cab/cab.h>
+
 #include "perf/base/out_of_memory.h"
 #include "perf/oracle/engine_ptr.h"
 
@@ -8,6 +10,9 @@
 #include <string>
 
 namespace cab::perf {
+
+// run_frame, or a function that does what it does, such as run_all_pairs (engine/all_pairs.h).
+using RunFrame = decltype(&run_frame);
 
 // Throws std::runtime_error with `what` and the status in words, unless that is kOk.
 inline void require(Status status, const std::string& what) {

@@ -6,7 +6,6 @@
 #include <tuple>
 #include <utility>
 
-#include "perf/base/engine_call.h"
 #include "perf/base/statistics.h"
 
 namespace cab::perf {
@@ -110,7 +109,8 @@ std::uint32_t EngineSession::block_count() const {
   return (frames_.count() + full_.frame_count - 1) / full_.frame_count;
 }
 
-void EngineSession::run_block(std::uint32_t block, const Policies& policies, bool contacts, BlockResult& result) {
+void EngineSession::run_block(std::uint32_t block, const Policies& policies, bool contacts, BlockResult& result,
+                              RunFrame frame) {
   const std::uint32_t first = frames_.first + block * full_.frame_count;
   const std::uint32_t count = std::min(full_.frame_count, frames_.end - first);
   const BatchSet& set = count == full_.frame_count ? full_ : last_;
@@ -131,7 +131,7 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
     contacts_.resize(contacts ? room : 0);
     job.hits = hits_;
     job.contacts = contacts_;
-    status = run_frame(*engine_, job);
+    status = frame(*engine_, job);
     if (status == Status::kHitsOverflow && job.hits_needed <= room) break;
     room = job.hits_needed;
   }
@@ -162,11 +162,11 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
 }
 
 FrameStats EngineSession::run(const Policies& policies, bool contacts,
-                              const std::function<void(const BlockResult&)>& on_block) {
+                              const std::function<void(const BlockResult&)>& on_block, RunFrame frame) {
   FrameStats sum;
   BlockResult result;
   for (std::uint32_t block = 0; block < block_count(); ++block) {
-    run_block(block, policies, contacts, result);
+    run_block(block, policies, contacts, result, frame);
     add_stats(sum, result.stats);
     on_block(result);
   }

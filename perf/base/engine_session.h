@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "perf/oracle/engine_ptr.h"
+#include "perf/base/engine_call.h"
 #include "scenes/scene.h"
 
 namespace cab::perf {
@@ -75,12 +75,14 @@ class EngineSession {
   std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
   std::uint32_t block_count() const;
 
-  // Runs one block of frames. The memory of result.touches is reused. If the hit buffer is too small, it grows and the
-  // block runs again; the stats are then those of the second run.
-  void run_block(std::uint32_t block, const Policies& policies, bool contacts, BlockResult& result);
+  // Runs one block of frames by a function like run_frame. The memory of result.touches is reused. If the hit buffer is
+  // too small, it grows and the block runs again; the stats are then those of the second run.
+  void run_block(std::uint32_t block, const Policies& policies, bool contacts, BlockResult& result,
+                 RunFrame frame = run_frame);
 
   // Runs all blocks in order, calls on_block for each and returns the sum of their stats.
-  FrameStats run(const Policies& policies, bool contacts, const std::function<void(const BlockResult&)>& on_block);
+  FrameStats run(const Policies& policies, bool contacts, const std::function<void(const BlockResult&)>& on_block,
+                 RunFrame frame = run_frame);
 
   // The first pose that is masked, by frames within a block, or none.
   std::optional<MaskedPose> first_masked() const;

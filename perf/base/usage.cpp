@@ -26,11 +26,6 @@ bool is_same_file(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-void check_strategy(const Policies& policies) {
-  if (policies.strategy == Strategy::kExactAll && policies.exact == Exact::kNone)
-    throw UsageError("--strategy: exact_all without an exact test reports every pair; add --exact convex");
-}
-
 void check_given(const std::string& option, std::size_t given, std::size_t count, const std::string& noun) {
   if (given > 1 && given != count)
     throw UsageError(option + ": given " + std::to_string(given) + " times for " + std::to_string(count) + " " + noun +

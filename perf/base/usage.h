@@ -22,9 +22,6 @@ struct OutputOption {
   std::string path;
 };
 
-// Throws UsageError for a strategy that would report every pair of leaves.
-void check_strategy(const Policies& policies);
-
 // Throws UsageError unless an option is given never, once, or once for each of `count` files or clips, as `noun` says.
 void check_given(const std::string& option, std::size_t given, std::size_t count, const std::string& noun);
 

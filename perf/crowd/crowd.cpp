@@ -494,7 +494,6 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
     throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));
   check_given("--units", options.metres_per_unit.size(), options.clips.size(), "clip");
-  check_strategy(options.policies);
   std::vector<std::string> inputs = options.clips;
   inputs.push_back(options.trajectories_path);
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);

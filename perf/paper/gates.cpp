@@ -75,7 +75,7 @@ std::vector<Gate> check_gates(const PaperTable& table, const std::vector<MethodR
   const MethodRun* cab = find_run(runs, PaperMethod::kCab);
   const MethodRun* hull = find_run(runs, PaperMethod::kAabbHull);
   for (const MethodRun& run : runs) {
-    if (run.method.policies.strategy == Strategy::kExactAll) continue;
+    if (run.method.all_pairs) continue;
     if (run.method.on_meshes) gates.push_back(equal_hits_on_meshes(runs.front(), run));
     if (cab && &run != cab && !is_axis_aligned(run.method)) gates.push_back(equal_coll(*cab, run));
     if (hull && &run != hull && run.method.policies.refit == Refit::kAabbHull) gates.push_back(equal_coll(*hull, run));

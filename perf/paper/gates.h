@@ -19,6 +19,7 @@ struct Method {
   Policies policies;
   bool on_demand = false;  // perf/paper/partial_update instead of the engine; policies are those of the boxes it equals
   bool on_meshes = false;  // exact queries by perf/paper/mesh_query instead of the engine
+  bool all_pairs = false;  // run_all_pairs instead of run_frame: there are no boxes, and of the policies `exact` counts
 };
 
 // What a method found by one exact test, and what the test cost.

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/all_pairs.h"
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
@@ -32,7 +33,7 @@ constexpr Policies tree(Refit refit, Extents extents = Extents::kChildren) {
 
 // The paper's rows in its order, each followed by its variants.
 const std::array<Method, 14> kMethods = {{
-    {"brute", PaperMethod::kBrute, {Refit::kCab, Strategy::kExactAll, Exact::kFcl, Extents::kChildren}},
+    {"brute", PaperMethod::kBrute, {Refit::kCab, Strategy::kBrute, Exact::kFcl}, false, false, true},
     {"AABB+", PaperMethod::kAabbVertices, tree(Refit::kAabbVertices)},
     {"AABB*", PaperMethod::kAabbHull, tree(Refit::kAabbHull)},
     {"AABB* from leaves", std::nullopt, tree(Refit::kAabbHull, Extents::kLeaves)},
@@ -104,11 +105,14 @@ Method with_exact(Method method, Exact exact) {
   return method;
 }
 
+// The function that runs a method's frames.
+RunFrame frame_of(const Method& method) { return method.all_pairs ? run_all_pairs : run_frame; }
+
 // Runs a method with its exact queries and hands out the hits of each block. As in the paper, a query that finds a hit
 // goes on to its normal and depth; those on meshes do not, since FCL gives the contacts of triangles, not of bodies.
 FrameStats run_queries(EngineSession& session, const scenes::Scene& scene, const Method& method,
                        std::uint64_t& nested_count, const std::function<void(const BlockResult&)>& on_block) {
-  if (!method.on_meshes) return session.run(method.policies, true, on_block);
+  if (!method.on_meshes) return session.run(method.policies, true, on_block, frame_of(method));
   MeshQueries queries(scene);
   const Policies boxes = with_exact(method, Exact::kNone).policies;
   FrameStats stats = session.run(boxes, false, [&](const BlockResult& block) {
@@ -134,7 +138,7 @@ ExactRun run_exact(EngineSession& session, const scenes::Scene& scene, const Met
   ExactRun exact;
   scenes::BitHash hash;
   BlockResult warm_up;
-  session.run_block(0, method.policies, false, warm_up);
+  session.run_block(0, method.policies, false, warm_up, frame_of(method));
   run.stats = run_queries(session, scene, method, run.nested_count, [&](const BlockResult& block) {
     for (const Touch& touch : block.touches) {
       if (touch.character_a == touch.character_b) continue;
@@ -187,7 +191,7 @@ void measure(EngineSession& session, const scenes::Scene& scene, std::vector<Met
   for (std::size_t r = 0; r < kTimedRuns; ++r)
     for (std::size_t m = 0; m < runs.size(); ++m) {
       MethodRun& run = runs[m];
-      if (run.method.policies.strategy == Strategy::kExactAll) continue;
+      if (run.method.all_pairs) continue;
       scenes::BitHash hash;
       const FrameStats stats = run_boxes(session, scene, run.method, hash);
       times[m].update.push_back(stats.seconds_update);
@@ -272,7 +276,7 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
       run.method = method;
       bar.advance(scene.frame_count);
     } else {
-      EngineSession& used = method.policies.strategy == Strategy::kExactAll ? brute_session : session;
+      EngineSession& used = method.all_pairs ? brute_session : session;
       if (!method.on_meshes) run.convex = run_exact(used, scene, with_exact(method, Exact::kConvex), run);
       run.fcl = run_exact(used, scene, method, run);
       bar.advance(scene.frame_count);

@@ -32,7 +32,6 @@ struct RunTotals {
 // Throws UsageError for options that contradict each other.
 void check(const RunOptions& options) {
   check_files(options.world);
-  check_strategy(options.policies);
   if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
     throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
                      ": boxes alone have no normal and depth; leave out --exact none");

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/all_pairs.h"
 #include "layout/instance_batch.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
@@ -86,9 +87,8 @@ class Judge {
     Policies policies;
     const bool all = world.most_leaf_pairs() <= kMostJudgedPairs;
     policies.strategy = Strategy::kBrute;
-    if (all) policies.strategy = Strategy::kExactAll;
     policies.exact = exact;
-    world.run(policies, &hits_);
+    world.run(policies, &hits_, all ? run_all_pairs : run_frame);
     name_ = policy_value(policies, "exact") + (all ? " on all pairs" : " on the pairs of brute");
   }
   const std::vector<SweepHit>& hits() const { return hits_; }
@@ -174,7 +174,6 @@ std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_
   }
   std::vector<Policies> out;
   const auto add = [&out](const Policies& policies) {
-    if (policies.strategy == Strategy::kExactAll && policies.exact == Exact::kNone) return;
     if (std::none_of(out.begin(), out.end(), [&](const Policies& other) { return same(policies, other); }))
       out.push_back(policies);
   };

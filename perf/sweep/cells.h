@@ -55,9 +55,8 @@ struct SweepPlan {
 };
 
 // The defaults first, then every combination of values of the rows of policy_table(). A row has the values values[row].
-// If that is empty, it has all values, or for `exact` the default. Two kinds of combinations are left out: exact_all
-// without an exact test, which reports all pairs, and, for strategies that descend no hierarchy, those that differ only
-// in inner boxes.
+// If that is empty, it has all values, or for `exact` the default. Left out are, for strategies that descend no
+// hierarchy, those that differ only in inner boxes.
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values);
 
 // Counts, judges, then times. In each round every cell has a turn: some runs, of which the fastest counts. A cell whose

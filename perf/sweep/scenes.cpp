@@ -120,23 +120,24 @@ SweepWorld::SweepWorld(const SweepScene& scene, Isa isa, std::uint32_t thread_co
 Isa SweepWorld::isa() const { return crowd_ ? crowd_->isa() : frames_->isa(); }
 std::uint32_t SweepWorld::thread_count() const { return crowd_ ? crowd_->thread_count() : frames_->thread_count(); }
 
-FrameStats SweepWorld::run(const Policies& policies, std::vector<SweepHit>* hits) {
+FrameStats SweepWorld::run(const Policies& policies, std::vector<SweepHit>* hits, RunFrame frame) {
   FrameStats sum;
   if (hits) hits->clear();
   if (crowd_) {
     for (std::uint32_t f = 0; f < scene_.frame_count; ++f) {
-      add_stats(sum, crowd_->run(scene_.posed[f], policies));
+      add_stats(sum, crowd_->run(scene_.posed[f], policies, false, frame));
       if (!hits) continue;
       for (const Hit& hit : crowd_->hits())
         hits->push_back(
             {f, hit.batch_a.value, hit.instance_a, hit.link_a, hit.batch_b.value, hit.instance_b, hit.link_b});
     }
   } else {
-    sum = frames_->run(policies, false, [hits](const BlockResult& block) {
+    const auto add = [hits](const BlockResult& block) {
       if (!hits) return;
       for (const Touch& touch : block.touches)
         hits->push_back({touch.frame, touch.character_a, 0, touch.link_a, touch.character_b, 0, touch.link_b});
-    });
+    };
+    sum = frames_->run(policies, false, add, frame);
   }
   if (hits) std::sort(hits->begin(), hits->end());
   return sum;

@@ -65,8 +65,9 @@ class SweepWorld {
   Isa isa() const;
   std::uint32_t thread_count() const;
 
-  // Runs all frames and returns the sum of their stats. *hits (may be null) receives the touching links, sorted.
-  FrameStats run(const Policies& policies, std::vector<SweepHit>* hits = nullptr);
+  // Runs all frames by a function like run_frame and returns the sum of their stats. *hits (may be null) receives the
+  // touching links, sorted.
+  FrameStats run(const Policies& policies, std::vector<SweepHit>* hits = nullptr, RunFrame frame = run_frame);
 
   // An upper limit for the leaf pairs between characters whose bounds overlap. For frames of a few characters, between
   // all that are paired.

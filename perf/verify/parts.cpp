@@ -79,15 +79,13 @@ std::vector<RefitMethod> frame_methods() {
   for (const Refit refit : values_of<Refit>("refit")) {
     for (const Strategy strategy : values_of<Strategy>("strategy")) {
       for (const Extents extents : values_of<Extents>("extents")) {
-        const bool descends = strategy != Strategy::kBrute && strategy != Strategy::kExactAll;
+        const bool descends = strategy != Strategy::kBrute;
         const Policies policies = {refit, strategy, Exact::kNone, extents};
         if (!descends && extents != Extents::kChildren) continue;
-        if (strategy == Strategy::kExactAll && refit != Refit::kCab) continue;
-        std::string name = value_name(policies, "strategy");
-        if (strategy != Strategy::kExactAll) name += ", " + value_name(policies, "refit");
+        std::string name = value_name(policies, "strategy") + ", " + value_name(policies, "refit");
         if (descends) name += ", " + value_name(policies, "extents");
         out.push_back({name, policies});
-        if (strategy == Strategy::kExactAll || is_axis_aligned(refit) || extents != Extents::kChildren) continue;
+        if (is_axis_aligned(refit) || extents != Extents::kChildren) continue;
         for (const RefitMethod& sat : sat_methods()) {
           if (sat.policies.sat == Sat::kAll15) continue;
           Policies fewer = policies;

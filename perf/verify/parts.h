@@ -138,8 +138,8 @@ std::vector<RefitMethod> refit_methods(std::uint32_t refit_count);
 // Every choice of axes for the overlap test.
 std::vector<RefitMethod> sat_methods();
 
-// Every refit with every strategy. Extents vary only if the strategy descends, and refits only if it uses boxes. The
-// values of `sat` vary with every refit and strategy on which they have an effect.
+// Every refit with every strategy. Extents vary only if the strategy descends. The values of `sat` vary with every
+// refit and strategy on which they have an effect.
 std::vector<RefitMethod> frame_methods();
 
 std::vector<std::string> names_of(const std::vector<RefitMethod>& methods);

@@ -355,7 +355,7 @@ TEST_CASE(
     ledger.fail_after(0);
     const std::uint64_t ledger_calls = ledger.calls();
     for (const Strategy strategy :
-         {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute, Strategy::kExactAll, Strategy::kAuto})
+         {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute, Strategy::kAuto})
       for (const Refit refit : {Refit::kCab, Refit::kCovariance, Refit::kAabbHull, Refit::kAabbVertices})
         for (const Report report : {Report::kHits, Report::kInContact})
           for (const std::size_t capacity : {hits.size(), std::size_t{1000}}) {

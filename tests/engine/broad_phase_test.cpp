@@ -315,21 +315,18 @@ TEST_CASE(
     for (std::uint32_t i = 0; i < n; ++i)
       if (masked(i))
         for (std::size_t m = 1; m < 4; ++m) world.members[m].poses.data[7 * std::size_t{i} + 4] = std::nanf("");
-    for (const Policies& policies :
-         {Policies{Refit::kCab, Strategy::kTree}, Policies{Refit::kCab, Strategy::kExactAll}}) {
-      const Outcome outcome = run_world(world, policies);
-      std::size_t at = 0;
-      for (const std::uint32_t batch : {2u, 4u})
-        for (std::uint32_t i = 0; i < n; ++i) {
-          if (masked(i)) continue;
-          REQUIRE(at < outcome.hits.size());
-          CHECK(outcome.hits[at].batch_b.value == batch);
-          CHECK(outcome.hits[at++].instance_b == i);
-        }
-      CHECK(at > kPartnerCapacity);
-      CHECK(at == outcome.hits.size());
-      CHECK(outcome.stats.candidates == at);
-    }
+    const Outcome outcome = run_world(world, {Refit::kCab, Strategy::kTree});
+    std::size_t at = 0;
+    for (const std::uint32_t batch : {2u, 4u})
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (masked(i)) continue;
+        REQUIRE(at < outcome.hits.size());
+        CHECK(outcome.hits[at].batch_b.value == batch);
+        CHECK(outcome.hits[at++].instance_b == i);
+      }
+    CHECK(at > kPartnerCapacity);
+    CHECK(at == outcome.hits.size());
+    CHECK(outcome.stats.candidates == at);
   }
 }
 
@@ -344,15 +341,4 @@ TEST_CASE("every instance of a crowd in one place is paired with every other") {
   CHECK(run_world(world).hits.size() == 1600);
   world.rules = {{{2}, {2}, Pairing::kBetween}};
   CHECK(run_world(world).hits.size() == 780);
-}
-
-TEST_CASE("exact_all puts nothing into the grid, whether a refit makes oriented or axis-aligned boxes") {
-  const World world = two_cubes({{1, 2, 3}}, 1.0, BatchKind::kCharacters);
-  const EnginePtr engine = make_engine_for(world);
-  for (const Refit refit : {Refit::kCab, Refit::kAabbHull, Refit::kAabbVertices}) {
-    CHECK(run_on(*engine, world, {refit, Strategy::kTree}).hits.size() == 1);
-    CHECK(engine->broad_phase.grid.count == 2);
-    CHECK(run_on(*engine, world, {refit, Strategy::kExactAll}).hits.size() == 1);
-    CHECK(engine->broad_phase.grid.count == 0);
-  }
 }

@@ -215,11 +215,9 @@ TEST_CASE("a frame of listed instances has the hits of a frame in which the othe
           random_poses(random, member.rig, 150, PoseFormat::kMatrix3x4Rows, {2.5, random.chance(0.5), true, {}});
     }
     const Listed some(random, all, random.uniform(0.05, 0.95)), others(random, all, 0.5);
-    for (const Strategy strategy :
-         {Strategy::kAuto, Strategy::kTree, Strategy::kLinks, Strategy::kBrute, Strategy::kExactAll})
+    for (const Strategy strategy : {Strategy::kAuto, Strategy::kTree, Strategy::kLinks, Strategy::kBrute})
       for (const bool threads : {false, true}) {
-        const Exact exact = strategy == Strategy::kExactAll ? Exact::kConvex : Exact::kNone;
-        const Policies policies = {Refit::kCab, strategy, exact};
+        const Policies policies = {Refit::kCab, strategy, Exact::kNone};
         EngineDesc desc;
         if (threads) desc.scheduler = &scheduler;
         const EnginePtr engine = make_engine_for(all, desc);

@@ -160,8 +160,7 @@ class Story {
     policies_ = {};
     policies_.strategy = static_cast<Strategy>(random_.index(policy_table()[1].value_count));
     if (random_.chance(0.3)) policies_.refit = Refit::kAabbHull;
-    const bool exact = plot_.exact && (policies_.strategy == Strategy::kExactAll || random_.chance(0.4));
-    if (!exact && policies_.strategy == Strategy::kExactAll) policies_.strategy = Strategy::kAuto;
+    const bool exact = plot_.exact && random_.chance(0.4);
     if (exact) policies_.exact = Exact::kConvex;
     margin_ = random_.chance(0.3) ? 0.1f : 0;
     min_depth_ = exact && random_.chance(0.3) ? 0.03f : 0;

@@ -188,8 +188,8 @@ TEST_CASE("masks take the masked pairs out of the hits within an instance, and n
     for (int m = 0; m < 2; ++m) add_instances(*engine, masked, 17, member.kind);
 
     for (const Refit refit : {Refit::kCab, Refit::kAabbHull, Refit::kAabbVertices})
-      for (const Strategy strategy : {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute,
-                                      Strategy::kExactAll, Strategy::kAuto}) {
+      for (const Strategy strategy :
+           {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute, Strategy::kAuto}) {
         CAPTURE(static_cast<int>(refit));
         CAPTURE(static_cast<int>(strategy));
         const Policies policies = {refit, strategy};

@@ -11,8 +11,7 @@ using namespace cab::oracle;
 using tests::least_count;
 using tests::rounds;
 
-constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute,
-                                    Strategy::kExactAll};
+constexpr Strategy kStrategies[] = {Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute};
 
 using Bytes = std::vector<std::vector<std::uint8_t>>;
 
@@ -52,7 +51,6 @@ TEST_CASE("in_contact names the instances that are in a hit, with either report 
     const std::vector<Hit> judged = judge_world(world);
     for (const Exact exact : {Exact::kNone, Exact::kFcl, Exact::kConvex})
       for (const Strategy strategy : kStrategies) {
-        if (strategy == Strategy::kExactAll && exact == Exact::kFcl) continue;  // slow; the property test has it
         if (exact == Exact::kFcl && !build_info().fcl) {
           MESSAGE("skipped: this build lacks FCL");
           continue;

@@ -1,4 +1,5 @@
 // Coarser levels of detail: what touches at a finer level touches at a coarser one, by leaves that stand for its links.
+#include "engine/all_pairs.h"
 #include "perf/oracle/random_world.h"
 #include "scenes/crowd/crowd.h"
 #include "tests/engine/thread_pool.h"
@@ -107,7 +108,8 @@ std::vector<std::uint16_t> leaves_by_link(const Engine& engine, ArticulationId l
 }
 
 std::vector<Hit> frame_of(Engine& engine, const std::vector<BatchInput>& inputs, const std::vector<PairRule>& rules,
-                          const Policies& policies, float margin = 0, FrameStats* stats = nullptr) {
+                          const Policies& policies, float margin = 0, FrameStats* stats = nullptr,
+                          decltype(&run_frame) frame = run_frame) {
   FrameJob job;
   job.inputs = inputs;
   job.rules = rules;
@@ -118,7 +120,7 @@ std::vector<Hit> frame_of(Engine& engine, const std::vector<BatchInput>& inputs,
   while (status == Status::kHitsOverflow) {
     hits.resize(std::max(hits.size(), job.hits_needed));
     job.hits = hits;
-    status = run_frame(engine, job);
+    status = frame(engine, job);
   }
   require(status);
   hits.resize(job.hit_count);
@@ -650,9 +652,9 @@ TEST_CASE("a level names for each link with leaves the leaf that stands for it, 
         });
       };
       const BatchId batch = add_instances(*engine, level, 1);
-      Policies every;
-      every.strategy = Strategy::kExactAll;  // reports all pairs of leaves that are not ignored
-      const std::vector<Hit> hits = frame_of(*engine, {rest.input(batch)}, {{batch, batch, Pairing::kWithin}}, every);
+      // All pairs of leaves that are not ignored.
+      const std::vector<Hit> hits =
+          frame_of(*engine, {rest.input(batch)}, {{batch, batch, Pairing::kWithin}}, {}, 0, nullptr, run_all_pairs);
       for (std::uint16_t a = 0; a < info.leaf_count; ++a)
         for (std::uint16_t b = static_cast<std::uint16_t>(a + 1); b < info.leaf_count; ++b) {
           bool reported = false;

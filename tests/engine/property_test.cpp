@@ -1,6 +1,7 @@
 // Properties of whole frames over random articulations, poses, batches and policies. Every world is made from one
 // seed, which is printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone. CAB_TEST_ROUNDS says
 // how many worlds run (tests/rounds.h).
+#include "engine/all_pairs.h"
 #include "kernels/descend_tiles.h"
 #include "perf/oracle/random_world.h"
 #include "tests/rounds.h"
@@ -220,12 +221,12 @@ TEST_CASE(
     if (random.chance(0.3)) world.margin = static_cast<float>(random.log_uniform(1e-4, 0.3));
     const EnginePtr engine = make_engine_for(world);
     const std::vector<Hit> touching = judge_world(world), wider = judge_widened(world, kInvented);
-    const std::vector<Hit> all = run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, Exact::kNone}).hits;
+    const std::vector<Hit> all = run_on(*engine, world, {}, run_all_pairs).hits;
     std::vector<Hit> all_exact[kExactCount];
     for (const Exact exact : {Exact::kFcl, Exact::kConvex})
       if (is_built(exact))
         all_exact[static_cast<std::size_t>(exact)] =
-            run_on(*engine, world, {Refit::kCab, Strategy::kExactAll, exact}).hits;
+            run_on(*engine, world, {Refit::kCab, Strategy::kAuto, exact}, run_all_pairs).hits;
     CHECK(missing_from(touching, all_exact[static_cast<std::size_t>(Exact::kConvex)]) == 0);
     std::map<Refit, std::vector<Hit>> by_predicate;
     for (const Refit refit : kLeafPredicates) by_predicate[refit] = run_on(*engine, world, by_brute(refit)).hits;
@@ -259,9 +260,6 @@ TEST_CASE(
       if (policies.exact != Exact::kNone) {
         CHECK(got.stats.exact_tests >= got.stats.false_positives + got.hits.size());
         CHECK(same_hits(got.hits, all_exact[static_cast<std::size_t>(policies.exact)]));
-      } else if (policies.strategy == Strategy::kExactAll) {
-        CHECK(same_hits(got.hits, all));
-        CHECK(got.stats.box_tests == 0);
       } else if (is_oriented(policies.refit) && policies.sat != Sat::kAll15) {
         CHECK(missing_from(by_predicate[Refit::kCab], got.hits) == 0);
         CHECK(missing_from(got.hits, fewer_axes) == 0);

@@ -144,10 +144,9 @@ std::uint64_t resting_count(const Story& story) {
 TEST_CASE("a frame in which some rest has the hits of one in which all have moved, without those that a rule skips") {
   ThreadPool pool(4);
   const Scheduler scheduler = pool.scheduler();
-  for (const Strategy strategy :
-       {Strategy::kAuto, Strategy::kTree, Strategy::kLinks, Strategy::kBrute, Strategy::kExactAll}) {
+  for (const Strategy strategy : {Strategy::kAuto, Strategy::kTree, Strategy::kLinks, Strategy::kBrute}) {
     CAPTURE(static_cast<int>(strategy));
-    const bool tests_all = strategy == Strategy::kBrute || strategy == Strategy::kExactAll;
+    const bool tests_all = strategy == Strategy::kBrute;
     std::size_t hits = 0, skipped = 0, kept = 0;
     for (std::uint64_t seed = 1; seed <= rounds(4); ++seed)
       for (const Resting resting : {Resting::kReported, Resting::kSkipped}) {
@@ -160,8 +159,7 @@ TEST_CASE("a frame in which some rest has the hits of one in which all have move
             for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
               member.layers.push_back(1u << random.index(3)), member.layer_masks.push_back(1 + random.index(7));
           }
-        const Policies policies = {Refit::kCab, strategy,
-                                   strategy == Strategy::kExactAll ? Exact::kConvex : Exact::kNone};
+        const Policies policies = {Refit::kCab, strategy, Exact::kNone};
         EngineDesc desc;
         if (random.chance(0.5)) desc.scheduler = &scheduler;
         const EnginePtr engine = make_engine_for(story.world, desc), skipping = make_engine_for(story.world);
@@ -180,7 +178,7 @@ TEST_CASE("a frame in which some rest has the hits of one in which all have move
           Story skipped_story = story;
           for (PairRule& rule : skipped_story.world.rules) rule.resting = Resting::kSkipped;
           const Outcome fewer = skipped_story.run(*skipping, policies);
-          const bool keeps = resting == Resting::kReported && strategy != Strategy::kExactAll;
+          const bool keeps = resting == Resting::kReported;
           const FrameStats& tested = keeps || skips ? fewer.stats : all.stats;
           CHECK(found.stats.candidates == tested.candidates);
           CHECK(same_counts(found.stats, tested));
@@ -194,10 +192,7 @@ TEST_CASE("a frame in which some rest has the hits of one in which all have move
       }
     CHECK(hits > least_count(tests_all ? 4000 : 30000, 4));
     CHECK(skipped > least_count(tests_all ? 1800 : 12000, 4));
-    if (strategy == Strategy::kExactAll)
-      CHECK(kept == 0);
-    else
-      CHECK(kept > least_count(tests_all ? 2000 : 10000, 4));
+    CHECK(kept > least_count(tests_all ? 2000 : 10000, 4));
   }
 }
 

@@ -227,9 +227,8 @@ TEST_CASE("static bodies are hit like characters of one leaf, by every strategy,
     const World reference = with_characters(world, level);
     for (const Refit refit : {Refit::kCab, Refit::kBest3, Refit::kAabbHull})
       for (const Strategy strategy :
-           {Strategy::kAuto, Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute, Strategy::kExactAll})
+           {Strategy::kAuto, Strategy::kTree, Strategy::kRows, Strategy::kLinks, Strategy::kBrute})
         for (const Exact exact : {Exact::kNone, Exact::kConvex, Exact::kFcl}) {
-          if (strategy == Strategy::kExactAll && exact != Exact::kConvex) continue;
           if (exact == Exact::kFcl && (!build_info().fcl || strategy != Strategy::kRows)) continue;
           CAPTURE(seed);
           CAPTURE(static_cast<int>(refit));

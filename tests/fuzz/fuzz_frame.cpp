@@ -1,5 +1,6 @@
 // Turns bytes into worlds and runs them. No strategy loses a touching pair or reports a pair that brute does not. rows
 // and links report all pairs of brute. Every instruction set writes the same bits. A masked instance is in no hit.
+#include "engine/all_pairs.h"
 #include "perf/oracle/random_world.h"
 #include "tests/fuzz/bytes.h"
 
@@ -68,7 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     FUZZ_CHECK(!masked(hit.batch_a.value - 1, hit.instance_a) && !masked(hit.batch_b.value - 1, hit.instance_b));
   FUZZ_CHECK(missing_from(judge_world(world, 0, masked), tree.hits) == 0);
   const Outcome brute = run_on(*scalar, world, {policies.refit, Strategy::kBrute, Exact::kNone, extents});
-  const Outcome all = run_on(*scalar, world, {policies.refit, Strategy::kExactAll, Exact::kNone, extents});
+  const Outcome all = run_on(*scalar, world, policies, run_all_pairs);
   FUZZ_CHECK(missing_from(tree.hits, brute.hits) == 0 && missing_from(brute.hits, all.hits) == 0);
   const Outcome rows = run_on(*scalar, world, {policies.refit, Strategy::kRows, Exact::kNone, extents});
   const Outcome links = run_on(*scalar, world, {policies.refit, Strategy::kLinks, Exact::kNone, extents});

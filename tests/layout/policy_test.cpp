@@ -72,8 +72,8 @@ TEST_CASE("the rows of the table are the fields of Policies, and their values th
     CHECK(policy_set(policies, kRefitRow, name));
     CHECK(policies.refit == refit);
   }
-  CHECK(policy_set(policies, kStrategyRow, "exact_all"));
-  CHECK(policies.strategy == Strategy::kExactAll);
+  CHECK(policy_set(policies, kStrategyRow, "links"));
+  CHECK(policies.strategy == Strategy::kLinks);
 }
 
 TEST_CASE("a name that is no value of the field is refused and changes nothing") {

@@ -2,7 +2,7 @@
  * cab for JavaScript: which links of many articulated characters touch.
  *
  * Names are those of the C++ API in camel case: `link_parents` is `linkParents`, `run_frame` is `runFrame`. Values of
- * enumerations are strings: `Strategy::kExactAll` is `'exact_all'`. What the headers of the C++ API say about units,
+ * enumerations are strings: `Refit::kCabSum` is `'cab_sum'`. What the headers of the C++ API say about units,
  * frames, handedness and defaults holds here: all lengths are in one unit of your choice, quaternions are x y z w,
  * indices count from 0. A member that is left out has the default of the C++ API.
  *
@@ -264,7 +264,7 @@ export declare class Batch {
 // ------------------------------------------------------------------------------------------------------------- frames
 
 export type Refit = 'cab' | 'cab_sum' | 'covariance' | 'covariance_leaves' | 'best3' | 'aabb_hull' | 'aabb_vertices';
-export type Strategy = 'tree' | 'rows' | 'links' | 'brute' | 'exact_all' | 'auto';
+export type Strategy = 'tree' | 'rows' | 'links' | 'brute' | 'auto';
 export type Extents = 'children' | 'leaves';
 /** `'none'`: overlapping boxes are the answer. `'convex'`: the exact shapes decide. */
 export type Exact = 'none' | 'convex';

@@ -551,7 +551,6 @@ int main(void) {
   printf("    rows: %d,\n", (int)CAB_STRATEGY_ROWS);
   printf("    links: %d,\n", (int)CAB_STRATEGY_LINKS);
   printf("    brute: %d,\n", (int)CAB_STRATEGY_BRUTE);
-  printf("    exact_all: %d,\n", (int)CAB_STRATEGY_EXACT_ALL);
   printf("    auto: %d,\n", (int)CAB_STRATEGY_AUTO);
   printf("  }},\n");
   printf("  Exact: {type: 'u8', values: {\n");

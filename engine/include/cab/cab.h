@@ -340,8 +340,7 @@ CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcep
 // Writes the numbers of a batch's instances to `order`, so that instances which are near each other in the world are
 // near each other in the list: along a Z-order curve through the lower bounds that the last frame with input for the
 // batch gave them. Masked instances come last, in ascending order. Instances without such a frame, and those of a
-// sequence, keep their order; frames with Strategy::kExactAll compute no bounds. Large crowds that are stored in this
-// order have faster frames (docs/crowd.md).
+// sequence, keep their order. Large crowds that are stored in this order have faster frames (docs/crowd.md).
 // Cost: a sort on the calling thread, and 16 bytes per instance from operator new while it runs.
 // Statuses: kBusy, kUnknownBatch, kBadOutput (order is too small), kOutOfMemory.
 // Thread: any, one call per engine at a time.

@@ -258,9 +258,8 @@ enum {
   CAB_STRATEGY_ROWS = 1,   // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute
   CAB_STRATEGY_LINKS = 2,  // boxes of links by rows, then the leaves of those that overlap; sequences: as tree
   CAB_STRATEGY_BRUTE = 3,  // every leaf of one against every leaf of the other
-  CAB_STRATEGY_EXACT_ALL = 4,  // no boxes: every leaf pair goes to the exact test; without one every pair is reported
   // characters: rows, links or tree by leaves and links; sequences: brute or tree by leaf pairs and nodes
-  CAB_STRATEGY_AUTO = 5,
+  CAB_STRATEGY_AUTO = 4,
 };
 
 // What confirms an overlapping leaf pair.
@@ -291,7 +290,7 @@ enum {
 #define CAB_REFIT_COUNT 7u
 #define CAB_ORIENTED_REFIT_COUNT ((uint32_t)CAB_REFIT_AABB_HULL)
 #define CAB_EXTENTS_COUNT 2u
-#define CAB_STRATEGY_COUNT 6u
+#define CAB_STRATEGY_COUNT 5u
 #define CAB_EXACT_COUNT 3u
 #define CAB_SAT_COUNT 2u
 #define CAB_DEPTH_COUNT 2u
@@ -548,10 +547,9 @@ typedef struct cab_PoseView {
 // The shape of a convex part, and what cab_ConvexPart.size means for it. All shapes except hulls and half spaces are
 // centred at the part's origin. A hull is where its vertices are.
 //
-// A half space is a floor or a wall without end. The box of its leaf says where it is looked at: shapes whose boxes do
-// not overlap that box are not found, except by CAB_STRATEGY_EXACT_ALL, which has no boxes. So the box must extend as
-// far along the plane as anything stands on it, and as far below it as anything may sink. Two half spaces touch
-// wherever their boxes overlap, and have no contact.
+// A half space is a floor or a wall that ends with the box of its leaf: shapes whose boxes do not overlap it are not
+// found. So the box must extend as far along the plane as anything stands on it, and as far below it as anything may
+// sink. Two half spaces touch wherever their boxes overlap, and have no contact.
 typedef uint8_t cab_ShapeKind;
 enum {
   CAB_SHAPE_KIND_BOX = 0,          // size: half extents along x, y, z
@@ -1802,8 +1800,7 @@ CAB_API cab_Status cab_diff_hits(cab_ConstHitSpan previous, cab_ConstHitSpan cur
 // Writes the numbers of a batch's instances to `order`, so that instances which are near each other in the world are
 // near each other in the list: along a Z-order curve through the lower bounds that the last frame with input for the
 // batch gave them. Masked instances come last, in ascending order. Instances without such a frame, and those of a
-// sequence, keep their order; frames with CAB_STRATEGY_EXACT_ALL compute no bounds. Large crowds that are stored in
-// this order have faster frames (docs/crowd.md).
+// sequence, keep their order. Large crowds that are stored in this order have faster frames (docs/crowd.md).
 // Cost: a sort on the calling thread, and 16 bytes per instance from operator new while it runs.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_OUTPUT (order is too small),
 // CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.

@@ -35,12 +35,11 @@ enum class Extents : std::uint8_t {
 // How overlapping leaf pairs are found. For characters, kLinks becomes kRows in two cases: no character of the frame
 // has several leaves on a link, or the refit makes axis-aligned boxes.
 enum class Strategy : std::uint8_t {
-  kTree,      // simultaneous descent of two hierarchies
-  kRows,      // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute
-  kLinks,     // boxes of links by rows, then the leaves of those that overlap; sequences: as tree
-  kBrute,     // every leaf of one against every leaf of the other
-  kExactAll,  // no boxes: every leaf pair goes to the exact test; without one every pair is reported
-  kAuto,      // characters: rows, links or tree by leaves and links; sequences: brute or tree by leaf pairs and nodes
+  kTree,   // simultaneous descent of two hierarchies
+  kRows,   // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute
+  kLinks,  // boxes of links by rows, then the leaves of those that overlap; sequences: as tree
+  kBrute,  // every leaf of one against every leaf of the other
+  kAuto,   // characters: rows, links or tree by leaves and links; sequences: brute or tree by leaf pairs and nodes
 };
 
 // What confirms an overlapping leaf pair.
@@ -68,7 +67,7 @@ enum class Depth : std::uint8_t {
 inline constexpr std::uint32_t kRefitCount = 7;
 inline constexpr std::uint32_t kOrientedRefitCount = static_cast<std::uint32_t>(Refit::kAabbHull);
 inline constexpr std::uint32_t kExtentsCount = 2;
-inline constexpr std::uint32_t kStrategyCount = 6;
+inline constexpr std::uint32_t kStrategyCount = 5;
 inline constexpr std::uint32_t kExactCount = 3;
 inline constexpr std::uint32_t kSatCount = 2;
 inline constexpr std::uint32_t kDepthCount = 2;

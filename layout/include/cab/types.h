@@ -219,10 +219,9 @@ struct PoseView {
 // The shape of a convex part, and what ConvexPart::size means for it. All shapes except hulls and half spaces are
 // centred at the part's origin. A hull is where its vertices are.
 //
-// A half space is a floor or a wall without end. The box of its leaf says where it is looked at: shapes whose boxes do
-// not overlap that box are not found, except by Strategy::kExactAll, which has no boxes. So the box must extend as far
-// along the plane as anything stands on it, and as far below it as anything may sink. Two half spaces touch wherever
-// their boxes overlap, and have no contact.
+// A half space is a floor or a wall that ends with the box of its leaf: shapes whose boxes do not overlap it are not
+// found. So the box must extend as far along the plane as anything stands on it, and as far below it as anything may
+// sink. Two half spaces touch wherever their boxes overlap, and have no contact.
 enum class ShapeKind : std::uint8_t {
   kBox,         // size: half extents along x, y, z
   kEllipsoid,   // size: radii along x, y, z

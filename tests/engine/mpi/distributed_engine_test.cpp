@@ -93,7 +93,7 @@ TEST_CASE("what one rank gives wrongly is refused on all, and the next frame run
   const float margin = -1;
   f.check_status(Status::kBadMargins, [&] { f.inputs[0].input.margins = {&margin, 1}; });
   f.check_status(Status::kBadReport, [&] { f.job.report = Report::kInContact; });
-  f.check_status(Status::kBadPolicy, [&] { f.job.policies.strategy = Strategy::kExactAll; });
+  f.check_status(Status::kBadPolicy, [&] { f.job.policies.strategy = static_cast<Strategy>(kStrategyCount); });
   f.check_status(Status::kContactsNeedExact, [&] { f.job.contacts = true; });
   f.check_status(Status::kBadMargin, [&] { f.job.margin = -1; });
   const PairRule unknown = {{7}, {1}, Pairing::kBetween};

@@ -109,7 +109,6 @@ inline Policies any_policies(oracle::Random& random) {
     const PolicyField& one = policy_table()[field];
     policy_set(out, field, one.values[random.index(one.value_count)].name);
   }
-  if (out.strategy == Strategy::kExactAll) out.strategy = Strategy::kAuto;  // refused
   return out;
 }
 

@@ -1,6 +1,7 @@
 // Queries over random worlds: right by the judge, the same bits however they are asked, and refused where they must be.
 // Every world is made from one seed, which is printed where a check fails. CAB_TEST_SEED=N runs the world of that seed
 // alone. CAB_TEST_ROUNDS says how many worlds run (tests/rounds.h).
+#include "engine/all_pairs.h"
 #include "engine/engine.h"
 #include "engine/queries/query_room.h"
 #include "perf/oracle/query_judge.h"
@@ -440,19 +441,23 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
     const EnginePtr engine = world->engine(), fresh = world->engine();
     std::vector<BatchInput> inputs = world->inputs();
     std::vector<Hit> hits(1 << 16);
-    const auto frame = [&](Strategy strategy) {
+    const auto frame = [&](Strategy strategy, decltype(&run_frame) run = run_frame) {
       FrameJob job;
       job.inputs = inputs;
       job.rules = world->world.rules;
       job.policies = {Refit::kCab, strategy, Exact::kNone};
       job.hits = hits;
-      require(run_frame(*engine, job));
+      require(run(*engine, job));
       return job;
     };
-    for (const Strategy strategy : {Strategy::kAuto, Strategy::kExactAll, Strategy::kTree}) {
+    const std::pair<Strategy, decltype(&run_frame)> frames[] = {
+        {Strategy::kAuto, run_frame}, {Strategy::kAuto, run_all_pairs}, {Strategy::kTree, run_frame}};
+    for (const auto& each : frames) {
+      const Strategy strategy = each.first;
+      const auto run = each.second;
       CAPTURE(static_cast<int>(strategy));
-      if (strategy == Strategy::kExactAll && world->scene.size() > 20) continue;  // many hits
-      frame(strategy);
+      if (run == run_all_pairs && world->scene.size() > 20) continue;  // many hits
+      frame(strategy, run);
       for (const Exact exact : kBoth) {
         CAPTURE(static_cast<int>(exact));
         const Answer first = ask(*fresh, *world, exact);

@@ -75,7 +75,6 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"walk"}, "there is no command 'walk'; choose run, inspect"},
       {{"run", file, "--strateg", "tree"}, "did you mean --strategy?"},
       {{"run", file, "--treads=2"}, "did you mean --threads?"},
-      {{"run", file, "--strategy", "exact_all"}, "exact_all without an exact test reports every pair"},
       {{"verify", "--minutes", "x"}, "--minutes: 'x' is not a number above 0, for example 0.5\n"},
       {{"run", file, "--units", "x"}, "--units: 'x' is not a number above 0, for example 0.0254 for inches\n"},
       {{"inspect", file, "--frame", "lost"}, "--frame: 'lost' is not a frame, counted from 0, or the word last"},
@@ -88,8 +87,6 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
     CHECK(outcome.out.empty());
     CHECK(outcome.error.find(misuse.told) != std::string::npos);
   }
-  const Outcome exact = spawn(CAB_COMMAND, {"run", file, "--self", "--strategy", "exact_all", "--contacts"});
-  CHECK(exact.exit_code == 0);
 }
 
 TEST_CASE("standard output that cannot be written ends in one line with the system's reason") {

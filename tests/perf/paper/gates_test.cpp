@@ -40,7 +40,7 @@ std::vector<MethodRun> papers_runs() {
       made_run(std::nullopt, Refit::kAabbHull, hull.coll, hull.hits())};
   runs[kLeafPairsRow].method.name = "all leaf pairs";
   runs[kLeafPairsRow].method.policies.strategy = Strategy::kBrute;
-  runs[kBruteRow].method.policies.strategy = Strategy::kExactAll;
+  runs[kBruteRow].method.all_pairs = true;
   runs[kOnDemandRow].method.name = "on demand";
   runs[kOnDemandRow].method.on_demand = true;
   return runs;

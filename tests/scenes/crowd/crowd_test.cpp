@@ -179,7 +179,7 @@ TEST_CASE("random draws have the moments of their distributions") {
   CHECK(std::abs(third - 1.0 / 3) < tolerance);
 }
 
-// Every strategy that finds the same links. Without an exact test, exact_all reports every pair instead.
+// Every strategy.
 std::vector<Policies> strategies() {
   std::vector<Policies> out;
   for (const Strategy strategy :

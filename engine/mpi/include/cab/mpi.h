@@ -125,8 +125,7 @@ void destroy(DistributedEngine* engine) noexcept;
 // Runs one frame. If the answer is not ok, the outputs of the job are unspecified, and the engine is ready for another,
 // after kOutOfMemory too.
 // Statuses: those of cab::run_frame without kHitsOverflow; kBadInstances (numbers do not ascend, are not as many as the
-// entries or not below the batch's count); kBadReport (also Report::kInContact); kBadPolicy (also Strategy::kExactAll,
-// which has no boxes that say who may meet whom).
+// entries or not below the batch's count); kBadReport (also Report::kInContact).
 [[nodiscard]] Answer run_frame(DistributedEngine& engine, DistributedJob& job) noexcept;
 
 // Cuts a crowd into regions with equally many characters: recursively in two along the longer side of what is left.

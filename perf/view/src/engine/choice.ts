@@ -54,12 +54,10 @@ export function choose(settings: Settings, dial: Dial, hasShapes: boolean): Choi
 /** The same, for link pairs that touch by boxes alone, or by an exact test. */
 export function chooseForFalsePositives(settings: Settings, dial: Dial): {byBoxes: Choice; byShapes: Choice} {
   const {policies, job, notes} = choose(settings, dial, true);
-  // Boxes have no say in exact_all.
-  const strategy = policies.strategy === 'exact_all' ? 'auto' : policies.strategy ?? 'auto';
   const both = {...job, minDepth: 0, report: 'hits', contacts: false} as const;
   const exact = policies.exact === undefined || policies.exact === 'none' ? 'convex' : policies.exact;
   return {
-    byBoxes: {policies: {...policies, strategy, exact: 'none'}, job: both, notes},
-    byShapes: {policies: {...policies, strategy, exact}, job: both, notes},
+    byBoxes: {policies: {...policies, exact: 'none'}, job: both, notes},
+    byShapes: {policies: {...policies, exact}, job: both, notes},
   };
 }

@@ -38,7 +38,6 @@ export const POLICY_TABLE: readonly PolicyField[] = [
       rows: 'each leaf\u2019s bounds against all leaf bounds of the other, then boxes',
       links: 'boxes of links by rows, then the leaves of those that overlap',
       brute: 'every leaf of one against every leaf of the other',
-      exact_all: 'no boxes: every leaf pair goes to the exact test',
       auto: 'rows, links or tree by leaves and links',
     },
   },

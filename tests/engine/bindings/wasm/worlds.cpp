@@ -230,8 +230,7 @@ int main(int argument_count, char** arguments) {
     job.inputs = inputs;
     job.rules = rules;
     job.policies.refit = static_cast<Refit>(frame % 7);
-    job.policies.strategy = frame % 6 == 4 ? Strategy::kAuto : static_cast<Strategy>(frame % 6);
-    if (job.policies.strategy == Strategy::kExactAll) job.policies.strategy = Strategy::kTree;
+    job.policies.strategy = frame % 6 < 4 ? static_cast<Strategy>(frame % 6) : Strategy::kAuto;
     job.policies.sat = static_cast<Sat>(frame / 2 % 2);
     job.policies.depth = static_cast<Depth>(frame / 3 % 2);
     job.policies.exact = exact ? Exact::kConvex : Exact::kNone;

@@ -99,15 +99,13 @@ function answers(module, isa) {
     if (frame === 5) poses[70] = 2e18;
 
     const exact = frame % 4 !== 3;
-    let strategy = frame % 6 === 4 ? 'auto' : STRATEGIES[frame % 6];
-    if (strategy === 'exact_all') strategy = 'tree';
     const hits = world.runFrame({
       batches: [ground, figures, crates],
       rules: [{a: figures}, {a: figures, pairing: 'within'}, {a: figures, b: crates}, {a: crates},
               {a: crates, b: ground}, {a: figures, b: ground}],
       policies: {
         refit: REFITS[frame % 7],
-        strategy,
+        strategy: frame % 6 < 4 ? STRATEGIES[frame % 6] : 'auto',
         sat: SATS[Math.floor(frame / 2) % 2],
         depth: DEPTHS[Math.floor(frame / 3) % 2],
         exact: exact ? 'convex' : 'none',
