@@ -66,7 +66,7 @@ class AllPairs {
   void test() {
     const Timed timed(worker_.stats.seconds_query);
     worker_.stats.candidates += worker_.candidates.size;
-    if (frame_.policies.exact == Exact::kConvex) keep_touching(frame_, worker_);
+    if (frame_.policies.exact == Exact::kConvex) keep_touching(frame_, worker_.candidates.data, worker_);
     FixedList<LeafPair>& found = worker_.found;
     for (LeafPair* begin = found.begin(); begin != found.end();) {
       LeafPair* end = begin;

@@ -314,6 +314,7 @@ CAB_SAME_TYPE(ReserveDesc);
 CAB_SAME_MEMBER(ReserveDesc, batches);
 CAB_SAME_MEMBER(ReserveDesc, characters);
 CAB_SAME_MEMBER(ReserveDesc, queries);
+CAB_SAME_MEMBER(ReserveDesc, hits);
 CAB_SAME_TYPE(EngineMemory);
 CAB_SAME_MEMBER(EngineMemory, articulations);
 CAB_SAME_MEMBER(EngineMemory, batches);

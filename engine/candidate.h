@@ -15,8 +15,8 @@ struct Candidate {
   std::uint32_t slot_a = 0, slot_b = 0;  // characters: slots of their boxes in the worker's PosedSet
 };
 
-// A candidate that waits in spatial order: the grid's entries of its two instances.
-struct EntryPair {
+// A candidate that waits: the sorted rows of its two instances.
+struct RowPair {
   std::uint32_t a, b;
 };
 

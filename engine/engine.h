@@ -44,6 +44,7 @@ struct MemoryNeeds {
   std::size_t character_tiles = 0;      // over all batches of characters
   std::size_t batch_slots = 0;          // in use or not
   std::size_t crowd_words = 0;          // LeafWords of all characters that a crowd takes
+  std::size_t hits = 0;                 // of a frame, that are reserved
   std::size_t queries = 0;              // of one go of run_queries
   bool several_leaves = false;          // whether a link of a character has several leaves
   bool large = false;                   // whether a character is_large
@@ -77,7 +78,7 @@ struct Engine {
   std::vector<std::unique_ptr<StoredArticulation>> articulations;  // by slot - 1
   std::vector<std::unique_ptr<StoredBatch>> batches;               // by slot - 1
   WorkerPool pool;
-  BroadPhase broad_phase;
+  PairedBatches paired;
   Crowd crowd;
   HitStore hit_store;
   Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/validate.cpp)
@@ -88,7 +89,8 @@ struct Engine {
   std::vector<std::unique_ptr<StoredHistory>> histories;  // by slot - 1
   std::unique_ptr<PastRoom> past;                         // null until there is a history
   MemoryNeeds sized;                                      // what the memory suffices for
-  std::unique_ptr<Arena> shared_arena;       // owns the grids, bits of pairs and rules, the words of the hit store
+  std::unique_ptr<Arena>
+      shared_arena;  // owns the rows of the crowd, bits of pairs and rules, the words of the hit store
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
   FrameInProgressPtr frame;                  // holds a Call itself, so it is destroyed first
 
@@ -120,7 +122,7 @@ inline bool has_batch(const Engine& engine, BatchId id) {
 // Returns what the steps of a frame read. run_frame passes resolved policies. compute_boxes passes those of the caller,
 // since its steps do not read the strategy.
 inline FrameContext context_of(const Engine& engine, const Policies& policies, float margin, Report report) {
-  return {*engine.kernels, engine.stored_batches(), engine.broad_phase, policies, margin, report};
+  return {*engine.kernels, engine.stored_batches(), engine.paired, policies, margin, report};
 }
 
 }  // namespace cab

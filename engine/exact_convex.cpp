@@ -114,12 +114,12 @@ bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& 
   return touch_in_double(block, lane);
 }
 
-void keep_touching(const FrameContext& frame, Worker& worker) {
+void keep_touching(const FrameContext& frame, const Candidate* candidates, Worker& worker) {
   FixedList<LeafPair>& found = worker.found;
   ConvexTester<FoundPairs> tester(frame, worker, {found.data});
   for (std::uint32_t i = 0; i < found.size; ++i) {
     const LeafPair& pair = found.data[i];
-    tester.add(worker.candidates.data[pair.candidate & ~FoundPairs::kTouching], pair.a, pair.b, i);
+    tester.add(candidates[pair.candidate & ~FoundPairs::kTouching], pair.a, pair.b, i);
   }
   tester.finish();
   std::uint32_t kept = 0;

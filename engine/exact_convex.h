@@ -30,8 +30,8 @@ float scale_of_reach(float reach);
 bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& answer, std::uint32_t lane);
 
 // Removes from worker.found the leaf pairs whose shapes do not touch. LeafPair::candidate is an index into
-// worker.candidates. Every other pair touches, or could not be shown to be apart.
-void keep_touching(const FrameContext& frame, Worker& worker);
+// `candidates`. Every other pair touches, or could not be shown to be apart.
+void keep_touching(const FrameContext& frame, const Candidate* candidates, Worker& worker);
 
 // Clears in worker.tile_found the lanes in which the shapes of two leaves do not touch. candidates: of the tile, by
 // lane.

@@ -1,7 +1,11 @@
 // Candidates from the caller's bounds, before anything is posed: step 2 of a frame alone.
-#include "engine/broad_phase/broad_phase.h"
-#include "engine/broad_phase/search.h"
 #include "engine/call.h"
+#include "engine/frame/crowd_batch.h"
+#include "engine/frame/crowd_scratch.h"
+#include "engine/frame/pair_rules.h"
+#include "engine/frame/pairing.h"
+#include "engine/frame/strips.h"
+#include "engine/frame/world_bounds.h"
 #include "engine/in_contact.h"
 #include "engine/live_instances.h"
 #include "engine/rest.h"
@@ -20,8 +24,8 @@ namespace {
 // Up to this many instances the calling thread works alone.
 constexpr std::uint32_t kInstancesAlone = 1024;
 
-// How many grid entries one task searches for.
-constexpr std::uint32_t kEntriesPerTask = 128;
+// How many rows one task searches for.
+constexpr std::uint32_t kRowsPerTask = 128;
 
 // The pairs of all tasks, which write to the caller's list side by side.
 class PairWriter {
@@ -39,49 +43,45 @@ class PairWriter {
   std::atomic<std::size_t> found_{0};
 };
 
-InstancePair pair_of(const GridEntry& x, const GridEntry& y) {
-  const bool in_order = instance_key(x.batch, x.instance) < instance_key(y.batch, y.instance);
-  const GridEntry &a = in_order ? x : y, &b = in_order ? y : x;
-  return {{a.batch + 1}, a.instance, {b.batch + 1}, b.instance};
-}
+// Writes the pairs that a search finds.
+class PairSearcher final : public StripSearcher {
+ public:
+  PairSearcher(const FrameContext& frame, const Crowd& crowd, CrowdScratch& scratch, PairWriter& writer)
+      : StripSearcher(frame, crowd, scratch), writer_(writer) {}
 
-// Writes the pairs that the entries of one task report.
-void search_entries(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, PairWriter& writer) {
-  constexpr std::size_t kBuffer = 128;
-  InstancePair found[kBuffer];
-  std::size_t count = 0;
-  const GridEntry* const entries = frame.broad_phase.grid.entries.data;
-  for (std::uint32_t at = begin; at < end; ++at)
-    for_each_later(frame, frame.broad_phase.grid, at, [&](std::uint32_t other) {
-      const GridEntry &x = entries[at], &y = entries[other];
-      if (!layers_match(frame.batch(x.batch), x.instance, frame.batch(y.batch), y.instance)) return;
-      for (const GridEntry* entry : {&x, &y}) set_in_contact(frame, entry->batch, entry->instance);
-      found[count++] = pair_of(x, y);
-      if (count < kBuffer) return;
-      writer.write(found, kBuffer);
-      count = 0;
-    });
-  writer.write(found, count);
-}
+  void test() override {
+    InstancePair found[kernel::kMostPairEntries];
+    std::size_t count = 0;
+    for (std::uint32_t n = 0; n < scratch_.count; ++n) {
+      const CrowdRow &x = crowd_.sorted[scratch_.a[n]], &y = crowd_.sorted[scratch_.b[n]];
+      if (!overlap(frame_.batch(x.batch).bounds[x.instance], frame_.batch(y.batch).bounds[y.instance])) continue;
+      for (const CrowdRow* row : {&x, &y}) set_in_contact(frame_, row->batch, row->instance);
+      const bool in_order = instance_key(x.batch, x.instance) < instance_key(y.batch, y.instance);
+      const CrowdRow &a = in_order ? x : y, &b = in_order ? y : x;
+      found[count++] = {{a.batch + 1}, a.instance, {b.batch + 1}, b.instance};
+    }
+    writer_.write(found, count);
+    scratch_.count = 0;
+  }
+
+ private:
+  PairWriter& writer_;
+};
 
 // Takes the given bounds of all characters of a batch.
-void take_bounds(const FrameJob& job, InstanceBatch& batch, WorkerPool& pool) {
+void take_bounds(const FrameJob& job, Crowd& crowd, StoredBatch& stored, WorkerPool& pool) {
+  InstanceBatch& batch = stored.batch;
+  stored.crowd.has_sides = false;
   clear_not_given(batch);
   pool.tasks->for_each(tile_count(given_count(batch)), [&](std::uint32_t tile, std::uint32_t w) {
     const TileInstances instances = instances_of(batch, tile);
     set_live(instances, (1u << instances.count) - 1, batch);
-    take_given_bounds(batch, instances, job.margin, pool[w].histogram);
-  });
-}
-
-// Puts the instances into the grid. Nothing rests, so the kept grid stays empty.
-void build_grid(StoredBatches batches, BroadPhase& broad, WorkerPool& pool) {
-  begin_keeping(batches, broad, pool);
-  pool.tasks->for_each(begin_counting(batches, broad, pool), [&](std::uint32_t task, std::uint32_t w) {
-    count_entries(batches, broad, broad.grid, task, pool[w]);
-  });
-  pool.tasks->for_each(begin_inserting(batches, broad, broad.grid, pool), [&](std::uint32_t task, std::uint32_t w) {
-    insert_entries(batches, broad, broad.grid, task, pool[w]);
+    for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
+      const std::uint32_t instance = instances.instance[lane];
+      batch.bounds[instance] = given_bounds(batch, instance, job.margin);
+      if (batch.pairs_between)
+        place_row(batch.bounds[instance], stored.crowd.first_row + instance, crowd, pool[w].crowd[0].survey);
+    }
   });
 }
 
@@ -100,21 +100,28 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   std::uint64_t given = 0;
   for (const BatchInput& input : job.inputs) given += given_count(engine.batch(input.batch));
   engine.pool.tasks->alone = given <= kInstancesAlone;
-  begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
-  for (const BatchInput& input : job.inputs)
-    if (InstanceBatch& batch = engine.batch(input.batch); batch.kind == BatchKind::kCharacters) {
-      engine.batches[slot_of(input.batch).value - 1]->crowd.has_sides = false;
-      take_bounds(job, batch, engine.pool);
-    }
-  build_grid(engine.stored_batches(), engine.broad_phase, engine.pool);
-
-  const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);
-  const std::uint32_t entries = engine.broad_phase.grid.count;
+  note_rules(job.rules, engine.stored_batches(), engine.paired);
+  Crowd& crowd = engine.crowd;
+  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.batch.by_words = false; });
+  lay_out_rows(engine);
+  clear_survey(engine.pool);
+  crowd.bands.ready = crowd.by_bands = false;
+  for_each_crowd_batch(engine, [&](StoredBatch& stored) { take_bounds(job, crowd, stored, engine.pool); });
   PairWriter writer(out.pairs);
-  engine.pool.tasks->for_each(
-      (entries + kEntriesPerTask - 1) / kEntriesPerTask, [&](std::uint32_t task, std::uint32_t) {
-        search_entries(frame, task * kEntriesPerTask, std::min(entries, (task + 1) * kEntriesPerTask), writer);
-      });
+  if (crowd.row_count > 0) {
+    lay_out_strips(engine);
+    engine.pool.tasks->for_each(sort_tasks(crowd),
+                                [&crowd](std::uint32_t task, std::uint32_t) { sort_strips(crowd, task); });
+    const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);
+    const CrowdClasses& classes = crowd.classes;
+    const std::uint32_t rows = classes.end_sorted - classes.first_sorted;
+    engine.pool.tasks->for_each((rows + kRowsPerTask - 1) / kRowsPerTask, [&](std::uint32_t task, std::uint32_t w) {
+      PairSearcher searcher(frame, crowd, engine.pool[w].crowd[0], writer);
+      const std::uint32_t first = classes.first_sorted + task * kRowsPerTask;
+      pair_rows(searcher, classes, first, std::min(classes.end_sorted, first + kRowsPerTask));
+      searcher.test();
+    });
+  }
   out.needed = writer.found();
   out.count = out.needed > out.pairs.size ? 0 : out.needed;
   std::sort(out.pairs.data, out.pairs.data + out.count, [](const InstancePair& x, const InstancePair& y) {

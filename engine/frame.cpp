@@ -1,9 +1,8 @@
 // One frame, from the caller's poses to the sorted hits: the steps in their order.
 #include "engine/auto_strategy.h"
-#include "engine/broad_phase/broad_phase.h"
-#include "engine/characters.h"
 #include "engine/contacts.h"
-#include "engine/frame/crowd.h"
+#include "engine/frame/characters.h"
+#include "engine/frame/pair_rules.h"
 #include "engine/frame_run.h"
 #include "engine/in_contact.h"
 #include "engine/profiled.h"
@@ -39,6 +38,7 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   if (const Status status = begin_rest(engine, job, run.failed_before); status != Status::kOk) return status;
   run.has_last_hits = std::exchange(engine.hit_store.holds_last, false);
+  begin_storing(run);
   clear_results(engine, job.inputs);
   ++engine.bounds_of_frame;
   const Policies policies = resolve_characters(engine, job);
@@ -46,60 +46,21 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   run.sequences.emplace(context_of(engine, resolve_sequences(engine, job), job.margin, job.report));
   engine.pool.tasks->alone = !caller_runs_tasks && runs_on_one_thread(engine, job, policies);
   run.sink.alone = engine.pool.working_count() == 1;
-  begin_broad_phase(job.rules, engine.stored_batches(), engine.broad_phase, engine.pool);
+  note_rules(job.rules, engine.stored_batches(), engine.paired);
   return Status::kOk;
 }
 
 // ------------------------------------------------------------------------------------------------------- the steps
 
-std::uint32_t begin_keeping(FrameRun& run) {
-  return begin_keeping(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
-}
-void keep_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
-  keep_entries(run.engine.stored_batches(), task, run.worker(w));
-}
-std::uint32_t begin_counting_kept(FrameRun& run) {
-  return begin_counting_kept(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
-}
-std::uint32_t begin_counting(FrameRun& run) {
-  return begin_counting(run.engine.stored_batches(), run.engine.broad_phase, run.engine.pool);
-}
-template <Grid BroadPhase::*kGrid>
-void count_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
-  BroadPhase& broad = run.engine.broad_phase;
-  count_entries(run.engine.stored_batches(), broad, broad.*kGrid, task, run.worker(w));
-}
-template <Grid BroadPhase::*kGrid>
-std::uint32_t begin_inserting(FrameRun& run) {
-  BroadPhase& broad = run.engine.broad_phase;
-  return begin_inserting(run.engine.stored_batches(), broad, broad.*kGrid, run.engine.pool);
-}
-template <Grid BroadPhase::*kGrid>
-void insert_entries(FrameRun& run, std::uint32_t task, std::uint32_t w) {
-  BroadPhase& broad = run.engine.broad_phase;
-  insert_entries(run.engine.stored_batches(), broad, broad.*kGrid, task, run.worker(w));
-}
-
 constexpr FrameStep kFrameSteps[] = {
-    // Characters with rigid boxes that are paired by their leaf bounds. Whatever these steps do not take is for those
-    // below, up to `pair by key`.
-    {"bound", begin_bounding_crowd, bound_crowd},
-    {"sort", begin_sorting_crowd, sort_crowd},
-    {"pair", begin_pairing_crowd, pair_crowd},
-    {"keep order", end_crowd, pair_crowd},
-
-    // Characters: every instance that does not rest is bounded. The grids find the instances whose bounds overlap, and
-    // only those are posed again and tested.
-    {"bound", begin_bounding, bound_characters, true},
-    {"keep", begin_keeping, keep_entries, true},
-    {"count", begin_counting_kept, count_entries<&BroadPhase::kept>, true},
-    {"insert", begin_inserting<&BroadPhase::kept>, insert_entries<&BroadPhase::kept>, true},
-    {"count", begin_counting, count_entries<&BroadPhase::grid>, true},
-    {"insert", begin_inserting<&BroadPhase::grid>, insert_entries<&BroadPhase::grid>, true},
-    {"pair", begin_spatial_order, pair_in_spatial_order, true},
+    // Characters: every instance that does not rest is bounded. Strips find those whose bounds overlap, and only these
+    // are posed again and tested.
+    {"bound", begin_bounding, bound_characters},
+    {"sort", begin_sorting, sort_characters},
+    {"pair", begin_pairing, pair_characters},
+    {"keep order", end_pairing, pair_characters},
     {"count hits", begin_counting_hits, count_hits},
     {"write hits", begin_writing_hits, write_hits},
-    {"pair by key", begin_key_order, pair_in_key_order},
 
     // Sequences: instance f of one sequence is tested against instance f of another, sixteen at a time.
     {"sequences", begin_sequences, run_sequence_tile},
@@ -114,7 +75,7 @@ bool next_step(FrameRun& run) {
   run.task_count = 0;
   while (run.task_count == 0 && run.steps_begun < kStepCount) {
     const FrameStep& step = kFrameSteps[run.steps_begun++];
-    if (!(step.is_other && run.by_crowd)) run.task_count = step.begin(run);
+    run.task_count = step.begin(run);
   }
   return run.task_count > 0;
 }
@@ -136,7 +97,9 @@ void note_bounds(Engine& engine, const FrameContext& frame, Span<const BatchInpu
 Status finish(FrameRun& run) {
   FrameJob& job = run.job;
   drop_hits(run);
-  const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
+  const Status status = run.sink.out_of_memory            ? Status::kOutOfMemory
+                        : job.hits_needed > job.hits.size ? Status::kHitsOverflow
+                                                          : Status::kOk;
   if (status == Status::kOk) {
     end_rest(run.engine, job);
     hold_hits(run);

@@ -1,7 +1,6 @@
 // The frame context: what all steps of a frame read.
 #pragma once
 
-#include "engine/broad_phase/grid.h"
 #include "engine/exact.h"
 #include "engine/frame/crowd_memory.h"
 #include "engine/static_bodies.h"
@@ -32,12 +31,24 @@ struct StoredBatch {
 // The batches of an engine, by slot - 1.
 using StoredBatches = Span<const std::unique_ptr<StoredBatch>>;
 
-// What every step of a frame reads. What a step writes is passed separately: a worker, the grid, the hit sink. Arrays
+// Which batches of characters are paired in a frame, by index.
+struct PairedBatches {
+  Span<std::uint64_t> bits;      // bit a * count + b: whether a rule pairs batches a and b
+  Span<std::uint64_t> skipped;   // the same: whether not those instances of which both rest
+  std::size_t count = 0;         // of batches
+  bool reports_resting = false;  // whether a rule reports the hits of two instances that both may rest
+
+  static bool has_bit(Span<std::uint64_t> of, std::size_t bit) { return of[bit >> 6] >> (bit & 63) & 1; }
+  bool paired(std::uint32_t a, std::uint32_t b) const { return has_bit(bits, a * count + b); }
+  bool skips_resting(std::uint32_t a, std::uint32_t b) const { return has_bit(skipped, a * count + b); }
+};
+
+// What every step of a frame reads. What a step writes is passed separately: a worker, the crowd, the hit sink. Arrays
 // of a batch are the exception, such as the caller's flags and in_contact: steps write them through `batches`.
 struct FrameContext {
   const kernel::KernelTable& kernels;
   StoredBatches batches;
-  const BroadPhase& broad_phase;
+  const PairedBatches& paired;
   // With resolved strategy; characters and sequences have a context each. kAuto: batches of characters have strategies
   // that differ.
   Policies policies;

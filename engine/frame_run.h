@@ -24,9 +24,8 @@ struct FrameRun {
   HitSink sink;
   std::optional<FrameContext> characters, sequences;
   std::uint64_t failed_before = 0;            // Engine::frames_failed before the frame was let in
-  bool by_crowd = false;                      // whether the frame of a crowd takes the characters
-  bool in_key_order = false;                  // whether characters are paired in key order
   bool has_last_hits = false;                 // whether the store holds the hits of the last frame, until it is written
+  std::uint32_t last_blocks = 0;              // in how many blocks
   std::uint32_t steps_begun = 0;              // of kFrameSteps (engine/frame.cpp)
   std::uint32_t task_count = 0;               // of the last of them
   std::uint32_t first_task = 0;               // of those of its tasks that the caller runs now (next_tasks)
@@ -41,7 +40,6 @@ struct FrameStep {
   // needed.
   std::uint32_t (*begin)(FrameRun& run);
   void (*task)(FrameRun& run, std::uint32_t task, std::uint32_t worker);
-  bool is_other = false;  // left out where the characters are a crowd's (FrameRun::by_crowd)
 };
 
 }  // namespace cab

@@ -1,8 +1,7 @@
-// Step 6 of a frame for characters in spatial order: the layout of the hit store, and the merge sort of its chains.
+// Step 6 of a frame for characters: the layout of the hit store, and the merge sort of its chains.
 #include "engine/hit_store.h"
 
 #include "engine/batch_tasks.h"
-#include "engine/characters.h"
 #include "engine/frame_run.h"
 #include "engine/in_contact.h"
 #include "engine/touching_links.h"
@@ -14,50 +13,101 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <new>
 #include <utility>
 
 namespace cab {
 namespace {
 
-// The words of a group, which holds the hits of one candidate. kNext is where the next group of the chain begins, and
-// kHits is the number of hits. The words from kGroupHead on are the hits: leaf a in the upper half, leaf b in the
-// lower.
+// The words of a group, which holds hits of one candidate. kNext is where the next group of the chain begins, and kHits
+// is the number of hits. A candidate with more hits than fit into a block has several groups, numbered by the upper
+// bits of kHits. The words from kGroupHead on are the hits: leaf a in the upper half, leaf b in the lower.
 enum GroupWord : std::uint32_t { kNext, kBatchA, kInstanceA, kBatchB, kInstanceB, kHits, kGroupHead };
+constexpr std::uint32_t kMostHits = kBlockWords - kGroupHead - 1, kPart = 1u << kBlockBits;
 
-// Makes room in worker.words for one more group of up to `hits` hits: if there is none, stores the groups that are
-// there. If the group does not fit into empty words either, sets HitSink::store_full and returns false.
-bool make_room_for(const FrameContext& frame, std::size_t hits, Worker& worker, HitSink& sink) {
-  FixedList<std::uint32_t>& words = worker.words;
-  if (words.size + kGroupHead + hits <= words.capacity) return true;
-  store_groups(frame, worker, sink);
-  if (kGroupHead + hits <= words.capacity) return true;
-  sink.store_full = true;
-  return false;
+std::uint32_t hits_of(const std::uint32_t* group) { return group[kHits] % kPart; }
+std::uint32_t size_of(const std::uint32_t* group) { return kGroupHead + hits_of(group); }
+
+// Adds blocks to the store until it has `number`. Returns false if there is no memory for them.
+bool grow(HitStore& store, std::uint32_t number) {
+  const std::lock_guard<std::mutex> lock(store.growing);
+  for (std::uint32_t blocks; (blocks = store.blocks.load(std::memory_order_relaxed)) <= number;) {
+    const std::uint32_t more = std::min(blocks, HitStore::kMostBlocks - blocks);
+    if (more == 0 || store.segment_count == HitStore::kMostSegments) return false;
+    try {
+      store.segments[store.segment_count] = {blocks, more,
+                                             store.grown->allocate<std::uint32_t>(kBlockWords, more).data};
+    } catch (const std::bad_alloc&) { return false; }
+    ++store.segment_count;
+    store.blocks.store(blocks + more, std::memory_order_release);
+  }
+  return true;
 }
 
-// Completes a group whose hits are behind worker.words and the room for its head.
-void end_group(const Candidate& candidate, std::uint32_t hits, Worker& worker) {
-  if (hits == 0) return;
-  std::uint32_t* const head = worker.words.end();
-  head[kNext] = HitChain::kEnd;
-  head[kBatchA] = candidate.batch_a;
-  head[kInstanceA] = candidate.instance_a;
-  head[kBatchB] = candidate.batch_b;
-  head[kInstanceB] = candidate.instance_b;
-  head[kHits] = hits;
-  worker.words.size += kGroupHead + hits;
+// Gives a worker the next block. If the caller's buffer has no room for the hits that are stored already, or if there
+// is no memory, the worker writes over the block that it has: then hits are counted alone.
+void claim_block(Worker& worker, HitSink& sink) {
+  HitBlock& own = worker.hit_block;
+  HitStore& store = *sink.store;
+  const std::size_t stored = sink.stored_hits.fetch_add(own.hits, std::memory_order_relaxed) + own.hits;
+  own.used = 1;
+  own.hits = 0;
+  if (own.words && stored > sink.job->hits.size) return;
+  const std::uint32_t number = store.claimed.fetch_add(1, std::memory_order_relaxed);
+  if (number < store.blocks.load(std::memory_order_acquire) || grow(store, number)) {
+    own.number = number;
+    own.words = store.block(number);
+  } else {
+    store.claimed.fetch_sub(1, std::memory_order_relaxed);
+    sink.out_of_memory = true;
+  }
 }
 
-// Merges two chains that are sorted by the key of instance b. Returns where the merged chain begins.
-std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t y) {
+// Room for a group of so many hits, at most kMostHits. Null if there is no memory.
+std::uint32_t* room_for(std::uint32_t hits, Worker& worker, HitSink& sink) {
+  HitBlock& own = worker.hit_block;
+  if (!own.words || own.used + kGroupHead + hits > kBlockWords) claim_block(worker, sink);
+  return own.words ? own.words + own.used : nullptr;
+}
+
+// Makes the group at the end of a worker's block the first of its chain. Its words are there, but for kNext.
+void end_group(const FrameContext& frame, std::uint32_t* group, Worker& worker, const HitSink& sink) {
+  HitBlock& own = worker.hit_block;
+  const std::uint32_t at = (own.number << kBlockBits) + own.used, hits = hits_of(group);
+  HitChain& chain = frame.batch(group[kBatchA]).hit_chains[group[kInstanceA]];
+  own.words[0] = own.used += kGroupHead + hits;
+  own.hits += hits;
+  if (sink.alone) {
+    group[kNext] = std::exchange(chain.head, at);
+    chain.count += hits;
+  } else {
+    group[kNext] = relaxed_exchange(chain.head, at);
+    relaxed_add(chain.count, hits);
+  }
+}
+
+// Writes all of a group but its hits and kNext.
+void set_head(const Candidate& candidate, std::uint32_t hits, std::uint32_t part, std::uint32_t* group) {
+  group[kBatchA] = candidate.batch_a;
+  group[kInstanceA] = candidate.instance_a;
+  group[kBatchB] = candidate.batch_b;
+  group[kInstanceB] = candidate.instance_b;
+  group[kHits] = part * kPart + hits;
+}
+
+// Whether group x comes before group y of the same chain.
+bool is_before(const std::uint32_t* x, const std::uint32_t* y) {
+  const std::uint64_t key_x = instance_key(x[kBatchB], x[kInstanceB]), key_y = instance_key(y[kBatchB], y[kInstanceB]);
+  return key_x < key_y || (key_x == key_y && x[kHits] < y[kHits]);
+}
+
+// Merges two sorted chains. Returns where the merged chain begins.
+std::uint32_t merge_chains(const HitStore& store, std::uint32_t x, std::uint32_t y) {
   std::uint32_t first, *link = &first;
-  const auto key = [store](std::uint32_t group) {
-    return instance_key(store[group + kBatchB], store[group + kInstanceB]);
-  };
   while (x != HitChain::kEnd && y != HitChain::kEnd) {
-    std::uint32_t& lower = key(x) < key(y) ? x : y;
+    std::uint32_t& lower = is_before(store.word(x), store.word(y)) ? x : y;
     *link = lower;
-    link = &store[lower + kNext];
+    link = &store.word(lower)[kNext];
     lower = *link;
   }
   *link = x != HitChain::kEnd ? x : y;
@@ -66,14 +116,13 @@ std::uint32_t merge_chains(std::uint32_t* store, std::uint32_t x, std::uint32_t 
 
 // Sorts a chain of groups by the key of instance b, bottom up: chain[k] is empty or a sorted chain of 2^k groups.
 // Returns where the sorted chain begins.
-std::uint32_t sort_chain(std::uint32_t* store, std::uint32_t head) {
-  if (head == HitChain::kEnd || store[head + kNext] == HitChain::kEnd) return head;
+std::uint32_t sort_chain(const HitStore& store, std::uint32_t head) {
+  if (head == HitChain::kEnd || store.word(head)[kNext] == HitChain::kEnd) return head;
   constexpr std::uint32_t kChains = 32;
   std::uint32_t chain[kChains], chains = 0;
   while (head != HitChain::kEnd) {
     std::uint32_t carried = head;
-    head = store[carried + kNext];
-    store[carried + kNext] = HitChain::kEnd;
+    head = std::exchange(store.word(carried)[kNext], HitChain::kEnd);
     std::uint32_t k = 0;
     for (; k < chains && chain[k] != HitChain::kEnd; ++k) {
       carried = merge_chains(store, chain[k], carried);
@@ -107,23 +156,20 @@ void write_hit(const Hit& head, std::uint16_t link_a, std::uint16_t link_b, std:
   }
 }
 
-// Writes the hits whose instance a is the given one, sorted by instance b, until `room` is full.
-void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, Span<std::uint32_t> store,
-                 Span<Hit> room) {
+// Writes the hits whose instance a is the given one, sorted by instance b.
+void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, const HitStore& store,
+                 Hit* out) {
   const InstanceBatch& a = frame.batch(index);
-  std::size_t at = 0;
-  for (std::uint32_t group = sort_chain(store.data, a.hit_chains[instance].head); at < room.size;
-       group = store[group + kNext]) {
-    const std::uint32_t* from = store.data + group;
-    const std::uint32_t batch_b = from[kBatchB], instance_b = from[kInstanceB], count = from[kHits];
+  const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
+  for (std::uint32_t at = sort_chain(store, a.hit_chains[instance].head); at != HitChain::kEnd;) {
+    const std::uint32_t* from = store.word(at);
+    const std::uint32_t hits = hits_of(from);
+    const Span<const std::uint16_t> link_b = frame.batch(from[kBatchB]).articulation->leaf_link;
+    const Hit head = {{index + 1}, instance, {from[kBatchB] + 1}, from[kInstanceB], 0, 0, 0, 0};
+    at = from[kNext];
     from += kGroupHead;
-    const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
-    const Span<const std::uint16_t> link_b = frame.batch(batch_b).articulation->leaf_link;
-    const Hit head = {{index + 1}, instance, {batch_b + 1}, instance_b, 0, 0, 0, 0};
-    const auto hits = static_cast<std::uint32_t>(std::min<std::size_t>(count, room.size - at));
     for (std::uint32_t i = 0; i < hits; ++i)
-      write_hit(head, link_a.data[from[i] >> 16], link_b.data[from[i] & 0xffff], from[i], room.data + at + i);
-    at += hits;
+      write_hit(head, link_a.data[from[i] >> 16], link_b.data[from[i] & 0xffff], from[i], out++);
   }
 }
 
@@ -131,8 +177,7 @@ void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t i
 bool goes_on(const FrameContext& frame, const Candidate& candidate) {
   const InstanceBatch &a = frame.batch(candidate.batch_a), &b = frame.batch(candidate.batch_b);
   if (!rests(a, candidate.instance_a) || !rests(b, candidate.instance_b)) return false;
-  return is_within(candidate) ? !a.skips_within
-                              : !frame.broad_phase.skips_resting(candidate.batch_a, candidate.batch_b);
+  return is_within(candidate) ? !a.skips_within : !frame.paired.skips_resting(candidate.batch_a, candidate.batch_b);
 }
 
 // Lays out the tasks that count or write hits.
@@ -159,103 +204,120 @@ InstanceRun instance_run(const FrameRun& run, std::uint32_t task) {
 
 }  // namespace
 
+void HitStore::reset(Span<std::uint32_t> words, const Allocator& allocator) {
+  const auto count = static_cast<std::uint32_t>(words.size / kBlockWords);
+  grown = std::make_unique<Arena>(allocator);
+  segments[0] = {0, count, words.data};
+  segment_count = 1;
+  blocks = count;
+  claimed = 0;
+  holds_last = false;
+}
+
 void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
                HitSink& sink) {
-  if (!make_room_for(frame, pairs.size, worker, sink)) return;
-  std::uint32_t* const head = worker.words.end();
-  std::uint32_t* end = head + kGroupHead;
-  for_each_touching(frame, candidate, pairs, worker.stats,
-                    [&end](const LinkedPair& pair) { *end++ = std::uint32_t{pair.leaf_a} << 16 | pair.leaf_b; });
-  end_group(candidate, static_cast<std::uint32_t>(end - head) - kGroupHead, worker);
+  std::uint32_t part = 0, hits = 0, most = 0, *group = nullptr;
+  const auto end = [&] {
+    if (hits == 0) return;
+    set_head(candidate, hits, part++, group);
+    end_group(frame, group, worker, sink);
+  };
+  for_each_touching(frame, candidate, pairs, worker.stats, [&](const LinkedPair& pair) {
+    if (hits == most) {
+      end();
+      hits = 0;
+      most = static_cast<std::uint32_t>(std::min<std::size_t>(pairs.size - part * std::size_t{kMostHits}, kMostHits));
+      group = room_for(most, worker, sink);
+    }
+    if (group) group[kGroupHead + hits] = std::uint32_t{pair.leaf_a} << 16 | pair.leaf_b;
+    hits += group != nullptr;
+  });
+  end();
 }
 
 void add_groups_of_leaves(const FrameContext& frame, const Candidate* candidates, const std::uint32_t* candidate_of,
                           Span<const std::uint32_t> pairs, Worker& worker, HitSink& sink) {
   worker.stats.leaf_pairs += pairs.size;
-  for (std::size_t i = 0; i < pairs.size;) {
+  for (std::size_t i = 0, begin = 0, end; i < pairs.size; i = end) {
     const std::uint32_t number = candidate_of[kernel::slot_of(pairs[i])];
-    std::size_t end = i + 1;
-    while (end < pairs.size && candidate_of[kernel::slot_of(pairs[end])] == number) ++end;
-    if (!make_room_for(frame, end - i, worker, sink)) return;
-    std::uint32_t* hit = worker.words.end() + kGroupHead;
+    for (end = i + 1; end < pairs.size && end - i < kMostHits; ++end)
+      if (candidate_of[kernel::slot_of(pairs[end])] != number) break;
+    if (i > 0 && candidate_of[kernel::slot_of(pairs[i - 1])] != number) begin = i;
     const auto hits = static_cast<std::uint32_t>(end - i);
-    for (; i < end; ++i) *hit++ = kernel::leaf_a_of(pairs.data[i]) << 16 | kernel::leaf_b_of(pairs.data[i]);
-    end_group(candidates[number], hits, worker);
+    std::uint32_t* const group = room_for(hits, worker, sink);
+    if (!group) return;
+    set_head(candidates[number], hits, static_cast<std::uint32_t>((i - begin) / kMostHits), group);
+    for (std::uint32_t k = 0; k < hits; ++k)
+      group[kGroupHead + k] = kernel::leaf_a_of(pairs.data[i + k]) << 16 | kernel::leaf_b_of(pairs.data[i + k]);
+    end_group(frame, group, worker, sink);
     set_in_contact(frame, candidates[number]);
   }
 }
 
-// Each group becomes the first of its chain.
-void store_groups(const FrameContext& frame, Worker& worker, HitSink& sink) {
-  FixedList<std::uint32_t>& words = worker.words;
-  const std::uint64_t at = sink.stored_words.fetch_add(words.size, std::memory_order_relaxed);
-  if (at + words.size > sink.store->words.size) {
-    sink.store_full = true;
-    words.clear();
-    return;
-  }
-  std::uint32_t* const to = sink.store->words.data + at;
-  std::copy(words.begin(), words.end(), to);
-  for (std::uint32_t group = 0; group < words.size; group += kGroupHead + to[group + kHits]) {
-    HitChain& chain = frame.batch(to[group + kBatchA]).hit_chains[to[group + kInstanceA]];
-    if (sink.alone) {
-      to[group + kNext] = std::exchange(chain.head, static_cast<std::uint32_t>(at + group));
-      chain.count += to[group + kHits];
-    } else {
-      to[group + kNext] = relaxed_exchange(chain.head, static_cast<std::uint32_t>(at + group));
-      relaxed_add(chain.count, to[group + kHits]);
-    }
-  }
-  words.clear();
+void begin_storing(FrameRun& run) {
+  run.last_blocks = run.engine.hit_store.claimed.exchange(0, std::memory_order_relaxed);
+  run.sink.stored_hits = 0;
+  run.sink.out_of_memory = false;
+  for (const auto& worker : run.engine.pool.workers) worker->hit_block = {};
 }
 
-// Groups only move down, so the store is read and written from its beginning to its end. What it says of instances is
-// all over memory, and is prefetched.
+namespace {
+
+// Walks through the groups of the last frame. A block is read only as far as its first word said when the walk came to
+// it: the word is written over then.
+struct GroupCursor {
+  const HitStore& store;
+  std::uint32_t blocks, number = 0, at = 0, end = 0;
+  std::uint32_t* words = nullptr;
+
+  // Goes on to the next block until there is a group. Returns null behind the last one.
+  std::uint32_t* group() {
+    while (at >= end) {
+      if (number == blocks) return nullptr;
+      words = store.block(number++);
+      at = 1;
+      end = words[0];
+    }
+    return words + at;
+  }
+};
+
+}  // namespace
+
+// Groups only move down: with gaps closed, groups never begin in a later block, nor later in the same one. So blocks
+// are read and written from the first to the last. What groups say of instances is all over memory, and is prefetched.
 void keep_hits(FrameRun& run) {
   const FrameContext& frame = *run.characters;
-  FrameStats& stats = run.worker(0).stats;
-  const Timed timed(stats.seconds_query);
-  std::uint32_t* const store = run.sink.store->words.data;
-  const std::uint32_t used = run.sink.store->used;
-  std::uint32_t to = 0, ahead = 0;
+  Worker& worker = run.worker(0);
+  const Timed timed(worker.stats.seconds_query);
+  GroupCursor ahead = {*run.sink.store, run.last_blocks}, from = ahead;
   const auto prefetch_next = [&] {
-    if (ahead == used) return;
-    const std::uint32_t* const group = store + ahead;
+    const std::uint32_t* const group = ahead.group();
+    if (!group) return;
     const InstanceBatch& a = frame.batch(group[kBatchA]);
     prefetch_line(&a.rest[group[kInstanceA]]);
     prefetch_line(&frame.batch(group[kBatchB]).rest[group[kInstanceB]]);
     prefetch_line(&a.hit_chains[group[kInstanceA]]);
-    ahead += kGroupHead + group[kHits];
+    ahead.at += size_of(group);
   };
   for (int group = 0; group < 16; ++group) prefetch_next();
-  for (std::uint32_t from = 0, size; from < used; from += size) {
+  while (const std::uint32_t* const group = from.group()) {
     prefetch_next();
-    const std::uint32_t* const group = store + from;
+    const std::uint32_t size = size_of(group), hits = hits_of(group);
+    from.at += size;
     const Candidate kept = {group[kBatchA], group[kInstanceA], group[kBatchB], group[kInstanceB]};
-    size = kGroupHead + group[kHits];
     if (!goes_on(frame, kept)) continue;
-    stats.hits_kept += group[kHits];
-    if (to != from) std::copy(group, group + size, store + to);
-    HitChain& chain = frame.batch(kept.batch_a).hit_chains[kept.instance_a];
-    store[to + kNext] = std::exchange(chain.head, to);
-    chain.count += store[to + kHits];
+    worker.stats.hits_kept += hits;
+    std::uint32_t* const to = room_for(hits, worker, run.sink);
+    std::memmove(to, group, size * sizeof *to);
+    end_group(frame, to, worker, run.sink);
     set_in_contact(frame, kept);
-    to += size;
   }
-  run.sink.stored_words = to;
 }
 
-void hold_hits(FrameRun& run) {
-  HitStore& store = *run.sink.store;
-  store.holds_last = !run.in_key_order && run.job.report != Report::kInContact;
-  store.used = static_cast<std::uint32_t>(run.sink.stored_words.load());
-}
+void hold_hits(FrameRun& run) { run.sink.store->holds_last = run.job.report != Report::kInContact; }
 
-std::uint32_t begin_counting_hits(FrameRun& run) {
-  if (!run.in_key_order) end_spatial_order(run);
-  if (run.in_key_order) return 0;
-  return lay_out_writing(run);
-}
+std::uint32_t begin_counting_hits(FrameRun& run) { return lay_out_writing(run); }
 
 void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t) {
   const InstanceRun of = instance_run(run, task);
@@ -265,7 +327,6 @@ void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t) {
 }
 
 std::uint32_t begin_writing_hits(FrameRun& run) {
-  if (run.in_key_order) return 0;
   const std::uint32_t tasks = lay_out_writing(run);
   std::size_t found = run.sink.found;
   for (std::uint32_t task = 0; task < tasks; ++task) {
@@ -275,24 +336,22 @@ std::uint32_t begin_writing_hits(FrameRun& run) {
     found += count;
   }
   run.sink.found = found;
-  return tasks;
+  return found > run.job.hits.size || run.sink.out_of_memory ? 0 : tasks;
 }
 
 void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   constexpr std::uint32_t kPrefetched = 16;  // how many instances ahead the first group is prefetched
   FrameStats& stats = run.worker(w).stats;
   const Timed timed(stats.seconds_query), written(stats.seconds_write);
-  const FrameJob& job = run.job;
-  const Span<std::uint32_t> store = run.sink.store->words;
+  const HitStore& store = *run.sink.store;
   const InstanceRun of = instance_run(run, task);
-  std::size_t at = of.batch.stored_before[of.run];
+  Hit* out = run.job.hits.data + of.batch.stored_before[of.run];
   for (std::uint32_t i = of.begin; i < of.end; ++i) {
     const std::uint32_t ahead = std::min(i + kPrefetched, of.batch.instance_count - 1);
-    if (const HitChain& next = of.batch.hit_chains[ahead]; next.count) prefetch_line(store.data + next.head);
+    if (const HitChain& next = of.batch.hit_chains[ahead]; next.count) prefetch_line(store.word(next.head));
     const std::size_t count = of.batch.hit_chains[i].count;
-    if (at < job.hits.size)
-      write_chain(*run.characters, of.index, i, store, {job.hits.data + at, std::min(count, job.hits.size - at)});
-    at += count;
+    if (count) write_chain(*run.characters, of.index, i, store, out);
+    out += count;
   }
 }
 

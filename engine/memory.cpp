@@ -67,6 +67,7 @@ constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
                                                  &MemoryNeeds::character_tiles,
                                                  &MemoryNeeds::batch_slots,
                                                  &MemoryNeeds::crowd_words,
+                                                 &MemoryNeeds::hits,
                                                  &MemoryNeeds::queries};
 
 // The larger of each two counts.
@@ -121,13 +122,11 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
       std::min(kChunkCandidates * needs.leaf_pairs, std::max<std::size_t>(kChunkLeafPairs, needs.leaf_pairs));
   worker.found = make_list<LeafPair>(worker.arena, found + kLanes);
   worker.candidates = make_list<Candidate>(worker.arena, kChunkCandidates);
-  worker.waiting = make_list<EntryPair>(worker.arena, needs.large ? kWaitingCandidates : 0);
+  worker.waiting = make_list<RowPair>(worker.arena, needs.large ? kWaitingCandidates : 0);
   worker.convex_queues = worker.arena.allocate<ConvexQueue>(kConvexQueues);
   if (needs.character_instances) size_posed_set(worker, needs);
   size_crowd(needs, worker);
-  worker.partners = make_list<Partner>(worker.arena, kPartnerCapacity);
   worker.hits = make_list<Hit>(worker.arena, kTaskHits);
-  worker.words = make_list<std::uint32_t>(worker.arena, needs.character_instances ? kTaskWords : 0);
 }
 
 // Sets where the nodes of each sequence start in Worker::boxes and Worker::bounds.
@@ -148,15 +147,8 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
     size_worker(*workers.back(), needs);
   }
   auto shared = std::make_unique<Arena>(engine.allocator);
-  std::size_t buckets = 16;
-  while (buckets < needs.character_instances) buckets *= 2;
-  const std::size_t most_entries =
-      needs.character_instances ? needs.character_instances + spare_entries(needs.character_instances) : 0;
-  const auto entries = shared->allocate<GridEntry>(most_entries + 1);
-  const auto placements = shared->allocate<Placement>(most_entries);
-  const auto bucket = shared->allocate<std::uint32_t>(needs.character_instances ? buckets + 1 : 0);
-  const auto kept_bucket = shared->allocate<std::uint32_t>(bucket.size);
-  const auto store = shared->allocate<std::uint32_t>(store_words(needs.character_instances));
+  const auto store =
+      shared->allocate<std::uint32_t>(kBlockWords, store_blocks(needs.character_instances, needs.hits, workers.size()));
   const std::size_t pairs = needs.batch_slots * needs.batch_slots;
   const auto paired = shared->allocate<std::uint64_t>((pairs + 63) / 64);
   const auto skipped = shared->allocate<std::uint64_t>(paired.size);
@@ -165,23 +157,17 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   for (const auto& slot : engine.batches) store_crowd_bounds(engine.crowd, *slot);
   Crowd crowd;
   size_crowd(needs, *shared, crowd);
+  crowd.frames = engine.crowd.frames + 1;  // no batch has rows in the new memory
   if (needs.queries) engine.queries = make_query_room(needs, workers.size(), engine.allocator);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
   engine.rest.rule_bits = last_rules;
   engine.crowd = crowd;
-  for (Grid* const grid : {&engine.broad_phase.grid, &engine.broad_phase.kept}) {
-    grid->entries = entries;
-    grid->placements = placements;
-  }
-  engine.broad_phase.grid.bucket = bucket;
-  engine.broad_phase.kept.bucket = kept_bucket;
-  engine.broad_phase.instances = needs.character_instances;
-  engine.broad_phase.paired_bits = paired;
-  engine.broad_phase.skipped_bits = skipped;
-  engine.broad_phase.batch_count = needs.batch_slots;
-  engine.hit_store.words = store;
+  engine.paired.bits = paired;
+  engine.paired.skipped = skipped;
+  engine.paired.count = needs.batch_slots;
+  engine.hit_store.reset(store, engine.allocator);
   engine.sized = needs;
   forget_rest(engine);
 }
@@ -212,6 +198,7 @@ void reserve_memory(const ReserveDesc& desc, Engine& engine) {
   needs.batch_slots = std::max<std::size_t>(needs.batch_slots, desc.batches);
   needs.crowd_words = std::max(needs.crowd_words, desc.characters * blocks);
   needs.queries = desc.queries;
+  needs.hits = desc.hits;
   if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
   engine.batches.reserve(needs.batch_slots);
 }
@@ -223,15 +210,15 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   for (const auto& slot : engine.batches)
     out->batches += slot->arena.bytes() + (slot->statics ? slot->statics->arena.bytes() : 0);
   for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
-  const Grid& grid = engine.broad_phase.grid;
-  out->grid = grid.entries.size * sizeof(GridEntry) + grid.placements.size * sizeof(Placement) +
-              2 * grid.bucket.size * sizeof(std::uint32_t);
-  out->hits = engine.hit_store.words.size * sizeof(std::uint32_t);
+  out->grid = bytes_of(engine.crowd);
+  const HitStore& store = engine.hit_store;
+  out->hits = std::size_t{store.blocks} * kBlockWords * sizeof(std::uint32_t);
   out->queries = engine.queries ? bytes_of(*engine.queries) : 0;
   out->histories = engine.past ? bytes_of(*engine.past) : 0;
   for (const auto& slot : engine.histories) out->histories += slot->arena.bytes();
   const std::size_t shared = engine.shared_arena ? engine.shared_arena->bytes() : 0;
-  out->total = out->articulations + out->batches + out->workers + out->queries + out->histories + shared;
+  const std::size_t grown = store.grown ? store.grown->bytes() : 0;
+  out->total = out->articulations + out->batches + out->workers + out->queries + out->histories + shared + grown;
   return Status::kOk;
 }
 

@@ -68,8 +68,7 @@ bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& s
   return fit(new_a > free_lanes(candidate.batch_a), new_b > free_lanes(candidate.batch_b));
 }
 
-std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance,
-                           const Placement& placement, PosedSet& set) {
+std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance, PosedSet& set) {
   const std::uint64_t key = instance_key(batch, instance);
   PosedEntry& entry = find_entry(set, key);
   if (entry.generation == set.generation) return entry.slot;
@@ -80,7 +79,7 @@ std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::
   const std::uint32_t lane = tile.instances.count++;
   entry = {key, set.generation, at * kLanes + lane};
   tile.instances.instance[lane] = instance;
-  tile.placement[lane] = placement;
+  tile.placement[lane] = placement_of(owner, instance);
   if (tile.instances.count == kLanes) set.open[batch] = 0;
   prefetch_pose(owner, instance);
   return entry.slot;

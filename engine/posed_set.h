@@ -92,8 +92,7 @@ bool is_large(const Articulation& articulation);
 bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set);
 
 // Returns the slot of an instance. An instance that is not in the set is added, for which there must be room.
-std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance,
-                           const Placement& placement, PosedSet& set);
+std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance, PosedSet& set);
 
 // Poses every instance of worker.posed and makes its boxes and leaf bounds, as the strategy needs them.
 void pose_set(const FrameContext& frame, Worker& worker);

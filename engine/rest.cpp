@@ -1,6 +1,7 @@
 // Which characters rest: compares the settings of a frame with those of the last one.
 #include "engine/rest.h"
 
+#include "engine/frame/strips.h"
 #include "kernels/pose_leaves.h"
 
 #include <algorithm>
@@ -126,7 +127,7 @@ void end_rest(Engine& engine, const FrameJob& job) {
 void forget_rest(Engine& engine) {
   ++engine.rest.epoch;
   engine.rest.known = false;
-  engine.broad_phase.kept.count = 0;
+  clear_kept(engine.crowd);
   engine.hit_store.holds_last = false;
   for (const auto& slot : engine.batches) clear_rest(slot->batch);
 }

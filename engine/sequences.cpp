@@ -171,19 +171,17 @@ std::uint32_t begin_sequences(FrameRun& run) {
     if (const InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kSequence)
       tiles = std::max(tiles, tile_count(batch.instance_count));
   if (tiles == 0) return 0;
-  begin_turns(run.sink);
   run.sink.sorted = false;
   return tiles;
 }
 
-void run_sequence_tile(FrameRun& run, std::uint32_t, std::uint32_t w) {
+void run_sequence_tile(FrameRun& run, std::uint32_t tile, std::uint32_t w) {
   Worker& worker = run.worker(w);
-  worker.task = run.sink.next++;
-  update_sequences(*run.sequences, run.job.inputs, worker.task, worker);
+  update_sequences(*run.sequences, run.job.inputs, tile, worker);
   for (const PairRule& rule : run.job.rules)
     if (run.engine.batch(rule.a).kind == BatchKind::kSequence)
-      test_sequences(*run.sequences, rule, worker.task, worker, run.sink);
-  finish_task(worker, run.sink);
+      test_sequences(*run.sequences, rule, tile, worker, run.sink);
+  append_hits(worker, run.sink);
 }
 
 }  // namespace cab

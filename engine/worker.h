@@ -1,9 +1,9 @@
 // Workers: the memory of each thread that runs tasks, reused in every frame, and the pool of all workers.
 #pragma once
 
-#include "engine/broad_phase/partner.h"
 #include "engine/candidate.h"
 #include "engine/exact_convex.h"
+#include "engine/hit_store.h"
 #include "engine/link_pairs.h"
 #include "engine/posed_set.h"
 #include "engine/task_runner.h"
@@ -22,9 +22,8 @@ struct CrowdScratch;
 inline constexpr std::uint32_t kChunkCandidates = 256;
 inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 
-// Capacity of Worker::hits and Worker::words. A worker empties them when they are full, so a task may find more hits.
+// Capacity of Worker::hits. A worker empties it when it is full, so a task may find more hits.
 inline constexpr std::uint32_t kTaskHits = 4096;
-inline constexpr std::uint32_t kTaskWords = 1u << 14;
 
 // Capacity of Worker::waiting, where an articulation is large.
 inline constexpr std::uint32_t kWaitingCandidates = 8192;
@@ -48,21 +47,17 @@ struct alignas(64) Worker {
   FixedList<LeafPair> found;        // overlapping leaf pairs, before the exact test
   Span<ConvexQueue> convex_queues;  // Exact::kConvex: by the kinds of a and b
   FixedList<Candidate> candidates;  // collected, and not tested yet
-  FixedList<EntryPair> waiting;     // spatial order: candidates of large articulations that are not collected yet
+  FixedList<RowPair> waiting;       // candidates of large articulations that are not collected yet
   PosedSet posed;                   // the instances of `candidates`
   PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap
   FixedList<LeafPair> link_pairs;   // strategy `links`: pairs of links whose boxes overlap
   Span<CrowdScratch> crowd;         // one, if there are crowds (engine/frame/crowd.h)
   Span<std::uint32_t> crowd_pairs;  // leaf pairs to test, and in the second half those that overlap
-  FixedList<Partner> partners;      // key order: partners of one instance
-  std::uint32_t task = 0;           // index of the task that runs
-  FixedList<Hit> hits;              // key order and sequences: hits of that task, until its turn comes
-  FixedList<std::uint32_t> words;   // spatial order: groups of hits, until they are stored (engine/hit_store.cpp)
-  ExtentHistogram histogram;        // of the instances that this worker bounded
-  ExtentHistogram resting;          // of those that rest, and are not in the kept grid
-  std::uint32_t kept = 0;           // how many instances rest and are in the kept grid
+  FixedList<Hit> hits;              // sequences: hits that are not in the caller's buffer yet
+  HitBlock hit_block;               // characters: where their hits go
+  std::uint32_t kept = 0;           // how many instances rest and are in the kept strips
+  std::uint32_t resting = 0;        // how many rest and are not
   FrameStats stats;                 // of this frame
-  FrameStats stats_before;          // before pairing in spatial order, in case its hits do not fit into the store
 };
 
 // The workers of an engine, and the runner of their tasks.

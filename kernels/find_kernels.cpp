@@ -38,9 +38,6 @@ void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t l
 template <class V>
 void filter_rows(const RowFilter& filter);
 template <class V>
-std::uint32_t overlapping_entries(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
-                                  const GridEntry& query, std::uint32_t* found);
-template <class V>
 void boxes_to_aos(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
                   std::size_t instance_stride);
 template <class V>
@@ -103,7 +100,6 @@ constexpr KernelTable table_of(Isa isa) {
           bound_together<V>,
           bounds_to_soa<V>,
           filter_rows<V>,
-          overlapping_entries<V>,
           boxes_to_aos<V>,
           aabbs_to_aos<V>,
           {descend_tiles<V, BoxTile, Sat::kAll15>, descend_tiles<V, BoxTile, Sat::kFaces6>},

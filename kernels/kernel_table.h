@@ -2,7 +2,6 @@
 #pragma once
 
 #include "layout/box_aos.h"
-#include "layout/grid_entry.h"
 #include "layout/leaf_words.h"
 #include "layout/merge_program.h"
 #include "layout/tile.h"
@@ -51,8 +50,6 @@ struct KernelTable {
   void (*bound_together)(const AabbTile* bounds, std::uint32_t count, AabbTile* all);
   void (*bounds_to_soa)(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa);
   void (*filter_rows)(const RowFilter&);
-  std::uint32_t (*overlapping_entries)(const GridEntry* entries, std::uint32_t first, std::uint32_t end,
-                                       const GridEntry& query, std::uint32_t* found);
   void (*boxes_to_aos)(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
                        std::size_t instance_stride);
   void (*aabbs_to_aos)(const AabbTile* nodes, std::uint32_t count, std::uint32_t live, AabbAos* boxes,

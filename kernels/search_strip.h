@@ -32,8 +32,11 @@ struct PlaceTile {
   float* to[6];
 };
 
-// Float's largest number. An origin beyond it has infinite sides, which the engine notices; they must not become NaN.
+// Float's largest number. An origin beyond it is infinite in float, which must not become NaN.
 inline constexpr float kMostFinite = 3.402823466e38f;
+
+// Sides go no farther: bounds beyond it meet there.
+inline constexpr float kMostSide = 1e30f;
 
 // Sides that meet nothing, if the lower ones are this and the upper ones its opposite.
 inline constexpr float kNowhere = 3e38f;
@@ -54,7 +57,9 @@ void place_tile(const PlaceTile& tile, CrowdSurvey& survey) {
       const auto rounding = [](V world, V own) {
         return (V(kSideRounding) * min(abs(world), V(kMostFinite)) + V(kSideOwn) * abs(own)) + V(kSideTiny);
       };
-      const V lo = in_world_lo - rounding(in_world_lo, low), hi = in_world_hi + rounding(in_world_hi, high);
+      const auto within = [](V side) { return min(max(side, V(-kMostSide)), V(kMostSide)); };
+      const V lo = within(in_world_lo - rounding(in_world_lo, low));
+      const V hi = within(in_world_hi + rounding(in_world_hi, high));
       Lanes<V>::store(tile.to[c] + lane, select(there, lo, nowhere));
       Lanes<V>::store(tile.to[3 + c] + lane, select(there, hi, zero - nowhere));
       const V l = Lanes<V>::load(survey.low[c] + lane), h = Lanes<V>::load(survey.high[c] + lane);

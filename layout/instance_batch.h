@@ -38,7 +38,7 @@ struct HitChain {
 // Bits of InstanceBatch::rest.
 enum RestBit : std::uint8_t {
   kRests = 1,  // nothing of the instance has changed since the last frame
-  kKept = 2,   // its entry is in the grid that is kept between frames
+  kKept = 2,   // it is in the strips that are kept between frames
 };
 
 struct InstanceBatch {
@@ -67,6 +67,7 @@ struct InstanceBatch {
   // whose leaves are bounded and compared first, which is that of its link boxes with kLinks, else the batch's own.
   Strategy strategy = Strategy::kRows;
   const Articulation* active = nullptr;
+  bool by_words = false;         // its leaves are paired by compact words (engine/frame/characters.h)
   bool pairs_between = false;    // a rule tests its instances against others
   bool pairs_within = false;     // a rule tests the links of each instance against each other
   bool skips_within = false;     // not those of an instance that rests

@@ -26,14 +26,14 @@ constexpr std::uint32_t kRowsPerChunk = 320;
 constexpr std::uint32_t kWait = 8;
 
 // The only batch of the crowd.
-StoredBatch& only_batch(const FrameRun& run) { return *run.engine.batches[run.engine.crowd.last_batch]; }
+StoredBatch& only_batch(const Engine& engine) { return *engine.batches[engine.crowd.last_batch]; }
 
 // The strips of a chunk.
 struct Chunk {
   std::uint32_t first, end;
 };
 Chunk chunk_of(const Crowd& crowd, std::uint32_t chunk) {
-  const std::uint32_t strips = crowd.classes[0].strips, chunks = crowd.bands.chunks;
+  const std::uint32_t strips = crowd.classes.of[0].strips, chunks = crowd.bands.chunks;
   return {strips * chunk / chunks, strips * (chunk + 1) / chunks};
 }
 
@@ -63,13 +63,13 @@ struct BandTask {
 
   // Puts the rows up to `end` into strips of the chunk. Those that fit none are strays.
   void take_rows(std::uint32_t end) {
-    const CrowdClass& of = crowd.classes[0];
+    const CrowdClass& of = crowd.classes.of[0];
     const float *const lower = crowd.side(crowd.axes[1]), *const upper = crowd.side(3 + crowd.axes[1]);
     const float *const from = crowd.side(crowd.axes[0]), *const to = crowd.side(3 + crowd.axes[0]);
     for (; taken < end; ++taken) {
       if (!is_there(crowd, taken)) continue;
       const float extent = upper[taken] - lower[taken];
-      const std::uint32_t strip = strip_at(crowd, of, lower[taken]);
+      const std::uint32_t strip = strip_at(of, lower[taken]);
       if (extent > most_extent || strip < sorted || strip >= chunk.end ||
           crowd.strip_end[strip] == crowd.strip_begin[strip + 1] - (strip + 1 == chunk.end ? kSeamRoom : 0)) {
         const std::uint32_t at = relaxed_add(crowd.bands.strays, 1);
@@ -88,12 +88,12 @@ struct BandTask {
 bool begin_bands(FrameRun& run) {
   Crowd& crowd = run.engine.crowd;
   CrowdBands& bands = crowd.bands;
-  const bool ready =
-      bands.ready && crowd.one_batch && only_batch(run).crowd.ordered && only_batch(run).crowd.index == bands.batch;
+  const bool ready = bands.ready && crowd.only_words && crowd.one_batch && only_batch(run.engine).crowd.ordered &&
+                     only_batch(run.engine).crowd.index == bands.batch;
   bands.ready = false;
   if (!ready) return false;
-  crowd.class_count = 1;
-  const std::uint32_t strips = crowd.classes[0].strips;
+  crowd.classes.count = 1;
+  const std::uint32_t strips = crowd.classes.of[0].strips;
   bands.strays = 0;
   const auto workers = static_cast<std::uint32_t>(run.engine.pool.working_count());
   bands.chunks =
@@ -110,10 +110,9 @@ bool begin_bands(FrameRun& run) {
 }
 
 void run_band_task(FrameRun& run, std::uint32_t task, std::uint32_t w) {
-  if (run.sink.store_full) return;
   Crowd& crowd = run.engine.crowd;
   Worker& worker = run.worker(w);
-  StoredBatch& stored = only_batch(run);
+  StoredBatch& stored = only_batch(run.engine);
   const Clock::time_point start = Clock::now();
   const auto others = [&worker] {
     return worker.stats.seconds_update + worker.stats.seconds_test + worker.stats.seconds_query;
@@ -123,7 +122,7 @@ void run_band_task(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   const std::uint32_t count = stored.crowd.row_count, end = first_place(crowd, task + 1, count);
   std::uint32_t place = first_place(crowd, task, count);
   CrowdScratch& scratch = worker.crowd[0];
-  BandTask band = {crowd, scratch, chunk, chunk.first, 1 / crowd.classes[0].scale / 1.05f, place};
+  BandTask band = {crowd, scratch, chunk, chunk.first, 1 / crowd.classes.of[0].scale / 1.05f, place};
   CrowdTester tester(run, worker);
   for (std::uint32_t s = chunk.first; s < chunk.end; ++s) {
     {
@@ -142,13 +141,12 @@ void run_band_task(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   for (std::uint32_t s = std::max(chunk.first + 2, chunk.end) - 2; s < chunk.end; ++s)
     pair_in_strip(tester, 0, band.reach(), s, crowd.strip_begin[s], crowd.strip_end[s], s + 1 < chunk.end);
   tester.test();
-  store_groups(*run.characters, worker, run.sink);
   worker.stats.seconds_broad += seconds_since(start) - (others() - before);
 }
 
 void pair_seam(FrameRun& run, std::uint32_t chunk, std::uint32_t w) {
   CrowdTester tester(run, run.worker(w));
-  pair_with_next(tester, 0, chunk_of(run.engine.crowd, chunk).end - 1);
+  pair_with_next(tester, chunk_of(run.engine.crowd, chunk).end - 1);
   tester.test();
 }
 
@@ -156,9 +154,8 @@ namespace {
 
 // Drops what was paired so far.
 void drop_pairs(FrameRun& run) {
-  run.sink.stored_words = 0;
-  run.sink.store_full = false;
-  const Span<HitChain> chains = only_batch(run).batch.hit_chains;
+  begin_storing(run);
+  const Span<HitChain> chains = only_batch(run.engine).batch.hit_chains;
   std::fill(chains.begin(), chains.end(), HitChain{});
   for (const auto& worker : run.engine.pool.workers) {
     FrameStats& stats = worker->stats;
@@ -173,13 +170,13 @@ void drop_pairs(FrameRun& run) {
 bool end_bands(FrameRun& run) {
   Crowd& crowd = run.engine.crowd;
   CrowdBands& bands = crowd.bands;
-  if (bands.strays > crowd.strays.size || !are_in_range(run)) {
+  if (bands.strays > crowd.strays.size) {
     drop_pairs(run);
     crowd.by_bands = false;
     bands.wait = kWait;
     return false;
   }
-  CrowdClass& of = crowd.classes[0];
+  CrowdClass& of = crowd.classes.of[0];
   of.reach = of.extent = 0;
   for (const auto& worker : run.engine.pool.workers) {
     of.reach = std::max(of.reach, worker->crowd[0].reach * (1 + kStripRounding));
@@ -200,11 +197,11 @@ void append_masked(const Crowd& crowd, CrowdBatch& own) {
 
 // The order of a frame with bands: strip by strip, strays behind the sorted rows of theirs.
 void keep_order_of_bands(Crowd& crowd, CrowdBatch& own) {
-  const CrowdClass& of = crowd.classes[0];
+  const CrowdClass& of = crowd.classes.of[0];
   const float* const lower = crowd.side(crowd.axes[1]);
   std::uint32_t *const first = crowd.strip_first.data, *const end = crowd.strip_end.data;
   for (std::uint32_t s = 0; s < of.strips; ++s) first[s + 1] = end[s] - crowd.strip_begin[s];
-  for (std::uint32_t i = 0; i < crowd.bands.strays; ++i) ++first[strip_at(crowd, of, lower[crowd.strays[i]]) + 1];
+  for (std::uint32_t i = 0; i < crowd.bands.strays; ++i) ++first[strip_at(of, lower[crowd.strays[i]]) + 1];
   first[0] = 0;
   for (std::uint32_t s = 0; s < of.strips; ++s) {
     first[s + 1] += first[s];
@@ -214,32 +211,35 @@ void keep_order_of_bands(Crowd& crowd, CrowdBatch& own) {
   }
   for (std::uint32_t i = 0; i < crowd.bands.strays; ++i) {
     const std::uint32_t row = crowd.strays[i];
-    own.order[end[strip_at(crowd, of, lower[row])]++] = crowd.rows[row].instance;
+    own.order[end[strip_at(of, lower[row])]++] = crowd.rows[row].instance;
   }
 }
 
 // The order of a frame without bands: that of sorted rows.
-void keep_order_of_strips(FrameRun& run) {
-  const Crowd& crowd = run.engine.crowd;
-  const auto& batches = run.engine.batches;
-  for_each_crowd_batch(run.engine, [](StoredBatch& stored) { stored.crowd.placed = 0; });
-  for (std::uint32_t i = 0; i < crowd.end_sorted; ++i) {
-    CrowdBatch& own = batches[crowd.sorted[i].batch]->crowd;
+void keep_order_of_strips(Engine& engine) {
+  const Crowd& crowd = engine.crowd;
+  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.crowd.placed = 0; });
+  for (std::uint32_t i = crowd.classes.first_sorted; i < crowd.classes.end_sorted; ++i) {
+    CrowdBatch& own = engine.batches[crowd.sorted[i].batch]->crowd;
     if (own.orders) own.order[own.placed++] = crowd.sorted[i].instance;
   }
-  const CrowdClass& of = crowd.classes[0];
+}
+
+// Where the strips of a frame without bands begin in its order.
+void keep_strips(Crowd& crowd) {
+  const CrowdClass& of = crowd.classes.of[0];
   for (std::uint32_t s = 0; s < of.strips; ++s) crowd.strip_first[s] = crowd.strip_begin[s];
   crowd.strip_first[of.strips] = crowd.strip_end[of.strips - 1];
 }
 
 // Whether the strips of this frame do for the next one.
 bool is_ready(const Crowd& crowd) {
-  const CrowdClass& of = crowd.classes[0];
+  const CrowdClass& of = crowd.classes.of[0];
   constexpr std::uint32_t kStrangers = 16;  // at most one row in so many is no row of class 0
   constexpr float kTall = 1.4f;             // strips are at most so many times as high as the longest row
   constexpr std::uint32_t kUneven = 8, kFewRows = 64;
   const std::uint32_t in_strips = crowd.by_bands ? crowd.bands.first_stray : crowd.strip_end[of.strips - 1];
-  const std::uint32_t strangers = crowd.end_sorted - (crowd.by_bands ? crowd.first_sorted : in_strips);
+  const std::uint32_t strangers = crowd.classes.end_sorted - (crowd.by_bands ? crowd.classes.first_sorted : in_strips);
   if (of.strips < kLeastStrips || crowd.bands.wait > 0 || strangers * kStrangers > crowd.row_count ||
       kTall * of.extent * of.scale < 1)
     return false;
@@ -257,22 +257,24 @@ bool is_ready(const Crowd& crowd) {
 
 }  // namespace
 
-void keep_order(FrameRun& run) {
-  Crowd& crowd = run.engine.crowd;
-  for_each_crowd_batch(run.engine, [&crowd](StoredBatch& stored) {
+void keep_order(Engine& engine) {
+  Crowd& crowd = engine.crowd;
+  for_each_crowd_batch(engine, [&crowd](StoredBatch& stored) {
     CrowdBatch& own = stored.crowd;
-    own.orders = stored.batch.input->instances.empty() && own.order.size == own.row_count;
+    own.orders = stored.batch.input->instances.empty() && own.order.size == own.row_count && !stored.batch.may_rest;
     if (!own.orders) return;
     append_masked(crowd, own);
     own.ordered = true;
   });
-  if (crowd.by_bands)
-    keep_order_of_bands(crowd, only_batch(run).crowd);
-  else
-    keep_order_of_strips(run);
+  if (crowd.by_bands) {
+    keep_order_of_bands(crowd, only_batch(engine).crowd);
+  } else {
+    keep_order_of_strips(engine);
+    if (crowd.only_words) keep_strips(crowd);
+  }
   crowd.bands.wait -= crowd.bands.wait > 0;
   crowd.bands.batch = crowd.last_batch;
-  crowd.bands.ready = crowd.one_batch && only_batch(run).crowd.orders && is_ready(crowd);
+  crowd.bands.ready = crowd.only_words && crowd.one_batch && only_batch(engine).crowd.orders && is_ready(crowd);
 }
 
 }  // namespace cab

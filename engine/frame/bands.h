@@ -20,6 +20,6 @@ void pair_seam(FrameRun& run, std::uint32_t chunk, std::uint32_t worker);
 bool end_bands(FrameRun& run);
 
 // After the frame: keeps the order for the next one, and says whether that can go by bands.
-void keep_order(FrameRun& run);
+void keep_order(Engine& engine);
 
 }  // namespace cab

@@ -2,10 +2,12 @@
 
 #include "engine/engine.h"
 #include "engine/frame/crowd_scratch.h"
+#include "engine/live_instances.h"
 #include "engine/worker.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cab {
 namespace {
@@ -47,7 +49,11 @@ double sum_of(const float (&v)[3]) {
 
 }  // namespace
 
-void make_shape(const Articulation& articulation, float margin, std::size_t stride, CrowdBatch& crowd) {
+void make_shape(StoredBatch& stored, float margin) {
+  const Articulation& articulation = *stored.batch.articulation;
+  const std::size_t stride = stored.batch.link_stride / sizeof(float);
+  CrowdBatch& crowd = stored.crowd;
+  if (crowd.margin == margin && crowd.stride == stride) return;
   crowd.margin = margin;
   crowd.stride = stride;
   crowd.size = 0;
@@ -77,6 +83,7 @@ void make_crowd_batch(StoredBatch& stored) {
   const Articulation& articulation = *stored.batch.articulation;
   CrowdBatch& crowd = stored.crowd;
   crowd = {};
+  crowd.order = stored.arena.allocate<std::uint32_t>(stored.batch.capacity);
   if (articulation.leaf_count > kCrowdLeaves || articulation.lod.posed || is_reach_lod(articulation) ||
       is_static(stored.batch))
     return;
@@ -96,7 +103,6 @@ void make_crowd_batch(StoredBatch& stored) {
   crowd.offset = arena.allocate<std::uint32_t>(articulation.leaf_count);
   crowd.bare = arena.allocate<std::uint32_t>(bare);
   crowd.bare_link = arena.allocate<std::uint16_t>(bare);
-  crowd.order = arena.allocate<std::uint32_t>(stored.batch.capacity);
   for (const PosedLink& posed : articulation.posed_links)
     if (posed.leaf_begin == posed.leaf_end) crowd.bare_link[crowd.bare_link.size - bare--] = posed.link;
   crowd.shape = {crowd.block.data,
@@ -132,7 +138,7 @@ void make_crowd_batch(StoredBatch& stored) {
 
 void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
   crowd = {};
-  if (needs.crowd_words == 0) return;
+  if (needs.character_instances == 0) return;
   const std::size_t rows = needs.character_tiles * kLanes;
   crowd.capacity = rows;
   crowd.sorted_capacity = sorted_capacity(rows);
@@ -143,7 +149,7 @@ void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
   crowd.keys = arena.allocate<std::uint64_t>(crowd.sorted_capacity);
   crowd.sorted_sides = arena.allocate<float>(6 * (crowd.sorted_capacity + kLanes));
   crowd.sorted = arena.allocate<CrowdRow>(crowd.sorted_capacity);
-  const std::size_t strips = 2 * rows + 4 * kCrowdClasses;  // of class 0 and of strays
+  const std::size_t strips = 2 * rows + spare_rows(rows) + 4 * kCrowdClasses;  // of class 0 and of strays, or kept ones
   crowd.strip_begin = arena.allocate<std::uint32_t>(strips);
   crowd.strip_end = arena.allocate<std::uint32_t>(strips);
   crowd.strip_first = arena.allocate<std::uint32_t>(strips);
@@ -151,7 +157,7 @@ void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
 }
 
 void size_crowd(const MemoryNeeds& needs, Worker& worker) {
-  if (needs.crowd_words == 0) return;
+  if (needs.character_instances == 0) return;
   worker.crowd = worker.arena.allocate<CrowdScratch>(1);
   // Entries have the leaves of at most one block each.
   const std::size_t pairs =
@@ -159,16 +165,61 @@ void size_crowd(const MemoryNeeds& needs, Worker& worker) {
   worker.crowd_pairs = worker.arena.allocate<std::uint32_t>(2 * pairs);
 }
 
-void store_crowd_bounds(const Crowd& crowd, StoredBatch& stored) {
-  if (!stored.crowd.has_sides) return;
-  stored.crowd.has_sides = false;
-  const std::uint32_t first = stored.crowd.first_row;
-  for (std::uint32_t row = first; row < first + stored.crowd.row_count; ++row)
+std::size_t bytes_of(const Crowd& crowd) {
+  return crowd.words.size * sizeof(LeafWords) + (crowd.sides.size + crowd.sorted_sides.size) * sizeof(float) +
+         (crowd.rows.size + crowd.sorted.size) * sizeof(CrowdRow) + crowd.keys.size * sizeof(std::uint64_t) +
+         (crowd.strip_of.size + 3 * crowd.strip_begin.size + crowd.strays.size) * sizeof(std::uint32_t);
+}
+
+void lay_out_rows(Engine& engine) {
+  Crowd& crowd = engine.crowd;
+  std::uint32_t row = 0, words = 0, batches = 0;
+  ++crowd.frames;
+  bool layers = false, only_words = crowd.kept.count == 0;
+  for (std::size_t i = 0; i < engine.batches.size(); ++i)
+    engine.batches[i]->crowd.index = static_cast<std::uint32_t>(i);
+  for_each_crowd_batch(engine, [&](StoredBatch& stored) {
+    const InstanceBatch& batch = stored.batch;
+    CrowdBatch& own = stored.crowd;
+    const std::uint32_t first_before = own.first_row, count_before = own.row_count;
+    own.row_count = batch.by_words ? given_count(batch) : batch.pairs_between ? batch.instance_count : 0;
+    own.first_row = row;
+    own.first_words = words;
+    row += tile_count(own.row_count) * kLanes;
+    words += batch.by_words ? own.row_count * own.blocks : 0;
+    ++batches;
+    crowd.last_batch = own.index;
+    layers = layers || !batch.input->layers.empty() || !batch.input->layer_masks.empty();
+    if (!batch.input->instances.empty() || own.order.size != own.row_count) own.ordered = false;
+    own.visits_by_order = !batch.by_words && own.ordered && !batch.may_rest;
+    only_words = only_words && batch.by_words && !batch.pairs_within;
+    if (batch.by_words) return;
+    std::fill_n(crowd.side(0) + own.first_row, own.row_count, kernel::kNowhere);
+    const bool are_laid_out =
+        own.laid_out_in + 1 == crowd.frames && first_before == own.first_row && count_before == own.row_count;
+    own.laid_out_in = crowd.frames;
+    for (std::uint32_t i = 0; !are_laid_out && i < own.row_count; ++i)
+      crowd.rows[own.first_row + i] = {own.index, i, 0};
+  });
+  crowd.row_count = row;
+  crowd.one_batch = batches == 1;
+  crowd.takes_all = batches == 1 && !layers && crowd.kept.count == 0;
+  crowd.only_words = only_words;
+}
+
+void store_bounds(const Crowd& crowd, StoredBatch& stored, std::uint32_t first, std::uint32_t end) {
+  constexpr double kFar = 1e300;  // beyond what sides say
+  for (std::uint32_t row = stored.crowd.first_row + first; row < stored.crowd.first_row + end; ++row)
     for (std::uint32_t c = 0; c < 3; ++c) {
+      const float lo = crowd.side(c)[row], hi = crowd.side(3 + c)[row];
       InstanceBounds& out = stored.batch.bounds[crowd.rows[row].instance];
-      out.lo[c] = static_cast<double>(crowd.side(c)[row]);
-      out.hi[c] = static_cast<double>(crowd.side(3 + c)[row]);
+      out.lo[c] = lo <= -kernel::kMostSide ? -kFar : static_cast<double>(lo);
+      out.hi[c] = hi >= kernel::kMostSide ? kFar : static_cast<double>(hi);
     }
+}
+
+void store_crowd_bounds(const Crowd& crowd, StoredBatch& stored) {
+  if (std::exchange(stored.crowd.has_sides, false)) store_bounds(crowd, stored, 0, stored.crowd.row_count);
 }
 
 }  // namespace cab

@@ -8,8 +8,9 @@ namespace cab {
 // One in so many rows may stray from its band.
 inline constexpr std::size_t kStraysShare = 4;
 
-// How many sorted rows there is room for: those of strips with room for a quarter more, and strays.
-inline constexpr std::size_t sorted_capacity(std::size_t rows) { return 2 * rows + rows / kStraysShare + 64; }
+// How many sorted rows there is room for: those of strips with room for a quarter more, and strays; or those that are
+// kept and all others.
+inline constexpr std::size_t sorted_capacity(std::size_t rows) { return 2 * rows + rows / kStraysShare + 64 + kLanes; }
 
 // Calls take(stored batch) for the batches of characters in the current frame, in order.
 template <class Take>
@@ -21,12 +22,21 @@ void for_each_crowd_batch(const Engine& engine, Take&& take) {
 // Makes the part of a new batch that does not depend on a frame. Throws std::bad_alloc.
 void make_crowd_batch(StoredBatch& stored);
 
-// Makes what depends on the frame's margin and on the stride of poses, in floats.
-void make_shape(const Articulation& articulation, float margin, std::size_t stride, CrowdBatch& crowd);
+// Makes what depends on the frame's margin and on the stride of poses, if one of them has changed.
+void make_shape(StoredBatch& stored, float margin);
 
 // Sizes the crowd of an engine, and a worker's part of it. Throws std::bad_alloc.
 void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd);
 void size_crowd(const MemoryNeeds& needs, Worker& worker);
+
+// How many bytes the crowd of an engine takes.
+std::size_t bytes_of(const Crowd& crowd);
+
+// Gives every batch of the frame its rows. Those of batches that are not by words are all unused at first.
+void lay_out_rows(Engine& engine);
+
+// Writes the sides of some places of a batch by words to InstanceBatch::bounds.
+void store_bounds(const Crowd& crowd, StoredBatch& stored, std::uint32_t first, std::uint32_t end);
 
 // Writes the bounds of the crowd's last frame to InstanceBatch::bounds, for what reads them between frames.
 void store_crowd_bounds(const Crowd& crowd, StoredBatch& stored);

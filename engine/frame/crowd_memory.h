@@ -33,9 +33,11 @@ struct CrowdBatch {
   Span<std::uint32_t> order;
   bool ordered = false;
   bool has_sides = false;  // whether the bounds of its last frame are sides of rows, and not in InstanceBatch::bounds
-  // Of the current frame: the batch's index, where its rows and its words begin, whether it will have an order, and how
-  // many instances that has so far.
+  // Of the current frame: the batch's index, where its rows and its words begin, whether its rows are in the order of
+  // instances and put into strips in `order`, whether it will have an order, and how many instances that has so far.
   std::uint32_t index = 0, first_row = 0, row_count = 0, first_words = 0;
+  bool visits_by_order = false;
+  std::uint64_t laid_out_in = 0;  // Crowd::frames of the frame in which its rows were written in the order of instances
   bool orders = false;
   std::uint32_t placed = 0;
 };
@@ -57,10 +59,23 @@ struct CrowdClass {
   float most;    // greatest extent along one of the two axes
   float reach;   // along the first axis
   float extent;  // along the second axis
+  float low;     // least lower side along the second axis
   float scale;   // strips per length
   std::uint32_t first_strip, strips;
 };
 inline constexpr std::uint32_t kCrowdClasses = 16;
+
+// How many rows may come to rest, or leave rest, before the kept ones are sorted again.
+inline std::size_t spare_rows(std::size_t rows) { return rows / 16 + 64; }
+
+// Classes in ascending order of extents, and the strips and the sorted rows of some of them: of all, or in a frame with
+// bands of the strays.
+struct CrowdClasses {
+  CrowdClass of[kCrowdClasses];
+  std::uint32_t count = 0;
+  std::uint32_t first_strip = 0, end_strip = 0;
+  std::uint32_t first_sorted = 0, end_sorted = 0;
+};
 
 // How a crowd of one batch goes on in the next frame. Its order was sorted by the strips of class 0, and instances move
 // little: so a strip can be paired as soon as the instances of the strip after it are bounded, while all of them are in
@@ -74,8 +89,9 @@ struct CrowdBands {
   std::uint32_t chunks = 0;       // tasks, each of some strips that follow each other
 };
 
-// The crowd of an engine. Rows are in the order of batches, and in that of CrowdBatch::order within one; those of a
-// batch begin at a multiple of kLanes. Sorted rows are in the order of classes, of strips, and of the first axis.
+// The crowd of an engine. Rows are in the order of batches, those of a batch begin at a multiple of kLanes. Within one
+// they are in the order of CrowdBatch::order if the batch is by words, else in that of instances. Sorted rows are in
+// the order of classes, of strips, and of the first axis; those that are kept come first.
 struct Crowd {
   Span<LeafWords> words;
   Span<float> sides;             // six arrays, by row
@@ -86,23 +102,25 @@ struct Crowd {
   Span<CrowdRow> sorted;
   Span<std::uint32_t> strip_begin, strip_end;  // by strip: its sorted rows; with bands there are gaps between strips
   Span<std::uint32_t> strip_first;             // by strip of class 0, for bands: its first place in the order
-  Span<std::uint32_t> strays;                  // rows
+  Span<std::uint32_t> strays;                  // rows; or, where most are kept, those that are not
   std::size_t capacity = 0;                    // of rows
   std::size_t sorted_capacity = 0;
 
-  // Of the current frame; the axes, `low` and class 0 of the last one where it has bands.
+  // Of the current frame; the axes and class 0 of the last one where it has bands.
   bool one_batch = false;
   std::uint32_t last_batch = 0;  // index of the last batch, which is the only one if there is one
   bool takes_all = false;        // one batch that a rule pairs with itself, and no layers: every candidate is tested
+  bool only_words = false;       // all batches are by words, and no rule tests an instance within itself
   bool by_bands = false;
-  std::uint32_t row_count = 0;                     // with the unused ones
-  std::uint32_t first_sorted = 0, end_sorted = 0;  // the rows that the step after the sort pairs
-  std::uint32_t first_strip = 0;                   // the strip of first_sorted
-  std::uint32_t axes[3] = {0, 1, 2};               // of the world, by the crowd's
-  float low = 0;                                   // least lower side along the second axis
-  CrowdClass classes[kCrowdClasses];
-  std::uint32_t class_count = 0, strip_count = 0;
+  std::uint64_t frames = 0;           // how many have laid out rows
+  std::uint32_t row_count = 0;        // with the unused ones
+  std::uint32_t axes[3] = {0, 1, 2};  // of the world, by the crowd's
+  CrowdClasses classes;
   CrowdBands bands;
+
+  // Of characters that rest, kept from frame to frame. A row counts while its instance has kKept. They are sorted again
+  // when more than spare_rows rest without being among them, or have left them.
+  CrowdClasses kept;
 
   float* side(std::uint32_t s) const { return sides.data + s * capacity; }
   float* sorted_side(std::uint32_t s) const { return sorted_sides.data + s * (sorted_capacity + kLanes); }

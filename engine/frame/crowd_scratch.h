@@ -1,6 +1,7 @@
 // What a worker needs for the frame of a crowd.
 #pragma once
 
+#include "engine/candidate.h"
 #include "engine/frame/crowd_memory.h"
 #include "kernels/leaf_words.h"
 #include "kernels/search_strip.h"
@@ -17,7 +18,8 @@ struct CrowdScratch {
   // Sorted rows of candidates that are not tested yet.
   std::uint32_t a[kernel::kMostPairEntries], b[kernel::kMostPairEntries];
   std::uint32_t count;
-  float reach, extent;  // bands: the greatest of the rows in this worker's strips
+  Candidate candidates[kernel::kMostPairEntries];  // those that are tested
+  float reach, extent;                             // bands: the greatest of the rows in this worker's strips
 };
 
 }  // namespace cab

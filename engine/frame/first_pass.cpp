@@ -88,15 +88,6 @@ void point_tile(const StoredBatch& stored, const std::uint32_t (&instances)[kLan
 
 }  // namespace
 
-void clear_survey(kernel::CrowdSurvey& survey) {
-  for (int c = 0; c < 3; ++c) {
-    std::fill_n(survey.low[c], kLanes, kernel::kNowhere);
-    std::fill_n(survey.high[c], kLanes, -kernel::kNowhere);
-    std::fill_n(survey.wide[c], kLanes, 0.0f);
-    std::fill_n(survey.narrow[c], kLanes, kernel::kNowhere);
-  }
-}
-
 void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint32_t place, Crowd& crowd,
                       Worker& worker) {
   InstanceBatch& batch = stored.batch;

@@ -8,9 +8,6 @@ namespace cab {
 
 struct Worker;
 
-// Makes a survey that knows of no row.
-void clear_survey(kernel::CrowdSurvey& survey);
-
 // Bounds sixteen instances of a batch, from a place of its order on: writes their rows, sides and words, clears the
 // live bits of those that are masked (or sets the others', where instances are listed), and writes the caller's flags.
 void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint32_t place, Crowd& crowd,

@@ -1,10 +1,10 @@
 #include "engine/frame/pairing.h"
 
-#include "engine/broad_phase/broad_phase.h"
-#include "engine/characters.h"
 #include "engine/frame/crowd_scratch.h"
+#include "engine/frame/posed_tester.h"
 #include "engine/frame/strips.h"
 #include "engine/hit_store.h"
+#include "engine/in_contact.h"
 #include "engine/timed.h"
 #include "engine/update.h"
 #include "engine/worker.h"
@@ -50,12 +50,12 @@ std::uint32_t point_slots(const FrameContext& frame, const Candidate* candidates
 
 }  // namespace
 
-CrowdTester::CrowdTester(FrameRun& run, Worker& worker)
-    : run_(run), frame_(*run.characters), crowd_(run.engine.crowd), worker_(worker), scratch_(worker.crowd[0]) {
+StripSearcher::StripSearcher(const FrameContext& frame, const Crowd& crowd, CrowdScratch& scratch)
+    : frame_(frame), crowd_(crowd), scratch_(scratch) {
   for (std::uint32_t s = 0; s < 6; ++s) sides_.side[s] = crowd_.sorted_side(s);
 }
 
-void CrowdTester::search(const StripRows& rows) {
+void StripSearcher::search(const StripRows& rows) {
   kernel::StripSearch job = {sides_,         rows.first, rows.end,      rows.from,  kernel::StripSearch::kFromNext,
                              rows.own_end,   rows.next,  rows.next_end, rows.reach, kernel::kPairEntries,
                              scratch_.count, scratch_.a, scratch_.b};
@@ -68,26 +68,42 @@ void CrowdTester::search(const StripRows& rows) {
   }
 }
 
-void CrowdTester::test() {
-  if (scratch_.count == 0) return;
-  worker_.stats.candidates += scratch_.count;
-  for (std::uint32_t begin = 0; begin < scratch_.count;) begin = test_from(begin);
-  scratch_.count = 0;
-}
-
 // Keeps those of the candidates from `begin` to `end` - 1 that some rule pairs and whose layers match. Returns the end
 // of all that are kept.
-std::uint32_t CrowdTester::keep_paired(std::uint32_t begin, std::uint32_t end) const {
+std::uint32_t StripSearcher::keep_paired(std::uint32_t begin, std::uint32_t end) const {
   std::uint32_t kept = begin;
   for (std::uint32_t n = begin; n < end; ++n) {
     const CrowdRow &a = crowd_.sorted[scratch_.a[n]], &b = crowd_.sorted[scratch_.b[n]];
-    if (!frame_.broad_phase.paired(a.batch, b.batch) ||
+    if (!frame_.paired.paired(a.batch, b.batch) ||
         !layers_match(frame_.batch(a.batch), a.instance, frame_.batch(b.batch), b.instance))
       continue;
     scratch_.a[kept] = scratch_.a[n];
     scratch_.b[kept++] = scratch_.b[n];
   }
   return kept;
+}
+
+CrowdTester::CrowdTester(FrameRun& run, Worker& worker)
+    : StripSearcher(*run.characters, run.engine.crowd, worker.crowd[0]), run_(run), worker_(worker) {}
+
+void CrowdTester::test() {
+  if (frame_.report == Report::kInContact) drop_reported();
+  if (scratch_.count == 0) return;
+  worker_.stats.candidates += scratch_.count;
+  for (std::uint32_t begin = 0; begin < scratch_.count;) begin = test_from(begin);
+  scratch_.count = 0;
+}
+
+// Drops the candidates that can change nothing.
+void CrowdTester::drop_reported() {
+  std::uint32_t kept = 0;
+  for (std::uint32_t n = 0; n < scratch_.count; ++n) {
+    CrowdRow a, b;
+    if (is_already_reported(frame_, candidate_of(n, a, b))) continue;
+    scratch_.a[kept] = scratch_.a[n];
+    scratch_.b[kept++] = scratch_.b[n];
+  }
+  scratch_.count = kept;
 }
 
 // The candidate of two sorted rows.
@@ -112,7 +128,7 @@ struct CrowdTester::Entries {
 
 // Makes the entries of all candidates of a crowd whose instances are of one batch and have one block each.
 void CrowdTester::make_plain_entries(Entries& entries) {
-  Candidate* const candidates = worker_.candidates.data;
+  Candidate* const candidates = scratch_.candidates;
   const LeafWords* const words = crowd_.words.data;
   const CrowdRow* const rows = crowd_.sorted.data;
   for (std::uint32_t n = 0; n < scratch_.count; ++n) {
@@ -132,9 +148,50 @@ void CrowdTester::make_plain_entries(Entries& entries) {
   entries.size = 2 * own.size;
 }
 
+namespace {
+
+// The bounds of all leaves of a block about the origin of `from`, and the unit of its words.
+struct BlockBounds {
+  double lo[3], hi[3], unit;
+};
+BlockBounds bounds_of(const LeafWords& words, const LeafWords& from) {
+  BlockBounds out;
+  out.unit = kernel::double_power_of_two(words.exponent);
+  for (int c = 0; c < 3; ++c) {
+    const double by = words.origin[c] - from.origin[c];
+    out.lo[c] = by + out.unit * static_cast<std::int16_t>(words.all[c] & 0xffff);
+    out.hi[c] = by - out.unit * static_cast<std::int16_t>(words.all[c] >> 16);
+  }
+  return out;
+}
+
+// Whether the words of no two leaves of two blocks can meet. One unit stands for the rounding above (docs/proof.md,
+// step 14.3).
+bool are_apart(const BlockBounds& a, const BlockBounds& b) {
+  const double unit = std::max(a.unit, b.unit);
+  bool out = false;
+  for (int c = 0; c < 3; ++c) out = out || a.lo[c] - b.hi[c] > unit || b.lo[c] - a.hi[c] > unit;
+  return out;
+}
+
+// Calls take(i, j) for the blocks i of a and j of b that may meet, in ascending order.
+template <class Take>
+void for_each_near_block(const LeafWords* a, std::uint32_t count_a, const LeafWords* b, std::uint32_t count_b,
+                         Take&& take) {
+  BlockBounds of_b[kCrowdLeaves / kLanes];
+  for (std::uint32_t j = 0; j < count_b; ++j) of_b[j] = bounds_of(b[j], *a);
+  for (std::uint32_t i = 0; i < count_a; ++i) {
+    const BlockBounds of_a = bounds_of(a[i], *a);
+    for (std::uint32_t j = 0; j < count_b; ++j)
+      if (!are_apart(of_a, of_b[j])) take(i, j);
+  }
+}
+
+}  // namespace
+
 // Makes the entries of candidates from `begin` on, as many as there is room for. Returns the end of these candidates.
 std::uint32_t CrowdTester::make_entries(std::uint32_t begin, Entries& entries) {
-  Candidate* const candidates = worker_.candidates.data;
+  Candidate* const candidates = scratch_.candidates;
   if (crowd_.one_batch && batch_of(crowd_.sorted[scratch_.a[0]].batch).blocks == 1) {
     make_plain_entries(entries);
     return scratch_.count;
@@ -155,13 +212,16 @@ std::uint32_t CrowdTester::make_entries(std::uint32_t begin, Entries& entries) {
       entries.size = std::max(entries.size, own_a->size + own_b->size);
     }
     if (entries.count + own_a->blocks * own_b->blocks > kernel::kMostPairEntries) break;
-    for (std::uint32_t i = 0; i < own_a->blocks; ++i)
-      for (std::uint32_t j = 0; j < own_b->blocks; ++j) {
-        entries.a[entries.count] = &crowd_.words[a.words + i];
-        entries.b[entries.count] = &crowd_.words[b.words + j];
-        entries.head[entries.count] = i * kLanes << 8 | j * kLanes;
-        entries.candidate[entries.count++] = end;
-      }
+    const auto add = [&](std::uint32_t i, std::uint32_t j) {
+      entries.a[entries.count] = &crowd_.words[a.words + i];
+      entries.b[entries.count] = &crowd_.words[b.words + j];
+      entries.head[entries.count] = i * kLanes << 8 | j * kLanes;
+      entries.candidate[entries.count++] = end;
+    };
+    if (own_a->blocks * own_b->blocks == 1)
+      add(0, 0);
+    else
+      for_each_near_block(&crowd_.words[a.words], own_a->blocks, &crowd_.words[b.words], own_b->blocks, add);
   }
   return end;
 }
@@ -169,8 +229,8 @@ std::uint32_t CrowdTester::make_entries(std::uint32_t begin, Entries& entries) {
 // Tests candidates from `begin` on. Returns the end of those that were tested.
 std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
   Entries entries;
-  const std::uint32_t end = make_entries(begin, entries);
-  const Candidate* const candidates = worker_.candidates.data;
+  std::uint32_t end = begin;
+  const Candidate* const candidates = scratch_.candidates;
   kernel::PairSlots& slots = scratch_.slots;
   std::uint32_t* const pairs = worker_.crowd_pairs.data;
   std::uint32_t* const out = pairs + worker_.crowd_pairs.size / 2;
@@ -179,6 +239,7 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
     const Timed timed(worker_.stats.seconds_test);
     {
       const Timed filtered(worker_.stats.seconds_filter);
+      end = make_entries(begin, entries);
       count = frame_.kernels.overlapping_words({entries.a, entries.b, entries.head, entries.count, entries.size}, slots,
                                                pairs, &used);
     }
@@ -196,7 +257,7 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
     worker_.stats.box_tests += count;
     count = frame_.kernels.overlap_rigid_leaves(job);
   }
-  if (entries.is_direct && frame_.policies.exact == Exact::kNone)
+  if (entries.is_direct && frame_.policies.exact == Exact::kNone && frame_.report != Report::kInContact)
     report_direct(out, count, entries.one_block);
   else
     report(out, count);
@@ -212,8 +273,27 @@ void CrowdTester::report(const std::uint32_t* pairs, std::uint32_t count) {
     found[i] = {entry[kernel::slot_of(pairs[i])], static_cast<std::uint16_t>(kernel::leaf_a_of(pairs[i])),
                 static_cast<std::uint16_t>(kernel::leaf_b_of(pairs[i]))};
   worker_.found.size = count;
-  report_leaves(frame_, worker_, run_.sink);
+  report_leaves(frame_, scratch_.candidates, worker_, run_.sink);
 }
+
+namespace {
+
+// Sorts the pairs of one candidate by leaves. They come by blocks of a, within these by blocks of b, and for two blocks
+// by leaves.
+void sort_by_leaves(std::uint32_t* begin, const std::uint32_t* end) {
+  std::uint32_t sorted[kLanes * kCrowdLeaves];
+  while (begin != end) {
+    const std::uint32_t block = kernel::leaf_a_of(*begin) / kLanes;
+    std::uint32_t place[kLanes + 1] = {}, *last = begin;
+    for (; last != end && kernel::leaf_a_of(*last) / kLanes == block; ++last)
+      ++place[kernel::leaf_a_of(*last) % kLanes + 1];
+    for (std::uint32_t leaf = 0; leaf < kLanes; ++leaf) place[leaf + 1] += place[leaf];
+    for (const std::uint32_t* at = begin; at != last; ++at) sorted[place[kernel::leaf_a_of(*at) % kLanes]++] = *at;
+    begin = std::copy(sorted, sorted + (last - begin), begin);
+  }
+}
+
+}  // namespace
 
 // The same where leaf pairs are link pairs, and no exact test follows. in_order: each candidate has one slot.
 void CrowdTester::report_direct(std::uint32_t* pairs, std::uint32_t count, bool in_order) {
@@ -222,10 +302,11 @@ void CrowdTester::report_direct(std::uint32_t* pairs, std::uint32_t count, bool 
   for (std::uint32_t i = 0; !in_order && i < count;) {
     const std::uint32_t first = i, slot = kernel::slot_of(pairs[i]);
     while (i < count && entry[kernel::slot_of(pairs[i])] == entry[slot]) ++i;
+    if (kernel::slot_of(pairs[i - 1]) == slot) continue;
     for (std::uint32_t k = first; k < i; ++k) pairs[k] = slot << 16 | (pairs[k] & 0xffff);
-    std::sort(pairs + first, pairs + i);
+    sort_by_leaves(pairs + first, pairs + i);
   }
-  add_groups_of_leaves(frame_, worker_.candidates.data, entry, {pairs, count}, worker_, run_.sink);
+  add_groups_of_leaves(frame_, scratch_.candidates, entry, {pairs, count}, worker_, run_.sink);
 }
 
 namespace {
@@ -243,52 +324,67 @@ float below(float from, float by) {
   return out - kStripRounding * std::fabs(out);
 }
 
-// Takes the candidates of a row with rows of smaller classes.
-void search_smaller(CrowdTester& tester, std::uint32_t number, std::uint32_t at) {
-  const Crowd& crowd = tester.crowd();
-  const float from = crowd.sorted_side(0)[at], low = crowd.sorted_side(1)[at], high = crowd.sorted_side(4)[at];
-  for (std::uint32_t k = 0; k < number; ++k) {
-    const CrowdClass& of = crowd.classes[k];
-    const std::uint32_t last = strip_at(crowd, of, high);
-    for (std::uint32_t s = strip_at(crowd, of, below(low, of.extent)); s <= last; ++s)
-      tester.search({at, at + 1, first_from(crowd, s, below(from, of.reach)), crowd.strip_end[s], 0, 0, 0});
+// Takes the candidates of sorted rows that follow each other in one strip with rows of the first `count` classes.
+void search_classes(StripSearcher& searcher, const CrowdClasses& classes, std::uint32_t count, std::uint32_t first,
+                    std::uint32_t end) {
+  const Crowd& crowd = searcher.crowd();
+  const float *const from = crowd.sorted_side(0), *const to = crowd.sorted_side(3), *const low = crowd.sorted_side(1),
+                     *const high = crowd.sorted_side(4);
+  const float lowest = *std::min_element(low + first, low + end), highest = *std::max_element(high + first, high + end);
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const CrowdClass& of = classes.of[k];
+    const std::uint32_t last = strip_at(of, highest);
+    for (std::uint32_t s = strip_at(of, below(lowest, of.extent)); s <= last; ++s) {
+      const std::uint32_t end_of_strip = crowd.strip_end[s];
+      std::uint32_t at = first_from(crowd, s, below(from[first], of.reach));
+      for (std::uint32_t i = first; i < end; ++i) {
+        const float least = below(from[i], of.reach);
+        while (at < end_of_strip && from[at] < least) ++at;
+        if (at == end_of_strip) break;
+        if (from[at] <= to[i] && strip_at(of, below(low[i], of.extent)) <= s && s <= strip_at(of, high[i]))
+          searcher.search({i, i + 1, at, end_of_strip, 0, 0, 0});
+      }
+    }
   }
 }
 
 }  // namespace
 
-void pair_in_strip(CrowdTester& tester, std::uint32_t number, float reach, std::uint32_t strip, std::uint32_t first,
+void pair_in_strip(StripSearcher& searcher, std::uint32_t number, float reach, std::uint32_t strip, std::uint32_t first,
                    std::uint32_t end, bool has_next) {
   if (first == end) return;
-  const Crowd& crowd = tester.crowd();
+  const Crowd& crowd = searcher.crowd();
   std::uint32_t next = 0, next_end = 0;
   if (has_next) {
     next = first_from(crowd, strip + 1, below(crowd.sorted_side(0)[first], reach));
     next_end = crowd.strip_end[strip + 1];
   }
-  tester.search({first, end, first + 1, crowd.strip_end[strip], next, next_end, reach});
-  for (std::uint32_t i = first; number > 0 && i < end; ++i) search_smaller(tester, number, i);
+  searcher.search({first, end, first + 1, crowd.strip_end[strip], next, next_end, reach});
+  const CrowdClasses& classes = strip < crowd.kept.end_strip ? crowd.kept : crowd.classes;
+  if (number > 0) search_classes(searcher, classes, number, first, end);
 }
 
-void pair_with_next(CrowdTester& tester, std::uint32_t number, std::uint32_t strip) {
-  const Crowd& crowd = tester.crowd();
-  tester.search({crowd.strip_begin[strip], crowd.strip_end[strip], 0, 0, crowd.strip_begin[strip + 1],
-                 crowd.strip_end[strip + 1], crowd.classes[number].reach});
+void pair_with_next(StripSearcher& searcher, std::uint32_t strip) {
+  const Crowd& crowd = searcher.crowd();
+  searcher.search({crowd.strip_begin[strip], crowd.strip_end[strip], 0, 0, crowd.strip_begin[strip + 1],
+                   crowd.strip_end[strip + 1], crowd.classes.of[0].reach});
 }
 
-void pair_rows(CrowdTester& tester, std::uint32_t first, std::uint32_t end) {
-  const Crowd& crowd = tester.crowd();
+void pair_rows(StripSearcher& searcher, const CrowdClasses& classes, std::uint32_t first, std::uint32_t end) {
+  const Crowd& crowd = searcher.crowd();
   const std::uint32_t* const begin = crowd.strip_begin.data;
   auto strip = static_cast<std::uint32_t>(
-                   std::upper_bound(begin + crowd.first_strip, begin + crowd.strip_count, first) - begin) -
+                   std::upper_bound(begin + classes.first_strip, begin + classes.end_strip, first) - begin) -
                1;
   std::uint32_t number = 0;
   while (first < end) {
     while (first >= crowd.strip_end[strip]) ++strip;
-    while (strip >= crowd.classes[number].first_strip + crowd.classes[number].strips) ++number;
-    const CrowdClass& of = crowd.classes[number];
+    while (strip >= classes.of[number].first_strip + classes.of[number].strips) ++number;
+    const CrowdClass& of = classes.of[number];
     const std::uint32_t until = std::min(end, crowd.strip_end[strip]);
-    pair_in_strip(tester, number, of.reach, strip, first, until, strip + 1 < of.first_strip + of.strips);
+    pair_in_strip(searcher, number, of.reach, strip, first, until, strip + 1 < of.first_strip + of.strips);
+    if (crowd.kept.count > 0 && &classes != &crowd.kept)
+      search_classes(searcher, crowd.kept, crowd.kept.count, first, until);
     first = until;
   }
 }

@@ -16,22 +16,44 @@ struct StripRows {
   float reach;
 };
 
-// The candidates of one worker, and the results of their tests.
-class CrowdTester {
+// The search of one worker for candidates. What is done with them is for others to say.
+class StripSearcher {
  public:
-  CrowdTester(FrameRun& run, Worker& worker);
+  StripSearcher(const FrameContext& frame, const Crowd& crowd, CrowdScratch& scratch);
+  virtual ~StripSearcher() = default;
+  StripSearcher(const StripSearcher&) = delete;
+  StripSearcher& operator=(const StripSearcher&) = delete;
 
   const Crowd& crowd() const { return crowd_; }
 
-  // Takes as candidates what kernel::StripSearch finds. Tests whenever there are enough.
+  // Takes as candidates what kernel::StripSearch finds, of those that some rule pairs and whose layers match. Tests
+  // whenever there are enough.
   void search(const StripRows& rows);
 
-  // Tests the candidates that are left.
-  void test();
+  // Tests the candidates that are left: the sorted rows scratch.a and scratch.b. Empties the list.
+  virtual void test() = 0;
+
+ protected:
+  const FrameContext& frame_;
+  const Crowd& crowd_;
+  CrowdScratch& scratch_;
+
+ private:
+  std::uint32_t keep_paired(std::uint32_t begin, std::uint32_t end) const;
+
+  kernel::CrowdSides sides_;
+};
+
+// Tests candidates of a crowd.
+class CrowdTester final : public StripSearcher {
+ public:
+  CrowdTester(FrameRun& run, Worker& worker);
+
+  void test() override;
 
  private:
   const CrowdBatch& batch_of(std::uint32_t batch) const { return frame_.batches[batch]->crowd; }
-  std::uint32_t keep_paired(std::uint32_t begin, std::uint32_t end) const;
+  void drop_reported();
   Candidate candidate_of(std::uint32_t n, CrowdRow& a, CrowdRow& b) const;
   struct Entries;
   void make_plain_entries(Entries& entries);
@@ -41,23 +63,20 @@ class CrowdTester {
   void report_direct(std::uint32_t* pairs, std::uint32_t count, bool in_order);
 
   FrameRun& run_;
-  const FrameContext& frame_;
-  const Crowd& crowd_;
   Worker& worker_;
-  CrowdScratch& scratch_;
-  kernel::CrowdSides sides_;
 };
 
 // Takes the candidates of sorted rows that follow each other in one strip of a class. reach: the greatest extent along
 // the first axis in that strip and the next one. has_next: whether there is a next one. Rows of smaller classes are
 // searched as well.
-void pair_in_strip(CrowdTester& tester, std::uint32_t number, float reach, std::uint32_t strip, std::uint32_t first,
+void pair_in_strip(StripSearcher& searcher, std::uint32_t number, float reach, std::uint32_t strip, std::uint32_t first,
                    std::uint32_t end, bool has_next);
 
-// Takes the candidates of the rows of a strip with those of the next one alone.
-void pair_with_next(CrowdTester& tester, std::uint32_t number, std::uint32_t strip);
+// Takes the candidates of the rows of a strip of class 0 with those of the next one alone.
+void pair_with_next(StripSearcher& searcher, std::uint32_t strip);
 
-// Takes the candidates of the sorted rows from `first` to `end` - 1, in all strips that they are in.
-void pair_rows(CrowdTester& tester, std::uint32_t first, std::uint32_t end);
+// Takes the candidates of the sorted rows of `classes` from `first` to `end` - 1, in all strips that they are in. Rows
+// that are not kept are searched for among those that are, as well.
+void pair_rows(StripSearcher& searcher, const CrowdClasses& classes, std::uint32_t first, std::uint32_t end);
 
 }  // namespace cab

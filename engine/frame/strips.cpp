@@ -21,20 +21,35 @@ Extents extents_of(const Crowd& crowd, std::uint32_t row) {
   return {first, second, std::max(first, second)};
 }
 
-// Some rows, in the order in which they are put into strips: all those that take part, or the strays.
+// Some rows, in the order in which they are put into strips: all those that take part, those that rest, or those in a
+// list.
 struct AllRows {
-  const FrameRun& run;
+  const Engine& engine;
 
   template <class Take>
   void for_each(Take&& take) const {
-    for_each_crowd_batch(run.engine, [&](const StoredBatch& stored) {
-      const std::uint32_t first = stored.crowd.first_row, end = first + stored.crowd.row_count;
-      for (std::uint32_t row = first; row < end; ++row)
-        if (is_there(run.engine.crowd, row)) take(row);
+    for_each_crowd_batch(engine, [&](const StoredBatch& stored) {
+      const CrowdBatch& own = stored.crowd;
+      for (std::uint32_t place = 0; place < own.row_count; ++place) {
+        const std::uint32_t row = own.first_row + (own.visits_by_order ? own.order[place] : place);
+        if (is_there(engine.crowd, row)) take(row);
+      }
     });
   }
 };
-struct Strays {
+struct RestingRows {
+  const Engine& engine;
+
+  template <class Take>
+  void for_each(Take&& take) const {
+    for_each_crowd_batch(engine, [&](const StoredBatch& stored) {
+      const InstanceBatch& batch = stored.batch;
+      for (std::uint32_t i = 0; !batch.by_words && i < stored.crowd.row_count; ++i)
+        if ((batch.live[i / kLanes] >> i % kLanes & 1) && rests(batch, i)) take(stored.crowd.first_row + i);
+    });
+  }
+};
+struct ListedRows {
   const std::uint32_t* rows;
   std::uint32_t count;
 
@@ -48,9 +63,11 @@ struct Strays {
 // by more than 8, the first ends at four times the power of two above the median, and each further one at four times
 // the one before.
 template <class Rows>
-void make_classes(const Rows& rows, float least, float most, std::uint32_t first, Crowd& crowd) {
-  crowd.class_count = first + 1;
-  crowd.classes[first] = {HUGE_VALF, 0, 0, 0, 0, 0};
+void make_classes(const Rows& rows, float least, float most, std::uint32_t first, const Crowd& crowd,
+                  CrowdClasses& out) {
+  out.count = first + 1;
+  out.of[first] = {};
+  out.of[first].most = HUGE_VALF;
   if (most <= 8 * least) return;
   std::uint32_t counts[256] = {}, count = 0;
   const auto exponent_of = [](float extent) { return ordered_number(extent) >> 23 & 0xff; };
@@ -61,68 +78,116 @@ void make_classes(const Rows& rows, float least, float most, std::uint32_t first
   std::uint32_t median = 0;
   for (std::uint32_t below = counts[0]; below * 2 < count; below += counts[++median]) {}
   std::uint32_t limit = std::min(median + 2, 254u);
-  for (crowd.class_count = first;; limit = std::min(limit + 2, 254u)) {
+  for (out.count = first;; limit = std::min(limit + 2, 254u)) {
     const std::uint32_t bits = (limit + 1) << 23;  // the power of two above all extents of that exponent
     float end;
     std::memcpy(&end, &bits, sizeof end);
-    const bool last = end > most || limit == 254 || crowd.class_count + 1 == kCrowdClasses;
-    crowd.classes[crowd.class_count++] = {last ? HUGE_VALF : end, 0, 0, 0, 0, 0};
+    const bool last = end > most || limit == 254 || out.count + 1 == kCrowdClasses;
+    CrowdClass& of = out.of[out.count++];
+    of = {};
+    of.most = last ? HUGE_VALF : end;
     if (last) return;
   }
 }
 
-std::uint32_t class_of(const Crowd& crowd, std::uint32_t first, float extent) {
+std::uint32_t class_of(const CrowdClasses& classes, std::uint32_t first, float extent) {
   std::uint32_t out = first;
-  while (out + 1 < crowd.class_count && extent > crowd.classes[out].most) ++out;
+  while (out + 1 < classes.count && extent > classes.of[out].most) ++out;
   return out;
 }
 
-// Lays out the strips of the classes from `first` on, and puts the rows into them. spread: of lower sides along the
-// second axis. sorted: where their sorted rows begin. Returns where these end.
+// Lays out the strips of the classes from `first` on, and puts the rows into them. low, spread: of lower sides along
+// the second axis. The strips begin with end_strip, and their sorted rows with end_sorted.
 template <class Rows>
-std::uint32_t fill_strips(const Rows& rows, std::uint32_t first, float spread, std::uint32_t sorted, Crowd& crowd) {
+void fill_strips(const Rows& rows, std::uint32_t first, float low, float spread, Crowd& crowd, CrowdClasses& out) {
   std::uint32_t rows_of[kCrowdClasses] = {};
   std::uint32_t* const strip_of = crowd.strip_of.data;
   rows.for_each([&](std::uint32_t row) {
     const Extents extents = extents_of(crowd, row);
-    const std::uint32_t number = class_of(crowd, first, extents.most);
-    CrowdClass& of = crowd.classes[number];
+    const std::uint32_t number = class_of(out, first, extents.most);
+    CrowdClass& of = out.of[number];
     of.reach = std::max(of.reach, extents.first);
     of.extent = std::max(of.extent, extents.second);
     strip_of[row] = number;
     ++rows_of[number];
   });
-  const std::uint32_t first_strip = crowd.strip_count;
-  for (std::uint32_t k = first; k < crowd.class_count; ++k) {
-    CrowdClass& of = crowd.classes[k];
+  out.first_strip = out.end_strip;
+  out.first_sorted = out.end_sorted;
+  for (std::uint32_t k = first; k < out.count; ++k) {
+    CrowdClass& of = out.of[k];
     constexpr std::uint32_t kMostStrips = 1u << 16;
     constexpr float kLeastHeight = 1e-30f;
     const auto most = static_cast<float>(std::min(rows_of[k] + 1, kMostStrips));
     const float height = std::max({1.05f * of.extent, spread / most, kLeastHeight});
+    of.low = low;
     of.scale = 1 / height;
     of.strips = static_cast<std::uint32_t>(std::min(spread * of.scale, most)) + 1;
-    of.first_strip = crowd.strip_count;
+    of.first_strip = out.end_strip;
     of.reach *= 1 + kStripRounding;
     of.extent *= 1 + kStripRounding;
-    crowd.strip_count += of.strips;
+    out.end_strip += of.strips;
   }
   std::uint32_t *const begin = crowd.strip_begin.data, *const end = crowd.strip_end.data;
-  std::fill(end + first_strip, end + crowd.strip_count, 0u);
+  std::fill(end + out.first_strip, end + out.end_strip, 0u);
   const float* const lower = crowd.side(crowd.axes[1]);
   rows.for_each([&](std::uint32_t row) {
-    strip_of[row] = strip_at(crowd, crowd.classes[strip_of[row]], lower[row]);
+    strip_of[row] = strip_at(out.of[strip_of[row]], lower[row]);
     ++end[strip_of[row]];
   });
-  for (std::uint32_t s = first_strip; s < crowd.strip_count; ++s) {
-    begin[s] = sorted;
-    sorted += end[s];
+  for (std::uint32_t s = out.first_strip; s < out.end_strip; ++s) {
+    begin[s] = out.end_sorted;
+    out.end_sorted += end[s];
     end[s] = begin[s];
   }
   const float* const sorted_by = crowd.side(crowd.axes[0]);
   std::uint64_t* const keys = crowd.keys.data;
   rows.for_each([&](std::uint32_t row) { keys[end[strip_of[row]]++] = sort_key(sorted_by[row], row); });
-  crowd.first_strip = first_strip;
-  return sorted;
+}
+
+// What is known of some rows together, along each axis of the world.
+struct Ranges {
+  float low[3], high[3];     // of lower sides
+  float wide[3], narrow[3];  // the greatest and the least extent
+};
+
+void add_survey(const kernel::CrowdSurvey& survey, Ranges& out) {
+  for (int c = 0; c < 3; ++c) {
+    out.low[c] = std::min(out.low[c], *std::min_element(survey.low[c], survey.low[c] + kLanes));
+    out.high[c] = std::max(out.high[c], *std::max_element(survey.high[c], survey.high[c] + kLanes));
+    out.wide[c] = std::max(out.wide[c], *std::max_element(survey.wide[c], survey.wide[c] + kLanes));
+    out.narrow[c] = std::min(out.narrow[c], *std::min_element(survey.narrow[c], survey.narrow[c] + kLanes));
+  }
+}
+
+constexpr Ranges kNoRanges = {{kernel::kNowhere, kernel::kNowhere, kernel::kNowhere},
+                              {-kernel::kNowhere, -kernel::kNowhere, -kernel::kNowhere},
+                              {0, 0, 0},
+                              {kernel::kNowhere, kernel::kNowhere, kernel::kNowhere}};
+
+// Chooses the axes by how widely rows are spread.
+void choose_axes(const Ranges& of, Crowd& crowd) {
+  std::uint32_t* const axes = crowd.axes;
+  std::iota(axes, axes + 3, 0u);
+  const auto spread = [&](std::uint32_t axis) { return of.high[axis] - of.low[axis]; };
+  for (const auto& [i, j] : {std::pair(0, 1), std::pair(1, 2), std::pair(0, 1)})
+    if (spread(axes[i]) < spread(axes[j])) std::swap(axes[i], axes[j]);
+}
+
+// Makes classes and strips of rows from nothing.
+template <class Rows>
+void make_strips(const Rows& rows, const Ranges& of, Crowd& crowd, CrowdClasses& out) {
+  const std::uint32_t x = crowd.axes[0], y = crowd.axes[1];
+  make_classes(rows, std::min(of.narrow[x], of.narrow[y]), std::max(of.wide[x], of.wide[y]), 0, crowd, out);
+  fill_strips(rows, 0, of.low[y], std::max(of.high[y] - of.low[y], 0.0f), crowd, out);
+}
+
+void clear(kernel::CrowdSurvey& survey) {
+  for (int c = 0; c < 3; ++c) {
+    std::fill_n(survey.low[c], kLanes, kernel::kNowhere);
+    std::fill_n(survey.high[c], kLanes, -kernel::kNowhere);
+    std::fill_n(survey.wide[c], kLanes, 0.0f);
+    std::fill_n(survey.narrow[c], kLanes, kernel::kNowhere);
+  }
 }
 
 // Sorts keys. Those of rows in the last frame's order are nearly sorted.
@@ -140,52 +205,53 @@ void sort_keys(std::uint64_t* begin, std::uint64_t* end) {
 
 }  // namespace
 
-bool are_in_range(const FrameRun& run) {
-  constexpr float kMost = 1e30f;
-  for (const auto& worker : run.engine.pool.workers) {
-    const kernel::CrowdSurvey& survey = worker->crowd[0].survey;
-    for (int c = 0; c < 3; ++c)
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane)
-        if (survey.low[c][lane] <= survey.high[c][lane] &&
-            !(survey.low[c][lane] > -kMost && survey.high[c][lane] < kMost && survey.wide[c][lane] < kMost))
-          return false;
+void clear_survey(const WorkerPool& pool) {
+  for (const auto& worker : pool.workers) {
+    if (worker->crowd.empty()) continue;
+    clear(worker->crowd[0].survey);
+    worker->crowd[0].count = 0;
   }
-  return true;
 }
 
-bool lay_out_strips(FrameRun& run) {
-  if (!are_in_range(run)) return false;
-  Crowd& crowd = run.engine.crowd;
-  float low[3], high[3], wide[3], narrow[3];
-  for (int c = 0; c < 3; ++c) {
-    low[c] = narrow[c] = kernel::kNowhere;
-    high[c] = -kernel::kNowhere;
-    wide[c] = 0;
-    for (const auto& worker : run.engine.pool.workers) {
-      const kernel::CrowdSurvey& survey = worker->crowd[0].survey;
-      low[c] = std::min(low[c], *std::min_element(survey.low[c], survey.low[c] + kLanes));
-      high[c] = std::max(high[c], *std::max_element(survey.high[c], survey.high[c] + kLanes));
-      wide[c] = std::max(wide[c], *std::max_element(survey.wide[c], survey.wide[c] + kLanes));
-      narrow[c] = std::min(narrow[c], *std::min_element(survey.narrow[c], survey.narrow[c] + kLanes));
-    }
+void place_row(const InstanceBounds& bounds, std::uint32_t row, Crowd& crowd, kernel::CrowdSurvey& survey) {
+  constexpr auto kMost = static_cast<double>(kernel::kMostSide);
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    const float lo = float_below(std::clamp(bounds.lo[c], -kMost, kMost)),
+                hi = float_above(std::clamp(bounds.hi[c], -kMost, kMost));
+    crowd.side(c)[row] = lo;
+    crowd.side(3 + c)[row] = hi;
+    survey.low[c][0] = std::min(survey.low[c][0], lo);
+    survey.high[c][0] = std::max(survey.high[c][0], lo);
+    survey.wide[c][0] = std::max(survey.wide[c][0], hi - lo);
+    survey.narrow[c][0] = std::min(survey.narrow[c][0], hi - lo);
   }
-  std::uint32_t* const axes = crowd.axes;
-  std::iota(axes, axes + 3, 0u);
-  const auto spread = [&](std::uint32_t axis) { return high[axis] - low[axis]; };
-  for (const auto& [i, j] : {std::pair(0, 1), std::pair(1, 2), std::pair(0, 1)})
-    if (spread(axes[i]) < spread(axes[j])) std::swap(axes[i], axes[j]);
-  crowd.low = low[axes[1]];
-  crowd.strip_count = 0;
-  const AllRows rows = {run};
-  make_classes(rows, std::min(narrow[axes[0]], narrow[axes[1]]), std::max(wide[axes[0]], wide[axes[1]]), 0, crowd);
-  crowd.first_sorted = 0;
-  crowd.end_sorted = fill_strips(rows, 0, std::max(high[axes[1]] - low[axes[1]], 0.0f), 0, crowd);
-  return true;
+}
+
+void lay_out_strips(Engine& engine) {
+  Crowd& crowd = engine.crowd;
+  Ranges of = kNoRanges;
+  for (const auto& worker : engine.pool.workers) add_survey(worker->crowd[0].survey, of);
+  if (crowd.kept.count == 0) choose_axes(of, crowd);
+  crowd.classes.end_strip = crowd.kept.end_strip;
+  crowd.classes.end_sorted = crowd.kept.end_sorted + (crowd.kept.count ? kLanes : 0);
+  const AllRows all = {engine};
+  if (crowd.kept.count == 0) return make_strips(all, of, crowd, crowd.classes);
+  // Most rows may be among the kept ones: then the others are listed once.
+  std::uint32_t count = 0;
+  all.for_each([&](std::uint32_t row) {
+    if (count < crowd.strays.size) crowd.strays[count] = row;
+    ++count;
+  });
+  if (count <= crowd.strays.size)
+    make_strips(ListedRows{crowd.strays.data, count}, of, crowd, crowd.classes);
+  else
+    make_strips(all, of, crowd, crowd.classes);
 }
 
 void lay_out_strays(Crowd& crowd, std::uint32_t count) {
-  const Strays rows = {crowd.strays.data, count};
-  float least = kernel::kNowhere, most = 0, high = crowd.low;
+  const ListedRows rows = {crowd.strays.data, count};
+  CrowdClasses& classes = crowd.classes;
+  float least = kernel::kNowhere, most = 0, high = classes.of[0].low;
   const float* const lower = crowd.side(crowd.axes[1]);
   rows.for_each([&](std::uint32_t row) {
     const float extent = extents_of(crowd, row).most;
@@ -193,13 +259,35 @@ void lay_out_strays(Crowd& crowd, std::uint32_t count) {
     most = std::max(most, extent);
     high = std::max(high, lower[row]);
   });
-  crowd.class_count = 1;
-  crowd.strip_count = crowd.first_strip = crowd.classes[0].strips;
-  crowd.first_sorted = crowd.end_sorted = crowd.bands.first_stray;
+  classes.count = 1;
+  classes.first_strip = classes.end_strip = classes.of[0].strips;
+  classes.first_sorted = classes.end_sorted = crowd.bands.first_stray;
   if (count == 0) return;
-  make_classes(rows, least, most, 1, crowd);
-  crowd.end_sorted = fill_strips(rows, 1, high - crowd.low, crowd.first_sorted, crowd);
+  make_classes(rows, least, most, 1, crowd, classes);
+  fill_strips(rows, 1, classes.of[0].low, high - classes.of[0].low, crowd, classes);
 }
+
+void keep_rows(Engine& engine) {
+  Crowd& crowd = engine.crowd;
+  clear_kept(crowd);
+  const RestingRows rows = {engine};
+  kernel::CrowdSurvey survey;
+  clear(survey);
+  rows.for_each([&](std::uint32_t row) {
+    const CrowdRow& of = crowd.rows[row];
+    InstanceBatch& batch = engine.batches[of.batch]->batch;
+    place_row(batch.bounds[of.instance], row, crowd, survey);
+    batch.rest[of.instance] |= kKept;
+  });
+  Ranges of = kNoRanges;
+  add_survey(survey, of);
+  choose_axes(of, crowd);
+  make_strips(rows, of, crowd, crowd.kept);
+  for (std::uint32_t strip = 0; strip < crowd.kept.end_strip; ++strip) sort_strip(crowd, strip);
+  rows.for_each([&](std::uint32_t row) { crowd.side(0)[row] = kernel::kNowhere; });
+}
+
+void clear_kept(Crowd& crowd) { crowd.kept = {}; }
 
 void sort_strip(Crowd& crowd, std::uint32_t strip) {
   const std::uint32_t begin = crowd.strip_begin[strip], end = crowd.strip_end[strip];
@@ -215,6 +303,27 @@ void sort_strip(Crowd& crowd, std::uint32_t strip) {
     for (std::uint32_t s = 0; s < 6; ++s) to[s][i] = from[s][row];
     crowd.sorted[i] = crowd.rows[row];
   }
+}
+
+constexpr std::uint32_t kSortTasks = 32;
+
+namespace {
+
+std::uint32_t strips_per_task(const CrowdClasses& classes) {
+  return std::max(1u, (classes.end_strip - classes.first_strip + kSortTasks - 1) / kSortTasks);
+}
+
+}  // namespace
+
+std::uint32_t sort_tasks(const Crowd& crowd) {
+  const std::uint32_t each = strips_per_task(crowd.classes);
+  return (crowd.classes.end_strip - crowd.classes.first_strip + each - 1) / each;
+}
+
+void sort_strips(Crowd& crowd, std::uint32_t task) {
+  const std::uint32_t each = strips_per_task(crowd.classes), first = crowd.classes.first_strip + task * each,
+                      end = std::min(crowd.classes.end_strip, first + each);
+  for (std::uint32_t strip = first; strip < end; ++strip) sort_strip(crowd, strip);
 }
 
 }  // namespace cab

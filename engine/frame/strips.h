@@ -21,8 +21,8 @@ inline std::uint64_t sort_key(float lower, std::uint32_t row) {
 }
 
 // The strip of a class in which bounds begin, or the one nearest to it.
-inline std::uint32_t strip_at(const Crowd& crowd, const CrowdClass& of, float lower) {
-  const float at = (lower - crowd.low) * of.scale;
+inline std::uint32_t strip_at(const CrowdClass& of, float lower) {
+  const float at = (lower - of.low) * of.scale;
   if (!(at > 0)) return of.first_strip;
   return of.first_strip + (at < static_cast<float>(of.strips - 1) ? static_cast<std::uint32_t>(at) : of.strips - 1);
 }
@@ -30,17 +30,30 @@ inline std::uint32_t strip_at(const Crowd& crowd, const CrowdClass& of, float lo
 // Whether a row takes part. Those of masked instances do not.
 inline bool is_there(const Crowd& crowd, std::uint32_t row) { return crowd.side(0)[row] < kernel::kNowhere; }
 
-// Whether sides can be told apart in floats.
-bool are_in_range(const FrameRun& run);
+// Makes the surveys of all workers know of no row, and their lists of candidates empty.
+void clear_survey(const WorkerPool& pool);
 
-// Chooses the axes, makes the classes, lays out their strips and puts all rows into them, unsorted. Returns false
-// unless sides are in range.
-bool lay_out_strips(FrameRun& run);
+// Writes the sides of a row, rounded outwards, and adds them to a survey.
+void place_row(const InstanceBounds& bounds, std::uint32_t row, Crowd& crowd, kernel::CrowdSurvey& survey);
+
+// Chooses the axes, makes the classes, lays out their strips behind those that are kept, and puts all rows into them,
+// unsorted.
+void lay_out_strips(Engine& engine);
 
 // The same for the strays of a frame with bands: their classes come after class 0.
 void lay_out_strays(Crowd& crowd, std::uint32_t count);
 
+// Makes the strips that are kept anew, from the rows of all characters that rest, and sorts them.
+void keep_rows(Engine& engine);
+
+// Keeps no rows any more.
+void clear_kept(Crowd& crowd);
+
 // Sorts the rows of a strip, and copies their sides.
 void sort_strip(Crowd& crowd, std::uint32_t strip);
+
+// The tasks that sort all strips but the kept ones, or those of strays.
+std::uint32_t sort_tasks(const Crowd& crowd);
+void sort_strips(Crowd& crowd, std::uint32_t task);
 
 }  // namespace cab

@@ -2,9 +2,9 @@
 // of them.
 #include "engine/queries/history.h"
 
-#include "engine/broad_phase/broad_phase.h"
 #include "engine/call.h"
 #include "engine/convex_pair.h"
+#include "engine/frame/world_bounds.h"
 #include "engine/quaternion_of.h"
 #include "engine/queries/past.h"
 #include "engine/slots.h"

@@ -1,7 +1,7 @@
 // run_queries: the index of all instances, then the queries in goes of as many as there is room for.
-#include "engine/broad_phase/broad_phase.h"
 #include "engine/call.h"
 #include "engine/frame/crowd_batch.h"
+#include "engine/frame/world_bounds.h"
 #include "engine/profiled.h"
 #include "engine/queries/past.h"
 #include "engine/queries/together.h"

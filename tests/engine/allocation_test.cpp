@@ -324,12 +324,12 @@ TEST_CASE(
     "with no memory left after its first frame an engine goes on, whatever is asked of it and however much touches") {
   Random random(10);
   World world = mixed_world(10);
-  // More hits than the store holds, more hits of one character than a worker keeps, and more partners than one list.
+  // More hits than the store begins with, and more hits of one character than a block holds.
   const auto giant = static_cast<std::uint32_t>(world.members.size() + 1), crowd = giant + 1, many = giant + 2;
   world.members.push_back(any_member(random, 1, BatchKind::kCharacters, {1, false, true, {}}, 2));
   for (Leaf& leaf : world.members.back().rig.leaves) std::fill_n(leaf.box.half, 3, 100.0f);
   world.members.push_back(any_member(random, 60, BatchKind::kCharacters, {0.2, true, true, {}}, 12));
-  world.members.push_back(any_member(random, kPartnerCapacity + 400, BatchKind::kCharacters, {40, false, true, {}}, 2));
+  world.members.push_back(any_member(random, 4500, BatchKind::kCharacters, {40, false, true, {}}, 2));
   world.rules.push_back({{giant}, {crowd}, Pairing::kBetween});
   world.rules.push_back({{giant}, {many}, Pairing::kBetween});
   world.rules.push_back({{crowd}, {crowd}, Pairing::kBetween});
@@ -351,6 +351,9 @@ TEST_CASE(
     desc.allocator = &allocator;
     if (threads) desc.scheduler = &scheduler;
     const EnginePtr engine = make_engine_for(world, desc);
+    ReserveDesc room;
+    room.hits = static_cast<std::uint32_t>(hits.size());
+    require(reserve(*engine, room));
     run_on(*engine, world, {});
     ledger.fail_after(0);
     const std::uint64_t ledger_calls = ledger.calls();

@@ -4,6 +4,7 @@
 
 #include "perf/oracle/random_world.h"
 #include "perf/oracle/world.h"
+#include "tests/engine/small_store.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 
@@ -124,7 +125,7 @@ TEST_CASE("a frame whose tasks the caller runs is that of run_frame, in any orde
       EngineDesc desc;
       desc.scheduler = &scheduler;
       const EnginePtr engine = make_engine_for(asked, desc), other = make_engine_for(asked);
-      if (random.chance(0.3)) engine->hit_store.words.size = std::min<std::size_t>(engine->hit_store.words.size, 20);
+      if (random.chance(0.3)) shrink_store(*engine);
       for (int frame = 0; frame < 2; ++frame) {
         const Outcome expected = run_on(*other, asked, policies, run_frame, report);
         const Outcome found = run_on(*engine, asked, policies, run_by_tasks, report);

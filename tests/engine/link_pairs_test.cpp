@@ -59,8 +59,8 @@ struct Listed {
     batch.active = &batch.link_bounds->links;
     Worker& worker = engine->pool[0];
     Candidate candidate = {0, instance_a, 0, instance_b};
-    candidate.slot_a = acquire_slot(frame, 0, instance_a, {}, worker.posed);
-    candidate.slot_b = acquire_slot(frame, 0, instance_b, {}, worker.posed);
+    candidate.slot_a = acquire_slot(frame, 0, instance_a, worker.posed);
+    candidate.slot_b = acquire_slot(frame, 0, instance_b, worker.posed);
     pose_set(frame, worker);
     find_pairs_of_links(frame, candidate, links, worker);
     Pairs out;

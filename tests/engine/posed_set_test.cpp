@@ -42,7 +42,7 @@ struct Slots {
   PosedSet& set() { return engine->pool[0].posed; }
   FrameContext frame() { return context_of(*engine, kRows, 0, Report::kHits); }
   std::uint32_t acquire(std::uint32_t batch, std::uint32_t instance) {
-    return acquire_slot(frame(), batch, instance, {}, set());
+    return acquire_slot(frame(), batch, instance, set());
   }
   bool fits(const Candidate& candidate) { return has_room(frame(), candidate, set()); }
 };

@@ -211,7 +211,7 @@ TEST_CASE("after reserve, adding batches within it makes no new memory of worker
   REQUIRE(reserve(*engine, {2, 10}) == Status::kOk);  // less than there is: nothing changes
   CHECK(engine_memory(*engine, &before) == Status::kOk);
   CHECK(before.total == after.total);
-  add_instances(*engine, articulations[0], 1);
+  add_instances(*engine, articulations[0], 100);
   REQUIRE(engine_memory(*engine, &after) == Status::kOk);
   CHECK(after.grid > before.grid);
   CHECK(reserve(*engine, {4097, 10}) == Status::kTooManyInstances);

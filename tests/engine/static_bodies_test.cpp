@@ -235,7 +235,10 @@ TEST_CASE("static bodies are hit like characters of one leaf, by every strategy,
           CAPTURE(static_cast<int>(strategy));
           CAPTURE(static_cast<int>(exact));
           const Policies policies = policies_of(refit, strategy, exact);
-          const Outcome expected = run_world(reference, policies);
+          const EnginePtr engine = make_engine_for(reference);
+          const Outcome expected = run_on(*engine, reference, policies);
+          const bool reference_has_words = std::any_of(engine->batches.begin(), engine->batches.end(),
+                                                       [](const auto& stored) { return stored->batch.by_words; });
           const std::vector<Isa> isas = available_isas();
           EngineDesc how;
           how.isa = isas[random.index(static_cast<unsigned>(isas.size()))];
@@ -244,7 +247,8 @@ TEST_CASE("static bodies are hit like characters of one leaf, by every strategy,
           for (int frame = 0; frame < 3; ++frame) {  // from the second one on the bodies rest
             const Outcome found = scene.run(policies);
             CHECK(same_hits(scene.as_characters(found.hits), expected.hits));
-            CHECK(found.stats.candidates == expected.stats.candidates);
+            // Where characters have words, sides in float find candidates that bounds in double tell apart.
+            if (!reference_has_words) CHECK(found.stats.candidates == expected.stats.candidates);
             CHECK(found.stats.leaf_pairs == expected.stats.leaf_pairs);
             CHECK(found.stats.exact_tests == expected.stats.exact_tests);
             CHECK(found.stats.instances_resting == (frame ? scene.bodies : 0));
@@ -425,23 +429,24 @@ TEST_CASE("a static body whose layer mask alone changes counts as moved, whoever
     check_words_that_change(&Scene::masks, &Member::layer_masks, resting);
 }
 
-TEST_CASE("static bodies are kept in their grid, whatever else changes") {
+TEST_CASE("static bodies are kept in their strips, whatever else changes") {
   Random random(11);
   World world = crowds(random, 3, {});
   const Level level = random_level(random, 400, 3, {});
   Scene scene(world, level.desc());
   scene.run();
   scene.run();
-  const Grid& kept = scene.engine->broad_phase.kept;
-  CHECK(kept.count == 400);
+  CrowdClasses& kept = scene.engine->crowd.kept;
+  CHECK(kept.end_sorted == 400);
+  const float mark = kept.of[0].reach *= 1.25f;  // as good, and gone when the strips are made anew
   for (int frame = 0; frame < 5; ++frame) {
     for (Member& member : scene.world.members)
       member.poses = random_poses(random, member.rig, member.poses.instance_count, member.poses.format,
                                   {3, !member.poses.orientations.empty(), true, {}});
     const Outcome found = scene.run();
     CHECK(same_hits(scene.as_characters(found.hits), run_world(with_characters(scene.world, level)).hits));
-    CHECK(kept.count == 400);
-    CHECK_FALSE(scene.engine->broad_phase.keeps);
+    CHECK(kept.end_sorted == 400);
+    CHECK(kept.of[0].reach == mark);
     CHECK(found.stats.instances_resting == 400);
   }
   scene.world.margin = 0.25f;  // all are bounded again

@@ -299,7 +299,7 @@ bool EngineHandle::has_batch(std::uint64_t id) const { return batches_.find(id) 
 
 void EngineHandle::reserve(std::uint32_t batches, std::uint32_t characters) {
   const std::shared_ptr<Engine> held = engine();
-  const Status status = changing([&] { return cab::reserve(*held, {batches, characters, 0}); });
+  const Status status = changing([&] { return cab::reserve(*held, {batches, characters, 0, 0}); });
   require(status);
 }
 
@@ -369,7 +369,7 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
 
   const auto wanted_room = static_cast<std::uint32_t>(std::clamp<std::size_t>(job.queries.size, 64, kMostQueryRoom));
   if (wanted_room > query_room_) {
-    const Status status = changing([&] { return cab::reserve(*held, {0, 0, wanted_room}); });
+    const Status status = changing([&] { return cab::reserve(*held, {0, 0, wanted_room, 0}); });
     require(status);
     query_room_ = wanted_room;
   }

@@ -526,7 +526,7 @@ export declare class World {
   /** Removes a batch, or an articulation that no batch uses. Views of its arrays must not be used any more. */
   remove(what: Batch | Articulation): void;
   /** Makes room beforehand. */
-  reserve(desc: {batches?: number; characters?: number; queries?: number}): void;
+  reserve(desc: {batches?: number; characters?: number; queries?: number; hits?: number}): void;
 
   /** Poses all instances, and finds the links that touch. Hits last until the next `runFrame`. */
   runFrame(job: FrameJob): Hits;

@@ -117,6 +117,7 @@ int main(void) {
   MEMBER(ReserveDesc, batches, "batches", "u32", 0);
   MEMBER(ReserveDesc, characters, "characters", "u32", 0);
   MEMBER(ReserveDesc, queries, "queries", "u32", 0);
+  MEMBER(ReserveDesc, hits, "hits", "u32", 0);
   END();
   STRUCT(EngineMemory, "false");
   MEMBER(EngineMemory, articulations, "articulations", "size", 0);

@@ -168,9 +168,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status next_tasks(Engine& engine, std::uint32_t* count) noexcept;
 
 // Runs one task of the step, each number below the count once. worker: below engine_thread_count; calls that run at the
-// same time must have different workers. A call that breaks this runs nothing and answers kBadTask. In frames that run
-// short of memory for hits, and in those with sequences, a task may wait for one that began before it, so a thread must
-// not suspend a task to run another.
+// same time must have different workers. A call that breaks this runs nothing and answers kBadTask. No task waits for
+// another.
 // Cost: some 10 to 100 microseconds. Statuses: kNoFrame, kBadTask. Thread: any, at the same time as other tasks.
 [[nodiscard]] CAB_API Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept;
 

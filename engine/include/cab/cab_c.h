@@ -785,6 +785,9 @@ typedef struct cab_ReserveDesc {
   uint32_t batches;     // most batches at a time
   uint32_t characters;  // most instances of all batches of characters together
   uint32_t queries;     // how many queries cab_run_queries works on at a time, in as many goes as it takes
+  // Most hits of characters in one frame. A frame with more hits than any before it allocates unless they are reserved
+  // (docs/embedding.md, Memory). Hits of sequences need no memory of the engine.
+  uint32_t hits;
 } cab_ReserveDesc;
 
 // How many bytes an engine holds through its allocator. Written by cab_engine_memory.
@@ -1124,10 +1127,9 @@ typedef struct cab_Scheduler {
   uint32_t worker_count;
 
   // Calls task(context, t, worker) once for every t < task_count, and returns when all calls have returned. Calls that
-  // run at the same time must have different `worker`s, each below worker_count. A task may wait for tasks that began
-  // before it, so a thread must not suspend one task to run another. Must not throw. Required. If it skips tasks, the
-  // call answers CAB_STATUS_TASKS_LEFT; if it repeats or invents tasks or workers, CAB_STATUS_BAD_TASK: then these do
-  // nothing.
+  // run at the same time must have different `worker`s, each below worker_count. No task waits for another. Must not
+  // throw. Required. If it skips tasks, the call answers CAB_STATUS_TASKS_LEFT; if it repeats or invents tasks or
+  // workers, CAB_STATUS_BAD_TASK: then these do nothing.
   void (*parallel_for)(void* user, uint32_t task_count, void (*task)(void* context, uint32_t task, uint32_t worker),
                        void* context);
 } cab_Scheduler;
@@ -1603,9 +1605,8 @@ CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
 CAB_API cab_Status cab_next_tasks(cab_Engine* engine, uint32_t* count);
 
 // Runs one task of the step, each number below the count once. worker: below cab_engine_thread_count; calls that run at
-// the same time must have different workers. A call that breaks this runs nothing and answers CAB_STATUS_BAD_TASK. In
-// frames that run short of memory for hits, and in those with sequences, a task may wait for one that began before it,
-// so a thread must not suspend a task to run another.
+// the same time must have different workers. A call that breaks this runs nothing and answers CAB_STATUS_BAD_TASK. No
+// task waits for another.
 // Cost: some 10 to 100 microseconds. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_TASK. Thread: any, at the same time
 // as other tasks.
 CAB_API cab_Status cab_run_task(cab_Engine* engine, uint32_t task, uint32_t worker);

@@ -448,6 +448,9 @@ struct ReserveDesc {
   std::uint32_t batches = 0;     // most batches at a time
   std::uint32_t characters = 0;  // most instances of all batches of characters together
   std::uint32_t queries = 0;     // how many queries run_queries works on at a time, in as many goes as it takes
+  // Most hits of characters in one frame. A frame with more hits than any before it allocates unless they are reserved
+  // (docs/embedding.md, Memory). Hits of sequences need no memory of the engine.
+  std::uint32_t hits = 0;
 };
 
 // How many bytes an engine holds through its allocator. Written by engine_memory.
@@ -771,9 +774,9 @@ struct Scheduler {
   std::uint32_t worker_count = 0;
 
   // Calls task(context, t, worker) once for every t < task_count, and returns when all calls have returned. Calls that
-  // run at the same time must have different `worker`s, each below worker_count. A task may wait for tasks that began
-  // before it, so a thread must not suspend one task to run another. Must not throw. Required. If it skips tasks, the
-  // call answers kTasksLeft; if it repeats or invents tasks or workers, kBadTask: then these do nothing.
+  // run at the same time must have different `worker`s, each below worker_count. No task waits for another. Must not
+  // throw. Required. If it skips tasks, the call answers kTasksLeft; if it repeats or invents tasks or workers,
+  // kBadTask: then these do nothing.
   void (*parallel_for)(void* user, std::uint32_t task_count,
                        void (*task)(void* context, std::uint32_t task, std::uint32_t worker), void* context) = nullptr;
 };

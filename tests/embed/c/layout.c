@@ -95,6 +95,7 @@ void print_layout(void) {
   MEMBER(cab_ReserveDesc, batches);
   MEMBER(cab_ReserveDesc, characters);
   MEMBER(cab_ReserveDesc, queries);
+  MEMBER(cab_ReserveDesc, hits);
   TYPE(cab_EngineMemory);
   MEMBER(cab_EngineMemory, articulations);
   MEMBER(cab_EngineMemory, batches);

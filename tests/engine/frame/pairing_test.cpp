@@ -1,6 +1,7 @@
 // The frame of a crowd finds what a test of all leaf pairs finds, whatever the crowd looks like and looked like before.
 #include "engine/engine.h"
 #include "perf/oracle/random_world.h"
+#include "tests/engine/small_store.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>
@@ -12,8 +13,10 @@ namespace {
 
 using namespace cab;
 using namespace cab::oracle;
+using cab::tests::has_grown;
 using cab::tests::least_count;
 using cab::tests::rounds;
+using cab::tests::shrink_store;
 
 constexpr Policies kByRows = {Refit::kCab, Strategy::kRows, Exact::kNone};
 
@@ -56,12 +59,8 @@ World crowd_world(Random& random, unsigned most_links) {
   return world;
 }
 
-// Whether the last frame of an engine was that of a crowd.
-bool was_crowd(const Engine& engine) {
-  bool out = false;
-  for (const auto& stored : engine.batches) out = out || stored->crowd.ordered;
-  return out;
-}
+// Whether all candidates of the last frame were tested by words.
+bool was_crowd(const Engine& engine) { return engine.crowd.only_words; }
 
 void check_same_counts(const FrameStats& a, const FrameStats& b) {
   CHECK(a.candidates == b.candidates);
@@ -129,6 +128,42 @@ TEST_CASE("a crowd has the hits of all leaf pairs, and loses no touching pair") 
   }
   CHECK(crowds > rounds(60) * 9 / 10);
   CHECK(hits > least_count(5000, 60));
+}
+
+TEST_CASE("where some have words and some have none, by any rules and reports, hits are those of all leaf pairs") {
+  std::size_t hits = 0, mixed = 0, touching = 0;
+  Random random(108);
+  for (std::uint64_t round = 0; round < rounds(60); ++round) {
+    CAPTURE(round);
+    World world = crowd_world(random, 16);
+    for (std::uint32_t m = 0; m < world.members.size(); ++m) {
+      Member& member = world.members[m];
+      const std::uint32_t count = member.poses.instance_count;
+      if (random.chance(0.4)) {
+        const PoseFormat format = random.chance(0.5) ? PoseFormat::kMatrix3x4Rows : PoseFormat::kQuaternionTranslation;
+        member.poses = random_poses(random, member.rig, count, format, {2, random.chance(0.7), true, {}});
+      }
+      if (random.chance(0.4)) world.rules.push_back({{m + 1}, {m + 1}, Pairing::kWithin});
+      if (random.chance(0.3)) spoil_some(random, member.poses);
+    }
+    if (random.chance(0.3)) add_layers(random, world);
+    Policies policies = kByRows;
+    if (random.chance(0.3)) policies.strategy = Strategy::kAuto;
+    if (random.chance(0.3)) policies.exact = Exact::kConvex;
+    const EnginePtr engine = make_engine_for(world);
+    const Outcome all = run_on(*engine, world, by_all_pairs(policies));
+    const Outcome got = run_on(*engine, world, policies);
+    mixed += !was_crowd(*engine);
+    CHECK(same_hits(got.hits, all.hits));
+    CHECK(got.flags == all.flags);
+    CHECK(got.in_contact == all.in_contact);
+    CHECK(run_on(*engine, world, policies, run_frame, Report::kInContact).in_contact == all.in_contact);
+    hits += got.hits.size();
+    touching += !got.hits.empty();
+  }
+  CHECK(hits > least_count(5000, 60));
+  CHECK(mixed > least_count(20, 60));
+  CHECK(touching > least_count(30, 60));
 }
 
 TEST_CASE("hits and counts of a crowd are the same on every instruction set, and by any number of threads") {
@@ -238,8 +273,7 @@ TEST_CASE("a crowd in one line, in towers, in one spot, far apart, or with giant
         CHECK(got.in_contact == all.in_contact);
       }
       CHECK(!all.hits.empty());
-      // In one spot the store may be too small, and beyond floats there are no strips.
-      CHECK((was_crowd(*engine) || shape == kSpot || shape == kBeyondFloats));
+      CHECK(was_crowd(*engine));
     }
 }
 
@@ -290,7 +324,7 @@ TEST_CASE("a crowd that moves goes by bands, with strays, and has the hits and c
   }
 }
 
-TEST_CASE("a crowd whose hits the store cannot hold has all of them") {
+TEST_CASE("a crowd with more hits than ever before has all of them, and the store grows") {
   Random random(105);
   constexpr std::uint32_t kCount = 1200;
   World world;
@@ -301,10 +335,10 @@ TEST_CASE("a crowd whose hits the store cannot hold has all of them") {
   add_rules(world);
   const EnginePtr engine = make_engine_for(world);
   const Outcome all = run_on(*engine, world, by_all_pairs(kByRows));
-  CHECK(engine->hit_store.frames_in_key_order > 0);
-  engine->hit_store.frames_in_key_order = 0;
+  shrink_store(*engine);
   const Outcome got = run_on(*engine, world, kByRows);
-  CHECK(engine->hit_store.frames_in_key_order > 0);  // the crowd's frame gave up
+  CHECK(was_crowd(*engine));
+  CHECK(has_grown(*engine));
   CHECK(same_hits(got.hits, all.hits));
   CHECK(got.in_contact == all.in_contact);
   CHECK(got.stats.leaf_pairs == all.stats.leaf_pairs);
@@ -349,7 +383,7 @@ TEST_CASE("a crowd that leaves its strips gets others") {
     const Outcome got = run_on(*engine, world, kByRows);
     if (frame % 10 == 9) CHECK(same_hits(got.hits, run_on(*make_engine_for(world), world, kByRows).hits));
     const Crowd& crowd = engine->crowd;
-    for (std::uint32_t s = 0; s < crowd.classes[0].strips; ++s)
+    for (std::uint32_t s = 0; s < crowd.classes.of[0].strips; ++s)
       most = std::max(most, crowd.strip_first[s + 1] - crowd.strip_first[s]);
   }
   CHECK(most < kCount / 2);

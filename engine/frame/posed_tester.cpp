@@ -1,0 +1,197 @@
+#include "engine/frame/posed_tester.h"
+
+#include "engine/exact_convex.h"
+#include "engine/frame/world_bounds.h"
+#include "engine/in_contact.h"
+#include "engine/link_pairs.h"
+#include "engine/live_instances.h"
+#include "engine/rest.h"
+#include "engine/timed.h"
+#include "engine/traverse.h"
+#include "engine/update.h"
+#include "engine/worker.h"
+#include "layout/compiler.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cab {
+namespace {
+
+// Calls report(candidate, its pairs) for every candidate in a list of leaf pairs, which must be sorted by candidate.
+template <class ReportPairs>
+void for_each_candidate(const Candidate* candidates, const FixedList<LeafPair>& list, ReportPairs&& report) {
+  for (LeafPair* begin = list.begin(); begin != list.end();) {
+    LeafPair* end = begin;
+    while (end != list.end() && end->candidate == begin->candidate) ++end;
+    report(candidates[begin->candidate], Span<LeafPair>{begin, static_cast<std::size_t>(end - begin)});
+    begin = end;
+  }
+}
+
+}  // namespace
+
+void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink) {
+  if (frame.policies.exact == Exact::kConvex) keep_touching(frame, candidates, worker);
+  for_each_candidate(candidates, worker.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+    report_candidate(frame, candidate, pairs, worker, sink);
+  });
+}
+
+namespace {
+
+// Steps 4 to 6 where batches have strategy `links`: worker.found has link pairs whose boxes overlap, and leaf pairs of
+// candidates without link boxes.
+void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
+  std::swap(worker.found, worker.link_pairs);
+  for_each_candidate(worker.candidates.data, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+    if (opens_links(frame, candidate)) {
+      if (frame.first_only() && is_already_reported(frame, candidate)) return;
+      const Timed timed(worker.stats.seconds_test);
+      find_pairs_of_links(frame, candidate, {pairs.data, pairs.size}, worker);
+    } else {
+      worker.found.size = static_cast<std::uint32_t>(pairs.size);
+      std::copy(pairs.begin(), pairs.end(), worker.found.data);
+    }
+    const Timed timed(worker.stats.seconds_query);
+    if (frame.policies.exact == Exact::kConvex) keep_touching(frame, worker.candidates.data, worker);
+    if (!worker.found.empty()) report_candidate(frame, candidate, {worker.found.data, worker.found.size}, worker, sink);
+  });
+}
+
+// Returns the end of the candidates that can be tested together from `begin` on: worker.found has room for all their
+// leaf pairs. A single candidate always fits.
+std::uint32_t candidates_at_once(const FrameContext& frame, const Worker& worker, std::uint32_t begin) {
+  std::size_t leaf_pairs = 0;
+  std::uint32_t end = begin;
+  for (; end < worker.candidates.size; ++end) {
+    const Candidate& candidate = worker.candidates.data[end];
+    leaf_pairs += std::size_t{frame.batch(candidate.batch_a).active->leaf_count} *
+                  frame.batch(candidate.batch_b).active->leaf_count;
+    if (end > begin && leaf_pairs > worker.found.capacity - kLanes) break;
+  }
+  return end;
+}
+
+// How many candidates are tested at a time with Report::kInContact. Fewer than kChunkCandidates, since every instance
+// that is found in contact saves later tests.
+constexpr std::uint32_t kInContactCandidates = 64;
+
+// Whether no rule tests an instance within itself in this frame, or it rests and its hits are kept.
+bool skips_within(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t instance) {
+  return !batch.pairs_within || ((batch.skips_within || frame.keeps_hits) && rests(batch, instance));
+}
+
+// Whether two instances are not tested since both rest: their rule skips them, or their hits are kept.
+bool skips_resting(const FrameContext& frame, std::uint32_t batch_x, std::uint32_t x, std::uint32_t batch_y,
+                   std::uint32_t y) {
+  return rests(frame.batch(batch_x), x) && rests(frame.batch(batch_y), y) &&
+         (frame.keeps_hits || frame.paired.skips_resting(batch_x, batch_y));
+}
+
+}  // namespace
+
+// Steps 3 to 6 for the candidates that the worker has collected. Empties the list and the sets afterwards.
+void PosedTester::test() {
+  if (worker_.candidates.empty()) return;
+  worker_.stats.candidates += worker_.candidates.size;
+  const bool has_links = frame_.policies.strategy != Strategy::kRows &&
+                         std::any_of(worker_.candidates.begin(), worker_.candidates.end(),
+                                     [this](const Candidate& candidate) { return opens_links(frame_, candidate); });
+  {
+    const Timed timed(worker_.stats.seconds_update);
+    pose_set(frame_, worker_);
+  }
+  for (std::uint32_t begin = 0, end; begin < worker_.candidates.size; begin = end) {
+    end = candidates_at_once(frame_, worker_, begin);
+    {
+      const Timed timed(worker_.stats.seconds_test);
+      find_leaf_pairs(frame_, begin, end, worker_);
+    }
+    if (has_links) {
+      report_links(frame_, worker_, sink_);
+    } else {
+      const Timed timed(worker_.stats.seconds_query);
+      report_leaves(frame_, worker_.candidates.data, worker_, sink_);
+    }
+  }
+  worker_.candidates.clear();
+  clear_set(worker_.posed);
+  clear_links(worker_.posed_links);
+}
+
+// Adds a candidate: two instances, where a has the lower key, or twice the same instance.
+void PosedTester::add(const CrowdRow& a, const CrowdRow& b) {
+  Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
+  const bool in_contact = frame_.report == Report::kInContact;
+  if (in_contact && is_already_reported(frame_, candidate)) return;
+  if (worker_.candidates.size >= (in_contact ? kInContactCandidates : kChunkCandidates) ||
+      !has_room(frame_, candidate, worker_.posed))
+    test();
+  candidate.slot_a = acquire_slot(frame_, a.batch, a.instance, worker_.posed);
+  candidate.slot_b = acquire_slot(frame_, b.batch, b.instance, worker_.posed);
+  worker_.candidates.push(candidate);
+}
+
+void PosedTester::add(const RowPair& pair) {
+  const CrowdRow &x = crowd_.sorted[pair.a], &y = crowd_.sorted[pair.b];
+  const bool in_order = instance_key(x.batch, x.instance) <= instance_key(y.batch, y.instance);
+  add(in_order ? x : y, in_order ? y : x);
+}
+
+// Adds the candidates that wait: those between the same two runs of sixteen rows one after the other, so that few
+// instances are posed more than once.
+void PosedTester::add_waiting() {
+  const auto runs = [](const RowPair& pair) { return std::uint64_t{pair.a / kLanes} << 32 | pair.b / kLanes; };
+  std::sort(worker_.waiting.begin(), worker_.waiting.end(), [&runs](const RowPair& x, const RowPair& y) {
+    return std::make_tuple(runs(x), x.a, x.b) < std::make_tuple(runs(y), y.a, y.b);
+  });
+  for (const RowPair& pair : worker_.waiting) add(pair);
+  worker_.waiting.clear();
+}
+
+bool PosedTester::has_large(const RowPair& pair) const {
+  return is_large(*frame_.batch(crowd_.sorted[pair.a].batch).articulation) ||
+         is_large(*frame_.batch(crowd_.sorted[pair.b].batch).articulation);
+}
+
+// Whether the bounds of two sorted rows overlap in double, and their hits are not known already or skipped.
+bool PosedTester::is_candidate(const RowPair& pair) const {
+  const CrowdRow &a = crowd_.sorted[pair.a], &b = crowd_.sorted[pair.b];
+  const InstanceBatch &batch_a = frame_.batch(a.batch), &batch_b = frame_.batch(b.batch);
+  const auto has_left = [this](std::uint32_t row, const InstanceBatch& batch, std::uint32_t instance) {
+    return row < crowd_.kept.end_sorted && !(batch.rest[instance] & kKept);
+  };
+  return overlap(batch_a.bounds[a.instance], batch_b.bounds[b.instance]) && !has_left(pair.a, batch_a, a.instance) &&
+         !has_left(pair.b, batch_b, b.instance) && !skips_resting(frame_, a.batch, a.instance, b.batch, b.instance);
+}
+
+void PosedTester::add(const std::uint32_t* a, const std::uint32_t* b, std::uint32_t count) {
+  for (std::uint32_t n = 0; n < count; ++n)
+    for (const std::uint32_t row : {a[n], b[n]}) {
+      const CrowdRow& of = crowd_.sorted[row];
+      prefetch_line(&frame_.batch(of.batch).bounds[of.instance]);
+    }
+  for (std::uint32_t n = 0; n < count; ++n) {
+    const RowPair pair = {a[n], b[n]};
+    if (!is_candidate(pair)) continue;
+    if (!has_large(pair)) {
+      add(pair);
+      continue;
+    }
+    if (worker_.waiting.size == worker_.waiting.capacity) add_waiting();
+    worker_.waiting.push(pair);
+  }
+}
+
+void PosedTester::add_within(std::uint32_t batch, std::uint32_t instance) {
+  const CrowdRow one = {batch, instance, 0};
+  if (!skips_within(frame_, frame_.batch(batch), instance)) add(one, one);
+}
+
+void PosedTester::finish() {
+  add_waiting();
+  test();
+}
+
+}  // namespace cab
