@@ -59,7 +59,9 @@ void bound_blocks(const FrameContext& frame, const CrowdBatch& crowd, const Aabb
 void find_instances(const StoredBatch& stored, std::uint32_t place, std::uint32_t given,
                     std::uint32_t (&instances)[kLanes]) {
   const Span<const std::uint32_t> listed = stored.batch.input->instances;
-  const std::uint32_t* const order = stored.crowd.ordered ? stored.crowd.order.data : listed.data;
+  const std::uint32_t* const order = stored.crowd.ordered ? stored.crowd.order.data
+                                     : listed.empty()     ? nullptr  // data of an empty list may point anywhere
+                                                          : listed.data;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t at = std::min(place + lane, given - 1);
     instances[lane] = order ? order[at] : at;

@@ -344,6 +344,29 @@ TEST_CASE("a crowd with more hits than ever before has all of them, and the stor
   CHECK(got.stats.leaf_pairs == all.stats.leaf_pairs);
 }
 
+TEST_CASE("an empty list of instances that points somewhere lists nobody, and all are given") {
+  Random random(109);
+  World world;
+  world.members.push_back(crowd_member(random, 40, 6, {0.5, false, false, {}}));
+  add_rules(world);
+  const EnginePtr engine = make_engine_for(world);
+  const Outcome expected = run_on(*engine, world, kByRows);
+  const std::uint32_t nobody[40] = {1000, 2000, 3000};
+  BatchInput input = world.members[0].poses.input({1});
+  input.instances = {nobody, 0};
+  std::vector<Hit> hits(expected.hits.size());
+  FrameJob job;
+  job.inputs = {&input, 1};
+  job.rules = world.rules;
+  job.policies = kByRows;
+  job.hits = hits;
+  const EnginePtr other = make_engine_for(world);
+  REQUIRE(run_frame(*other, job) == Status::kOk);
+  CHECK(was_crowd(*other));
+  CHECK(same_hits(hits, expected.hits));
+  CHECK(!hits.empty());
+}
+
 TEST_CASE("batches come and go between the frames of a crowd") {
   Random random(107);
   World world;
