@@ -80,7 +80,7 @@ void take_bounds(const FrameJob& job, Crowd& crowd, StoredBatch& stored, WorkerP
       const std::uint32_t instance = instances.instance[lane];
       batch.bounds[instance] = given_bounds(batch, instance, job.margin);
       if (batch.pairs_between)
-        place_row(batch.bounds[instance], stored.crowd.first_row + instance, crowd, pool[w].crowd[0].survey);
+        place_row(batch, instance, stored.crowd.first_row + instance, crowd, pool[w].crowd[0].survey);
     }
   });
 }
@@ -102,7 +102,7 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   engine.pool.tasks->alone = given <= kInstancesAlone;
   note_rules(job.rules, engine.stored_batches(), engine.paired);
   Crowd& crowd = engine.crowd;
-  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.batch.by_words = false; });
+  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.batch.by_words = stored.crowd.is_by_place = false; });
   lay_out_rows(engine);
   clear_survey(engine.pool);
   crowd.bands.ready = crowd.by_bands = false;

@@ -88,8 +88,8 @@ struct BandTask {
 bool begin_bands(FrameRun& run) {
   Crowd& crowd = run.engine.crowd;
   CrowdBands& bands = crowd.bands;
-  const bool ready = bands.ready && crowd.only_words && crowd.one_batch && only_batch(run.engine).crowd.ordered &&
-                     only_batch(run.engine).crowd.index == bands.batch;
+  const bool ready = bands.ready && crowd.only_words && crowd.one_batch && only_batch(run.engine).crowd.is_by_place &&
+                     only_batch(run.engine).crowd.ordered && only_batch(run.engine).crowd.index == bands.batch;
   bands.ready = false;
   if (!ready) return false;
   crowd.classes.count = 1;
@@ -274,7 +274,8 @@ void keep_order(Engine& engine) {
   }
   crowd.bands.wait -= crowd.bands.wait > 0;
   crowd.bands.batch = crowd.last_batch;
-  crowd.bands.ready = crowd.only_words && crowd.one_batch && only_batch(engine).crowd.orders && is_ready(crowd);
+  crowd.bands.ready = crowd.only_words && crowd.one_batch && only_batch(engine).crowd.is_by_place &&
+                      only_batch(engine).crowd.orders && is_ready(crowd);
 }
 
 }  // namespace cab

@@ -39,14 +39,13 @@ bool has_short_link_offsets(const InstanceBatch& batch) {
 }
 
 // Whether the instances of a batch are rigid boxes in this frame that are paired by their leaf bounds.
-bool has_words(const FrameContext& frame, const StoredBatch& stored) {
+bool can_have_words(const FrameContext& frame, const StoredBatch& stored) {
   const InstanceBatch& batch = stored.batch;
   const BatchInput& input = *batch.input;
   return stored.crowd.is_rigid && batch.strategy == Strategy::kRows && !is_axis_aligned(frame.policies.refit) &&
-         frame.margin < kernel::kRigidRange && batch.pairs_between && !batch.may_rest &&
-         batch.active == batch.articulation && has_short_link_offsets(batch) &&
-         input.poses.format == PoseFormat::kQuaternionTranslation && input.orientations.empty() &&
-         input.scales.empty() && input.bounds.empty() && batch.margins.empty();
+         frame.margin < kernel::kRigidRange && batch.pairs_between && batch.active == batch.articulation &&
+         has_short_link_offsets(batch) && input.poses.format == PoseFormat::kQuaternionTranslation &&
+         input.orientations.empty() && input.scales.empty() && input.bounds.empty() && batch.margins.empty();
 }
 
 // Takes all instances of a batch for live and without hits, unless they are listed.
@@ -69,10 +68,10 @@ void begin_rows(FrameRun& run) {
   for_each_crowd_batch(run.engine, [&run](StoredBatch& stored) {
     InstanceBatch& batch = stored.batch;
     clear_not_given(batch);
-    batch.by_words = has_words(*run.characters, stored);
-    if (!batch.by_words) return;
-    take_for_live(batch);
-    make_shape(stored, run.job.margin);
+    batch.by_words = can_have_words(*run.characters, stored);
+    stored.crowd.is_by_place = batch.by_words && batch.input->moved.empty();
+    if (batch.by_words) make_shape(stored, run.job.margin);
+    if (stored.crowd.is_by_place) take_for_live(batch);
   });
   lay_out_rows(run.engine);
   clear_survey(run.engine.pool);
@@ -88,8 +87,8 @@ void count_beyond_bounds(const FrameContext& frame, const InstanceBatch& batch, 
   stats.instances_beyond_bounds += !inside;
 }
 
-// The first pass over the instances of one task in a batch without words.
-struct PosedPass {
+// The first pass over the instances of one task, in a batch whose rows are by instance.
+struct FirstPass {
   const FrameContext& frame;
   StoredBatch& stored;
   InstanceBatch& batch;
@@ -99,15 +98,22 @@ struct PosedPass {
   // Gives an instance its row, if some rule pairs it with others.
   void place(std::uint32_t instance) {
     if (batch.pairs_between)
-      place_row(batch.bounds[instance], stored.crowd.first_row + instance, crowd, worker.crowd[0].survey);
+      place_row(batch, instance, stored.crowd.first_row + instance, crowd, worker.crowd[0].survey);
   }
 
-  // Poses one tile, and stores which instances are live and their bounds.
+  // Bounds one tile, and stores which instances are live and their bounds.
   void bound(const TileInstances& instances) {
+    for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
+    if (batch.by_words)
+      set_live(instances, bound_by_instance(frame, stored, instances, crowd, worker), batch);
+    else
+      pose(instances);
+  }
+
+  void pose(const TileInstances& instances) {
     const std::uint32_t live = update_and_flag_tile(
         frame, {&batch, instances, RefitScope::kLeaves, worker.boxes.data, worker.bounds.data}, worker);
     set_live(instances, live, batch);
-    for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
     if (!is_axis_aligned(frame.policies.refit))
       frame.kernels.bound_boxes(worker.boxes.data, posed_articulation(*batch.active).leaf_count, worker.bounds.data);
     bound_instances(frame.kernels, batch, instances, worker.bounds.data);
@@ -141,10 +147,11 @@ struct PosedPass {
       const std::uint32_t i = given_instance(batch, at);
       if (goes_on_resting(batch, i)) {
         keep(i);
-        continue;
+        if (!batch.by_words || stored.crowd.has_words) continue;
+      } else {
+        batch.rest[i] = 0;
+        clear_live(i, batch);
       }
-      batch.rest[i] = 0;
-      clear_live(i, batch);
       prefetch_pose(batch, i);
       moved.instance[moved.count++] = i;
       if (moved.count < kLanes) continue;
@@ -187,12 +194,13 @@ class MixedTester final : public StripSearcher {
         by_words_(run, worker),
         posed_(*run.characters, run.engine.crowd, worker, run.sink) {}
 
-  // Candidates with words stay in the list and are tested; the others are handed on.
+  // Drops those that are known. Candidates with words stay in the list and are tested; the others are handed on.
   void test() override {
     std::uint32_t a[kernel::kMostPairEntries], b[kernel::kMostPairEntries], others = 0, kept = 0;
     const auto by_words = [this](std::uint32_t row) { return frame_.batch(crowd_.sorted[row].batch).by_words; };
     for (std::uint32_t n = 0; n < scratch_.count; ++n) {
       const std::uint32_t x = scratch_.a[n], y = scratch_.b[n];
+      if (has_left(x) || has_left(y) || is_known(x, y)) continue;
       if (by_words(x) && by_words(y)) {
         scratch_.a[kept] = x;
         scratch_.b[kept++] = y;
@@ -208,11 +216,8 @@ class MixedTester final : public StripSearcher {
 
   // Adds the instances of the sorted rows from `first` to end - 1 with themselves, if a rule asks for it.
   void add_rows_within(std::uint32_t first, std::uint32_t end) {
-    for (std::uint32_t row = first; row < end; ++row) {
-      const CrowdRow& of = crowd_.sorted[row];
-      if (row < crowd_.kept.end_sorted && !(frame_.batch(of.batch).rest[of.instance] & kKept)) continue;
-      posed_.add_within(of.batch, of.instance);
-    }
+    for (std::uint32_t row = first; row < end; ++row)
+      if (!has_left(row)) posed_.add_within(crowd_.sorted[row].batch, crowd_.sorted[row].instance);
   }
 
   // The same for the live ones of consecutive instances of a batch.
@@ -227,6 +232,18 @@ class MixedTester final : public StripSearcher {
   }
 
  private:
+  // Whether a row is kept though its instance rests no more.
+  bool has_left(std::uint32_t row) const {
+    const CrowdRow& of = crowd_.sorted[row];
+    return row < crowd_.kept.end_sorted && !(frame_.batch(of.batch).rest[of.instance] & kKept);
+  }
+  // Whether the hits of two rows are there already, or are not asked for, since both rest.
+  bool is_known(std::uint32_t row_x, std::uint32_t row_y) const {
+    const CrowdRow &x = crowd_.sorted[row_x], &y = crowd_.sorted[row_y];
+    return rests(frame_.batch(x.batch), x.instance) && rests(frame_.batch(y.batch), y.instance) &&
+           (frame_.keeps_hits || frame_.paired.skips_resting(x.batch, y.batch));
+  }
+
   CrowdTester by_words_;
   PosedTester posed_;
 };
@@ -254,22 +271,23 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   InstanceBatch& batch = stored.batch;
   Worker& worker = run.worker(w);
   const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
-  PosedPass posed = {frame, stored, batch, crowd, worker};
+  FirstPass pass = {frame, stored, batch, crowd, worker};
   const std::uint32_t given = given_count(batch);
   if (batch.may_rest)
-    return posed.bound_moved(of.run * kRestingPerTask, std::min(given, (of.run + 1) * kRestingPerTask));
+    return pass.bound_moved(of.run * kRestingPerTask, std::min(given, (of.run + 1) * kRestingPerTask));
   const std::uint32_t first = of.run * tiles_per_task(batch),
                       end = std::min(tile_count(given), first + tiles_per_task(batch));
   for (std::uint32_t tile = first; tile < end; ++tile) {
-    if (batch.by_words) {
+    if (stored.crowd.is_by_place) {
       bound_crowd_tile(frame, stored, tile * kLanes, crowd, worker);
       continue;
     }
     for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(given, (tile + 2) * kLanes); ++i)
       prefetch_pose(batch, given_instance(batch, i));
-    posed.bound(instances_of(batch, tile));
+    pass.bound(instances_of(batch, tile));
   }
-  if (batch.by_words && !crowd.only_words) store_bounds(crowd, stored, first * kLanes, std::min(given, end * kLanes));
+  if (stored.crowd.is_by_place && !crowd.only_words)
+    store_bounds(crowd, stored, first * kLanes, std::min(given, end * kLanes));
 }
 
 std::uint32_t begin_sorting(FrameRun& run) {
@@ -287,7 +305,7 @@ std::uint32_t begin_sorting(FrameRun& run) {
     resting += std::exchange(worker->resting, 0);
   }
   const std::size_t spare = spare_rows(crowd.capacity);
-  if (resting > spare || crowd.kept.end_sorted - kept > spare) keep_rows(run.engine);
+  if (resting > spare || crowd.kept.end_sorted - kept > spare || crowd.kept_is_stale) keep_rows(run.engine);
   lay_out_strips(run.engine);
   return sort_tasks(crowd);
 }
@@ -354,7 +372,8 @@ std::uint32_t end_pairing(FrameRun& run) {
   Crowd& crowd = run.engine.crowd;
   if (crowd.row_count > 0) keep_order(run.engine);
   for_each_crowd_batch(run.engine, [&run, &crowd](StoredBatch& stored) {
-    stored.crowd.has_sides = stored.batch.by_words && crowd.only_words;
+    stored.crowd.has_words = stored.batch.by_words && !stored.crowd.is_by_place;
+    stored.crowd.has_sides = stored.crowd.is_by_place && crowd.only_words;
     if (run.engine.rest.known) store_crowd_bounds(crowd, stored);  // those that rest keep them
   });
   return 0;

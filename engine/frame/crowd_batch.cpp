@@ -12,6 +12,9 @@
 namespace cab {
 namespace {
 
+// Stands for bounds beyond what sides say.
+constexpr double kFarAway = 1e300;
+
 // Leaves, joints and margins up to this size leave room for their poses within kMaxCoordinate.
 constexpr double kMostRigid = static_cast<double>(kernel::kRigidRange);
 
@@ -181,8 +184,8 @@ void lay_out_rows(Engine& engine) {
   for_each_crowd_batch(engine, [&](StoredBatch& stored) {
     const InstanceBatch& batch = stored.batch;
     CrowdBatch& own = stored.crowd;
-    const std::uint32_t first_before = own.first_row, count_before = own.row_count;
-    own.row_count = batch.by_words ? given_count(batch) : batch.pairs_between ? batch.instance_count : 0;
+    const std::uint32_t row_before = own.first_row, words_before = own.first_words, count_before = own.row_count;
+    own.row_count = own.is_by_place ? given_count(batch) : batch.pairs_between ? batch.instance_count : 0;
     own.first_row = row;
     own.first_words = words;
     row += tile_count(own.row_count) * kLanes;
@@ -191,15 +194,17 @@ void lay_out_rows(Engine& engine) {
     crowd.last_batch = own.index;
     layers = layers || !batch.input->layers.empty() || !batch.input->layer_masks.empty();
     if (!batch.input->instances.empty() || own.order.size != own.row_count) own.ordered = false;
-    own.visits_by_order = !batch.by_words && own.ordered && !batch.may_rest;
-    only_words = only_words && batch.by_words && !batch.pairs_within;
-    if (batch.by_words) return;
+    own.visits_by_order = !own.is_by_place && own.ordered && !batch.may_rest;
+    only_words = only_words && batch.by_words && !batch.pairs_within && !batch.may_rest;
+    if (own.is_by_place) return;
     std::fill_n(crowd.side(0) + own.first_row, own.row_count, kernel::kNowhere);
-    const bool are_laid_out =
-        own.laid_out_in + 1 == crowd.frames && first_before == own.first_row && count_before == own.row_count;
+    const bool are_laid_out = own.laid_out_in + 1 == crowd.frames && row_before == own.first_row &&
+                              words_before == own.first_words && count_before == own.row_count;
     own.laid_out_in = crowd.frames;
+    own.has_words = own.has_words && batch.by_words && are_laid_out;
+    if (!are_laid_out && crowd.kept.count > 0) crowd.kept_is_stale = true;
     for (std::uint32_t i = 0; !are_laid_out && i < own.row_count; ++i)
-      crowd.rows[own.first_row + i] = {own.index, i, 0};
+      crowd.rows[own.first_row + i] = {own.index, i, own.first_words + i * own.blocks};
   });
   crowd.row_count = row;
   crowd.one_batch = batches == 1;
@@ -207,14 +212,15 @@ void lay_out_rows(Engine& engine) {
   crowd.only_words = only_words;
 }
 
+double lower_bound_of(float side) { return side <= -kernel::kMostSide ? -kFarAway : static_cast<double>(side); }
+double upper_bound_of(float side) { return side >= kernel::kMostSide ? kFarAway : static_cast<double>(side); }
+
 void store_bounds(const Crowd& crowd, StoredBatch& stored, std::uint32_t first, std::uint32_t end) {
-  constexpr double kFar = 1e300;  // beyond what sides say
   for (std::uint32_t row = stored.crowd.first_row + first; row < stored.crowd.first_row + end; ++row)
     for (std::uint32_t c = 0; c < 3; ++c) {
-      const float lo = crowd.side(c)[row], hi = crowd.side(3 + c)[row];
       InstanceBounds& out = stored.batch.bounds[crowd.rows[row].instance];
-      out.lo[c] = lo <= -kernel::kMostSide ? -kFar : static_cast<double>(lo);
-      out.hi[c] = hi >= kernel::kMostSide ? kFar : static_cast<double>(hi);
+      out.lo[c] = lower_bound_of(crowd.side(c)[row]);
+      out.hi[c] = upper_bound_of(crowd.side(3 + c)[row]);
     }
 }
 

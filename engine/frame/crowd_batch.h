@@ -32,8 +32,12 @@ void size_crowd(const MemoryNeeds& needs, Worker& worker);
 // How many bytes the crowd of an engine takes.
 std::size_t bytes_of(const Crowd& crowd);
 
-// Gives every batch of the frame its rows. Those of batches that are not by words are all unused at first.
+// Gives every batch of the frame its rows. Those that are by instance are all unused at first.
 void lay_out_rows(Engine& engine);
+
+// What a row's side says of the bounds of its instance.
+double lower_bound_of(float side);
+double upper_bound_of(float side);
 
 // Writes the sides of some places of a batch by words to InstanceBatch::bounds.
 void store_bounds(const Crowd& crowd, StoredBatch& stored, std::uint32_t first, std::uint32_t end);

@@ -33,10 +33,12 @@ struct CrowdBatch {
   Span<std::uint32_t> order;
   bool ordered = false;
   bool has_sides = false;  // whether the bounds of its last frame are sides of rows, and not in InstanceBatch::bounds
-  // Of the current frame: the batch's index, where its rows and its words begin, whether its rows are in the order of
-  // instances and put into strips in `order`, whether it will have an order, and how many instances that has so far.
+  // Of the current frame: the batch's index, where its rows and its words begin; whether rows are by place (else by
+  // instance), and put into strips in `order`; whether it will have an order, and how many instances that has so far.
   std::uint32_t index = 0, first_row = 0, row_count = 0, first_words = 0;
+  bool is_by_place = false;
   bool visits_by_order = false;
+  bool has_words = false;         // whether the words of all its live instances are there, from the last frame
   std::uint64_t laid_out_in = 0;  // Crowd::frames of the frame in which its rows were written in the order of instances
   bool orders = false;
   std::uint32_t placed = 0;
@@ -90,8 +92,8 @@ struct CrowdBands {
 };
 
 // The crowd of an engine. Rows are in the order of batches, those of a batch begin at a multiple of kLanes. Within one
-// they are in the order of CrowdBatch::order if the batch is by words, else in that of instances. Sorted rows are in
-// the order of classes, of strips, and of the first axis; those that are kept come first.
+// they are in that of instances, or of CrowdBatch::order or the caller's list if is_by_place. Sorted rows are in the
+// order of classes, of strips, and of the first axis; those that are kept come first.
 struct Crowd {
   Span<LeafWords> words;
   Span<float> sides;             // six arrays, by row
@@ -121,6 +123,7 @@ struct Crowd {
   // Of characters that rest, kept from frame to frame. A row counts while its instance has kKept. They are sorted again
   // when more than spare_rows rest without being among them, or have left them.
   CrowdClasses kept;
+  bool kept_is_stale = false;  // whether the rows of batches have moved since
 
   float* side(std::uint32_t s) const { return sides.data + s * capacity; }
   float* sorted_side(std::uint32_t s) const { return sorted_sides.data + s * (sorted_capacity + kLanes); }

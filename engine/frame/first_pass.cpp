@@ -1,5 +1,6 @@
 #include "engine/frame/first_pass.h"
 
+#include "engine/frame/crowd_batch.h"
 #include "engine/frame/crowd_scratch.h"
 #include "engine/update.h"
 #include "engine/worker.h"
@@ -90,13 +91,42 @@ void point_tile(const StoredBatch& stored, const std::uint32_t (&instances)[kLan
 
 }  // namespace
 
-void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint32_t place, Crowd& crowd,
-                      Worker& worker) {
-  InstanceBatch& batch = stored.batch;
-  const Span<std::uint8_t> flags = batch.input->flags;
+namespace {
+
+// Makes the words of sixteen instances, to which the tile and the origins of a worker point. words: where they go.
+// Returns which lanes are live, and writes the caller's flags.
+std::uint32_t make_words(const FrameContext& frame, const StoredBatch& stored, const TileInstances& instances,
+                         LeafWords* const (&words)[kLanes], Worker& worker) {
+  const InstanceBatch& batch = stored.batch;
   const CrowdBatch& own = stored.crowd;
   CrowdScratch& scratch = worker.crowd[0];
   kernel::RigidTile& tile = scratch.tile;
+  tile.shape = &own.shape;
+  bound_blocks(frame, own, nullptr, 0, words, tile);
+  std::uint32_t live = (2u << (instances.count - 1)) - 1;
+  if ((tile.rigid & live) != live) {
+    const std::uint32_t rigid = tile.rigid;
+    live = update_and_flag_tile(frame, {&batch, instances, RefitScope::kLeaves, worker.boxes.data, worker.bounds.data},
+                                worker);
+    frame.kernels.bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
+    bound_blocks(frame, own, worker.bounds.data, rigid, words, tile);
+  } else if (!batch.input->flags.empty()) {
+    for (std::uint32_t lane = 0; lane < instances.count; ++lane)
+      batch.input->flags.data[instances.instance[lane]] = kInstanceOk;
+  }
+  for (std::uint32_t lane = 0; lane < instances.count; ++lane)
+    for (std::uint32_t b = 0; b < own.blocks; ++b)
+      for (std::uint32_t c = 0; c < 3; ++c) words[lane][b].origin[c] = scratch.origins[c][lane];
+  return live;
+}
+
+}  // namespace
+
+void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint32_t place, Crowd& crowd,
+                      Worker& worker) {
+  InstanceBatch& batch = stored.batch;
+  const CrowdBatch& own = stored.crowd;
+  CrowdScratch& scratch = worker.crowd[0];
   const std::uint32_t given = given_count(batch), row = own.first_row + place;
   TileInstances instances;
   instances.count = std::min(kLanes, given - place);
@@ -104,8 +134,7 @@ void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint3
   find_instances(stored, place, given, instances.instance);
   find_instances(stored, std::min(place + kLanes, given - 1), given, next);
   point_tile(stored, instances.instance, next, scratch);
-  tile.shape = &own.shape;
-  tile.next_bytes = place + kLanes < given ? static_cast<std::uint32_t>(prefetched_bytes(batch)) : 0;
+  scratch.tile.next_bytes = place + kLanes < given ? static_cast<std::uint32_t>(prefetched_bytes(batch)) : 0;
   LeafWords* words[kLanes];
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t first = own.first_words + (place + lane) * own.blocks;
@@ -113,25 +142,12 @@ void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint3
     if (lane < instances.count) crowd.rows[row + lane] = {own.index, instances.instance[lane], first};
     if (place + kLanes + lane < given) prefetch_bytes(&crowd.words[first + kLanes * own.blocks], sizeof(LeafWords));
   }
-  bound_blocks(frame, own, nullptr, 0, words, tile);
-  const std::uint32_t all = (2u << (instances.count - 1)) - 1;
-  std::uint32_t live = all;
-  if ((tile.rigid & all) != all) {
-    const std::uint32_t rigid = tile.rigid;
-    live = update_and_flag_tile(frame, {&batch, instances, RefitScope::kLeaves, worker.boxes.data, worker.bounds.data},
-                                worker);
-    frame.kernels.bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
-    bound_blocks(frame, own, worker.bounds.data, rigid, words, tile);
-  } else if (!flags.empty()) {
-    for (std::uint32_t lane = 0; lane < instances.count; ++lane) flags[instances.instance[lane]] = kInstanceOk;
-  }
-  for (std::uint32_t lane = 0; lane < instances.count; ++lane)
-    for (std::uint32_t b = 0; b < own.blocks; ++b)
-      for (std::uint32_t c = 0; c < 3; ++c) words[lane][b].origin[c] = scratch.origins[c][lane];
-  scratch.place.all = &tile.all;
+  const std::uint32_t live = make_words(frame, stored, instances, words, worker);
+  scratch.place.all = &scratch.tile.all;
   scratch.place.there = live;
   for (std::uint32_t s = 0; s < 6; ++s) scratch.place.to[s] = crowd.side(s) + row;
   frame.kernels.place_tile(scratch.place, scratch.survey);
+  const std::uint32_t all = (2u << (instances.count - 1)) - 1;
   const bool listed = !batch.input->instances.empty();
   for (std::uint32_t left = listed ? live : all & ~live; left; left &= left - 1) {
     const std::uint32_t instance = instances.instance[lowest_bit(left)];
@@ -141,6 +157,37 @@ void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint3
     else
       relaxed_and(batch.live[instance / kLanes], static_cast<std::uint16_t>(~bit));
   }
+}
+
+std::uint32_t bound_by_instance(const FrameContext& frame, StoredBatch& stored, const TileInstances& instances,
+                                Crowd& crowd, Worker& worker) {
+  InstanceBatch& batch = stored.batch;
+  const CrowdBatch& own = stored.crowd;
+  CrowdScratch& scratch = worker.crowd[0];
+  std::uint32_t of_lanes[kLanes];
+  LeafWords* words[kLanes];
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    of_lanes[lane] = instances.instance[std::min(lane, instances.count - 1)];
+    words[lane] = lane < instances.count ? &crowd.words[own.first_words + of_lanes[lane] * own.blocks] : scratch.unused;
+  }
+  point_tile(stored, of_lanes, of_lanes, scratch);
+  scratch.tile.next_bytes = 0;
+  const std::uint32_t live = make_words(frame, stored, instances, words, worker);
+  alignas(64) float sides[6][kLanes];
+  scratch.place.all = &scratch.tile.all;
+  scratch.place.there = live;
+  for (std::uint32_t s = 0; s < 6; ++s) scratch.place.to[s] = sides[s];
+  frame.kernels.place_tile(scratch.place, scratch.survey);
+  for (std::uint32_t left = live; left; left &= left - 1) {
+    const std::uint32_t lane = lowest_bit(left), row = own.first_row + of_lanes[lane];
+    const bool is_kept = batch.rest[of_lanes[lane]] & kKept;  // its row is elsewhere
+    for (std::uint32_t s = 0; s < 6 && !is_kept; ++s) crowd.side(s)[row] = sides[s][lane];
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      batch.bounds[of_lanes[lane]].lo[c] = lower_bound_of(sides[c][lane]);
+      batch.bounds[of_lanes[lane]].hi[c] = upper_bound_of(sides[3 + c][lane]);
+    }
+  }
+  return live;
 }
 
 }  // namespace cab

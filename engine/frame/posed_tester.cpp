@@ -82,13 +82,6 @@ bool skips_within(const FrameContext& frame, const InstanceBatch& batch, std::ui
   return !batch.pairs_within || ((batch.skips_within || frame.keeps_hits) && rests(batch, instance));
 }
 
-// Whether two instances are not tested since both rest: their rule skips them, or their hits are kept.
-bool skips_resting(const FrameContext& frame, std::uint32_t batch_x, std::uint32_t x, std::uint32_t batch_y,
-                   std::uint32_t y) {
-  return rests(frame.batch(batch_x), x) && rests(frame.batch(batch_y), y) &&
-         (frame.keeps_hits || frame.paired.skips_resting(batch_x, batch_y));
-}
-
 }  // namespace
 
 // Steps 3 to 6 for the candidates that the worker has collected. Empties the list and the sets afterwards.
@@ -155,15 +148,10 @@ bool PosedTester::has_large(const RowPair& pair) const {
          is_large(*frame_.batch(crowd_.sorted[pair.b].batch).articulation);
 }
 
-// Whether the bounds of two sorted rows overlap in double, and their hits are not known already or skipped.
+// Whether the bounds of two sorted rows overlap in double.
 bool PosedTester::is_candidate(const RowPair& pair) const {
   const CrowdRow &a = crowd_.sorted[pair.a], &b = crowd_.sorted[pair.b];
-  const InstanceBatch &batch_a = frame_.batch(a.batch), &batch_b = frame_.batch(b.batch);
-  const auto has_left = [this](std::uint32_t row, const InstanceBatch& batch, std::uint32_t instance) {
-    return row < crowd_.kept.end_sorted && !(batch.rest[instance] & kKept);
-  };
-  return overlap(batch_a.bounds[a.instance], batch_b.bounds[b.instance]) && !has_left(pair.a, batch_a, a.instance) &&
-         !has_left(pair.b, batch_b, b.instance) && !skips_resting(frame_, a.batch, a.instance, b.batch, b.instance);
+  return overlap(frame_.batch(a.batch).bounds[a.instance], frame_.batch(b.batch).bounds[b.instance]);
 }
 
 void PosedTester::add(const std::uint32_t* a, const std::uint32_t* b, std::uint32_t count) {

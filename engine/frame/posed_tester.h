@@ -12,7 +12,7 @@ class PosedTester {
   PosedTester(const FrameContext& frame, const Crowd& crowd, Worker& worker, HitSink& sink)
       : frame_(frame), crowd_(crowd), worker_(worker), sink_(sink) {}
 
-  // Adds those of the pairs of sorted rows, a[n] and b[n], that are candidates.
+  // Adds those of the pairs of sorted rows, a[n] and b[n], whose bounds overlap in double.
   void add(const std::uint32_t* a, const std::uint32_t* b, std::uint32_t count);
 
   // Adds an instance with itself, if a rule asks for it.

@@ -44,7 +44,7 @@ struct RestingRows {
   void for_each(Take&& take) const {
     for_each_crowd_batch(engine, [&](const StoredBatch& stored) {
       const InstanceBatch& batch = stored.batch;
-      for (std::uint32_t i = 0; !batch.by_words && i < stored.crowd.row_count; ++i)
+      for (std::uint32_t i = 0; !stored.crowd.is_by_place && i < stored.crowd.row_count; ++i)
         if ((batch.live[i / kLanes] >> i % kLanes & 1) && rests(batch, i)) take(stored.crowd.first_row + i);
     });
   }
@@ -213,11 +213,14 @@ void clear_survey(const WorkerPool& pool) {
   }
 }
 
-void place_row(const InstanceBounds& bounds, std::uint32_t row, Crowd& crowd, kernel::CrowdSurvey& survey) {
+void place_row(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t row, Crowd& crowd,
+               kernel::CrowdSurvey& survey) {
+  const InstanceBounds& bounds = batch.bounds[instance];
   constexpr auto kMost = static_cast<double>(kernel::kMostSide);
   for (std::uint32_t c = 0; c < 3; ++c) {
-    const float lo = float_below(std::clamp(bounds.lo[c], -kMost, kMost)),
-                hi = float_above(std::clamp(bounds.hi[c], -kMost, kMost));
+    const double least = std::clamp(bounds.lo[c], -kMost, kMost), most = std::clamp(bounds.hi[c], -kMost, kMost);
+    const float lo = batch.by_words ? static_cast<float>(least) : float_below(least),
+                hi = batch.by_words ? static_cast<float>(most) : float_above(most);
     crowd.side(c)[row] = lo;
     crowd.side(3 + c)[row] = hi;
     survey.low[c][0] = std::min(survey.low[c][0], lo);
@@ -276,7 +279,7 @@ void keep_rows(Engine& engine) {
   rows.for_each([&](std::uint32_t row) {
     const CrowdRow& of = crowd.rows[row];
     InstanceBatch& batch = engine.batches[of.batch]->batch;
-    place_row(batch.bounds[of.instance], row, crowd, survey);
+    place_row(batch, of.instance, row, crowd, survey);
     batch.rest[of.instance] |= kKept;
   });
   Ranges of = kNoRanges;
@@ -287,7 +290,10 @@ void keep_rows(Engine& engine) {
   rows.for_each([&](std::uint32_t row) { crowd.side(0)[row] = kernel::kNowhere; });
 }
 
-void clear_kept(Crowd& crowd) { crowd.kept = {}; }
+void clear_kept(Crowd& crowd) {
+  crowd.kept = {};
+  crowd.kept_is_stale = false;
+}
 
 void sort_strip(Crowd& crowd, std::uint32_t strip) {
   const std::uint32_t begin = crowd.strip_begin[strip], end = crowd.strip_end[strip];

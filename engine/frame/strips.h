@@ -33,8 +33,10 @@ inline bool is_there(const Crowd& crowd, std::uint32_t row) { return crowd.side(
 // Makes the surveys of all workers know of no row, and their lists of candidates empty.
 void clear_survey(const WorkerPool& pool);
 
-// Writes the sides of a row, rounded outwards, and adds them to a survey.
-void place_row(const InstanceBounds& bounds, std::uint32_t row, Crowd& crowd, kernel::CrowdSurvey& survey);
+// Writes the sides of an instance's row, and adds them to a survey. InstanceBatch::bounds are rounded outwards, unless
+// they came from sides as they do where the batch is by words.
+void place_row(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t row, Crowd& crowd,
+               kernel::CrowdSurvey& survey);
 
 // Chooses the axes, makes the classes, lays out their strips behind those that are kept, and puts all rows into them,
 // unsorted.
