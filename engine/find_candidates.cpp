@@ -53,7 +53,7 @@ class PairSearcher final : public StripSearcher {
     InstancePair found[kernel::kMostPairEntries];
     std::size_t count = 0;
     for (std::uint32_t n = 0; n < scratch_.count; ++n) {
-      const CrowdRow &x = crowd_.sorted[scratch_.a[n]], &y = crowd_.sorted[scratch_.b[n]];
+      const CrowdRow &x = crowd_.sorted_row(scratch_.a[n]), &y = crowd_.sorted_row(scratch_.b[n]);
       if (!overlap(frame_.batch(x.batch).bounds[x.instance], frame_.batch(y.batch).bounds[y.instance])) continue;
       for (const CrowdRow* row : {&x, &y}) set_in_contact(frame_, row->batch, row->instance);
       const bool in_order = instance_key(x.batch, x.instance) < instance_key(y.batch, y.instance);

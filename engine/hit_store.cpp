@@ -21,9 +21,10 @@ namespace {
 
 // The words of a group, which holds hits of one candidate. kNext is where the next group of the chain begins, and kHits
 // is the number of hits. A candidate with more hits than fit into a block has several groups, numbered by the upper
-// bits of kHits. The words from kGroupHead on are the hits: leaf a in the upper half, leaf b in the lower.
+// bits of kHits. The words from kGroupHead on are the hits: leaf a in the upper half, leaf b in the lower; or, where
+// kHits has the bit kAsPairs, as kernel::RigidPairs has them.
 enum GroupWord : std::uint32_t { kNext, kBatchA, kInstanceA, kBatchB, kInstanceB, kHits, kGroupHead };
-constexpr std::uint32_t kMostHits = kBlockWords - kGroupHead - 1, kPart = 1u << kBlockBits;
+constexpr std::uint32_t kMostHits = kBlockWords - kGroupHead - 1, kPart = 1u << kBlockBits, kAsPairs = 1u << 31;
 
 std::uint32_t hits_of(const std::uint32_t* group) { return group[kHits] % kPart; }
 std::uint32_t size_of(const std::uint32_t* group) { return kGroupHead + hits_of(group); }
@@ -164,12 +165,20 @@ void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t i
   for (std::uint32_t at = sort_chain(store, a.hit_chains[instance].head); at != HitChain::kEnd;) {
     const std::uint32_t* from = store.word(at);
     const std::uint32_t hits = hits_of(from);
+    const bool as_pairs = from[kHits] & kAsPairs;
     const Span<const std::uint16_t> link_b = frame.batch(from[kBatchB]).articulation->leaf_link;
     const Hit head = {{index + 1}, instance, {from[kBatchB] + 1}, from[kInstanceB], 0, 0, 0, 0};
     at = from[kNext];
     from += kGroupHead;
-    for (std::uint32_t i = 0; i < hits; ++i)
-      write_hit(head, link_a.data[from[i] >> 16], link_b.data[from[i] & 0xffff], from[i], out++);
+    if (as_pairs) {
+      for (std::uint32_t i = 0; i < hits; ++i, ++out) {
+        const std::uint32_t leaf_a = kernel::leaf_a_of(from[i]), leaf_b = kernel::leaf_b_of(from[i]);
+        write_hit(head, link_a.data[leaf_a], link_b.data[leaf_b], leaf_a << 16 | leaf_b, out);
+      }
+    } else {
+      for (std::uint32_t i = 0; i < hits; ++i)
+        write_hit(head, link_a.data[from[i] >> 16], link_b.data[from[i] & 0xffff], from[i], out++);
+    }
   }
 }
 
@@ -247,8 +256,8 @@ void add_groups_of_leaves(const FrameContext& frame, const Candidate* candidates
     std::uint32_t* const group = room_for(hits, worker, sink);
     if (!group) return;
     set_head(candidates[number], hits, static_cast<std::uint32_t>((i - begin) / kMostHits), group);
-    for (std::uint32_t k = 0; k < hits; ++k)
-      group[kGroupHead + k] = kernel::leaf_a_of(pairs.data[i + k]) << 16 | kernel::leaf_b_of(pairs.data[i + k]);
+    group[kHits] |= kAsPairs;
+    std::memcpy(group + kGroupHead, pairs.data + i, hits * sizeof *group);
     end_group(frame, group, worker, sink);
     set_in_contact(frame, candidates[number]);
   }
@@ -340,18 +349,24 @@ std::uint32_t begin_writing_hits(FrameRun& run) {
 }
 
 void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t w) {
-  constexpr std::uint32_t kPrefetched = 16;  // how many instances ahead the first group is prefetched
+  constexpr std::uint32_t kPrefetched = 8;  // how many chains ahead the first group is prefetched
   FrameStats& stats = run.worker(w).stats;
   const Timed timed(stats.seconds_query), written(stats.seconds_write);
   const HitStore& store = *run.sink.store;
   const InstanceRun of = instance_run(run, task);
-  Hit* out = run.job.hits.data + of.batch.stored_before[of.run];
+  const HitChain* const chains = of.batch.hit_chains.data;
+  std::uint32_t with_hits[kWrittenPerTask + kPrefetched], count = 0;
   for (std::uint32_t i = of.begin; i < of.end; ++i) {
-    const std::uint32_t ahead = std::min(i + kPrefetched, of.batch.instance_count - 1);
-    if (const HitChain& next = of.batch.hit_chains[ahead]; next.count) prefetch_line(store.word(next.head));
-    const std::size_t count = of.batch.hit_chains[i].count;
-    if (count) write_chain(*run.characters, of.index, i, store, out);
-    out += count;
+    with_hits[count] = i;
+    count += chains[i].count > 0;
+  }
+  if (count == 0) return;
+  std::fill_n(with_hits + count, kPrefetched, with_hits[count - 1]);
+  Hit* out = run.job.hits.data + of.batch.stored_before[of.run];
+  for (std::uint32_t n = 0; n < count; ++n) {
+    prefetch_bytes(store.word(chains[with_hits[n + kPrefetched]].head), 128);
+    write_chain(*run.characters, of.index, with_hits[n], store, out);
+    out += chains[with_hits[n]].count;
   }
 }
 

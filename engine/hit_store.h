@@ -57,7 +57,7 @@ struct HitStore {
 // caller reserves. A group takes six words, and one word per hit. Few instances may each meet all others: up to a size
 // of 1 MiB, every two may have two hits. Groups of different sizes leave gaps at the ends of blocks.
 inline std::size_t store_blocks(std::size_t instances, std::size_t reserved, std::size_t workers) {
-  constexpr std::size_t kPerInstance = 32, kOfFew = 1u << 18, kMostPerHit = 8;
+  constexpr std::size_t kPerInstance = 16, kOfFew = 1u << 18, kMostPerHit = 8;
   if (instances == 0) return 0;
   const std::size_t pairs = instances < kOfFew ? instances * instances / 2 : kOfFew;
   const std::size_t words = std::max({kPerInstance * instances, std::min(8 * pairs, kOfFew), kMostPerHit * reserved});

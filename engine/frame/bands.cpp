@@ -206,7 +206,7 @@ void keep_order_of_bands(Crowd& crowd, CrowdBatch& own) {
   for (std::uint32_t s = 0; s < of.strips; ++s) {
     first[s + 1] += first[s];
     std::uint32_t at = first[s];
-    for (std::uint32_t i = crowd.strip_begin[s]; i < end[s]; ++i) own.order[at++] = crowd.sorted[i].instance;
+    for (std::uint32_t i = crowd.strip_begin[s]; i < end[s]; ++i) own.order[at++] = crowd.sorted_row(i).instance;
     end[s] = at;
   }
   for (std::uint32_t i = 0; i < crowd.bands.strays; ++i) {
@@ -220,8 +220,8 @@ void keep_order_of_strips(Engine& engine) {
   const Crowd& crowd = engine.crowd;
   for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.crowd.placed = 0; });
   for (std::uint32_t i = crowd.classes.first_sorted; i < crowd.classes.end_sorted; ++i) {
-    CrowdBatch& own = engine.batches[crowd.sorted[i].batch]->crowd;
-    if (own.orders) own.order[own.placed++] = crowd.sorted[i].instance;
+    CrowdBatch& own = engine.batches[crowd.sorted_row(i).batch]->crowd;
+    if (own.orders) own.order[own.placed++] = crowd.sorted_row(i).instance;
   }
 }
 

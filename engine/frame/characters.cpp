@@ -197,7 +197,7 @@ class MixedTester final : public StripSearcher {
   // Drops those that are known. Candidates with words stay in the list and are tested; the others are handed on.
   void test() override {
     std::uint32_t a[kernel::kMostPairEntries], b[kernel::kMostPairEntries], others = 0, kept = 0;
-    const auto by_words = [this](std::uint32_t row) { return frame_.batch(crowd_.sorted[row].batch).by_words; };
+    const auto by_words = [this](std::uint32_t row) { return frame_.batch(crowd_.sorted_row(row).batch).by_words; };
     for (std::uint32_t n = 0; n < scratch_.count; ++n) {
       const std::uint32_t x = scratch_.a[n], y = scratch_.b[n];
       if (has_left(x) || has_left(y) || is_known(x, y)) continue;
@@ -217,7 +217,7 @@ class MixedTester final : public StripSearcher {
   // Adds the instances of the sorted rows from `first` to end - 1 with themselves, if a rule asks for it.
   void add_rows_within(std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t row = first; row < end; ++row)
-      if (!has_left(row)) posed_.add_within(crowd_.sorted[row].batch, crowd_.sorted[row].instance);
+      if (!has_left(row)) posed_.add_within(crowd_.sorted_row(row).batch, crowd_.sorted_row(row).instance);
   }
 
   // The same for the live ones of consecutive instances of a batch.
@@ -234,12 +234,12 @@ class MixedTester final : public StripSearcher {
  private:
   // Whether a row is kept though its instance rests no more.
   bool has_left(std::uint32_t row) const {
-    const CrowdRow& of = crowd_.sorted[row];
+    const CrowdRow& of = crowd_.sorted_row(row);
     return row < crowd_.kept.end_sorted && !(frame_.batch(of.batch).rest[of.instance] & kKept);
   }
   // Whether the hits of two rows are there already, or are not asked for, since both rest.
   bool is_known(std::uint32_t row_x, std::uint32_t row_y) const {
-    const CrowdRow &x = crowd_.sorted[row_x], &y = crowd_.sorted[row_y];
+    const CrowdRow &x = crowd_.sorted_row(row_x), &y = crowd_.sorted_row(row_y);
     return rests(frame_.batch(x.batch), x.instance) && rests(frame_.batch(y.batch), y.instance) &&
            (frame_.keeps_hits || frame_.paired.skips_resting(x.batch, y.batch));
   }

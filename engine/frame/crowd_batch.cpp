@@ -151,11 +151,10 @@ void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
   crowd.strip_of = arena.allocate<std::uint32_t>(rows);
   crowd.keys = arena.allocate<std::uint64_t>(crowd.sorted_capacity);
   crowd.sorted_sides = arena.allocate<float>(6 * (crowd.sorted_capacity + kLanes));
-  crowd.sorted = arena.allocate<CrowdRow>(crowd.sorted_capacity);
-  const std::size_t strips = 2 * rows + spare_rows(rows) + 4 * kCrowdClasses;  // of class 0 and of strays, or kept ones
+  const std::size_t strips = rows + rows / kStraysShare + 4 * kCrowdClasses;  // one per row and two per class at most
   crowd.strip_begin = arena.allocate<std::uint32_t>(strips);
   crowd.strip_end = arena.allocate<std::uint32_t>(strips);
-  crowd.strip_first = arena.allocate<std::uint32_t>(strips);
+  crowd.strip_first = arena.allocate<std::uint32_t>(rows + 2);
   crowd.strays = arena.allocate<std::uint32_t>(rows / kStraysShare);
 }
 
@@ -170,8 +169,9 @@ void size_crowd(const MemoryNeeds& needs, Worker& worker) {
 
 std::size_t bytes_of(const Crowd& crowd) {
   return crowd.words.size * sizeof(LeafWords) + (crowd.sides.size + crowd.sorted_sides.size) * sizeof(float) +
-         (crowd.rows.size + crowd.sorted.size) * sizeof(CrowdRow) + crowd.keys.size * sizeof(std::uint64_t) +
-         (crowd.strip_of.size + 3 * crowd.strip_begin.size + crowd.strays.size) * sizeof(std::uint32_t);
+         crowd.rows.size * sizeof(CrowdRow) + crowd.keys.size * sizeof(std::uint64_t) +
+         (crowd.strip_of.size + 2 * crowd.strip_begin.size + crowd.strip_first.size + crowd.strays.size) *
+             sizeof(std::uint32_t);
 }
 
 void lay_out_rows(Engine& engine) {

@@ -8,9 +8,9 @@ namespace cab {
 // One in so many rows may stray from its band.
 inline constexpr std::size_t kStraysShare = 4;
 
-// How many sorted rows there is room for: those of strips with room for a quarter more, and strays; or those that are
-// kept and all others.
-inline constexpr std::size_t sorted_capacity(std::size_t rows) { return 2 * rows + rows / kStraysShare + 64 + kLanes; }
+// How many sorted rows there is room for: those of strips with room for a quarter more, seams and strays, as long as
+// strips have many rows; or those that are kept and all others.
+inline constexpr std::size_t sorted_capacity(std::size_t rows) { return rows + rows / 8 * 5 + 600; }
 
 // Calls take(stored batch) for the batches of characters in the current frame, in order.
 template <class Take>

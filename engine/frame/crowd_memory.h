@@ -50,7 +50,7 @@ inline std::size_t crowd_blocks(const Articulation& articulation) {
 }
 
 // An instance in the crowd. words: its first LeafWords.
-struct alignas(16) CrowdRow {
+struct CrowdRow {
   std::uint32_t batch, instance, words;
 };
 
@@ -101,7 +101,6 @@ struct Crowd {
   Span<std::uint32_t> strip_of;  // by row
   Span<std::uint64_t> keys;      // by sorted row: the lower side along the first axis, as an ordered number, and row
   Span<float> sorted_sides;      // six arrays, by sorted row
-  Span<CrowdRow> sorted;
   Span<std::uint32_t> strip_begin, strip_end;  // by strip: its sorted rows; with bands there are gaps between strips
   Span<std::uint32_t> strip_first;             // by strip of class 0, for bands: its first place in the order
   Span<std::uint32_t> strays;                  // rows; or, where most are kept, those that are not
@@ -125,6 +124,7 @@ struct Crowd {
   CrowdClasses kept;
   bool kept_is_stale = false;  // whether the rows of batches have moved since
 
+  const CrowdRow& sorted_row(std::uint32_t i) const { return rows.data[static_cast<std::uint32_t>(keys.data[i])]; }
   float* side(std::uint32_t s) const { return sides.data + s * capacity; }
   float* sorted_side(std::uint32_t s) const { return sorted_sides.data + s * (sorted_capacity + kLanes); }
 };

@@ -26,23 +26,42 @@ bool has_short_pose_offsets(const InstanceBatch& batch) {
 // the candidate of each entry, which becomes that of its slot. Returns how many candidates they are of.
 std::uint32_t point_slots(const FrameContext& frame, const Candidate* candidates,
                           const std::uint32_t* candidate_of_entry, std::uint32_t used, kernel::PairSlots& slots) {
+  // What the slots of one batch have in common.
+  struct Side {
+    std::uint32_t batch = 0xffffffff;
+    const RigidShape* shape = nullptr;
+    const float* poses = nullptr;
+    std::size_t stride = 0, bytes = 0;
+
+    void turn_to(const FrameContext& frame, std::uint32_t index) {
+      if (index == batch) return;
+      const StoredBatch& stored = *frame.batches[index];
+      batch = index;
+      shape = &stored.crowd.shape;
+      poses = stored.batch.input->poses.data;
+      stride = stored.batch.instance_stride / sizeof(float);
+      bytes = prefetched_bytes(stored.batch);
+    }
+  };
+  Side a, b;
   std::uint32_t out = 0;
   for (std::uint32_t k = 0; k < used; ++k) {
     const std::uint32_t number = candidate_of_entry[slots.entry[k]];
     const Candidate& candidate = candidates[number];
-    const StoredBatch &stored_a = *frame.batches[candidate.batch_a], &stored_b = *frame.batches[candidate.batch_b];
-    const InstanceBatch &a = stored_a.batch, &b = stored_b.batch;
+    a.turn_to(frame, candidate.batch_a);
+    b.turn_to(frame, candidate.batch_b);
     const bool is_new = k == 0 || slots.entry[k - 1] != number;
+    const std::size_t at_a = a.stride * candidate.instance_a, at_b = b.stride * candidate.instance_b;
     slots.entry[k] = number;
-    slots.shape_a[k] = &stored_a.crowd.shape;
-    slots.shape_b[k] = &stored_b.crowd.shape;
-    const float* const pose_a = slots.pose_a[k] = pose_of(a, candidate.instance_a);
-    const float* const pose_b = slots.pose_b[k] = pose_of(b, candidate.instance_b);
-    slots.at_a[k] = static_cast<std::uint32_t>(pose_a - a.input->poses.data);
-    slots.at_b[k] = static_cast<std::uint32_t>(pose_b - b.input->poses.data);
+    slots.shape_a[k] = a.shape;
+    slots.shape_b[k] = b.shape;
+    slots.pose_a[k] = a.poses + at_a;
+    slots.pose_b[k] = b.poses + at_b;
+    slots.at_a[k] = static_cast<std::uint32_t>(at_a);
+    slots.at_b[k] = static_cast<std::uint32_t>(at_b);
     if (!is_new) continue;
-    prefetch_bytes(pose_a, prefetched_bytes(a));
-    prefetch_bytes(pose_b, prefetched_bytes(b));
+    prefetch_bytes(a.poses + at_a, a.bytes);
+    prefetch_bytes(b.poses + at_b, b.bytes);
     ++out;
   }
   return out;
@@ -73,7 +92,7 @@ void StripSearcher::search(const StripRows& rows) {
 std::uint32_t StripSearcher::keep_paired(std::uint32_t begin, std::uint32_t end) const {
   std::uint32_t kept = begin;
   for (std::uint32_t n = begin; n < end; ++n) {
-    const CrowdRow &a = crowd_.sorted[scratch_.a[n]], &b = crowd_.sorted[scratch_.b[n]];
+    const CrowdRow &a = crowd_.sorted_row(scratch_.a[n]), &b = crowd_.sorted_row(scratch_.b[n]);
     if (!frame_.paired.paired(a.batch, b.batch) ||
         !layers_match(frame_.batch(a.batch), a.instance, frame_.batch(b.batch), b.instance))
       continue;
@@ -108,8 +127,8 @@ void CrowdTester::drop_reported() {
 
 // The candidate of two sorted rows.
 Candidate CrowdTester::candidate_of(std::uint32_t n, CrowdRow& a, CrowdRow& b) const {
-  a = crowd_.sorted[scratch_.a[n]];
-  b = crowd_.sorted[scratch_.b[n]];
+  a = crowd_.sorted_row(scratch_.a[n]);
+  b = crowd_.sorted_row(scratch_.b[n]);
   if (instance_key(b.batch, b.instance) < instance_key(a.batch, a.instance)) std::swap(a, b);
   return {a.batch, a.instance, b.batch, b.instance};
 }
@@ -130,9 +149,8 @@ struct CrowdTester::Entries {
 void CrowdTester::make_plain_entries(Entries& entries) {
   Candidate* const candidates = scratch_.candidates;
   const LeafWords* const words = crowd_.words.data;
-  const CrowdRow* const rows = crowd_.sorted.data;
   for (std::uint32_t n = 0; n < scratch_.count; ++n) {
-    const CrowdRow &x = rows[scratch_.a[n]], &y = rows[scratch_.b[n]];
+    const CrowdRow &x = crowd_.sorted_row(scratch_.a[n]), &y = crowd_.sorted_row(scratch_.b[n]);
     const bool in_order = x.instance < y.instance;
     const CrowdRow &a = in_order ? x : y, &b = in_order ? y : x;
     candidates[n] = {a.batch, a.instance, b.batch, b.instance};
@@ -192,7 +210,7 @@ void for_each_near_block(const LeafWords* a, std::uint32_t count_a, const LeafWo
 // Makes the entries of candidates from `begin` on, as many as there is room for. Returns the end of these candidates.
 std::uint32_t CrowdTester::make_entries(std::uint32_t begin, Entries& entries) {
   Candidate* const candidates = scratch_.candidates;
-  if (crowd_.one_batch && batch_of(crowd_.sorted[scratch_.a[0]].batch).blocks == 1) {
+  if (crowd_.one_batch && batch_of(crowd_.sorted_row(scratch_.a[0]).batch).blocks == 1) {
     make_plain_entries(entries);
     return scratch_.count;
   }

@@ -127,7 +127,7 @@ void PosedTester::add(const CrowdRow& a, const CrowdRow& b) {
 }
 
 void PosedTester::add(const RowPair& pair) {
-  const CrowdRow &x = crowd_.sorted[pair.a], &y = crowd_.sorted[pair.b];
+  const CrowdRow &x = crowd_.sorted_row(pair.a), &y = crowd_.sorted_row(pair.b);
   const bool in_order = instance_key(x.batch, x.instance) <= instance_key(y.batch, y.instance);
   add(in_order ? x : y, in_order ? y : x);
 }
@@ -144,20 +144,20 @@ void PosedTester::add_waiting() {
 }
 
 bool PosedTester::has_large(const RowPair& pair) const {
-  return is_large(*frame_.batch(crowd_.sorted[pair.a].batch).articulation) ||
-         is_large(*frame_.batch(crowd_.sorted[pair.b].batch).articulation);
+  return is_large(*frame_.batch(crowd_.sorted_row(pair.a).batch).articulation) ||
+         is_large(*frame_.batch(crowd_.sorted_row(pair.b).batch).articulation);
 }
 
 // Whether the bounds of two sorted rows overlap in double.
 bool PosedTester::is_candidate(const RowPair& pair) const {
-  const CrowdRow &a = crowd_.sorted[pair.a], &b = crowd_.sorted[pair.b];
+  const CrowdRow &a = crowd_.sorted_row(pair.a), &b = crowd_.sorted_row(pair.b);
   return overlap(frame_.batch(a.batch).bounds[a.instance], frame_.batch(b.batch).bounds[b.instance]);
 }
 
 void PosedTester::add(const std::uint32_t* a, const std::uint32_t* b, std::uint32_t count) {
   for (std::uint32_t n = 0; n < count; ++n)
     for (const std::uint32_t row : {a[n], b[n]}) {
-      const CrowdRow& of = crowd_.sorted[row];
+      const CrowdRow& of = crowd_.sorted_row(row);
       prefetch_line(&frame_.batch(of.batch).bounds[of.instance]);
     }
   for (std::uint32_t n = 0; n < count; ++n) {

@@ -307,7 +307,6 @@ void sort_strip(Crowd& crowd, std::uint32_t strip) {
   for (std::uint32_t i = begin; i < end; ++i) {
     const auto row = static_cast<std::uint32_t>(crowd.keys[i]);
     for (std::uint32_t s = 0; s < 6; ++s) to[s][i] = from[s][row];
-    crowd.sorted[i] = crowd.rows[row];
   }
 }
 
