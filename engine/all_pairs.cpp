@@ -123,16 +123,8 @@ class AllPairs {
         set_in_contact(frame_, candidate);
       return;
     }
-    for_each_touching(frame_, candidate, pairs, worker_.stats, [&](const LinkedPair& pair) {
-      hits_.push_back({{candidate.batch_a + 1},
-                       candidate.instance_a,
-                       {candidate.batch_b + 1},
-                       candidate.instance_b,
-                       pair.link_a,
-                       pair.link_b,
-                       pair.leaf_a,
-                       pair.leaf_b});
-    });
+    for_each_touching(frame_, candidate, pairs, worker_.stats,
+                      [&](const LinkedPair& pair) { hits_.push_back(hit_of(candidate, pair)); });
   }
 
   const FrameContext& frame_;

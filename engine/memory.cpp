@@ -210,7 +210,7 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   for (const auto& slot : engine.batches)
     out->batches += slot->arena.bytes() + (slot->statics ? slot->statics->arena.bytes() : 0);
   for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
-  out->grid = bytes_of(engine.crowd);
+  out->rows = bytes_of(engine.crowd);
   const HitStore& store = engine.hit_store;
   out->hits = std::size_t{store.blocks} * kBlockWords * sizeof(std::uint32_t);
   out->queries = engine.queries ? bytes_of(*engine.queries) : 0;

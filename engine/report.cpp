@@ -19,14 +19,7 @@ auto key_order(const Hit& hit) {
 // Adds a hit to worker.hits. If the list is full, it is appended to the caller's buffer first.
 void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair, Worker& worker) {
   if (worker.hits.size == worker.hits.capacity) append_hits(worker, sink);
-  worker.hits.push({{candidate.batch_a + 1},
-                    candidate.instance_a,
-                    {candidate.batch_b + 1},
-                    candidate.instance_b,
-                    pair.link_a,
-                    pair.link_b,
-                    pair.leaf_a,
-                    pair.leaf_b});
+  worker.hits.push(hit_of(candidate, pair));
 }
 
 }  // namespace

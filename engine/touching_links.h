@@ -17,6 +17,17 @@ struct LinkedPair {
   std::uint16_t leaf_a, leaf_b;
 };
 
+inline Hit hit_of(const Candidate& candidate, const LinkedPair& pair) {
+  return {{candidate.batch_a + 1},
+          candidate.instance_a,
+          {candidate.batch_b + 1},
+          candidate.instance_b,
+          pair.link_a,
+          pair.link_b,
+          pair.leaf_a,
+          pair.leaf_b};
+}
+
 // Looks up the links of a leaf pair. `within`: both leaves are of one instance.
 inline LinkedPair linked(const Articulation& a, const Articulation& b, const LeafPair& pair, bool within) {
   const LinkedPair out = {a.leaf_link[pair.a], b.leaf_link[pair.b], pair.a, pair.b};

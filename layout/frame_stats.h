@@ -25,7 +25,7 @@ inline void add_stats(FrameStats& sum, const FrameStats& part) {
   sum.instances_posed += part.instances_posed;
   sum.candidates_apart += part.candidates_apart;
   sum.seconds_bound += part.seconds_bound;
-  sum.seconds_grid += part.seconds_grid;
+  sum.seconds_sort += part.seconds_sort;
   sum.seconds_filter += part.seconds_filter;
   sum.seconds_write += part.seconds_write;
 }

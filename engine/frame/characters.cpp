@@ -293,7 +293,7 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 std::uint32_t begin_sorting(FrameRun& run) {
   Crowd& crowd = run.engine.crowd;
   FrameStats& stats = run.worker(0).stats;
-  const Timed timed(stats.seconds_broad), made(stats.seconds_grid);
+  const Timed timed(stats.seconds_broad), made(stats.seconds_sort);
   if (crowd.row_count == 0) {
     crowd.classes = {};
     return 0;
@@ -312,7 +312,7 @@ std::uint32_t begin_sorting(FrameRun& run) {
 
 void sort_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   FrameStats& stats = run.worker(w).stats;
-  const Timed timed(stats.seconds_broad), made(stats.seconds_grid);
+  const Timed timed(stats.seconds_broad), made(stats.seconds_sort);
   sort_strips(run.engine.crowd, task);
 }
 

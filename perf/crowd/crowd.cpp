@@ -353,7 +353,7 @@ struct Part {
 constexpr Part kParts[] = {
     {"update", "posing for bounds", &FrameStats::seconds_bound, "character", nullptr},
     {"update", "posing for tests", nullptr, "character posed again", &FrameStats::instances_posed},
-    {"broad phase", "grid", &FrameStats::seconds_grid, "character", nullptr},
+    {"broad phase", "sort", &FrameStats::seconds_sort, "character", nullptr},
     {"broad phase", "search", nullptr, "candidate", &FrameStats::candidates},
     {"test", "leaf bounds", &FrameStats::seconds_filter, "candidate", &FrameStats::candidates},
     {"test", "boxes", nullptr, "box test", &FrameStats::box_tests},
@@ -432,7 +432,7 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   for (const Phase& phase : kPhases)
     add_seconds(std::string(phase.key) + "_thread", phase_spread(options, run, phase.seconds));
   const std::pair<const char*, double FrameStats::*> parts[] = {{"bound", &FrameStats::seconds_bound},
-                                                                {"grid", &FrameStats::seconds_grid},
+                                                                {"sort", &FrameStats::seconds_sort},
                                                                 {"filter", &FrameStats::seconds_filter},
                                                                 {"write", &FrameStats::seconds_write}};
   for (const auto& [key, seconds] : parts)

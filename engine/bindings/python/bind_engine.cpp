@@ -26,7 +26,7 @@ void bind_stats(py::module_& module) {
       .def_readonly("seconds_contact", &FrameStats::seconds_contact)
       .def_readonly("seconds_total", &FrameStats::seconds_total)
       .def_readonly("seconds_bound", &FrameStats::seconds_bound)
-      .def_readonly("seconds_grid", &FrameStats::seconds_grid)
+      .def_readonly("seconds_sort", &FrameStats::seconds_sort)
       .def_readonly("seconds_filter", &FrameStats::seconds_filter)
       .def_readonly("seconds_write", &FrameStats::seconds_write);
   py::class_<QueryStats>(module, "QueryStats")
@@ -45,7 +45,7 @@ void bind_stats(py::module_& module) {
       .def_readonly("articulations", &EngineMemory::articulations)
       .def_readonly("batches", &EngineMemory::batches)
       .def_readonly("workers", &EngineMemory::workers)
-      .def_readonly("grid", &EngineMemory::grid)
+      .def_readonly("rows", &EngineMemory::rows)
       .def_readonly("hits", &EngineMemory::hits)
       .def_readonly("queries", &EngineMemory::queries)
       .def_readonly("histories", &EngineMemory::histories)

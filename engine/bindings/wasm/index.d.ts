@@ -502,7 +502,7 @@ export interface EngineMemory {
   articulations: number;
   batches: number;
   workers: number;
-  grid: number;
+  rows: number;
   hits: number;
   queries: number;
   histories: number;

@@ -123,7 +123,7 @@ int main(void) {
   MEMBER(EngineMemory, articulations, "articulations", "size", 0);
   MEMBER(EngineMemory, batches, "batches", "size", 0);
   MEMBER(EngineMemory, workers, "workers", "size", 0);
-  MEMBER(EngineMemory, grid, "grid", "size", 0);
+  MEMBER(EngineMemory, rows, "rows", "size", 0);
   MEMBER(EngineMemory, hits, "hits", "size", 0);
   MEMBER(EngineMemory, queries, "queries", "size", 0);
   MEMBER(EngineMemory, histories, "histories", "size", 0);
@@ -213,7 +213,7 @@ int main(void) {
   MEMBER(FrameStats, instances_posed, "instancesPosed", "u64", 0);
   MEMBER(FrameStats, candidates_apart, "candidatesApart", "u64", 0);
   MEMBER(FrameStats, seconds_bound, "secondsBound", "f64", 0);
-  MEMBER(FrameStats, seconds_grid, "secondsGrid", "f64", 0);
+  MEMBER(FrameStats, seconds_sort, "secondsSort", "f64", 0);
   MEMBER(FrameStats, seconds_filter, "secondsFilter", "f64", 0);
   MEMBER(FrameStats, seconds_write, "secondsWrite", "f64", 0);
   END();

@@ -163,7 +163,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
 // goes.
-// Cost: the work between two steps, such as sums over the buckets of the grid. Statuses: kNoFrame, kBadOutput (count is
+// Cost: the work between two steps, such as laying out strips. Statuses: kNoFrame, kBadOutput (count is
 // null), kTasksLeft. Thread: any, one at a time, after run_task has returned for all tasks.
 [[nodiscard]] CAB_API Status next_tasks(Engine& engine, std::uint32_t* count) noexcept;
 
@@ -184,7 +184,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no pair by that.
 // Writes the pairs in order, and their number, to `out`. After kPairsOverflow its pairs are unspecified and `needed` is
 // right.
-// Cost: the grid and its search, about 200 ns per character; allocates nothing.
+// Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: as of run_frame, without kBadPoses and kHitsOverflow; kBadBounds (also without bounds), kBadOutput (pairs
 // has a size and no data), kPairsOverflow. Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;

@@ -795,7 +795,7 @@ typedef struct cab_EngineMemory {
   size_t articulations;  // topology, merge orders, boxes, shapes
   size_t batches;        // bounds and chains of hits of characters; static bodies
   size_t workers;        // boxes and lists of the threads
-  size_t grid;           // of the broad phase
+  size_t rows;           // of the broad phase: bounds and strips of characters
   size_t hits;           // the store, until they are written
   size_t queries;        // the index of instances, and what is kept per query
   size_t histories;      // the moments that are kept, and what workers need for them
@@ -899,7 +899,7 @@ typedef struct cab_BatchInput {
   cab_ConstFloatSpan margins;
 
   // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and
-  // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid
+  // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into strips
   // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
   // first frame with `moved`, after a frame that did not answer CAB_STATUS_OK or had other rules, policies, margin,
   // min_depth or report, and after cab_find_candidates, cab_add_batch, reserve and cab_remove_batch; an instance does
@@ -1041,7 +1041,7 @@ typedef struct cab_FrameStats {
   uint64_t instances_posed;   // how often a character was posed again for tests; depends on the threads
   uint64_t candidates_apart;  // candidates without two leaves whose bounds overlap; 0 without leaf bounds
   double seconds_bound;       // of seconds_update: posing every character for its bounds
-  double seconds_grid;        // of seconds_broad: building the grid
+  double seconds_sort;        // of seconds_broad: sorting rows into strips
   double seconds_filter;      // of seconds_test: comparing the bounds of leaves
   double seconds_write;       // of seconds_query: writing the hits in their order
 } cab_FrameStats;
@@ -1599,9 +1599,8 @@ CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
 // goes.
-// Cost: the work between two steps, such as sums over the buckets of the grid. Statuses: CAB_STATUS_NO_FRAME,
-// CAB_STATUS_BAD_OUTPUT (count is null), CAB_STATUS_TASKS_LEFT. Thread: any, one at a time, after cab_run_task has
-// returned for all tasks.
+// Cost: the work between two steps, such as laying out strips. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_OUTPUT
+// (count is null), CAB_STATUS_TASKS_LEFT. Thread: any, one at a time, after cab_run_task has returned for all tasks.
 CAB_API cab_Status cab_next_tasks(cab_Engine* engine, uint32_t* count);
 
 // Runs one task of the step, each number below the count once. worker: below cab_engine_thread_count; calls that run at
@@ -1623,7 +1622,7 @@ CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 // their in_contact, if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no
 // pair by that. Writes the pairs in order, and their number, to `out`. After CAB_STATUS_PAIRS_OVERFLOW its pairs are
 // unspecified and `needed` is right.
-// Cost: the grid and its search, about 200 ns per character; allocates nothing.
+// Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: as of cab_run_frame, without CAB_STATUS_BAD_POSES and CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also
 // without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no data), CAB_STATUS_PAIRS_OVERFLOW. Thread: any, one
 // call per engine at a time.

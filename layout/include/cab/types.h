@@ -458,7 +458,7 @@ struct EngineMemory {
   std::size_t articulations = 0;  // topology, merge orders, boxes, shapes
   std::size_t batches = 0;        // bounds and chains of hits of characters; static bodies
   std::size_t workers = 0;        // boxes and lists of the threads
-  std::size_t grid = 0;           // of the broad phase
+  std::size_t rows = 0;           // of the broad phase: bounds and strips of characters
   std::size_t hits = 0;           // the store, until they are written
   std::size_t queries = 0;        // the index of instances, and what is kept per query
   std::size_t histories = 0;      // the moments that are kept, and what workers need for them
@@ -559,7 +559,7 @@ struct BatchInput {
   Span<const float> margins;
 
   // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and
-  // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into the grid
+  // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into strips
   // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
   // first frame with `moved`, after a frame that did not answer kOk or had other rules, policies, margin, min_depth or
   // report, and after find_candidates, add_batch, reserve and remove_batch; an instance does that was not in its
@@ -692,7 +692,7 @@ struct FrameStats {
   std::uint64_t instances_posed = 0;   // how often a character was posed again for tests; depends on the threads
   std::uint64_t candidates_apart = 0;  // candidates without two leaves whose bounds overlap; 0 without leaf bounds
   double seconds_bound = 0;            // of seconds_update: posing every character for its bounds
-  double seconds_grid = 0;             // of seconds_broad: building the grid
+  double seconds_sort = 0;             // of seconds_broad: sorting rows into strips
   double seconds_filter = 0;           // of seconds_test: comparing the bounds of leaves
   double seconds_write = 0;            // of seconds_query: writing the hits in their order
 };

@@ -100,7 +100,7 @@ void print_layout(void) {
   MEMBER(cab_EngineMemory, articulations);
   MEMBER(cab_EngineMemory, batches);
   MEMBER(cab_EngineMemory, workers);
-  MEMBER(cab_EngineMemory, grid);
+  MEMBER(cab_EngineMemory, rows);
   MEMBER(cab_EngineMemory, hits);
   MEMBER(cab_EngineMemory, queries);
   MEMBER(cab_EngineMemory, histories);
@@ -181,7 +181,7 @@ void print_layout(void) {
   MEMBER(cab_FrameStats, instances_posed);
   MEMBER(cab_FrameStats, candidates_apart);
   MEMBER(cab_FrameStats, seconds_bound);
-  MEMBER(cab_FrameStats, seconds_grid);
+  MEMBER(cab_FrameStats, seconds_sort);
   MEMBER(cab_FrameStats, seconds_filter);
   MEMBER(cab_FrameStats, seconds_write);
   TYPE(cab_FrameJob);
