@@ -42,8 +42,7 @@ void clear_slot(StoredBatch& slot) {
 // Makes room for the instances of a batch whose articulation and shapes are set, and puts it into a slot of the engine.
 Status store_batch(Engine& engine, BatchKind kind, std::uint32_t count, std::unique_ptr<StoredBatch> slot,
                    BatchId* out) {
-  // The indices of grid entries and the number of buckets have 32 bits. The number of buckets is a power of two that is
-  // not below the number of characters.
+  // The numbers of rows and of sorted rows have 32 bits, and there are up to 1.7 times as many of these as characters.
   if (character_count(engine) + count > (std::size_t{1} << 31)) return Status::kTooManyInstances;
   InstanceBatch& batch = slot->batch;
   batch.kind = kind;

@@ -53,13 +53,12 @@ void claim_block(Worker& worker, HitSink& sink) {
   const std::size_t stored = sink.stored_hits.fetch_add(own.hits, std::memory_order_relaxed) + own.hits;
   own.used = 1;
   own.hits = 0;
-  if (own.words && stored > sink.job->hits.size) return;
+  if (sink.out_of_memory || (own.words && stored > sink.job->hits.size)) return;
   const std::uint32_t number = store.claimed.fetch_add(1, std::memory_order_relaxed);
   if (number < store.blocks.load(std::memory_order_acquire) || grow(store, number)) {
     own.number = number;
     own.words = store.block(number);
   } else {
-    store.claimed.fetch_sub(1, std::memory_order_relaxed);
     sink.out_of_memory = true;
   }
 }

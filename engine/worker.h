@@ -51,7 +51,7 @@ struct alignas(64) Worker {
   PosedSet posed;                   // the instances of `candidates`
   PosedLinkSet posed_links;         // strategy `links`: posed leaves of links whose boxes overlap
   FixedList<LeafPair> link_pairs;   // strategy `links`: pairs of links whose boxes overlap
-  Span<CrowdScratch> crowd;         // one, if there are crowds (engine/frame/crowd.h)
+  Span<CrowdScratch> crowd;         // one, if there are crowds (engine/frame/crowd_scratch.h)
   Span<std::uint32_t> crowd_pairs;  // leaf pairs to test, and in the second half those that overlap
   FixedList<Hit> hits;              // sequences: hits that are not in the caller's buffer yet
   HitBlock hit_block;               // characters: where their hits go

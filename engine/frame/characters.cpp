@@ -59,12 +59,6 @@ void take_for_live(InstanceBatch& batch) {
 
 // Chooses how each batch is bounded in this frame, and gives it its rows.
 void begin_rows(FrameRun& run) {
-  for (const auto& stored : run.engine.batches) {
-    if (!stored->batch.input)
-      store_crowd_bounds(run.engine.crowd, *stored);  // before the rows are others
-    else
-      stored->crowd.has_sides = false;
-  }
   for_each_crowd_batch(run.engine, [&run](StoredBatch& stored) {
     InstanceBatch& batch = stored.batch;
     clear_not_given(batch);
@@ -299,13 +293,15 @@ std::uint32_t begin_sorting(FrameRun& run) {
     return 0;
   }
   if (crowd.by_bands && end_bands(run)) return sort_tasks(crowd);
-  std::size_t kept = 0, resting = 0;
-  for (const auto& worker : run.engine.pool.workers) {
-    kept += std::exchange(worker->kept, 0);
-    resting += std::exchange(worker->resting, 0);
+  if (!crowd.only_words) {  // then nobody rests
+    std::size_t kept = 0, resting = 0;
+    for (const auto& worker : run.engine.pool.workers) {
+      kept += worker->kept;
+      resting += worker->resting;
+    }
+    const std::size_t spare = spare_rows(crowd.capacity);
+    if (resting > spare || crowd.kept.end_sorted > kept + spare || crowd.kept_is_stale) keep_rows(run.engine);
   }
-  const std::size_t spare = spare_rows(crowd.capacity);
-  if (resting > spare || crowd.kept.end_sorted - kept > spare || crowd.kept_is_stale) keep_rows(run.engine);
   lay_out_strips(run.engine);
   return sort_tasks(crowd);
 }

@@ -12,9 +12,6 @@
 namespace cab {
 namespace {
 
-// Stands for bounds beyond what sides say.
-constexpr double kFarAway = 1e300;
-
 // Leaves, joints and margins up to this size leave room for their poses within kMaxCoordinate.
 constexpr double kMostRigid = static_cast<double>(kernel::kRigidRange);
 
@@ -151,10 +148,11 @@ void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
   crowd.strip_of = arena.allocate<std::uint32_t>(rows);
   crowd.keys = arena.allocate<std::uint64_t>(crowd.sorted_capacity);
   crowd.sorted_sides = arena.allocate<float>(6 * (crowd.sorted_capacity + kLanes));
-  const std::size_t strips = rows + rows / kStraysShare + 4 * kCrowdClasses;  // one per row and two per class at most
+  // One per row and two per class at most. Strays are rows a second time, and so are rows that have left the kept ones.
+  const std::size_t strips = rows + std::max(rows / kStraysShare, spare_rows(rows)) + 4 * kCrowdClasses;
   crowd.strip_begin = arena.allocate<std::uint32_t>(strips);
   crowd.strip_end = arena.allocate<std::uint32_t>(strips);
-  crowd.strip_first = arena.allocate<std::uint32_t>(rows + 2);
+  crowd.strip_first = arena.allocate<std::uint32_t>(rows + 3);
   crowd.strays = arena.allocate<std::uint32_t>(rows / kStraysShare);
 }
 
@@ -176,6 +174,12 @@ std::size_t bytes_of(const Crowd& crowd) {
 
 void lay_out_rows(Engine& engine) {
   Crowd& crowd = engine.crowd;
+  for (const auto& stored : engine.batches) {
+    if (!stored->batch.input)
+      store_crowd_bounds(crowd, *stored);  // before the rows are others
+    else
+      stored->crowd.has_sides = false;
+  }
   std::uint32_t row = 0, words = 0, batches = 0;
   ++crowd.frames;
   bool layers = false, only_words = crowd.kept.count == 0;
@@ -212,16 +216,36 @@ void lay_out_rows(Engine& engine) {
   crowd.only_words = only_words;
 }
 
-double lower_bound_of(float side) { return side <= -kernel::kMostSide ? -kFarAway : static_cast<double>(side); }
-double upper_bound_of(float side) { return side >= kernel::kMostSide ? kFarAway : static_cast<double>(side); }
+InstanceBounds bounds_of_sides(const float (&sides)[6], const LeafWords* words, std::uint32_t blocks) {
+  InstanceBounds out;
+  bool is_far = false;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    is_far = is_far || sides[c] <= -kernel::kMostSide || sides[3 + c] >= kernel::kMostSide;
+    out.lo[c] = static_cast<double>(sides[c]);
+    out.hi[c] = static_cast<double>(sides[3 + c]);
+  }
+  for (std::uint32_t c = 0; c < 3 && is_far; ++c) {
+    out.lo[c] = HUGE_VAL;
+    out.hi[c] = -HUGE_VAL;
+    for (std::uint32_t b = 0; b < blocks; ++b) {
+      const double unit = kernel::double_power_of_two(words[b].exponent), origin = words[b].origin[c];
+      const double lo = unit * static_cast<std::int16_t>(words[b].all[c] & 0xffff),
+                   hi = -unit * static_cast<std::int16_t>(words[b].all[c] >> 16);
+      const double pad = kWorldPad * (std::fabs(origin) + std::max(std::fabs(lo), std::fabs(hi)));
+      out.lo[c] = std::min(out.lo[c], origin + lo - pad);
+      out.hi[c] = std::max(out.hi[c], origin + hi + pad);
+    }
+  }
+  return out;
+}
 
 void store_bounds(const Crowd& crowd, StoredBatch& stored, std::uint32_t first, std::uint32_t end) {
-  for (std::uint32_t row = stored.crowd.first_row + first; row < stored.crowd.first_row + end; ++row)
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      InstanceBounds& out = stored.batch.bounds[crowd.rows[row].instance];
-      out.lo[c] = lower_bound_of(crowd.side(c)[row]);
-      out.hi[c] = upper_bound_of(crowd.side(3 + c)[row]);
-    }
+  for (std::uint32_t row = stored.crowd.first_row + first; row < stored.crowd.first_row + end; ++row) {
+    const CrowdRow& of = crowd.rows[row];
+    float sides[6];
+    for (std::uint32_t s = 0; s < 6; ++s) sides[s] = crowd.side(s)[row];
+    stored.batch.bounds[of.instance] = bounds_of_sides(sides, &crowd.words[of.words], stored.crowd.blocks);
+  }
 }
 
 void store_crowd_bounds(const Crowd& crowd, StoredBatch& stored) {

@@ -35,11 +35,11 @@ std::size_t bytes_of(const Crowd& crowd);
 // Gives every batch of the frame its rows. Those that are by instance are all unused at first.
 void lay_out_rows(Engine& engine);
 
-// What a row's side says of the bounds of its instance.
-double lower_bound_of(float side);
-double upper_bound_of(float side);
+// The bounds in the world of an instance by words: its sides, or where these are at the end of their range, what its
+// words say.
+InstanceBounds bounds_of_sides(const float (&sides)[6], const LeafWords* words, std::uint32_t blocks);
 
-// Writes the sides of some places of a batch by words to InstanceBatch::bounds.
+// Writes the bounds of some places of a batch whose rows are by place to InstanceBatch::bounds.
 void store_bounds(const Crowd& crowd, StoredBatch& stored, std::uint32_t first, std::uint32_t end);
 
 // Writes the bounds of the crowd's last frame to InstanceBatch::bounds, for what reads them between frames.

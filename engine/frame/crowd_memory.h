@@ -10,7 +10,7 @@
 
 namespace cab {
 
-// Most leaves of an instance. More leaves are for the strategies `links` and `tree`, or the frame without strips.
+// Most leaves of an instance that has words. More are for the strategies `links` and `tree`, or are posed for `rows`.
 inline constexpr std::uint32_t kCrowdLeaves = 128;
 
 // Of a batch of characters. shape: its leaf boxes as the kernels read them, made anew whenever the margin or the stride

@@ -182,10 +182,9 @@ std::uint32_t bound_by_instance(const FrameContext& frame, StoredBatch& stored, 
     const std::uint32_t lane = lowest_bit(left), row = own.first_row + of_lanes[lane];
     const bool is_kept = batch.rest[of_lanes[lane]] & kKept;  // its row is elsewhere
     for (std::uint32_t s = 0; s < 6 && !is_kept; ++s) crowd.side(s)[row] = sides[s][lane];
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      batch.bounds[of_lanes[lane]].lo[c] = lower_bound_of(sides[c][lane]);
-      batch.bounds[of_lanes[lane]].hi[c] = upper_bound_of(sides[3 + c][lane]);
-    }
+    float own_sides[6];
+    for (std::uint32_t s = 0; s < 6; ++s) own_sides[s] = sides[s][lane];
+    batch.bounds[of_lanes[lane]] = bounds_of_sides(own_sides, words[lane], own.blocks);
   }
   return live;
 }

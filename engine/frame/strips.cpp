@@ -75,6 +75,7 @@ void make_classes(const Rows& rows, float least, float most, std::uint32_t first
     ++counts[exponent_of(extents_of(crowd, row).most)];
     ++count;
   });
+  if (count == 0) return;  // extents are those of kept rows
   std::uint32_t median = 0;
   for (std::uint32_t below = counts[0]; below * 2 < count; below += counts[++median]) {}
   std::uint32_t limit = std::min(median + 2, 254u);
@@ -207,6 +208,7 @@ void sort_keys(std::uint64_t* begin, std::uint64_t* end) {
 
 void clear_survey(const WorkerPool& pool) {
   for (const auto& worker : pool.workers) {
+    worker->kept = worker->resting = 0;  // a frame that was given up may have left some
     if (worker->crowd.empty()) continue;
     clear(worker->crowd[0].survey);
     worker->crowd[0].count = 0;
@@ -276,12 +278,15 @@ void keep_rows(Engine& engine) {
   const RestingRows rows = {engine};
   kernel::CrowdSurvey survey;
   clear(survey);
+  std::uint32_t count = 0;
   rows.for_each([&](std::uint32_t row) {
+    ++count;
     const CrowdRow& of = crowd.rows[row];
     InstanceBatch& batch = engine.batches[of.batch]->batch;
     place_row(batch, of.instance, row, crowd, survey);
     batch.rest[of.instance] |= kKept;
   });
+  if (count == 0) return;
   Ranges of = kNoRanges;
   add_survey(survey, of);
   choose_axes(of, crowd);

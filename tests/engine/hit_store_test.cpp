@@ -65,12 +65,13 @@ Status run_backwards(Engine& engine, FrameJob& job) noexcept {
   return status == Status::kOk ? end_frame(engine) : status;
 }
 
-// Begins a frame and gives it up after its first steps.
+// Begins a frame and gives it up after one or two steps.
 Status give_up(Engine& engine, FrameJob& job) noexcept {
   Status status = begin_frame(engine, job);
   if (status != Status::kOk) return status;
   std::uint32_t count = 0;
-  for (int step = 0; step < 2 && next_tasks(engine, &count) == Status::kOk; ++step)
+  const int steps = 1 + static_cast<int>(job.inputs.size + job.rules.size) % 2;
+  for (int step = 0; step < steps && next_tasks(engine, &count) == Status::kOk; ++step)
     for (std::uint32_t t = 0; t < count; ++t)
       if (run_task(engine, t, 0) != Status::kOk) return Status::kBadTask;
   status = end_frame(engine);

@@ -367,6 +367,147 @@ TEST_CASE("an empty list of instances that points somewhere lists nobody, and al
   CHECK(!hits.empty());
 }
 
+TEST_CASE("a frame that is given up in its first step leaves nothing behind, whoever rested") {
+  for (std::uint64_t seed = 1; seed <= rounds(10); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const std::uint32_t count = 400 + random.index(800);
+    World world;
+    world.members.push_back({random_rig(random, Topology::kChain, 3, 1), {}, BatchKind::kCharacters});
+    Poses& poses = world.members[0].poses;
+    poses = random_poses(random, world.members[0].rig, count, PoseFormat::kQuaternionTranslation, {5, false, true, {}});
+    add_rules(world);
+    const EnginePtr engine = make_engine_for(world);
+    std::vector<std::uint8_t> moved(count, 1);
+    std::vector<Hit> hits(500000);
+    for (int frame = 0; frame < 8; ++frame) {
+      CAPTURE(frame);
+      BatchInput input = poses.input({1});
+      if (frame < 3) input.moved = moved;
+      FrameJob job;
+      job.inputs = {&input, 1};
+      job.rules = world.rules;
+      job.policies = kByRows;
+      job.hits = hits;
+      if (frame == 2) {  // all rest
+        REQUIRE(begin_frame(*engine, job) == Status::kOk);
+        std::uint32_t tasks = 0;
+        REQUIRE(next_tasks(*engine, &tasks) == Status::kOk);
+        for (std::uint32_t t = 0; t < tasks; ++t) REQUIRE(run_task(*engine, t, 0) == Status::kOk);
+        CHECK(end_frame(*engine) == Status::kTasksLeft);
+        continue;
+      }
+      REQUIRE(run_frame(*engine, job) == Status::kOk);
+      if (frame > 2)
+        CHECK(same_hits({hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(job.hit_count)},
+                        run_world(world, by_all_pairs(kByRows)).hits));
+      moved.assign(count, 0);
+      if (frame > 2)
+        for (double& origin : poses.origins) origin += random.uniform(-0.02, 0.02);
+    }
+  }
+}
+
+TEST_CASE("strips have room where instances of all sizes rest and some of them move again") {
+  for (const std::uint32_t count : {40u, 80u, 160u, 320u}) {
+    CAPTURE(count);
+    Random random(count);
+    World world;
+    Member member;
+    member.rig = random_rig(random, Topology::kChain, 2, 1);
+    member.poses = random_poses(random, member.rig, count, PoseFormat::kQuaternionTranslation, {1, false, true, {}});
+    world.members.push_back(member);
+    add_rules(world);
+    Poses& poses = world.members[0].poses;
+    const auto place = [&](std::uint32_t i) {
+      for (int c = 0; c < 3; ++c)
+        poses.origins[3 * i + static_cast<std::size_t>(c)] = c == 1 ? random.uniform(-1e4, 1e4) : 0;
+      poses.pose(i, 1)[4] = -std::pow(4.0f, static_cast<float>(i % 5 < 2 ? i / 5 % 15 : 0));
+    };
+    for (std::uint32_t i = 0; i < count; ++i) place(i);
+    const EnginePtr engine = make_engine_for(world);
+    std::vector<std::uint8_t> moved(count, 1);
+    std::vector<Hit> hits(100000);
+    for (int frame = 0; frame < 6; ++frame) {
+      CAPTURE(frame);
+      if (frame > 0) moved.assign(count, 0);
+      for (std::uint32_t i = 0; frame == 3 && i < std::min(count, count / 16 + 64); ++i) {
+        moved[i] = 1;
+        place(i);
+      }
+      BatchInput input = poses.input({1});
+      input.moved = moved;
+      FrameJob job;
+      job.inputs = {&input, 1};
+      job.rules = world.rules;
+      job.policies = kByRows;
+      job.hits = hits;
+      REQUIRE(run_frame(*engine, job) == Status::kOk);
+      const Crowd& crowd = engine->crowd;
+      CHECK(std::max(crowd.kept.end_strip, crowd.classes.end_strip) <= crowd.strip_begin.size);
+      CHECK(crowd.classes.of[0].strips < crowd.strip_first.size);
+      CHECK(same_hits({hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(job.hit_count)},
+                      run_world(world, by_all_pairs(kByRows)).hits));
+    }
+  }
+}
+
+TEST_CASE("find_candidates of other batches leaves the bounds of a crowd's last frame to those who ask") {
+  Random random(110);
+  World world;
+  world.members = {crowd_member(random, 1000, 4, {5, false, true, {}}),
+                   crowd_member(random, 20, 4, {5, false, true, {}})};
+  add_rules(world);
+  const EnginePtr engine = make_engine_for(world), other = make_engine_for(world);
+  std::vector<std::uint32_t> expected(20), order(20);
+  for (const EnginePtr* const of : {&engine, &other}) {
+    std::vector<BatchInput> inputs = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
+    inputs[0].count = 10;
+    std::vector<Hit> hits(100000);
+    FrameJob job;
+    job.inputs = inputs;
+    job.rules = world.rules;
+    job.policies = kByRows;
+    job.hits = hits;
+    REQUIRE(run_frame(**of, job) == Status::kOk);
+    CHECK(was_crowd(**of));
+  }
+  std::vector<float> bounds;
+  for (int i = 0; i < 1000; ++i) bounds.insert(bounds.end(), {-1, -1, -1, 1, 1, 1});
+  BatchInput only = world.members[0].poses.input({1});
+  only.bounds = bounds;
+  const PairRule rule = {{1}, {1}};
+  std::vector<InstancePair> pairs(1000000);
+  FrameJob job;
+  job.inputs = {&only, 1};
+  job.rules = {&rule, 1};
+  CandidateList list;
+  list.pairs = pairs;
+  REQUIRE(find_candidates(*engine, job, list) == Status::kOk);
+  REQUIRE(spatial_order(*engine, {2}, order) == Status::kOk);
+  REQUIRE(spatial_order(*other, {2}, expected) == Status::kOk);
+  CHECK(order == expected);
+}
+
+TEST_CASE("characters beyond all floats meet those without words, and themselves") {
+  Random random(3);
+  for (const double origin : {0.0, 1e38, 1e39, 1e300, 3e300, -3e300, 1e307}) {
+    CAPTURE(origin);
+    World world;
+    for (const PoseFormat format : {PoseFormat::kQuaternionTranslation, PoseFormat::kMatrix3x4Rows}) {
+      Member member;
+      member.rig = random_rig(random, Topology::kTree, 5, 2);
+      member.poses = random_poses(random, member.rig, 8, format, {0.3, false, true, {}});
+      for (std::size_t i = 0; i < 8; ++i) member.poses.origins[3 * i] = origin;
+      world.members.push_back(member);
+    }
+    world.rules = {{{1}, {2}}, {{1}, {1}}, {{1}, {1}, Pairing::kWithin}};
+    const Outcome got = run_world(world, kByRows);
+    CHECK(same_hits(got.hits, run_world(world, by_all_pairs(kByRows)).hits));
+    CHECK(got.hits.size() > 100);
+  }
+}
+
 TEST_CASE("batches come and go between the frames of a crowd") {
   Random random(107);
   World world;
