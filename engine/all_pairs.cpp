@@ -4,6 +4,7 @@
 #include "engine/exact_convex.h"
 #include "engine/frame_run.h"
 #include "engine/in_contact.h"
+#include "engine/report.h"
 #include "engine/rest.h"
 #include "engine/timed.h"
 #include "engine/touching_links.h"
@@ -13,7 +14,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -67,22 +67,14 @@ class AllPairs {
     const Timed timed(worker_.stats.seconds_query);
     worker_.stats.candidates += worker_.candidates.size;
     if (frame_.policies.exact == Exact::kConvex) keep_touching(frame_, worker_.candidates.data, worker_);
-    FixedList<LeafPair>& found = worker_.found;
-    for (LeafPair* begin = found.begin(); begin != found.end();) {
-      LeafPair* end = begin;
-      while (end != found.end() && end->candidate == begin->candidate) ++end;
-      report(worker_.candidates.data[begin->candidate], {begin, static_cast<std::size_t>(end - begin)});
-      begin = end;
-    }
+    for_each_candidate(worker_.candidates.data, worker_.found,
+                       [this](const Candidate& candidate, Span<LeafPair> pairs) { report(candidate, pairs); });
     clear();
   }
 
   // Sorts the hits, and writes them to the caller's buffer if they fit.
   void write_hits() {
-    const auto links = [](const Hit& hit) {
-      return std::tie(hit.batch_a.value, hit.instance_a, hit.batch_b.value, hit.instance_b, hit.link_a, hit.link_b);
-    };
-    std::sort(hits_.begin(), hits_.end(), [&links](const Hit& x, const Hit& y) { return links(x) < links(y); });
+    sort_hits(hits_);
     job_.hits_needed = hits_.size();
     job_.hit_count = hits_.size() > job_.hits.size ? 0 : hits_.size();
     std::copy_n(hits_.begin(), job_.hit_count, job_.hits.data);

@@ -46,15 +46,17 @@ void append_hits(Worker& worker, HitSink& sink) {
   worker.hits.clear();
 }
 
+void sort_hits(Span<Hit> hits) {
+  std::sort(hits.begin(), hits.end(), [](const Hit& x, const Hit& y) { return key_order(x) < key_order(y); });
+}
+
 void finish_hits(HitSink& sink) {
   FrameJob& job = *sink.job;
   job.hits_needed = sink.found.load();
   job.hit_count = 0;
   if (job.hits_needed > job.hits.size || sink.out_of_memory) return;
   job.hit_count = job.hits_needed;
-  if (!sink.sorted)
-    std::sort(job.hits.data, job.hits.data + job.hit_count,
-              [](const Hit& x, const Hit& y) { return key_order(x) < key_order(y); });
+  if (!sink.sorted) sort_hits({job.hits.data, job.hit_count});
 }
 
 }  // namespace cab

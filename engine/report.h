@@ -33,6 +33,9 @@ void report_candidate(const FrameContext& frame, const Candidate& candidate, Spa
 // Appends the hits in worker.hits to the caller's buffer, as far as it has room, and counts them all.
 void append_hits(Worker& worker, HitSink& sink);
 
+// Sorts hits in the promised order.
+void sort_hits(Span<Hit> hits);
+
 // Ends the search for hits: sets FrameJob::hit_count and hits_needed, and sorts the hits if they are not sorted yet. If
 // the caller's buffer was too small, hit_count is 0.
 void finish_hits(HitSink& sink);

@@ -35,6 +35,17 @@ inline LinkedPair linked(const Articulation& a, const Articulation& b, const Lea
   return out;
 }
 
+// Calls report(candidate, its pairs) for every candidate in a list of leaf pairs, which must be sorted by candidate.
+template <class ReportPairs>
+void for_each_candidate(const Candidate* candidates, const FixedList<LeafPair>& list, ReportPairs&& report) {
+  for (LeafPair* begin = list.begin(); begin != list.end();) {
+    LeafPair* end = begin;
+    while (end != list.end() && end->candidate == begin->candidate) ++end;
+    report(candidates[begin->candidate], Span<LeafPair>{begin, static_cast<std::size_t>(end - begin)});
+    begin = end;
+  }
+}
+
 // Sorts the leaf pairs of one candidate by links, then by leaves. Pairs in the order of leaves are sorted already if
 // both articulations list their leaves in the order of links; strategy `rows` finds them in that order.
 inline void sort_by_links(const Articulation& a, const Articulation& b, bool within, Span<LeafPair> pairs) {

@@ -293,7 +293,7 @@ std::uint32_t begin_sorting(FrameRun& run) {
     return 0;
   }
   if (crowd.by_bands && end_bands(run)) return sort_tasks(crowd);
-  if (!crowd.only_words) {  // then nobody rests
+  if (!crowd.only_words) {  // else nobody rests
     std::size_t kept = 0, resting = 0;
     for (const auto& worker : run.engine.pool.workers) {
       kept += worker->kept;

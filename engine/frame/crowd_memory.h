@@ -1,4 +1,4 @@
-// What the frame of a crowd keeps of each batch and of the engine.
+// What frames of characters keep of each batch and of the engine.
 #pragma once
 
 #include "layout/arena.h"

@@ -89,10 +89,6 @@ void point_tile(const StoredBatch& stored, const std::uint32_t (&instances)[kLan
     }
 }
 
-}  // namespace
-
-namespace {
-
 // Makes the words of sixteen instances, to which the tile and the origins of a worker point. words: where they go.
 // Returns which lanes are live, and writes the caller's flags.
 std::uint32_t make_words(const FrameContext& frame, const StoredBatch& stored, const TileInstances& instances,

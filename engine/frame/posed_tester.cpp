@@ -7,6 +7,7 @@
 #include "engine/live_instances.h"
 #include "engine/rest.h"
 #include "engine/timed.h"
+#include "engine/touching_links.h"
 #include "engine/traverse.h"
 #include "engine/update.h"
 #include "engine/worker.h"
@@ -16,20 +17,6 @@
 #include <tuple>
 
 namespace cab {
-namespace {
-
-// Calls report(candidate, its pairs) for every candidate in a list of leaf pairs, which must be sorted by candidate.
-template <class ReportPairs>
-void for_each_candidate(const Candidate* candidates, const FixedList<LeafPair>& list, ReportPairs&& report) {
-  for (LeafPair* begin = list.begin(); begin != list.end();) {
-    LeafPair* end = begin;
-    while (end != list.end() && end->candidate == begin->candidate) ++end;
-    report(candidates[begin->candidate], Span<LeafPair>{begin, static_cast<std::size_t>(end - begin)});
-    begin = end;
-  }
-}
-
-}  // namespace
 
 void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink) {
   if (frame.policies.exact == Exact::kConvex) keep_touching(frame, candidates, worker);
