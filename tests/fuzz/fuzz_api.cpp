@@ -225,7 +225,7 @@ struct Session {
     FUZZ_CHECK(status == Status::kOk || status == Status::kOutOfMemory);
     EngineMemory memory;
     FUZZ_CHECK(engine_memory(engine, &memory) == Status::kOk);
-    FUZZ_CHECK(memory.articulations + memory.batches + memory.workers + memory.grid + memory.hits <= memory.total);
+    FUZZ_CHECK(memory.articulations + memory.batches + memory.workers + memory.rows + memory.hits <= memory.total);
   }
 
   // The memory that an input points to. It is exactly as large as the strides require.
