@@ -184,9 +184,9 @@ Crowd make_churn(std::uint32_t count, CrowdSources) {
       const std::uint64_t life = (frame + i) / kLifetime;
       Random place = Random::of(kPlaceSeed, life * count + i), motion = Random::of(kMotionSeed, life * count + i);
       const double x = place.uniform(0, side), y = place.uniform(0, side);
-      pose_humanoid(
-          draw_humanoid(motion), x, y, seconds - static_cast<double>(life) * kLifetime / kChurnFramesPerSecond,
-          posed.poses.data() + std::size_t{at} * kHumanoidPoseFloats, posed.origins.data() + std::size_t{at} * 3);
+      pose_humanoid(draw_humanoid(motion), x, y, static_cast<double>((frame + i) % kLifetime) / kChurnFramesPerSecond,
+                    posed.poses.data() + std::size_t{at} * kHumanoidPoseFloats,
+                    posed.origins.data() + std::size_t{at} * 3);
     }
   };
   Crowd crowd;

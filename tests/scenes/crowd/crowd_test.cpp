@@ -339,6 +339,24 @@ TEST_CASE("uniform characters fill their square, jittered ones have one grid poi
   CHECK(cells.rbegin()->first == 29);
 }
 
+TEST_CASE("characters of churn live for a hundred frames in their square, and in each frame one in a hundred is new") {
+  const scenes::Crowd churn = scenes::make_crowd("churn", 900);
+  std::vector<PosedGroup> before = posed_at(churn, 0);
+  for (std::uint32_t frame = 1; frame <= 100; ++frame) {
+    std::vector<PosedGroup> now = posed_at(churn, frame / 30.0);
+    std::size_t replaced = 0;
+    for (std::size_t i = 0; i < 900; ++i) {
+      const double x = now[0].origins[3 * i], y = now[0].origins[3 * i + 1];
+      CHECK(std::min(x, y) > -10);  // 100 frames at 3 m/s
+      CHECK(std::max(x, y) < 40);
+      replaced += std::hypot(x - before[0].origins[3 * i], y - before[0].origins[3 * i + 1]) > 0.2 ? 1 : 0;
+    }
+    CHECK(replaced >= 8);  // nine, one of which may come where the last one went
+    CHECK(replaced <= 9);
+    before = std::move(now);
+  }
+}
+
 TEST_CASE("clips are played upright, from different moments, and with the heading of the character") {
   const auto stand = [](std::uint32_t character, double seconds) {
     return scenes::Standing{10.0 * character, seconds, kPi / 3};
