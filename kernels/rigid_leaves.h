@@ -61,16 +61,25 @@ CAB_INLINE void read_seven<Batch<xsimd::avx2>>(const float* const* from, std::si
 #endif
 
 #if XSIMD_WITH_AVX512F
-// Seven floats of two poses fill the halves of a register. A masked load reads no float beyond the pose.
+// Seven floats of two poses fill the halves of a register. Masked loads read no float beyond the pose. Those of 64
+// bytes cross a cache line nearly always, those of 32 bytes at every other pose.
+CAB_INLINE __m512 load_two_sevens(const float* lower, const float* upper) {
+  const __mmask16 places = 0x7f00;
+  __m512 out = _mm512_castps256_ps512(_mm256_maskz_loadu_ps(0x7f, lower));
+#if CAB_HAS_MASKED_BROADCAST
+  load_upper_seven(upper, places, out);
+#else
+  out = _mm512_mask_loadu_ps(out, places, upper - 8);
+#endif
+  return out;
+}
 template <>
 CAB_INLINE void read_seven<Batch<xsimd::avx512bw>>(const float* const* from, std::size_t skip,
                                                    Batch<xsimd::avx512bw> (&out)[7]) {
-  constexpr int kHalf = 8;
   __m512 r[8], a[8], b[8];
   for (int k = 0; k < 8; ++k) {
     const int low = k < 4 ? k : k + 4;
-    const float *const p = scalar_address(from[low]) + skip, *const q = scalar_address(from[low + 4]) + skip;
-    r[k] = _mm512_mask_loadu_ps(_mm512_castps256_ps512(_mm256_maskz_loadu_ps(0x7f, p)), 0x7f00, q - kHalf);
+    r[k] = load_two_sevens(scalar_address(from[low]) + skip, scalar_address(from[low + 4]) + skip);
   }
   for (int k = 0; k < 8; k += 2) {
     a[k] = _mm512_unpacklo_ps(r[k], r[k + 1]);
@@ -540,7 +549,7 @@ struct TableGroup<Batch<xsimd::avx512bw>> {
 };
 #endif
 
-// x y + z, x y - z and z - x y. With AVX-512 they round once, which no bound of docs/proof.md minds: only the
+// x y + z, x y - z and z - x y. With AVX2 and AVX-512 they round once, which no bound of docs/proof.md minds: only the
 // certificate of the box test uses them, so hits do not depend on it.
 template <class V>
 CAB_INLINE V fused(V x, V y, V z) {
@@ -554,6 +563,20 @@ template <class V>
 CAB_INLINE V less_fused(V x, V y, V z) {
   return z - x * y;
 }
+#if XSIMD_WITH_AVX2
+template <>
+CAB_INLINE Batch<xsimd::avx2> fused(Batch<xsimd::avx2> x, Batch<xsimd::avx2> y, Batch<xsimd::avx2> z) {
+  return _mm256_fmadd_ps(x.data, y.data, z.data);
+}
+template <>
+CAB_INLINE Batch<xsimd::avx2> fused_less(Batch<xsimd::avx2> x, Batch<xsimd::avx2> y, Batch<xsimd::avx2> z) {
+  return _mm256_fmsub_ps(x.data, y.data, z.data);
+}
+template <>
+CAB_INLINE Batch<xsimd::avx2> less_fused(Batch<xsimd::avx2> x, Batch<xsimd::avx2> y, Batch<xsimd::avx2> z) {
+  return _mm256_fnmadd_ps(x.data, y.data, z.data);
+}
+#endif
 #if XSIMD_WITH_AVX512F
 template <>
 CAB_INLINE Batch<xsimd::avx512bw> fused(Batch<xsimd::avx512bw> x, Batch<xsimd::avx512bw> y, Batch<xsimd::avx512bw> z) {

@@ -95,6 +95,19 @@ CAB_INLINE const T* scalar_address(const T* at) {
   return at;
 }
 
+#if CAB_X86_64 && !CAB_MSVC
+// Reads seven floats into the places 8 to 14 of a register of 512 bits, and no byte beyond them: a broadcast reads what
+// its mask says, but no intrinsic has the mask cover what it reads.
+template <class Register, class Mask>
+CAB_INLINE void load_upper_seven(const float* from, Mask places, Register& to) {
+  using Seven = const float[7];
+  __asm__("vbroadcastf32x8 %1, %0%{%2%}" : "+v"(to) : "m"(*reinterpret_cast<Seven*>(from)), "Yk"(places));
+}
+#define CAB_HAS_MASKED_BROADCAST 1
+#else
+#define CAB_HAS_MASKED_BROADCAST 0
+#endif
+
 // Whether numbers begin with their lowest byte.
 #if defined(__BYTE_ORDER__)
 inline constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
@@ -127,7 +140,7 @@ CAB_INLINE void prefetch_bytes(const void* at, std::size_t bytes) {
 
 #if CAB_X86_64
 
-// Whether the CPU has an instruction set, and the operating system saves its registers.
+// Whether the CPU has an instruction set, and the operating system saves its registers. Kernels of AVX2 use FMA too.
 #ifdef _MSC_VER
 
 // Bits `mask` of register `number` (eax, ebx, ecx, edx) of a leaf of cpuid are all set.
@@ -151,8 +164,8 @@ CAB_INLINE std::uint32_t saved_registers() {
 }
 
 CAB_INLINE bool cpu_runs_avx2() {
-  constexpr std::uint32_t kOsxsaveAvx = 1u << 27 | 1u << 28, kAvx2 = 1u << 5, kXmmYmm = 0x6;
-  return cpuid_has(1, 2, kOsxsaveAvx) && (saved_registers() & kXmmYmm) == kXmmYmm && cpuid_has(7, 1, kAvx2);
+  constexpr std::uint32_t kFmaOsxsaveAvx = 1u << 12 | 1u << 27 | 1u << 28, kAvx2 = 1u << 5, kXmmYmm = 0x6;
+  return cpuid_has(1, 2, kFmaOsxsaveAvx) && (saved_registers() & kXmmYmm) == kXmmYmm && cpuid_has(7, 1, kAvx2);
 }
 
 CAB_INLINE bool cpu_runs_avx512() {
@@ -165,7 +178,7 @@ CAB_INLINE bool cpu_runs_avx512() {
 // __builtin_cpu_supports reads the operating system's support for the wide registers (XCR0) as well.
 CAB_INLINE bool cpu_runs_avx2() {
   __builtin_cpu_init();
-  return __builtin_cpu_supports("avx2");
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 }
 
 CAB_INLINE bool cpu_runs_avx512() {

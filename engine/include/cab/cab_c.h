@@ -489,7 +489,7 @@ enum {
   CAB_ISA_AUTO = 0,     // the best that this CPU, its operating system and this build offer
   CAB_ISA_SCALAR = 1,   // no SIMD: the same source compiled for single floats
   CAB_ISA_SSE2 = 2,     // x86-64, always there
-  CAB_ISA_AVX2 = 3,     // x86-64
+  CAB_ISA_AVX2 = 3,     // x86-64 with AVX2 and FMA
   CAB_ISA_AVX512 = 4,   // x86-64 with F, CD, DQ, BW and VL
   CAB_ISA_NEON64 = 5,   // 64-bit ARM, always there
   CAB_ISA_WASM128 = 6,  // WebAssembly with 128-bit SIMD

@@ -164,7 +164,7 @@ enum class Isa : std::uint8_t {
   kAuto,     // the best that this CPU, its operating system and this build offer
   kScalar,   // no SIMD: the same source compiled for single floats
   kSse2,     // x86-64, always there
-  kAvx2,     // x86-64
+  kAvx2,     // x86-64 with AVX2 and FMA
   kAvx512,   // x86-64 with F, CD, DQ, BW and VL
   kNeon64,   // 64-bit ARM, always there
   kWasm128,  // WebAssembly with 128-bit SIMD
