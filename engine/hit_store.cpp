@@ -136,47 +136,48 @@ std::uint32_t sort_chain(const HitStore& store, std::uint32_t head) {
   return sorted;
 }
 
-// Writes a hit of the instances of `head`. leaves: as in a group. In three words, since eight numbers take longer.
-void write_hit(const Hit& head, std::uint16_t link_a, std::uint16_t link_b, std::uint32_t leaves, Hit* out) {
-  static_assert(sizeof(Hit) == 24 && offsetof(Hit, link_a) == 16 && offsetof(Hit, leaf_b) == 22);
+// Writes a hit. a, b: an instance's batch, and its index in the upper half. names: of both leaves. In three words, each
+// out of a register: a wider load would wait for narrow stores.
+void write_hit(std::uint64_t a, std::uint64_t b, std::uint64_t names, Hit* out) {
+  static_assert(sizeof(Hit) == 24 && offsetof(Hit, batch_b) == 8 && offsetof(Hit, link_a) == 16 &&
+                offsetof(Hit, link_b) == 18 && offsetof(Hit, leaf_a) == 20 && offsetof(Hit, leaf_b) == 22);
   if constexpr (kLittleEndian) {
-    const std::uint64_t rest =
-        link_a | std::uint64_t{link_b} << 16 | std::uint64_t{leaves >> 16} << 32 | std::uint64_t{leaves & 0xffff} << 48;
-    std::memcpy(static_cast<void*>(out), &head, 16);
-    std::memcpy(&out->link_a, &rest, sizeof rest);
+    std::memcpy(static_cast<void*>(out), &a, sizeof a);
+    std::memcpy(static_cast<void*>(&out->batch_b), &b, sizeof b);
+    std::memcpy(&out->link_a, &names, sizeof names);
   } else {
-    *out = {head.batch_a,
-            head.instance_a,
-            head.batch_b,
-            head.instance_b,
-            link_a,
-            link_b,
-            static_cast<std::uint16_t>(leaves >> 16),
-            static_cast<std::uint16_t>(leaves)};
+    *out = {{static_cast<std::uint32_t>(a)},         static_cast<std::uint32_t>(a >> 32),
+            {static_cast<std::uint32_t>(b)},         static_cast<std::uint32_t>(b >> 32),
+            static_cast<std::uint16_t>(names),       static_cast<std::uint16_t>(names >> 16),
+            static_cast<std::uint16_t>(names >> 32), static_cast<std::uint16_t>(names >> 48)};
   }
 }
 
 // Writes the hits whose instance a is the given one, sorted by instance b.
 void write_chain(const FrameContext& frame, std::uint32_t index, std::uint32_t instance, const HitStore& store,
                  Hit* out) {
-  const InstanceBatch& a = frame.batch(index);
-  const Span<const std::uint16_t> link_a = a.articulation->leaf_link;
-  for (std::uint32_t at = sort_chain(store, a.hit_chains[instance].head); at != HitChain::kEnd;) {
+  const StoredBatch& stored_a = *frame.batches[index];
+  const Span<const std::uint16_t> link_a = stored_a.batch.articulation->leaf_link;
+  const std::uint64_t of_a = (index + 1) | std::uint64_t{instance} << 32;
+  for (std::uint32_t at = sort_chain(store, stored_a.batch.hit_chains[instance].head); at != HitChain::kEnd;) {
     const std::uint32_t* from = store.word(at);
     const std::uint32_t hits = hits_of(from);
     const bool as_pairs = from[kHits] & kAsPairs;
-    const Span<const std::uint16_t> link_b = frame.batch(from[kBatchB]).articulation->leaf_link;
-    const Hit head = {{index + 1}, instance, {from[kBatchB] + 1}, from[kInstanceB], 0, 0, 0, 0};
+    const StoredBatch& stored_b = *frame.batches[from[kBatchB]];
+    const std::uint64_t of_b = (from[kBatchB] + 1) | std::uint64_t{from[kInstanceB]} << 32;
     at = from[kNext];
     from += kGroupHead;
     if (as_pairs) {
-      for (std::uint32_t i = 0; i < hits; ++i, ++out) {
-        const std::uint32_t leaf_a = kernel::leaf_a_of(from[i]), leaf_b = kernel::leaf_b_of(from[i]);
-        write_hit(head, link_a.data[leaf_a], link_b.data[leaf_b], leaf_a << 16 | leaf_b, out);
-      }
-    } else {
+      const std::uint64_t *const names_a = stored_a.crowd.leaf_name.data, *const names_b =
+                                                                              stored_b.crowd.leaf_name.data;
       for (std::uint32_t i = 0; i < hits; ++i)
-        write_hit(head, link_a.data[from[i] >> 16], link_b.data[from[i] & 0xffff], from[i], out++);
+        write_hit(of_a, of_b, names_a[kernel::leaf_a_of(from[i])] | names_b[kernel::leaf_b_of(from[i])] << 16, out++);
+    } else {
+      const Span<const std::uint16_t> link_b = stored_b.batch.articulation->leaf_link;
+      for (std::uint32_t i = 0; i < hits; ++i) {
+        const std::uint32_t a = from[i] >> 16, b = from[i] & 0xffff;
+        write_hit(of_a, of_b, leaf_name(link_a.data[a], a) | leaf_name(link_b.data[b], b) << 16, out++);
+      }
     }
   }
 }

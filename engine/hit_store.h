@@ -72,6 +72,10 @@ struct HitBlock {
   std::uint32_t hits = 0;
 };
 
+// A leaf and its link in a number: leaf_name(link_a, a) | leaf_name(link_b, b) << 16 is the last four members of a hit
+// from the lowest bits on.
+constexpr std::uint64_t leaf_name(std::uint64_t link, std::uint64_t leaf) { return link | leaf << 32; }
+
 // How many instances' chains one task writes to the caller's buffer.
 inline constexpr std::uint32_t kWrittenPerTask = 1024;
 

@@ -128,7 +128,10 @@ void run_band_task(FrameRun& run, std::uint32_t task, std::uint32_t w) {
     {
       const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
       const std::uint32_t until = s + 1 == chunk.end ? end : std::min(end, crowd.strip_first[s + 1]);
-      for (; place < until; place += kLanes) bound_crowd_tile(*run.characters, stored, place, crowd, worker);
+      if (place < until) {
+        bound_crowd_tiles(*run.characters, stored, place, until, crowd, worker);
+        place += (until - place + kLanes - 1) / kLanes * kLanes;
+      }
     }
     band.take_rows(std::min(place, count));
     if (s == chunk.first) continue;

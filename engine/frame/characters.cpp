@@ -271,17 +271,16 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
     return pass.bound_moved(of.run * kRestingPerTask, std::min(given, (of.run + 1) * kRestingPerTask));
   const std::uint32_t first = of.run * tiles_per_task(batch),
                       end = std::min(tile_count(given), first + tiles_per_task(batch));
+  if (stored.crowd.is_by_place) {
+    bound_crowd_tiles(frame, stored, first * kLanes, std::min(given, end * kLanes), crowd, worker);
+    if (!crowd.only_words) store_bounds(crowd, stored, first * kLanes, std::min(given, end * kLanes));
+    return;
+  }
   for (std::uint32_t tile = first; tile < end; ++tile) {
-    if (stored.crowd.is_by_place) {
-      bound_crowd_tile(frame, stored, tile * kLanes, crowd, worker);
-      continue;
-    }
     for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(given, (tile + 2) * kLanes); ++i)
       prefetch_pose(batch, given_instance(batch, i));
     pass.bound(instances_of(batch, tile));
   }
-  if (stored.crowd.is_by_place && !crowd.only_words)
-    store_bounds(crowd, stored, first * kLanes, std::min(given, end * kLanes));
 }
 
 std::uint32_t begin_sorting(FrameRun& run) {

@@ -2,6 +2,7 @@
 
 #include "engine/engine.h"
 #include "engine/frame/crowd_scratch.h"
+#include "engine/hit_store.h"
 #include "engine/live_instances.h"
 #include "engine/worker.h"
 
@@ -103,6 +104,7 @@ void make_crowd_batch(StoredBatch& stored) {
   crowd.offset = arena.allocate<std::uint32_t>(articulation.leaf_count);
   crowd.bare = arena.allocate<std::uint32_t>(bare);
   crowd.bare_link = arena.allocate<std::uint16_t>(bare);
+  crowd.leaf_name = arena.allocate<std::uint64_t>(articulation.leaf_count);
   for (const PosedLink& posed : articulation.posed_links)
     if (posed.leaf_begin == posed.leaf_end) crowd.bare_link[crowd.bare_link.size - bare--] = posed.link;
   crowd.shape = {crowd.block.data,
@@ -118,6 +120,7 @@ void make_crowd_batch(StoredBatch& stored) {
     RigidLeaf& leaf = crowd.leaf[n];
     const std::uint32_t at = n % kLanes;
     block.leaves = at + 1;
+    crowd.leaf_name[n] = leaf_name(articulation.leaf_link[n], n);
     double turn[4];
     quaternion_of(box, turn);
     crowd.shape.turned = crowd.shape.turned || !has_axes_of_link(box);

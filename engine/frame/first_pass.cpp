@@ -69,27 +69,28 @@ void find_instances(const StoredBatch& stored, std::uint32_t place, std::uint32_
   }
 }
 
-// Points the tile and the origins of a worker at sixteen instances, and asks for the sixteen after them.
-void point_tile(const StoredBatch& stored, const std::uint32_t (&instances)[kLanes],
-                const std::uint32_t (&next)[kLanes], CrowdScratch& scratch) {
-  const InstanceBatch& batch = stored.batch;
+// Writes where the poses of sixteen instances begin.
+void find_poses(const InstanceBatch& batch, const std::uint32_t (&instances)[kLanes], const float* (&poses)[kLanes]) {
+  const float* const first = batch.input->poses.data;
+  const std::size_t stride = batch.instance_stride / sizeof(float);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) poses[lane] = first + stride * instances[lane];
+}
+
+// Writes the origins of sixteen instances to a worker's scratch.
+void take_origins(const InstanceBatch& batch, const std::uint32_t (&instances)[kLanes], CrowdScratch& scratch) {
   const double* const origins = batch.input->origins.empty() ? nullptr : batch.input->origins.data;
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    scratch.tile.poses[lane] = pose_of(batch, instances[lane]);
-    scratch.tile.next[lane] = pose_of(batch, next[lane]);
-    if (origins) prefetch_line(origins + 3 * std::size_t{next[lane]});
-  }
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+    for (std::uint32_t c = 0; c < 3; ++c)
+      scratch.origins[c][lane] = origins ? origins[3 * std::size_t{instances[lane]} + c] : 0;
   for (std::uint32_t c = 0; c < 3; ++c)
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      const double origin = origins ? origins[3 * std::size_t{instances[lane]} + c] : 0,
-                   pad = kWorldPad * std::fabs(origin);
+      const double origin = scratch.origins[c][lane], pad = kWorldPad * std::fabs(origin);
       scratch.place.from_lo[c][lane] = origin - pad;
       scratch.place.from_hi[c][lane] = origin + pad;
-      scratch.origins[c][lane] = origin;
     }
 }
 
-// Makes the words of sixteen instances, to which the tile and the origins of a worker point. words: where they go.
+// Makes the words of sixteen instances, whose poses and origins are in the worker's scratch. words: where they go.
 // Returns which lanes are live, and writes the caller's flags.
 std::uint32_t make_words(const FrameContext& frame, const StoredBatch& stored, const TileInstances& instances,
                          LeafWords* const (&words)[kLanes], Worker& worker) {
@@ -118,40 +119,53 @@ std::uint32_t make_words(const FrameContext& frame, const StoredBatch& stored, c
 
 }  // namespace
 
-void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint32_t place, Crowd& crowd,
-                      Worker& worker) {
+void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint32_t first, std::uint32_t end,
+                       Crowd& crowd, Worker& worker) {
   InstanceBatch& batch = stored.batch;
   const CrowdBatch& own = stored.crowd;
   CrowdScratch& scratch = worker.crowd[0];
-  const std::uint32_t given = given_count(batch), row = own.first_row + place;
-  TileInstances instances;
-  instances.count = std::min(kLanes, given - place);
+  const std::uint32_t given = given_count(batch);
+  const double* const origins = batch.input->origins.empty() ? nullptr : batch.input->origins.data;
   std::uint32_t next[kLanes];
-  find_instances(stored, place, given, instances.instance);
-  find_instances(stored, std::min(place + kLanes, given - 1), given, next);
-  point_tile(stored, instances.instance, next, scratch);
-  scratch.tile.next_bytes = place + kLanes < given ? static_cast<std::uint32_t>(prefetched_bytes(batch)) : 0;
-  LeafWords* words[kLanes];
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    const std::uint32_t first = own.first_words + (place + lane) * own.blocks;
-    words[lane] = lane < instances.count ? &crowd.words[first] : scratch.unused;
-    if (lane < instances.count) crowd.rows[row + lane] = {own.index, instances.instance[lane], first};
-    if (place + kLanes + lane < given) prefetch_bytes(&crowd.words[first + kLanes * own.blocks], sizeof(LeafWords));
-  }
-  const std::uint32_t live = make_words(frame, stored, instances, words, worker);
-  scratch.place.all = &scratch.tile.all;
-  scratch.place.there = live;
-  for (std::uint32_t s = 0; s < 6; ++s) scratch.place.to[s] = crowd.side(s) + row;
-  frame.kernels.place_tile(scratch.place, scratch.survey);
-  const std::uint32_t all = (2u << (instances.count - 1)) - 1;
-  const bool listed = !batch.input->instances.empty();
-  for (std::uint32_t left = listed ? live : all & ~live; left; left &= left - 1) {
-    const std::uint32_t instance = instances.instance[lowest_bit(left)];
-    const auto bit = static_cast<std::uint16_t>(1u << instance % kLanes);
-    if (listed)
-      relaxed_or(batch.live[instance / kLanes], bit);
-    else
-      relaxed_and(batch.live[instance / kLanes], static_cast<std::uint16_t>(~bit));
+  find_instances(stored, first, given, next);
+  find_poses(batch, next, scratch.tile.next);
+  for (std::uint32_t place = first; place < end; place += kLanes) {
+    const std::uint32_t row = own.first_row + place, ahead = place + kLanes;
+    TileInstances instances;
+    instances.count = std::min(kLanes, given - place);
+    std::copy(next, next + kLanes, instances.instance);
+    std::copy(scratch.tile.next, scratch.tile.next + kLanes, scratch.tile.poses);
+    take_origins(batch, instances.instance, scratch);
+    scratch.tile.next_bytes = 0;
+    if (ahead < given) {
+      find_instances(stored, ahead, given, next);
+      find_poses(batch, next, scratch.tile.next);
+      scratch.tile.next_bytes = static_cast<std::uint32_t>(prefetched_bytes(batch));
+      for (std::uint32_t lane = 0; origins && lane < kLanes; ++lane)
+        prefetch_bytes(origins + 3 * std::size_t{next[lane]}, 3 * sizeof *origins);
+    }
+    LeafWords* words[kLanes];
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      const std::uint32_t at = own.first_words + (place + lane) * own.blocks;
+      words[lane] = lane < instances.count ? &crowd.words[at] : scratch.unused;
+      if (lane < instances.count) crowd.rows[row + lane] = {own.index, instances.instance[lane], at};
+      if (ahead + lane < given) prefetch_bytes(&crowd.words[at + kLanes * own.blocks], sizeof(LeafWords));
+    }
+    const std::uint32_t live = make_words(frame, stored, instances, words, worker);
+    scratch.place.all = &scratch.tile.all;
+    scratch.place.there = live;
+    for (std::uint32_t s = 0; s < 6; ++s) scratch.place.to[s] = crowd.side(s) + row;
+    frame.kernels.place_tile(scratch.place, scratch.survey);
+    const std::uint32_t all = (2u << (instances.count - 1)) - 1;
+    const bool listed = !batch.input->instances.empty();
+    for (std::uint32_t left = listed ? live : all & ~live; left; left &= left - 1) {
+      const std::uint32_t instance = instances.instance[lowest_bit(left)];
+      const auto bit = static_cast<std::uint16_t>(1u << instance % kLanes);
+      if (listed)
+        relaxed_or(batch.live[instance / kLanes], bit);
+      else
+        relaxed_and(batch.live[instance / kLanes], static_cast<std::uint16_t>(~bit));
+    }
   }
 }
 
@@ -166,7 +180,8 @@ std::uint32_t bound_by_instance(const FrameContext& frame, StoredBatch& stored, 
     of_lanes[lane] = instances.instance[std::min(lane, instances.count - 1)];
     words[lane] = lane < instances.count ? &crowd.words[own.first_words + of_lanes[lane] * own.blocks] : scratch.unused;
   }
-  point_tile(stored, of_lanes, of_lanes, scratch);
+  find_poses(batch, of_lanes, scratch.tile.poses);
+  take_origins(batch, of_lanes, scratch);
   scratch.tile.next_bytes = 0;
   const std::uint32_t live = make_words(frame, stored, instances, words, worker);
   alignas(64) float sides[6][kLanes];

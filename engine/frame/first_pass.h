@@ -9,10 +9,11 @@ namespace cab {
 
 struct Worker;
 
-// Bounds sixteen instances of a batch, from a place of its order on: writes their rows, sides and words, clears the
-// live bits of those that are masked (or sets the others', where instances are listed), and writes the caller's flags.
-void bound_crowd_tile(const FrameContext& frame, StoredBatch& stored, std::uint32_t place, Crowd& crowd,
-                      Worker& worker);
+// Bounds instances of a batch by tiles of sixteen, from place `first` of its order on up to `end` or a little farther:
+// writes their rows, sides and words, clears the live bits of those that are masked (or sets the others', where
+// instances are listed), and writes the caller's flags.
+void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint32_t first, std::uint32_t end,
+                       Crowd& crowd, Worker& worker);
 
 // The same for sixteen instances of a batch whose rows and words are by instance: writes their sides unless their row
 // is kept, their words and InstanceBatch::bounds, and the caller's flags. Returns the bits of the lanes that are live.

@@ -60,6 +60,7 @@ std::uint32_t point_slots(const FrameContext& frame, const Candidate* candidates
     slots.at_a[k] = static_cast<std::uint32_t>(at_a);
     slots.at_b[k] = static_cast<std::uint32_t>(at_b);
     if (!is_new) continue;
+    prefetch_line(&frame.batch(candidate.batch_a).hit_chains.data[candidate.instance_a]);
     prefetch_bytes(a.poses + at_a, a.bytes);
     prefetch_bytes(b.poses + at_b, b.bytes);
     ++out;
