@@ -108,7 +108,8 @@ Status begin_rest(Engine& engine, const FrameJob& job, std::uint64_t failed_befo
     if (batch.kind != BatchKind::kCharacters) continue;
     if (StaticBodies* const statics = engine.batches[slot_of(input.batch).value - 1]->statics.get())
       statics->note_layers(batch);
-    batch.may_rest = !batch.input->moved.empty() && batch.rest_epoch == state.epoch;
+    const bool rotated = !batch.input->orientations.empty(), was_rotated = std::exchange(batch.was_rotated, rotated);
+    batch.may_rest = !batch.input->moved.empty() && batch.rest_epoch == state.epoch && rotated == was_rotated;
     batch.rest_epoch = 0;
     if (kChecksRest) same = check_rest(batch) && same;
     if (batch.may_rest)

@@ -33,9 +33,8 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
                           BoxTile& own) {
   const InstanceBatch& batch = *tile.batch;
   kernel::PoseTile pose = instances_to_pose(batch, tile.instances);
-  std::fill_n(pose.margins, kLanes, kMarginShare * frame.margin);
-  for (std::uint32_t lane = 0; lane < kLanes && !batch.margins.empty(); ++lane)
-    pose.margins[lane] = kMarginShare * margin_of(batch, instance_in_lane(tile.instances, lane), frame.margin);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+    pose.margins[lane] = grown_by(batch, instance_in_lane(tile.instances, lane), frame.margin);
   for (std::uint32_t lane = 0; lane < kLanes && is_static(batch); ++lane)
     set_lane(batch.own_boxes[instance_in_lane(tile.instances, lane)], lane, own);
   if (is_static(batch)) pose.own_boxes = &own;

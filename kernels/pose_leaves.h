@@ -111,8 +111,8 @@ CAB_INLINE Mask<V> is_rigid(const Vec3<V> (&c)[3]) {
 // A leaf box of one link in the instance's frame, right-handed even if the link is mirrored. local: the box in the
 // link's frame. body: the padding without the part that depends on the link's translation.
 // translation: the padding per unit of that translation.
-template <class V>
-CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, float translation) {
+template <class V, class T>
+CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& local, V body, T translation) {
   BoxLanes<V> box;
   for (int k = 0; k < 3; ++k) box.axis[k] = rotate(pose.column, local.axis[k]);
   polish(box.axis);
@@ -137,17 +137,23 @@ CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, Pos
   return pose_box<V>(pose, spread_box<V>(local), V(by.body * (size + out) + kMergePadTiny) + margin, by.translation);
 }
 
-// The same with a different local box in every lane.
+// PosePad of every lane.
 template <class V>
-CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& local, PosePad by, V margin) {
+struct PosePads {
+  V body, translation;
+};
+
+// The same with a different local box in every lane. by: PosePad or PosePads.
+template <class V, class Pads>
+CAB_INLINE BoxLanes<V> pose_boxes(const RigidLanes<V>& pose, const BoxLanes<V>& local, Pads by, V margin) {
   const Vec3<V> away = abs(local.center);
   const V size = local.half.x + local.half.y + local.half.z, out = away.x + away.y + away.z;
   return pose_box<V>(pose, local, (V(by.body) * (size + out) + V(kMergePadTiny)) + margin, by.translation);
 }
 
 // The same with lengths of the local boxes multiplied by the scale of the pose.
-template <class V>
-CAB_INLINE BoxLanes<V> pose_scaled_boxes(const RigidLanes<V>& pose, BoxLanes<V> local, PosePad by, V margin) {
+template <class V, class Pads>
+CAB_INLINE BoxLanes<V> pose_scaled_boxes(const RigidLanes<V>& pose, BoxLanes<V> local, Pads by, V margin) {
   local.center = pose.scale * local.center;
   local.half = pose.scale * local.half;
   return pose_boxes(pose, local, by, margin);

@@ -106,6 +106,16 @@ CAB_INLINE void turn_by(const V (&p)[4], V (&q)[7]) {
   q[3] = (w * p[3] - x * p[0]) - (y * p[1] + z * p[2]);
 }
 
+// The product of the quaternions in p and q.
+template <class V>
+CAB_INLINE void turn_first(const V (&p)[4], V (&q)[7]) {
+  const V x = q[0], y = q[1], z = q[2], w = q[3];
+  q[0] = (w * p[0] + x * p[3]) + (z * p[1] - y * p[2]);
+  q[1] = (w * p[1] + y * p[3]) + (x * p[2] - z * p[0]);
+  q[2] = (w * p[2] + z * p[3]) + (y * p[0] - x * p[1]);
+  q[3] = (w * p[3] - x * p[0]) - (y * p[1] + z * p[2]);
+}
+
 // The rotation of the quaternion x y z w by rows, where s is twice the inverse of its squared length.
 template <class V>
 CAB_INLINE void rotation_rows(V x, V y, V z, V w, V s, V (&r)[3][3]) {
@@ -120,11 +130,22 @@ CAB_INLINE void rotation_rows(V x, V y, V z, V w, V s, V (&r)[3][3]) {
 
 // ------------------------------------------------------------------------------------------------------- first pass
 
+// What the poses of a shape's leaves are turned and scaled by.
+enum class RigidAs : std::uint8_t {
+  kPlain,   // nothing: boxes have the axes of their links
+  kTurned,  // their own axes
+  kPlaced,  // their own axes, and the orientation, scale and margin of their instance
+};
+inline RigidAs rigid_as(const RigidShape& shape) {
+  return shape.placed ? RigidAs::kPlaced : shape.turned ? RigidAs::kTurned : RigidAs::kPlain;
+}
+
 // Sixteen instances of a batch, and sixteen leaves of them at a time. Unused lanes repeat a used one. next: the first
 // link's pose of the instances that come after these; their first next_bytes bytes are asked for between the
 // arithmetic. lo, hi: the bounds of each leaf about its instance's origin. all: those of all leaves that were bounded
 // since it was empty. rigid: bits of the lanes whose poses are rotations within range, so that pose_leaves would not
-// mask them; the bounds of other lanes have no meaning.
+// mask them; the bounds of other lanes have no meaning. orientations, scales, grown: with RigidShape::placed, the
+// quaternion of each instance, its scale, and by how much its half extents grow.
 struct RigidTile {
   const RigidShape* shape;
   std::uint32_t block;
@@ -132,6 +153,9 @@ struct RigidTile {
   const float* next[kLanes];
   std::uint32_t next_bytes;
   std::uint32_t rigid;
+  const float* orientations[kLanes];
+  alignas(64) float scales[kLanes];
+  alignas(64) float grown[kLanes];
   alignas(64) float lo[kLanes][3][kLanes];
   alignas(64) float hi[kLanes][3][kLanes];
   AabbTile of_block;
@@ -147,25 +171,63 @@ CAB_INLINE Mask<V> is_unit_range(const V (&q)[7]) {
   return both(length_sq >= V(kQuaternionSqMin), length_sq <= V(kQuaternionSqMax));
 }
 
+// How the instances of a tile are placed, in the lanes that V covers.
+template <class V>
+struct PlacedLanes {
+  V turn[4];     // quaternion
+  V rows[3][3];  // its rotation
+  V scale, grown;
+  Mask<V> ok;  // rotations and scales that pose_leaves takes, of boxes that stay within its range
+
+  CAB_INLINE void read(const RigidTile& tile, std::uint32_t lane) {
+    alignas(64) float raw[4][kLanes];
+    for (std::uint32_t i = 0; i < kWidth<V>; ++i)
+      for (int k = 0; k < 4; ++k) raw[k][i] = tile.orientations[lane + i][k];
+    for (int k = 0; k < 4; ++k) turn[k] = Lanes<V>::load(raw[k]);
+    scale = Lanes<V>::load(tile.scales + lane);
+    grown = Lanes<V>::load(tile.grown + lane);
+    const V length_sq = (turn[0] * turn[0] + turn[1] * turn[1]) + (turn[2] * turn[2] + turn[3] * turn[3]);
+    rotation_rows<V>(turn[0], turn[1], turn[2], turn[3], divide(V(2.0f), length_sq), rows);
+    ok = both(both(length_sq >= V(kQuaternionSqMin), length_sq <= V(kQuaternionSqMax)),
+              both(both(scale >= V(kMinScale), scale <= V(kMaxScale)),
+                   scale * V(tile.shape->extent) + V(3.0f) * grown <= V(kRigidRange)));
+  }
+
+  // Whether pose_leaves takes a translation. What becomes of it is part of the leaf's centre.
+  CAB_INLINE Mask<V> takes(const V (&q)[7]) const {
+    return max(abs(q[4]), max(abs(q[5]), abs(q[6]))) <= V(kRigidRange);
+  }
+
+  // The pose of a link in the instance's frame becomes that in the world's axes.
+  CAB_INLINE void place(V (&q)[7]) const {
+    V t[3];
+    for (int c = 0; c < 3; ++c) t[c] = scale * q[4 + c];
+    turn_first<V>(turn, q);
+    for (int c = 0; c < 3; ++c) q[4 + c] = (rows[c][0] * t[0] + rows[c][1] * t[1]) + rows[c][2] * t[2];
+  }
+};
+
 // Checks the links without leaves.
 template <class V>
 CAB_INLINE std::uint32_t check_bare_links(const RigidTile& tile) {
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     Mask<V> ok = V(0.0f) <= V(0.0f);
+    const V scale = tile.shape->placed ? max(V(1.0f), Lanes<V>::load(tile.scales + lane)) : V(1.0f);
     for (std::uint32_t n = 0; n < tile.shape->bare_count; ++n) {
       V q[7];
       read_seven<V>(tile.poses + lane, tile.shape->bare[n], q);
       ok = both(ok, is_unit_range(q));
-      for (int c = 4; c < 7; ++c) ok = both(ok, abs(q[c]) <= V(kRigidRange));
+      for (int c = 4; c < 7; ++c) ok = both(ok, scale * abs(q[c]) <= V(kRigidRange));
     }
     out |= bits(ok) << lane;
   }
   return out;
 }
 
-template <class V, bool kTurned>
+template <class V, RigidAs kAs>
 CAB_INLINE void bound_rigid_block(RigidTile& tile) {
+  constexpr bool kPlaced = kAs == RigidAs::kPlaced;
   const RigidBlock& block = tile.shape->block[tile.block];
   const V far(3e38f);
   constexpr std::uint32_t kSteps = kLanes / kWidth<V>;
@@ -173,6 +235,11 @@ CAB_INLINE void bound_rigid_block(RigidTile& tile) {
   V all_lo[3] = {far, far, far}, all_hi[3] = {V(0.0f) - far, V(0.0f) - far, V(0.0f) - far};
   Mask<V> ok[kSteps];
   for (Mask<V>& m : ok) m = V(0.0f) <= V(0.0f);
+  PlacedLanes<V> placed[kPlaced ? kSteps : 1];
+  for (std::uint32_t step = 0; kPlaced && step < kSteps; ++step) {
+    placed[step].read(tile, step * kWidth<V>);
+    ok[step] = placed[step].ok;
+  }
   // Two loops over a few leaves, since one leaf's chain of operations is about as long as a processor looks ahead.
   constexpr std::uint32_t kStage = 4;
   struct alignas(64) Posed {
@@ -188,9 +255,15 @@ CAB_INLINE void bound_rigid_block(RigidTile& tile) {
         Posed& out = posed[leaf - first][lane / kWidth<V>];
         read_seven<V>(tile.poses + lane, block.offset[leaf], out.q);
         const V(&q)[7] = out.q;
-        const V length_sq = (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
+        V length_sq = (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
         Mask<V>& good = ok[lane / kWidth<V>];
         good = both(good, both(length_sq >= V(kQuaternionSqMin), length_sq <= V(kQuaternionSqMax)));
+        if constexpr (kPlaced) {
+          const PlacedLanes<V>& by = placed[lane / kWidth<V>];
+          good = both(good, by.takes(q));
+          by.place(out.q);
+          length_sq = (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
+        }
         out.s = divide(V(2.0f), length_sq);
       }
     }
@@ -199,25 +272,29 @@ CAB_INLINE void bound_rigid_block(RigidTile& tile) {
         const Posed& from = posed[leaf - first][lane / kWidth<V>];
         V q[7];
         for (int k = 0; k < 7; ++k) q[k] = from.q[k];
-        if constexpr (kTurned) {
+        if constexpr (kAs != RigidAs::kPlain) {
           const V p[4] = {V(block.turn[0][leaf]), V(block.turn[1][leaf]), V(block.turn[2][leaf]),
                           V(block.turn[3][leaf])};
           turn_by<V>(p, q);
+        }
+        V middle[3], halves[3], reach = V(block.reach[leaf]);
+        for (int c = 0; c < 3; ++c) middle[c] = V(block.middle[c][leaf]), halves[c] = V(block.half[c][leaf]);
+        if constexpr (kPlaced) {
+          const PlacedLanes<V>& by = placed[lane / kWidth<V>];
+          for (int c = 0; c < 3; ++c) middle[c] = by.scale * middle[c], halves[c] = by.scale * halves[c] + by.grown;
+          reach = (by.scale * reach + V(3 * kPlacedBoundsSize) * by.grown) + V(kOverlapTiny);
         }
         V r[3][3];
         rotation_rows<V>(q[0], q[1], q[2], q[3], from.s, r);
         V center[3];
         for (int c = 0; c < 3; ++c)
-          center[c] = q[4 + c] + ((r[c][0] * V(block.middle[0][leaf]) + r[c][1] * V(block.middle[1][leaf])) +
-                                  r[c][2] * V(block.middle[2][leaf]));
+          center[c] = q[4 + c] + ((r[c][0] * middle[0] + r[c][1] * middle[1]) + r[c][2] * middle[2]);
         const V away = (abs(center[0]) + abs(center[1])) + abs(center[2]);
         Mask<V>& good = ok[lane / kWidth<V>];
         good = both(good, away <= V(kRigidRange));
-        const V reach = V(block.reach[leaf]) + V(kRigidBoundsCenter) * away;
+        reach = reach + V(kPlaced ? kPlacedBoundsCenter : kRigidBoundsCenter) * away;
         for (int c = 0; c < 3; ++c) {
-          const V half = ((abs(r[c][0]) * V(block.half[0][leaf]) + abs(r[c][1]) * V(block.half[1][leaf])) +
-                          abs(r[c][2]) * V(block.half[2][leaf])) +
-                         reach;
+          const V half = ((abs(r[c][0]) * halves[0] + abs(r[c][1]) * halves[1]) + abs(r[c][2]) * halves[2]) + reach;
           const V lo = center[c] - half, hi = center[c] + half;
           Lanes<V>::store(tile.lo[leaf][c] + lane, lo);
           Lanes<V>::store(tile.hi[leaf][c] + lane, hi);
@@ -245,10 +322,11 @@ CAB_INLINE void bound_rigid_block(RigidTile& tile) {
 // Bounds the leaves of one block in sixteen instances (docs/proof.md, steps 14.1 to 14.3).
 template <class V>
 void bound_rigid_leaves(RigidTile& tile) {
-  if (tile.shape->turned)
-    bound_rigid_block<V, true>(tile);
-  else
-    bound_rigid_block<V, false>(tile);
+  switch (rigid_as(*tile.shape)) {
+    case RigidAs::kPlain: bound_rigid_block<V, RigidAs::kPlain>(tile); break;
+    case RigidAs::kTurned: bound_rigid_block<V, RigidAs::kTurned>(tile); break;
+    case RigidAs::kPlaced: bound_rigid_block<V, RigidAs::kPlaced>(tile); break;
+  }
   if (tile.block == 0 && tile.shape->bare_count > 0) tile.rigid &= check_bare_links<V>(tile);
 }
 
@@ -273,6 +351,13 @@ struct alignas(64) PairSlots {
   std::uint32_t at_a[kPairSlots];
   std::uint32_t at_b[kPairSlots];
   std::uint32_t entry[kPairSlots];  // which of the entries that were filtered
+  // With RigidAs::kPlaced, of a and of b: the orientation, the scale, by how much half extents grow beyond those of the
+  // shape and beyond the articulation's, and whether there is an orientation.
+  float turn[2][4][kPairSlots];
+  float scale[2][kPairSlots];
+  float grown[2][kPairSlots];
+  float margin[2][kPairSlots];
+  bool rotated[2][kPairSlots];
 };
 
 // Leaf pairs to test: slot << 16 | leaf of a << 8 | leaf of b. They are sorted by slot, and kLanes more may be read.
@@ -288,7 +373,7 @@ struct RigidPairs {
   const RigidBlock* block_b;
   const float* base_a;
   const float* base_b;
-  bool turned;
+  RigidAs as;
   Sat sat;
 };
 
@@ -312,8 +397,7 @@ struct RecordGroup {
   const float* leaves_a[kRows];
   const float* leaves_b[kRows];
   alignas(64) std::uint32_t pair[kRows];
-  alignas(64) float shifts[3][kRows];
-  alignas(64) float eps[kRows];
+  std::uint32_t slot[kRows];
   std::uint32_t in;  // bits of the lanes that hold a pair
   std::uint32_t count;
 
@@ -322,15 +406,14 @@ struct RecordGroup {
     count = job.count - first < kWidth<V> ? job.count - first : kWidth<V>;
     in = (1u << count) - 1;
     for (std::uint32_t i = 0; i < kRows; ++i) {
-      const std::uint32_t word = job.pairs[first + (i < count ? i : 0)], slot = slot_of(word);
-      const RigidShape &shape_a = *slots.shape_a[slot], &shape_b = *slots.shape_b[slot];
+      const std::uint32_t word = job.pairs[first + (i < count ? i : 0)], k = slot_of(word);
+      const RigidShape &shape_a = *slots.shape_a[k], &shape_b = *slots.shape_b[k];
       pair[i] = word;
-      poses_a[i] = slots.pose_a[slot] + shape_a.offset[leaf_a_of(word)];
-      poses_b[i] = slots.pose_b[slot] + shape_b.offset[leaf_b_of(word)];
+      slot[i] = k;
+      poses_a[i] = slots.pose_a[k] + shape_a.offset[leaf_a_of(word)];
+      poses_b[i] = slots.pose_b[k] + shape_b.offset[leaf_b_of(word)];
       leaves_a[i] = shape_a.leaf[leaf_a_of(word)].middle;
       leaves_b[i] = shape_b.leaf[leaf_b_of(word)].middle;
-      for (int c = 0; c < 3; ++c) shifts[c][i] = slots.shift[c][slot];
-      eps[i] = slots.unsure[slot];
     }
   }
   template <bool kTurned>
@@ -365,8 +448,11 @@ struct RecordGroup {
   CAB_INLINE LeafLanes<V> leaf_b(const RigidPairs&) const {
     return leaf<kTurned>(leaves_b);
   }
-  CAB_INLINE V shift(const RigidPairs&, int c) const { return Lanes<V>::load(shifts[c]); }
-  CAB_INLINE V unsure(const RigidPairs&) const { return Lanes<V>::load(eps); }
+  CAB_INLINE V of_slot(const float* table) const {
+    alignas(64) float out[kRows];
+    for (std::uint32_t i = 0; i < kRows; ++i) out[i] = table[slot[i]];
+    return Lanes<V>::load(out);
+  }
   CAB_INLINE std::uint32_t* append(std::uint32_t* to, std::uint32_t keep) const {
     for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
       *to = pair[i];
@@ -432,8 +518,9 @@ struct TableGroup<Batch<xsimd::avx2>> {
   CAB_INLINE LeafLanes<V> leaf_b(const RigidPairs& job) const {
     return leaf<kTurned>(*job.block_b, leaf_of_b());
   }
-  CAB_INLINE V shift(const RigidPairs& job, int c) const { return of_slot(job.slots->shift[c]); }
-  CAB_INLINE V unsure(const RigidPairs& job) const { return of_slot(job.slots->unsure); }
+  CAB_INLINE V of_slot(const float* table) const {
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(table + first_slot), slot);
+  }
   CAB_INLINE std::uint32_t* append(std::uint32_t* to, std::uint32_t keep) const {
     const __m128i numbers = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(kBitNumbers.of[keep]));
     store(to, _mm256_permutevar8x32_epi32(words, _mm256_cvtepu8_epi32(numbers)));
@@ -448,9 +535,6 @@ struct TableGroup<Batch<xsimd::avx2>> {
   // The lowest four bits of a lane are the leaf's number in its block.
   CAB_INLINE __m256i leaf_of_a() const { return _mm256_srli_epi32(words, 8); }
   CAB_INLINE __m256i leaf_of_b() const { return words; }
-  CAB_INLINE V of_slot(const float* table) const {
-    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(table + first_slot), slot);
-  }
   template <class T>
   static CAB_INLINE __m256 pick(const T (&table)[kLanes], __m256i leaf) {
     const float* const from = reinterpret_cast<const float*>(table);
@@ -508,8 +592,9 @@ struct TableGroup<Batch<xsimd::avx512bw>> {
   CAB_INLINE LeafLanes<V> leaf_b(const RigidPairs& job) const {
     return leaf<kTurned>(*job.block_b, leaf_of_b());
   }
-  CAB_INLINE V shift(const RigidPairs& job, int c) const { return of_slot(job.slots->shift[c]); }
-  CAB_INLINE V unsure(const RigidPairs& job) const { return of_slot(job.slots->unsure); }
+  CAB_INLINE V of_slot(const float* table) const {
+    return _mm512_permutexvar_ps(slot, _mm512_loadu_ps(table + first_slot));
+  }
   CAB_INLINE std::uint32_t* append(std::uint32_t* to, std::uint32_t keep) const {
     _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(keep), words));
     return to + count_bits(keep);
@@ -519,9 +604,6 @@ struct TableGroup<Batch<xsimd::avx512bw>> {
   // Permutations read the lowest four bits of a lane, the leaf's number in its block.
   CAB_INLINE __m512i leaf_of_a() const { return _mm512_srli_epi32(words, 8); }
   CAB_INLINE __m512i leaf_of_b() const { return words; }
-  CAB_INLINE V of_slot(const float* table) const {
-    return _mm512_permutexvar_ps(slot, _mm512_loadu_ps(table + first_slot));
-  }
   CAB_INLINE void addresses(const float* base, const std::uint32_t* at, const std::uint32_t (&offset)[kLanes],
                             __m512i number, const float** to) const {
     const __m512i floats = _mm512_add_epi32(_mm512_permutexvar_epi32(slot, _mm512_loadu_si512(at + first_slot)),
@@ -594,6 +676,32 @@ CAB_INLINE Batch<xsimd::avx512bw> less_fused(Batch<xsimd::avx512bw> x, Batch<xsi
 }
 #endif
 
+// Boxes of leaves in instances with more than an origin, as pose_leaves makes them. side: 0 for a, 1 for b. q: poses of
+// links.
+template <class V>
+CAB_INLINE BoxLanes<V> pose_placed_leaves(const PairSlots& slots, int side, const std::uint32_t* pairs, const V (&q)[7],
+                                          const BoxAos* const* local) {
+  RawPoses raw, rotations;
+  alignas(64) float scales[kWidth<V>], margins[kWidth<V>], body[kWidth<V>], translation[kWidth<V>];
+  for (int k = 0; k < 7; ++k) Lanes<V>::store(raw.raw[k], q[k]);
+  for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
+    const std::uint32_t slot = slot_of(pairs[i]);
+    const PosePad pad = pad_of(slots.rotated[side][slot], 1);
+    for (int k = 0; k < 4; ++k) rotations.raw[k][i] = slots.turn[side][k][slot];
+    scales[i] = slots.scale[side][slot];
+    margins[i] = slots.margin[side][slot];
+    body[i] = pad.body;
+    translation[i] = pad.translation;
+  }
+  const Mask<V> yes = V(0.0f) <= V(0.0f);
+  LaneChecks<V> checks = {yes, yes, yes};  // not read: the first pass checked the poses
+  const PoseCoding coding = {PoseFormat::kQuaternionTranslation, Scaling::kPerInstance};
+  const RigidLanes<V> pose = placed_pose<V>(raw, {coding, &rotations, scales}, 0, checks);
+  V unused;
+  const PosePads<V> pads = {Lanes<V>::load(body), Lanes<V>::load(translation)};
+  return pose_scaled_boxes(pose, gather_boxes<V>(local, unused), pads, Lanes<V>::load(margins));
+}
+
 // The leaf predicate of the pairs of a group, with boxes as pose_leaves makes them, bit for bit: bits of those that
 // overlap. CAB_NOINLINE, since few groups need it.
 template <class V>
@@ -613,9 +721,10 @@ CAB_NOINLINE std::uint32_t overlap_posed_leaves(const RigidPairs& job, const std
     local_b[i] = shape_b.exact + b;
     for (int c = 0; c < 3; ++c) shift.by[c][i] = slots.exact_shift[slot][c];
   }
-  const auto posed = [](const float* const* poses, const BoxAos* const* local) {
+  const auto posed = [&](int side, const float* const* poses, const BoxAos* const* local) {
     V q[7];
     read_seven<V>(poses, 0, q);
+    if (job.as == RigidAs::kPlaced) return pose_placed_leaves<V>(slots, side, pairs, q, local);
     RigidLanes<V> pose;
     const V length_sq = (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
     quaternion_columns(q[0], q[1], q[2], q[3], length_sq, pose.column);
@@ -624,18 +733,42 @@ CAB_NOINLINE std::uint32_t overlap_posed_leaves(const RigidPairs& job, const std
     const BoxLanes<V> box = gather_boxes<V>(local, pad);
     return pose_box<V>(pose, box, pad, kPosePad.translation);
   };
-  const BoxLanes<V> a = posed(poses_a, local_a), b = posed(poses_b, local_b);
+  const BoxLanes<V> a = posed(0, poses_a, local_a), b = posed(1, poses_b, local_b);
   const Vec3<V> between = between_centers(a, b, &shift, 0);
   const Mask<V> apart =
       job.sat == Sat::kFaces6 ? separated<Sat::kFaces6>(a, b, between) : separated<Sat::kAll15>(a, b, between);
   return ~bits(either(apart, separated_in_world(a, b, between))) & ((1u << kWidth<V>)-1);
 }
 
+// Places leaves of a group by the orientations, scales and margins of their instances: their links' poses become those
+// in the world's axes. side: 0 for a, 1 for b.
+template <class V, class Group>
+CAB_INLINE void place_leaves(const Group& group, const PairSlots& slots, int side, V (&q)[7], LeafLanes<V>& leaf) {
+  const V scale = group.of_slot(slots.scale[side]), grown = group.of_slot(slots.grown[side]);
+  V o[4], t[3];
+  for (int k = 0; k < 4; ++k) o[k] = group.of_slot(slots.turn[side][k]);
+  for (int c = 0; c < 3; ++c) {
+    leaf.middle[c] = scale * leaf.middle[c];
+    leaf.half[c] = fused(scale, leaf.half[c], grown);
+    t[c] = scale * q[4 + c];
+  }
+  // With v = (x y z) of o it is t + 2 / |o|^2 (v x (v x t) + w (v x t)).
+  const V length = fused(o[0], o[0], o[1] * o[1]) + fused(o[2], o[2], o[3] * o[3]), two = divide(V(2.0f), length);
+  const V e[3] = {fused_less(o[1], t[2], o[2] * t[1]), fused_less(o[2], t[0], o[0] * t[2]),
+                  fused_less(o[0], t[1], o[1] * t[0])};
+  const V f[3] = {fused(o[3], e[0], fused_less(o[1], e[2], o[2] * e[1])),
+                  fused(o[3], e[1], fused_less(o[2], e[0], o[0] * e[2])),
+                  fused(o[3], e[2], fused_less(o[0], e[1], o[1] * e[0]))};
+  turn_first<V>(o, q);
+  for (int c = 0; c < 3; ++c) q[4 + c] = fused(two, f[c], t[c]);
+}
+
 // Tests groups of pairs: poses of both leaves, b's axes in those of a by one quaternion, and the largest gap over the
 // axes. A gap beyond `unsure` decides, for then the leaf predicate decides alike (steps 14.4 to 14.7). The rest goes to
 // the leaf predicate itself.
-template <class V, class Group, bool kTurned>
+template <class V, class Group, RigidAs kAs>
 CAB_INLINE std::uint32_t overlap_rigid_groups(const RigidPairs& job) {
+  constexpr bool kTurned = kAs != RigidAs::kPlain;
   std::uint32_t* end = job.out;
   for (std::uint32_t first = 0; first < job.count;) {
     const Group group(job, first);
@@ -643,9 +776,14 @@ CAB_INLINE std::uint32_t overlap_rigid_groups(const RigidPairs& job) {
     V a[7], b[7];
     read_seven<V>(group.poses_a, 0, a);
     read_seven<V>(group.poses_b, 0, b);
-    const LeafLanes<V> leaf_a = group.template leaf_a<kTurned>(job), leaf_b = group.template leaf_b<kTurned>(job);
-    const V between[3] = {(b[4] - a[4]) + group.shift(job, 0), (b[5] - a[5]) + group.shift(job, 1),
-                          (b[6] - a[6]) + group.shift(job, 2)};
+    LeafLanes<V> leaf_a = group.template leaf_a<kTurned>(job), leaf_b = group.template leaf_b<kTurned>(job);
+    if constexpr (kAs == RigidAs::kPlaced) {
+      place_leaves<V>(group, *job.slots, 0, a, leaf_a);
+      place_leaves<V>(group, *job.slots, 1, b, leaf_b);
+    }
+    const V between[3] = {(b[4] - a[4]) + group.of_slot(job.slots->shift[0]),
+                          (b[5] - a[5]) + group.of_slot(job.slots->shift[1]),
+                          (b[6] - a[6]) + group.of_slot(job.slots->shift[2])};
     const V length_a = fused(a[0], a[0], a[1] * a[1]) + fused(a[2], a[2], a[3] * a[3]);
     const V length_b = fused(b[0], b[0], b[1] * b[1]) + fused(b[2], b[2], b[3] * b[3]);
     if constexpr (kTurned) {
@@ -696,7 +834,7 @@ CAB_INLINE std::uint32_t overlap_rigid_groups(const RigidPairs& job) {
       }
     }
     const V most = max(gap[0], max(gap[1], gap[2]));
-    const V unsure = group.unsure(job);
+    const V unsure = group.of_slot(job.slots->unsure);
     const V decides = job.sat == Sat::kFaces6 ? of_faces : most;
     const std::uint32_t apart = bits(decides > unsure), overlap = bits(most < V(0.0f) - unsure);
     std::uint32_t keep = overlap & group.in;
@@ -707,15 +845,22 @@ CAB_INLINE std::uint32_t overlap_rigid_groups(const RigidPairs& job) {
   return static_cast<std::uint32_t>(end - job.out);
 }
 
+template <class V, class Group>
+CAB_INLINE std::uint32_t overlap_rigid_pairs(const RigidPairs& job) {
+  switch (job.as) {
+    case RigidAs::kPlain: return overlap_rigid_groups<V, Group, RigidAs::kPlain>(job);
+    case RigidAs::kTurned: return overlap_rigid_groups<V, Group, RigidAs::kTurned>(job);
+    case RigidAs::kPlaced: return overlap_rigid_groups<V, Group, RigidAs::kPlaced>(job);
+  }
+  return 0;
+}
+
 // Writes the pairs whose leaf boxes pass the leaf predicate to job.out, in their order, and returns their number.
 template <class V>
 std::uint32_t overlap_rigid_leaves(const RigidPairs& job) {
   if constexpr (kHasTables<V>)
-    if (job.block_a)
-      return job.turned ? overlap_rigid_groups<V, TableGroup<V>, true>(job)
-                        : overlap_rigid_groups<V, TableGroup<V>, false>(job);
-  return job.turned ? overlap_rigid_groups<V, RecordGroup<V>, true>(job)
-                    : overlap_rigid_groups<V, RecordGroup<V>, false>(job);
+    if (job.block_a) return overlap_rigid_pairs<V, TableGroup<V>>(job);
+  return overlap_rigid_pairs<V, RecordGroup<V>>(job);
 }
 
 }  // namespace cab::kernel

@@ -59,6 +59,7 @@ struct InstanceBatch {
   Span<std::uint64_t> checksums;    // checked builds: of what must not change while an instance rests
   std::uint64_t bounded_by = 0;     // number of the frame that `bounds` and `live` are of; 0: of none
   std::uint64_t rest_epoch = 0;     // RestState::epoch of the last frame with this batch; 0: none
+  bool was_rotated = false;         // whether instances had orientations in that frame, and larger padding for them
 
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;
@@ -150,6 +151,11 @@ inline float margin_between(const InstanceBatch& a, std::uint32_t instance_a, co
 // (docs/proof.md, step 2.9).
 inline float margin_of(const InstanceBatch& batch, std::uint32_t instance, float frame_margin) {
   return margin_between(batch, instance, batch, instance, frame_margin);
+}
+
+// By how much the half extents of an instance's boxes grow for margins.
+inline float grown_by(const InstanceBatch& batch, std::uint32_t instance, float frame_margin) {
+  return kMarginShare * (batch.margins.empty() ? frame_margin : margin_of(batch, instance, frame_margin));
 }
 
 inline StoredPose stored_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {

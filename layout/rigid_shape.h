@@ -39,6 +39,11 @@ struct RigidShape {
   const std::uint32_t* bare = nullptr;
   std::uint32_t bare_count = 0;
   bool turned = false;  // whether a box has other axes than its link
+  // Whether instances have orientations, scales or margins of their own: then half extents are without a margin, and
+  // `reach` is without its constant part. extent: the largest S + |c|_1 of a leaf, without a margin, or |j|_1 of a
+  // joint.
+  bool placed = false;
+  float extent = 0;
 };
 
 }  // namespace cab

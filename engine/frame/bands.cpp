@@ -221,10 +221,10 @@ void keep_order_of_bands(Crowd& crowd, CrowdBatch& own) {
 // The order of a frame without bands: that of sorted rows.
 void keep_order_of_strips(Engine& engine) {
   const Crowd& crowd = engine.crowd;
-  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.crowd.placed = 0; });
+  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.crowd.in_order = 0; });
   for (std::uint32_t i = crowd.classes.first_sorted; i < crowd.classes.end_sorted; ++i) {
     CrowdBatch& own = engine.batches[crowd.sorted_row(i).batch]->crowd;
-    if (own.orders) own.order[own.placed++] = crowd.sorted_row(i).instance;
+    if (own.orders) own.order[own.in_order++] = crowd.sorted_row(i).instance;
   }
 }
 

@@ -45,7 +45,7 @@ bool can_have_words(const FrameContext& frame, const StoredBatch& stored) {
   return stored.crowd.is_rigid && batch.strategy == Strategy::kRows && !is_axis_aligned(frame.policies.refit) &&
          frame.margin < kernel::kRigidRange && batch.pairs_between && batch.active == batch.articulation &&
          has_short_link_offsets(batch) && input.poses.format == PoseFormat::kQuaternionTranslation &&
-         input.orientations.empty() && input.scales.empty() && input.bounds.empty() && batch.margins.empty();
+         input.bounds.empty();
 }
 
 // Takes all instances of a batch for live and without hits, unless they are listed.

@@ -53,12 +53,14 @@ double sum_of(const float (&v)[3]) {
 void make_shape(StoredBatch& stored, float margin) {
   const Articulation& articulation = *stored.batch.articulation;
   const std::size_t stride = stored.batch.link_stride / sizeof(float);
+  const bool placed = is_placed(stored.batch);
   CrowdBatch& crowd = stored.crowd;
-  if (crowd.margin == margin && crowd.stride == stride) return;
+  if (crowd.margin == margin && crowd.stride == stride && crowd.shape.placed == placed) return;
   crowd.margin = margin;
   crowd.stride = stride;
+  crowd.shape.placed = placed;
   crowd.size = 0;
-  const float grown = kMarginShare * margin;
+  const float half_margin = kMarginShare * margin, grown = placed ? 0.0f : half_margin;
   for (std::uint32_t n = 0; n < articulation.leaf_count; ++n) {
     const Box& box = articulation.leaf_box[n];
     RigidLeaf& leaf = crowd.leaf[n];
@@ -69,10 +71,10 @@ void make_shape(StoredBatch& stored, float margin) {
     // As pose_box does, operation by operation.
     const float size = box.half[0] + box.half[1] + box.half[2];
     const float out = std::fabs(box.center[0]) + std::fabs(box.center[1]) + std::fabs(box.center[2]);
-    exact.unused = (kPosePad.body * (size + out) + kMergePadTiny) + grown;
+    exact.unused = (kPosePad.body * (size + out) + kMergePadTiny) + half_margin;
     const auto all = static_cast<float>(sum_of(leaf.half) + sum_of(box.center)) * (1 + kRigidSizeRounding);
     crowd.size = std::max(crowd.size, all);
-    block.reach[at] = kRigidBoundsSize * all + kOverlapTiny;
+    block.reach[at] = placed ? kPlacedBoundsSize * all : kRigidBoundsSize * all + kOverlapTiny;
     for (int c = 0; c < 3; ++c) block.half[c][at] = leaf.half[c];
     block.offset[at] = crowd.offset[n] = static_cast<std::uint32_t>(articulation.leaf_link[n] * stride);
   }
@@ -88,14 +90,16 @@ void make_crowd_batch(StoredBatch& stored) {
   if (articulation.leaf_count > kCrowdLeaves || articulation.lod.posed || is_reach_lod(articulation) ||
       is_static(stored.batch))
     return;
+  double extent = 0;
   for (std::uint32_t n = 0; n < articulation.leaf_count; ++n)
-    if (!(sum_of(articulation.leaf_box[n].half) + sum_of(articulation.leaf_box[n].center) < kMostRigid)) return;
+    extent = std::max(extent, sum_of(articulation.leaf_box[n].half) + sum_of(articulation.leaf_box[n].center));
   std::size_t bare = 0;
   for (const PosedLink& posed : articulation.posed_links) {
     bare += posed.leaf_begin == posed.leaf_end;
     const float* const joint = articulation.link_joint.data + 3 * posed.link;
-    if (posed.needs_joint && !(sum_of({joint[0], joint[1], joint[2]}) < kMostRigid)) return;
+    if (posed.needs_joint) extent = std::max(extent, sum_of({joint[0], joint[1], joint[2]}));
   }
+  if (!(extent < kMostRigid)) return;
   Arena& arena = stored.arena;
   crowd.blocks = static_cast<std::uint32_t>(crowd_blocks(articulation));
   crowd.block = arena.allocate<RigidBlock>(crowd.blocks);
@@ -107,13 +111,12 @@ void make_crowd_batch(StoredBatch& stored) {
   crowd.leaf_name = arena.allocate<std::uint64_t>(articulation.leaf_count);
   for (const PosedLink& posed : articulation.posed_links)
     if (posed.leaf_begin == posed.leaf_end) crowd.bare_link[crowd.bare_link.size - bare--] = posed.link;
-  crowd.shape = {crowd.block.data,
-                 crowd.leaf.data,
-                 crowd.exact.data,
-                 crowd.offset.data,
-                 crowd.bare.data,
-                 static_cast<std::uint32_t>(crowd.bare.size),
-                 false};
+  crowd.shape.block = crowd.block.data;
+  crowd.shape.leaf = crowd.leaf.data;
+  crowd.shape.exact = crowd.exact.data;
+  crowd.shape.offset = crowd.offset.data;
+  crowd.shape.bare = crowd.bare.data;
+  crowd.shape.bare_count = static_cast<std::uint32_t>(crowd.bare.size);
   for (std::uint32_t n = 0; n < articulation.leaf_count; ++n) {
     const Box& box = articulation.leaf_box[n];
     RigidBlock& block = crowd.block[n / kLanes];
@@ -135,6 +138,7 @@ void make_crowd_batch(StoredBatch& stored) {
       for (int k = 0; k < 3; ++k) crowd.exact[n].axis[3 * k + c] = box.axis[k][c];
     }
   }
+  crowd.shape.extent = static_cast<float>(extent) * (1 + kRigidSizeRounding);
   crowd.is_rigid = true;
   crowd.is_direct = articulation.leaves_by_link;
 }

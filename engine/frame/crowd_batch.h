@@ -19,10 +19,16 @@ void for_each_crowd_batch(const Engine& engine, Take&& take) {
     if (stored->in_use() && stored->batch.input && stored->batch.kind == BatchKind::kCharacters) take(*stored);
 }
 
+// Whether instances have more than an origin: an orientation, a scale or a margin of their own.
+inline bool is_placed(const InstanceBatch& batch) {
+  return !batch.input->orientations.empty() || !batch.input->scales.empty() || !batch.margins.empty();
+}
+
 // Makes the part of a new batch that does not depend on a frame. Throws std::bad_alloc.
 void make_crowd_batch(StoredBatch& stored);
 
-// Makes what depends on the frame's margin and on the stride of poses, if one of them has changed.
+// Makes what depends on the frame's margin, on the stride of poses, and on whether instances are placed, if one of them
+// has changed.
 void make_shape(StoredBatch& stored, float margin);
 
 // Sizes the crowd of an engine, and a worker's part of it. Throws std::bad_alloc.

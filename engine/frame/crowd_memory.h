@@ -13,9 +13,12 @@ namespace cab {
 // Most leaves of an instance that has words. More are for the strategies `links` and `tree`, or are posed for `rows`.
 inline constexpr std::uint32_t kCrowdLeaves = 128;
 
-// Of a batch of characters. shape: its leaf boxes as the kernels read them, made anew whenever the margin or the stride
-// of poses changes. order: its instances as the last frame sorted them, all of them or none; it is the order in which
-// the next frame bounds them, and changes no result.
+// The orientation of instances that have none.
+inline constexpr float kNoTurn[4] = {0, 0, 0, 1};
+
+// Of a batch of characters. shape: its leaf boxes as the kernels read them, made anew whenever the margin, the stride
+// of poses or whether instances are placed changes. order: its instances as the last frame sorted them, all of them or
+// none; it is the order in which the next frame bounds them, and changes no result.
 struct CrowdBatch {
   bool is_rigid = false;   // whether the kernels take the articulation
   bool is_direct = false;  // whether its leaf pairs are link pairs in the same order
@@ -42,7 +45,7 @@ struct CrowdBatch {
   bool has_words = false;         // whether the words of all its live instances are there, from the last frame
   std::uint64_t laid_out_in = 0;  // Crowd::frames of the frame in which its rows were written in the order of instances
   bool orders = false;
-  std::uint32_t placed = 0;
+  std::uint32_t in_order = 0;
 };
 
 // How many LeafWords an instance has, if a crowd takes its articulation.

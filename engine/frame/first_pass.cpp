@@ -90,6 +90,30 @@ void take_origins(const InstanceBatch& batch, const std::uint32_t (&instances)[k
     }
 }
 
+// Asks for what places sixteen instances.
+void prefetch_places(const InstanceBatch& batch, const std::uint32_t (&instances)[kLanes]) {
+  const BatchInput& input = *batch.input;
+  for (const std::uint32_t i : instances) {
+    if (!input.origins.empty()) prefetch_bytes(&input.origins.data[3 * std::size_t{i}], 3 * sizeof(double));
+    if (!input.orientations.empty()) prefetch_line(&input.orientations.data[4 * std::size_t{i}]);
+    if (!input.scales.empty()) prefetch_line(&input.scales.data[i]);
+    if (!batch.margins.empty()) prefetch_line(&batch.margins.data[i]);
+  }
+}
+
+// Writes what places sixteen instances besides their origins to a worker's scratch, if there is anything.
+void take_places(const FrameContext& frame, const StoredBatch& stored, const std::uint32_t (&instances)[kLanes],
+                 kernel::RigidTile& tile) {
+  if (!stored.crowd.shape.placed) return;
+  const InstanceBatch& batch = stored.batch;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const float* const orientation = orientation_of(batch, instances[lane]);
+    tile.orientations[lane] = orientation ? orientation : kNoTurn;
+    tile.scales[lane] = scale_of(batch, instances[lane]);
+    tile.grown[lane] = grown_by(batch, instances[lane], frame.margin);
+  }
+}
+
 // Makes the words of sixteen instances, whose poses and origins are in the worker's scratch. words: where they go.
 // Returns which lanes are live, and writes the caller's flags.
 std::uint32_t make_words(const FrameContext& frame, const StoredBatch& stored, const TileInstances& instances,
@@ -125,7 +149,6 @@ void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint
   const CrowdBatch& own = stored.crowd;
   CrowdScratch& scratch = worker.crowd[0];
   const std::uint32_t given = given_count(batch);
-  const double* const origins = batch.input->origins.empty() ? nullptr : batch.input->origins.data;
   std::uint32_t next[kLanes];
   find_instances(stored, first, given, next);
   find_poses(batch, next, scratch.tile.next);
@@ -136,13 +159,13 @@ void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint
     std::copy(next, next + kLanes, instances.instance);
     std::copy(scratch.tile.next, scratch.tile.next + kLanes, scratch.tile.poses);
     take_origins(batch, instances.instance, scratch);
+    take_places(frame, stored, instances.instance, scratch.tile);
     scratch.tile.next_bytes = 0;
     if (ahead < given) {
       find_instances(stored, ahead, given, next);
       find_poses(batch, next, scratch.tile.next);
       scratch.tile.next_bytes = static_cast<std::uint32_t>(prefetched_bytes(batch));
-      for (std::uint32_t lane = 0; origins && lane < kLanes; ++lane)
-        prefetch_bytes(origins + 3 * std::size_t{next[lane]}, 3 * sizeof *origins);
+      prefetch_places(batch, next);
     }
     LeafWords* words[kLanes];
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -182,6 +205,7 @@ std::uint32_t bound_by_instance(const FrameContext& frame, StoredBatch& stored, 
   }
   find_poses(batch, of_lanes, scratch.tile.poses);
   take_origins(batch, of_lanes, scratch);
+  take_places(frame, stored, of_lanes, scratch.tile);
   scratch.tile.next_bytes = 0;
   const std::uint32_t live = make_words(frame, stored, instances, words, worker);
   alignas(64) float sides[6][kLanes];

@@ -140,10 +140,10 @@ struct CrowdTester::Entries {
   std::uint32_t head[kernel::kMostPairEntries], candidate[kernel::kMostPairEntries];
   std::uint32_t count = 0;
   float size = 0;
-  bool one_block = true;  // every candidate has one entry
-  bool one_pair = true;   // all are of the same two batches
-  bool turned = false;    // a leaf has axes of its own
-  bool is_direct = true;  // leaf pairs are link pairs
+  bool one_block = true;                         // every candidate has one entry
+  bool one_pair = true;                          // all are of the same two batches
+  kernel::RigidAs as = kernel::RigidAs::kPlain;  // the most that an instance's shape needs
+  bool is_direct = true;                         // leaf pairs are link pairs
 };
 
 // Makes the entries of all candidates of a crowd whose instances are of one batch and have one block each.
@@ -162,7 +162,7 @@ void CrowdTester::make_plain_entries(Entries& entries) {
   }
   entries.count = scratch_.count;
   const CrowdBatch& own = batch_of(candidates[0].batch_a);
-  entries.turned = own.shape.turned;
+  entries.as = kernel::rigid_as(own.shape);
   entries.is_direct = own.is_direct;
   entries.size = 2 * own.size;
 }
@@ -226,7 +226,7 @@ std::uint32_t CrowdTester::make_entries(std::uint32_t begin, Entries& entries) {
       batch_a = a.batch;
       batch_b = b.batch;
       entries.one_block = entries.one_block && own_a->blocks * own_b->blocks == 1;
-      entries.turned = entries.turned || own_a->shape.turned || own_b->shape.turned;
+      entries.as = std::max({entries.as, kernel::rigid_as(own_a->shape), kernel::rigid_as(own_b->shape)});
       entries.is_direct = entries.is_direct && own_a->is_direct && own_b->is_direct;
       entries.size = std::max(entries.size, own_a->size + own_b->size);
     }
@@ -243,6 +243,35 @@ std::uint32_t CrowdTester::make_entries(std::uint32_t begin, Entries& entries) {
       for_each_near_block(&crowd_.words[a.words], own_a->blocks, &crowd_.words[b.words], own_b->blocks, add);
   }
   return end;
+}
+
+// Writes how the instances of the slots in use are placed besides their origins, and what is unsure then
+// (docs/proof.md, step 14.11).
+void CrowdTester::place_slots(const Entries& entries, std::uint32_t used) {
+  kernel::PairSlots& slots = scratch_.slots;
+  // Returns the largest S + |c|_1 of the instance's leaves, with its margin.
+  const auto place = [&](int side, std::uint32_t k, std::uint32_t batch, std::uint32_t instance) {
+    const InstanceBatch& of = frame_.batch(batch);
+    const CrowdBatch& own = batch_of(batch);
+    const float* const orientation = orientation_of(of, instance);
+    const float margin = grown_by(of, instance, frame_.margin), grown = own.shape.placed ? margin : 0;
+    for (int i = 0; i < 4; ++i) slots.turn[side][i][k] = (orientation ? orientation : kNoTurn)[i];
+    slots.scale[side][k] = scale_of(of, instance);
+    slots.grown[side][k] = grown;
+    slots.margin[side][k] = margin;
+    slots.rotated[side][k] = orientation != nullptr;
+    return own.size * slots.scale[side][k] + 3 * grown;
+  };
+  for (std::uint32_t k = 0; k < used; ++k) {
+    const std::uint32_t entry = slots.entry[k];
+    const Candidate& candidate = scratch_.candidates[entries.candidate[entry]];
+    const float size =
+        place(0, k, candidate.batch_a, candidate.instance_a) + place(1, k, candidate.batch_b, candidate.instance_b);
+    const auto reach = [](const LeafWords& words) { return kernel::power_of_two(words.exponent + kWordBits); };
+    const float unsure = (kPlacedUnsureSize * (1 + kRigidSizeRounding)) * size +
+                         kPlacedUnsureCenter * (reach(*entries.a[entry]) + reach(*entries.b[entry]));
+    slots.unsure[k] = unsure + kOverlapTiny;
+  }
 }
 
 // Tests candidates from `begin` on. Returns the end of those that were tested.
@@ -263,8 +292,8 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
                                                pairs, &used);
     }
     const Candidate& first = candidates[begin];
-    kernel::RigidPairs job = {
-        &slots, pairs, count, out, nullptr, nullptr, nullptr, nullptr, entries.turned, frame_.policies.sat};
+    kernel::RigidPairs job = {&slots,  pairs,   count,   out,        nullptr,
+                              nullptr, nullptr, nullptr, entries.as, frame_.policies.sat};
     const InstanceBatch &batch_a = frame_.batch(first.batch_a), &batch_b = frame_.batch(first.batch_b);
     if (entries.one_pair && entries.one_block && has_short_pose_offsets(batch_a) && has_short_pose_offsets(batch_b)) {
       job.block_a = batch_of(first.batch_a).block.data;
@@ -272,6 +301,7 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
       job.base_a = batch_a.input->poses.data;
       job.base_b = batch_b.input->poses.data;
     }
+    if (entries.as == kernel::RigidAs::kPlaced) place_slots(entries, used);
     worker_.stats.candidates_apart += (end - begin) - point_slots(frame_, candidates, entries.candidate, used, slots);
     worker_.stats.box_tests += count;
     count = frame_.kernels.overlap_rigid_leaves(job);

@@ -58,6 +58,7 @@ class CrowdTester final : public StripSearcher {
   struct Entries;
   void make_plain_entries(Entries& entries);
   std::uint32_t make_entries(std::uint32_t begin, Entries& entries);
+  void place_slots(const Entries& entries, std::uint32_t used);
   std::uint32_t test_from(std::uint32_t begin);
   void report(const std::uint32_t* pairs, std::uint32_t count);
   void report_direct(std::uint32_t* pairs, std::uint32_t count, bool in_order);

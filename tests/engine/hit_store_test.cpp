@@ -82,8 +82,7 @@ class Story {
  public:
   Story(std::uint64_t seed, const Plot& plot, const EngineDesc& desc) : random_(seed), plot_(plot) {
     const std::uint32_t troops = 1 + random_.index(3);
-    const bool layers = random_.chance(0.4), margins = random_.chance(0.3) && !plot.words,
-               scales = random_.chance(0.5) && !plot.words;
+    const bool layers = random_.chance(0.4), margins = random_.chance(0.3), scales = random_.chance(0.5);
     for (std::uint32_t t = 0; t < troops; ++t) {
       Troop troop;
       troop.rig = random_rig(random_, static_cast<Topology>(random_.index(3)), 2 + random_.index(6), 2);

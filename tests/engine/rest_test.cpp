@@ -571,16 +571,19 @@ TEST_CASE("a checked build compares numbers that are read, whether they are give
   CHECK(rests_after([](Member&) {}));
   CHECK(rests_after([](Member& of) { of.poses.origins.assign(3 * kCount, 0.0); }));
   CHECK(rests_after([](Member& of) { of.poses.origins.assign(3 * kCount, -0.0); }));
-  CHECK(rests_after([](Member& of) {
+  CHECK_FALSE(rests_after([](Member& of) {  // boxes of instances with orientations are padded more
     for (std::uint32_t i = 0; i < kCount; ++i)
       of.poses.orientations.insert(of.poses.orientations.end(), {0.0f, -0.0f, 0.0f, 1.0f});
   }));
+  CHECK(rests_after([](Member&) {}));
   CHECK(rests_after([](Member& of) { of.poses.scales.assign(kCount, 1); }));
   CHECK(rests_after([](Member& of) { of.layers.assign(kCount, ~0u); }));
   CHECK(rests_after([](Member& of) { of.layer_masks.assign(kCount, ~0u); }));
   CHECK(rests_after([&](Member&) { story.margins[0].assign(kCount, 0.0f); }));
   CHECK(rests_after([&](Member&) { story.margins[0].clear(); }));
-  CHECK(rests_after([](Member& of) { of.poses.scales.clear(), of.poses.orientations.clear(); }));
+  CHECK(rests_after([](Member& of) { of.poses.scales.clear(); }));
+  CHECK_FALSE(rests_after([](Member& of) { of.poses.orientations.clear(); }));
+  CHECK(rests_after([](Member&) {}));
   CHECK(rests_after([](Member& of) {  // what is never read
     for (std::uint32_t i = 0; i < kCount; ++i) {
       std::fill_n(of.poses.pose(i, 1), 16, 7.0f);

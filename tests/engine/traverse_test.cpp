@@ -121,8 +121,7 @@ TEST_CASE(
     const unsigned links = instances == 2 ? 300 : instances == 30 ? 12 : 1;
     Member member;
     member.rig = random_rig(random, Topology::kTree, links, 1);
-    member.poses =
-        random_poses(random, member.rig, instances, PoseFormat::kQuaternionTranslation, {0.3, true, true, {}});
+    member.poses = random_poses(random, member.rig, instances, PoseFormat::kMatrix3x4Rows, {0.3, true, true, {}});
     world.members.push_back(member);
   }
   pair_all(world, 1, 3);

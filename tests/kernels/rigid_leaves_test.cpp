@@ -31,10 +31,13 @@ using ExactBox = oracle::OracleBox<Real>;
 
 constexpr std::uint64_t kSeed = 81;
 
-// By how much bounds of leaves exceed those of the exactly posed box: these shares of S + |c|_1 and of |C|_1, twice
-// those that the kernel adds. Worst measured 0.55 of it.
-constexpr Real kMostExcessSize = 2 * Real{kRigidBoundsSize};
-constexpr Real kMostExcessCenter = 2 * Real{kRigidBoundsCenter};
+// By how much bounds of leaves may exceed those of the exactly posed box: twice what the kernel adds. Worst measured
+// 0.55 of it.
+Real most_excess(bool placed, Real size, Real away) {
+  const Real of_size = placed ? kPlacedBoundsSize : kRigidBoundsSize,
+             of_away = placed ? kPlacedBoundsCenter : kRigidBoundsCenter;
+  return 2 * (of_size * size + of_away * away + Real{kOverlapTiny});
+}
 
 // Whether a centre is within the kernel's range is not judged closer to its end than this.
 constexpr Real kRangeRounding = 1e-5L;
@@ -80,10 +83,18 @@ void random_halves(Random& random, Halves halves, double (&out)[3]) {
   }
 }
 
-// What an articulation is like. scale: of its boxes, in metres. away: how far they are from their links, over that.
+// What places an instance besides its origin.
+struct Place {
+  float turn[4] = {0, 0, 0, 1};
+  float scale = 1;
+  float grown = 0;  // half extents, by its margin
+};
+
+// What an articulation is like. placed: its instances have orientations, scales or margins of their own. scale: of its
+// boxes, in metres. away: how far they are from their links, over that.
 struct RigKind {
   std::uint32_t links, leaves;
-  bool turned;
+  bool turned, placed;
   Halves halves;
   double scale, away, margin;
   std::size_t link_stride;
@@ -106,6 +117,7 @@ struct Rig {
     desc.leaves = described;
     REQUIRE(build_articulation(desc, arena, &articulation, nullptr) == Status::kOk);
     make_shape();
+    make_places(random);
   }
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
@@ -113,6 +125,9 @@ struct Rig {
   std::uint32_t blocks() const { return static_cast<std::uint32_t>(block.size()); }
   std::size_t stride() const { return kind.links * kind.link_stride; }
   float grown() const { return kMarginShare * static_cast<float>(kind.margin); }
+  float size_of(std::uint32_t instance) const { return size * places[instance].scale + 3 * own_growth(instance); }
+  // By how much an instance's half extents are larger than its scale makes those of the shape.
+  float own_growth(std::uint32_t instance) const { return kind.placed ? places[instance].grown : 0; }
 
   RigKind kind;
   Arena arena;
@@ -122,9 +137,34 @@ struct Rig {
   std::vector<BoxAos> exact;
   std::vector<std::uint32_t> offset, bare;
   RigidShape shape;
-  float size = 0;  // the largest S + |c|_1
+  float size = 0;  // the largest S + |c|_1 of the shape
+  Place places[kLanes];
+  bool rotated = false, scaled = false;
 
  private:
+  void make_places(Random& random) {
+    rotated = kind.placed && random.chance(0.8);
+    scaled = kind.placed && kind.scale < 1e12 && random.chance(0.5);  // else beyond the range
+    const bool has_margins = kind.placed && random.chance(0.5);
+    const Eigen::Quaterniond common = any_turn(random);
+    for (Place& place : places) {
+      place.grown = grown();
+      if (rotated) {
+        const Eigen::Quaterniond turns[] = {any_turn(random), quarter_turn(random), common,
+                                            common * small_turn(random)};
+        const double length = random.chance(0.5) ? 1 : random.log_uniform(1e-2, 1e2);
+        const Eigen::Vector4d turn = length * turns[random.index(4)].coeffs();
+        for (int k = 0; k < 4; ++k) place.turn[k] = static_cast<float>(turn[k]);
+      }
+      if (scaled) {
+        const double factors[] = {
+            1, 2, kMinScale, kMaxScale, random.log_uniform(0.3, 3), random.log_uniform(1e-3, 1e3)};
+        place.scale = std::clamp(static_cast<float>(factors[random.index(6)]), kMinScale, kMaxScale);
+      }
+      if (has_margins) place.grown += static_cast<float>(kind.scale * random.log_uniform(1e-3, 1));
+    }
+  }
+
   Leaf random_leaf(Random& random) const {
     Leaf out;
     out.link = random.index(kind.links);
@@ -170,7 +210,7 @@ struct Rig {
       for (int k = 0; k < 4; ++k) of.turn[k][at] = to.turn[k] = static_cast<float>(turn[k]);
       for (int c = 0; c < 3; ++c) {
         of.middle[c][at] = to.middle[c] = static_cast<float>(axes.col(c).dot(center));
-        of.half[c][at] = to.half[c] = box.half[c] + grown();
+        of.half[c][at] = to.half[c] = kind.placed ? box.half[c] : box.half[c] + grown();
         exact[n].half[c] = box.half[c];
         exact[n].center[c] = box.center[c];
         for (int k = 0; k < 3; ++k) exact[n].axis[3 * k + c] = box.axis[k][c];
@@ -181,13 +221,22 @@ struct Rig {
       exact[n].unused = (kPosePad.body * (sum + out) + kMergePadTiny) + grown();
       const auto all = static_cast<float>(sum_of(to.half) + sum_of(box.center)) * (1 + 0x1p-20f);
       size = std::max(size, all);
-      of.reach[at] = kRigidBoundsSize * all + kOverlapTiny;
+      of.reach[at] = kind.placed ? kPlacedBoundsSize * all : kRigidBoundsSize * all + kOverlapTiny;
       of.offset[at] = offset[n] = static_cast<std::uint32_t>(articulation.leaf_link[n] * kind.link_stride);
     }
-    const bool turned = shape.turned;
-    shape = {block.data(),  leaf.data(), exact.data(),
-             offset.data(), bare.data(), static_cast<std::uint32_t>(bare.size()),
-             turned};
+    shape.block = block.data();
+    shape.leaf = leaf.data();
+    shape.exact = exact.data();
+    shape.offset = offset.data();
+    shape.bare = bare.data();
+    shape.bare_count = static_cast<std::uint32_t>(bare.size());
+    shape.placed = kind.placed;
+    shape.extent = size;
+    for (const PosedLink& posed : articulation.posed_links) {
+      const float* const joint = articulation.link_joint.data + 3 * posed.link;
+      if (posed.needs_joint)
+        shape.extent = std::max(shape.extent, std::fabs(joint[0]) + std::fabs(joint[1]) + std::fabs(joint[2]));
+    }
   }
 };
 
@@ -217,19 +266,27 @@ std::vector<float> random_poses(Random& random, const Rig& rig, Turns turns, con
   return out;
 }
 
-// A leaf's box about its instance's origin, with the frame's margin, exactly.
-ExactBox exact_box(const Rig& rig, const float* pose, std::uint32_t leaf) {
+// A leaf's box about its instance's origin, with its margin, exactly. poses: of all sixteen instances.
+ExactBox exact_box(const Rig& rig, const float* poses, std::uint32_t instance, std::uint32_t leaf) {
   const Box& local = rig.articulation.leaf_box[leaf];
-  const float* const q = pose + rig.offset[leaf];
+  const float* const q = poses + instance * rig.stride() + rig.offset[leaf];
+  const Place& place = rig.places[instance];
   const Real quaternion[4] = {q[0], q[1], q[2], q[3]};
-  Real column[3][3];
+  const Real turn[4] = {place.turn[0], place.turn[1], place.turn[2], place.turn[3]};
+  const Real scale = place.scale;
+  Real column[3][3], turned[3][3];
   oracle::quaternion_matrix(quaternion, column);
+  oracle::quaternion_matrix(turn, turned);
   ExactBox out{};
   const Point at = {{q[4], q[5], q[6]}};
-  oracle::store(at + oracle::rotated(column, oracle::convert<Real>(oracle::to_vec3(local.center))), out.center);
+  oracle::store(
+      oracle::rotated(turned,
+                      scale * (at + oracle::rotated(column, oracle::convert<Real>(oracle::to_vec3(local.center))))),
+      out.center);
   for (std::size_t k = 0; k < 3; ++k) {
-    oracle::store(oracle::rotated(column, oracle::convert<Real>(oracle::to_vec3(local.axis[k]))), out.axis[k]);
-    out.half[k] = Real{local.half[k]} + Real{kMarginShare} * Real{static_cast<float>(rig.kind.margin)};
+    const Point axis = oracle::rotated(column, oracle::convert<Real>(oracle::to_vec3(local.axis[k])));
+    oracle::store(oracle::rotated(turned, axis), out.axis[k]);
+    out.half[k] = scale * Real{local.half[k]} + Real{place.grown};
   }
   return out;
 }
@@ -255,13 +312,17 @@ Posed pose(const kernel::KernelTable& kernels, const Rig& rig, const std::vector
   std::vector<PointTile> joints(rig.articulation.link_count);
   kernel::PoseTile job = {};
   job.articulation = &rig.articulation;
-  job.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
+  job.coding = {PoseFormat::kQuaternionTranslation, rig.scaled ? Scaling::kPerInstance : Scaling::kNone};
   job.link_stride = rig.kind.link_stride;
   kernel::point_lanes(poses.data(), rig.stride(), kLanes, job.poses);
+  for (std::uint32_t i = 0; i < kLanes; ++i) {
+    job.orientations[i] = rig.rotated ? rig.places[i].turn : nullptr;
+    job.scales[i] = rig.places[i].scale;
+    job.margins[i] = rig.places[i].grown;
+  }
   job.leaves = out.leaves.data();
   job.joints = joints.data();
   job.flags = out.flags;
-  std::fill_n(job.margins, kLanes, rig.grown());
   kernels.pose_leaves(job);
   return out;
 }
@@ -275,6 +336,12 @@ std::unique_ptr<kernel::RigidTile> rigid_tile(const Rig& rig, const std::vector<
   kernel::point_lanes(poses.data(), rig.stride(), live, out->poses);
   kernel::point_lanes(poses.data(), rig.stride(), kLanes, out->next);
   out->next_bytes = next_bytes;
+  for (std::uint32_t lane = 0; lane < kLanes && rig.kind.placed; ++lane) {
+    const Place& place = rig.places[std::min(lane, live - 1)];
+    out->orientations[lane] = place.turn;
+    out->scales[lane] = place.scale;
+    out->grown[lane] = place.grown;
+  }
   return out;
 }
 
@@ -309,16 +376,36 @@ void spoil(Random& random, float* q) {
   }
 }
 
-// Whether an instance's leaf centres and bare links are within the kernel's range: 1 if so, 0 if not, -1 if near it.
-int is_in_range(const Rig& rig, const float* pose) {
+// The same for what places an instance.
+void spoil(Random& random, const Rig& rig, Place& place) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const float scales[] = {0, -1, nan, infinity, 0.999f * kMinScale, 1.001f * kMaxScale};
+  const float factors[] = {0, 1e-20f, 1e4f, 1e-4f, infinity, nan};
+  if (rig.scaled && random.chance(0.5)) place.scale = scales[random.index(6)];
+  const float factor = factors[random.index(6)];
+  for (float& c : place.turn)
+    if (rig.rotated && random.chance(0.9)) c *= factor;
+}
+
+// Whether an instance's leaf centres and links are within the kernel's range: 1 if so, 0 if not, -1 if near it.
+int is_in_range(const Rig& rig, const float* poses, std::uint32_t instance) {
+  const float* const pose = poses + instance * rig.stride();
+  const Place& place = rig.places[instance];
   Real most = 0;
   for (std::uint32_t n = 0; n < rig.articulation.leaf_count; ++n) {
     Real away = 0;
-    for (const Real c : exact_box(rig, pose, n).center) away += std::fabs(c);
+    for (const Real c : exact_box(rig, poses, instance, n).center) away += std::fabs(c);
     most = std::max(most, away);
   }
-  for (const std::uint32_t link : rig.bare)
-    for (int c = 4; c < 7; ++c) most = std::max(most, std::fabs(Real{pose[link + static_cast<std::size_t>(c)]}));
+  const auto check_link = [&](std::uint32_t link, Real scale) {
+    for (int c = 4; c < 7; ++c)
+      most = std::max(most, scale * std::fabs(Real{pose[link + static_cast<std::size_t>(c)]}));
+  };
+  for (const std::uint32_t link : rig.bare) check_link(link, std::max(Real{1}, Real{place.scale}));
+  if (rig.kind.placed) {
+    for (const std::uint32_t link : rig.offset) check_link(link, 1);
+    most = std::max(most, Real{place.scale} * Real{rig.shape.extent} + 3 * Real{place.grown});
+  }
   const Real range = kernel::kRigidRange;
   return most <= (1 - kRangeRounding) * range ? 1 : most > (1 + kRangeRounding) * range ? 0 : -1;
 }
@@ -330,6 +417,7 @@ RigKind random_kind(Random& random) {
   const bool many = random.chance(0.2);
   return {1 + random.index(8),
           1 + random.index(many ? 40 : kLanes),
+          random.chance(0.5),
           random.chance(0.5),
           static_cast<Halves>(random.index(kHalvesCount)),
           scale,
@@ -349,13 +437,15 @@ TEST_CASE(
   std::size_t differing = 0, good = 0, refused = 0, out_of_range = 0, several_blocks = 0, bare_links = 0;
   Real worst = 0;
   for (std::uint64_t round = 0; round < rounds(usual); ++round) {
-    const Rig rig(random, random_kind(random));
+    Rig rig(random, random_kind(random));
     const double places[] = {0, 1e-30, 1e-3, 1, 1e6, rig.kind.scale, 1e15};
     std::vector<float> poses = random_poses(random, rig, static_cast<Turns>(random.index(kTurnsCount)),
                                             any_turn(random), places[random.index(7)]);
     for (std::size_t lane = 0; lane < kLanes; ++lane)
       if (random.chance(0.3))
         spoil(random, poses.data() + lane * rig.stride() + random.index(rig.kind.links) * rig.kind.link_stride);
+      else if (rig.kind.placed && random.chance(0.1))
+        spoil(random, rig, rig.places[lane]);
     const Posed posed = pose(*kernel::find_kernels(Isa::kScalar), rig, poses);
     const std::uint32_t next_bytes = random.chance(0.5) ? 0 : random.index(300);
     const auto first = rigid_tile(rig, poses, next_bytes);
@@ -385,17 +475,18 @@ TEST_CASE(
       }
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         if (!(first->rigid >> lane & 1) || posed.flags[lane] != kInstanceOk) continue;  // a later block may refuse it
-        const float* const of = poses.data() + lane * rig.stride();
         for (std::uint32_t n = 0; n < leaves; ++n) {
           const std::uint32_t leaf = b * kLanes + n;
           const auto box = get(posed.leaves[leaf], lane);
-          const ExactBox exact = exact_box(rig, of, leaf);
+          const ExactBox exact = exact_box(rig, poses.data(), lane, leaf);
           const Point reached = world_halves(box), reached_exactly = world_halves(exact);
           const Real slack = Real{kSlackWorld} * (sum_of(box.half) + Real{kOverlapTiny});
-          const Real size = sum_of(rig.leaf[leaf].half) + sum_of(rig.articulation.leaf_box[leaf].center);
+          const Real size = Real{rig.places[lane].scale} *
+                                (sum_of(rig.leaf[leaf].half) + sum_of(rig.articulation.leaf_box[leaf].center)) +
+                            3 * Real{rig.own_growth(lane)};
           Real away = 0;
           for (const Real c : exact.center) away += std::fabs(c);
-          const Real most = kMostExcessSize * size + kMostExcessCenter * away + 2 * Real{kOverlapTiny};
+          const Real most = most_excess(rig.kind.placed, size, away);
           for (std::size_t c = 0; c < 3; ++c) {
             const Real lo = first->lo[n][c][lane], hi = first->hi[n][c][lane], at = box.center[c];
             outside_posed += !(lo <= at - reached[c] - slack) + !(hi >= at + reached[c] + slack);
@@ -423,7 +514,7 @@ TEST_CASE(
         ++refused;
         continue;
       }
-      const int in_range = is_in_range(rig, poses.data() + lane * rig.stride());
+      const int in_range = is_in_range(rig, poses.data(), lane);
       wrong_lanes += in_range == 1 && !rigid;
       wrong_lanes += in_range == 0 && rigid;
       good += in_range == 1;
@@ -491,7 +582,7 @@ struct Side {
     boxes.resize(std::size_t{kLanes} * leaves);
     scalar.boxes_to_aos(posed.leaves.data(), leaves, kLanes, boxes.data(), leaves);
     for (std::uint32_t i = 0; i < kLanes; ++i)
-      for (std::uint32_t n = 0; n < leaves; ++n) exact.push_back(exact_box(rig, pose_of(i), n));
+      for (std::uint32_t n = 0; n < leaves; ++n) exact.push_back(exact_box(rig, poses.data(), i, n));
     words.resize(std::size_t{kLanes} * rig.blocks());
     const auto tile = rigid_tile(rig, poses, 0);
     for (std::uint32_t b = 0; b < rig.blocks(); ++b) {
@@ -557,12 +648,18 @@ void place_touching(Random& random, const ExactBox& a, const ExactBox& b, Real g
         static_cast<double>(origin_a[c] + (a.center[c] + from_a[c] + gap * along[c]) - (b.center[c] + from_b[c]));
 }
 
+// The sum of the largest S + |c|_1 of both instances.
+double size_of(const Side& a, const Side& b, const Entry& entry) {
+  return static_cast<double>(a.rig.size_of(entry.a)) + static_cast<double>(b.rig.size_of(entry.b));
+}
+
 double unsure_of(const Side& a, const Side& b, const Entry& entry) {
   const auto reach = [](const Side& side, std::uint32_t instance, std::uint32_t block) {
     return std::ldexp(1.0, side.words[instance * side.rig.blocks() + block].exponent + kWordBits);
   };
-  return static_cast<double>(kRigidUnsureSize) * static_cast<double>(a.rig.size + b.rig.size) +
-         static_cast<double>(kRigidUnsureCenter) *
+  const bool placed = a.rig.kind.placed || b.rig.kind.placed;
+  return static_cast<double>(placed ? kPlacedUnsureSize : kRigidUnsureSize) * size_of(a, b, entry) +
+         static_cast<double>(placed ? kPlacedUnsureCenter : kRigidUnsureCenter) *
              (reach(a, entry.a, entry.block_a) + reach(b, entry.b, entry.block_b));
 }
 
@@ -578,7 +675,7 @@ Entry random_entry(Random& random, const Side& a, const Side& b) {
   const std::uint32_t i = out.block_a * kLanes + random.index(a.rig.block[out.block_a].leaves);
   const std::uint32_t j = out.block_b * kLanes + random.index(b.rig.block[out.block_b].leaves);
   const ExactBox &box_a = a.exactly(out.a, i), &box_b = b.exactly(out.b, j);
-  const double size = static_cast<double>(a.rig.size + b.rig.size), unsure = unsure_of(a, b, out);
+  const double size = size_of(a, b, out), unsure = unsure_of(a, b, out);
   out.touches = random.chance(0.85);
   if (out.touches) {
     const double gaps[] = {0, random.uniform(-0x1p-14, 0x1p-14) * size,
@@ -595,6 +692,24 @@ Entry random_entry(Random& random, const Side& a, const Side& b) {
   return out;
 }
 
+void fill_places(const Side& a, const Side& b, const Entry& entry, std::uint32_t slot, kernel::PairSlots& slots) {
+  const auto fill = [&](int side, const Rig& rig, std::uint32_t instance) {
+    const Place& place = rig.places[instance];
+    for (int k = 0; k < 4; ++k) slots.turn[side][k][slot] = place.turn[k];
+    slots.scale[side][slot] = place.scale;
+    slots.grown[side][slot] = rig.own_growth(instance);
+    slots.margin[side][slot] = place.grown;
+    slots.rotated[side][slot] = rig.rotated;
+  };
+  fill(0, a.rig, entry.a);
+  fill(1, b.rig, entry.b);
+  slots.unsure[slot] = static_cast<float>(unsure_of(a, b, entry)) + kOverlapTiny;
+}
+
+kernel::RigidAs rigid_as(const Side& a, const Side& b) {
+  return std::max(kernel::rigid_as(a.rig.shape), kernel::rigid_as(b.rig.shape));
+}
+
 void fill_slot(const Side& a, const Side& b, const Entry& entry, std::uint32_t slot, kernel::PairSlots& slots) {
   slots.shape_a[slot] = &a.rig.shape;
   slots.shape_b[slot] = &b.rig.shape;
@@ -607,6 +722,7 @@ void fill_slot(const Side& a, const Side& b, const Entry& entry, std::uint32_t s
     slots.shift[c][slot] = static_cast<float>(slots.exact_shift[slot][c]);
   }
   slots.unsure[slot] = static_cast<float>(unsure_of(a, b, entry));
+  if (rigid_as(a, b) == kernel::RigidAs::kPlaced) fill_places(a, b, entry, slot, slots);
 }
 
 // The centre of b's leaf less that of a's.
@@ -670,7 +786,10 @@ std::string describe(const Side& a, const Side& b, const std::vector<Entry>& ent
     out << "\n  axes";
     for (const auto& axis : box.axis)
       for (const float v : axis) out << ' ' << v;
-    out << "\n  margin " << side.rig.kind.margin << std::defaultfloat;
+    const Place& place = side.rig.places[instance];
+    out << "\n  turn";
+    for (const float v : place.turn) out << ' ' << v;
+    out << "\n  scale " << place.scale << " grown " << place.grown << std::defaultfloat;
   };
   out << "slot " << kernel::slot_of(pair);
   leaf(a, entry.a, kernel::leaf_a_of(pair));
@@ -707,6 +826,7 @@ ScenePair random_scene(Random& random, Scene scene) {
     return RigKind{1 + random.index(4),
                    leaves,
                    random.chance(0.5),
+                   random.chance(0.4),
                    static_cast<Halves>(random.index(kHalvesCount)),
                    scale,
                    away,
@@ -788,7 +908,7 @@ TEST_CASE(
               job.base_a = a.poses.data();
               job.base_b = b.poses.data();
             }
-            job.turned = a.rig.shape.turned || b.rig.shape.turned || round % 8 == 0;
+            job.as = std::max(rigid_as(a, b), round % 8 == 0 ? kernel::RigidAs::kTurned : kernel::RigidAs::kPlain);
             job.sat = sat;
             const std::uint32_t n = kernels->overlap_rigid_leaves(job);
             REQUIRE(n <= count);
@@ -878,6 +998,7 @@ TEST_CASE("the crowd's passes together keep exactly the leaf pairs of two instan
           slots->pose_b[s] = b.pose_of(entry.b);
           slots->at_a[s] = static_cast<std::uint32_t>(slots->pose_a[s] - a.poses.data());
           slots->at_b[s] = static_cast<std::uint32_t>(slots->pose_b[s] - b.poses.data());
+          if (rigid_as(a, b) == kernel::RigidAs::kPlaced) fill_places(a, b, entry, s, *slots);
         }
         kernel::RigidPairs job = {};
         job.slots = slots.get();
@@ -890,7 +1011,7 @@ TEST_CASE("the crowd's passes together keep exactly the leaf pairs of two instan
           job.base_a = a.poses.data();
           job.base_b = b.poses.data();
         }
-        job.turned = a.rig.shape.turned || b.rig.shape.turned;
+        job.as = rigid_as(a, b);
         job.sat = Sat::kAll15;
         out.resize(kernels->overlap_rigid_leaves(job));
         for (std::uint32_t& pair : out) pair = slots->entry[kernel::slot_of(pair)] << 16 | (pair & 0xffff);

@@ -902,10 +902,10 @@ typedef struct cab_BatchInput {
   // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into strips
   // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
   // first frame with `moved`, after a frame that did not answer CAB_STATUS_OK or had other rules, policies, margin,
-  // min_depth or report, and after cab_find_candidates, cab_add_batch, reserve and cab_remove_batch; an instance does
-  // that was not in its batch's last frame, by `count` or `instances`, or was masked there. A build without NDEBUG
-  // compares what rests with the last frame, and may answer CAB_STATUS_MOVED_AT_REST. Characters only. Empty (default):
-  // all have moved.
+  // min_depth or report, and after cab_find_candidates, cab_add_batch, reserve and cab_remove_batch; those of a batch
+  // do where `orientations` become empty or cease to be; an instance does that was not in its batch's last frame, by
+  // `count` or `instances`, or was masked there. A build without NDEBUG compares what rests with the last frame, and
+  // may answer CAB_STATUS_MOVED_AT_REST. Characters only. Empty (default): all have moved.
   cab_ConstUint8Span moved;
 } cab_BatchInput;
 
@@ -1016,9 +1016,9 @@ typedef struct cab_Contact {
   uint16_t leaf_b;   // index of the leaf of the second link
 } cab_Contact;
 
-// What a frame did. Counts depend neither on the instruction set nor on threads. With CAB_REPORT_IN_CONTACT they do
-// depend on threads, because a task skips what another task has already reported. Seconds are sums over threads, except
-// seconds_total.
+// What a frame did. Counts depend neither on the instruction set nor on threads. With CAB_REPORT_IN_CONTACT they depend
+// on both, because what has already been reported is skipped, and candidates come in another order. Seconds are sums
+// over threads, except seconds_total.
 typedef struct cab_FrameStats {
   uint64_t candidates;               // pairs of characters whose bounds overlap, and characters tested within
   uint64_t box_tests;                // overlap tests of two boxes, inner ones and leaves

@@ -562,9 +562,10 @@ struct BatchInput {
   // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into strips
   // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
   // first frame with `moved`, after a frame that did not answer kOk or had other rules, policies, margin, min_depth or
-  // report, and after find_candidates, add_batch, reserve and remove_batch; an instance does that was not in its
-  // batch's last frame, by `count` or `instances`, or was masked there. A build without NDEBUG compares what rests with
-  // the last frame, and may answer kMovedAtRest. Characters only. Empty (default): all have moved.
+  // report, and after find_candidates, add_batch, reserve and remove_batch; those of a batch do where `orientations`
+  // become empty or cease to be; an instance does that was not in its batch's last frame, by `count` or `instances`, or
+  // was masked there. A build without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest.
+  // Characters only. Empty (default): all have moved.
   Span<const std::uint8_t> moved;
 };
 
@@ -667,9 +668,9 @@ struct Contact {
   std::uint16_t leaf_b;  // index of the leaf of the second link
 };
 
-// What a frame did. Counts depend neither on the instruction set nor on threads. With Report::kInContact they do depend
-// on threads, because a task skips what another task has already reported. Seconds are sums over threads, except
-// seconds_total.
+// What a frame did. Counts depend neither on the instruction set nor on threads. With Report::kInContact they depend on
+// both, because what has already been reported is skipped, and candidates come in another order. Seconds are sums over
+// threads, except seconds_total.
 struct FrameStats {
   std::uint64_t candidates = 0;               // pairs of characters whose bounds overlap, and characters tested within
   std::uint64_t box_tests = 0;                // overlap tests of two boxes, inner ones and leaves

@@ -1,5 +1,6 @@
 // The frame of a crowd finds what a test of all leaf pairs finds, whatever the crowd looks like and looked like before.
 #include "engine/engine.h"
+#include "perf/oracle/exact_pose.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/small_store.h"
 #include "tests/rounds.h"
@@ -31,7 +32,7 @@ void add_rules(World& world) {
     for (std::uint32_t b = a; b <= world.members.size(); ++b) world.rules.push_back({{b}, {a}, Pairing::kBetween});
 }
 
-// Poses that the frame of a crowd takes: quaternions, without orientations.
+// Poses that the frame of a crowd takes: quaternions, some with orientations and scales.
 Member crowd_member(Random& random, std::uint32_t instances, unsigned most_links, PoseRange range) {
   Member member;
   member.rig = any_rig(random, most_links);
@@ -41,8 +42,10 @@ Member crowd_member(Random& random, std::uint32_t instances, unsigned most_links
     std::sort(member.rig.leaves.begin(), member.rig.leaves.end(),
               [](const Leaf& x, const Leaf& y) { return x.link < y.link; });
   }
-  range.orientations = false;
   member.poses = random_poses(random, member.rig, instances, PoseFormat::kQuaternionTranslation, range);
+  if (random.chance(0.3))
+    for (std::uint32_t i = 0; i < instances; ++i)
+      member.poses.scales.push_back(static_cast<float>(random.chance(0.2) ? 1 : random.log_uniform(0.3, 3)));
   return member;
 }
 
@@ -78,6 +81,19 @@ Status run_and_count(Engine& engine, FrameJob& job) noexcept {
   const Status status = run_frame(engine, job);
   frames_by_bands += engine.crowd.by_bands;
   strays_of_bands += engine.crowd.by_bands ? engine.crowd.bands.strays : 0;
+  return status;
+}
+
+// Runs a frame in which all instances of one batch have margins of their own.
+std::vector<float> margins_of_all;
+Status run_with_margins(Engine& engine, FrameJob& job) noexcept {
+  BatchInput input = job.inputs[0];
+  input.margins = margins_of_all;
+  FrameJob with = job;
+  with.inputs = {&input, 1};
+  const Status status = run_frame(engine, with);
+  with.inputs = job.inputs;
+  job = with;
   return status;
 }
 
@@ -128,6 +144,57 @@ TEST_CASE("a crowd has the hits of all leaf pairs, and loses no touching pair") 
   }
   CHECK(crowds > rounds(60) * 9 / 10);
   CHECK(hits > least_count(5000, 60));
+}
+
+TEST_CASE("placed boxes at the edge of touching have the hits of all leaf pairs") {
+  const std::uint64_t usual = 200;
+  const std::uint32_t count = 64;
+  std::size_t hits = 0, pairs = 0;
+  Random random(109);
+  for (std::uint64_t round = 0; round < rounds(usual); ++round) {
+    CAPTURE(round);
+    Rig rig;
+    rig.parents = {-1};
+    rig.parent_offset = {{}};
+    rig.leaves = {{0, random_box(random, random.uniform(0, 1) * random.unit_vector(), 0.1, 0.5), {}}};
+    Member member = {rig, random_poses(random, rig, count, PoseFormat::kQuaternionTranslation, {1, true, true, {}}),
+                     BatchKind::kCharacters};
+    Poses& poses = member.poses;
+    const bool scaled = random.chance(0.5), has_margins = random.chance(0.5);
+    std::vector<float> margins;
+    // The second of each two instances is like the first, but moved along an axis of its box by about a length of it.
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t first = i & ~1u;
+      if (scaled)
+        poses.scales.push_back(i == first ? static_cast<float>(random.log_uniform(1e-2, 1e2)) : poses.scales[first]);
+      if (has_margins) margins.push_back(i == first ? static_cast<float>(random.log_uniform(1e-3, 1)) : margins[first]);
+      for (std::size_t c = 0; c < 3; ++c) poses.origins[3 * i + c] = 1e3 * i * (c == 0) + 0.1 * (c == 1);
+      if (i == first) continue;
+      std::copy_n(poses.pose(first, 0), 7, poses.pose(i, 0));
+      std::copy_n(&poses.orientations[4 * first], 4, &poses.orientations[4 * i]);
+      const ExactBox box = exact_leaf_boxes(rig, poses, first)[0];
+      const std::uint32_t k = random.index(3);
+      const Point axis = axis_of(box, k);
+      const Real grown = has_margins ? Real{margins[i]} : 0;  // half of the margin of two such instances
+      const Real by =
+          2 * (box.half[k] + grown) * (1 + Real{random.uniform(-60, 400)} * 0x1p-24L) / std::sqrt(dot(axis, axis));
+      for (std::size_t c = 0; c < 3; ++c)
+        poses.origins[3 * i + c] = poses.origins[3 * first + c] + static_cast<double>(by * axis[c]);
+    }
+    World world;
+    world.members = {member};
+    add_rules(world);
+    const EnginePtr engine = make_engine_for(world);
+    margins_of_all = margins;
+    const Outcome all = run_on(*engine, world, by_all_pairs(kByRows), run_with_margins),
+                  got = run_on(*engine, world, kByRows, run_with_margins);
+    CHECK(was_crowd(*engine));
+    CHECK(same_hits(got.hits, all.hits));
+    hits += got.hits.size();
+    pairs += count / 2;
+  }
+  CHECK(hits > pairs / 20);
+  CHECK(hits < pairs * 19 / 20);
 }
 
 TEST_CASE("where some have words and some have none, by any rules and reports, hits are those of all leaf pairs") {

@@ -19,12 +19,13 @@ Member rods(Random& random, std::uint32_t links, std::uint32_t count) {
     out.rig.parent_offset.push_back({{0.1, 0, 0}});
     out.rig.leaves.push_back({link, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.05f, 0.02f, 0.02f}}, {}});
   }
-  out.poses = random_poses(random, out.rig, count, PoseFormat::kQuaternionTranslation, {1, true, true, {}});
+  // Matrices, which have no words.
+  out.poses = random_poses(random, out.rig, count, PoseFormat::kMatrix3x4Rows, {1, true, true, {}});
   for (std::uint32_t i = 0; i < count; ++i)
     for (std::uint32_t link = 0; link < links; ++link) {
       const float along = 0.1f * (static_cast<float>(link) - 0.5f * static_cast<float>(links));
-      const float pose[] = {0, 0, 0, 1, along, 0, 0};
-      std::copy_n(pose, 7, out.poses.pose(i, link));
+      const float pose[] = {1, 0, 0, along, 0, 1, 0, 0, 0, 0, 1, 0};
+      std::copy_n(pose, 12, out.poses.pose(i, link));
     }
   return out;
 }
