@@ -329,7 +329,7 @@ TEST_CASE(
         REQUIRE(used <= count);
         REQUIRE(n <= 256 * count);
         std::vector<Listed> list;
-        std::vector<std::uint32_t> words(to.begin(), to.begin() + n), of_slot(slots->entry, slots->entry + used);
+        std::vector<std::uint32_t> words(to.data(), to.data() + n), of_slot(slots->entry, slots->entry + used);
         for (const std::uint32_t word : words) {
           REQUIRE(kernel::slot_of(word) < used);
           list.push_back({of_slot[kernel::slot_of(word)], kernel::leaf_a_of(word), kernel::leaf_b_of(word)});
