@@ -96,24 +96,24 @@ CAB_INLINE void read_seven<Batch<xsimd::avx512bw>>(const float* const* from, std
 }
 #endif
 
-// The product of the quaternions in q and p.
+// The product of two quaternions x y z w.
 template <class V>
-CAB_INLINE void turn_by(const V (&p)[4], V (&q)[7]) {
-  const V x = q[0], y = q[1], z = q[2], w = q[3];
-  q[0] = (w * p[0] + x * p[3]) + (y * p[2] - z * p[1]);
-  q[1] = (w * p[1] + y * p[3]) + (z * p[0] - x * p[2]);
-  q[2] = (w * p[2] + z * p[3]) + (x * p[1] - y * p[0]);
-  q[3] = (w * p[3] - x * p[0]) - (y * p[1] + z * p[2]);
+CAB_INLINE void multiply(const V* a, const V* b, V* out) {
+  const V x = (a[3] * b[0] + a[0] * b[3]) + (a[1] * b[2] - a[2] * b[1]);
+  const V y = (a[3] * b[1] + a[1] * b[3]) + (a[2] * b[0] - a[0] * b[2]);
+  const V z = (a[3] * b[2] + a[2] * b[3]) + (a[0] * b[1] - a[1] * b[0]);
+  out[3] = (a[3] * b[3] - a[0] * b[0]) - (a[1] * b[1] + a[2] * b[2]);
+  out[0] = x, out[1] = y, out[2] = z;
 }
 
-// The product of the quaternions in p and q.
+// Replaces the quaternion in q by its product with p, which comes last or first.
+template <class V>
+CAB_INLINE void turn_by(const V (&p)[4], V (&q)[7]) {
+  multiply<V>(q, p, q);
+}
 template <class V>
 CAB_INLINE void turn_first(const V (&p)[4], V (&q)[7]) {
-  const V x = q[0], y = q[1], z = q[2], w = q[3];
-  q[0] = (w * p[0] + x * p[3]) + (z * p[1] - y * p[2]);
-  q[1] = (w * p[1] + y * p[3]) + (x * p[2] - z * p[0]);
-  q[2] = (w * p[2] + z * p[3]) + (y * p[0] - x * p[1]);
-  q[3] = (w * p[3] - x * p[0]) - (y * p[1] + z * p[2]);
+  multiply<V>(p, q, q);
 }
 
 // The rotation of the quaternion x y z w by rows, where s is twice the inverse of its squared length.

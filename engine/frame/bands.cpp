@@ -130,7 +130,7 @@ void run_band_task(FrameRun& run, std::uint32_t task, std::uint32_t w) {
       const std::uint32_t until = s + 1 == chunk.end ? end : std::min(end, crowd.strip_first[s + 1]);
       if (place < until) {
         bound_crowd_tiles(*run.characters, stored, place, until, crowd, worker);
-        place += (until - place + kLanes - 1) / kLanes * kLanes;
+        place += tile_count(until - place) * kLanes;
       }
     }
     band.take_rows(std::min(place, count));

@@ -24,6 +24,13 @@ inline bool is_placed(const InstanceBatch& batch) {
   return !batch.input->orientations.empty() || !batch.input->scales.empty() || !batch.margins.empty();
 }
 
+// The quaternion of an instance's orientation, of no turn if it has none.
+inline const float* turn_of(const InstanceBatch& batch, std::uint32_t instance) {
+  static constexpr float kNoTurn[4] = {0, 0, 0, 1};
+  const float* const given = orientation_of(batch, instance);
+  return given ? given : kNoTurn;
+}
+
 // Makes the part of a new batch that does not depend on a frame. Throws std::bad_alloc.
 void make_crowd_batch(StoredBatch& stored);
 

@@ -13,9 +13,6 @@ namespace cab {
 // Most leaves of an instance that has words. More are for the strategies `links` and `tree`, or are posed for `rows`.
 inline constexpr std::uint32_t kCrowdLeaves = 128;
 
-// The orientation of instances that have none.
-inline constexpr float kNoTurn[4] = {0, 0, 0, 1};
-
 // Of a batch of characters. shape: its leaf boxes as the kernels read them, made anew whenever the margin, the stride
 // of poses or whether instances are placed changes. order: its instances as the last frame sorted them, all of them or
 // none; it is the order in which the next frame bounds them, and changes no result.

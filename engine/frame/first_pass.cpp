@@ -71,9 +71,7 @@ void find_instances(const StoredBatch& stored, std::uint32_t place, std::uint32_
 
 // Writes where the poses of sixteen instances begin.
 void find_poses(const InstanceBatch& batch, const std::uint32_t (&instances)[kLanes], const float* (&poses)[kLanes]) {
-  const float* const first = batch.input->poses.data;
-  const std::size_t stride = batch.instance_stride / sizeof(float);
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) poses[lane] = first + stride * instances[lane];
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) poses[lane] = pose_of(batch, instances[lane]);
 }
 
 // Writes the origins of sixteen instances to a worker's scratch.
@@ -107,8 +105,7 @@ void take_places(const FrameContext& frame, const StoredBatch& stored, const std
   if (!stored.crowd.shape.placed) return;
   const InstanceBatch& batch = stored.batch;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    const float* const orientation = orientation_of(batch, instances[lane]);
-    tile.orientations[lane] = orientation ? orientation : kNoTurn;
+    tile.orientations[lane] = turn_of(batch, instances[lane]);
     tile.scales[lane] = scale_of(batch, instances[lane]);
     tile.grown[lane] = grown_by(batch, instances[lane], frame.margin);
   }

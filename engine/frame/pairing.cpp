@@ -1,5 +1,6 @@
 #include "engine/frame/pairing.h"
 
+#include "engine/frame/crowd_batch.h"
 #include "engine/frame/crowd_scratch.h"
 #include "engine/frame/posed_tester.h"
 #include "engine/frame/strips.h"
@@ -253,13 +254,13 @@ void CrowdTester::place_slots(const Entries& entries, std::uint32_t used) {
   const auto place = [&](int side, std::uint32_t k, std::uint32_t batch, std::uint32_t instance) {
     const InstanceBatch& of = frame_.batch(batch);
     const CrowdBatch& own = batch_of(batch);
-    const float* const orientation = orientation_of(of, instance);
+    const float* const turn = turn_of(of, instance);
     const float margin = grown_by(of, instance, frame_.margin), grown = own.shape.placed ? margin : 0;
-    for (int i = 0; i < 4; ++i) slots.turn[side][i][k] = (orientation ? orientation : kNoTurn)[i];
+    for (int i = 0; i < 4; ++i) slots.turn[side][i][k] = turn[i];
     slots.scale[side][k] = scale_of(of, instance);
     slots.grown[side][k] = grown;
     slots.margin[side][k] = margin;
-    slots.rotated[side][k] = orientation != nullptr;
+    slots.rotated[side][k] = !of.input->orientations.empty();
     return own.size * slots.scale[side][k] + 3 * grown;
   };
   for (std::uint32_t k = 0; k < used; ++k) {
