@@ -1,14 +1,14 @@
 #include "engine/frame/bands.h"
 
-#include "engine/frame/crowd_batch.h"
-#include "engine/frame/crowd_scratch.h"
-#include "engine/frame/first_pass.h"
-#include "engine/frame/pairing.h"
-#include "engine/frame/strips.h"
-#include "engine/hit_store.h"
-#include "engine/in_contact.h"
-#include "engine/timed.h"
-#include "engine/worker.h"
+#include "engine/broad_phase/crowd_batch.h"
+#include "engine/broad_phase/crowd_scratch.h"
+#include "engine/broad_phase/first_pass.h"
+#include "engine/broad_phase/pairing.h"
+#include "engine/broad_phase/strips.h"
+#include "engine/hits/hit_store.h"
+#include "engine/session/worker.h"
+#include "engine/step/in_contact.h"
+#include "engine/step/timed.h"
 #include "layout/atomic_words.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // cache (CrowdBands).
 #pragma once
 
-#include "engine/frame_run.h"
+#include "engine/frame/frame_run.h"
 
 namespace cab {
 

@@ -2,7 +2,7 @@
 // tested by words.
 #pragma once
 
-#include "engine/frame/pairing.h"
+#include "engine/broad_phase/pairing.h"
 
 namespace cab {
 

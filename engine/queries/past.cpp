@@ -1,6 +1,6 @@
 #include "engine/queries/past.h"
 
-#include "engine/update.h"
+#include "engine/step/update.h"
 #include "layout/error_bounds.h"
 
 #include <algorithm>

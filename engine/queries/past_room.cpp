@@ -1,6 +1,6 @@
 #include "engine/queries/past_room.h"
 
-#include "engine/make_list.h"
+#include "engine/session/make_list.h"
 
 #include <algorithm>
 

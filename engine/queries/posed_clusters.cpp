@@ -1,6 +1,6 @@
 // The clusters that a worker has posed: the leaf boxes of sixteen instances that are near each other.
 #include "engine/queries/search.h"
-#include "engine/update.h"
+#include "engine/step/update.h"
 
 #include <algorithm>
 #include <cmath>

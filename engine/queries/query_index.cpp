@@ -1,8 +1,8 @@
 // The index of run_queries: the order of instances along a curve, clusters of sixteen, and the levels above them.
 #include "engine/queries/query_index.h"
 
-#include "engine/worker.h"
-#include "engine/z_order.h"
+#include "engine/broad_phase/z_order.h"
+#include "engine/session/worker.h"
 
 #include <algorithm>
 #include <cmath>

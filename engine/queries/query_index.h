@@ -1,8 +1,8 @@
 // The index of run_queries: a tree over the bounds of all instances, sixteen children a node, in one array per level.
 #pragma once
 
-#include "engine/candidate.h"
-#include "engine/frame_context.h"
+#include "engine/step/candidate.h"
+#include "engine/step/frame_context.h"
 #include "kernels/walk_index.h"
 #include "layout/pair_list.h"
 #include "layout/tile.h"

@@ -1,8 +1,8 @@
 // Sizes the memory of run_queries.
 #include "engine/queries/query_room.h"
 
-#include "engine/engine.h"
-#include "engine/make_list.h"
+#include "engine/session/engine.h"
+#include "engine/session/make_list.h"
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // A ray, or a sphere that is moved along it, against one posed box or one convex shape, in double.
 #pragma once
 
-#include "engine/convex_pair.h"
+#include "engine/exact/convex_pair.h"
 #include "layout/box_aos.h"
 
 namespace cab {

@@ -1,8 +1,8 @@
 // Rays, and spheres that are moved along them. The parameter of a ray is its length from the start.
 #include "engine/queries/ray_query.h"
 
-#include "engine/convex_queues.h"
-#include "engine/exact_convex.h"
+#include "engine/exact/convex.h"
+#include "engine/exact/convex_queues.h"
 #include "layout/error_bounds.h"
 #include "layout/rounded_up.h"
 

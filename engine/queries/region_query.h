@@ -1,7 +1,7 @@
 // Regions: the links whose boxes are not wholly outside of any of several planes.
 #pragma once
 
-#include "engine/convex_pair.h"
+#include "engine/exact/convex_pair.h"
 #include "engine/queries/search.h"
 
 namespace cab {

@@ -1,11 +1,11 @@
 // How a query goes through the index, from the top to the instances whose bounds it meets.
 #pragma once
 
-#include "engine/convex_queues.h"
+#include "engine/exact/convex_queues.h"
 #include "engine/queries/hit_room.h"
 #include "engine/queries/past_room.h"
 #include "engine/queries/query_room.h"
-#include "engine/worker.h"
+#include "engine/session/worker.h"
 #include "kernels/query_boxes.h"
 #include "kernels/vec3.h"
 #include "kernels/walk_index.h"

@@ -1,7 +1,7 @@
 // Spheres, boxes and capsules that overlap links, and points that are near them.
 #include "engine/queries/shape_query.h"
 
-#include "engine/convex_in_double.h"
+#include "engine/exact/convex_in_double.h"
 #include "layout/convex_shapes.h"
 #include "layout/error_bounds.h"
 

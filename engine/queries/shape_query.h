@@ -1,7 +1,7 @@
 // Spheres, boxes and capsules that overlap links, and points that are near them.
 #pragma once
 
-#include "engine/convex_queues.h"
+#include "engine/exact/convex_queues.h"
 #include "engine/queries/search.h"
 
 namespace cab {

@@ -1,7 +1,7 @@
 // The checks of queries, before any is answered.
 #include "engine/queries/validate_queries.h"
 
-#include "engine/engine.h"
+#include "engine/session/engine.h"
 #include "layout/error_bounds.h"
 
 #include <algorithm>

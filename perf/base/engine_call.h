@@ -11,7 +11,7 @@
 
 namespace cab::perf {
 
-// run_frame, or a function that does what it does, such as run_all_pairs (engine/all_pairs.h).
+// run_frame, or a function that does what it does, such as run_all_pairs (engine/frame/all_pairs.h).
 using RunFrame = decltype(&run_frame);
 
 // Throws std::runtime_error with `what` and the status in words, unless that is kOk.

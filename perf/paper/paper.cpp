@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "engine/all_pairs.h"
+#include "engine/frame/all_pairs.h"
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "engine/all_pairs.h"
+#include "engine/frame/all_pairs.h"
 #include "layout/instance_batch.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"

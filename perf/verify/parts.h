@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/convex_in_double.h"
+#include "engine/exact/convex_in_double.h"
 #include "kernels/find_kernels.h"
 #include "perf/oracle/oracle_box.h"
 #include "perf/oracle/random.h"

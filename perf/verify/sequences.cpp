@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "engine/all_pairs.h"
+#include "engine/frame/all_pairs.h"
 #include "perf/oracle/random_world.h"
 #include "perf/verify/parts.h"
 

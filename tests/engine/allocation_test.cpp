@@ -1,5 +1,5 @@
 // Memory: a frame allocates nothing, an engine returns all that it took, and a failed allocation is a status.
-#include "engine/engine.h"
+#include "engine/session/engine.h"
 #include "perf/oracle/random_queries.h"
 #include "perf/oracle/random_world.h"
 #include "tests/aligned_memory.h"

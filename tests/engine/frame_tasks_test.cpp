@@ -1,6 +1,6 @@
 // begin_frame, next_tasks, run_task and end_frame: frames whose tasks the caller runs.
-#include "engine/engine.h"
-#include "engine/task_roll.h"
+#include "engine/session/engine.h"
+#include "engine/step/task_roll.h"
 
 #include "perf/oracle/random_world.h"
 #include "perf/oracle/world.h"

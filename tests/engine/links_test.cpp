@@ -1,5 +1,5 @@
 // Strategy links: the hits of brute, byte for byte, for all articulations, poses and options of a frame.
-#include "engine/engine.h"
+#include "engine/session/engine.h"
 #include "kernels/overlap_sat.h"
 #include "perf/oracle/random_world.h"
 #include "tests/engine/small_store.h"

@@ -1,5 +1,5 @@
 // One engine over many frames, as a game has it: characters are replaced, rest, come in sizes; batches come and go.
-#include "engine/engine.h"
+#include "engine/session/engine.h"
 #include "perf/oracle/random_world.h"
 #include "perf/oracle/world.h"
 #include "tests/rounds.h"

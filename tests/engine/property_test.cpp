@@ -1,7 +1,7 @@
 // Properties of whole frames over random articulations, poses, batches and policies. Every world is made from one
 // seed, which is printed where a check fails. CAB_TEST_SEED=N runs the world of that seed alone. CAB_TEST_ROUNDS says
 // how many worlds run (tests/rounds.h).
-#include "engine/all_pairs.h"
+#include "engine/frame/all_pairs.h"
 #include "kernels/descend_tiles.h"
 #include "perf/oracle/random_world.h"
 #include "tests/rounds.h"

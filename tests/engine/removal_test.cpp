@@ -1,5 +1,5 @@
 // Batches and articulations that come and go: ids, slots, memory, and frames in between.
-#include "engine/engine.h"
+#include "engine/session/engine.h"
 #include "perf/oracle/random_world.h"
 #include "perf/oracle/world.h"
 #include "tests/rounds.h"

@@ -1,7 +1,7 @@
 // A hit store that is smaller than engines make it, so that frames with few hits make it grow.
 #pragma once
 
-#include "engine/engine.h"
+#include "engine/session/engine.h"
 
 namespace cab::tests {
 

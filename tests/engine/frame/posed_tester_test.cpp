@@ -1,5 +1,5 @@
 // How often characters are posed for tests: the candidates of large articulations wait for each other.
-#include "engine/engine.h"
+#include "engine/session/engine.h"
 #include "perf/oracle/random_world.h"
 #include "perf/oracle/world.h"
 #include "tests/engine/thread_pool.h"

@@ -1,9 +1,9 @@
 // Queries over random worlds: right by the judge, the same bits however they are asked, and refused where they must be.
 // Every world is made from one seed, which is printed where a check fails. CAB_TEST_SEED=N runs the world of that seed
 // alone. CAB_TEST_ROUNDS says how many worlds run (tests/rounds.h).
-#include "engine/all_pairs.h"
-#include "engine/engine.h"
+#include "engine/frame/all_pairs.h"
 #include "engine/queries/query_room.h"
+#include "engine/session/engine.h"
 #include "perf/oracle/query_judge.h"
 #include "perf/oracle/random_queries.h"
 #include "perf/oracle/random_world.h"

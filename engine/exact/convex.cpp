@@ -1,0 +1,197 @@
+#include "engine/exact/convex.h"
+
+#include "engine/exact/convex_in_double.h"
+#include "engine/exact/convex_queues.h"
+#include "engine/frame/contacts.h"
+#include "engine/session/worker.h"
+#include "layout/compiler.h"
+#include "layout/rounded_up.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace cab {
+namespace {
+
+// Counts tested leaf pairs, and those of them that were removed. A frame counts leaf pairs before the exact test, but
+// what is reported counts only those that are left.
+void count_tests(std::uint32_t tested, std::uint32_t removed, FrameStats& stats) {
+  stats.exact_tests += tested;
+  stats.false_positives += removed;
+  stats.leaf_pairs += removed;
+}
+
+// Tests leaf pairs. Each is named by an id of the caller, who keeps which of them touch: is_touching(id) and
+// set_touching(id).
+template <class Touching>
+class ConvexTester {
+ public:
+  ConvexTester(const FrameContext& frame, Worker& worker, Touching touching)
+      : frame_(frame), touching_(touching), queues_(worker, Test{frame, touching}) {}
+
+  // Queues all pairs of shapes of two leaves of a candidate.
+  void add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
+    if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
+    const ExactLeaf at_a = frame_.exact_leaf(candidate.batch_a, candidate.instance_a, leaf_a),
+                    at_b = frame_.exact_leaf(candidate.batch_b, candidate.instance_b, leaf_b);
+    const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
+    double shift[3];
+    origin_difference(at_a, at_b, shift);
+    queues_.asks = id;
+    const float margin = margin_between(at_a, at_b, frame_.margin);
+    const PartBalls balls(a, b, shift, margin);
+    for (const ConvexShape& shape_a : a.shapes)
+      for (const ConvexShape& shape_b : b.shapes) {
+        if (touching_.is_touching(id)) return;
+        if (!balls.are_apart(shape_a, shape_b)) queues_.add(a, shape_a, b, shape_b, shift, margin);
+      }
+  }
+
+  // Tests what is left in the queues.
+  void finish() { queues_.finish(); }
+
+ private:
+  struct Test {
+    const FrameContext& frame;
+    Touching touching_pairs;
+
+    void operator()(ConvexQueue& queue) const {
+      kernel::ConvexBlock& block = queue.block;
+      const kernel::ConvexAnswer answer = frame.kernels.test_convex_pairs(block);
+      for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
+        const std::uint32_t id = queue.asks[lane];
+        if (!touching_pairs.is_touching(id) && lane_touches(block, answer, lane)) touching_pairs.set_touching(id);
+      }
+    }
+  };
+
+  const FrameContext& frame_;
+  Touching touching_;
+  ConvexQueues<Test> queues_;
+};
+
+// The margin of the two instances of a hit.
+float margin_of(const FrameContext& frame, const Hit& hit) {
+  return margin_between(frame.batch(hit.batch_a.value - 1), hit.instance_a, frame.batch(hit.batch_b.value - 1),
+                        hit.instance_b, frame.margin);
+}
+
+// The leaf pairs of worker.found, named by index. The highest bit of LeafPair::candidate says which of them touch.
+struct FoundPairs {
+  static constexpr std::uint32_t kTouching = 1u << 31;
+  LeafPair* pairs;
+  bool is_touching(std::uint32_t id) const { return pairs[id].candidate & kTouching; }
+  void set_touching(std::uint32_t id) const { pairs[id].candidate |= kTouching; }
+};
+
+// The lanes of worker.tile_found, named by kLanes * index + lane. The upper half of TilePair::lanes says which of them
+// touch.
+struct FoundLanes {
+  TilePair* pairs;
+  static std::uint32_t bit(std::uint32_t id) { return 1u << (kLanes + id % kLanes); }
+  bool is_touching(std::uint32_t id) const { return pairs[id / kLanes].lanes & bit(id); }
+  void set_touching(std::uint32_t id) const { pairs[id / kLanes].lanes |= bit(id); }
+};
+
+}  // namespace
+
+float scale_of_reach(float reach) {
+  const float length = std::max(reach, kLeastConvexReach);
+  std::uint32_t bits;
+  std::memcpy(&bits, &length, sizeof(bits));
+  bits = (253 - (bits >> 23)) << 23;
+  float out;
+  std::memcpy(&out, &bits, sizeof(out));
+  return out;
+}
+
+bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& answer, std::uint32_t lane) {
+  const bool tiny = block.a.shape[lane]->reach + block.b.shape[lane]->reach < kLeastConvexReach;
+  if (!tiny && (answer.apart >> lane & 1)) return false;
+  if (!tiny && (answer.touching >> lane & 1)) return true;
+  return touch_in_double(block, lane);
+}
+
+void keep_touching(const FrameContext& frame, const Candidate* candidates, Worker& worker) {
+  FixedList<LeafPair>& found = worker.found;
+  ConvexTester<FoundPairs> tester(frame, worker, {found.data});
+  for (std::uint32_t i = 0; i < found.size; ++i) {
+    const LeafPair& pair = found.data[i];
+    tester.add(candidates[pair.candidate & ~FoundPairs::kTouching], pair.a, pair.b, i);
+  }
+  tester.finish();
+  std::uint32_t kept = 0;
+  for (const LeafPair& pair : found)
+    if (pair.candidate & FoundPairs::kTouching)
+      found.data[kept++] = {pair.candidate & ~FoundPairs::kTouching, pair.a, pair.b};
+  count_tests(found.size, found.size - kept, worker.stats);
+  found.size = kept;
+}
+
+void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], Worker& worker) {
+  FixedList<TilePair>& found = worker.tile_found;
+  ConvexTester<FoundLanes> tester(frame, worker, {found.data});
+  for (std::uint32_t i = 0; i < found.size; ++i) {
+    const TilePair& pair = found.data[i];
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      if (pair.lanes >> lane & 1) tester.add(candidates[lane], pair.a, pair.b, kLanes * i + lane);
+  }
+  tester.finish();
+  for (TilePair& pair : found) {
+    const std::uint32_t tested = pair.lanes & 0xffff;
+    pair.lanes >>= kLanes;
+    count_tests(count_bits(tested), count_bits(tested & ~pair.lanes), worker.stats);
+  }
+}
+
+void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker& worker) {
+  std::uint64_t ranks[kContactsPerTask];
+  for (std::size_t i = 0; i < hits.size; ++i) {
+    contacts[i].depth = -std::numeric_limits<float>::infinity();
+    ranks[i] = ~std::uint64_t{0};
+  }
+  const std::uint32_t starts = frame.policies.depth == Depth::kOneStart ? 1 : kernel::kMostStarts;
+  ConvexQueues queues(worker, [&](ConvexQueue& queue) {
+    kernel::ConvexContacts found;
+    frame.kernels.contact_pairs(queue.block, starts, found);
+    for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
+      const std::uint32_t hit = queue.asks[lane];
+      const float depth = rounded_up(found.depth[lane]);
+      Contact& deepest = contacts[hit];
+      if (!(depth > deepest.depth || (depth == deepest.depth && queue.rank[lane] < ranks[hit]))) continue;
+      ranks[hit] = queue.rank[lane];
+      deepest.depth = depth;
+      for (std::size_t c = 0; c < 3; ++c) {
+        deepest.normal[c] = static_cast<float>(found.normal[c][lane]);
+        deepest.point_a[c] = static_cast<float>(found.point_a[c][lane]);
+        deepest.point_b[c] = static_cast<float>(found.point_b[c][lane]);
+      }
+      deepest.leaf_a = static_cast<std::uint16_t>(queue.rank[lane] >> 48);
+      deepest.leaf_b = static_cast<std::uint16_t>(queue.rank[lane] >> 32);
+    }
+  });
+  for (std::uint32_t i = 0; i < hits.size; ++i) {
+    queues.asks = i;
+    for_each_leaf_pair(frame, hits[i], [&](const ExactLeaf& at_a, const ExactLeaf& at_b) {
+      const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
+      double shift[3];
+      origin_difference(at_a, at_b, shift);
+      queues.rank = std::uint64_t{at_a.leaf} << 48 | std::uint64_t{at_b.leaf} << 32;
+      // Of links that touch, parts whose balls are apart are not the deepest.
+      const PartBalls balls(a, b, shift, margin_between(at_a, at_b, frame.margin));
+      for (const ConvexShape& shape_a : a.shapes)
+        for (const ConvexShape& shape_b : b.shapes) {
+          if (!balls.are_apart(shape_a, shape_b)) queues.add(a, shape_a, b, shape_b, shift, 0);
+          ++queues.rank;
+        }
+    });
+  }
+  queues.finish();
+  // Shapes that could not be shown to be apart touch.
+  for (std::size_t i = 0; i < hits.size; ++i)
+    if (margin_of(frame, hits[i]) == 0) contacts[i].depth = std::max(contacts[i].depth, 0.0f);
+}
+
+}  // namespace cab

@@ -1,0 +1,62 @@
+// Steps 5 and 6 of a frame: reports candidates, and appends and sorts the hits of sequences.
+#include "engine/hits/report.h"
+
+#include "engine/exact/touching_links.h"
+#include "engine/session/worker.h"
+#include "engine/step/timed.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cab {
+namespace {
+
+// The promised order of hits.
+auto key_order(const Hit& hit) {
+  return std::tie(hit.batch_a.value, hit.instance_a, hit.batch_b.value, hit.instance_b, hit.link_a, hit.link_b);
+}
+
+// Adds a hit to worker.hits. If the list is full, it is appended to the caller's buffer first.
+void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair, Worker& worker) {
+  if (worker.hits.size == worker.hits.capacity) append_hits(worker, sink);
+  worker.hits.push(hit_of(candidate, pair));
+}
+
+}  // namespace
+
+void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
+                      HitSink& sink) {
+  worker.stats.leaf_pairs += pairs.size;
+  if (frame.report == Report::kInContact) {
+    if (!is_already_reported(frame, candidate) && any_touching(frame, candidate, pairs, worker.stats))
+      set_in_contact(frame, candidate);
+  } else if (frame.batch(candidate.batch_a).kind == BatchKind::kCharacters) {
+    add_group(frame, candidate, pairs, worker, sink);
+  } else {
+    for_each_touching(frame, candidate, pairs, worker.stats,
+                      [&](const LinkedPair& pair) { push_hit(sink, candidate, pair, worker); });
+  }
+}
+
+void append_hits(Worker& worker, HitSink& sink) {
+  const std::size_t at = sink.found.fetch_add(worker.hits.size, std::memory_order_relaxed);
+  const std::size_t room = at < sink.job->hits.size ? sink.job->hits.size - at : 0;
+  std::copy(worker.hits.begin(), worker.hits.begin() + std::min<std::size_t>(room, worker.hits.size),
+            sink.job->hits.data + (room ? at : 0));
+  worker.hits.clear();
+}
+
+void sort_hits(Span<Hit> hits) {
+  std::sort(hits.begin(), hits.end(), [](const Hit& x, const Hit& y) { return key_order(x) < key_order(y); });
+}
+
+void finish_hits(HitSink& sink) {
+  FrameJob& job = *sink.job;
+  job.hits_needed = sink.found.load();
+  job.hit_count = 0;
+  if (job.hits_needed > job.hits.size || sink.out_of_memory) return;
+  job.hit_count = job.hits_needed;
+  if (!sink.sorted) sort_hits({job.hits.data, job.hit_count});
+}
+
+}  // namespace cab

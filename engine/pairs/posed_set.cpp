@@ -1,0 +1,118 @@
+// Step 3 of a frame for characters: the hash table, the tiles and the posing of a worker's set of instances.
+#include "engine/pairs/posed_set.h"
+
+#include "engine/session/worker.h"
+#include "engine/step/update.h"
+#include "layout/leaf_bounds_soa.h"
+
+namespace cab {
+namespace {
+
+// Most boxes that a tile takes, by any strategy.
+std::uint32_t tile_boxes(const Articulation& articulation) { return kLanes * articulation.node_count; }
+
+std::uint32_t tile_leaf_floats(const Articulation& articulation) {
+  return static_cast<std::uint32_t>(kLanes * leaf_bounds_floats(articulation.leaf_count));
+}
+
+// The entry of a key, or the empty entry where it belongs.
+PosedEntry& find_entry(PosedSet& set, std::uint64_t key) {
+  const std::size_t mask = set.entries.size - 1;
+  for (std::size_t at = (key * 0x9e3779b97f4a7c15u) >> 40 & mask;; at = (at + 1) & mask)
+    if (PosedEntry& entry = set.entries[at]; entry.generation != set.generation || entry.key == key) return entry;
+}
+
+// Adds an empty tile for instances of a batch. index: of the batch.
+void open_tile(const InstanceBatch& batch, std::uint32_t index, PosedSet& set) {
+  const Articulation& articulation = *batch.active;
+  PosedTile tile;
+  tile.instances.count = 0;
+  tile.batch = index;
+  tile.nodes = batch.strategy == Strategy::kTree ? articulation.node_count : articulation.leaf_count;
+  tile.boxes = set.boxes.end();
+  tile.leaf_bounds = set.leaf_bounds.end();
+  set.boxes.size += kLanes * tile.nodes;
+  set.leaf_bounds.size += tile_leaf_floats(articulation);
+  set.tiles.push(tile);
+  set.open[index] = set.tiles.size;
+}
+
+}  // namespace
+
+bool is_large(const Articulation& articulation) {
+  constexpr std::size_t kFewTiles = 6;
+  return kFewTiles * tile_boxes(articulation) > kPosedBoxes ||
+         kFewTiles * tile_leaf_floats(articulation) > kPosedLeafFloats;
+}
+
+bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set) {
+  const auto fit = [&](bool tile_a, bool tile_b) {
+    const Articulation& a = *frame.batch(candidate.batch_a).active;
+    const Articulation& b = *frame.batch(candidate.batch_b).active;
+    const auto both = [=](std::size_t of_a, std::size_t of_b) { return tile_a * of_a + tile_b * of_b; };
+    return set.tiles.size + both(1, 1) <= set.tiles.capacity &&
+           set.boxes.size + both(tile_boxes(a), tile_boxes(b)) <= set.boxes.capacity &&
+           set.leaf_bounds.size + both(tile_leaf_floats(a), tile_leaf_floats(b)) <= set.leaf_bounds.capacity;
+  };
+  if (fit(true, true)) return true;
+  // No room for two new tiles. An instance already in the set, or one that fits an open tile, needs none.
+  const auto is_new = [&set](std::uint32_t batch, std::uint32_t instance) {
+    return std::uint32_t{find_entry(set, instance_key(batch, instance)).generation != set.generation};
+  };
+  const auto free_lanes = [&set](std::uint32_t batch) {
+    return set.open[batch] == 0 ? 0 : kLanes - set.tiles.data[set.open[batch] - 1].instances.count;
+  };
+  const std::uint32_t new_a = is_new(candidate.batch_a, candidate.instance_a),
+                      new_b = is_within(candidate) ? 0 : is_new(candidate.batch_b, candidate.instance_b);
+  if (candidate.batch_a == candidate.batch_b) return fit(new_a + new_b > free_lanes(candidate.batch_a), false);
+  return fit(new_a > free_lanes(candidate.batch_a), new_b > free_lanes(candidate.batch_b));
+}
+
+std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance, PosedSet& set) {
+  const std::uint64_t key = instance_key(batch, instance);
+  PosedEntry& entry = find_entry(set, key);
+  if (entry.generation == set.generation) return entry.slot;
+  const InstanceBatch& owner = frame.batch(batch);
+  if (set.open[batch] == 0) open_tile(owner, batch, set);
+  const std::uint32_t at = set.open[batch] - 1;
+  PosedTile& tile = set.tiles.data[at];
+  const std::uint32_t lane = tile.instances.count++;
+  entry = {key, set.generation, at * kLanes + lane};
+  tile.instances.instance[lane] = instance;
+  tile.placement[lane] = placement_of(owner, instance);
+  if (tile.instances.count == kLanes) set.open[batch] = 0;
+  prefetch_pose(owner, instance);
+  return entry.slot;
+}
+
+void pose_set(const FrameContext& frame, Worker& worker) {
+  const Policies& policies = frame.policies;
+  const kernel::KernelTable& kernels = frame.kernels;
+  for (const PosedTile& tile : worker.posed.tiles) {
+    const InstanceBatch& batch = frame.batch(tile.batch);
+    const std::uint32_t leaves = batch.active->leaf_count;
+    worker.stats.instances_posed += tile.instances.count;
+    update_tile(
+        frame,
+        {&batch, tile.instances, refit_scope(batch.strategy, *batch.active), worker.boxes.data, worker.bounds.data},
+        worker);
+    if (is_axis_aligned(policies.refit))
+      kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.instances.count, reinterpret_cast<AabbAos*>(tile.boxes),
+                           tile.nodes);
+    else
+      kernels.boxes_to_aos(worker.boxes.data, tile.nodes, tile.instances.count, tile.boxes, tile.nodes);
+    if (!compares_leaf_bounds(policies.strategy)) continue;
+    if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
+    kernels.bounds_to_soa(worker.bounds.data, leaves, tile.instances.count, tile.leaf_bounds);
+  }
+}
+
+void clear_set(PosedSet& set) {
+  for (const PosedTile& tile : set.tiles) set.open[tile.batch] = 0;
+  set.tiles.clear();
+  set.boxes.clear();
+  set.leaf_bounds.clear();
+  begin_generation(set.generation, set.entries);
+}
+
+}  // namespace cab

@@ -1,0 +1,128 @@
+// The engine: its articulations and batches, its workers, and the memory that the workers share.
+#pragma once
+
+#include "engine/exact/fcl.h"
+#include "engine/hits/hit_store.h"
+#include "engine/queries/history.h"
+#include "engine/queries/past_room.h"
+#include "engine/queries/query_room.h"
+#include "engine/session/worker.h"
+#include "layout/articulation.h"
+
+#include <cab/cab.h>
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+namespace cab {
+
+// An articulation of the engine and all that is derived from it.
+struct StoredArticulation {
+  explicit StoredArticulation(const Allocator& allocator) : arena(allocator) {}
+
+  // Whether the slot holds an articulation.
+  bool in_use() const { return articulation.link_count != 0; }
+
+  std::uint16_t generation = 0;  // how many articulations the slot held before
+  Arena arena;                   // owns the memory of `articulation`, `link_bounds` and `convex_shapes`
+  Articulation articulation;
+  LinkBounds link_bounds;
+  ConvexShapes convex_shapes;
+  std::unique_ptr<FclShapes, FclShapesDelete> fcl_shapes;
+};
+
+// What sizes the memory that workers have and share: the worst-case counts over all batches of an engine.
+struct MemoryNeeds {
+  std::size_t nodes = 0;                // of one tile of all sequences, or of one tile of the largest character
+  std::size_t joints = 0;               // of the articulation with most links
+  std::size_t depth = 0;                // levels of the two deepest hierarchies together
+  std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
+  std::size_t character_instances = 0;  // over all batches of characters
+  std::size_t character_nodes = 0;      // of the largest character
+  std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
+  std::size_t character_tiles = 0;      // over all batches of characters
+  std::size_t batch_slots = 0;          // in use or not
+  std::size_t crowd_words = 0;          // LeafWords of all characters that a crowd takes
+  std::size_t hits = 0;                 // of a frame, that are reserved
+  std::size_t queries = 0;              // of one go of run_queries
+  bool several_leaves = false;          // whether a link of a character has several leaves
+  bool large = false;                   // whether a character is_large
+};
+
+// What the engine knows of the last frame, so that characters can rest in the next one (engine/session/rest.h).
+struct RestState {
+  std::uint64_t epoch = 1;          // grows whenever all instances count as moved
+  bool known = false;               // whether the settings below are those of the last frame
+  std::uint64_t failed_before = 0;  // Engine::frames_failed before the last frame was let in
+  Policies policies;
+  float margin = 0, min_depth = 0;
+  Report report = Report::kHits;
+  Span<std::uint64_t> rule_bits;  // as Engine::rule_bits
+};
+
+// Room for a frame that begin_frame has begun (engine/frame/frame.cpp).
+struct FrameInProgress;
+struct FrameInProgressDelete {
+  void operator()(FrameInProgress* frame) const;
+};
+using FrameInProgressPtr = std::unique_ptr<FrameInProgress, FrameInProgressDelete>;
+FrameInProgressPtr make_frame_in_progress(std::uint32_t workers);
+
+// The state behind the public API (cab/cab.h).
+struct Engine {
+  Allocator allocator;
+  Profiler profiler;                                               // without functions if there is none
+  std::uint16_t number = 0;                                        // tells engines apart; never 0
+  const kernel::KernelTable* kernels = nullptr;                    // of the instruction set that the engine runs
+  std::vector<std::unique_ptr<StoredArticulation>> articulations;  // by slot - 1
+  std::vector<std::unique_ptr<StoredBatch>> batches;               // by slot - 1
+  WorkerPool pool;
+  PairedBatches paired;
+  Crowd crowd;
+  HitStore hit_store;
+  Span<std::uint64_t> rule_bits;  // the rules of the current job (engine/session/validate.cpp)
+  RestState rest;
+  std::atomic<std::uint64_t> frames_failed{0};  // how many answered anything but kOk
+  std::uint64_t bounds_of_frame = 1;            // number of the last frame, or of what has changed bounds since
+  std::unique_ptr<QueryRoom> queries;           // null until reserve asks for it
+  std::vector<std::unique_ptr<StoredHistory>> histories;  // by slot - 1
+  std::unique_ptr<PastRoom> past;                         // null until there is a history
+  MemoryNeeds sized;                                      // what the memory suffices for
+  std::unique_ptr<Arena>
+      shared_arena;  // owns the rows of the crowd, bits of pairs and rules, the words of the hit store
+  std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
+  FrameInProgressPtr frame;                  // holds a Call itself, so it is destroyed first
+
+  StoredBatches stored_batches() const { return batches; }
+  InstanceBatch& batch(BatchId id) { return batches[slot_of(id).value - 1]->batch; }
+  const InstanceBatch& batch(BatchId id) const { return batches[slot_of(id).value - 1]->batch; }
+};
+
+// The id of what is in a slot.
+template <class Slots>
+std::uint64_t id_of(std::size_t index, const Engine& engine, const Slots& slots) {
+  return (index + 1) | std::uint64_t{slots[index]->generation} << 32 | std::uint64_t{engine.number} << 48;
+}
+
+// The index of the slot that an id names, or the number of slots if it names none that is in use. slots: batches or
+// articulations of the engine. An id that is more than a slot must be the one that was given out last.
+template <class Slots>
+std::size_t index_of(std::uint64_t id, const Engine& engine, const Slots& slots) {
+  const auto index = static_cast<std::size_t>(static_cast<std::uint32_t>(id)) - 1;
+  if (index >= slots.size() || !slots[index]->in_use()) return slots.size();
+  return id >> 32 == 0 || id == id_of(index, engine, slots) ? index : slots.size();
+}
+
+// Whether an id names a batch of the engine.
+inline bool has_batch(const Engine& engine, BatchId id) {
+  return index_of(id.value, engine, engine.batches) < engine.batches.size();
+}
+
+// Returns what the steps of a frame read. run_frame passes resolved policies. compute_boxes passes those of the caller,
+// since its steps do not read the strategy.
+inline FrameContext context_of(const Engine& engine, const Policies& policies, float margin, Report report) {
+  return {*engine.kernels, engine.stored_batches(), engine.paired, policies, margin, report};
+}
+
+}  // namespace cab

@@ -1,0 +1,225 @@
+// Sizes the memory of the workers, and the memory that they share, from worst-case counts over all batches.
+#include "engine/session/memory.h"
+
+#include "engine/broad_phase/crowd_batch.h"
+#include "engine/pairs/traverse.h"
+#include "engine/session/make_list.h"
+#include "engine/session/rest.h"
+#include "layout/leaf_bounds_soa.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace cab {
+namespace {
+
+// The most that one articulation asks for, over several of them.
+struct Extremes {
+  std::size_t leaves = 0, depth = 0;
+
+  void add(const Articulation& articulation, MemoryNeeds& needs) {
+    needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
+    leaves = std::max<std::size_t>(leaves, articulation.leaf_count);
+    depth = std::max<std::size_t>(depth, articulation.program.depth);
+    needs.depth = 2 * depth + 2;
+    needs.leaf_pairs = leaves * leaves;
+  }
+};
+
+// Counts an articulation as that of characters.
+void add_character(const Articulation& articulation, const LinkBounds& link_bounds, MemoryNeeds& needs) {
+  needs.several_leaves = needs.several_leaves || link_bounds.has_several_leaves;
+  needs.large = needs.large || is_large(articulation);
+  needs.character_nodes = std::max<std::size_t>(needs.character_nodes, articulation.node_count);
+  needs.leaf_bounds_floats = std::max(needs.leaf_bounds_floats, leaf_bounds_floats(articulation.leaf_count));
+  needs.nodes = std::max<std::size_t>(needs.nodes, posed_articulation(articulation).node_count);
+}
+
+MemoryNeeds needs_of(const Engine& engine) {
+  MemoryNeeds needs;
+  Extremes extremes;
+  std::size_t sequence_nodes = 0;
+  for (const auto& slot : engine.batches) {
+    if (!slot->in_use()) continue;
+    const InstanceBatch& batch = slot->batch;
+    extremes.add(*batch.articulation, needs);
+    if (batch.kind == BatchKind::kSequence) {
+      sequence_nodes += posed_articulation(*batch.articulation).node_count;
+    } else {
+      needs.character_instances += batch.capacity;
+      needs.character_tiles += tile_count(batch.capacity);
+      needs.crowd_words += std::size_t{batch.capacity} * slot->crowd.blocks;
+      add_character(*batch.articulation, *batch.link_bounds, needs);
+    }
+  }
+  needs.nodes = std::max(needs.nodes, sequence_nodes);
+  needs.batch_slots = engine.batches.size();
+  return needs;
+}
+
+constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
+                                                 &MemoryNeeds::joints,
+                                                 &MemoryNeeds::depth,
+                                                 &MemoryNeeds::leaf_pairs,
+                                                 &MemoryNeeds::character_instances,
+                                                 &MemoryNeeds::character_nodes,
+                                                 &MemoryNeeds::leaf_bounds_floats,
+                                                 &MemoryNeeds::character_tiles,
+                                                 &MemoryNeeds::batch_slots,
+                                                 &MemoryNeeds::crowd_words,
+                                                 &MemoryNeeds::hits,
+                                                 &MemoryNeeds::queries};
+
+// The larger of each two counts.
+MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
+  MemoryNeeds out;
+  for (const auto count : kCounts) out.*count = std::max(x.*count, y.*count);
+  out.several_leaves = x.several_leaves || y.several_leaves;
+  out.large = x.large || y.large;
+  return out;
+}
+
+// Whether memory that is sized for x suffices for y.
+bool suffices(const MemoryNeeds& x, const MemoryNeeds& y) {
+  return std::all_of(std::begin(kCounts), std::end(kCounts), [&](const auto count) { return x.*count >= y.*count; }) &&
+         (x.several_leaves || !y.several_leaves) && (x.large || !y.large);
+}
+
+// Sizes what a worker needs for characters: the posed instances and, if links have several leaves, the posed links.
+void size_posed_set(Worker& worker, const MemoryNeeds& needs) {
+  constexpr std::size_t kEntries = 1024;
+  static_assert(kEntries >= 2 * kPosedTiles * kLanes);
+  PosedSet& set = worker.posed;
+  // Two tiles more than all characters fill: has_room answers at once while two tiles are free.
+  const std::size_t tiles = std::min<std::size_t>(kPosedTiles, needs.character_tiles + 2);
+  const auto capacity = [&](std::size_t of_tile, std::size_t most) {
+    return std::max(2 * of_tile, std::min(most, tiles * of_tile));
+  };
+  set.tiles = make_list<PosedTile>(worker.arena, tiles);
+  set.open = worker.arena.allocate<std::uint32_t>(needs.batch_slots);
+  set.entries = worker.arena.allocate<PosedEntry>(kEntries);
+  set.boxes = make_list<BoxAos>(worker.arena, capacity(kLanes * needs.character_nodes, kPosedBoxes));
+  set.leaf_bounds = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_bounds_floats, kPosedLeafFloats));
+  if (!needs.several_leaves) return;
+  worker.posed_links.boxes = make_list<BoxAos>(worker.arena, kPosedLinkLeaves);
+  worker.posed_links.leaf_bounds = make_list<float>(worker.arena, 6 * std::size_t{kPosedLinkLeaves});
+  worker.posed_links.entries = worker.arena.allocate<PosedLinkEntry>(set.boxes.capacity);
+  worker.link_pairs = make_list<LeafPair>(worker.arena, worker.found.capacity);
+}
+
+void size_worker(Worker& worker, const MemoryNeeds& needs) {
+  worker.boxes = worker.arena.allocate<BoxTile>(needs.nodes);
+  worker.bounds = worker.arena.allocate<AabbTile>(needs.nodes);
+  worker.joints = worker.arena.allocate<PointTile>(needs.joints);
+  worker.motions = worker.arena.allocate<MotionTile>(needs.joints);
+  worker.last_motions = worker.arena.allocate<MotionTile>(needs.joints);
+  worker.moments = worker.arena.allocate<MomentTile>(needs.nodes);
+  worker.live = worker.arena.allocate<std::uint32_t>(needs.batch_slots);
+  worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
+  worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
+  worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
+  const std::size_t found =
+      std::min(kChunkCandidates * needs.leaf_pairs, std::max<std::size_t>(kChunkLeafPairs, needs.leaf_pairs));
+  worker.found = make_list<LeafPair>(worker.arena, found + kLanes);
+  worker.candidates = make_list<Candidate>(worker.arena, kChunkCandidates);
+  worker.waiting = make_list<RowPair>(worker.arena, needs.large ? kWaitingCandidates : 0);
+  worker.convex_queues = worker.arena.allocate<ConvexQueue>(kConvexQueues);
+  if (needs.character_instances) size_posed_set(worker, needs);
+  size_crowd(needs, worker);
+  worker.hits = make_list<Hit>(worker.arena, kTaskHits);
+}
+
+// Sets where the nodes of each sequence start in Worker::boxes and Worker::bounds.
+void place_sequences(Engine& engine) {
+  std::uint32_t at = 0;
+  for (const auto& slot : engine.batches) {
+    if (!slot->in_use() || slot->batch.kind != BatchKind::kSequence) continue;
+    slot->batch.worker_nodes = at;
+    at += posed_articulation(*slot->batch.articulation).node_count;
+  }
+}
+
+// Makes new workers and shared arrays for the given needs, then replaces the old ones.
+void make_memory(const MemoryNeeds& needs, Engine& engine) {
+  std::vector<std::unique_ptr<Worker>> workers;
+  for (std::uint32_t w = 0; w < engine.pool.tasks->worker_count(); ++w) {
+    workers.push_back(std::make_unique<Worker>(engine.allocator));
+    size_worker(*workers.back(), needs);
+  }
+  auto shared = std::make_unique<Arena>(engine.allocator);
+  const auto store =
+      shared->allocate<std::uint32_t>(kBlockWords, store_blocks(needs.character_instances, needs.hits, workers.size()));
+  const std::size_t pairs = needs.batch_slots * needs.batch_slots;
+  const auto paired = shared->allocate<std::uint64_t>((pairs + 63) / 64);
+  const auto skipped = shared->allocate<std::uint64_t>(paired.size);
+  const auto rules = shared->allocate<std::uint64_t>((4 * pairs + 63) / 64);
+  const auto last_rules = shared->allocate<std::uint64_t>(rules.size);
+  for (const auto& slot : engine.batches) store_crowd_bounds(engine.crowd, *slot);
+  Crowd crowd;
+  size_crowd(needs, *shared, crowd);
+  crowd.frames = engine.crowd.frames + 1;  // no batch has rows in the new memory
+  if (needs.queries) engine.queries = make_query_room(needs, workers.size(), engine.allocator);
+  engine.rule_bits = rules;
+  engine.pool.workers = std::move(workers);
+  engine.shared_arena = std::move(shared);
+  engine.rest.rule_bits = last_rules;
+  engine.crowd = crowd;
+  engine.paired.bits = paired;
+  engine.paired.skipped = skipped;
+  engine.paired.count = needs.batch_slots;
+  engine.hit_store.reset(store, engine.allocator);
+  engine.sized = needs;
+  forget_rest(engine);
+}
+
+}  // namespace
+
+std::size_t character_count(const Engine& engine) { return needs_of(engine).character_instances; }
+
+void size_memory(Engine& engine) {
+  const MemoryNeeds needs = needs_of(engine);
+  if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
+  place_sequences(engine);
+}
+
+void reserve_memory(const ReserveDesc& desc, Engine& engine) {
+  MemoryNeeds needs = needs_of(engine);
+  Extremes extremes;
+  std::size_t blocks = 0;
+  for (const auto& slot : engine.articulations) {
+    if (!slot->in_use()) continue;
+    blocks = std::max(blocks, crowd_blocks(slot->articulation));
+    extremes.add(slot->articulation, needs);
+    add_character(slot->articulation, slot->link_bounds, needs);
+  }
+  needs.character_instances = std::max<std::size_t>(needs.character_instances, desc.characters);
+  // Each batch may end in a tile that is not full.
+  needs.character_tiles = std::max(needs.character_tiles, tile_count(desc.characters) + std::size_t{desc.batches});
+  needs.batch_slots = std::max<std::size_t>(needs.batch_slots, desc.batches);
+  needs.crowd_words = std::max(needs.crowd_words, desc.characters * blocks);
+  needs.queries = desc.queries;
+  needs.hits = desc.hits;
+  if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
+  engine.batches.reserve(needs.batch_slots);
+}
+
+Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
+  if (!out) return Status::kBadOutput;
+  *out = {};
+  for (const auto& slot : engine.articulations) out->articulations += slot->arena.bytes();
+  for (const auto& slot : engine.batches)
+    out->batches += slot->arena.bytes() + (slot->statics ? slot->statics->arena.bytes() : 0);
+  for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
+  out->rows = bytes_of(engine.crowd);
+  const HitStore& store = engine.hit_store;
+  out->hits = std::size_t{store.blocks} * kBlockWords * sizeof(std::uint32_t);
+  out->queries = engine.queries ? bytes_of(*engine.queries) : 0;
+  out->histories = engine.past ? bytes_of(*engine.past) : 0;
+  for (const auto& slot : engine.histories) out->histories += slot->arena.bytes();
+  const std::size_t shared = engine.shared_arena ? engine.shared_arena->bytes() : 0;
+  const std::size_t grown = store.grown ? store.grown->bytes() : 0;
+  out->total = out->articulations + out->batches + out->workers + out->queries + out->histories + shared + grown;
+  return Status::kOk;
+}
+
+}  // namespace cab

@@ -1,0 +1,18 @@
+// Sizes the memory of the workers, and the memory that they share, for all batches of an engine.
+#pragma once
+
+#include "engine/session/engine.h"
+
+namespace cab {
+
+// Returns the number of instances in all character batches.
+std::size_t character_count(const Engine& engine);
+
+// If the memory of the workers, and what they share, does not suffice for every frame with the engine's batches, makes
+// memory that does, and replaces the old one. Changes nothing if memory runs out. Throws std::bad_alloc.
+void size_memory(Engine& engine);
+
+// The same for batches that may be added.
+void reserve_memory(const ReserveDesc& desc, Engine& engine);
+
+}  // namespace cab

@@ -1,0 +1,28 @@
+#include "engine/session/slots.h"
+
+namespace cab {
+
+const StoredArticulation* find_stored(const Engine& engine, ArticulationId id) {
+  const std::size_t index = index_of(id.value, engine, engine.articulations);
+  return index < engine.articulations.size() ? engine.articulations[index].get() : nullptr;
+}
+
+const Articulation* find_articulation(const Engine& engine, ArticulationId id) {
+  const StoredArticulation* const stored = find_stored(engine, id);
+  return stored ? &stored->articulation : nullptr;
+}
+
+void store_articulation(std::unique_ptr<StoredArticulation> made, Engine& engine, ArticulationId* out) {
+  if (made->articulation.lod.posed) {
+    made->link_bounds.links.leaf_count = made->articulation.leaf_count;
+  } else {
+    made->fcl_shapes = make_fcl_shapes(made->articulation);
+    build_link_bounds(made->articulation, made->arena, &made->link_bounds);
+    made->convex_shapes = make_convex_shapes(made->articulation, made->arena);
+  }
+  const std::size_t index = free_slot(engine.allocator, engine.articulations);
+  fill_slot(std::move(made), engine.articulations[index]);
+  out->value = id_of(index, engine, engine.articulations);
+}
+
+}  // namespace cab
