@@ -1,6 +1,6 @@
 #include "engine/between/link_path.h"
 
-#include "engine/frame/contacts.h"
+#include "engine/exact/leaf_pairs.h"
 #include "engine/step/quaternion_of.h"
 
 #include <algorithm>

@@ -81,13 +81,13 @@ struct Sweep {
   Span<float> margins;
 
   // The motions of all links in one frame. Returns the bits of the lanes whose poses are valid.
-  std::uint32_t pose(const InstanceBatch& batch, const TileInstances& instances, Worker& worker,
+  std::uint32_t pose(const InstanceBatch& batch, const TileInstances& instances, PoseScratch& posing,
                      MotionTile* motions) const {
     std::uint8_t flags[kLanes];
     kernel::PoseTile tile = instances_to_pose(batch, instances);
     std::fill_n(tile.margins, kLanes, 0.0f);
-    tile.leaves = worker.boxes.data;
-    tile.joints = worker.joints.data;
+    tile.leaves = posing.boxes.data;
+    tile.joints = posing.joints.data;
     tile.motions = motions;
     tile.flags = flags;
     kernels.pose_leaves(tile);
@@ -98,9 +98,9 @@ struct Sweep {
   }
 
   // Writes the margins of up to sixteen instances that both frames have.
-  void measure(const TileInstances& instances, Worker& worker) const {
+  void measure(const TileInstances& instances, PoseScratch& posing) const {
     const std::uint32_t valid =
-        pose(last, instances, worker, worker.last_motions.data) & pose(now, instances, worker, worker.motions.data);
+        pose(last, instances, posing, posing.last_motions.data) & pose(now, instances, posing, posing.motions.data);
     Lane3 shift = {};
     for (std::uint32_t lane = 0; lane < instances.count; ++lane)
       for (std::uint32_t c = 0; c < 3; ++c)
@@ -108,13 +108,13 @@ struct Sweep {
     Lane1 most = {};
     const Articulation& articulation = posed_articulation(*now.articulation);
     for (const PosedLink& link : articulation.posed_links)
-      raise_by_link(articulation, link, worker.last_motions[link.link], worker.motions[link.link], shift, most);
+      raise_by_link(articulation, link, posing.last_motions[link.link], posing.motions[link.link], shift, most);
     for (std::uint32_t lane = 0; lane < instances.count; ++lane)
       margins[instances.instance[lane]] = valid >> lane & 1 ? std::min(rounded_up(most[lane]), kMaxCoordinate) : 0.0f;
   }
 
   // The same for a tile of the second frame, of which some may be missing in the first.
-  void measure_tile(std::uint32_t tile, Worker& worker) const {
+  void measure_tile(std::uint32_t tile, PoseScratch& posing) const {
     const TileInstances given = instances_of(now, tile);
     TileInstances both;
     both.count = 0;
@@ -122,7 +122,7 @@ struct Sweep {
       margins[given.instance[lane]] = 0;
       if (is_given(last, given.instance[lane])) both.instance[both.count++] = given.instance[lane];
     }
-    if (both.count > 0) measure(both, worker);
+    if (both.count > 0) measure(both, posing);
   }
 };
 
@@ -145,7 +145,7 @@ Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& i
   const std::uint32_t tiles = tile_count(given_count(batch));
   engine.pool.tasks->alone = tiles <= kTilesAlone;
   engine.pool.tasks->for_each(
-      tiles, [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, engine.pool[worker]); });
+      tiles, [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, engine.pool[worker].pose); });
   return Status::kOk;
 } catch (const std::exception&) { return status_of_exception(); }
 

@@ -1,10 +1,9 @@
 // Which links touch between two frames, and when first: exact tests at moments in between, sixteen at a time.
 #include "engine/between/link_path.h"
 #include "engine/exact/convex.h"
-#include "engine/frame/contacts.h"
+#include "engine/exact/leaf_pairs.h"
 #include "engine/session/call.h"
 #include "engine/session/validate.h"
-#include "engine/session/worker.h"
 #include "kernels/float_mode.h"
 
 #include <algorithm>

@@ -1,9 +1,6 @@
 #include "engine/broad_phase/crowd_batch.h"
 
 #include "engine/broad_phase/crowd_scratch.h"
-#include "engine/hits/hit_store.h"
-#include "engine/session/engine.h"
-#include "engine/session/worker.h"
 #include "engine/step/live_instances.h"
 
 #include <algorithm>
@@ -143,13 +140,13 @@ void make_crowd_batch(StoredBatch& stored) {
   crowd.is_direct = articulation.leaves_by_link;
 }
 
-void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
+void size_crowd(std::size_t tiles, std::size_t words, Arena& arena, Crowd& crowd) {
   crowd = {};
-  if (needs.character_instances == 0) return;
-  const std::size_t rows = needs.character_tiles * kLanes;
+  if (tiles == 0) return;
+  const std::size_t rows = tiles * kLanes;
   crowd.capacity = rows;
   crowd.sorted_capacity = sorted_capacity(rows);
-  crowd.words = arena.allocate<LeafWords>(needs.crowd_words);
+  crowd.words = arena.allocate<LeafWords>(words);
   crowd.sides = arena.allocate<float>(6 * rows);
   crowd.rows = arena.allocate<CrowdRow>(rows);
   crowd.strip_of = arena.allocate<std::uint32_t>(rows);
@@ -163,13 +160,10 @@ void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd) {
   crowd.strays = arena.allocate<std::uint32_t>(rows / kStraysShare);
 }
 
-void size_crowd(const MemoryNeeds& needs, Worker& worker) {
-  if (needs.character_instances == 0) return;
-  worker.crowd = worker.arena.allocate<CrowdScratch>(1);
+void size_crowd_scratch(std::size_t leaf_pairs, Arena& arena, CrowdScratch& scratch) {
   // Entries have the leaves of at most one block each.
-  const std::size_t pairs =
-      std::min<std::size_t>(needs.leaf_pairs, kLanes * kLanes) * kernel::kMostPairEntries + 2 * kLanes;
-  worker.crowd_pairs = worker.arena.allocate<std::uint32_t>(2 * pairs);
+  const std::size_t pairs = std::min<std::size_t>(leaf_pairs, kLanes * kLanes) * kernel::kMostPairEntries + 2 * kLanes;
+  scratch.pairs = arena.allocate<std::uint32_t>(2 * pairs);
 }
 
 std::size_t bytes_of(const Crowd& crowd) {
@@ -179,9 +173,8 @@ std::size_t bytes_of(const Crowd& crowd) {
              sizeof(std::uint32_t);
 }
 
-void lay_out_rows(Engine& engine) {
-  Crowd& crowd = engine.crowd;
-  for (const auto& stored : engine.batches) {
+void lay_out_rows(StoredBatches stored_batches, Crowd& crowd) {
+  for (const auto& stored : stored_batches) {
     if (!stored->batch.input)
       store_crowd_bounds(crowd, *stored);  // before the rows are others
     else
@@ -190,9 +183,8 @@ void lay_out_rows(Engine& engine) {
   std::uint32_t row = 0, words = 0, batches = 0;
   ++crowd.frames;
   bool layers = false, only_words = crowd.kept.count == 0;
-  for (std::size_t i = 0; i < engine.batches.size(); ++i)
-    engine.batches[i]->crowd.index = static_cast<std::uint32_t>(i);
-  for_each_crowd_batch(engine, [&](StoredBatch& stored) {
+  for (std::size_t i = 0; i < stored_batches.size; ++i) stored_batches[i]->crowd.index = static_cast<std::uint32_t>(i);
+  for_each_crowd_batch(stored_batches, [&](StoredBatch& stored) {
     const InstanceBatch& batch = stored.batch;
     CrowdBatch& own = stored.crowd;
     const std::uint32_t row_before = own.first_row, words_before = own.first_words, count_before = own.row_count;

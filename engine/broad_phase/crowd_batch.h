@@ -1,9 +1,12 @@
 // What a crowd makes of each batch, and the memory that it needs.
 #pragma once
 
-#include "engine/session/engine.h"
+#include "engine/broad_phase/crowd.h"
+#include "engine/step/frame_context.h"
 
 namespace cab {
+
+struct CrowdScratch;
 
 // One in so many rows may stray from its band.
 inline constexpr std::size_t kStraysShare = 4;
@@ -14,8 +17,8 @@ inline constexpr std::size_t sorted_capacity(std::size_t rows) { return rows + r
 
 // Calls take(stored batch) for the batches of characters in the current frame, in order.
 template <class Take>
-void for_each_crowd_batch(const Engine& engine, Take&& take) {
-  for (const auto& stored : engine.batches)
+void for_each_crowd_batch(StoredBatches batches, Take&& take) {
+  for (const auto& stored : batches)
     if (stored->in_use() && stored->batch.input && stored->batch.kind == BatchKind::kCharacters) take(*stored);
 }
 
@@ -38,15 +41,17 @@ void make_crowd_batch(StoredBatch& stored);
 // has changed.
 void make_shape(StoredBatch& stored, float margin);
 
-// Sizes the crowd of an engine, and a worker's part of it. Throws std::bad_alloc.
-void size_crowd(const MemoryNeeds& needs, Arena& arena, Crowd& crowd);
-void size_crowd(const MemoryNeeds& needs, Worker& worker);
+// Sizes the crowd of an engine for so many tiles of characters and LeafWords. Throws std::bad_alloc.
+void size_crowd(std::size_t tiles, std::size_t words, Arena& arena, Crowd& crowd);
+
+// Sizes a worker's part of it. leaf_pairs: most of a candidate. Throws std::bad_alloc.
+void size_crowd_scratch(std::size_t leaf_pairs, Arena& arena, CrowdScratch& scratch);
 
 // How many bytes the crowd of an engine takes.
 std::size_t bytes_of(const Crowd& crowd);
 
 // Gives every batch of the frame its rows. Those that are by instance are all unused at first.
-void lay_out_rows(Engine& engine);
+void lay_out_rows(StoredBatches batches, Crowd& crowd);
 
 // The bounds in the world of an instance by words: its sides, or where these are at the end of their range, what its
 // words say.

@@ -1,7 +1,7 @@
 // What a worker needs for the frame of a crowd.
 #pragma once
 
-#include "engine/broad_phase/crowd_memory.h"
+#include "engine/broad_phase/crowd.h"
 #include "engine/step/candidate.h"
 #include "kernels/leaf_words.h"
 #include "kernels/search_strip.h"
@@ -19,7 +19,10 @@ struct CrowdScratch {
   std::uint32_t a[kernel::kMostPairEntries], b[kernel::kMostPairEntries];
   std::uint32_t count;
   Candidate candidates[kernel::kMostPairEntries];  // those that are tested
+  Span<std::uint32_t> pairs;                       // leaf pairs to test, and in the second half those that overlap
   float reach, extent;                             // bands: the greatest of the rows in this worker's strips
+  std::uint32_t kept;                              // how many instances rest and are in the kept strips
+  std::uint32_t resting;                           // how many rest and are not
 };
 
 }  // namespace cab

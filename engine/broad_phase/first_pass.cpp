@@ -2,7 +2,7 @@
 
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/crowd_scratch.h"
-#include "engine/session/worker.h"
+#include "engine/step/pose_scratch.h"
 #include "engine/step/update.h"
 #include "layout/atomic_words.h"
 #include "layout/compiler.h"
@@ -114,20 +114,20 @@ void take_places(const FrameContext& frame, const StoredBatch& stored, const std
 // Makes the words of sixteen instances, whose poses and origins are in the worker's scratch. words: where they go.
 // Returns which lanes are live, and writes the caller's flags.
 std::uint32_t make_words(const FrameContext& frame, const StoredBatch& stored, const TileInstances& instances,
-                         LeafWords* const (&words)[kLanes], Worker& worker) {
+                         LeafWords* const (&words)[kLanes], CrowdScratch& scratch, PoseScratch& posing,
+                         FrameStats& stats) {
   const InstanceBatch& batch = stored.batch;
   const CrowdBatch& own = stored.crowd;
-  CrowdScratch& scratch = worker.crowd[0];
   kernel::RigidTile& tile = scratch.tile;
   tile.shape = &own.shape;
   bound_blocks(frame, own, nullptr, 0, words, tile);
   std::uint32_t live = (2u << (instances.count - 1)) - 1;
   if ((tile.rigid & live) != live) {
     const std::uint32_t rigid = tile.rigid;
-    live = update_and_flag_tile(frame, {&batch, instances, RefitScope::kLeaves, worker.boxes.data, worker.bounds.data},
-                                worker);
-    frame.kernels.bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
-    bound_blocks(frame, own, worker.bounds.data, rigid, words, tile);
+    live = update_and_flag_tile(frame, {&batch, instances, RefitScope::kLeaves, posing.boxes.data, posing.bounds.data},
+                                posing, stats);
+    frame.kernels.bound_boxes(posing.boxes.data, batch.articulation->leaf_count, posing.bounds.data);
+    bound_blocks(frame, own, posing.bounds.data, rigid, words, tile);
   } else if (!batch.input->flags.empty()) {
     for (std::uint32_t lane = 0; lane < instances.count; ++lane)
       batch.input->flags.data[instances.instance[lane]] = kInstanceOk;
@@ -141,10 +141,9 @@ std::uint32_t make_words(const FrameContext& frame, const StoredBatch& stored, c
 }  // namespace
 
 void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint32_t first, std::uint32_t end,
-                       Crowd& crowd, Worker& worker) {
+                       Crowd& crowd, CrowdScratch& scratch, PoseScratch& posing, FrameStats& stats) {
   InstanceBatch& batch = stored.batch;
   const CrowdBatch& own = stored.crowd;
-  CrowdScratch& scratch = worker.crowd[0];
   const std::uint32_t given = given_count(batch);
   std::uint32_t next[kLanes];
   find_instances(stored, first, given, next);
@@ -171,7 +170,7 @@ void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint
       if (lane < instances.count) crowd.rows[row + lane] = {own.index, instances.instance[lane], at};
       if (ahead + lane < given) prefetch_bytes(&crowd.words[at + kLanes * own.blocks], sizeof(LeafWords));
     }
-    const std::uint32_t live = make_words(frame, stored, instances, words, worker);
+    const std::uint32_t live = make_words(frame, stored, instances, words, scratch, posing, stats);
     scratch.place.all = &scratch.tile.all;
     scratch.place.there = live;
     for (std::uint32_t s = 0; s < 6; ++s) scratch.place.to[s] = crowd.side(s) + row;
@@ -190,10 +189,9 @@ void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint
 }
 
 std::uint32_t bound_by_instance(const FrameContext& frame, StoredBatch& stored, const TileInstances& instances,
-                                Crowd& crowd, Worker& worker) {
+                                Crowd& crowd, CrowdScratch& scratch, PoseScratch& posing, FrameStats& stats) {
   InstanceBatch& batch = stored.batch;
   const CrowdBatch& own = stored.crowd;
-  CrowdScratch& scratch = worker.crowd[0];
   std::uint32_t of_lanes[kLanes];
   LeafWords* words[kLanes];
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -204,7 +202,7 @@ std::uint32_t bound_by_instance(const FrameContext& frame, StoredBatch& stored, 
   take_origins(batch, of_lanes, scratch);
   take_places(frame, stored, of_lanes, scratch.tile);
   scratch.tile.next_bytes = 0;
-  const std::uint32_t live = make_words(frame, stored, instances, words, worker);
+  const std::uint32_t live = make_words(frame, stored, instances, words, scratch, posing, stats);
   alignas(64) float sides[6][kLanes];
   scratch.place.all = &scratch.tile.all;
   scratch.place.there = live;

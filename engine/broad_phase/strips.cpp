@@ -2,7 +2,6 @@
 
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/crowd_scratch.h"
-#include "engine/session/worker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,25 +23,26 @@ Extents extents_of(const Crowd& crowd, std::uint32_t row) {
 // Some rows, in the order in which they are put into strips: all those that take part, those that rest, or those in a
 // list.
 struct AllRows {
-  const Engine& engine;
+  StoredBatches batches;
+  const Crowd& crowd;
 
   template <class Take>
   void for_each(Take&& take) const {
-    for_each_crowd_batch(engine, [&](const StoredBatch& stored) {
+    for_each_crowd_batch(batches, [&](const StoredBatch& stored) {
       const CrowdBatch& own = stored.crowd;
       for (std::uint32_t place = 0; place < own.row_count; ++place) {
         const std::uint32_t row = own.first_row + (own.visits_by_order ? own.order[place] : place);
-        if (is_there(engine.crowd, row)) take(row);
+        if (is_there(crowd, row)) take(row);
       }
     });
   }
 };
 struct RestingRows {
-  const Engine& engine;
+  StoredBatches batches;
 
   template <class Take>
   void for_each(Take&& take) const {
-    for_each_crowd_batch(engine, [&](const StoredBatch& stored) {
+    for_each_crowd_batch(batches, [&](const StoredBatch& stored) {
       const InstanceBatch& batch = stored.batch;
       for (std::uint32_t i = 0; !stored.crowd.is_by_place && i < stored.crowd.row_count; ++i)
         if ((batch.live[i / kLanes] >> i % kLanes & 1) && rests(batch, i)) take(stored.crowd.first_row + i);
@@ -145,28 +145,8 @@ void fill_strips(const Rows& rows, std::uint32_t first, float low, float spread,
   rows.for_each([&](std::uint32_t row) { keys[end[strip_of[row]]++] = sort_key(sorted_by[row], row); });
 }
 
-// What is known of some rows together, along each axis of the world.
-struct Ranges {
-  float low[3], high[3];     // of lower sides
-  float wide[3], narrow[3];  // the greatest and the least extent
-};
-
-void add_survey(const kernel::CrowdSurvey& survey, Ranges& out) {
-  for (int c = 0; c < 3; ++c) {
-    out.low[c] = std::min(out.low[c], *std::min_element(survey.low[c], survey.low[c] + kLanes));
-    out.high[c] = std::max(out.high[c], *std::max_element(survey.high[c], survey.high[c] + kLanes));
-    out.wide[c] = std::max(out.wide[c], *std::max_element(survey.wide[c], survey.wide[c] + kLanes));
-    out.narrow[c] = std::min(out.narrow[c], *std::min_element(survey.narrow[c], survey.narrow[c] + kLanes));
-  }
-}
-
-constexpr Ranges kNoRanges = {{kernel::kNowhere, kernel::kNowhere, kernel::kNowhere},
-                              {-kernel::kNowhere, -kernel::kNowhere, -kernel::kNowhere},
-                              {0, 0, 0},
-                              {kernel::kNowhere, kernel::kNowhere, kernel::kNowhere}};
-
 // Chooses the axes by how widely rows are spread.
-void choose_axes(const Ranges& of, Crowd& crowd) {
+void choose_axes(const CrowdRanges& of, Crowd& crowd) {
   std::uint32_t* const axes = crowd.axes;
   std::iota(axes, axes + 3, 0u);
   const auto spread = [&](std::uint32_t axis) { return of.high[axis] - of.low[axis]; };
@@ -176,7 +156,7 @@ void choose_axes(const Ranges& of, Crowd& crowd) {
 
 // Makes classes and strips of rows from nothing.
 template <class Rows>
-void make_strips(const Rows& rows, const Ranges& of, Crowd& crowd, CrowdClasses& out) {
+void make_strips(const Rows& rows, const CrowdRanges& of, Crowd& crowd, CrowdClasses& out) {
   const std::uint32_t x = crowd.axes[0], y = crowd.axes[1];
   make_classes(rows, std::min(of.narrow[x], of.narrow[y]), std::max(of.wide[x], of.wide[y]), 0, crowd, out);
   fill_strips(rows, 0, of.low[y], std::max(of.high[y] - of.low[y], 0.0f), crowd, out);
@@ -206,12 +186,17 @@ void sort_keys(std::uint64_t* begin, std::uint64_t* end) {
 
 }  // namespace
 
-void clear_survey(const WorkerPool& pool) {
-  for (const auto& worker : pool.workers) {
-    worker->kept = worker->resting = 0;  // a frame that was given up may have left some
-    if (worker->crowd.empty()) continue;
-    clear(worker->crowd[0].survey);
-    worker->crowd[0].count = 0;
+void clear_survey(CrowdScratch& scratch) {
+  clear(scratch.survey);
+  scratch.count = scratch.kept = scratch.resting = 0;  // a frame that was given up may have left some
+}
+
+void add_survey(const kernel::CrowdSurvey& survey, CrowdRanges& out) {
+  for (int c = 0; c < 3; ++c) {
+    out.low[c] = std::min(out.low[c], *std::min_element(survey.low[c], survey.low[c] + kLanes));
+    out.high[c] = std::max(out.high[c], *std::max_element(survey.high[c], survey.high[c] + kLanes));
+    out.wide[c] = std::max(out.wide[c], *std::max_element(survey.wide[c], survey.wide[c] + kLanes));
+    out.narrow[c] = std::min(out.narrow[c], *std::min_element(survey.narrow[c], survey.narrow[c] + kLanes));
   }
 }
 
@@ -232,14 +217,11 @@ void place_row(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t
   }
 }
 
-void lay_out_strips(Engine& engine) {
-  Crowd& crowd = engine.crowd;
-  Ranges of = kNoRanges;
-  for (const auto& worker : engine.pool.workers) add_survey(worker->crowd[0].survey, of);
+void lay_out_strips(StoredBatches batches, const CrowdRanges& of, Crowd& crowd) {
   if (crowd.kept.count == 0) choose_axes(of, crowd);
   crowd.classes.end_strip = crowd.kept.end_strip;
   crowd.classes.end_sorted = crowd.kept.end_sorted + (crowd.kept.count ? kLanes : 0);
-  const AllRows all = {engine};
+  const AllRows all = {batches, crowd};
   if (crowd.kept.count == 0) return make_strips(all, of, crowd, crowd.classes);
   // Most rows may be among the kept ones: then the others are listed once.
   std::uint32_t count = 0;
@@ -272,22 +254,21 @@ void lay_out_strays(Crowd& crowd, std::uint32_t count) {
   fill_strips(rows, 1, classes.of[0].low, high - classes.of[0].low, crowd, classes);
 }
 
-void keep_rows(Engine& engine) {
-  Crowd& crowd = engine.crowd;
+void keep_rows(StoredBatches batches, Crowd& crowd) {
   clear_kept(crowd);
-  const RestingRows rows = {engine};
+  const RestingRows rows = {batches};
   kernel::CrowdSurvey survey;
   clear(survey);
   std::uint32_t count = 0;
   rows.for_each([&](std::uint32_t row) {
     ++count;
     const CrowdRow& of = crowd.rows[row];
-    InstanceBatch& batch = engine.batches[of.batch]->batch;
+    InstanceBatch& batch = batches[of.batch]->batch;
     place_row(batch, of.instance, row, crowd, survey);
     batch.rest[of.instance] |= kKept;
   });
   if (count == 0) return;
-  Ranges of = kNoRanges;
+  CrowdRanges of = kNoRanges;
   add_survey(survey, of);
   choose_axes(of, crowd);
   make_strips(rows, of, crowd, crowd.kept);

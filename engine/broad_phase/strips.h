@@ -1,12 +1,15 @@
 // The broad phase of a crowd: strips of rows, sorted along one axis.
 #pragma once
 
-#include "engine/frame/frame_run.h"
+#include "engine/broad_phase/crowd.h"
+#include "engine/step/frame_context.h"
 #include "kernels/search_strip.h"
 
 #include <cstring>
 
 namespace cab {
+
+struct CrowdScratch;
 
 // A float as a number whose order is that of floats.
 inline std::uint32_t ordered_number(float v) {
@@ -30,8 +33,19 @@ inline std::uint32_t strip_at(const CrowdClass& of, float lower) {
 // Whether a row takes part. Those of masked instances do not.
 inline bool is_there(const Crowd& crowd, std::uint32_t row) { return crowd.side(0)[row] < kernel::kNowhere; }
 
-// Makes the surveys of all workers know of no row, and their lists of candidates empty.
-void clear_survey(const WorkerPool& pool);
+// Makes the survey of a worker know of no row, and its list of candidates empty.
+void clear_survey(CrowdScratch& scratch);
+
+// What is known of some rows together, along each axis of the world.
+struct CrowdRanges {
+  float low[3], high[3];     // of lower sides
+  float wide[3], narrow[3];  // the greatest and the least extent
+};
+inline constexpr CrowdRanges kNoRanges = {{kernel::kNowhere, kernel::kNowhere, kernel::kNowhere},
+                                          {-kernel::kNowhere, -kernel::kNowhere, -kernel::kNowhere},
+                                          {0, 0, 0},
+                                          {kernel::kNowhere, kernel::kNowhere, kernel::kNowhere}};
+void add_survey(const kernel::CrowdSurvey& survey, CrowdRanges& out);
 
 // Writes the sides of an instance's row, and adds them to a survey. InstanceBatch::bounds are rounded outwards, unless
 // they came from sides as they do where the batch is by words.
@@ -39,14 +53,14 @@ void place_row(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t
                kernel::CrowdSurvey& survey);
 
 // Chooses the axes, makes the classes, lays out their strips behind those that are kept, and puts all rows into them,
-// unsorted.
-void lay_out_strips(Engine& engine);
+// unsorted. of: what the surveys of all workers say.
+void lay_out_strips(StoredBatches batches, const CrowdRanges& of, Crowd& crowd);
 
 // The same for the strays of a frame with bands: their classes come after class 0.
 void lay_out_strays(Crowd& crowd, std::uint32_t count);
 
 // Makes the strips that are kept anew, from the rows of all characters that rest, and sorts them.
-void keep_rows(Engine& engine);
+void keep_rows(StoredBatches batches, Crowd& crowd);
 
 // Keeps no rows any more.
 void clear_kept(Crowd& crowd);

@@ -2,8 +2,8 @@
 
 #include "engine/exact/convex_in_double.h"
 #include "engine/exact/convex_queues.h"
-#include "engine/frame/contacts.h"
-#include "engine/session/worker.h"
+#include "engine/exact/leaf_pairs.h"
+#include "engine/step/candidate.h"
 #include "layout/compiler.h"
 #include "layout/rounded_up.h"
 
@@ -28,14 +28,14 @@ void count_tests(std::uint32_t tested, std::uint32_t removed, FrameStats& stats)
 template <class Touching>
 class ConvexTester {
  public:
-  ConvexTester(const FrameContext& frame, Worker& worker, Touching touching)
-      : frame_(frame), touching_(touching), queues_(worker, Test{frame, touching}) {}
+  ConvexTester(const FrameContext& frame, ExactScratch& scratch, Touching touching)
+      : frame_(frame), touching_(touching), queues_(scratch, Test{frame, touching}) {}
 
   // Queues all pairs of shapes of two leaves of a candidate.
   void add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
     if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
-    const ExactLeaf at_a = frame_.exact_leaf(candidate.batch_a, candidate.instance_a, leaf_a),
-                    at_b = frame_.exact_leaf(candidate.batch_b, candidate.instance_b, leaf_b);
+    const ExactLeaf at_a = exact_leaf(frame_, candidate.batch_a, candidate.instance_a, leaf_a),
+                    at_b = exact_leaf(frame_, candidate.batch_b, candidate.instance_b, leaf_b);
     const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
     double shift[3];
     origin_difference(at_a, at_b, shift);
@@ -78,7 +78,7 @@ float margin_of(const FrameContext& frame, const Hit& hit) {
                         hit.instance_b, frame.margin);
 }
 
-// The leaf pairs of worker.found, named by index. The highest bit of LeafPair::candidate says which of them touch.
+// Leaf pairs, named by index. The highest bit of LeafPair::candidate says which of them touch.
 struct FoundPairs {
   static constexpr std::uint32_t kTouching = 1u << 31;
   LeafPair* pairs;
@@ -86,8 +86,8 @@ struct FoundPairs {
   void set_touching(std::uint32_t id) const { pairs[id].candidate |= kTouching; }
 };
 
-// The lanes of worker.tile_found, named by kLanes * index + lane. The upper half of TilePair::lanes says which of them
-// touch.
+// The lanes of the leaf pairs of tiles, named by kLanes * index + lane. The upper half of TilePair::lanes says which of
+// them touch.
 struct FoundLanes {
   TilePair* pairs;
   static std::uint32_t bit(std::uint32_t id) { return 1u << (kLanes + id % kLanes); }
@@ -114,9 +114,9 @@ bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& 
   return touch_in_double(block, lane);
 }
 
-void keep_touching(const FrameContext& frame, const Candidate* candidates, Worker& worker) {
-  FixedList<LeafPair>& found = worker.found;
-  ConvexTester<FoundPairs> tester(frame, worker, {found.data});
+void keep_touching(const FrameContext& frame, const Candidate* candidates, FixedList<LeafPair>& found,
+                   ExactScratch& scratch, FrameStats& stats) {
+  ConvexTester<FoundPairs> tester(frame, scratch, {found.data});
   for (std::uint32_t i = 0; i < found.size; ++i) {
     const LeafPair& pair = found.data[i];
     tester.add(candidates[pair.candidate & ~FoundPairs::kTouching], pair.a, pair.b, i);
@@ -126,13 +126,13 @@ void keep_touching(const FrameContext& frame, const Candidate* candidates, Worke
   for (const LeafPair& pair : found)
     if (pair.candidate & FoundPairs::kTouching)
       found.data[kept++] = {pair.candidate & ~FoundPairs::kTouching, pair.a, pair.b};
-  count_tests(found.size, found.size - kept, worker.stats);
+  count_tests(found.size, found.size - kept, stats);
   found.size = kept;
 }
 
-void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], Worker& worker) {
-  FixedList<TilePair>& found = worker.tile_found;
-  ConvexTester<FoundLanes> tester(frame, worker, {found.data});
+void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], FixedList<TilePair>& found,
+                         ExactScratch& scratch, FrameStats& stats) {
+  ConvexTester<FoundLanes> tester(frame, scratch, {found.data});
   for (std::uint32_t i = 0; i < found.size; ++i) {
     const TilePair& pair = found.data[i];
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
@@ -142,18 +142,18 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
   for (TilePair& pair : found) {
     const std::uint32_t tested = pair.lanes & 0xffff;
     pair.lanes >>= kLanes;
-    count_tests(count_bits(tested), count_bits(tested & ~pair.lanes), worker.stats);
+    count_tests(count_bits(tested), count_bits(tested & ~pair.lanes), stats);
   }
 }
 
-void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker& worker) {
+void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, ExactScratch& scratch) {
   std::uint64_t ranks[kContactsPerTask];
   for (std::size_t i = 0; i < hits.size; ++i) {
     contacts[i].depth = -std::numeric_limits<float>::infinity();
     ranks[i] = ~std::uint64_t{0};
   }
   const std::uint32_t starts = frame.policies.depth == Depth::kOneStart ? 1 : kernel::kMostStarts;
-  ConvexQueues queues(worker, [&](ConvexQueue& queue) {
+  ConvexQueues queues(scratch, [&](ConvexQueue& queue) {
     kernel::ConvexContacts found;
     frame.kernels.contact_pairs(queue.block, starts, found);
     for (std::uint32_t lane = 0; lane < queue.count; ++lane) {

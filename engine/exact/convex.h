@@ -2,6 +2,7 @@
 // per kernel call.
 #pragma once
 
+#include "engine/exact/exact.h"
 #include "engine/step/frame_context.h"
 #include "kernels/convex/convex_block.h"
 #include "layout/pair_list.h"
@@ -9,7 +10,6 @@
 namespace cab {
 
 struct Candidate;
-struct Worker;
 
 // A block of pairs of shapes that fills up. Its kernel runs when it is full.
 struct ConvexQueue {
@@ -19,8 +19,12 @@ struct ConvexQueue {
   std::uint64_t rank[kLanes];  // by lane: of equally deep contacts of a hit the one of the lowest rank counts
 };
 
-// A worker has one queue for each kind of a's shape and each kind of b's shape.
 inline constexpr std::uint32_t kConvexQueues = kConvexKindCount * kConvexKindCount;
+
+// What a worker needs for exact tests: one queue for each kind of a's shape and each kind of b's shape.
+struct ExactScratch {
+  Span<ConvexQueue> queues;
+};
 
 // The power of two that scales the sum of the reaches of two shapes to between 1/2 and 1, for ConvexBlock::scale. Sums
 // below kLeastConvexReach count as that.
@@ -29,15 +33,16 @@ float scale_of_reach(float reach);
 // Whether the pair of a lane touches: by the answer of the kernel, or in double where that decides nothing.
 bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& answer, std::uint32_t lane);
 
-// Removes from worker.found the leaf pairs whose shapes do not touch. LeafPair::candidate is an index into
-// `candidates`. Every other pair touches, or could not be shown to be apart.
-void keep_touching(const FrameContext& frame, const Candidate* candidates, Worker& worker);
+// Removes from `found` the leaf pairs whose shapes do not touch. LeafPair::candidate is an index into `candidates`.
+// Every other pair touches, or could not be shown to be apart.
+void keep_touching(const FrameContext& frame, const Candidate* candidates, FixedList<LeafPair>& found,
+                   ExactScratch& scratch, FrameStats& stats);
 
-// Clears in worker.tile_found the lanes in which the shapes of two leaves do not touch. candidates: of the tile, by
-// lane.
-void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], Worker& worker);
+// Clears in `found` the lanes in which the shapes of two leaves do not touch. candidates: of the tile, by lane.
+void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], FixedList<TilePair>& found,
+                         ExactScratch& scratch, FrameStats& stats);
 
 // ExactTest::contacts.
-void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker& worker);
+void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, ExactScratch& scratch);
 
 }  // namespace cab

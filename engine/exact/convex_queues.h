@@ -3,7 +3,7 @@
 
 #include "engine/exact/convex.h"
 #include "engine/exact/convex_pair.h"
-#include "engine/session/worker.h"
+#include "layout/convex_shapes.h"
 
 namespace cab {
 
@@ -75,17 +75,17 @@ inline void set_side(const LeafShapes& leaf, const ConvexShape& shape, std::uint
   side.scales[lane] = leaf.at.scale;
 }
 
-// The queues of a worker. Run is a function that empties a block: run(queue).
+// The queues of a worker, by their kinds. Run is a function that empties a block: run(queue).
 template <class Run>
 class ConvexQueues {
  public:
-  ConvexQueues(Worker& worker, Run run) : worker_(worker), run_(run) {}
+  ConvexQueues(ExactScratch& scratch, Run run) : queues_(scratch.queues), run_(run) {}
 
   // Queues a pair of shapes, and runs its block once that is full. shift: the origin of b less that of a.
   void add(const LeafShapes& a, const ConvexShape& shape_a, const LeafShapes& b, const ConvexShape& shape_b,
            const double (&shift)[3], float margin) {
-    ConvexQueue& queue = worker_.convex_queues[static_cast<std::uint32_t>(shape_a.kind) * kConvexKindCount +
-                                               static_cast<std::uint32_t>(shape_b.kind)];
+    ConvexQueue& queue =
+        queues_[static_cast<std::uint32_t>(shape_a.kind) * kConvexKindCount + static_cast<std::uint32_t>(shape_b.kind)];
     kernel::ConvexBlock& block = queue.block;
     if (queue.count > 0 &&
         !(poses_alike(a, block.a) && poses_alike(b, block.b) && (margin == 0) == (block.margin[0] == 0)))
@@ -103,7 +103,7 @@ class ConvexQueues {
 
   // Runs what is left in the queues.
   void finish() {
-    for (ConvexQueue& queue : worker_.convex_queues)
+    for (ConvexQueue& queue : queues_)
       if (queue.count > 0) run(queue);
   }
 
@@ -129,7 +129,7 @@ class ConvexQueues {
     queue.count = 0;
   }
 
-  Worker& worker_;
+  Span<ConvexQueue> queues_;
   Run run_;
 };
 

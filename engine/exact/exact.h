@@ -2,12 +2,9 @@
 // test has a file of its own.
 #pragma once
 
-#include "layout/instance_batch.h"
+#include "engine/step/frame_context.h"
 
 namespace cab {
-
-class FclShapes;
-struct ConvexShapes;
 
 // The largest number of contacts that one call of an exact test writes.
 inline constexpr std::uint32_t kContactsPerTask = 256;
@@ -22,6 +19,18 @@ struct ExactLeaf {
   std::uint32_t shape;     // index of its shapes: the leaf, or of a static body the instance
 };
 
+// One leaf of one instance of a frame.
+inline ExactLeaf exact_leaf(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance,
+                            std::uint32_t leaf) {
+  const StoredBatch& stored = *frame.batches[batch];
+  return {stored.fcl_shapes,
+          stored.convex_shapes,
+          &stored.batch,
+          instance,
+          leaf,
+          is_static(stored.batch) ? instance : leaf};
+}
+
 // Writes the origin of b's instance less that of a's instance.
 inline void origin_difference(const ExactLeaf& a, const ExactLeaf& b, double (&shift)[3]) {
   for (std::uint32_t c = 0; c < 3; ++c)
@@ -33,8 +42,7 @@ inline float margin_between(const ExactLeaf& a, const ExactLeaf& b, float frame_
   return margin_between(*a.batch, a.instance, *b.batch, b.instance, frame_margin);
 }
 
-struct FrameContext;
-struct Worker;
+struct ExactScratch;
 
 // The functions of one exact test.
 struct ExactTest {
@@ -47,7 +55,7 @@ struct ExactTest {
   // with all parts on the second. If no two parts touch, it is the smallest gap, as a negative depth; FCL looks for it
   // only with a margin. Of equally deep contacts the one of the lowest leaves, then of the first parts. All fields but
   // the leaves are 0 if the test finds nothing. Reads of hits only their instances and links.
-  void (*contacts)(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker& worker);
+  void (*contacts)(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, ExactScratch& scratch);
 };
 
 // Returns the test that a policy value names. Null for Exact::kNone, with which all leaves with overlapping boxes

@@ -4,7 +4,7 @@
 #include "engine/exact/fcl.h"
 
 #include "engine/exact/hull.h"
-#include "engine/frame/contacts.h"
+#include "engine/exact/leaf_pairs.h"
 #include "layout/error_bounds.h"
 
 #include <fcl/geometry/shape/box.h>
@@ -461,7 +461,7 @@ void keep_contacts(const ExactLeaf& a, const ExactLeaf& b, float margin, Deepest
   });
 }
 
-void fcl_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, Worker&) {
+void fcl_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, ExactScratch&) {
   for (std::size_t i = 0; i < hits.size; ++i) {
     DeepestContact deepest;
     for_each_leaf_pair(frame, hits[i], [&](const ExactLeaf& a, const ExactLeaf& b) {

@@ -2,6 +2,7 @@
 // there is one.
 #pragma once
 
+#include "engine/exact/exact.h"
 #include "engine/step/candidate.h"
 #include "engine/step/in_contact.h"
 #include "layout/pair_list.h"
@@ -63,8 +64,8 @@ inline void sort_by_links(const Articulation& a, const Articulation& b, bool wit
 inline bool confirm(const FrameContext& frame, const ExactTest& test, const Candidate& candidate,
                     const LinkedPair& pair, FrameStats& stats) {
   ++stats.exact_tests;
-  const ExactLeaf a = frame.exact_leaf(candidate.batch_a, candidate.instance_a, pair.leaf_a),
-                  b = frame.exact_leaf(candidate.batch_b, candidate.instance_b, pair.leaf_b);
+  const ExactLeaf a = exact_leaf(frame, candidate.batch_a, candidate.instance_a, pair.leaf_a),
+                  b = exact_leaf(frame, candidate.batch_b, candidate.instance_b, pair.leaf_b);
   if (test.touch(a, b, margin_between(a, b, frame.margin))) return true;
   ++stats.false_positives;
   return false;

@@ -88,11 +88,12 @@ Status write_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) {
   const NodeBits shown = shown_at(articulation, job.level);
   const FrameContext frame = context_of(engine, job.policies, 0, Report::kHits);
   Worker& worker = engine.pool[0];
+  PoseScratch& posing = worker.pose;
   std::size_t needed = 0;
   for (std::uint32_t tile = 0; tile < tile_count(given_count(batch)); ++tile) {
     const TileInstances instances = instances_of(batch, tile);
     const std::uint32_t live = update_and_flag_tile(
-        frame, {&batch, instances, RefitScope::kAllNodes, worker.boxes.data, worker.bounds.data}, worker);
+        frame, {&batch, instances, RefitScope::kAllNodes, posing.boxes.data, posing.bounds.data}, posing, worker.stats);
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
       if (!(live >> lane & 1)) continue;
       const std::uint32_t instance = instances.instance[lane];
@@ -106,7 +107,7 @@ Status write_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) {
         if (!shown[node]) continue;
         needed += 12;
         if (needed > job.lines.size) continue;
-        const Box box = box_of(worker, job.policies.refit, node, lane);
+        const Box box = box_of(posing, job.policies.refit, node, lane);
         const std::uint16_t link = node < articulation.leaf_count ? articulation.leaf_link[node] : kNoLink;
         write_edges(box, at, {{}, {}, instance, static_cast<std::uint16_t>(node), link, hit[node]},
                     job.lines.data + needed - 12);

@@ -7,6 +7,7 @@
 #include "engine/hits/report.h"
 #include "engine/session/rest.h"
 #include "engine/session/validate.h"
+#include "engine/session/worker.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/timed.h"
 #include "engine/step/update.h"
@@ -40,7 +41,8 @@ class AllPairs {
     for (std::uint32_t tile = 0; tile < tile_count(given_count(batch)); ++tile) {
       const TileInstances instances = instances_of(batch, tile);
       const std::uint32_t live = update_and_flag_tile(
-          frame_, {&batch, instances, RefitScope::kNone, worker_.boxes.data, worker_.bounds.data}, worker_);
+          frame_, {&batch, instances, RefitScope::kNone, worker_.pose.boxes.data, worker_.pose.bounds.data},
+          worker_.pose, worker_.stats);
       for (std::uint32_t lane = 0; lane < instances.count; ++lane)
         live_[index][instances.instance[lane]] = live >> lane & 1;
     }
@@ -65,9 +67,10 @@ class AllPairs {
   // Tests the candidates that wait.
   void test() {
     const Timed timed(worker_.stats.seconds_query);
-    worker_.stats.candidates += worker_.candidates.size;
-    if (frame_.policies.exact == Exact::kConvex) keep_touching(frame_, worker_.candidates.data, worker_);
-    for_each_candidate(worker_.candidates.data, worker_.found,
+    worker_.stats.candidates += worker_.pairs.candidates.size;
+    if (frame_.policies.exact == Exact::kConvex)
+      keep_touching(frame_, worker_.pairs.candidates.data, worker_.pairs.found, worker_.exact, worker_.stats);
+    for_each_candidate(worker_.pairs.candidates.data, worker_.pairs.found,
                        [this](const Candidate& candidate, Span<LeafPair> pairs) { report(candidate, pairs); });
     clear();
   }
@@ -82,8 +85,8 @@ class AllPairs {
 
  private:
   void clear() {
-    worker_.found.clear();
-    worker_.candidates.clear();
+    worker_.pairs.found.clear();
+    worker_.pairs.candidates.clear();
   }
 
   bool is_live(std::uint32_t batch, std::uint32_t instance) const { return live_[batch][instance] != 0; }
@@ -96,15 +99,15 @@ class AllPairs {
     if (!within && !layers_match(batch_a, candidate.instance_a, batch_b, candidate.instance_b)) return;
     if (frame_.report == Report::kInContact && is_already_reported(frame_, candidate)) return;
     const Articulation &a = *batch_a.articulation, &b = *batch_b.articulation;
-    FixedList<LeafPair>& found = worker_.found;
-    if (worker_.candidates.size == worker_.candidates.capacity ||
+    FixedList<LeafPair>& found = worker_.pairs.found;
+    if (worker_.pairs.candidates.size == worker_.pairs.candidates.capacity ||
         found.size + std::size_t{a.leaf_count} * b.leaf_count > found.capacity)
       test();
     for (std::uint32_t i = 0; i < a.leaf_count; ++i)
       for (std::uint32_t j = within ? i + 1 : 0; j < b.leaf_count; ++j)
         if (!within || !is_ignored(a, a.leaf_link[i], a.leaf_link[j]))
-          found.push({worker_.candidates.size, static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j)});
-    worker_.candidates.push(candidate);
+          found.push({worker_.pairs.candidates.size, static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(j)});
+    worker_.pairs.candidates.push(candidate);
   }
 
   // Reports a candidate by its leaf pairs; with Exact::kConvex by those that touch.

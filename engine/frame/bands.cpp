@@ -3,8 +3,9 @@
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/crowd_scratch.h"
 #include "engine/broad_phase/first_pass.h"
-#include "engine/broad_phase/pairing.h"
+#include "engine/broad_phase/strip_searcher.h"
 #include "engine/broad_phase/strips.h"
+#include "engine/frame/crowd_tester.h"
 #include "engine/hits/hit_store.h"
 #include "engine/session/worker.h"
 #include "engine/step/in_contact.h"
@@ -123,13 +124,13 @@ void run_band_task(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   std::uint32_t place = first_place(crowd, task, count);
   CrowdScratch& scratch = worker.crowd[0];
   BandTask band = {crowd, scratch, chunk, chunk.first, 1 / crowd.classes.of[0].scale / 1.05f, place};
-  CrowdTester tester(run, worker);
+  CrowdTester tester(*run.characters, crowd, worker, run.sink);
   for (std::uint32_t s = chunk.first; s < chunk.end; ++s) {
     {
       const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
       const std::uint32_t until = s + 1 == chunk.end ? end : std::min(end, crowd.strip_first[s + 1]);
       if (place < until) {
-        bound_crowd_tiles(*run.characters, stored, place, until, crowd, worker);
+        bound_crowd_tiles(*run.characters, stored, place, until, crowd, scratch, worker.pose, worker.stats);
         place += tile_count(until - place) * kLanes;
       }
     }
@@ -148,7 +149,7 @@ void run_band_task(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 }
 
 void pair_seam(FrameRun& run, std::uint32_t chunk, std::uint32_t w) {
-  CrowdTester tester(run, run.worker(w));
+  CrowdTester tester(*run.characters, run.engine.crowd, run.worker(w), run.sink);
   pair_with_next(tester, chunk_of(run.engine.crowd, chunk).end - 1);
   tester.test();
 }
@@ -157,10 +158,11 @@ namespace {
 
 // Drops what was paired so far.
 void drop_pairs(FrameRun& run) {
-  begin_storing(run);
+  begin_storing(run.sink);
   const Span<HitChain> chains = only_batch(run.engine).batch.hit_chains;
   std::fill(chains.begin(), chains.end(), HitChain{});
   for (const auto& worker : run.engine.pool.workers) {
+    worker->hits.block = {};
     FrameStats& stats = worker->stats;
     stats.candidates = stats.candidates_apart = stats.box_tests = stats.leaf_pairs = 0;
     stats.exact_tests = stats.false_positives = 0;
@@ -221,7 +223,7 @@ void keep_order_of_bands(Crowd& crowd, CrowdBatch& own) {
 // The order of a frame without bands: that of sorted rows.
 void keep_order_of_strips(Engine& engine) {
   const Crowd& crowd = engine.crowd;
-  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.crowd.in_order = 0; });
+  for_each_crowd_batch(engine.stored_batches(), [](StoredBatch& stored) { stored.crowd.in_order = 0; });
   for (std::uint32_t i = crowd.classes.first_sorted; i < crowd.classes.end_sorted; ++i) {
     CrowdBatch& own = engine.batches[crowd.sorted_row(i).batch]->crowd;
     if (own.orders) own.order[own.in_order++] = crowd.sorted_row(i).instance;
@@ -262,7 +264,7 @@ bool is_ready(const Crowd& crowd) {
 
 void keep_order(Engine& engine) {
   Crowd& crowd = engine.crowd;
-  for_each_crowd_batch(engine, [&crowd](StoredBatch& stored) {
+  for_each_crowd_batch(engine.stored_batches(), [&crowd](StoredBatch& stored) {
     CrowdBatch& own = stored.crowd;
     own.orders = stored.batch.input->instances.empty() && own.order.size == own.row_count && !stored.batch.may_rest;
     if (!own.orders) return;

@@ -3,13 +3,13 @@
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/crowd_scratch.h"
 #include "engine/broad_phase/first_pass.h"
-#include "engine/broad_phase/pairing.h"
+#include "engine/broad_phase/strip_searcher.h"
 #include "engine/broad_phase/strips.h"
 #include "engine/broad_phase/world_bounds.h"
 #include "engine/frame/bands.h"
+#include "engine/frame/crowd_tester.h"
 #include "engine/frame/posed_tester.h"
 #include "engine/hits/hit_store.h"
-#include "engine/session/rest.h"
 #include "engine/session/worker.h"
 #include "engine/step/batch_tasks.h"
 #include "engine/step/live_instances.h"
@@ -57,9 +57,22 @@ void take_for_live(InstanceBatch& batch) {
     batch.live[tile] = static_cast<std::uint16_t>((2u << (std::min(kLanes, given - tile * kLanes) - 1)) - 1);
 }
 
+// Makes the surveys of all workers know of no row.
+void clear_surveys(const WorkerPool& pool) {
+  for (const auto& worker : pool.workers)
+    if (!worker->crowd.empty()) clear_survey(worker->crowd[0]);
+}
+
+// What these surveys say after the first pass.
+CrowdRanges ranges_of(const WorkerPool& pool) {
+  CrowdRanges out = kNoRanges;
+  for (const auto& worker : pool.workers) add_survey(worker->crowd[0].survey, out);
+  return out;
+}
+
 // Chooses how each batch is bounded in this frame, and gives it its rows.
 void begin_rows(FrameRun& run) {
-  for_each_crowd_batch(run.engine, [&run](StoredBatch& stored) {
+  for_each_crowd_batch(run.engine.stored_batches(), [&run](StoredBatch& stored) {
     InstanceBatch& batch = stored.batch;
     clear_not_given(batch);
     batch.by_words = can_have_words(*run.characters, stored);
@@ -67,8 +80,8 @@ void begin_rows(FrameRun& run) {
     if (batch.by_words) make_shape(stored, run.job.margin);
     if (stored.crowd.is_by_place) take_for_live(batch);
   });
-  lay_out_rows(run.engine);
-  clear_survey(run.engine.pool);
+  lay_out_rows(run.engine.stored_batches(), run.engine.crowd);
+  clear_surveys(run.engine.pool);
 }
 
 // Counts an instance whose bounds leave those that the caller gives. Boxes of links are larger and say nothing.
@@ -99,18 +112,20 @@ struct FirstPass {
   void bound(const TileInstances& instances) {
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) batch.hit_chains[instances.instance[lane]] = {};
     if (batch.by_words)
-      set_live(instances, bound_by_instance(frame, stored, instances, crowd, worker), batch);
+      set_live(instances,
+               bound_by_instance(frame, stored, instances, crowd, worker.crowd[0], worker.pose, worker.stats), batch);
     else
       pose(instances);
   }
 
   void pose(const TileInstances& instances) {
+    PoseScratch& posing = worker.pose;
     const std::uint32_t live = update_and_flag_tile(
-        frame, {&batch, instances, RefitScope::kLeaves, worker.boxes.data, worker.bounds.data}, worker);
+        frame, {&batch, instances, RefitScope::kLeaves, posing.boxes.data, posing.bounds.data}, posing, worker.stats);
     set_live(instances, live, batch);
     if (!is_axis_aligned(frame.policies.refit))
-      frame.kernels.bound_boxes(worker.boxes.data, posed_articulation(*batch.active).leaf_count, worker.bounds.data);
-    bound_instances(frame.kernels, batch, instances, worker.bounds.data);
+      frame.kernels.bound_boxes(posing.boxes.data, posed_articulation(*batch.active).leaf_count, posing.bounds.data);
+    bound_instances(frame.kernels, batch, instances, posing.bounds.data);
     for (std::uint32_t left = live; left; left &= left - 1) {
       const std::uint32_t instance = instances.instance[lowest_bit(left)];
       place(instance);
@@ -125,9 +140,9 @@ struct FirstPass {
     if (!batch.input->flags.empty()) batch.input->flags[instance] = kInstanceOk;
     ++worker.stats.instances_resting;
     if (batch.rest[instance] & kKept) {
-      ++worker.kept;
+      ++worker.crowd[0].kept;
     } else {
-      worker.resting += batch.pairs_between;
+      worker.crowd[0].resting += batch.pairs_between;
       place(instance);
     }
     count_beyond_bounds(frame, batch, instance, worker.stats);
@@ -185,7 +200,7 @@ class MixedTester final : public StripSearcher {
  public:
   MixedTester(FrameRun& run, Worker& worker)
       : StripSearcher(*run.characters, run.engine.crowd, worker.crowd[0]),
-        by_words_(run, worker),
+        by_words_(*run.characters, run.engine.crowd, worker, run.sink),
         posed_(*run.characters, run.engine.crowd, worker, run.sink) {}
 
   // Drops those that are known. Candidates with words stay in the list and are tested; the others are handed on.
@@ -272,7 +287,8 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   const std::uint32_t first = of.run * tiles_per_task(batch),
                       end = std::min(tile_count(given), first + tiles_per_task(batch));
   if (stored.crowd.is_by_place) {
-    bound_crowd_tiles(frame, stored, first * kLanes, std::min(given, end * kLanes), crowd, worker);
+    bound_crowd_tiles(frame, stored, first * kLanes, std::min(given, end * kLanes), crowd, worker.crowd[0], worker.pose,
+                      worker.stats);
     if (!crowd.only_words) store_bounds(crowd, stored, first * kLanes, std::min(given, end * kLanes));
     return;
   }
@@ -295,13 +311,14 @@ std::uint32_t begin_sorting(FrameRun& run) {
   if (!crowd.only_words) {  // else nobody rests
     std::size_t kept = 0, resting = 0;
     for (const auto& worker : run.engine.pool.workers) {
-      kept += worker->kept;
-      resting += worker->resting;
+      kept += worker->crowd[0].kept;
+      resting += worker->crowd[0].resting;
     }
     const std::size_t spare = spare_rows(crowd.capacity);
-    if (resting > spare || crowd.kept.end_sorted > kept + spare || crowd.kept_is_stale) keep_rows(run.engine);
+    if (resting > spare || crowd.kept.end_sorted > kept + spare || crowd.kept_is_stale)
+      keep_rows(run.engine.stored_batches(), crowd);
   }
-  lay_out_strips(run.engine);
+  lay_out_strips(run.engine.stored_batches(), ranges_of(run.engine.pool), crowd);
   return sort_tasks(crowd);
 }
 
@@ -314,7 +331,10 @@ void sort_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
 std::uint32_t begin_pairing(FrameRun& run) {
   // Without a rule that reports two that rest there is nothing to keep.
   run.characters->keeps_hits = run.has_last_hits && run.engine.paired.reports_resting;
-  if (run.characters->keeps_hits) keep_hits(run);
+  if (run.characters->keeps_hits) {
+    Worker& worker = run.worker(0);
+    keep_hits(*run.characters, run.last_blocks, worker.hits.block, worker.stats, run.sink);
+  }
   const std::uint32_t each = rows_per_task(run.engine.crowd);
   return lay_out_tasks(
       run.engine.stored_batches(),
@@ -343,7 +363,7 @@ void pair_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
     const std::uint32_t first = classes.first_sorted + (is_kept ? number : number - tasks.kept) * each,
                         end = std::min(classes.end_sorted, first + each);
     if (crowd.only_words) {
-      CrowdTester tester(run, worker);
+      CrowdTester tester(*run.characters, crowd, worker, run.sink);
       pair_rows(tester, classes, first, end);
       tester.test();
     } else {
@@ -366,7 +386,7 @@ std::uint32_t end_pairing(FrameRun& run) {
   const Timed timed(run.worker(0).stats.seconds_broad);
   Crowd& crowd = run.engine.crowd;
   if (crowd.row_count > 0) keep_order(run.engine);
-  for_each_crowd_batch(run.engine, [&run, &crowd](StoredBatch& stored) {
+  for_each_crowd_batch(run.engine.stored_batches(), [&run, &crowd](StoredBatch& stored) {
     stored.crowd.has_words = stored.batch.by_words && !stored.crowd.is_by_place;
     stored.crowd.has_sides = stored.crowd.is_by_place && crowd.only_words;
     if (run.engine.rest.known) store_crowd_bounds(crowd, stored);  // those that rest keep them

@@ -1,10 +1,12 @@
 #include "engine/frame/contacts.h"
 
-#include "engine/exact/convex_pair.h"
+#include "engine/exact/leaf_pairs.h"
+#include "engine/hits/report.h"
+#include "engine/session/validate.h"
 #include "engine/session/worker.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/timed.h"
-#include "kernels/pose_leaves.h"
+#include "kernels/float_mode.h"
 
 #include <algorithm>
 #include <limits>
@@ -67,8 +69,6 @@ void mark_in_contact(const FrameContext& frame, const FrameJob& job) {
 
 }  // namespace
 
-bool needs_contacts(const FrameJob& job) { return !job.contacts.empty() || job.min_depth > 0; }
-
 std::uint32_t begin_contacts(FrameRun& run) {
   finish_hits(run.sink);
   return needs_contacts(run.job) ? run_count(run.job.hit_count) : 0;
@@ -83,7 +83,7 @@ void add_contacts(FrameRun& run, std::uint32_t task, std::uint32_t w) {
                     end = std::min(begin + kContactsPerTask, job.hit_count);
   Contact own[kContactsPerTask];
   Contact* const contacts = job.contacts.empty() ? own : job.contacts.data + begin;
-  find_exact_test(frame.policies.exact)->contacts(frame, {job.hits.data + begin, end - begin}, contacts, worker);
+  find_exact_test(frame.policies.exact)->contacts(frame, {job.hits.data + begin, end - begin}, contacts, worker.exact);
   for (std::size_t i = begin; i < end && job.min_depth > 0; ++i)
     if (contacts[i - begin].depth < job.min_depth) drop(job.hits[i]);
 }
@@ -96,16 +96,15 @@ void drop_hits(FrameRun& run) {
   mark_in_contact(*run.characters, job);
 }
 
-bool is_valid_pose(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t link) {
-  return is_valid(stored_pose(batch, instance, link));
-}
+namespace {
 
+// Writes contacts[i] for pairs[i]. Those of a link with an invalid pose have depth minus infinity, and 0 else.
 void measure_pairs(const FrameContext& frame, WorkerPool& pool, Span<const Hit> pairs, Contact* contacts) {
   const ExactTest& test = *find_exact_test(frame.policies.exact);
   pool.tasks->for_each(run_count(pairs.size), [&](std::uint32_t task, std::uint32_t w) {
     const std::size_t begin = std::size_t{task} * kContactsPerTask,
                       end = std::min(begin + kContactsPerTask, pairs.size);
-    test.contacts(frame, {pairs.data + begin, end - begin}, contacts + begin, pool[w]);
+    test.contacts(frame, {pairs.data + begin, end - begin}, contacts + begin, pool[w].exact);
     for (std::size_t i = begin; i < end; ++i) {
       const Hit& pair = pairs[i];
       if (is_valid_pose(frame.batch(pair.batch_a.value - 1), pair.instance_a, pair.link_a) &&
@@ -114,6 +113,27 @@ void measure_pairs(const FrameContext& frame, WorkerPool& pool, Span<const Hit> 
       contacts[i] = {};
       contacts[i].depth = -std::numeric_limits<float>::infinity();
     }
+  });
+}
+
+}  // namespace
+
+Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth, Span<const Hit> pairs,
+                        Span<Contact> contacts) noexcept {
+  return guarded([&] {
+    Call call(engine);
+    if (!call.admitted()) return Status::kBusy;
+    const kernel::FloatMode mode;
+    Policies policies;
+    policies.exact = Exact::kConvex;
+    policies.depth = depth;
+    if (const Status status = validate_policies(policies); status != Status::kOk) return status;
+    if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
+    if (const Status status = validate_pairs(engine, pairs); status != Status::kOk) return status;
+    if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;
+    engine.pool.tasks->alone = pairs.size <= kContactsPerTask;
+    measure_pairs(context_of(engine, policies, kMaxCoordinate, Report::kHits), engine.pool, pairs, contacts.data);
+    return Status::kOk;
   });
 }
 

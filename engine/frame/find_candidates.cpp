@@ -2,12 +2,13 @@
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/crowd_scratch.h"
 #include "engine/broad_phase/pair_rules.h"
-#include "engine/broad_phase/pairing.h"
+#include "engine/broad_phase/strip_searcher.h"
 #include "engine/broad_phase/strips.h"
 #include "engine/broad_phase/world_bounds.h"
 #include "engine/session/call.h"
 #include "engine/session/rest.h"
 #include "engine/session/validate.h"
+#include "engine/session/worker.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/live_instances.h"
 #include "engine/step/update.h"
@@ -102,14 +103,19 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   engine.pool.tasks->alone = given <= kInstancesAlone;
   note_rules(job.rules, engine.stored_batches(), engine.paired);
   Crowd& crowd = engine.crowd;
-  for_each_crowd_batch(engine, [](StoredBatch& stored) { stored.batch.by_words = stored.crowd.is_by_place = false; });
-  lay_out_rows(engine);
-  clear_survey(engine.pool);
+  for_each_crowd_batch(engine.stored_batches(),
+                       [](StoredBatch& stored) { stored.batch.by_words = stored.crowd.is_by_place = false; });
+  lay_out_rows(engine.stored_batches(), crowd);
+  for (const auto& worker : engine.pool.workers)
+    if (!worker->crowd.empty()) clear_survey(worker->crowd[0]);
   crowd.bands.ready = crowd.by_bands = false;
-  for_each_crowd_batch(engine, [&](StoredBatch& stored) { take_bounds(job, crowd, stored, engine.pool); });
+  for_each_crowd_batch(engine.stored_batches(),
+                       [&](StoredBatch& stored) { take_bounds(job, crowd, stored, engine.pool); });
   PairWriter writer(out.pairs);
   if (crowd.row_count > 0) {
-    lay_out_strips(engine);
+    CrowdRanges ranges = kNoRanges;
+    for (const auto& worker : engine.pool.workers) add_survey(worker->crowd[0].survey, ranges);
+    lay_out_strips(engine.stored_batches(), ranges, crowd);
     engine.pool.tasks->for_each(sort_tasks(crowd),
                                 [&crowd](std::uint32_t task, std::uint32_t) { sort_strips(crowd, task); });
     const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);

@@ -5,8 +5,10 @@
 #include "engine/frame/contacts.h"
 #include "engine/frame/frame_run.h"
 #include "engine/frame/sequences.h"
+#include "engine/hits/hit_store.h"
 #include "engine/session/rest.h"
 #include "engine/session/validate.h"
+#include "engine/session/worker.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/profiled.h"
 #include "engine/step/task_roll.h"
@@ -23,9 +25,12 @@ namespace {
 
 // ------------------------------------------------------------------------------------------------ before the steps
 
-// Sets the counts of all workers and the caller's in_contact bytes to 0.
+// Sets the counts of all workers and the caller's in_contact bytes to 0, and lets no worker have hits.
 void clear_results(Engine& engine, Span<const BatchInput> inputs) {
-  for (const auto& worker : engine.pool.workers) worker->stats = {};
+  for (const auto& worker : engine.pool.workers) {
+    worker->stats = {};
+    worker->hits.block = {};
+  }
   clear_in_contact(inputs);
 }
 
@@ -38,7 +43,7 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   if (const Status status = begin_rest(engine, job, run.failed_before); status != Status::kOk) return status;
   run.has_last_hits = std::exchange(engine.hit_store.holds_last, false);
-  begin_storing(run);
+  run.last_blocks = begin_storing(run.sink);
   clear_results(engine, job.inputs);
   ++engine.bounds_of_frame;
   const Policies policies = resolve_characters(engine, job);
@@ -52,6 +57,14 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
 
 // ------------------------------------------------------------------------------------------------------- the steps
 
+std::uint32_t begin_counting(FrameRun& run) { return begin_counting_hits(run.engine.stored_batches()); }
+void count_stored(FrameRun& run, std::uint32_t task, std::uint32_t) { count_hits(run.engine.stored_batches(), task); }
+
+std::uint32_t begin_writing(FrameRun& run) { return begin_writing_hits(run.engine.stored_batches(), run.sink); }
+void write_stored(FrameRun& run, std::uint32_t task, std::uint32_t worker) {
+  write_hits(*run.characters, task, run.worker(worker).stats, run.sink);
+}
+
 constexpr FrameStep kFrameSteps[] = {
     // Characters: every instance that does not rest is bounded. Strips find those whose bounds overlap, and only these
     // are posed again and tested.
@@ -59,8 +72,8 @@ constexpr FrameStep kFrameSteps[] = {
     {"sort", begin_sorting, sort_characters},
     {"pair", begin_pairing, pair_characters},
     {"keep order", end_pairing, pair_characters},
-    {"count hits", begin_counting_hits, count_hits},
-    {"write hits", begin_writing_hits, write_hits},
+    {"count hits", begin_counting, count_stored},
+    {"write hits", begin_writing, write_stored},
 
     // Sequences: instance f of one sequence is tested against instance f of another, sixteen at a time.
     {"sequences", begin_sequences, run_sequence_tile},
@@ -102,7 +115,7 @@ Status finish(FrameRun& run) {
                                                           : Status::kOk;
   if (status == Status::kOk) {
     end_rest(run.engine, job);
-    hold_hits(run);
+    run.sink.store->holds_last = job.report != Report::kInContact;
     note_bounds(run.engine, *run.characters, job.inputs);
   }
   job.stats = {};

@@ -5,7 +5,6 @@
 #include "engine/exact/touching_links.h"
 #include "engine/pairs/link_pairs.h"
 #include "engine/pairs/traverse.h"
-#include "engine/session/rest.h"
 #include "engine/session/worker.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/live_instances.h"
@@ -19,43 +18,47 @@
 namespace cab {
 
 void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink) {
-  if (frame.policies.exact == Exact::kConvex) keep_touching(frame, candidates, worker);
-  for_each_candidate(candidates, worker.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
-    report_candidate(frame, candidate, pairs, worker, sink);
+  if (frame.policies.exact == Exact::kConvex)
+    keep_touching(frame, candidates, worker.pairs.found, worker.exact, worker.stats);
+  for_each_candidate(candidates, worker.pairs.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+    report_candidate(frame, candidate, pairs, worker.hits, worker.stats, sink);
   });
 }
 
 namespace {
 
-// Steps 4 to 6 where batches have strategy `links`: worker.found has link pairs whose boxes overlap, and leaf pairs of
-// candidates without link boxes.
+// Steps 4 to 6 where batches have strategy `links`: worker.pairs.found has link pairs whose boxes overlap, and leaf
+// pairs of candidates without link boxes.
 void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
-  std::swap(worker.found, worker.link_pairs);
-  for_each_candidate(worker.candidates.data, worker.link_pairs, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+  PairScratch& own = worker.pairs;
+  std::swap(own.found, own.link_pairs);
+  for_each_candidate(own.candidates.data, own.link_pairs, [&](const Candidate& candidate, Span<LeafPair> pairs) {
     if (opens_links(frame, candidate)) {
       if (frame.first_only() && is_already_reported(frame, candidate)) return;
       const Timed timed(worker.stats.seconds_test);
-      find_pairs_of_links(frame, candidate, {pairs.data, pairs.size}, worker);
+      find_pairs_of_links(frame, candidate, {pairs.data, pairs.size}, own, worker.stats);
     } else {
-      worker.found.size = static_cast<std::uint32_t>(pairs.size);
-      std::copy(pairs.begin(), pairs.end(), worker.found.data);
+      own.found.size = static_cast<std::uint32_t>(pairs.size);
+      std::copy(pairs.begin(), pairs.end(), own.found.data);
     }
     const Timed timed(worker.stats.seconds_query);
-    if (frame.policies.exact == Exact::kConvex) keep_touching(frame, worker.candidates.data, worker);
-    if (!worker.found.empty()) report_candidate(frame, candidate, {worker.found.data, worker.found.size}, worker, sink);
+    if (frame.policies.exact == Exact::kConvex)
+      keep_touching(frame, own.candidates.data, own.found, worker.exact, worker.stats);
+    if (!own.found.empty())
+      report_candidate(frame, candidate, {own.found.data, own.found.size}, worker.hits, worker.stats, sink);
   });
 }
 
-// Returns the end of the candidates that can be tested together from `begin` on: worker.found has room for all their
-// leaf pairs. A single candidate always fits.
+// Returns the end of the candidates that can be tested together from `begin` on: worker.pairs.found has room for all
+// their leaf pairs. A single candidate always fits.
 std::uint32_t candidates_at_once(const FrameContext& frame, const Worker& worker, std::uint32_t begin) {
   std::size_t leaf_pairs = 0;
   std::uint32_t end = begin;
-  for (; end < worker.candidates.size; ++end) {
-    const Candidate& candidate = worker.candidates.data[end];
+  for (; end < worker.pairs.candidates.size; ++end) {
+    const Candidate& candidate = worker.pairs.candidates.data[end];
     leaf_pairs += std::size_t{frame.batch(candidate.batch_a).active->leaf_count} *
                   frame.batch(candidate.batch_b).active->leaf_count;
-    if (end > begin && leaf_pairs > worker.found.capacity - kLanes) break;
+    if (end > begin && leaf_pairs > worker.pairs.found.capacity - kLanes) break;
   }
   return end;
 }
@@ -73,31 +76,31 @@ bool skips_within(const FrameContext& frame, const InstanceBatch& batch, std::ui
 
 // Steps 3 to 6 for the candidates that the worker has collected. Empties the list and the sets afterwards.
 void PosedTester::test() {
-  if (worker_.candidates.empty()) return;
-  worker_.stats.candidates += worker_.candidates.size;
+  if (worker_.pairs.candidates.empty()) return;
+  worker_.stats.candidates += worker_.pairs.candidates.size;
   const bool has_links = frame_.policies.strategy != Strategy::kRows &&
-                         std::any_of(worker_.candidates.begin(), worker_.candidates.end(),
+                         std::any_of(worker_.pairs.candidates.begin(), worker_.pairs.candidates.end(),
                                      [this](const Candidate& candidate) { return opens_links(frame_, candidate); });
   {
     const Timed timed(worker_.stats.seconds_update);
-    pose_set(frame_, worker_);
+    worker_.stats.instances_posed += pose_set(frame_, worker_.pairs.posed, worker_.pose);
   }
-  for (std::uint32_t begin = 0, end; begin < worker_.candidates.size; begin = end) {
+  for (std::uint32_t begin = 0, end; begin < worker_.pairs.candidates.size; begin = end) {
     end = candidates_at_once(frame_, worker_, begin);
     {
       const Timed timed(worker_.stats.seconds_test);
-      find_leaf_pairs(frame_, begin, end, worker_);
+      find_leaf_pairs(frame_, begin, end, worker_.pairs, worker_.stats);
     }
     if (has_links) {
       report_links(frame_, worker_, sink_);
     } else {
       const Timed timed(worker_.stats.seconds_query);
-      report_leaves(frame_, worker_.candidates.data, worker_, sink_);
+      report_leaves(frame_, worker_.pairs.candidates.data, worker_, sink_);
     }
   }
-  worker_.candidates.clear();
-  clear_set(worker_.posed);
-  clear_links(worker_.posed_links);
+  worker_.pairs.candidates.clear();
+  clear_set(worker_.pairs.posed);
+  clear_links(worker_.pairs.posed_links);
 }
 
 // Adds a candidate: two instances, where a has the lower key, or twice the same instance.
@@ -105,12 +108,12 @@ void PosedTester::add(const CrowdRow& a, const CrowdRow& b) {
   Candidate candidate = {a.batch, a.instance, b.batch, b.instance};
   const bool in_contact = frame_.report == Report::kInContact;
   if (in_contact && is_already_reported(frame_, candidate)) return;
-  if (worker_.candidates.size >= (in_contact ? kInContactCandidates : kChunkCandidates) ||
-      !has_room(frame_, candidate, worker_.posed))
+  if (worker_.pairs.candidates.size >= (in_contact ? kInContactCandidates : kChunkCandidates) ||
+      !has_room(frame_, candidate, worker_.pairs.posed))
     test();
-  candidate.slot_a = acquire_slot(frame_, a.batch, a.instance, worker_.posed);
-  candidate.slot_b = acquire_slot(frame_, b.batch, b.instance, worker_.posed);
-  worker_.candidates.push(candidate);
+  candidate.slot_a = acquire_slot(frame_, a.batch, a.instance, worker_.pairs.posed);
+  candidate.slot_b = acquire_slot(frame_, b.batch, b.instance, worker_.pairs.posed);
+  worker_.pairs.candidates.push(candidate);
 }
 
 void PosedTester::add(const RowPair& pair) {
@@ -123,11 +126,11 @@ void PosedTester::add(const RowPair& pair) {
 // instances are posed more than once.
 void PosedTester::add_waiting() {
   const auto runs = [](const RowPair& pair) { return std::uint64_t{pair.a / kLanes} << 32 | pair.b / kLanes; };
-  std::sort(worker_.waiting.begin(), worker_.waiting.end(), [&runs](const RowPair& x, const RowPair& y) {
+  std::sort(worker_.pairs.waiting.begin(), worker_.pairs.waiting.end(), [&runs](const RowPair& x, const RowPair& y) {
     return std::make_tuple(runs(x), x.a, x.b) < std::make_tuple(runs(y), y.a, y.b);
   });
-  for (const RowPair& pair : worker_.waiting) add(pair);
-  worker_.waiting.clear();
+  for (const RowPair& pair : worker_.pairs.waiting) add(pair);
+  worker_.pairs.waiting.clear();
 }
 
 bool PosedTester::has_large(const RowPair& pair) const {
@@ -154,8 +157,8 @@ void PosedTester::add(const std::uint32_t* a, const std::uint32_t* b, std::uint3
       add(pair);
       continue;
     }
-    if (worker_.waiting.size == worker_.waiting.capacity) add_waiting();
-    worker_.waiting.push(pair);
+    if (worker_.pairs.waiting.size == worker_.pairs.waiting.capacity) add_waiting();
+    worker_.pairs.waiting.push(pair);
   }
 }
 

@@ -2,9 +2,14 @@
 // tested by words.
 #pragma once
 
-#include "engine/broad_phase/pairing.h"
+#include "engine/broad_phase/crowd.h"
+#include "engine/step/candidate.h"
+#include "engine/step/frame_context.h"
 
 namespace cab {
+
+struct HitSink;
+struct Worker;
 
 // The candidates of one task. They are tested whenever the worker's list or its set of posed instances is full.
 class PosedTester {
@@ -35,7 +40,7 @@ class PosedTester {
   HitSink& sink_;
 };
 
-// Steps 5 and 6 for candidates whose leaf pairs are in worker.found, sorted by candidate.
+// Steps 5 and 6 for candidates whose leaf pairs are in worker.pairs.found, sorted by candidate.
 void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink);
 
 }  // namespace cab

@@ -2,6 +2,7 @@
 // tile.
 #include "engine/frame/sequences.h"
 
+#include "engine/session/worker.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/timed.h"
 #include "engine/step/update.h"
@@ -76,7 +77,7 @@ std::uint32_t lanes_to_test(const FrameContext& frame, const PairedTiles& tiles,
   const std::uint32_t in_tile = (2u << (std::min(kLanes, instances - tiles.tile * kLanes) - 1)) - 1;
   const auto live = [&](const InstanceBatch& batch, std::uint32_t index) {
     const bool is_table = batch.instance_count == 1 && instances > 1;
-    return is_table ? (worker.live[index] & 1 ? 0xffffu : 0u) : worker.live[index];
+    return is_table ? (worker.pairs.live[index] & 1 ? 0xffffu : 0u) : worker.pairs.live[index];
   };
   std::uint32_t lanes = in_tile & live(tiles.a, tiles.index_a) & live(tiles.b, tiles.index_b);
   if (!tiles.within) lanes &= lanes_with_matching_layers(tiles);
@@ -87,7 +88,7 @@ std::uint32_t lanes_to_test(const FrameContext& frame, const PairedTiles& tiles,
 }
 
 // Step 4 for one rule and one tile with boxes: the kernel tests the nodes of both sequences and leaves the overlapping
-// leaf pairs in worker.tile_found.
+// leaf pairs in worker.pairs.tile_found.
 template <class Tile>
 void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
              void (*kernel)(kernel::TileDescent<Tile>&), Worker& worker) {
@@ -100,24 +101,25 @@ void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
   descent.shift = !tiles.within && shift_of(tiles, &shift) ? &shift : nullptr;
   descent.lanes = lanes;
   descent.self = tiles.within;
-  descent.stack = worker.tile_stack;
-  descent.found = worker.tile_found;
+  descent.stack = worker.pairs.tile_stack;
+  descent.found = worker.pairs.tile_found;
   descent.found.clear();
   descent.box_tests = 0;
   kernel(descent);
-  worker.tile_found.size = descent.found.size;
+  worker.pairs.tile_found.size = descent.found.size;
   worker.stats.box_tests += descent.box_tests;
 }
 
-// Step 4 for one rule and one tile, by the frame's strategy: leaves the overlapping leaf pairs in worker.tile_found.
+// Step 4 for one rule and one tile, by the frame's strategy: leaves the overlapping leaf pairs in
+// worker.pairs.tile_found.
 void find_tile_pairs(const FrameContext& frame, const PairedTiles& tiles, std::uint32_t lanes, Worker& worker) {
   const kernel::KernelTable& kernels = frame.kernels;
   const bool brute = frame.policies.strategy != Strategy::kTree;
   const auto sat = static_cast<std::size_t>(frame.policies.sat);
   if (is_axis_aligned(frame.policies.refit))
-    descend(tiles, lanes, worker.bounds.data, brute ? kernels.brute_aabbs : kernels.descend_aabbs, worker);
+    descend(tiles, lanes, worker.pose.bounds.data, brute ? kernels.brute_aabbs : kernels.descend_aabbs, worker);
   else
-    descend(tiles, lanes, worker.boxes.data, (brute ? kernels.brute_boxes : kernels.descend_boxes)[sat], worker);
+    descend(tiles, lanes, worker.pose.boxes.data, (brute ? kernels.brute_boxes : kernels.descend_boxes)[sat], worker);
 }
 
 // Steps 4 to 6 for one rule and one tile.
@@ -135,14 +137,15 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
   if (frame.policies.exact == Exact::kConvex) {
     Candidate candidates[kLanes];
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) candidates[lane] = tiles.candidate(lane);
-    keep_touching_lanes(frame, candidates, worker);
+    keep_touching_lanes(frame, candidates, worker.pairs.tile_found, worker.exact, worker.stats);
   }
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    worker.found.clear();
-    for (const TilePair& pair : worker.tile_found)
-      if (pair.lanes >> lane & 1) worker.found.push({lane, pair.a, pair.b});
-    if (worker.found.empty()) continue;
-    report_candidate(frame, tiles.candidate(lane), {worker.found.data, worker.found.size}, worker, sink);
+    worker.pairs.found.clear();
+    for (const TilePair& pair : worker.pairs.tile_found)
+      if (pair.lanes >> lane & 1) worker.pairs.found.push({lane, pair.a, pair.b});
+    if (worker.pairs.found.empty()) continue;
+    report_candidate(frame, tiles.candidate(lane), {worker.pairs.found.data, worker.pairs.found.size}, worker.hits,
+                     worker.stats, sink);
   }
 }
 
@@ -156,10 +159,11 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
     if (batch.kind != BatchKind::kSequence || own_tile >= tile_count(batch.instance_count)) continue;
     const Timed timed(worker.stats.seconds_update);
     const RefitScope scope = refit_scope(frame.policies.strategy, *batch.articulation);
-    const TileUpdate update = {&batch, instances_of(batch, own_tile), scope, worker.boxes.data + batch.worker_nodes,
-                               worker.bounds.data + batch.worker_nodes};
-    worker.live[index] =
-        tile == own_tile ? update_and_flag_tile(frame, update, worker) : update_tile(frame, update, worker);
+    const TileUpdate update = {&batch, instances_of(batch, own_tile), scope,
+                               worker.pose.boxes.data + batch.worker_nodes,
+                               worker.pose.bounds.data + batch.worker_nodes};
+    worker.pairs.live[index] = tile == own_tile ? update_and_flag_tile(frame, update, worker.pose, worker.stats)
+                                                : update_tile(frame, update, worker.pose);
   }
 }
 
@@ -181,7 +185,7 @@ void run_sequence_tile(FrameRun& run, std::uint32_t tile, std::uint32_t w) {
   for (const PairRule& rule : run.job.rules)
     if (run.engine.batch(rule.a).kind == BatchKind::kSequence)
       test_sequences(*run.sequences, rule, tile, worker, run.sink);
-  append_hits(worker, run.sink);
+  append_hits(worker.hits.hits, run.sink);
 }
 
 }  // namespace cab

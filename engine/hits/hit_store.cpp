@@ -2,10 +2,10 @@
 #include "engine/hits/hit_store.h"
 
 #include "engine/exact/touching_links.h"
-#include "engine/frame/frame_run.h"
-#include "engine/session/worker.h"
+#include "engine/hits/report.h"
 #include "engine/step/batch_tasks.h"
 #include "engine/step/in_contact.h"
+#include "engine/step/timed.h"
 #include "kernels/rigid_leaves.h"
 #include "layout/atomic_words.h"
 #include "layout/compiler.h"
@@ -47,8 +47,7 @@ bool grow(HitStore& store, std::uint32_t number) {
 
 // Gives a worker the next block. If the caller's buffer has no room for the hits that are stored already, or if there
 // is no memory, the worker writes over the block that it has: then hits are counted alone.
-void claim_block(Worker& worker, HitSink& sink) {
-  HitBlock& own = worker.hit_block;
+void claim_block(HitBlock& own, HitSink& sink) {
   HitStore& store = *sink.store;
   const std::size_t stored = sink.stored_hits.fetch_add(own.hits, std::memory_order_relaxed) + own.hits;
   own.used = 1;
@@ -64,15 +63,13 @@ void claim_block(Worker& worker, HitSink& sink) {
 }
 
 // Room for a group of so many hits, at most kMostHits. Null if there is no memory.
-std::uint32_t* room_for(std::uint32_t hits, Worker& worker, HitSink& sink) {
-  HitBlock& own = worker.hit_block;
-  if (!own.words || own.used + kGroupHead + hits > kBlockWords) claim_block(worker, sink);
+std::uint32_t* room_for(std::uint32_t hits, HitBlock& own, HitSink& sink) {
+  if (!own.words || own.used + kGroupHead + hits > kBlockWords) claim_block(own, sink);
   return own.words ? own.words + own.used : nullptr;
 }
 
 // Makes the group at the end of a worker's block the first of its chain. Its words are there, but for kNext.
-void end_group(const FrameContext& frame, std::uint32_t* group, Worker& worker, const HitSink& sink) {
-  HitBlock& own = worker.hit_block;
+void end_group(const FrameContext& frame, std::uint32_t* group, HitBlock& own, const HitSink& sink) {
   const std::uint32_t at = (own.number << kBlockBits) + own.used, hits = hits_of(group);
   HitChain& chain = frame.batch(group[kBatchA]).hit_chains[group[kInstanceA]];
   own.words[0] = own.used += kGroupHead + hits;
@@ -190,8 +187,8 @@ bool goes_on(const FrameContext& frame, const Candidate& candidate) {
 }
 
 // Lays out the tasks that count or write hits.
-std::uint32_t lay_out_writing(const FrameRun& run) {
-  return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
+std::uint32_t lay_out_writing(StoredBatches batches) {
+  return lay_out_tasks(batches, [](const InstanceBatch& batch) {
     const bool has_hits = batch.pairs_between || batch.pairs_within;
     return has_hits ? (batch.instance_count + kWrittenPerTask - 1) / kWrittenPerTask : 0;
   });
@@ -204,9 +201,9 @@ struct InstanceRun {
   std::uint32_t begin, end;
 };
 
-InstanceRun instance_run(const FrameRun& run, std::uint32_t task) {
-  const BatchTask of = batch_task(run.engine.stored_batches(), task);
-  InstanceBatch& batch = run.engine.batches[of.batch]->batch;
+InstanceRun instance_run(StoredBatches batches, std::uint32_t task) {
+  const BatchTask of = batch_task(batches, task);
+  InstanceBatch& batch = batches[of.batch]->batch;
   return {batch, of.batch, of.run, of.run * kWrittenPerTask,
           std::min(batch.instance_count, (of.run + 1) * kWrittenPerTask)};
 }
@@ -223,20 +220,20 @@ void HitStore::reset(Span<std::uint32_t> words, const Allocator& allocator) {
   holds_last = false;
 }
 
-void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
-               HitSink& sink) {
+void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, HitBlock& block,
+               FrameStats& stats, HitSink& sink) {
   std::uint32_t part = 0, hits = 0, most = 0, *group = nullptr;
   const auto end = [&] {
     if (hits == 0) return;
     set_head(candidate, hits, part++, group);
-    end_group(frame, group, worker, sink);
+    end_group(frame, group, block, sink);
   };
-  for_each_touching(frame, candidate, pairs, worker.stats, [&](const LinkedPair& pair) {
+  for_each_touching(frame, candidate, pairs, stats, [&](const LinkedPair& pair) {
     if (hits == most) {
       end();
       hits = 0;
       most = static_cast<std::uint32_t>(std::min<std::size_t>(pairs.size - part * std::size_t{kMostHits}, kMostHits));
-      group = room_for(most, worker, sink);
+      group = room_for(most, block, sink);
     }
     if (group) group[kGroupHead + hits] = std::uint32_t{pair.leaf_a} << 16 | pair.leaf_b;
     hits += group != nullptr;
@@ -245,29 +242,28 @@ void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafP
 }
 
 void add_groups_of_leaves(const FrameContext& frame, const Candidate* candidates, const std::uint32_t* candidate_of,
-                          Span<const std::uint32_t> pairs, Worker& worker, HitSink& sink) {
-  worker.stats.leaf_pairs += pairs.size;
+                          Span<const std::uint32_t> pairs, HitBlock& block, FrameStats& stats, HitSink& sink) {
+  stats.leaf_pairs += pairs.size;
   for (std::size_t i = 0, begin = 0, end; i < pairs.size; i = end) {
     const std::uint32_t number = candidate_of[kernel::slot_of(pairs[i])];
     for (end = i + 1; end < pairs.size && end - i < kMostHits; ++end)
       if (candidate_of[kernel::slot_of(pairs[end])] != number) break;
     if (i > 0 && candidate_of[kernel::slot_of(pairs[i - 1])] != number) begin = i;
     const auto hits = static_cast<std::uint32_t>(end - i);
-    std::uint32_t* const group = room_for(hits, worker, sink);
+    std::uint32_t* const group = room_for(hits, block, sink);
     if (!group) return;
     set_head(candidates[number], hits, static_cast<std::uint32_t>((i - begin) / kMostHits), group);
     group[kHits] |= kAsPairs;
     std::memcpy(group + kGroupHead, pairs.data + i, hits * sizeof *group);
-    end_group(frame, group, worker, sink);
+    end_group(frame, group, block, sink);
     set_in_contact(frame, candidates[number]);
   }
 }
 
-void begin_storing(FrameRun& run) {
-  run.last_blocks = run.engine.hit_store.claimed.exchange(0, std::memory_order_relaxed);
-  run.sink.stored_hits = 0;
-  run.sink.out_of_memory = false;
-  for (const auto& worker : run.engine.pool.workers) worker->hit_block = {};
+std::uint32_t begin_storing(HitSink& sink) {
+  sink.stored_hits = 0;
+  sink.out_of_memory = false;
+  return sink.store->claimed.exchange(0, std::memory_order_relaxed);
 }
 
 namespace {
@@ -295,11 +291,10 @@ struct GroupCursor {
 
 // Groups only move down: with gaps closed, groups never begin in a later block, nor later in the same one. So blocks
 // are read and written from the first to the last. What groups say of instances is all over memory, and is prefetched.
-void keep_hits(FrameRun& run) {
-  const FrameContext& frame = *run.characters;
-  Worker& worker = run.worker(0);
-  const Timed timed(worker.stats.seconds_query);
-  GroupCursor ahead = {*run.sink.store, run.last_blocks}, from = ahead;
+void keep_hits(const FrameContext& frame, std::uint32_t last_blocks, HitBlock& block, FrameStats& stats,
+               HitSink& sink) {
+  const Timed timed(stats.seconds_query);
+  GroupCursor ahead = {*sink.store, last_blocks}, from = ahead;
   const auto prefetch_next = [&] {
     const std::uint32_t* const group = ahead.group();
     if (!group) return;
@@ -316,44 +311,41 @@ void keep_hits(FrameRun& run) {
     from.at += size;
     const Candidate kept = {group[kBatchA], group[kInstanceA], group[kBatchB], group[kInstanceB]};
     if (!goes_on(frame, kept)) continue;
-    worker.stats.hits_kept += hits;
-    std::uint32_t* const to = room_for(hits, worker, run.sink);
+    stats.hits_kept += hits;
+    std::uint32_t* const to = room_for(hits, block, sink);
     std::memmove(to, group, size * sizeof *to);
-    end_group(frame, to, worker, run.sink);
+    end_group(frame, to, block, sink);
     set_in_contact(frame, kept);
   }
 }
 
-void hold_hits(FrameRun& run) { run.sink.store->holds_last = run.job.report != Report::kInContact; }
+std::uint32_t begin_counting_hits(StoredBatches batches) { return lay_out_writing(batches); }
 
-std::uint32_t begin_counting_hits(FrameRun& run) { return lay_out_writing(run); }
-
-void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t) {
-  const InstanceRun of = instance_run(run, task);
+void count_hits(StoredBatches batches, std::uint32_t task) {
+  const InstanceRun of = instance_run(batches, task);
   std::uint32_t count = 0;
   for (std::uint32_t i = of.begin; i < of.end; ++i) count += of.batch.hit_chains[i].count;
   of.batch.stored_before[of.run] = count;
 }
 
-std::uint32_t begin_writing_hits(FrameRun& run) {
-  const std::uint32_t tasks = lay_out_writing(run);
-  std::size_t found = run.sink.found;
+std::uint32_t begin_writing_hits(StoredBatches batches, HitSink& sink) {
+  const std::uint32_t tasks = lay_out_writing(batches);
+  std::size_t found = sink.found;
   for (std::uint32_t task = 0; task < tasks; ++task) {
-    const InstanceRun of = instance_run(run, task);
+    const InstanceRun of = instance_run(batches, task);
     const std::size_t count = of.batch.stored_before[of.run];
     of.batch.stored_before[of.run] = found;
     found += count;
   }
-  run.sink.found = found;
-  return found > run.job.hits.size || run.sink.out_of_memory ? 0 : tasks;
+  sink.found = found;
+  return found > sink.job->hits.size || sink.out_of_memory ? 0 : tasks;
 }
 
-void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t w) {
+void write_hits(const FrameContext& frame, std::uint32_t task, FrameStats& stats, const HitSink& sink) {
   constexpr std::uint32_t kPrefetched = 8;  // how many chains ahead the first group is prefetched
-  FrameStats& stats = run.worker(w).stats;
   const Timed timed(stats.seconds_query), written(stats.seconds_write);
-  const HitStore& store = *run.sink.store;
-  const InstanceRun of = instance_run(run, task);
+  const HitStore& store = *sink.store;
+  const InstanceRun of = instance_run(frame.batches, task);
   const HitChain* const chains = of.batch.hit_chains.data;
   std::uint32_t with_hits[kWrittenPerTask + kPrefetched], count = 0;
   for (std::uint32_t i = of.begin; i < of.end; ++i) {
@@ -362,10 +354,10 @@ void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   }
   if (count == 0) return;
   std::fill_n(with_hits + count, kPrefetched, with_hits[count - 1]);
-  Hit* out = run.job.hits.data + of.batch.stored_before[of.run];
+  Hit* out = sink.job->hits.data + of.batch.stored_before[of.run];
   for (std::uint32_t n = 0; n < count; ++n) {
     prefetch_bytes(store.word(chains[with_hits[n + kPrefetched]].head), 128);
-    write_chain(*run.characters, of.index, with_hits[n], store, out);
+    write_chain(frame, of.index, with_hits[n], store, out);
     out += chains[with_hits[n]].count;
   }
 }

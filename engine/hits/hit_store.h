@@ -12,9 +12,7 @@
 namespace cab {
 
 struct Candidate;
-struct FrameRun;
 struct HitSink;
-struct Worker;
 
 // The store consists of blocks of words. Only one worker at a time writes into a block. Its first word is how many of
 // its words are in use, that one included.
@@ -72,40 +70,34 @@ struct HitBlock {
   std::uint32_t hits = 0;
 };
 
-// A leaf and its link in a number: leaf_name(link_a, a) | leaf_name(link_b, b) << 16 is the last four members of a hit
-// from the lowest bits on.
-constexpr std::uint64_t leaf_name(std::uint64_t link, std::uint64_t leaf) { return link | leaf << 32; }
-
 // How many instances' chains one task writes to the caller's buffer.
 inline constexpr std::uint32_t kWrittenPerTask = 1024;
 
-// Empties the store. The words of the last frame stay until they are written over.
-void begin_storing(FrameRun& run);
+// Empties the store. The words of the last frame stay until they are written over. Returns in how many blocks they are.
+std::uint32_t begin_storing(HitSink& sink);
 
 // Starts the store of a frame with those groups of the last frame whose instances both rest, unless their rule skips
-// them, and marks these instances as in contact. The store must hold the last frame. Gaps close, so the groups need no
-// more blocks than in the last frame.
-void keep_hits(FrameRun& run);
-
-// Ends a frame that answered kOk: says whether the store holds its hits.
-void hold_hits(FrameRun& run);
+// them, and marks these instances as in contact. The store must hold the last frame, in so many blocks. Gaps close, so
+// the groups need no more blocks than in the last frame.
+void keep_hits(const FrameContext& frame, std::uint32_t last_blocks, HitBlock& block, FrameStats& stats, HitSink& sink);
 
 // Finds the touching link pairs of a candidate (for_each_touching) and stores its hits.
-void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
-               HitSink& sink);
+void add_group(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, HitBlock& block,
+               FrameStats& stats, HitSink& sink);
 
 // The same for several candidates, where every overlapping leaf pair touches and is a link pair of its own. pairs: as
 // kernel::RigidPairs has them, in the order of candidates and of links. candidate_of: the number of each slot's
 // candidate.
 void add_groups_of_leaves(const FrameContext& frame, const Candidate* candidates, const std::uint32_t* candidate_of,
-                          Span<const std::uint32_t> pairs, Worker& worker, HitSink& sink);
+                          Span<const std::uint32_t> pairs, HitBlock& block, FrameStats& stats, HitSink& sink);
 
-// Counts the stored hits.
-std::uint32_t begin_counting_hits(FrameRun& run);
-void count_hits(FrameRun& run, std::uint32_t task, std::uint32_t worker);
+// Lays out the tasks that count the stored hits, and counts those of one.
+std::uint32_t begin_counting_hits(StoredBatches batches);
+void count_hits(StoredBatches batches, std::uint32_t task);
 
-// Adds their number to HitSink::found, and writes them to the caller's buffer in key order if it has room for them.
-std::uint32_t begin_writing_hits(FrameRun& run);
-void write_hits(FrameRun& run, std::uint32_t task, std::uint32_t worker);
+// Adds their number to HitSink::found, and lays out the tasks that write them to the caller's buffer in key order if it
+// has room for them.
+std::uint32_t begin_writing_hits(StoredBatches batches, HitSink& sink);
+void write_hits(const FrameContext& frame, std::uint32_t task, FrameStats& stats, const HitSink& sink);
 
 }  // namespace cab

@@ -2,7 +2,6 @@
 #include "engine/hits/report.h"
 
 #include "engine/exact/touching_links.h"
-#include "engine/session/worker.h"
 #include "engine/step/timed.h"
 
 #include <algorithm>
@@ -16,34 +15,33 @@ auto key_order(const Hit& hit) {
   return std::tie(hit.batch_a.value, hit.instance_a, hit.batch_b.value, hit.instance_b, hit.link_a, hit.link_b);
 }
 
-// Adds a hit to worker.hits. If the list is full, it is appended to the caller's buffer first.
-void push_hit(HitSink& sink, const Candidate& candidate, const LinkedPair& pair, Worker& worker) {
-  if (worker.hits.size == worker.hits.capacity) append_hits(worker, sink);
-  worker.hits.push(hit_of(candidate, pair));
+// Adds a hit to a list. If it is full, it is appended to the caller's buffer first.
+void push_hit(const Hit& hit, FixedList<Hit>& hits, HitSink& sink) {
+  if (hits.size == hits.capacity) append_hits(hits, sink);
+  hits.push(hit);
 }
 
 }  // namespace
 
-void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
-                      HitSink& sink) {
-  worker.stats.leaf_pairs += pairs.size;
+void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, HitScratch& scratch,
+                      FrameStats& stats, HitSink& sink) {
+  stats.leaf_pairs += pairs.size;
   if (frame.report == Report::kInContact) {
-    if (!is_already_reported(frame, candidate) && any_touching(frame, candidate, pairs, worker.stats))
+    if (!is_already_reported(frame, candidate) && any_touching(frame, candidate, pairs, stats))
       set_in_contact(frame, candidate);
   } else if (frame.batch(candidate.batch_a).kind == BatchKind::kCharacters) {
-    add_group(frame, candidate, pairs, worker, sink);
+    add_group(frame, candidate, pairs, scratch.block, stats, sink);
   } else {
-    for_each_touching(frame, candidate, pairs, worker.stats,
-                      [&](const LinkedPair& pair) { push_hit(sink, candidate, pair, worker); });
+    for_each_touching(frame, candidate, pairs, stats,
+                      [&](const LinkedPair& pair) { push_hit(hit_of(candidate, pair), scratch.hits, sink); });
   }
 }
 
-void append_hits(Worker& worker, HitSink& sink) {
-  const std::size_t at = sink.found.fetch_add(worker.hits.size, std::memory_order_relaxed);
+void append_hits(FixedList<Hit>& hits, HitSink& sink) {
+  const std::size_t at = sink.found.fetch_add(hits.size, std::memory_order_relaxed);
   const std::size_t room = at < sink.job->hits.size ? sink.job->hits.size - at : 0;
-  std::copy(worker.hits.begin(), worker.hits.begin() + std::min<std::size_t>(room, worker.hits.size),
-            sink.job->hits.data + (room ? at : 0));
-  worker.hits.clear();
+  std::copy(hits.begin(), hits.begin() + std::min<std::size_t>(room, hits.size), sink.job->hits.data + (room ? at : 0));
+  hits.clear();
 }
 
 void sort_hits(Span<Hit> hits) {

@@ -10,7 +10,15 @@
 namespace cab {
 
 struct Candidate;
-struct Worker;
+
+// Capacity of HitScratch::hits. A worker empties it when it is full, so a task may find more hits.
+inline constexpr std::uint32_t kTaskHits = 4096;
+
+// What a worker needs to report hits.
+struct HitScratch {
+  FixedList<Hit> hits;  // sequences: hits that are not in the caller's buffer yet
+  HitBlock block;       // characters: where their hits go
+};
 
 // Where the hits of a frame go. Those of characters go into the store, from which they are written in key order at the
 // end. Those of sequences are appended to the caller's buffer as tasks find them, and sorted at the end.
@@ -25,13 +33,13 @@ struct HitSink {
 };
 
 // Runs the exact test on the overlapping leaf pairs of a candidate. Adds one hit per touching link pair, with the
-// lowest touching leaf pair, to the store, or to worker.hits for sequences. With Report::kInContact only marks both
+// lowest touching leaf pair, to the store, or to scratch.hits for sequences. With Report::kInContact only marks both
 // instances as in contact if any leaf pair touches. May reorder `pairs`.
-void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, Worker& worker,
-                      HitSink& sink);
+void report_candidate(const FrameContext& frame, const Candidate& candidate, Span<LeafPair> pairs, HitScratch& scratch,
+                      FrameStats& stats, HitSink& sink);
 
-// Appends the hits in worker.hits to the caller's buffer, as far as it has room, and counts them all.
-void append_hits(Worker& worker, HitSink& sink);
+// Appends hits to the caller's buffer, as far as it has room, counts them all, and empties the list.
+void append_hits(FixedList<Hit>& hits, HitSink& sink);
 
 // Sorts hits in the promised order.
 void sort_hits(Span<Hit> hits);

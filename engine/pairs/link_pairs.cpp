@@ -2,7 +2,8 @@
 #include "engine/pairs/link_pairs.h"
 
 #include "engine/pairs/pair_block.h"
-#include "engine/session/worker.h"
+#include "engine/pairs/pair_scratch.h"
+#include "engine/step/generation.h"
 #include "engine/step/in_contact.h"
 #include "kernels/pose_link.h"
 
@@ -11,7 +12,7 @@
 namespace cab {
 namespace {
 
-// One link, or one leaf, of one instance in worker.posed.
+// One link, or one leaf, of one instance in a worker's set.
 struct LinkSide {
   const InstanceBatch* batch;
   const LinkLeaves* leaves;  // which leaves the link has; null for a leaf
@@ -38,19 +39,19 @@ const float* leaf_bounds_at(const PosedSet& set, const LinkSide& side) {
 }
 
 // Copies the box and the bounds of a leaf to the end of the set.
-void copy_leaf(const LinkSide& side, Worker& worker) {
-  PosedLinkSet& set = worker.posed_links;
-  const float* const bounds = leaf_bounds_at(worker.posed, side);
+void copy_leaf(const LinkSide& side, PairScratch& scratch) {
+  PosedLinkSet& set = scratch.posed_links;
+  const float* const bounds = leaf_bounds_at(scratch.posed, side);
   const std::uint32_t width = leaf_bounds_width(side.batch->active->leaf_count);
-  *set.boxes.end() = boxes_at<BoxAos>(worker.posed, side.slot)[side.box];
+  *set.boxes.end() = boxes_at<BoxAos>(scratch.posed, side.slot)[side.box];
   for (std::uint32_t bound = 0; bound < 6; ++bound)
     std::fill_n(set.leaf_bounds.end() + bound * side.width(), side.width(), bounds[bound * width + side.box]);
 }
 
 // Poses the leaves of a link to the end of the set.
-void pose_leaves_of_link(const FrameContext& frame, const LinkSide& side, Worker& worker) {
-  PosedLinkSet& set = worker.posed_links;
-  const std::uint32_t instance = worker.posed.tile_of(side.slot).instances.instance[side.slot % kLanes];
+void pose_leaves_of_link(const FrameContext& frame, const LinkSide& side, PairScratch& scratch) {
+  PosedLinkSet& set = scratch.posed_links;
+  const std::uint32_t instance = scratch.posed.tile_of(side.slot).instances.instance[side.slot % kLanes];
   kernel::PoseLink pose;
   pose.at = stored_pose(*side.batch, instance, side.leaves->link);
   pose.local = side.batch->link_bounds->tiles.data + side.leaves->first_tile;
@@ -63,18 +64,18 @@ void pose_leaves_of_link(const FrameContext& frame, const LinkSide& side, Worker
 
 // Returns the index in PosedLinkSet::boxes of the first leaf of a link. Poses the leaves if the set does not have them
 // yet; then there must be room for them.
-std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, Worker& worker) {
-  const PosedTile& tile = worker.posed.tile_of(side.slot);
+std::uint32_t posed_leaves(const FrameContext& frame, const LinkSide& side, PairScratch& scratch) {
+  const PosedTile& tile = scratch.posed.tile_of(side.slot);
   const std::uint32_t lane = side.slot % kLanes;
-  PosedLinkSet& set = worker.posed_links;
+  PosedLinkSet& set = scratch.posed_links;
   PosedLinkEntry& entry =
-      set.entries[static_cast<std::size_t>(tile.boxes - worker.posed.boxes.data) + lane * tile.nodes + side.box];
+      set.entries[static_cast<std::size_t>(tile.boxes - scratch.posed.boxes.data) + lane * tile.nodes + side.box];
   if (entry.generation == set.generation) return entry.first;
   entry = {set.generation, set.boxes.size};
   if (side.leaves)
-    pose_leaves_of_link(frame, side, worker);
+    pose_leaves_of_link(frame, side, scratch);
   else
-    copy_leaf(side, worker);
+    copy_leaf(side, scratch);
   set.boxes.size += side.width();
   set.leaf_bounds.size += 6 * side.width();
   return entry.first;
@@ -95,18 +96,19 @@ void set_overlap_region(const PosedSet& set, const LinkSide& a, const LinkSide& 
 }
 
 // Tests leaf pairs of one candidate in blocks of sixteen, and keeps those that overlap at the beginning of
-// worker.found. The leaf pairs of one link pair come one after the other, in ascending order.
+// PairScratch::found. The leaf pairs of one link pair come one after the other, in ascending order.
 struct LeafPairTester {
   const FrameContext& frame;
-  Worker& worker;
+  PairScratch& scratch;
+  FrameStats& stats;
   bool lowest_only;  // whether the lowest overlapping leaf pair of each link pair suffices
   PairBlock<BoxAos> block;
   std::uint32_t link_pair[kLanes] = {};  // by lane: index of the link pair
   std::uint32_t kept = 0;                // number of kept leaf pairs
   std::uint32_t last_kept = 0xffffffff;  // index of the link pair of the last kept leaf pair
 
-  LeafPairTester(const FrameContext& context, Worker& by)
-      : frame(context), worker(by), lowest_only(context.policies.exact == Exact::kNone) {
+  LeafPairTester(const FrameContext& context, PairScratch& by, FrameStats& of)
+      : frame(context), scratch(by), stats(of), lowest_only(context.policies.exact == Exact::kNone) {
     block.boxes.shift = &block.shift;
     block.boxes.leaves = 0xffff;
   }
@@ -130,9 +132,9 @@ struct LeafPairTester {
     const std::uint32_t overlapping = overlap_block(frame.kernels, frame.policies.sat, block.boxes);
     for (std::uint32_t lane = 0; lane < block.count; ++lane) {
       if (is_done(link_pair[lane])) continue;
-      ++worker.stats.box_tests;
+      ++stats.box_tests;
       if (!(overlapping >> lane & 1)) continue;
-      worker.found.data[kept++] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
+      scratch.found.data[kept++] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
       last_kept = link_pair[lane];
     }
     block.count = 0;
@@ -145,17 +147,17 @@ struct LeafPairTester {
 }  // namespace
 
 void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, Span<const LeafPair> links,
-                         Worker& worker) {
+                         PairScratch& scratch, FrameStats& stats) {
   const bool within = is_within(candidate);
-  PosedLinkSet& set = worker.posed_links;
-  FixedList<LeafPair>& found = worker.found;
+  PosedLinkSet& set = scratch.posed_links;
+  FixedList<LeafPair>& found = scratch.found;
   kernel::RowFilter filter;
   filter.self = false;
   filter.found = &found;
   double shift[3];
-  origin_difference(worker.posed, candidate, shift);
+  origin_difference(scratch.posed, candidate, shift);
   set_shift(shift, filter);
-  LeafPairTester tester(frame, worker);
+  LeafPairTester tester(frame, scratch, stats);
   for (std::uint32_t at = 0; at < links.size; ++at) {
     const LinkSide a = side_of(frame, candidate.batch_a, candidate.slot_a, links[at].a),
                    b = side_of(frame, candidate.batch_b, candidate.slot_b, links[at].b);
@@ -163,13 +165,13 @@ void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, 
       tester.test();
       clear_links(set);
     }
-    const std::uint32_t first_a = posed_leaves(frame, a, worker), first_b = posed_leaves(frame, b, worker);
+    const std::uint32_t first_a = posed_leaves(frame, a, scratch), first_b = posed_leaves(frame, b, scratch);
     filter.a = set.leaf_bounds.data + 6 * std::size_t{first_a};
     filter.b = set.leaf_bounds.data + 6 * std::size_t{first_b};
     filter.leaves_a = a.leaf_count();
     filter.leaves_b = b.leaf_count();
     filter.candidate = links[at].candidate;
-    set_overlap_region(worker.posed, a, b, shift, filter);
+    set_overlap_region(scratch.posed, a, b, shift, filter);
     for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !tester.is_done(at); filter.begin_a += kLanes) {
       filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
       // The filter writes behind the space for the kept pairs and those in the block, so that test() overwrites no pair

@@ -9,7 +9,7 @@
 
 namespace cab {
 
-struct Worker;
+struct PairScratch;
 
 // Where the posed leaves of one link of one instance start. Valid while `generation` equals that of the set.
 struct PosedLinkEntry {
@@ -30,10 +30,10 @@ inline constexpr std::uint32_t kPosedLinkLeaves = 4096;
 static_assert(kPosedLinkLeaves >= 2 * kMaxLeaves);
 
 // Finds the overlapping leaf pairs of a candidate, whose link pairs with overlapping boxes are `links`, and leaves them
-// in worker.found. With Exact::kNone only the lowest leaf pair of each link pair is listed. With
+// in scratch.found. With Exact::kNone only the lowest leaf pair of each link pair is listed. With
 // FrameContext::first_only the search ends at the first leaf pair, which marks both instances as in contact.
 void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, Span<const LeafPair> links,
-                         Worker& worker);
+                         PairScratch& scratch, FrameStats& stats);
 
 // Removes all links from the set.
 void clear_links(PosedLinkSet& set);

@@ -1,7 +1,8 @@
 // Step 3 of a frame for characters: the hash table, the tiles and the posing of a worker's set of instances.
 #include "engine/pairs/posed_set.h"
 
-#include "engine/session/worker.h"
+#include "engine/step/generation.h"
+#include "engine/step/pose_scratch.h"
 #include "engine/step/update.h"
 #include "layout/leaf_bounds_soa.h"
 
@@ -85,26 +86,28 @@ std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::
   return entry.slot;
 }
 
-void pose_set(const FrameContext& frame, Worker& worker) {
+std::uint32_t pose_set(const FrameContext& frame, PosedSet& set, PoseScratch& scratch) {
   const Policies& policies = frame.policies;
   const kernel::KernelTable& kernels = frame.kernels;
-  for (const PosedTile& tile : worker.posed.tiles) {
+  std::uint32_t posed = 0;
+  for (const PosedTile& tile : set.tiles) {
     const InstanceBatch& batch = frame.batch(tile.batch);
     const std::uint32_t leaves = batch.active->leaf_count;
-    worker.stats.instances_posed += tile.instances.count;
+    posed += tile.instances.count;
     update_tile(
         frame,
-        {&batch, tile.instances, refit_scope(batch.strategy, *batch.active), worker.boxes.data, worker.bounds.data},
-        worker);
+        {&batch, tile.instances, refit_scope(batch.strategy, *batch.active), scratch.boxes.data, scratch.bounds.data},
+        scratch);
     if (is_axis_aligned(policies.refit))
-      kernels.aabbs_to_aos(worker.bounds.data, tile.nodes, tile.instances.count, reinterpret_cast<AabbAos*>(tile.boxes),
-                           tile.nodes);
+      kernels.aabbs_to_aos(scratch.bounds.data, tile.nodes, tile.instances.count,
+                           reinterpret_cast<AabbAos*>(tile.boxes), tile.nodes);
     else
-      kernels.boxes_to_aos(worker.boxes.data, tile.nodes, tile.instances.count, tile.boxes, tile.nodes);
+      kernels.boxes_to_aos(scratch.boxes.data, tile.nodes, tile.instances.count, tile.boxes, tile.nodes);
     if (!compares_leaf_bounds(policies.strategy)) continue;
-    if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-    kernels.bounds_to_soa(worker.bounds.data, leaves, tile.instances.count, tile.leaf_bounds);
+    if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(scratch.boxes.data, leaves, scratch.bounds.data);
+    kernels.bounds_to_soa(scratch.bounds.data, leaves, tile.instances.count, tile.leaf_bounds);
   }
+  return posed;
 }
 
 void clear_set(PosedSet& set) {

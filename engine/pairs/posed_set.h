@@ -10,7 +10,7 @@
 
 namespace cab {
 
-struct Worker;
+struct PoseScratch;
 
 // Up to sixteen instances of one batch in a worker's set. Their boxes are stored by instance: node n of lane i is
 // boxes[i * nodes + n].
@@ -30,15 +30,6 @@ struct PosedEntry {
   std::uint32_t generation;
   std::uint32_t slot;  // kLanes * index of the tile + lane
 };
-
-// Empties a table by starting its next generation. Only when the number wraps, once in 2^32 calls, are the entries
-// written.
-template <class Entry>
-void begin_generation(std::uint32_t& generation, Span<Entry> entries) {
-  if (++generation != 0) return;
-  for (Entry& entry : entries) entry = {};
-  generation = 1;
-}
 
 // The instances of the candidates that a worker has collected, each once, and their boxes.
 struct PosedSet {
@@ -94,8 +85,9 @@ bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& s
 // Returns the slot of an instance. An instance that is not in the set is added, for which there must be room.
 std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance, PosedSet& set);
 
-// Poses every instance of worker.posed and makes its boxes and leaf bounds, as the strategy needs them.
-void pose_set(const FrameContext& frame, Worker& worker);
+// Poses every instance of the set and makes its boxes and leaf bounds, as the strategy needs them. Returns how many
+// instances that are.
+std::uint32_t pose_set(const FrameContext& frame, PosedSet& set, PoseScratch& scratch);
 
 // Removes all instances from the set.
 void clear_set(PosedSet& set);

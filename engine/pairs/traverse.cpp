@@ -3,7 +3,7 @@
 #include "engine/pairs/traverse.h"
 
 #include "engine/pairs/pair_block.h"
-#include "engine/session/worker.h"
+#include "engine/pairs/pair_scratch.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/timed.h"
 #include "kernels/filter_rows.h"
@@ -22,9 +22,9 @@ namespace {
 // are all leaf pairs. next() hands out one pair at a time, so that they need no memory.
 class Seeds {
  public:
-  Seeds(const FrameContext& frame, const Worker& worker, std::uint32_t begin, std::uint32_t end)
+  Seeds(const FrameContext& frame, const PairScratch& scratch, std::uint32_t begin, std::uint32_t end)
       : frame_(frame),
-        worker_(worker),
+        scratch_(scratch),
         brute_(frame.policies.strategy == Strategy::kBrute),
         candidate_(begin),
         end_(end) {}
@@ -32,7 +32,7 @@ class Seeds {
   // Writes the next pair; false after the last one.
   bool next(NodePair* out) {
     while (candidate_ < end_) {
-      const Candidate& candidate = worker_.candidates.data[candidate_];
+      const Candidate& candidate = scratch_.candidates.data[candidate_];
       const Articulation& a = *frame_.batch(candidate.batch_a).articulation;
       const Articulation& b = *frame_.batch(candidate.batch_b).articulation;
       const bool within = is_within(candidate);
@@ -76,7 +76,7 @@ class Seeds {
   }
 
   const FrameContext& frame_;
-  const Worker& worker_;
+  const PairScratch& scratch_;
   bool brute_;
   std::uint32_t candidate_, end_;
   std::uint32_t i_ = 0, j_ = 0;
@@ -92,17 +92,17 @@ struct Sides {
 };
 
 template <class AosBox>
-Sides<AosBox> sides_of(const FrameContext& frame, const Worker& worker, const Candidate& candidate) {
+Sides<AosBox> sides_of(const FrameContext& frame, const PairScratch& scratch, const Candidate& candidate) {
   return {frame.batch(candidate.batch_a).articulation, frame.batch(candidate.batch_b).articulation,
-          boxes_at<AosBox>(worker.posed, candidate.slot_a), boxes_at<AosBox>(worker.posed, candidate.slot_b)};
+          boxes_at<AosBox>(scratch.posed, candidate.slot_a), boxes_at<AosBox>(scratch.posed, candidate.slot_b)};
 }
 
 // Takes a node pair into the block, but leaves out a leaf pair whose links are ignored.
 template <class AosBox>
-void take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBlock<AosBox>& block) {
-  const Candidate& candidate = worker.candidates.data[pair.candidate];
+void take(const FrameContext& frame, const PairScratch& scratch, NodePair pair, PairBlock<AosBox>& block) {
+  const Candidate& candidate = scratch.candidates.data[pair.candidate];
   const bool within = is_within(candidate);
-  const Sides<AosBox> sides = sides_of<AosBox>(frame, worker, candidate);
+  const Sides<AosBox> sides = sides_of<AosBox>(frame, scratch, candidate);
   const bool leaves = pair.a < sides.a->leaf_count && pair.b < sides.b->leaf_count;
   if (leaves && within) {
     if (is_ignored(*sides.a, sides.a->leaf_link[pair.a], sides.a->leaf_link[pair.b])) return;
@@ -114,61 +114,62 @@ void take(const FrameContext& frame, const Worker& worker, NodePair pair, PairBl
   block.boxes.b[lane] = sides.boxes_b + pair.b;
   if (leaves) block.boxes.leaves |= 1u << lane;
   double shift[3];
-  origin_difference(worker.posed, candidate, shift);
+  origin_difference(scratch.posed, candidate, shift);
   for (std::uint32_t c = 0; c < 3; ++c) block.shift.by[c][lane] = shift[c];
 }
 
 // Pushes the two pairs that replace an overlapping inner pair: the children of the node with more leaves (a if equal),
 // each with the other node. A descent of tiles (kernels/descend_tiles.h) opens the same nodes.
 template <class AosBox>
-void open(const FrameContext& frame, Worker& worker, const NodePair& pair) {
-  const Sides<AosBox> sides = sides_of<AosBox>(frame, worker, worker.candidates.data[pair.candidate]);
+void open(const FrameContext& frame, PairScratch& scratch, const NodePair& pair) {
+  const Sides<AosBox> sides = sides_of<AosBox>(frame, scratch, scratch.candidates.data[pair.candidate]);
   const MergeProgram& a = sides.a->program;
   const MergeProgram& b = sides.b->program;
   if (a.node_leaf_count[pair.a] >= b.node_leaf_count[pair.b]) {
     const MergeStep& step = a.steps[pair.a - sides.a->leaf_count];
-    worker.stack.push({pair.candidate, step.right, pair.b});
-    worker.stack.push({pair.candidate, step.left, pair.b});
+    scratch.stack.push({pair.candidate, step.right, pair.b});
+    scratch.stack.push({pair.candidate, step.left, pair.b});
   } else {
     const MergeStep& step = b.steps[pair.b - sides.b->leaf_count];
-    worker.stack.push({pair.candidate, pair.a, step.right});
-    worker.stack.push({pair.candidate, pair.a, step.left});
+    scratch.stack.push({pair.candidate, pair.a, step.right});
+    scratch.stack.push({pair.candidate, pair.a, step.left});
   }
 }
 
-// Traverses the node pairs of candidates with a stack and appends overlapping leaf pairs to worker.found. Each round
-// tests a block of up to sixteen pairs from the top of the stack, or from the seeds once the stack is empty, and opens
-// the inner pairs that overlap. The level of a pair is the number of opens since its seed. Levels never decrease from
-// the bottom of the stack to its top. A round that opens a pair takes all pairs above it off the stack too, at most
-// fifteen. So no level ever has more than 32 pairs (kStackPairsPerLevel).
+// Traverses the node pairs of candidates with a stack and appends overlapping leaf pairs to PairScratch::found. Each
+// round tests a block of up to sixteen pairs from the top of the stack, or from the seeds once the stack is empty, and
+// opens the inner pairs that overlap. The level of a pair is the number of opens since its seed. Levels never decrease
+// from the bottom of the stack to its top. A round that opens a pair takes all pairs above it off the stack too, at
+// most fifteen. So no level ever has more than 32 pairs (kStackPairsPerLevel).
 template <class AosBox>
-void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
-  Seeds seeds(frame, worker, begin, end);
+void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, PairScratch& scratch,
+              FrameStats& stats) {
+  Seeds seeds(frame, scratch, begin, end);
   const bool first_only = frame.first_only();
-  worker.stack.clear();
+  scratch.stack.clear();
   const auto is_open = [&](const NodePair& pair) {
-    return !first_only || !is_already_reported(frame, worker.candidates.data[pair.candidate]);
+    return !first_only || !is_already_reported(frame, scratch.candidates.data[pair.candidate]);
   };
   for (;;) {
     PairBlock<AosBox> block;
     block.boxes.leaves = 0;
     block.boxes.shift = &block.shift;
-    const std::uint32_t popped = worker.stack.size < kLanes ? worker.stack.size : kLanes;
-    worker.stack.size -= popped;
+    const std::uint32_t popped = scratch.stack.size < kLanes ? scratch.stack.size : kLanes;
+    scratch.stack.size -= popped;
     for (std::uint32_t i = 0; i < popped; ++i) {
-      const NodePair& from = worker.stack.data[worker.stack.size + i];
-      if (is_open(from)) take(frame, worker, from, block);
+      const NodePair& from = scratch.stack.data[scratch.stack.size + i];
+      if (is_open(from)) take(frame, scratch, from, block);
     }
     const std::uint32_t from_stack = block.count;
     NodePair pair;
-    while (block.count < kLanes && worker.stack.empty() && seeds.next(&pair))
-      if (is_open(pair)) take(frame, worker, pair, block);
+    while (block.count < kLanes && scratch.stack.empty() && seeds.next(&pair))
+      if (is_open(pair)) take(frame, scratch, pair, block);
     if (block.count == 0) {
-      if (worker.stack.empty()) return;
+      if (scratch.stack.empty()) return;
       continue;
     }
     pad(block);
-    worker.stats.box_tests += block.count;
+    stats.box_tests += block.count;
     const std::uint32_t overlapping =
         ((1u << block.count) - 1) & overlap_block(frame.kernels, frame.policies.sat, block.boxes);
     for (std::uint32_t i = 0; i < block.count; ++i) {
@@ -176,27 +177,27 @@ void traverse(const FrameContext& frame, std::uint32_t begin, std::uint32_t end,
       if (!(overlapping >> lane & 1)) continue;
       const NodePair& tested = block.pair[lane];
       if (!(block.boxes.leaves >> lane & 1)) {
-        open<AosBox>(frame, worker, tested);
+        open<AosBox>(frame, scratch, tested);
         continue;
       }
-      worker.found.push({tested.candidate, tested.a, tested.b});
-      if (first_only) set_in_contact(frame, worker.candidates.data[tested.candidate]);
+      scratch.found.push({tested.candidate, tested.a, tested.b});
+      if (first_only) set_in_contact(frame, scratch.candidates.data[tested.candidate]);
     }
   }
 }
 
 // ------------------------------------------------------------------------------------------------------- rows
 
-// Tests the block and empties it. Writes the overlapping pairs to worker.found from index `kept` on, and advances
+// Tests the block and empties it. Writes the overlapping pairs to `found` from index `kept` on, and advances
 // `kept`. untested: the bits of the lanes that overlap whatever the test says.
 template <class AosBox>
-void test_block(const FrameContext& frame, std::uint32_t untested, PairBlock<AosBox>& block, Worker& worker,
-                std::uint32_t& kept) {
+void test_block(const FrameContext& frame, std::uint32_t untested, PairBlock<AosBox>& block, FixedList<LeafPair>& found,
+                FrameStats& stats, std::uint32_t& kept) {
   pad(block);
-  worker.stats.box_tests += block.count - count_bits(untested);
+  stats.box_tests += block.count - count_bits(untested);
   const std::uint32_t overlapping = overlap_block(frame.kernels, frame.policies.sat, block.boxes) | untested;
   for (std::uint32_t lane = 0; lane < block.count; ++lane) {
-    worker.found.data[kept] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
+    found.data[kept] = {block.pair[lane].candidate, block.pair[lane].a, block.pair[lane].b};
     kept += overlapping >> lane & 1;
   }
   block.count = 0;
@@ -212,17 +213,17 @@ struct CandidateBoxes {
   bool untested;               // links_meet_leaves
 };
 
-// Appends to worker.found the leaf pairs of one candidate whose bounds overlap. Returns what the test of their boxes
-// needs.
+// Appends to PairScratch::found the leaf pairs of one candidate whose bounds overlap. Returns what the test of their
+// boxes needs.
 template <class AosBox>
-CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t index, Worker& worker) {
-  const Candidate& candidate = worker.candidates.data[index];
+CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t index, PairScratch& scratch) {
+  const Candidate& candidate = scratch.candidates.data[index];
   const InstanceBatch& a = frame.batch(candidate.batch_a);
   const InstanceBatch& b = frame.batch(candidate.batch_b);
-  const PosedSet& set = worker.posed;
+  const PosedSet& set = scratch.posed;
   const Placement &placement_a = set.placement(candidate.slot_a), &placement_b = set.placement(candidate.slot_b);
-  CandidateBoxes<AosBox> sides = {boxes_at<AosBox>(worker.posed, candidate.slot_a),
-                                  boxes_at<AosBox>(worker.posed, candidate.slot_b),
+  CandidateBoxes<AosBox> sides = {boxes_at<AosBox>(scratch.posed, candidate.slot_a),
+                                  boxes_at<AosBox>(scratch.posed, candidate.slot_b),
                                   {},
                                   nullptr,
                                   links_meet_leaves(frame, candidate)};
@@ -246,23 +247,24 @@ CandidateBoxes<AosBox> filter_candidate(const FrameContext& frame, std::uint32_t
   }
   filter.candidate = index;
   filter.self = sides.within;
-  filter.found = &worker.found;
+  filter.found = &scratch.found;
   frame.kernels.filter_rows(filter);
   return sides;
 }
 
 // Tests the candidates that are not for trees by their leaf bounds: lists all leaf pairs whose bounds overlap, then
-// tests the boxes of these pairs in blocks of sixteen. worker.found must be empty.
+// tests the boxes of these pairs in blocks of sixteen. PairScratch::found must be empty.
 template <class AosBox>
-void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, PairScratch& scratch,
+               FrameStats& stats) {
   CandidateBoxes<AosBox> sides[kChunkCandidates];
   {
-    const Timed timed(worker.stats.seconds_filter);
+    const Timed timed(stats.seconds_filter);
     for (std::uint32_t at = begin; at < end; ++at) {
-      if (descends_trees(frame, worker.candidates.data[at])) continue;
-      const std::uint32_t before = worker.found.size;
-      sides[at] = filter_candidate<AosBox>(frame, at, worker);
-      worker.stats.candidates_apart += worker.found.size == before;
+      if (descends_trees(frame, scratch.candidates.data[at])) continue;
+      const std::uint32_t before = scratch.found.size;
+      sides[at] = filter_candidate<AosBox>(frame, at, scratch);
+      stats.candidates_apart += scratch.found.size == before;
     }
   }
   PairBlock<AosBox> block;
@@ -271,16 +273,16 @@ void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end
   std::uint32_t kept = 0, untested = 0;
   const auto test = [&] {
     const std::uint32_t before = kept;
-    test_block(frame, untested, block, worker, kept);
+    test_block(frame, untested, block, scratch.found, stats, kept);
     untested = 0;
     if (!frame.first_only()) return;
     for (std::uint32_t i = before; i < kept; ++i)
-      if (const Candidate& candidate = worker.candidates.data[worker.found.data[i].candidate];
+      if (const Candidate& candidate = scratch.candidates.data[scratch.found.data[i].candidate];
           !opens_links(frame, candidate))
         set_in_contact(frame, candidate);
   };
-  for (const LeafPair& pair : worker.found) {
-    if (frame.first_only() && is_already_reported(frame, worker.candidates.data[pair.candidate])) continue;
+  for (const LeafPair& pair : scratch.found) {
+    if (frame.first_only() && is_already_reported(frame, scratch.candidates.data[pair.candidate])) continue;
     const CandidateBoxes<AosBox>& side = sides[pair.candidate];
     if (side.within && is_ignored(*side.within, side.within->leaf_link[pair.a], side.within->leaf_link[pair.b]))
       continue;
@@ -293,28 +295,30 @@ void test_rows(const FrameContext& frame, std::uint32_t begin, std::uint32_t end
     if (block.count == kLanes) test();
   }
   if (block.count) test();
-  worker.found.size = kept;
+  scratch.found.size = kept;
 }
 
 // Tests candidates by the frame's strategy. AosBox is AabbAos with an axis-aligned refit, else BoxAos.
 template <class AosBox>
-void find_by(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+void find_by(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, PairScratch& scratch,
+             FrameStats& stats) {
   const Strategy strategy = frame.policies.strategy;
-  worker.found.clear();
-  if (compares_leaf_bounds(strategy)) test_rows<AosBox>(frame, begin, end, worker);
+  scratch.found.clear();
+  if (compares_leaf_bounds(strategy)) test_rows<AosBox>(frame, begin, end, scratch, stats);
   if (strategy == Strategy::kRows || strategy == Strategy::kLinks) return;
-  traverse<AosBox>(frame, begin, end, worker);
-  std::sort(worker.found.begin(), worker.found.end(),
+  traverse<AosBox>(frame, begin, end, scratch, stats);
+  std::sort(scratch.found.begin(), scratch.found.end(),
             [](const LeafPair& x, const LeafPair& y) { return x.candidate < y.candidate; });
 }
 
 }  // namespace
 
-void find_leaf_pairs(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker) {
+void find_leaf_pairs(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, PairScratch& scratch,
+                     FrameStats& stats) {
   if (is_axis_aligned(frame.policies.refit))
-    find_by<AabbAos>(frame, begin, end, worker);
+    find_by<AabbAos>(frame, begin, end, scratch, stats);
   else
-    find_by<BoxAos>(frame, begin, end, worker);
+    find_by<BoxAos>(frame, begin, end, scratch, stats);
 }
 
 }  // namespace cab

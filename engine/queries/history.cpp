@@ -8,6 +8,7 @@
 #include "engine/session/call.h"
 #include "engine/session/slots.h"
 #include "engine/session/validate.h"
+#include "engine/session/worker.h"
 #include "engine/step/quaternion_of.h"
 #include "engine/step/update.h"
 #include "kernels/float_mode.h"
@@ -142,12 +143,12 @@ void keep_instance(const InstanceBatch& batch, std::uint32_t instance, HistoryTi
 }
 
 // Copies the instances of a tile, and bounds them.
-void keep_tile(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t tile, Worker& worker,
+void keep_tile(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t tile, PoseScratch& posing,
                HistoryTick& tick, Span<InstanceBounds> bounds) {
   TileInstances instances = instances_of(batch, tile);
   std::uint32_t live = ~0u;
   if (batch.input->poses.format != PoseFormat::kQuaternionTranslation)
-    live = update_tile(frame, {&batch, instances, RefitScope::kNone, worker.boxes.data, worker.bounds.data}, worker);
+    live = update_tile(frame, {&batch, instances, RefitScope::kNone, posing.boxes.data, posing.bounds.data}, posing);
   std::uint32_t count = 0;
   for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
     if (!(live >> lane & 1)) continue;
@@ -159,9 +160,9 @@ void keep_tile(const FrameContext& frame, const InstanceBatch& batch, std::uint3
   const HistoryMoment moment = {&tick, &tick, 0, nullptr, false};
   for (std::uint32_t lane = 0; lane < count; ++lane) past.add(moment, *batch.articulation, instances.instance[lane]);
   AabbTile all;
-  live = pose_past_tile(frame.kernels, *batch.articulation, past, worker);
-  frame.kernels.bound_boxes(worker.boxes.data, batch.articulation->leaf_count, worker.bounds.data);
-  frame.kernels.bound_together(worker.bounds.data, batch.articulation->leaf_count, &all);
+  live = pose_past_tile(frame.kernels, *batch.articulation, past, posing);
+  frame.kernels.bound_boxes(posing.boxes.data, batch.articulation->leaf_count, posing.bounds.data);
+  frame.kernels.bound_together(posing.bounds.data, batch.articulation->leaf_count, &all);
   for (std::uint32_t lane = 0; lane < count; ++lane)
     if (live >> lane & 1) bounds[instances.instance[lane]] = world_bounds(batch, instances.instance[lane], all, lane);
 }
@@ -249,7 +250,7 @@ void record(Engine& engine, const FrameContext& frame, const InstanceBatch& batc
   const std::uint32_t given = tile_count(given_count(batch)), all = tile_count(history.instances);
   engine.pool.tasks->alone = all <= kTilesAlone;
   engine.pool.tasks->for_each(given, [&](std::uint32_t tile, std::uint32_t w) {
-    keep_tile(frame, batch, tile, engine.pool[w], tick, history.next);
+    keep_tile(frame, batch, tile, engine.pool[w].pose, tick, history.next);
   });
   tick.at.bounds = history.next;
   build_index_of_one(slot, tick.at);
@@ -305,14 +306,14 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
     if (batch.kind != BatchKind::kCharacters || is_static(batch) || batch.articulation->lod.posed)
       return Status::kBadBatchKind;
     if (desc.ticks == 0 || desc.ticks > kMaxTicks) return Status::kBadTicks;
-    auto made = std::make_unique<StoredHistory>(engine.allocator);
+    StoredHistoryPtr made(new StoredHistory(engine.allocator));
     made->batch.value = id_of(slot, engine, engine.batches);
     make_ring(batch, desc.ticks, *made);
     const std::size_t links =
         std::max<std::size_t>(batch.articulation->link_count, engine.past ? engine.past->links : 0);
     const std::size_t leaves =
         std::max<std::size_t>(batch.articulation->leaf_count, engine.past ? engine.past->leaves : 0);
-    std::unique_ptr<PastRoom> room;
+    PastRoomPtr room;
     if (!engine.past || engine.past->links < links || engine.past->leaves < leaves)
       room = make_past_room(links, leaves, engine.pool.workers.size(), engine.allocator);
     const std::size_t index = free_slot(engine.allocator, engine.histories);
@@ -366,6 +367,14 @@ Status history_span(const Engine& engine, HistoryId id, HistorySpan* out) noexce
   *out = {};
   if (history.count > 0) *out = {history.count, history.tick(0).time, history.last().time};
   return Status::kOk;
+}
+
+void StoredHistoryDelete::operator()(StoredHistory* history) const { delete history; }
+
+std::size_t history_bytes(const Engine& engine) {
+  std::size_t out = engine.past ? bytes_of(*engine.past) : 0;
+  for (const auto& slot : engine.histories) out += slot->arena.bytes();
+  return out;
 }
 
 }  // namespace cab

@@ -66,9 +66,9 @@ void pose_group(const QueryRun& run, Span<const std::uint32_t> order) {
   PastTile tile;
   for (const std::uint32_t i : order)
     tile.add(own.candidates.data[i].moment, articulation, own.candidates.data[i].instance);
-  const std::uint32_t live = pose_past_tile(run.frame.kernels, articulation, tile, run.worker);
+  const std::uint32_t live = pose_past_tile(run.frame.kernels, articulation, tile, run.pose);
   float reach[kLanes];
-  take_posed(run.frame.kernels, run.worker, leaves, tile.count, {own.boxes.end(), reach});
+  take_posed(run.frame.kernels, run.pose, leaves, tile.count, {own.boxes.end(), reach});
   for (std::uint32_t lane = 0; lane < tile.count; ++lane) {
     PastCandidate& one = own.candidates.data[order[lane]];
     one.boxes = own.boxes.end() + std::size_t{lane} * tiles;
@@ -153,7 +153,7 @@ void clear_candidates(PastWorker& own) {
 }
 
 LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf) {
-  if (!one.past) return shapes_of(run.frame.exact_leaf(one.slot, one.instance, leaf));
+  if (!one.past) return shapes_of(exact_leaf(run.frame, one.slot, one.instance, leaf));
   const PastPlace& place = *one.past;
   const Articulation& articulation = *one.batch->articulation;
   const ConvexShapes& shapes = *run.frame.batches[one.slot]->convex_shapes;
@@ -177,7 +177,7 @@ void PastTile::add(const HistoryMoment& moment, const Articulation& articulation
 }
 
 std::uint32_t pose_past_tile(const kernel::KernelTable& kernels, const Articulation& articulation, PastTile& tile,
-                             Worker& worker) {
+                             PoseScratch& posing) {
   kernel::PoseTile& pose = tile.pose;
   std::uint8_t flags[kLanes];
   pose.articulation = &articulation;
@@ -192,8 +192,8 @@ std::uint32_t pose_past_tile(const kernel::KernelTable& kernels, const Articulat
     tile.later.part[lane] = tile.later.part[lane - 1];
   }
   pose.later = tile.is_between ? &tile.later : nullptr;
-  pose.leaves = worker.boxes.data;
-  pose.joints = worker.joints.data;
+  pose.leaves = posing.boxes.data;
+  pose.joints = posing.joints.data;
   pose.motions = nullptr;
   pose.flags = flags;
   std::fill_n(pose.margins, kLanes, 0.0f);

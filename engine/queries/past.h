@@ -20,7 +20,7 @@ struct PastTile {
 
 // Poses the leaf boxes into the worker's. Returns the bits of the lanes whose pose is valid.
 std::uint32_t pose_past_tile(const kernel::KernelTable& kernels, const Articulation& articulation, PastTile& tile,
-                             Worker& worker);
+                             PoseScratch& posing);
 
 // Forgets all candidates of a worker.
 void clear_candidates(PastWorker& own);

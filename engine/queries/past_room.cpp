@@ -12,9 +12,8 @@ constexpr std::size_t kMostCandidates = 256, kMostLeaves = 4096;
 
 }  // namespace
 
-std::unique_ptr<PastRoom> make_past_room(std::size_t links, std::size_t leaves, std::size_t workers,
-                                         const Allocator& allocator) {
-  auto room = std::make_unique<PastRoom>();
+PastRoomPtr make_past_room(std::size_t links, std::size_t leaves, std::size_t workers, const Allocator& allocator) {
+  PastRoomPtr room(new PastRoom);
   room->links = links;
   room->leaves = leaves;
   const std::size_t most = std::clamp<std::size_t>(kMostLeaves / leaves, kLanes, kMostCandidates);
@@ -30,6 +29,8 @@ std::unique_ptr<PastRoom> make_past_room(std::size_t links, std::size_t leaves, 
   }
   return room;
 }
+
+void PastRoomDelete::operator()(PastRoom* room) const { delete room; }
 
 std::size_t bytes_of(const PastRoom& room) {
   std::size_t out = 0;

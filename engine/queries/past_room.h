@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/queries/history.h"
+#include "engine/session/engine.h"
 #include "layout/tile.h"
 
 namespace cab {
@@ -41,8 +42,7 @@ struct PastRoom {
 };
 
 // Makes room for histories of articulations of this size. Throws std::bad_alloc.
-std::unique_ptr<PastRoom> make_past_room(std::size_t links, std::size_t leaves, std::size_t workers,
-                                         const Allocator& allocator);
+PastRoomPtr make_past_room(std::size_t links, std::size_t leaves, std::size_t workers, const Allocator& allocator);
 
 // What the room takes.
 std::size_t bytes_of(const PastRoom& room);

@@ -1,5 +1,6 @@
 // The clusters that a worker has posed: the leaf boxes of sixteen instances that are near each other.
 #include "engine/queries/search.h"
+#include "engine/step/generation.h"
 #include "engine/step/update.h"
 
 #include <algorithm>
@@ -13,18 +14,18 @@ void pose(const QueryRun& run, const QueryCluster& cluster, PosedCluster& out) {
   const kernel::KernelTable& kernels = run.frame.kernels;
   const InstanceBatch& batch = run.frame.batch(cluster.batch);
   const std::uint32_t leaves = batch.active->leaf_count;
-  Worker& worker = run.worker;
+  PoseScratch& posing = run.pose;
   PosedClusters& posed = run.own.posed;
   const TileInstances instances = run.index.instances_of(cluster);
   out.generation = posed.generation;
   out.live = update_tile(
       run.frame,
-      {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data, worker.bounds.data}, worker);
+      {&batch, instances, refit_scope(Strategy::kRows, *batch.active), posing.boxes.data, posing.bounds.data}, posing);
   out.boxes = posed.boxes.end();
   out.batch = cluster.batch;
   out.leaves = leaves;
   float reach[kLanes];
-  take_posed(kernels, worker, leaves, instances.count, {posed.boxes.end(), reach});
+  take_posed(kernels, posing, leaves, instances.count, {posed.boxes.end(), reach});
   for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
     const std::uint32_t i = instances.instance[lane];
     out.lanes[lane] = {{origin_of(batch, i, 0), origin_of(batch, i, 1), origin_of(batch, i, 2)}, reach[lane], i};
@@ -35,12 +36,12 @@ void pose(const QueryRun& run, const QueryCluster& cluster, PosedCluster& out) {
 
 }  // namespace
 
-void take_posed(const kernel::KernelTable& kernels, Worker& worker, std::uint32_t leaves, std::uint32_t count,
+void take_posed(const kernel::KernelTable& kernels, PoseScratch& posing, std::uint32_t leaves, std::uint32_t count,
                 const PosedLanes& to) {
-  kernels.boxes_by_leaf(worker.boxes.data, leaves, count, to.boxes);
-  kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
+  kernels.boxes_by_leaf(posing.boxes.data, leaves, count, to.boxes);
+  kernels.bound_boxes(posing.boxes.data, leaves, posing.bounds.data);
   AabbTile all;
-  kernels.bound_together(worker.bounds.data, leaves, &all);
+  kernels.bound_together(posing.bounds.data, leaves, &all);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     to.reach[lane] = 0;
     for (int c = 0; c < 3; ++c)

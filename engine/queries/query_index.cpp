@@ -2,7 +2,7 @@
 #include "engine/queries/query_index.h"
 
 #include "engine/broad_phase/z_order.h"
-#include "engine/session/worker.h"
+#include "engine/session/worker_pool.h"
 
 #include <algorithm>
 #include <cmath>

@@ -15,8 +15,8 @@ constexpr std::size_t kPosedClusters = 1024;
 
 }  // namespace
 
-std::unique_ptr<QueryRoom> make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator) {
-  auto room = std::make_unique<QueryRoom>(allocator);
+QueryRoomPtr make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator) {
+  QueryRoomPtr room(new QueryRoom(allocator));
   Arena& arena = room->arena;
   room->queries = needs.queries;
   room->order = arena.allocate<KeyedNumber>(needs.queries);
@@ -50,9 +50,12 @@ std::unique_ptr<QueryRoom> make_query_room(const MemoryNeeds& needs, std::size_t
   return room;
 }
 
-std::size_t bytes_of(const QueryRoom& room) {
-  std::size_t out = room.arena.bytes();
-  for (const auto& worker : room.workers) out += worker->arena.bytes();
+void QueryRoomDelete::operator()(QueryRoom* room) const { delete room; }
+
+std::size_t query_bytes(const Engine& engine) {
+  if (!engine.queries) return 0;
+  std::size_t out = engine.queries->arena.bytes();
+  for (const auto& worker : engine.queries->workers) out += worker->arena.bytes();
   return out;
 }
 

@@ -78,12 +78,4 @@ struct QueryRoom {
   std::vector<std::unique_ptr<QueryWorker>> workers;
 };
 
-struct MemoryNeeds;
-
-// Makes room for goes of MemoryNeeds::queries queries. Throws std::bad_alloc.
-std::unique_ptr<QueryRoom> make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator);
-
-// What the room takes.
-std::size_t bytes_of(const QueryRoom& room);
-
 }  // namespace cab

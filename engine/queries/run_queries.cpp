@@ -8,6 +8,7 @@
 #include "engine/session/call.h"
 #include "engine/session/rest.h"
 #include "engine/session/validate.h"
+#include "engine/session/worker.h"
 #include "engine/step/profiled.h"
 #include "engine/step/timed.h"
 #include "engine/step/update.h"
@@ -95,17 +96,17 @@ void take_frame_bounds(const InstanceBatch& batch, std::uint32_t slot, QueryInde
 }
 
 // Poses one tile, and stores the bounds of its instances.
-void bound_tile(const FrameContext& frame, std::uint32_t slot, std::uint32_t tile, Worker& worker, QueryWorker& own,
-                QueryIndex& index) {
+void bound_tile(const FrameContext& frame, std::uint32_t slot, std::uint32_t tile, PoseScratch& posing,
+                QueryWorker& own, QueryIndex& index) {
   const InstanceBatch& batch = frame.batch(slot);
   const TileInstances instances = instances_of(batch, tile);
   const std::uint32_t leaves = batch.active->leaf_count;
   const std::uint32_t live = update_tile(
-      frame, {&batch, instances, refit_scope(Strategy::kRows, *batch.active), worker.boxes.data, worker.bounds.data},
-      worker);
+      frame, {&batch, instances, refit_scope(Strategy::kRows, *batch.active), posing.boxes.data, posing.bounds.data},
+      posing);
   AabbTile all;
-  frame.kernels.bound_boxes(worker.boxes.data, leaves, worker.bounds.data);
-  frame.kernels.bound_together(worker.bounds.data, leaves, &all);
+  frame.kernels.bound_boxes(posing.boxes.data, leaves, posing.bounds.data);
+  frame.kernels.bound_together(posing.bounds.data, leaves, &all);
   for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
     const std::uint32_t i = instances.instance[lane];
     const bool is_live = live >> lane & 1;
@@ -149,7 +150,7 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
                                   [&](std::uint32_t task, std::uint32_t w) {
                                     const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
                                     for (std::uint32_t tile = task * kTilesPerTask; tile < end; ++tile)
-                                      bound_tile(frame, slot, tile, engine.pool[w], *room.workers[w], index);
+                                      bound_tile(frame, slot, tile, engine.pool[w].pose, *room.workers[w], index);
                                   });
     }
   }
@@ -184,7 +185,8 @@ struct Go {
     return {frame,
             room.index,
             job,
-            pool[worker],
+            pool[worker].pose,
+            pool[worker].exact,
             *room.workers[worker],
             asks_static,
             asked,

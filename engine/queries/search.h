@@ -5,7 +5,7 @@
 #include "engine/queries/hit_room.h"
 #include "engine/queries/past_room.h"
 #include "engine/queries/query_room.h"
-#include "engine/session/worker.h"
+#include "engine/step/pose_scratch.h"
 #include "kernels/query_boxes.h"
 #include "kernels/vec3.h"
 #include "kernels/walk_index.h"
@@ -22,14 +22,15 @@ struct QueryRun {
   const FrameContext& frame;
   const QueryIndex& index;
   const QueryJob& job;
-  Worker& worker;
+  PoseScratch& pose;
+  ExactScratch& exact;
   QueryWorker& own;
   bool asks_static;                        // whether static bodies are among the inputs
   Span<const StoredHistory* const> asked;  // the job's histories
   PastWorker* past;                        // not null if there are histories
 
   // The same for another index.
-  QueryRun in(const QueryIndex& other) const { return {frame, other, job, worker, own, asks_static, asked, past}; }
+  QueryRun in(const QueryIndex& other) const { return {frame, other, job, pose, exact, own, asks_static, asked, past}; }
 };
 
 // Where the poses of an instance at a query's time are.
@@ -80,8 +81,8 @@ struct PosedLanes {
   float (&reach)[kLanes];  // receives the largest coordinate of any leaf's bounds
 };
 
-// Takes the leaf boxes of the first lanes of a tile out of worker.boxes.
-void take_posed(const kernel::KernelTable& kernels, Worker& worker, std::uint32_t leaves, std::uint32_t count,
+// Takes the leaf boxes of the first lanes of a tile out of posed.boxes.
+void take_posed(const kernel::KernelTable& kernels, PoseScratch& posed, std::uint32_t leaves, std::uint32_t count,
                 const PosedLanes& to);
 
 // Poses a cluster that is not posed.

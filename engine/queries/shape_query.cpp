@@ -306,7 +306,7 @@ void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
   const double shift[3] = {-local.at.x, -local.at.y, -local.at.z};
   ConvexShape boxes[kLanes];  // of the leaves that wait in the queue, which runs when it has sixteen
   std::uint32_t count = 0;
-  ConvexQueues queues(run_.worker, Run{*this, one, local});
+  ConvexQueues queues(run_.exact, Run{*this, one, local});
   for_each_leaf(
       run_, one, [&](const BoxTile& tile, float* entry) { return meets_boxes(tile, local, entry); },
       [](float) { return false; },

@@ -1,6 +1,7 @@
 // A call in progress: locks and unlocks the engine, binds and unbinds its batches.
 #include "engine/session/call.h"
 
+#include "engine/session/static_bodies.h"
 #include "kernels/pose_leaves.h"
 
 namespace cab {
@@ -25,7 +26,7 @@ void Call::unbind() {
 
 void Call::bind(const BatchInput& given, bool by_bounds) {
   InstanceBatch& batch = engine_.batch(given.batch);
-  const std::unique_ptr<StaticBodies>& statics = engine_.batches[slot_of(given.batch).value - 1]->statics;
+  StaticBodies* const statics = engine_.batches[slot_of(given.batch).value - 1]->statics.get();
   const BatchInput& input = statics ? statics->complete(given, by_bounds) : given;
   batch.input = &input;
   batch.active = batch.articulation;

@@ -3,13 +3,14 @@
 
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/exact/hull.h"
-#include "engine/frame/contacts.h"
 #include "engine/session/call.h"
 #include "engine/session/memory.h"
 #include "engine/session/rest.h"
 #include "engine/session/rest_pose.h"
 #include "engine/session/slots.h"
+#include "engine/session/static_bodies.h"
 #include "engine/session/validate.h"
+#include "engine/session/worker.h"
 #include "engine/step/box_of.h"
 #include "engine/step/update.h"
 #include "kernels/find_kernels.h"
@@ -95,7 +96,7 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
                                                                 : make_tbb_task_runner(desc.thread_count);
     engine->frame = make_frame_in_progress(engine->pool.tasks->worker_count());
     for (std::uint32_t w = 0; w < engine->pool.tasks->worker_count(); ++w)
-      engine->pool.workers.push_back(std::make_unique<Worker>(engine->allocator));
+      engine->pool.workers.push_back(make_worker(engine->allocator));
     *out = engine.release();
     return Status::kOk;
   });
@@ -161,7 +162,7 @@ Status add_static_batch(Engine& engine, const StaticDesc& desc, BatchId* out, st
     if (!out) return Status::kBadOutput;
     const kernel::FloatMode mode;
     auto slot = std::make_unique<StoredBatch>(engine.allocator);
-    slot->statics = std::make_unique<StaticBodies>(engine.allocator);
+    slot->statics.reset(new StaticBodies(engine.allocator));
     StaticBodies& bodies = *slot->statics;
     if (const Status status = build_static_bodies(desc, *engine.kernels, &bodies, bad_element); status != Status::kOk)
       return status;
@@ -228,39 +229,21 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   const std::size_t nodes = batch.articulation->node_count;
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
   Worker& worker = engine.pool[0];
+  PoseScratch& posing = worker.pose;
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
   for (std::uint32_t tile = 0; tile < tile_count(given_count(batch)); ++tile) {
     const TileInstances instances = instances_of(batch, tile);
     const std::uint32_t live = update_and_flag_tile(
-        frame, {&batch, instances, RefitScope::kAllNodes, worker.boxes.data, worker.bounds.data}, worker);
+        frame, {&batch, instances, RefitScope::kAllNodes, posing.boxes.data, posing.bounds.data}, posing, worker.stats);
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
       Box* to = boxes.data + instances.instance[lane] * nodes;
       for (std::size_t n = 0; n < nodes; ++n) {
-        to[n] = box_of(worker, policies.refit, n, lane);
+        to[n] = box_of(posing, policies.refit, n, lane);
         if (!(live >> lane & 1)) to[n] = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
       }
     }
   }
   return Status::kOk;
-}
-
-Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth, Span<const Hit> pairs,
-                        Span<Contact> contacts) noexcept {
-  return guarded([&] {
-    Call call(engine);
-    if (!call.admitted()) return Status::kBusy;
-    const kernel::FloatMode mode;
-    Policies policies;
-    policies.exact = Exact::kConvex;
-    policies.depth = depth;
-    if (const Status status = validate_policies(policies); status != Status::kOk) return status;
-    if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
-    if (const Status status = validate_pairs(engine, pairs); status != Status::kOk) return status;
-    if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;
-    engine.pool.tasks->alone = pairs.size <= kContactsPerTask;
-    measure_pairs(context_of(engine, policies, kMaxCoordinate, Report::kHits), engine.pool, pairs, contacts.data);
-    return Status::kOk;
-  });
 }
 
 Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept {

@@ -1,13 +1,14 @@
 // The engine: its articulations and batches, its workers, and the memory that the workers share.
 #pragma once
 
+#include "engine/broad_phase/crowd.h"
 #include "engine/exact/fcl.h"
 #include "engine/hits/hit_store.h"
-#include "engine/queries/history.h"
-#include "engine/queries/past_room.h"
-#include "engine/queries/query_room.h"
-#include "engine/session/worker.h"
+#include "engine/session/worker_pool.h"
+#include "engine/step/frame_context.h"
 #include "layout/articulation.h"
+#include "layout/convex_shapes.h"
+#include "layout/link_bounds.h"
 
 #include <cab/cab.h>
 
@@ -69,6 +70,31 @@ struct FrameInProgressDelete {
 using FrameInProgressPtr = std::unique_ptr<FrameInProgress, FrameInProgressDelete>;
 FrameInProgressPtr make_frame_in_progress(std::uint32_t workers);
 
+// The memory of run_queries, and what an engine remembers of the past (engine/queries).
+struct QueryRoom;
+struct QueryRoomDelete {
+  void operator()(QueryRoom* room) const;
+};
+using QueryRoomPtr = std::unique_ptr<QueryRoom, QueryRoomDelete>;
+// Makes room for goes of MemoryNeeds::queries queries. Throws std::bad_alloc.
+QueryRoomPtr make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator);
+
+struct StoredHistory;
+struct StoredHistoryDelete {
+  void operator()(StoredHistory* history) const;
+};
+using StoredHistoryPtr = std::unique_ptr<StoredHistory, StoredHistoryDelete>;
+
+struct PastRoom;
+struct PastRoomDelete {
+  void operator()(PastRoom* room) const;
+};
+using PastRoomPtr = std::unique_ptr<PastRoom, PastRoomDelete>;
+
+// How many bytes they take.
+std::size_t query_bytes(const Engine& engine);
+std::size_t history_bytes(const Engine& engine);
+
 // The state behind the public API (cab/cab.h).
 struct Engine {
   Allocator allocator;
@@ -85,10 +111,10 @@ struct Engine {
   RestState rest;
   std::atomic<std::uint64_t> frames_failed{0};  // how many answered anything but kOk
   std::uint64_t bounds_of_frame = 1;            // number of the last frame, or of what has changed bounds since
-  std::unique_ptr<QueryRoom> queries;           // null until reserve asks for it
-  std::vector<std::unique_ptr<StoredHistory>> histories;  // by slot - 1
-  std::unique_ptr<PastRoom> past;                         // null until there is a history
-  MemoryNeeds sized;                                      // what the memory suffices for
+  QueryRoomPtr queries;                         // null until reserve asks for it
+  std::vector<StoredHistoryPtr> histories;      // by slot - 1
+  PastRoomPtr past;                             // null until there is a history
+  MemoryNeeds sized;                            // what the memory suffices for
   std::unique_ptr<Arena>
       shared_arena;  // owns the rows of the crowd, bits of pairs and rules, the words of the hit store
   std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine

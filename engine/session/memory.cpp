@@ -5,6 +5,8 @@
 #include "engine/pairs/traverse.h"
 #include "engine/session/make_list.h"
 #include "engine/session/rest.h"
+#include "engine/session/static_bodies.h"
+#include "engine/session/worker.h"
 #include "layout/leaf_bounds_soa.h"
 
 #include <algorithm>
@@ -86,50 +88,55 @@ bool suffices(const MemoryNeeds& x, const MemoryNeeds& y) {
 }
 
 // Sizes what a worker needs for characters: the posed instances and, if links have several leaves, the posed links.
-void size_posed_set(Worker& worker, const MemoryNeeds& needs) {
+void size_posed_set(PairScratch& pairs, Arena& arena, const MemoryNeeds& needs) {
   constexpr std::size_t kEntries = 1024;
   static_assert(kEntries >= 2 * kPosedTiles * kLanes);
-  PosedSet& set = worker.posed;
+  PosedSet& set = pairs.posed;
   // Two tiles more than all characters fill: has_room answers at once while two tiles are free.
   const std::size_t tiles = std::min<std::size_t>(kPosedTiles, needs.character_tiles + 2);
   const auto capacity = [&](std::size_t of_tile, std::size_t most) {
     return std::max(2 * of_tile, std::min(most, tiles * of_tile));
   };
-  set.tiles = make_list<PosedTile>(worker.arena, tiles);
-  set.open = worker.arena.allocate<std::uint32_t>(needs.batch_slots);
-  set.entries = worker.arena.allocate<PosedEntry>(kEntries);
-  set.boxes = make_list<BoxAos>(worker.arena, capacity(kLanes * needs.character_nodes, kPosedBoxes));
-  set.leaf_bounds = make_list<float>(worker.arena, capacity(kLanes * needs.leaf_bounds_floats, kPosedLeafFloats));
+  set.tiles = make_list<PosedTile>(arena, tiles);
+  set.open = arena.allocate<std::uint32_t>(needs.batch_slots);
+  set.entries = arena.allocate<PosedEntry>(kEntries);
+  set.boxes = make_list<BoxAos>(arena, capacity(kLanes * needs.character_nodes, kPosedBoxes));
+  set.leaf_bounds = make_list<float>(arena, capacity(kLanes * needs.leaf_bounds_floats, kPosedLeafFloats));
   if (!needs.several_leaves) return;
-  worker.posed_links.boxes = make_list<BoxAos>(worker.arena, kPosedLinkLeaves);
-  worker.posed_links.leaf_bounds = make_list<float>(worker.arena, 6 * std::size_t{kPosedLinkLeaves});
-  worker.posed_links.entries = worker.arena.allocate<PosedLinkEntry>(set.boxes.capacity);
-  worker.link_pairs = make_list<LeafPair>(worker.arena, worker.found.capacity);
+  pairs.posed_links.boxes = make_list<BoxAos>(arena, kPosedLinkLeaves);
+  pairs.posed_links.leaf_bounds = make_list<float>(arena, 6 * std::size_t{kPosedLinkLeaves});
+  pairs.posed_links.entries = arena.allocate<PosedLinkEntry>(set.boxes.capacity);
+  pairs.link_pairs = make_list<LeafPair>(arena, pairs.found.capacity);
 }
 
 void size_worker(Worker& worker, const MemoryNeeds& needs) {
-  worker.boxes = worker.arena.allocate<BoxTile>(needs.nodes);
-  worker.bounds = worker.arena.allocate<AabbTile>(needs.nodes);
-  worker.joints = worker.arena.allocate<PointTile>(needs.joints);
-  worker.motions = worker.arena.allocate<MotionTile>(needs.joints);
-  worker.last_motions = worker.arena.allocate<MotionTile>(needs.joints);
-  worker.moments = worker.arena.allocate<MomentTile>(needs.nodes);
-  worker.live = worker.arena.allocate<std::uint32_t>(needs.batch_slots);
-  worker.stack = make_list<NodePair>(worker.arena, kStackPairsPerLevel * needs.depth);
-  worker.tile_stack = make_list<TilePair>(worker.arena, needs.depth);
-  worker.tile_found = make_list<TilePair>(worker.arena, needs.leaf_pairs);
+  Arena& arena = worker.arena;
+  PoseScratch& pose = worker.pose;
+  pose.boxes = arena.allocate<BoxTile>(needs.nodes);
+  pose.bounds = arena.allocate<AabbTile>(needs.nodes);
+  pose.joints = arena.allocate<PointTile>(needs.joints);
+  pose.motions = arena.allocate<MotionTile>(needs.joints);
+  pose.last_motions = arena.allocate<MotionTile>(needs.joints);
+  pose.moments = arena.allocate<MomentTile>(needs.nodes);
+  PairScratch& pairs = worker.pairs;
+  pairs.live = arena.allocate<std::uint32_t>(needs.batch_slots);
+  pairs.stack = make_list<NodePair>(arena, kStackPairsPerLevel * needs.depth);
+  pairs.tile_stack = make_list<TilePair>(arena, needs.depth);
+  pairs.tile_found = make_list<TilePair>(arena, needs.leaf_pairs);
   const std::size_t found =
       std::min(kChunkCandidates * needs.leaf_pairs, std::max<std::size_t>(kChunkLeafPairs, needs.leaf_pairs));
-  worker.found = make_list<LeafPair>(worker.arena, found + kLanes);
-  worker.candidates = make_list<Candidate>(worker.arena, kChunkCandidates);
-  worker.waiting = make_list<RowPair>(worker.arena, needs.large ? kWaitingCandidates : 0);
-  worker.convex_queues = worker.arena.allocate<ConvexQueue>(kConvexQueues);
-  if (needs.character_instances) size_posed_set(worker, needs);
-  size_crowd(needs, worker);
-  worker.hits = make_list<Hit>(worker.arena, kTaskHits);
+  pairs.found = make_list<LeafPair>(arena, found + kLanes);
+  pairs.candidates = make_list<Candidate>(arena, kChunkCandidates);
+  pairs.waiting = make_list<RowPair>(arena, needs.large ? kWaitingCandidates : 0);
+  worker.exact.queues = arena.allocate<ConvexQueue>(kConvexQueues);
+  worker.hits.hits = make_list<Hit>(arena, kTaskHits);
+  if (needs.character_instances == 0) return;
+  size_posed_set(pairs, arena, needs);
+  worker.crowd = arena.allocate<CrowdScratch>(1);
+  size_crowd_scratch(needs.leaf_pairs, arena, worker.crowd[0]);
 }
 
-// Sets where the nodes of each sequence start in Worker::boxes and Worker::bounds.
+// Sets where the nodes of each sequence start in PoseScratch::boxes and PoseScratch::bounds.
 void place_sequences(Engine& engine) {
   std::uint32_t at = 0;
   for (const auto& slot : engine.batches) {
@@ -141,9 +148,9 @@ void place_sequences(Engine& engine) {
 
 // Makes new workers and shared arrays for the given needs, then replaces the old ones.
 void make_memory(const MemoryNeeds& needs, Engine& engine) {
-  std::vector<std::unique_ptr<Worker>> workers;
+  std::vector<WorkerPtr> workers;
   for (std::uint32_t w = 0; w < engine.pool.tasks->worker_count(); ++w) {
-    workers.push_back(std::make_unique<Worker>(engine.allocator));
+    workers.push_back(make_worker(engine.allocator));
     size_worker(*workers.back(), needs);
   }
   auto shared = std::make_unique<Arena>(engine.allocator);
@@ -156,7 +163,7 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   const auto last_rules = shared->allocate<std::uint64_t>(rules.size);
   for (const auto& slot : engine.batches) store_crowd_bounds(engine.crowd, *slot);
   Crowd crowd;
-  size_crowd(needs, *shared, crowd);
+  size_crowd(needs.character_instances ? needs.character_tiles : 0, needs.crowd_words, *shared, crowd);
   crowd.frames = engine.crowd.frames + 1;  // no batch has rows in the new memory
   if (needs.queries) engine.queries = make_query_room(needs, workers.size(), engine.allocator);
   engine.rule_bits = rules;
@@ -173,6 +180,10 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
 }
 
 }  // namespace
+
+WorkerPtr make_worker(const Allocator& allocator) { return WorkerPtr(new Worker(allocator)); }
+
+void WorkerDelete::operator()(Worker* worker) const { delete worker; }
 
 std::size_t character_count(const Engine& engine) { return needs_of(engine).character_instances; }
 
@@ -213,9 +224,8 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   out->rows = bytes_of(engine.crowd);
   const HitStore& store = engine.hit_store;
   out->hits = std::size_t{store.blocks} * kBlockWords * sizeof(std::uint32_t);
-  out->queries = engine.queries ? bytes_of(*engine.queries) : 0;
-  out->histories = engine.past ? bytes_of(*engine.past) : 0;
-  for (const auto& slot : engine.histories) out->histories += slot->arena.bytes();
+  out->queries = query_bytes(engine);
+  out->histories = history_bytes(engine);
   const std::size_t shared = engine.shared_arena ? engine.shared_arena->bytes() : 0;
   const std::size_t grown = store.grown ? store.grown->bytes() : 0;
   out->total = out->articulations + out->batches + out->workers + out->queries + out->histories + shared + grown;

@@ -5,6 +5,9 @@
 
 namespace cab {
 
+// A worker without memory yet. Throws std::bad_alloc.
+WorkerPtr make_worker(const Allocator& allocator);
+
 // Returns the number of instances in all character batches.
 std::size_t character_count(const Engine& engine);
 

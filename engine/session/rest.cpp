@@ -2,6 +2,8 @@
 #include "engine/session/rest.h"
 
 #include "engine/broad_phase/strips.h"
+#include "engine/session/static_bodies.h"
+#include "engine/step/live_instances.h"
 #include "kernels/pose_leaves.h"
 
 #include <algorithm>

@@ -27,10 +27,4 @@ void end_rest(Engine& engine, const FrameJob& job);
 // Lets every instance count as moved in the next frame, which finds all its hits itself.
 void forget_rest(Engine& engine);
 
-// Whether an instance that is given in this frame rests. It must have been in its batch's last frame, unmasked: so the
-// flags of a masked instance are found again in every frame. Asked before anything is posed.
-inline bool goes_on_resting(const InstanceBatch& batch, std::uint32_t instance) {
-  return batch.may_rest && !batch.input->moved[instance] && (batch.live[instance / kLanes] >> instance % kLanes & 1);
-}
-
 }  // namespace cab

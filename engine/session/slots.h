@@ -11,17 +11,17 @@
 namespace cab {
 
 // The lowest slot that is not in use, or a new one. A slot that a failed call leaves behind is taken by the next.
-template <class Stored>
-std::size_t free_slot(const Allocator& allocator, std::vector<std::unique_ptr<Stored>>& slots) {
+template <class StoredPtr>
+std::size_t free_slot(const Allocator& allocator, std::vector<StoredPtr>& slots) {
   const auto free = std::find_if(slots.begin(), slots.end(), [](const auto& slot) { return !slot->in_use(); });
   const auto index = static_cast<std::size_t>(free - slots.begin());
-  if (free == slots.end()) slots.push_back(std::make_unique<Stored>(allocator));
+  if (free == slots.end()) slots.push_back(StoredPtr(new typename StoredPtr::element_type(allocator)));
   return index;
 }
 
 // Puts what was made in place of what a slot holds, in its next generation.
-template <class Stored>
-void fill_slot(std::unique_ptr<Stored> made, std::unique_ptr<Stored>& slot) {
+template <class StoredPtr>
+void fill_slot(StoredPtr made, StoredPtr& slot) {
   made->generation = slot->generation;
   slot = std::move(made);
 }

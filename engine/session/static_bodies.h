@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/exact/fcl.h"
+#include "engine/step/stored_batch.h"
 #include "kernels/kernel_table.h"
 #include "layout/arena.h"
 #include "layout/convex_shapes.h"

@@ -2,7 +2,6 @@
 #include "engine/session/validate.h"
 
 #include "engine/exact/exact.h"
-#include "engine/frame/contacts.h"
 #include "kernels/pose_leaves.h"
 
 #include <algorithm>
@@ -68,6 +67,8 @@ bool have_sides(const InstanceBatch& batch) {
 }
 
 }  // namespace
+
+bool needs_contacts(const FrameJob& job) { return !job.contacts.empty() || job.min_depth > 0; }
 
 bool valid_poses(const PoseView& poses, std::size_t link_count) {
   if (!poses.data || poses.format > PoseFormat::kMatrix4x4Columns) return false;

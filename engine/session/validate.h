@@ -30,6 +30,9 @@ Status validate_policies(const Policies& policies);
 // Checks that the pairs of compute_contacts name links of batches that are bound to an input.
 Status validate_pairs(const Engine& engine, Span<const Hit> pairs);
 
+// Whether the results of a job depend on contacts.
+bool needs_contacts(const FrameJob& job);
+
 // Checks the rules, policies and output arrays of a job whose inputs are bound. Writes only engine.rule_bits.
 Status validate_job(Engine& engine, const FrameJob& job);
 

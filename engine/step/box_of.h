@@ -1,7 +1,7 @@
 // The box of one instance out of a tile.
 #pragma once
 
-#include "engine/session/worker.h"
+#include "engine/step/pose_scratch.h"
 #include "layout/instance_batch.h"
 #include "layout/tile.h"
 
@@ -38,9 +38,9 @@ inline Box box_of(const AabbTile& tile, std::uint32_t lane) {
   return box;
 }
 
-// The box of a node of one lane in the tile that a worker has updated by a refit.
-inline Box box_of(const Worker& worker, Refit refit, std::size_t node, std::uint32_t lane) {
-  return is_axis_aligned(refit) ? box_of(worker.bounds[node], lane) : box_of(worker.boxes[node], lane);
+// The box of a node of one lane in the tile that was updated by a refit.
+inline Box box_of(const PoseScratch& posed, Refit refit, std::size_t node, std::uint32_t lane) {
+  return is_axis_aligned(refit) ? box_of(posed.bounds[node], lane) : box_of(posed.boxes[node], lane);
 }
 
 }  // namespace cab

@@ -57,4 +57,10 @@ inline void set_live(const TileInstances& instances, std::uint32_t live, Instanc
   }
 }
 
+// Whether an instance that is given in this frame rests. It must have been in its batch's last frame, unmasked: so the
+// flags of a masked instance are found again in every frame. Asked before anything is posed.
+inline bool goes_on_resting(const InstanceBatch& batch, std::uint32_t instance) {
+  return batch.may_rest && !batch.input->moved[instance] && (batch.live[instance / kLanes] >> instance % kLanes & 1);
+}
+
 }  // namespace cab

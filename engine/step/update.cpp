@@ -1,7 +1,7 @@
 // Steps 1 and 3 of a frame for one tile: the posing and refit kernels, and which instances are masked.
 #include "engine/step/update.h"
 
-#include "engine/session/worker.h"
+#include "engine/step/pose_scratch.h"
 #include "kernels/pose_leaves.h"
 #include "kernels/refit_tree.h"
 #include "layout/compiler.h"
@@ -29,7 +29,7 @@ bool is_near_limit(const BoxTile* boxes, std::uint32_t count) {
 }
 
 // The arguments of the posing kernel for a tile. own: room for own boxes.
-kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Worker& worker, std::uint8_t* flags,
+kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, PoseScratch& scratch, std::uint8_t* flags,
                           BoxTile& own) {
   const InstanceBatch& batch = *tile.batch;
   kernel::PoseTile pose = instances_to_pose(batch, tile.instances);
@@ -39,8 +39,8 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Wor
     set_lane(batch.own_boxes[instance_in_lane(tile.instances, lane)], lane, own);
   if (is_static(batch)) pose.own_boxes = &own;
   pose.leaves = tile.boxes;
-  pose.joints = worker.joints.data;
-  pose.motions = frame.policies.refit == Refit::kAabbVertices ? worker.motions.data : nullptr;
+  pose.joints = scratch.joints.data;
+  pose.motions = frame.policies.refit == Refit::kAabbVertices ? scratch.motions.data : nullptr;
   pose.flags = flags;
   const bool of_links = batch.active != batch.articulation;
   if (of_links) pose.range = kLinkRange * kMaxCoordinate;
@@ -64,21 +64,21 @@ void mask_by_leaves(const FrameContext& frame, const InstanceBatch& batch, const
 }
 
 // Makes the nodes that tile.scope names from the posed leaf boxes, by the refit policy.
-void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::PoseTile& pose, Worker& worker) {
+void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::PoseTile& pose, PoseScratch& scratch) {
   const kernel::KernelTable& kernels = frame.kernels;
   const Articulation& articulation = *pose.articulation;
   const std::size_t extents = static_cast<std::size_t>(frame.policies.extents);
   const bool all = tile.scope == RefitScope::kAllNodes;
   if (frame.policies.refit == Refit::kAabbVertices && !is_static(*tile.batch)) {
     const PosePad pad = kernel::pad_of(kernel::is_rotated(pose), 1);
-    kernels.fit_vertices({&articulation, all ? articulation.node_count : articulation.leaf_count, worker.motions.data,
+    kernels.fit_vertices({&articulation, all ? articulation.node_count : articulation.leaf_count, scratch.motions.data,
                           tile.bounds, pad, pose.margins});
   } else if (is_axis_aligned(frame.policies.refit)) {
     kernels.bound_boxes(tile.boxes, articulation.leaf_count, tile.bounds);
     if (all) kernels.refit_aabbs[extents](articulation.program, tile.bounds);
   } else if (all) {
     kernels.refit_boxes[static_cast<std::size_t>(frame.policies.refit)][extents](
-        {&articulation.program, worker.joints.data, tile.boxes, worker.moments.data});
+        {&articulation.program, scratch.joints.data, tile.boxes, scratch.moments.data});
   }
 }
 
@@ -99,13 +99,13 @@ enum class FlagsOf : std::uint8_t { kPosedBoxes, kLeaves };
 
 // Poses the leaf boxes of a tile and makes the nodes that tile.scope names. Writes the flags of each lane, and returns
 // the bits of the lanes whose instances are not masked.
-std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, Worker& worker,
+std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, PoseScratch& scratch,
                              std::uint8_t (&flags)[kLanes], FlagsOf flags_of) {
   BoxTile own;
-  const kernel::PoseTile pose = pose_job(frame, tile, worker, flags, own);
+  const kernel::PoseTile pose = pose_job(frame, tile, scratch, flags, own);
   frame.kernels.pose_leaves(pose);
   if (flags_of == FlagsOf::kLeaves) mask_by_leaves(frame, *tile.batch, pose);
-  if (tile.scope != RefitScope::kNone) refit(frame, tile, pose, worker);
+  if (tile.scope != RefitScope::kNone) refit(frame, tile, pose, scratch);
   if (tile.scope == RefitScope::kAllNodes) keep_lod(frame, tile);
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < tile.instances.count; ++lane)
@@ -141,19 +141,20 @@ void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance) {
   prefetch_bytes(pose_of(batch, instance), prefetched_bytes(batch));
 }
 
-std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
+std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, PoseScratch& scratch) {
   std::uint8_t flags[kLanes];
-  return pose_and_refit(frame, tile, worker, flags, FlagsOf::kPosedBoxes);
+  return pose_and_refit(frame, tile, scratch, flags, FlagsOf::kPosedBoxes);
 }
 
-std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker) {
+std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& tile, PoseScratch& scratch,
+                                   FrameStats& stats) {
   std::uint8_t flags[kLanes];
-  const std::uint32_t out = pose_and_refit(frame, tile, worker, flags, FlagsOf::kLeaves);
+  const std::uint32_t out = pose_and_refit(frame, tile, scratch, flags, FlagsOf::kLeaves);
   const TileInstances& instances = tile.instances;
   const Span<std::uint8_t> reported = tile.batch->input->flags;
   if (!reported.empty())
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) reported[instances.instance[lane]] = flags[lane];
-  worker.stats.instances_masked += instances.count - count_bits(out);
+  stats.instances_masked += instances.count - count_bits(out);
   return out;
 }
 

@@ -7,7 +7,7 @@
 
 namespace cab {
 
-struct Worker;
+struct PoseScratch;
 
 // How much of a hierarchy the refit policy makes from the posed leaf boxes. kNone: nothing. kLeaves: the leaves as the
 // policy keeps them, as boxes or as axis-aligned bounds. kAllNodes: all nodes.
@@ -46,10 +46,11 @@ void prefetch_pose(const InstanceBatch& batch, std::uint32_t instance);
 
 // Poses the leaf boxes of a tile, padded for rounding and for the frame's margin, and refits what tile.scope names.
 // Returns the bits of the lanes whose pose is valid.
-std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker);
+std::uint32_t update_tile(const FrameContext& frame, const TileUpdate& tile, PoseScratch& scratch);
 
 // The same for instances that were not posed in this call before: decides which of them are masked, writes the caller's
-// flags, if any, and counts the masked instances in worker.stats.
-std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& tile, Worker& worker);
+// flags, if any, and counts the masked instances.
+std::uint32_t update_and_flag_tile(const FrameContext& frame, const TileUpdate& tile, PoseScratch& scratch,
+                                   FrameStats& stats);
 
 }  // namespace cab

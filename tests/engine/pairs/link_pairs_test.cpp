@@ -59,14 +59,14 @@ struct Listed {
     batch.active = &batch.link_bounds->links;
     Worker& worker = engine->pool[0];
     Candidate candidate = {0, instance_a, 0, instance_b};
-    candidate.slot_a = acquire_slot(frame, 0, instance_a, worker.posed);
-    candidate.slot_b = acquire_slot(frame, 0, instance_b, worker.posed);
-    pose_set(frame, worker);
-    find_pairs_of_links(frame, candidate, links, worker);
+    candidate.slot_a = acquire_slot(frame, 0, instance_a, worker.pairs.posed);
+    candidate.slot_b = acquire_slot(frame, 0, instance_b, worker.pairs.posed);
+    pose_set(frame, worker.pairs.posed, worker.pose);
+    find_pairs_of_links(frame, candidate, links, worker.pairs, worker.stats);
     Pairs out;
-    for (const LeafPair& pair : worker.found) out.emplace_back(pair.a, pair.b);
-    clear_set(worker.posed);
-    clear_links(worker.posed_links);
+    for (const LeafPair& pair : worker.pairs.found) out.emplace_back(pair.a, pair.b);
+    clear_set(worker.pairs.posed);
+    clear_links(worker.pairs.posed_links);
     return out;
   }
 };

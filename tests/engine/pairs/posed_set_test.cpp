@@ -39,7 +39,7 @@ struct Slots {
     for (const BatchInput& input : inputs) call->bind(input);
   }
 
-  PosedSet& set() { return engine->pool[0].posed; }
+  PosedSet& set() { return engine->pool[0].pairs.posed; }
   FrameContext frame() { return context_of(*engine, kRows, 0, Report::kHits); }
   std::uint32_t acquire(std::uint32_t batch, std::uint32_t instance) {
     return acquire_slot(frame(), batch, instance, set());

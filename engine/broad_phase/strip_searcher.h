@@ -1,8 +1,8 @@
-// Pairs the rows of a crowd: searches strips for candidates, compares the words of their leaves, and tests their boxes.
+// Searches the strips of a crowd for candidates.
 #pragma once
 
-#include "engine/frame/frame_run.h"
-#include "engine/step/candidate.h"
+#include "engine/broad_phase/crowd.h"
+#include "engine/step/frame_context.h"
 #include "kernels/search_strip.h"
 
 namespace cab {
@@ -42,29 +42,6 @@ class StripSearcher {
   std::uint32_t keep_paired(std::uint32_t begin, std::uint32_t end) const;
 
   kernel::CrowdSides sides_;
-};
-
-// Tests candidates of a crowd.
-class CrowdTester final : public StripSearcher {
- public:
-  CrowdTester(FrameRun& run, Worker& worker);
-
-  void test() override;
-
- private:
-  const CrowdBatch& batch_of(std::uint32_t batch) const { return frame_.batches[batch]->crowd; }
-  void drop_reported();
-  Candidate candidate_of(std::uint32_t n, CrowdRow& a, CrowdRow& b) const;
-  struct Entries;
-  void make_plain_entries(Entries& entries);
-  std::uint32_t make_entries(std::uint32_t begin, Entries& entries);
-  void place_slots(const Entries& entries, std::uint32_t used);
-  std::uint32_t test_from(std::uint32_t begin);
-  void report(const std::uint32_t* pairs, std::uint32_t count);
-  void report_direct(std::uint32_t* pairs, std::uint32_t count, bool in_order);
-
-  FrameRun& run_;
-  Worker& worker_;
 };
 
 // Takes the candidates of sorted rows that follow each other in one strip of a class. reach: the greatest extent along

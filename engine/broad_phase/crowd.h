@@ -1,54 +1,13 @@
-// What frames of characters keep of each batch and of the engine.
+// What frames of characters keep in an engine: rows, strips and the order of the last frame.
 #pragma once
 
 #include "layout/arena.h"
-#include "layout/articulation.h"
 #include "layout/leaf_words.h"
-#include "layout/rigid_shape.h"
+#include "layout/tile.h"
 
 #include <cstddef>
 
 namespace cab {
-
-// Most leaves of an instance that has words. More are for the strategies `links` and `tree`, or are posed for `rows`.
-inline constexpr std::uint32_t kCrowdLeaves = 128;
-
-// Of a batch of characters. shape: its leaf boxes as the kernels read them, made anew whenever the margin, the stride
-// of poses or whether instances are placed changes. order: its instances as the last frame sorted them, all of them or
-// none; it is the order in which the next frame bounds them, and changes no result.
-struct CrowdBatch {
-  bool is_rigid = false;   // whether the kernels take the articulation
-  bool is_direct = false;  // whether its leaf pairs are link pairs in the same order
-  std::uint32_t blocks = 0;
-  Span<RigidBlock> block;
-  Span<RigidLeaf> leaf;
-  Span<BoxAos> exact;
-  Span<std::uint32_t> offset;
-  Span<std::uint32_t> bare;
-  Span<std::uint16_t> bare_link;
-  Span<std::uint64_t> leaf_name;  // by leaf, as hits have it (engine/hits/hit_store.h)
-  RigidShape shape;
-  float size = 0;  // the largest S + |c|_1 of a leaf, with the margin
-  float margin = -1;
-  std::size_t stride = 0;
-  Span<std::uint32_t> order;
-  bool ordered = false;
-  bool has_sides = false;  // whether the bounds of its last frame are sides of rows, and not in InstanceBatch::bounds
-  // Of the current frame: the batch's index, where its rows and its words begin; whether rows are by place (else by
-  // instance), and put into strips in `order`; whether it will have an order, and how many instances that has so far.
-  std::uint32_t index = 0, first_row = 0, row_count = 0, first_words = 0;
-  bool is_by_place = false;
-  bool visits_by_order = false;
-  bool has_words = false;         // whether the words of all its live instances are there, from the last frame
-  std::uint64_t laid_out_in = 0;  // Crowd::frames of the frame in which its rows were written in the order of instances
-  bool orders = false;
-  std::uint32_t in_order = 0;
-};
-
-// How many LeafWords an instance has, if a crowd takes its articulation.
-inline std::size_t crowd_blocks(const Articulation& articulation) {
-  return articulation.leaf_count > kCrowdLeaves ? 0 : (articulation.leaf_count + kLanes - 1) / kLanes;
-}
 
 // An instance in the crowd. words: its first LeafWords.
 struct CrowdRow {

@@ -1,0 +1,19 @@
+// What a worker needs to pose and refit one tile.
+#pragma once
+
+#include "layout/tile.h"
+
+#include <cab/span.h>
+
+namespace cab {
+
+struct PoseScratch {
+  Span<BoxTile> boxes;            // by node: one tile of every sequence, or one tile of characters
+  Span<AabbTile> bounds;          // the same, axis-aligned
+  Span<PointTile> joints;         // by link: the joints of the tile that is updated
+  Span<MotionTile> motions;       // by link: the poses of that tile, for Refit::kAabbVertices and sweep_margins
+  Span<MotionTile> last_motions;  // by link: the poses of a tile in the frame before, for sweep_margins
+  Span<MomentTile> moments;       // by node: scratch of Refit::kCovarianceLeaves
+};
+
+}  // namespace cab
