@@ -1,5 +1,4 @@
-// Step 5 of a frame with Exact::kConvex: the convex shapes of leaf pairs whose boxes overlap, sixteen pairs of shapes
-// per kernel call.
+// Exact::kConvex: the convex shapes of leaf pairs whose boxes overlap, sixteen pairs of shapes per kernel call.
 #pragma once
 
 #include "engine/exact/exact.h"

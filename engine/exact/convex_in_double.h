@@ -1,4 +1,4 @@
-// Exact::kConvex in double: the second pass of step 5, for pairs that the kernels leave undecided.
+// Exact::kConvex in double: the second pass, for pairs that the kernels leave undecided.
 #pragma once
 
 #include "engine/exact/convex_pair.h"

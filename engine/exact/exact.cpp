@@ -1,4 +1,4 @@
-// Step 5 of a frame: the exact test of each value of Exact.
+// The exact test of each value of Exact.
 #include "engine/exact/exact.h"
 
 #include "engine/exact/convex.h"

@@ -1,5 +1,5 @@
-// Step 5 of a frame: the interface of exact tests, which confirm that two leaves with overlapping boxes touch. Each
-// test has a file of its own.
+// The interface of exact tests, which confirm that two leaves with overlapping boxes touch. Each test has a file of its
+// own.
 #pragma once
 
 #include "engine/step/frame_context.h"

@@ -1,6 +1,6 @@
-// Step 5 of a frame with Exact::kFcl: FCL with its libccd solver, in double. FCL and libccd have absolute thresholds.
-// So each query is about the centre of part a, and scaled by a power of two to a size of about 1. FCL has contacts of
-// half spaces for some shapes and gaps for none, so a half space is tested here: by the other part's lowest point.
+// Exact::kFcl: FCL with its libccd solver, in double. FCL and libccd have absolute thresholds. So each query is about
+// the centre of part a, and scaled by a power of two to a size of about 1. FCL has contacts of half spaces for some
+// shapes and gaps for none, so a half space is tested here: by the other part's lowest point.
 #include "engine/exact/fcl.h"
 
 #include "engine/exact/hull.h"

@@ -1,5 +1,5 @@
-// Step 5 of a frame with Exact::kFcl: FCL on the convex parts of two leaves. A library without FCL is built with
-// exact_fcl_absent.cpp in the place of exact_fcl.cpp.
+// Exact::kFcl: FCL on the convex parts of two leaves. A library without FCL is built with fcl_absent.cpp in the place
+// of fcl.cpp.
 #pragma once
 
 #include "engine/exact/exact.h"
@@ -9,7 +9,7 @@
 
 namespace cab {
 
-// Deletes FclShapes, which only exact_fcl.cpp defines.
+// Deletes FclShapes, which only fcl.cpp defines.
 struct FclShapesDelete {
   void operator()(FclShapes*) const;
 };

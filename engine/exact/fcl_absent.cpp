@@ -1,4 +1,4 @@
-// Step 5 of a frame in a library without FCL.
+// Exact::kFcl in a library without FCL.
 #include "engine/exact/fcl.h"
 
 namespace cab {

@@ -1,5 +1,4 @@
-// Step 5 of a frame: from the overlapping leaf pairs of a candidate to its touching link pairs, by the exact test if
-// there is one.
+// From the overlapping leaf pairs of a candidate to its touching link pairs, by the exact test if there is one.
 #pragma once
 
 #include "engine/exact/exact.h"

@@ -22,7 +22,7 @@
 namespace cab {
 namespace {
 
-// ------------------------------------------------------------------------------------------------ step 1: bounds
+// ------------------------------------------------------------------------------------------------ step `bound`
 
 // How many tiles one task bounds, in a batch with words and in one without. Where some rest, a task looks at so many
 // instances: a multiple of kLanes, so that no two tasks share a word of live bits.
@@ -171,7 +171,7 @@ struct FirstPass {
   }
 };
 
-// ------------------------------------------------------------------------------------------------ step 2: pairs
+// ------------------------------------------------------------------------------------------------ step `pair`
 
 // How many sorted rows one task pairs: where all are tested by words, and where some are posed.
 constexpr std::uint32_t kRowsPerTask = 256, kPosedRowsPerTask = 128;

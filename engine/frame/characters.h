@@ -1,4 +1,4 @@
-// Steps 1 to 6 of a frame for characters.
+// The steps of a frame for characters.
 //
 // Every instance is bounded once. What is kept of it are the six sides of its bounds, and where its leaves are rigid
 // boxes that are paired by their bounds, the compact words of these (StoredBatch::crowd.by_words). Strips sorted by the
@@ -11,17 +11,17 @@
 
 namespace cab {
 
-// Step 1: bounds every instance of the inputs' batches of characters that does not rest. Stores whether each instance
-// is live (not masked), and writes the caller's flags. By bands, nearly all rows are sorted and paired in the same
-// tasks.
+// Step `bound`: bounds every instance of the inputs' batches of characters that does not rest. Stores whether each
+// instance is live (not masked), and writes the caller's flags. By bands, nearly all rows are sorted and paired in the
+// same tasks.
 std::uint32_t begin_bounding(FrameRun& run);
 void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
-// Step 2: sorts the rows into strips; by bands the strays alone.
+// Step `sort`: sorts the rows into strips; by bands the strays alone.
 std::uint32_t begin_sorting(FrameRun& run);
 void sort_characters(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 
-// Steps 2 to 6: finds and tests the candidates, and stores their hits.
+// Step `pair`: finds and tests the candidates, and stores their hits.
 std::uint32_t begin_pairing(FrameRun& run);
 void pair_characters(FrameRun& run, std::uint32_t task, std::uint32_t worker);
 

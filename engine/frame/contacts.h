@@ -1,4 +1,4 @@
-// Step 6 of a frame: the contacts of hits, and the hits that are dropped because of them.
+// The step `contacts` of a frame: the contacts of hits, and the hits that are dropped because of them.
 #pragma once
 
 #include "engine/frame/frame_run.h"

@@ -281,7 +281,7 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
   return end;
 }
 
-// Steps 5 and 6 for the leaf pairs that overlap.
+// Runs the exact test on the leaf pairs that overlap, and stores hits.
 void CrowdTester::report(const std::uint32_t* pairs, std::uint32_t count) {
   const std::uint32_t* const entry = scratch_.slots.entry;
   const Timed timed(worker_.stats.seconds_query);

@@ -1,4 +1,4 @@
-// Candidates from the caller's bounds, before anything is posed: step 2 of a frame alone.
+// Candidates from the caller's bounds: the broad phase alone, before anything is posed.
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/crowd_scratch.h"
 #include "engine/broad_phase/pair_rules.h"

@@ -27,8 +27,8 @@ void report_leaves(const FrameContext& frame, const Candidate* candidates, Worke
 
 namespace {
 
-// Steps 4 to 6 where batches have strategy `links`: worker.pairs.found has link pairs whose boxes overlap, and leaf
-// pairs of candidates without link boxes.
+// Tests and reports candidates where batches have strategy `links`: worker.pairs.found has link pairs whose boxes
+// overlap, and leaf pairs of candidates without link boxes.
 void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
   PairScratch& own = worker.pairs;
   std::swap(own.found, own.link_pairs);
@@ -74,7 +74,7 @@ bool skips_within(const FrameContext& frame, const InstanceBatch& batch, std::ui
 
 }  // namespace
 
-// Steps 3 to 6 for the candidates that the worker has collected. Empties the list and the sets afterwards.
+// Poses, tests and reports the candidates that the worker has collected. Empties the list and the sets afterwards.
 void PosedTester::test() {
   if (worker_.pairs.candidates.empty()) return;
   worker_.stats.candidates += worker_.pairs.candidates.size;

@@ -1,5 +1,4 @@
-// Steps 3 to 6 of a frame for candidates whose instances are posed before they are tested: all but those that are
-// tested by words.
+// Tests candidates whose instances are posed before they are tested: all but those that are tested by words.
 #pragma once
 
 #include "engine/broad_phase/crowd.h"
@@ -40,7 +39,8 @@ class PosedTester {
   HitSink& sink_;
 };
 
-// Steps 5 and 6 for candidates whose leaf pairs are in worker.pairs.found, sorted by candidate.
+// Runs the exact test, and reports hits, for candidates whose leaf pairs are in worker.pairs.found, sorted by
+// candidate.
 void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink);
 
 }  // namespace cab

@@ -1,5 +1,4 @@
-// Steps 1 to 6 of a frame for sequences, tile by tile. A sequence with one instance is a table: it takes part in every
-// tile.
+// The step `sequences` of a frame, tile by tile. A sequence with one instance is a table: it takes part in every tile.
 #include "engine/frame/sequences.h"
 
 #include "engine/session/worker.h"
@@ -87,8 +86,8 @@ std::uint32_t lanes_to_test(const FrameContext& frame, const PairedTiles& tiles,
   return lanes;
 }
 
-// Step 4 for one rule and one tile with boxes: the kernel tests the nodes of both sequences and leaves the overlapping
-// leaf pairs in worker.pairs.tile_found.
+// One rule and one tile with boxes: the kernel tests the nodes of both sequences and leaves the overlapping leaf pairs
+// in worker.pairs.tile_found.
 template <class Tile>
 void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
              void (*kernel)(kernel::TileDescent<Tile>&), Worker& worker) {
@@ -110,8 +109,7 @@ void descend(const PairedTiles& tiles, std::uint32_t lanes, const Tile* nodes,
   worker.stats.box_tests += descent.box_tests;
 }
 
-// Step 4 for one rule and one tile, by the frame's strategy: leaves the overlapping leaf pairs in
-// worker.pairs.tile_found.
+// One rule and one tile, by the frame's strategy: leaves the overlapping leaf pairs in worker.pairs.tile_found.
 void find_tile_pairs(const FrameContext& frame, const PairedTiles& tiles, std::uint32_t lanes, Worker& worker) {
   const kernel::KernelTable& kernels = frame.kernels;
   const bool brute = frame.policies.strategy != Strategy::kTree;
@@ -122,7 +120,7 @@ void find_tile_pairs(const FrameContext& frame, const PairedTiles& tiles, std::u
     descend(tiles, lanes, worker.pose.boxes.data, (brute ? kernels.brute_boxes : kernels.descend_boxes)[sat], worker);
 }
 
-// Steps 4 to 6 for one rule and one tile.
+// Tests and reports one rule and one tile.
 void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32_t tile, Worker& worker,
                     HitSink& sink) {
   const PairedTiles tiles = tiles_of(frame, rule, tile);
@@ -149,7 +147,7 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
   }
 }
 
-// Steps 1 and 3 for one tile of every sequence. A table is posed again for every tile, but reports its flags only with
+// Poses and refits one tile of every sequence. A table is posed again for every tile, but reports its flags only with
 // the first.
 void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, std::uint32_t tile, Worker& worker) {
   for (const BatchInput& input : inputs) {

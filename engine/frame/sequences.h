@@ -1,5 +1,5 @@
-// Steps 1 to 6 of a frame for sequences: one task takes the same tile of every sequence, sixteen animation frames as
-// lanes, through all steps.
+// The step `sequences` of a frame: one task takes the same tile of every sequence, sixteen animation frames as lanes,
+// from its poses to its hits.
 #pragma once
 
 #include "engine/frame/frame_run.h"

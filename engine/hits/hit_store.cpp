@@ -1,4 +1,4 @@
-// Step 6 of a frame for characters: the layout of the hit store, and the merge sort of its chains.
+// The layout of the hit store, and the merge sort of its chains.
 #include "engine/hits/hit_store.h"
 
 #include "engine/exact/touching_links.h"

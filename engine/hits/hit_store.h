@@ -1,4 +1,4 @@
-// Step 6 of a frame for characters: stores hits as tasks find them, and writes them in key order at the end.
+// The hits of characters: stored as tasks find them, and written in key order at the end of the frame.
 #pragma once
 
 #include "engine/step/frame_context.h"

@@ -1,4 +1,4 @@
-// Steps 5 and 6 of a frame: reports candidates, and appends and sorts the hits of sequences.
+// Reports candidates, and appends and sorts the hits of sequences.
 #include "engine/hits/report.h"
 
 #include "engine/exact/touching_links.h"

@@ -1,4 +1,4 @@
-// Steps 5 and 6 of a frame: runs the exact test on overlapping leaf pairs, and writes hits and contacts.
+// Reports candidates: the exact test on overlapping leaf pairs, and the hits of those that touch.
 #pragma once
 
 #include "engine/hits/hit_store.h"

@@ -1,4 +1,4 @@
-// Step 4 of a frame for characters with strategy `links`: poses the leaves of overlapping links and tests their pairs.
+// Leaf pairs by strategy `links`: poses the leaves of overlapping links and tests their pairs.
 #include "engine/pairs/link_pairs.h"
 
 #include "engine/pairs/pair_block.h"

@@ -1,5 +1,5 @@
-// Step 4 of a frame for characters with strategy `links`: from links whose boxes overlap to their overlapping leaves.
-// The other instance of a candidate may have another strategy: its boxes are those of leaves, one each.
+// Leaf pairs by strategy `links`: from links whose boxes overlap to their overlapping leaves. The other instance of a
+// candidate may have another strategy: its boxes are those of leaves, one each.
 #pragma once
 
 #include "engine/step/candidate.h"

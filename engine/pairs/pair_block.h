@@ -1,5 +1,4 @@
-// Step 4 of a frame for characters: a block of up to sixteen pairs of boxes, pairs as lanes, which one kernel call
-// tests.
+// A block of up to sixteen pairs of boxes, pairs as lanes, which one kernel call tests.
 #pragma once
 
 #include "engine/pairs/posed_set.h"

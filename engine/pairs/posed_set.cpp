@@ -1,4 +1,4 @@
-// Step 3 of a frame for characters: the hash table, the tiles and the posing of a worker's set of instances.
+// The hash table, the tiles and the posing of a worker's set of instances.
 #include "engine/pairs/posed_set.h"
 
 #include "engine/step/generation.h"

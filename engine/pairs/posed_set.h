@@ -1,6 +1,6 @@
-// Step 3 of a frame for characters: poses the instances that a worker is about to test, and makes their boxes.
-// Step 1 keeps no boxes, only bounds. The boxes made here stay in cache until their pairs are tested, and an instance
-// without a candidate is not posed again.
+// Poses the instances that a worker is about to test, and makes their boxes. The step `bound` keeps no boxes, only
+// bounds. The boxes made here stay in cache until their pairs are tested, and an instance without a candidate is not
+// posed again.
 #pragma once
 
 #include "engine/step/candidate.h"

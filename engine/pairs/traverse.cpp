@@ -1,5 +1,5 @@
-// Step 4 of a frame for characters: traversal of node pairs (`tree`, `brute`) and comparison of leaf bounds (`rows`,
-// and `links` for the boxes of links).
+// Leaf pairs of posed candidates: traversal of node pairs (`tree`, `brute`) and comparison of leaf bounds (`rows`, and
+// `links` for the boxes of links).
 #include "engine/pairs/traverse.h"
 
 #include "engine/pairs/pair_block.h"

@@ -1,4 +1,4 @@
-// Step 4 of a frame for characters: from candidates to overlapping leaf pairs, sixteen pairs of boxes per kernel call.
+// From candidates to overlapping leaf pairs, sixteen pairs of boxes per kernel call.
 #pragma once
 
 #include "engine/step/frame_context.h"

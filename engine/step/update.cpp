@@ -1,4 +1,4 @@
-// Steps 1 and 3 of a frame for one tile: the posing and refit kernels, and which instances are masked.
+// One tile: the posing and refit kernels, and which instances are masked.
 #include "engine/step/update.h"
 
 #include "engine/step/pose_scratch.h"

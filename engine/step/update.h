@@ -1,4 +1,4 @@
-// Steps 1 and 3 of a frame for one tile: poses its leaf boxes, and refits its hierarchies.
+// Poses the leaf boxes of one tile, and refits its hierarchies.
 #pragma once
 
 #include "engine/step/candidate.h"

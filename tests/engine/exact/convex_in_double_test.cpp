@@ -83,7 +83,7 @@ TEST_CASE("in double few pairs with an ellipsoid stay undecided, however close t
 }
 
 TEST_CASE("in double GJK parts needles by a plane whose direction rounding has made shorter than their distance") {
-  // The first pair of "needles that part by a few millionths of a millionth" in exact_convex_test.cpp.
+  // The first pair of "needles that part by a few millionths of a millionth" in convex_test.cpp.
   const kernel::FloatMode mode;
   ConvexPart parts[2];
   parts[0] = {ShapeKind::kCylinder,
