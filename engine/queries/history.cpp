@@ -313,16 +313,16 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
         std::max<std::size_t>(batch.articulation->link_count, engine.past ? engine.past->links : 0);
     const std::size_t leaves =
         std::max<std::size_t>(batch.articulation->leaf_count, engine.past ? engine.past->leaves : 0);
-    PastRoomPtr room;
+    HistoryMemoryPtr memory;
     if (!engine.past || engine.past->links < links || engine.past->leaves < leaves)
-      room = make_past_room(links, leaves, engine.pool.workers.size(), engine.allocator);
+      memory = make_history_memory(links, leaves, engine.pool.workers.size(), engine.allocator);
     const std::size_t index = free_slot(engine.allocator, engine.histories);
     if (index == kMaxHistories) {
       engine.histories.pop_back();
       return Status::kTooManyInstances;
     }
-    (room ? room : engine.past)->asked.reserve(engine.histories.size());
-    if (room) engine.past = std::move(room);
+    (memory ? memory : engine.past)->asked.reserve(engine.histories.size());
+    if (memory) engine.past = std::move(memory);
     fill_slot(std::move(made), engine.histories[index]);
     out->value = id_of(index, engine, engine.histories);
     return Status::kOk;

@@ -226,13 +226,13 @@ bool collect_candidates(const QueryRun& run, std::uint32_t number) {
   FixedList<PastCandidate>& candidates = run.past->candidates;
   const std::uint32_t size = candidates.size;
   const QueryStats counted = run.own.stats;
-  HitRoom room({}, 0);
+  HitBuffer buffer({}, 0);
   bool has_room = true;
   for_each_history(run, query.time, [&](std::uint32_t h, const HistoryMoment& moment) {
     if (!has_room) return;
     run.own.stats.clamped += moment.is_clamped;
     const QueryRun in = run.in(*moment.index);
-    LinkHits none(in, query, number, room);
+    LinkHits none(in, query, number, buffer);
     with_probe(in, query, none, [&](auto& probe) {
       has_room = walk_history(in, number, h, moment, probe, [&](const PastCandidate& one) {
         if (candidates.size == candidates.capacity) return false;

@@ -1,9 +1,9 @@
-// run_queries: the index of all instances, then the queries in goes of as many as there is room for.
+// run_queries: the index of all instances, then the queries in chunks of as many as there is memory for.
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/world_bounds.h"
 #include "engine/broad_phase/z_order.h"
+#include "engine/queries/interleaved.h"
 #include "engine/queries/past.h"
-#include "engine/queries/together.h"
 #include "engine/queries/validate_queries.h"
 #include "engine/session/call.h"
 #include "engine/session/rest.h"
@@ -22,11 +22,11 @@ namespace {
 
 constexpr std::uint32_t kTilesPerTask = 8;
 
-// A worker takes so many tasks of a go, unless they would have fewer or more queries than this.
+// A worker takes so many tasks of a chunk, unless they would have fewer or more queries than this.
 constexpr std::uint32_t kTasksPerWorker = 8, kLeastQueriesPerTask = 8, kMostQueriesPerTask = 64;
 constexpr std::uint32_t kPrefetched = 4;  // how many queries ahead one is prefetched
 
-// Queries are put in order along the curve if a go has more than this.
+// Queries are put in order along the curve if a chunk has more than this.
 constexpr std::uint32_t kQueriesInAnyOrder = 64;
 
 // Up to this many instances and queries the calling thread works alone.
@@ -38,7 +38,7 @@ constexpr std::size_t kQueriesUnsorted = 64;
 
 // --------------------------------------------------------------------------------------------------------- checks
 
-// Checks the histories, and lists them in PastRoom::asked.
+// Checks the histories, and lists them in HistoryMemory::asked.
 Status bind_histories(Engine& engine, Span<const HistoryId> histories) {
   if (engine.past) engine.past->asked.clear();
   if (histories.size && !histories.data) return Status::kUnknownHistory;
@@ -129,9 +129,9 @@ bool has_index(const Engine& engine, const QueryJob& job) {
 }
 
 void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) {
-  QueryRoom& room = *engine.queries;
-  QueryIndex& index = room.index;
-  QueryStats& stats = room.workers[0]->stats;
+  QueryMemory& memory = *engine.queries;
+  QueryIndex& index = memory.index;
+  QueryStats& stats = memory.workers[0]->stats;
   index.of_frame = 0;  // until it is made: a call that fails leaves no index
   {
     const Timed timed(stats.seconds_bound);
@@ -150,7 +150,7 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
                                   [&](std::uint32_t task, std::uint32_t w) {
                                     const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
                                     for (std::uint32_t tile = task * kTilesPerTask; tile < end; ++tile)
-                                      bound_tile(frame, slot, tile, engine.pool[w].pose, *room.workers[w], index);
+                                      bound_tile(frame, slot, tile, engine.pool[w].pose, *memory.workers[w], index);
                                   });
     }
   }
@@ -162,19 +162,19 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
 // -------------------------------------------------------------------------------------------------------- queries
 
 // The queries of a job from `first` on that are answered together.
-struct Go {
+struct Chunk {
   const FrameContext& frame;
   const QueryJob& job;
-  QueryRoom& room;
+  QueryMemory& memory;
   WorkerPool& pool;
-  const PastRoom* past;  // null if the job has no histories
+  const HistoryMemory* past;  // null if the job has no histories
   bool asks_static;
   std::size_t first;
   std::uint32_t count;
 
   // Queries about the past are posed for together, so their tasks do not depend on the number of workers.
   std::uint32_t queries_per_task() const {
-    const std::uint32_t each = count / (kTasksPerWorker * static_cast<std::uint32_t>(room.workers.size()));
+    const std::uint32_t each = count / (kTasksPerWorker * static_cast<std::uint32_t>(memory.workers.size()));
     return past ? kMostQueriesPerTask : std::clamp(each, kLeastQueriesPerTask, kMostQueriesPerTask);
   }
   std::uint32_t task_count() const { return (count + queries_per_task() - 1) / queries_per_task(); }
@@ -183,11 +183,11 @@ struct Go {
   QueryRun run(std::uint32_t worker) const {
     const Span<const StoredHistory* const> asked = {past ? past->asked.data() : nullptr, past ? past->asked.size() : 0};
     return {frame,
-            room.index,
+            memory.index,
             job,
             pool[worker].pose,
             pool[worker].exact,
-            *room.workers[worker],
+            *memory.workers[worker],
             asks_static,
             asked,
             past ? past->workers[worker].get() : nullptr};
@@ -204,8 +204,8 @@ struct Collected {
 QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, Collected& collected) {
   const Query& query = run.job.queries[number];
   const std::size_t wanted = query.want == QueryWant::kAny ? 0 : query.want == QueryWant::kAll ? query.max_hits : 1;
-  HitRoom room(to, wanted);
-  LinkHits hits(run, query, static_cast<std::uint32_t>(number), room);
+  HitBuffer buffer(to, wanted);
+  LinkHits hits(run, query, static_cast<std::uint32_t>(number), buffer);
   const auto at = static_cast<std::uint32_t>(number);
   if (query.time == kNow || run.asks_static)
     with_probe(run, query, hits, [&](auto& probe) { search_index(run, query, probe); });
@@ -214,64 +214,66 @@ QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, C
   else if (query.time != kNow && !run.asked.empty())
     answer_alone(run, at, hits);
   hits.end();
-  if (room.is_complete()) room.sort();
-  return {0, 0, static_cast<std::uint32_t>(room.count()), room.is_complete(), hits.is_found()};
+  if (buffer.is_complete()) buffer.sort();
+  return {0, 0, static_cast<std::uint32_t>(buffer.count()), buffer.is_complete(), hits.is_found()};
 }
 
-// Puts the queries of a go in the order of the index's curve, so that those that follow each other meet the same
+// Puts the queries of a chunk in the order of the index's curve, so that those that follow each other meet the same
 // instances.
-void order_queries(const Go& go) {
-  const QueryIndex& index = go.room.index;
-  const bool is_ordered = go.count > kQueriesInAnyOrder && index.levels > 0;
-  go.pool.tasks->for_each(go.task_count(), [&](std::uint32_t task, std::uint32_t) {
-    for (std::uint32_t i = go.begin_of(task); i < go.begin_of(task + 1); ++i)
-      go.room.order[i] = {is_ordered ? curve_key(index, go.job.queries[go.first + i].position) : 0, i};
+void order_queries(const Chunk& chunk) {
+  const QueryIndex& index = chunk.memory.index;
+  const bool is_ordered = chunk.count > kQueriesInAnyOrder && index.levels > 0;
+  chunk.pool.tasks->for_each(chunk.task_count(), [&](std::uint32_t task, std::uint32_t) {
+    for (std::uint32_t i = chunk.begin_of(task); i < chunk.begin_of(task + 1); ++i)
+      chunk.memory.order[i] = {is_ordered ? curve_key(index, chunk.job.queries[chunk.first + i].position) : 0, i};
   });
-  if (is_ordered) sort_by_key({go.room.order.data, go.count}, {go.room.other_order.data, go.count});
+  if (is_ordered) sort_by_key({chunk.memory.order.data, chunk.count}, {chunk.memory.other_order.data, chunk.count});
 }
 
 // Keeps the result of a query, whose hits begin at `begin` of the worker's if they are there.
-void keep_result(const Go& go, std::uint32_t query, std::uint32_t w, std::uint32_t begin, const QueryResult& result) {
-  QueryResult& kept = go.room.results[query];
+void keep_result(const Chunk& chunk, std::uint32_t query, std::uint32_t w, std::uint32_t begin,
+                 const QueryResult& result) {
+  QueryResult& kept = chunk.memory.results[query];
   kept = result;
   kept.worker = w;
   kept.begin = begin;
-  if (!go.job.found.empty()) go.job.found[go.first + query] = result.is_found;
+  if (!chunk.job.found.empty()) chunk.job.found[chunk.first + query] = result.is_found;
 }
 
 // Prefetches queries that are asked soon.
-void prefetch_queries(const Go& go, std::uint32_t place, std::uint32_t count) {
-  for (; count > 0 && place < go.count; ++place, --count)
-    prefetch(&go.job.queries[go.first + go.room.order[place].number], sizeof(Query));
+void prefetch_queries(const Chunk& chunk, std::uint32_t place, std::uint32_t count) {
+  for (; count > 0 && place < chunk.count; ++place, --count)
+    prefetch(&chunk.job.queries[chunk.first + chunk.memory.order[place].number], sizeof(Query));
 }
 
-// Answers the query in a place of the order, and keeps its hits if the worker has room.
-void answer_in_order(const Go& go, const QueryRun& run, std::uint32_t place, std::uint32_t w, Collected& collected) {
+// Answers the query in a place of the order, and keeps its hits if the worker has memory.
+void answer_in_order(const Chunk& chunk, const QueryRun& run, std::uint32_t place, std::uint32_t w,
+                     Collected& collected) {
   FixedList<QueryHit>& hits = run.own.hits;
-  prefetch_queries(go, place + kPrefetched, 1);
-  const std::uint32_t query = go.room.order[place].number;
-  const QueryResult result = answer(run, go.first + query, {hits.end(), hits.capacity - hits.size}, collected);
-  keep_result(go, query, w, hits.size, result);
+  prefetch_queries(chunk, place + kPrefetched, 1);
+  const std::uint32_t query = chunk.memory.order[place].number;
+  const QueryResult result = answer(run, chunk.first + query, {hits.end(), hits.capacity - hits.size}, collected);
+  keep_result(chunk, query, w, hits.size, result);
   if (result.is_stored) hits.size += result.count;
 }
 
-// Answers the queries from a place of the order on that go together, if there are several. Returns how many.
-std::uint32_t answer_some_together(const Go& go, const QueryRun& run, std::uint32_t place, std::uint32_t end,
-                                   std::uint32_t w) {
-  std::uint32_t numbers[kTogether], count = 0;
+// Answers the queries from a place of the order on that can be interleaved, if there are several. Returns how many.
+std::uint32_t answer_interleaved(const Chunk& chunk, const QueryRun& run, std::uint32_t place, std::uint32_t end,
+                                 std::uint32_t w) {
+  std::uint32_t numbers[kInterleaved], count = 0;
   const Query* first = nullptr;
-  for (; count < kTogether && place + count < end; ++count) {
-    numbers[count] = static_cast<std::uint32_t>(go.first + go.room.order[place + count].number);
-    const Query& query = go.job.queries[numbers[count]];
+  for (; count < kInterleaved && place + count < end; ++count) {
+    numbers[count] = static_cast<std::uint32_t>(chunk.first + chunk.memory.order[place + count].number);
+    const Query& query = chunk.job.queries[numbers[count]];
     if (!first) first = &query;
-    if (!goes_together(query) || query.kind != first->kind) break;
+    if (!may_be_interleaved(query) || query.kind != first->kind) break;
   }
   if (count < 2) return 0;
-  prefetch_queries(go, place + count, kTogether);
+  prefetch_queries(chunk, place + count, kInterleaved);
   FixedList<QueryHit>& hits = run.own.hits;
   const auto take = [&](std::uint32_t i, const QueryResult& result) {
     const std::uint32_t stored = result.is_stored ? result.count : 0;
-    keep_result(go, static_cast<std::uint32_t>(numbers[i] - go.first), w, hits.size - stored, result);
+    keep_result(chunk, static_cast<std::uint32_t>(numbers[i] - chunk.first), w, hits.size - stored, result);
   };
   if (first->kind == QueryKind::kRay)
     answer_together<RayQuery>(run, {numbers, count}, hits, take);
@@ -282,18 +284,18 @@ std::uint32_t answer_some_together(const Go& go, const QueryRun& run, std::uint3
 
 // Answers the queries of one task: first the instances of the past are collected and posed that as many of them meet as
 // there is room for, then these queries are answered one after the other.
-void answer_task(const Go& go, std::uint32_t task, std::uint32_t w) {
-  const QueryRun run = go.run(w);
+void answer_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
+  const QueryRun run = chunk.run(w);
   const Timed timed(run.own.stats.seconds_search);
-  const std::uint32_t end = go.begin_of(task + 1);
-  for (std::uint32_t begin = go.begin_of(task); begin < end;) {
+  const std::uint32_t end = chunk.begin_of(task + 1);
+  for (std::uint32_t begin = chunk.begin_of(task); begin < end;) {
     Collected collected;
     std::uint32_t last = end;
     if (!run.asked.empty()) {
       clear_candidates(*run.past);
       const auto fits = [&](std::uint32_t place) {
-        const auto number = static_cast<std::uint32_t>(go.first + go.room.order[place].number);
-        return go.job.queries[number].time == kNow || collect_candidates(run, number);
+        const auto number = static_cast<std::uint32_t>(chunk.first + chunk.memory.order[place].number);
+        return chunk.job.queries[number].time == kNow || collect_candidates(run, number);
       };
       for (last = begin; last < end && fits(last);) ++last;
       pose_candidates(run);
@@ -301,58 +303,58 @@ void answer_task(const Go& go, std::uint32_t task, std::uint32_t w) {
       last = std::max(last, begin + 1);
     }
     while (begin < last) {
-      const std::uint32_t answered = answer_some_together(go, run, begin, last, w);
-      if (answered == 0) answer_in_order(go, run, begin, w, collected);
+      const std::uint32_t answered = answer_interleaved(chunk, run, begin, last, w);
+      if (answered == 0) answer_in_order(chunk, run, begin, w, collected);
       begin += std::max(answered, 1u);
     }
   }
 }
 
 // Writes the hits of the queries of one task to the job's. Those for which the worker had no room are found again.
-void write_task(const Go& go, std::uint32_t task, std::uint32_t w) {
-  const QueryRun run = go.run(w);
+void write_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
+  const QueryRun run = chunk.run(w);
   const QueryStats counted = run.own.stats;
   Collected not_collected;
-  const std::uint32_t end = go.begin_of(task + 1);
-  for (std::uint32_t query = go.begin_of(task); query < end; ++query) {
-    const QueryResult& result = go.room.results[query];
-    QueryHit* const to = go.job.hits.data + go.room.hit_begin[query];
+  const std::uint32_t end = chunk.begin_of(task + 1);
+  for (std::uint32_t query = chunk.begin_of(task); query < end; ++query) {
+    const QueryResult& result = chunk.memory.results[query];
+    QueryHit* const to = chunk.job.hits.data + chunk.memory.hit_begin[query];
     if (result.is_stored)
-      std::copy_n(go.room.workers[result.worker]->hits.data + result.begin, result.count, to);
+      std::copy_n(chunk.memory.workers[result.worker]->hits.data + result.begin, result.count, to);
     else
-      answer(run, go.first + query, {to, result.count}, not_collected);
+      answer(run, chunk.first + query, {to, result.count}, not_collected);
   }
   run.own.stats = counted;  // by answer_task
 }
 
-void run_go(const Go& go, QueryJob& job) {
-  for (const auto& worker : go.room.workers) worker->hits.clear();
-  order_queries(go);
-  const std::uint32_t tasks = go.task_count();
-  go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { answer_task(go, task, w); });
-  for (std::uint32_t query = 0; query < go.count; ++query) {
-    go.room.hit_begin[query] = job.hits_needed;
-    job.hits_needed += go.room.results[query].count;
+void run_chunk(const Chunk& chunk, QueryJob& job) {
+  for (const auto& worker : chunk.memory.workers) worker->hits.clear();
+  order_queries(chunk);
+  const std::uint32_t tasks = chunk.task_count();
+  chunk.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { answer_task(chunk, task, w); });
+  for (std::uint32_t query = 0; query < chunk.count; ++query) {
+    chunk.memory.hit_begin[query] = job.hits_needed;
+    job.hits_needed += chunk.memory.results[query].count;
   }
   if (job.hits_needed <= job.hits.size)
-    go.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { write_task(go, task, w); });
+    chunk.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { write_task(chunk, task, w); });
 }
 
-// Answers all queries of a job, as many in a go as are likely to have so few hits that these stay in cache until they
-// are written, and that workers have room for.
-void run_goes(const FrameContext& frame, Engine& engine, bool asks_static, QueryJob& job) {
+// Answers all queries of a job, as many in a chunk as are likely to have so few hits that these stay in cache until
+// they are written, and that workers have room for.
+void run_chunks(const FrameContext& frame, Engine& engine, bool asks_static, QueryJob& job) {
   constexpr std::size_t kFirst = 512, kHitsInCache = 16384;
-  QueryRoom& room = *engine.queries;
-  const PastRoom* const past = job.histories.empty() ? nullptr : engine.past.get();
-  const std::size_t least = std::min<std::size_t>(room.queries, kQueriesInAnyOrder);
-  const std::size_t most_hits = std::min(kHitsInCache, std::size_t{room.workers[0]->hits.capacity} / 2);
-  std::size_t most = std::min(room.queries, kFirst);
+  QueryMemory& memory = *engine.queries;
+  const HistoryMemory* const past = job.histories.empty() ? nullptr : engine.past.get();
+  const std::size_t least = std::min<std::size_t>(memory.queries, kQueriesInAnyOrder);
+  const std::size_t most_hits = std::min(kHitsInCache, std::size_t{memory.workers[0]->hits.capacity} / 2);
+  std::size_t most = std::min(memory.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
     const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
     const std::size_t before = job.hits_needed;
-    run_go({frame, job, room, engine.pool, past, asks_static, first, count}, job);
+    run_chunk({frame, job, memory, engine.pool, past, asks_static, first, count}, job);
     const std::size_t hits = std::max<std::size_t>(job.hits_needed - before, 1);
-    most = std::clamp(count * most_hits / hits, least, std::min(2 * most, room.queries));
+    most = std::clamp(count * most_hits / hits, least, std::min(2 * most, memory.queries));
     first += count;
   }
 }
@@ -378,10 +380,10 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   const Profiled profiled(engine.profiler, "queries", 0);
-  if (!engine.queries) return Status::kNoQueryRoom;
+  if (!engine.queries) return Status::kNoQueryMemory;
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
   if (const Status status = validate(engine, job); status != Status::kOk) return status;
-  QueryRoom& room = *engine.queries;
+  QueryMemory& memory = *engine.queries;
   std::size_t given = 0;
   bool asks_static = false;
   for (const BatchInput& input : job.inputs) {
@@ -390,7 +392,7 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
     batch.margins = {};
     given += given_count(batch);
   }
-  for (const auto& worker : room.workers) {
+  for (const auto& worker : memory.workers) {
     worker->stats = {};
     forget_clusters(worker->posed);
   }
@@ -400,11 +402,11 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
   if (!has_index(engine, job)) make_index(engine, frame, job);
   job.hits_needed = 0;
-  run_goes(frame, engine, asks_static, job);
+  run_chunks(frame, engine, asks_static, job);
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
   job.hit_count = status == Status::kOk ? job.hits_needed : 0;
   job.stats = {};
-  for (const auto& worker : room.workers) add_stats(job.stats, worker->stats);
+  for (const auto& worker : memory.workers) add_stats(job.stats, worker->stats);
   job.stats.seconds_total = seconds_since(start);
   return status;
 } catch (const std::exception&) { return status_of_exception(); }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "engine/exact/convex_queues.h"
-#include "engine/queries/hit_room.h"
-#include "engine/queries/past_room.h"
-#include "engine/queries/query_room.h"
+#include "engine/queries/history_memory.h"
+#include "engine/queries/hit_buffer.h"
+#include "engine/queries/query_memory.h"
 #include "engine/step/pose_scratch.h"
 #include "kernels/query_boxes.h"
 #include "kernels/vec3.h"
@@ -74,7 +74,7 @@ struct PosedInstance {
 // The exact shapes of a leaf, posed.
 LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf);
 
-// Where the leaf boxes of a posed tile go, with leaves as lanes: those of lane i begin at boxes[i *
+// Where the leaf boxes of a posed tile chunk, with leaves as lanes: those of lane i begin at boxes[i *
 // tile_count(leaves)].
 struct PosedLanes {
   BoxTile* boxes;
@@ -208,8 +208,8 @@ inline std::array<float, 3> floats(const kernel::Vec3<double>& v) {
 // Collects the hits of one query, one per link.
 class LinkHits {
  public:
-  LinkHits(const QueryRun& run, const Query& query, std::uint32_t number, HitRoom& room)
-      : run_(run), query_(query), number_(number), room_(room) {}
+  LinkHits(const QueryRun& run, const Query& query, std::uint32_t number, HitBuffer& buffer)
+      : run_(run), query_(query), number_(number), buffer_(buffer) {}
 
   // A leaf that the query meets, or a part of one.
   void add(const PosedInstance& one, std::uint32_t leaf, float distance, const std::array<float, 3>& point,
@@ -233,7 +233,7 @@ class LinkHits {
     if (query_.want == QueryWant::kClosest) {
       if (is_first || is_nearer(hit, closest_)) closest_ = hit;
     } else if (articulation.leaves_by_link && run_.job.exact == Exact::kNone) {
-      room_.add(hit);  // a link has one leaf, and that is added once
+      buffer_.add(hit);  // a link has one leaf, and that is added once
     } else {
       add_to_link(hit);
     }
@@ -244,24 +244,24 @@ class LinkHits {
     FixedList<QueryHit>& hits = run_.own.of_instance;
     for (const QueryHit& hit : hits) {
       run_.own.at_link[hit.link] = 0;
-      room_.add(hit);
+      buffer_.add(hit);
     }
     hits.clear();
   }
 
   // Ends the query.
   void end() {
-    if (query_.want == QueryWant::kClosest && is_found_) room_.add(closest_);
+    if (query_.want == QueryWant::kClosest && is_found_) buffer_.add(closest_);
   }
 
   bool is_found() const { return is_found_; }
   bool is_done() const { return is_found_ && query_.want == QueryWant::kAny; }
 
   // Whether hits that come behind all others are not wanted any more.
-  bool has_all_wanted() const { return query_.want == QueryWant::kAll ? room_.has_all_wanted() : is_found_; }
+  bool has_all_wanted() const { return query_.want == QueryWant::kAll ? buffer_.has_all_wanted() : is_found_; }
 
   // No link that is farther is wanted any more.
-  float most() const { return query_.want == QueryWant::kAll ? room_.most() : nearest_; }
+  float most() const { return query_.want == QueryWant::kAll ? buffer_.most() : nearest_; }
 
  private:
   // Of two hits of one link the one of the lower leaf counts, if they are equally near.
@@ -283,7 +283,7 @@ class LinkHits {
   const QueryRun& run_;
   const Query& query_;
   std::uint32_t number_;
-  HitRoom& room_;
+  HitBuffer& buffer_;
   bool is_found_ = false;
   float nearest_ = std::numeric_limits<float>::infinity();
   QueryHit closest_;  // of kClosest, if one is found

@@ -46,7 +46,7 @@ struct MemoryNeeds {
   std::size_t batch_slots = 0;          // in use or not
   std::size_t crowd_words = 0;          // LeafWords of all characters that a crowd takes
   std::size_t hits = 0;                 // of a frame, that are reserved
-  std::size_t queries = 0;              // of one go of run_queries
+  std::size_t queries = 0;              // of one chunk of run_queries
   bool several_leaves = false;          // whether a link of a character has several leaves
   bool large = false;                   // whether a character is_large
 };
@@ -71,13 +71,13 @@ using FrameInProgressPtr = std::unique_ptr<FrameInProgress, FrameInProgressDelet
 FrameInProgressPtr make_frame_in_progress(std::uint32_t workers);
 
 // The memory of run_queries, and what an engine remembers of the past (engine/queries).
-struct QueryRoom;
-struct QueryRoomDelete {
-  void operator()(QueryRoom* room) const;
+struct QueryMemory;
+struct QueryMemoryDelete {
+  void operator()(QueryMemory* memory) const;
 };
-using QueryRoomPtr = std::unique_ptr<QueryRoom, QueryRoomDelete>;
-// Makes room for goes of MemoryNeeds::queries queries. Throws std::bad_alloc.
-QueryRoomPtr make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator);
+using QueryMemoryPtr = std::unique_ptr<QueryMemory, QueryMemoryDelete>;
+// Makes memory for chunks of MemoryNeeds::queries queries. Throws std::bad_alloc.
+QueryMemoryPtr make_query_memory(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator);
 
 struct StoredHistory;
 struct StoredHistoryDelete {
@@ -85,11 +85,11 @@ struct StoredHistoryDelete {
 };
 using StoredHistoryPtr = std::unique_ptr<StoredHistory, StoredHistoryDelete>;
 
-struct PastRoom;
-struct PastRoomDelete {
-  void operator()(PastRoom* room) const;
+struct HistoryMemory;
+struct HistoryMemoryDelete {
+  void operator()(HistoryMemory* memory) const;
 };
-using PastRoomPtr = std::unique_ptr<PastRoom, PastRoomDelete>;
+using HistoryMemoryPtr = std::unique_ptr<HistoryMemory, HistoryMemoryDelete>;
 
 // How many bytes they take.
 std::size_t query_bytes(const Engine& engine);
@@ -111,9 +111,9 @@ struct Engine {
   RestState rest;
   std::atomic<std::uint64_t> frames_failed{0};  // how many answered anything but kOk
   std::uint64_t bounds_of_frame = 1;            // number of the last frame, or of what has changed bounds since
-  QueryRoomPtr queries;                         // null until reserve asks for it
+  QueryMemoryPtr queries;                       // null until reserve asks for it
   std::vector<StoredHistoryPtr> histories;      // by slot - 1
-  PastRoomPtr past;                             // null until there is a history
+  HistoryMemoryPtr past;                        // null until there is a history
   MemoryNeeds sized;                            // what the memory suffices for
   std::unique_ptr<Arena>
       shared_arena;  // owns the rows of the crowd, bits of pairs and rules, the words of the hit store

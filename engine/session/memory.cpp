@@ -165,7 +165,7 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   Crowd crowd;
   size_crowd(needs.character_instances ? needs.character_tiles : 0, needs.crowd_words, *shared, crowd);
   crowd.frames = engine.crowd.frames + 1;  // no batch has rows in the new memory
-  if (needs.queries) engine.queries = make_query_room(needs, workers.size(), engine.allocator);
+  if (needs.queries) engine.queries = make_query_memory(needs, workers.size(), engine.allocator);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
   engine.shared_arena = std::move(shared);

@@ -106,7 +106,7 @@ const char* to_string(Status status) noexcept {
     case Status::kUnsortedHits: return "a list of hits has a size and no data, or is not in the order of run_frame";
     case Status::kBadQuery:
       return "a query has a value of no enumeration, a number that is not finite or out of range, or no direction";
-    case Status::kNoQueryRoom: return "reserve has made no room for queries";
+    case Status::kNoQueryMemory: return "reserve has made no memory for queries";
     case Status::kBadTicks: return "ticks must be 1 to 65536";
     case Status::kUnknownHistory: return "the history id is not one of this engine, or is of one that was removed";
     case Status::kHistoryGivenTwice: return "histories holds two histories of the same batch";

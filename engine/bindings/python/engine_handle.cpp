@@ -14,7 +14,7 @@ namespace cab::python {
 namespace {
 
 // How many queries are worked on at a time: more take more memory and hardly less time.
-constexpr std::uint32_t kMostQueryRoom = 4096;
+constexpr std::uint32_t kMostQueryMemory = 4096;
 
 Isa isa_of(const std::string& name) {
   for (std::uint32_t value = 0; value < kIsaCount; ++value)
@@ -367,7 +367,7 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
   job.reuse_bounds = reuse_bounds;
   job.bad_query = job.queries.size;
 
-  const auto wanted_room = static_cast<std::uint32_t>(std::clamp<std::size_t>(job.queries.size, 64, kMostQueryRoom));
+  const auto wanted_room = static_cast<std::uint32_t>(std::clamp<std::size_t>(job.queries.size, 64, kMostQueryMemory));
   if (wanted_room > query_room_) {
     const Status status = changing([&] { return cab::reserve(*held, {0, 0, wanted_room, 0}); });
     require(status);

@@ -761,7 +761,7 @@ export class World {
         structs_.view.setUint32(at + structs.QueryJob.members.hits.at, this.#found.at, true);
         structs_.view.setUint32(at + structs.QueryJob.members.hits.at + 4, this.#found.room, true);
         code = this.#exports.cab_run_queries(engine, at);
-        if (code === enums.Status.values.no_query_room) {
+        if (code === enums.Status.values.no_query_memory) {
           structs_.check(this.#exports.cab_reserve(engine, structs_.make('ReserveDesc', {queries: 256})));
         } else if (code === enums.Status.values.hits_overflow) {
           const needed = structs_.member('QueryJob', 'hitsNeeded', at), room = needed + (needed >> 1) + 64;

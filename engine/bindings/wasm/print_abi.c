@@ -449,7 +449,7 @@ int main(void) {
   printf("    tasks_left: %d,\n", (int)CAB_STATUS_TASKS_LEFT);
   printf("    unsorted_hits: %d,\n", (int)CAB_STATUS_UNSORTED_HITS);
   printf("    bad_query: %d,\n", (int)CAB_STATUS_BAD_QUERY);
-  printf("    no_query_room: %d,\n", (int)CAB_STATUS_NO_QUERY_ROOM);
+  printf("    no_query_memory: %d,\n", (int)CAB_STATUS_NO_QUERY_MEMORY);
   printf("    bad_ticks: %d,\n", (int)CAB_STATUS_BAD_TICKS);
   printf("    unknown_history: %d,\n", (int)CAB_STATUS_UNKNOWN_HISTORY);
   printf("    history_given_twice: %d,\n", (int)CAB_STATUS_HISTORY_GIVEN_TWICE);

@@ -162,7 +162,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
-// goes.
+// chunks.
 // Cost: the work between two steps, such as laying out strips. Statuses: kNoFrame, kBadOutput (count is
 // null), kTasksLeft. Thread: any, one at a time, after run_task has returned for all tasks.
 [[nodiscard]] CAB_API Status next_tasks(Engine& engine, std::uint32_t* count) noexcept;
@@ -199,7 +199,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with
 // reuse_bounds only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes the room.
-// Statuses: kBusy, kNoQueryRoom, kUnknownBatch (also for inputs without data), kBadBatchKind (a sequence),
+// Statuses: kBusy, kNoQueryMemory, kUnknownBatch (also for inputs without data), kBadBatchKind (a sequence),
 // kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
 // kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadQuery, kExactNotBuilt (exact is
 // neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found

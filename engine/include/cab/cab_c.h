@@ -437,7 +437,7 @@ enum {
   CAB_STATUS_UNSORTED_HITS = 69,   // a list of hits has a size and no data, or is not in the order of cab_run_frame
   // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
   CAB_STATUS_BAD_QUERY = 70,
-  CAB_STATUS_NO_QUERY_ROOM = 71,        // reserve has made no room for queries
+  CAB_STATUS_NO_QUERY_MEMORY = 71,      // reserve has made no memory for queries
   CAB_STATUS_BAD_TICKS = 72,            // ticks must be 1 to 65536
   CAB_STATUS_UNKNOWN_HISTORY = 73,      // the history id is not one of this engine, or is of one that was removed
   CAB_STATUS_HISTORY_GIVEN_TWICE = 74,  // histories holds two histories of the same batch
@@ -784,7 +784,7 @@ typedef struct cab_BatchInfo {
 typedef struct cab_ReserveDesc {
   uint32_t batches;     // most batches at a time
   uint32_t characters;  // most instances of all batches of characters together
-  uint32_t queries;     // how many queries cab_run_queries works on at a time, in as many goes as it takes
+  uint32_t queries;     // queries that cab_run_queries answers per chunk; larger jobs are split
   // Most hits of characters in one frame. A frame with more hits than any before it allocates unless they are reserved
   // (docs/embedding.md, Memory). Hits of sequences need no memory of the engine.
   uint32_t hits;
@@ -1598,7 +1598,7 @@ CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
-// goes.
+// chunks.
 // Cost: the work between two steps, such as laying out strips. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_OUTPUT
 // (count is null), CAB_STATUS_TASKS_LEFT. Thread: any, one at a time, after cab_run_task has returned for all tasks.
 CAB_API cab_Status cab_next_tasks(cab_Engine* engine, uint32_t* count);
@@ -1638,7 +1638,7 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // to float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with
 // reuse_bounds only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes the
-// room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_ROOM, CAB_STATUS_UNKNOWN_BATCH (also for inputs without data),
+// room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, CAB_STATUS_UNKNOWN_BATCH (also for inputs without data),
 // CAB_STATUS_BAD_BATCH_KIND (a sequence), CAB_STATUS_BATCH_GIVEN_TWICE, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES,
 // CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS,
 // CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,

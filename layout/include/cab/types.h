@@ -112,9 +112,9 @@ enum class Status : std::int32_t {
   kBadTask,        // task or worker is out of range or in use, or the task has been run before
   kTasksLeft,      // not all tasks have been run
   kUnsortedHits,   // a list of hits has a size and no data, or is not in the order of run_frame
-  kBadQuery,     // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
-  kNoQueryRoom,  // reserve has made no room for queries
-  kBadTicks,     // ticks must be 1 to 65536
+  kBadQuery,  // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
+  kNoQueryMemory,      // reserve has made no memory for queries
+  kBadTicks,           // ticks must be 1 to 65536
   kUnknownHistory,     // the history id is not one of this engine, or is of one that was removed
   kHistoryGivenTwice,  // histories holds two histories of the same batch
   kBadTime,            // a time must be finite, and later than those that the history has
@@ -447,7 +447,7 @@ struct BatchInfo {
 struct ReserveDesc {
   std::uint32_t batches = 0;     // most batches at a time
   std::uint32_t characters = 0;  // most instances of all batches of characters together
-  std::uint32_t queries = 0;     // how many queries run_queries works on at a time, in as many goes as it takes
+  std::uint32_t queries = 0;     // queries that run_queries answers per chunk; larger jobs are split
   // Most hits of characters in one frame. A frame with more hits than any before it allocates unless they are reserved
   // (docs/embedding.md, Memory). Hits of sequences need no memory of the engine.
   std::uint32_t hits = 0;

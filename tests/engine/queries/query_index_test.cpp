@@ -2,7 +2,7 @@
 // same whether it is sorted or not, but for its order.
 #include "engine/queries/query_index.h"
 
-#include "engine/queries/query_room.h"
+#include "engine/queries/query_memory.h"
 #include "engine/session/engine.h"
 #include "perf/oracle/random_world.h"
 #include "tests/rounds.h"

@@ -2,7 +2,7 @@
 // Every world is made from one seed, which is printed where a check fails. CAB_TEST_SEED=N runs the world of that seed
 // alone. CAB_TEST_ROUNDS says how many worlds run (tests/rounds.h).
 #include "engine/frame/all_pairs.h"
-#include "engine/queries/query_room.h"
+#include "engine/queries/query_memory.h"
 #include "engine/session/engine.h"
 #include "perf/oracle/query_judge.h"
 #include "perf/oracle/random_queries.h"
@@ -1182,7 +1182,7 @@ TEST_CASE("queries: every other input that is bad is refused by its status, and 
     CHECK(refusal.is_untouched());
   }
   Refusal no_room(0);
-  CHECK(no_room.run() == Status::kNoQueryRoom);
+  CHECK(no_room.run() == Status::kNoQueryMemory);
   CHECK(no_room.is_untouched());
 
   // While a frame runs, the engine is busy.

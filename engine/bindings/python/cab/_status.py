@@ -79,7 +79,7 @@ class Status(enum.IntEnum):
     TASKS_LEFT = enum.auto()
     UNSORTED_HITS = enum.auto()
     BAD_QUERY = enum.auto()
-    NO_QUERY_ROOM = enum.auto()
+    NO_QUERY_MEMORY = enum.auto()
     BAD_TICKS = enum.auto()
     UNKNOWN_HISTORY = enum.auto()
     HISTORY_GIVEN_TWICE = enum.auto()

@@ -1,5 +1,5 @@
-// Where the hits of one query go, against all of them sorted.
-#include "engine/queries/hit_room.h"
+// Where the hits of one query chunk, against all of them sorted.
+#include "engine/queries/hit_buffer.h"
 
 #include "perf/oracle/random.h"
 #include "tests/rounds.h"
@@ -49,7 +49,7 @@ TEST_CASE("hit room: the first hits are kept, as many as are wanted, whatever or
     const std::uint32_t wanted = random.chance(0.2) ? ~0u : random.index(12), places = random.index(45);
     std::vector<QueryHit> room(places + 1);
     room[places].query = 77;  // behind the room
-    HitRoom kept({room.data(), places}, wanted);
+    HitBuffer kept({room.data(), places}, wanted);
     std::vector<QueryHit> sorted;
     for (const QueryHit& hit : hits) {
       CHECK(kept.has_all_wanted() == (sorted.size() >= wanted));
@@ -88,8 +88,8 @@ TEST_CASE("hit room: hits are in the order of distance, batch, instance and link
 }
 
 TEST_CASE("hit room: without room, or with nothing wanted, hits are counted and none is stored") {
-  HitRoom none({nullptr, 0}, 5);
-  HitRoom nothing({nullptr, 0}, 0);
+  HitBuffer none({nullptr, 0}, 5);
+  HitBuffer nothing({nullptr, 0}, 0);
   for (int i = 0; i < 7; ++i) {
     QueryHit hit = {};
     hit.link = static_cast<std::uint16_t>(i);

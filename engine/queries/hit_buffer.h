@@ -15,23 +15,23 @@ inline bool precedes(const QueryHit& x, const QueryHit& y) {
          std::make_tuple(y.distance, y.batch.value, y.instance, y.link);
 }
 
-class HitRoom {
+class HitBuffer {
  public:
-  // room: where hits are stored. wanted: how many at most.
-  HitRoom(Span<QueryHit> room, std::size_t wanted) : room_(room), wanted_(wanted) {}
+  // storage: where hits are stored. wanted: how many at most.
+  HitBuffer(Span<QueryHit> storage, std::size_t wanted) : storage_(storage), wanted_(wanted) {}
 
   void add(const QueryHit& hit) {
     ++found_;
-    if (stored_ < std::min(room_.size, wanted_)) {
-      is_sorted_ = is_sorted_ && (stored_ == 0 || precedes(room_[stored_ - 1], hit));
-      room_[stored_++] = hit;
-      if (!is_sorted_ && stored_ == wanted_) std::make_heap(room_.data, room_.data + stored_, precedes);
+    if (stored_ < std::min(storage_.size, wanted_)) {
+      is_sorted_ = is_sorted_ && (stored_ == 0 || precedes(storage_[stored_ - 1], hit));
+      storage_[stored_++] = hit;
+      if (!is_sorted_ && stored_ == wanted_) std::make_heap(storage_.data, storage_.data + stored_, precedes);
     } else if (is_full() && precedes(hit, last())) {
-      if (is_sorted_) std::make_heap(room_.data, room_.data + stored_, precedes);
+      if (is_sorted_) std::make_heap(storage_.data, storage_.data + stored_, precedes);
       is_sorted_ = false;
-      std::pop_heap(room_.data, room_.data + stored_, precedes);
-      room_[stored_ - 1] = hit;
-      std::push_heap(room_.data, room_.data + stored_, precedes);
+      std::pop_heap(storage_.data, storage_.data + stored_, precedes);
+      storage_[stored_ - 1] = hit;
+      std::push_heap(storage_.data, storage_.data + stored_, precedes);
     }
   }
 
@@ -46,17 +46,17 @@ class HitRoom {
   bool is_complete() const { return stored_ == count(); }
 
   void sort() {
-    if (!is_sorted_) std::sort(room_.data, room_.data + stored_, precedes);
+    if (!is_sorted_) std::sort(storage_.data, storage_.data + stored_, precedes);
     is_sorted_ = true;
   }
 
  private:
   bool is_full() const { return stored_ == wanted_ && wanted_ > 0; }
 
-  // Of the hits of a room that is full, which are sorted or a heap.
-  const QueryHit& last() const { return room_[is_sorted_ ? stored_ - 1 : 0]; }
+  // Of the hits of a buffer that is full, which are sorted or a heap.
+  const QueryHit& last() const { return storage_[is_sorted_ ? stored_ - 1 : 0]; }
 
-  Span<QueryHit> room_;
+  Span<QueryHit> storage_;
   std::size_t wanted_, found_ = 0, stored_ = 0;
   bool is_sorted_ = true;
 };

@@ -10,11 +10,11 @@
 
 namespace cab {
 
-// How many queries go together.
-inline constexpr std::uint32_t kTogether = 8;
+// How many queries are interleaved.
+inline constexpr std::uint32_t kInterleaved = 8;
 
-// Whether a query may go with others of its kind: it asks the job's inputs for the nearest link.
-inline bool goes_together(const Query& query) {
+// Whether a query may be interleaved with others of its kind: it asks the job's inputs for the nearest link.
+inline bool may_be_interleaved(const Query& query) {
   return (query.kind == QueryKind::kRay || query.kind == QueryKind::kPoint) && query.want != QueryWant::kAll &&
          query.time == kNow;
 }
@@ -26,8 +26,8 @@ class InTurn {
   InTurn(const QueryRun& run, std::uint32_t number)
       : run_(run),
         query_(run.job.queries[number]),
-        room_({&closest_, 1}, query_.want == QueryWant::kAny ? 0 : 1),
-        hits_(run, query_, number, room_),
+        buffer_({&closest_, 1}, query_.want == QueryWant::kAny ? 0 : 1),
+        hits_(run, query_, number, buffer_),
         probe_(run, query_, hits_) {
     if (probe_.enter()) go_on();
   }
@@ -45,7 +45,7 @@ class InTurn {
   QueryResult end(FixedList<QueryHit>& to) {
     run_.own.stats.nodes += walk_.opened;
     hits_.end();
-    const auto count = static_cast<std::uint32_t>(room_.count());
+    const auto count = static_cast<std::uint32_t>(buffer_.count());
     const bool is_stored = to.size + count <= to.capacity;
     if (count > 0 && is_stored) to.push(closest_);
     return {0, 0, count, is_stored, hits_.is_found()};
@@ -60,7 +60,7 @@ class InTurn {
   const QueryRun& run_;
   const Query& query_;
   QueryHit closest_;
-  HitRoom room_;
+  HitBuffer buffer_;
   LinkHits hits_;
   Probe probe_;
   kernel::IndexWalk walk_;
@@ -68,15 +68,15 @@ class InTurn {
   bool is_at_end_ = true;
 };
 
-// Answers `numbers`, at most kTogether queries of one kind that may go together. Calls take(i, result) for each; its
-// hit is then the last of `to`.
+// Answers `numbers`, at most kInterleaved queries of one kind that may be interleaved. Calls take(i, result) for each;
+// its hit is then the last of `to`.
 template <class Probe, class Take>
 void answer_together(const QueryRun& run, Span<const std::uint32_t> numbers, FixedList<QueryHit>& to, Take&& take) {
-  alignas(InTurn<Probe>) std::byte room[kTogether][sizeof(InTurn<Probe>)];
-  InTurn<Probe>* turns[kTogether];
-  std::uint32_t order[kTogether], left = 0;
+  alignas(InTurn<Probe>) std::byte storage[kInterleaved][sizeof(InTurn<Probe>)];
+  InTurn<Probe>* turns[kInterleaved];
+  std::uint32_t order[kInterleaved], left = 0;
   for (std::uint32_t i = 0; i < numbers.size; ++i) {
-    turns[i] = new (room[i]) InTurn<Probe>(run, numbers[i]);
+    turns[i] = new (storage[i]) InTurn<Probe>(run, numbers[i]);
     if (!turns[i]->is_at_end()) order[left++] = i;
   }
   while (left > 0) {

@@ -53,7 +53,7 @@ struct QueryWorker {
   Arena arena;
   PosedClusters posed;
   FixedList<MetInstance> met;       // by one query, where hits have no distance
-  FixedList<QueryHit> hits;         // of the queries of a go, until they are written in order
+  FixedList<QueryHit> hits;         // of the queries of a chunk, until they are written in order
   FixedList<QueryHit> of_instance;  // of one query and instance: one per link
   Span<std::uint32_t> at_link;      // by link: 1 + its index in of_instance; 0 between instances
   QueryStats stats;
@@ -66,15 +66,15 @@ struct QueryResult {
   bool is_stored, is_found;
 };
 
-struct QueryRoom {
-  explicit QueryRoom(const Allocator& allocator) : arena(allocator) {}
+struct QueryMemory {
+  explicit QueryMemory(const Allocator& allocator) : arena(allocator) {}
 
   Arena arena;
-  std::size_t queries = 0;  // how many are worked on in one go
+  std::size_t queries = 0;  // how many are worked on at a time
   QueryIndex index;
-  Span<KeyedNumber> order, other_order;  // of the queries of a go along the index's curve
-  Span<QueryResult> results;             // by query of a go
-  Span<std::size_t> hit_begin;           // by query of a go: how many hits of the job come before its own
+  Span<KeyedNumber> order, other_order;  // of the queries of a chunk along the index's curve
+  Span<QueryResult> results;             // by query of a chunk
+  Span<std::size_t> hit_begin;           // by query of a chunk: how many hits of the job come before its own
   std::vector<std::unique_ptr<QueryWorker>> workers;
 };
 

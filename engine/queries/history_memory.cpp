@@ -1,4 +1,4 @@
-#include "engine/queries/past_room.h"
+#include "engine/queries/history_memory.h"
 
 #include "engine/session/make_list.h"
 
@@ -12,10 +12,11 @@ constexpr std::size_t kMostCandidates = 256, kMostLeaves = 4096;
 
 }  // namespace
 
-PastRoomPtr make_past_room(std::size_t links, std::size_t leaves, std::size_t workers, const Allocator& allocator) {
-  PastRoomPtr room(new PastRoom);
-  room->links = links;
-  room->leaves = leaves;
+HistoryMemoryPtr make_history_memory(std::size_t links, std::size_t leaves, std::size_t workers,
+                                     const Allocator& allocator) {
+  HistoryMemoryPtr memory(new HistoryMemory);
+  memory->links = links;
+  memory->leaves = leaves;
   const std::size_t most = std::clamp<std::size_t>(kMostLeaves / leaves, kLanes, kMostCandidates);
   for (std::size_t w = 0; w < workers; ++w) {
     auto worker = std::make_unique<PastWorker>(allocator);
@@ -25,16 +26,16 @@ PastRoomPtr make_past_room(std::size_t links, std::size_t leaves, std::size_t wo
     worker->boxes = make_list<BoxTile>(own, most * tile_count(static_cast<std::uint32_t>(leaves)));
     worker->poses = own.allocate<float>(links * kTickFloats);
     worker->posed_for = own.allocate<std::uint32_t>(links);
-    room->workers.push_back(std::move(worker));
+    memory->workers.push_back(std::move(worker));
   }
-  return room;
+  return memory;
 }
 
-void PastRoomDelete::operator()(PastRoom* room) const { delete room; }
+void HistoryMemoryDelete::operator()(HistoryMemory* memory) const { delete memory; }
 
-std::size_t bytes_of(const PastRoom& room) {
+std::size_t bytes_of(const HistoryMemory& memory) {
   std::size_t out = 0;
-  for (const auto& worker : room.workers) out += worker->arena.bytes();
+  for (const auto& worker : memory.workers) out += worker->arena.bytes();
   return out;
 }
 

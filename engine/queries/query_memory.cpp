@@ -1,5 +1,5 @@
 // Sizes the memory of run_queries.
-#include "engine/queries/query_room.h"
+#include "engine/queries/query_memory.h"
 
 #include "engine/session/engine.h"
 #include "engine/session/make_list.h"
@@ -15,15 +15,15 @@ constexpr std::size_t kPosedClusters = 1024;
 
 }  // namespace
 
-QueryRoomPtr make_query_room(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator) {
-  QueryRoomPtr room(new QueryRoom(allocator));
-  Arena& arena = room->arena;
-  room->queries = needs.queries;
-  room->order = arena.allocate<KeyedNumber>(needs.queries);
-  room->other_order = arena.allocate<KeyedNumber>(needs.queries);
-  room->results = arena.allocate<QueryResult>(needs.queries);
-  room->hit_begin = arena.allocate<std::size_t>(needs.queries);
-  QueryIndex& index = room->index;
+QueryMemoryPtr make_query_memory(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator) {
+  QueryMemoryPtr memory(new QueryMemory(allocator));
+  Arena& arena = memory->arena;
+  memory->queries = needs.queries;
+  memory->order = arena.allocate<KeyedNumber>(needs.queries);
+  memory->other_order = arena.allocate<KeyedNumber>(needs.queries);
+  memory->results = arena.allocate<QueryResult>(needs.queries);
+  memory->hit_begin = arena.allocate<std::size_t>(needs.queries);
+  QueryIndex& index = memory->index;
   const std::size_t clusters = needs.character_tiles, instances = needs.character_instances;
   index.clusters = make_list<QueryCluster>(arena, clusters);
   index.nodes = make_list<AabbTile>(arena, most_nodes(clusters));
@@ -45,12 +45,12 @@ QueryRoomPtr make_query_room(const MemoryNeeds& needs, std::size_t workers, cons
     worker->hits = make_list<QueryHit>(own, 2 * needs.queries + kSpareHits);
     worker->of_instance = make_list<QueryHit>(own, needs.joints);
     worker->at_link = own.allocate<std::uint32_t>(needs.joints);
-    room->workers.push_back(std::move(worker));
+    memory->workers.push_back(std::move(worker));
   }
-  return room;
+  return memory;
 }
 
-void QueryRoomDelete::operator()(QueryRoom* room) const { delete room; }
+void QueryMemoryDelete::operator()(QueryMemory* memory) const { delete memory; }
 
 std::size_t query_bytes(const Engine& engine) {
   if (!engine.queries) return 0;

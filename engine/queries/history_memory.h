@@ -35,16 +35,17 @@ struct PastWorker {
   std::uint32_t test = 0;         // number of the test
 };
 
-struct PastRoom {
+struct HistoryMemory {
   std::size_t links = 0, leaves = 0;  // of the largest articulation that there is room for
   std::vector<std::unique_ptr<PastWorker>> workers;
   std::vector<const StoredHistory*> asked;  // the histories of the job; has room for all of the engine
 };
 
-// Makes room for histories of articulations of this size. Throws std::bad_alloc.
-PastRoomPtr make_past_room(std::size_t links, std::size_t leaves, std::size_t workers, const Allocator& allocator);
+// Makes memory for histories of articulations of this size. Throws std::bad_alloc.
+HistoryMemoryPtr make_history_memory(std::size_t links, std::size_t leaves, std::size_t workers,
+                                     const Allocator& allocator);
 
-// What the room takes.
-std::size_t bytes_of(const PastRoom& room);
+// How many bytes it takes.
+std::size_t bytes_of(const HistoryMemory& memory);
 
 }  // namespace cab
