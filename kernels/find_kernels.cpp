@@ -12,7 +12,6 @@ namespace cab::kernel {
 template <bool UseSum>
 struct CabRule;
 struct CovarianceRule;
-struct CovarianceLeavesRule;
 struct Best3Rule;
 struct ChildrenExtents;
 struct LeavesExtents;
@@ -92,7 +91,6 @@ constexpr KernelTable table_of(Isa isa) {
           {{refit_boxes<V, CabRule<false>, ChildrenExtents>, refit_boxes<V, CabRule<false>, LeavesExtents>},
            {refit_boxes<V, CabRule<true>, ChildrenExtents>, refit_boxes<V, CabRule<true>, LeavesExtents>},
            {refit_boxes<V, CovarianceRule, ChildrenExtents>, refit_boxes<V, CovarianceRule, LeavesExtents>},
-           {refit_boxes<V, CovarianceLeavesRule, ChildrenExtents>, refit_boxes<V, CovarianceLeavesRule, LeavesExtents>},
            {refit_boxes<V, Best3Rule, ChildrenExtents>, refit_boxes<V, Best3Rule, LeavesExtents>}},
           {refit_aabb<V>, refit_aabb_leaves<V>},
           fit_vertices<V>,

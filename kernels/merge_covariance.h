@@ -30,28 +30,19 @@ CAB_INLINE Symmetric<V> outer(Vec3<V> a) {
   return {a.x * a.x, a.y * a.y, a.z * a.z, a.x * a.y, a.x * a.z, a.y * a.z};
 }
 
-// Mean and second central moment of a set of corners with equal weights.
+// The covariance of the eight corners of a box: the sum of e_k^2 A_k A_k^T, where e_k are the half extents and A_k the
+// axes.
 template <class V>
-struct Moments {
-  Vec3<V> mean;
-  Symmetric<V> second;
-};
-
-// The moments of the eight corners of a box. The second moment is the sum of e_k^2 A_k A_k^T, where e_k are the half
-// extents and A_k the axes.
-template <class V>
-CAB_INLINE Moments<V> corner_moments(const BoxLanes<V>& box) {
-  return {box.center,
-          outer(box.half.x * box.axis[0]) + outer(box.half.y * box.axis[1]) + outer(box.half.z * box.axis[2])};
+CAB_INLINE Symmetric<V> corner_covariance(const BoxLanes<V>& box) {
+  return outer(box.half.x * box.axis[0]) + outer(box.half.y * box.axis[1]) + outer(box.half.z * box.axis[2]);
 }
 
-// The moments of the union of two sets. share_2: the share of all corners that the second set has.
+// The covariance of the sixteen corners of two boxes.
 template <class V>
-CAB_INLINE Moments<V> combined(const Moments<V>& first, const Moments<V>& second, V share_2) {
-  const V share_1 = V(1.0f) - share_2;
-  const Vec3<V> between = second.mean - first.mean;
-  return {first.mean + share_2 * between,
-          scaled(share_1, first.second) + scaled(share_2, second.second) + scaled(share_1 * share_2, outer(between))};
+CAB_INLINE Symmetric<V> corner_covariance(const BoxLanes<V>& first, const BoxLanes<V>& second) {
+  const V half(0.5f), quarter(0.25f);
+  return scaled(half, corner_covariance(first)) + scaled(half, corner_covariance(second)) +
+         scaled(quarter, outer(second.center - first.center));
 }
 
 // One Jacobi rotation, which clears the off-diagonal entry of p and q; r is the third index. If the entry is zero,

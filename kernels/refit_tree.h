@@ -8,13 +8,11 @@
 
 namespace cab::kernel {
 
-// A tile to refit. nodes: the leaf boxes are read, the inner boxes are written. joints are indexed by link. moments,
-// one per node, are scratch memory for rules that need them.
+// A tile to refit. nodes: the leaf boxes are read, the inner boxes are written. joints are indexed by link.
 struct RefitTile {
   const MergeProgram* program;
   const PointTile* joints;
   BoxTile* nodes;
-  MomentTile* moments;
 };
 
 // One node to make: its children and the joint that they share.
@@ -30,7 +28,7 @@ struct MergeTile {
 
 template <bool UseSum>
 struct CabRule {
-  static constexpr bool kUsesJoint = true, kNeedsMoments = false;
+  static constexpr bool kUsesJoint = true;
   template <class V, class Extents, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const Vec3<V> joint = HasJoint ? load3<V>(merge.joint->at, lane) : Vec3<V>{};
@@ -39,55 +37,19 @@ struct CabRule {
   }
 };
 
-// Principal axes of corners with the given second moment. If the direction of a child does not matter (both_matter),
-// the axes are copied from one child.
-template <class V>
-CAB_INLINE void principal_axes(const BoxLanes<V>& left, const BoxLanes<V>& right, const Symmetric<V>& second,
-                               Vec3<V> (&axes)[3]) {
-  eigen_axes(second, axes);
-  const MajorAxis<V> major_1 = major_axis(left, left.center), major_2 = major_axis(right, right.center);
-  const Mask<V> both_count = both_matter(major_1, major_2), copy_2 = copies_second(major_1, major_2);
-  for (int k = 0; k < 3; ++k) axes[k] = choose<V>(both_count, axes[k], choose<V>(copy_2, right.axis[k], left.axis[k]));
-}
-
-// Principal axes of the sixteen corners of the children.
+// Principal axes of the sixteen corners of the children. If the direction of a child does not matter (both_matter), the
+// axes are copied from one child.
 struct CovarianceRule {
-  static constexpr bool kUsesJoint = false, kNeedsMoments = false;
+  static constexpr bool kUsesJoint = false;
   template <class V, class Extents, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     const BoxLanes<V> left = load_box<V>(*merge.first, lane);
     const BoxLanes<V> right = load_box<V>(*merge.second, lane);
-    principal_axes(left, right, combined(corner_moments(left), corner_moments(right), V(0.5f)).second, axes);
-  }
-};
-
-template <class V>
-CAB_INLINE Moments<V> load_moments(const MomentTile& tile, std::uint32_t lane) {
-  const auto at = [&](int i) { return Lanes<V>::load(tile.second[i] + lane); };
-  return {load3<V>(tile.mean, lane), {at(0), at(1), at(2), at(3), at(4), at(5)}};
-}
-
-template <class V>
-CAB_INLINE void store_moments(MomentTile& tile, std::uint32_t lane, const Moments<V>& moments) {
-  store3(tile.mean, lane, moments.mean);
-  const V second[6] = {moments.second.xx, moments.second.yy, moments.second.zz,
-                       moments.second.xy, moments.second.xz, moments.second.yz};
-  for (int i = 0; i < 6; ++i) Lanes<V>::store(tile.second[i] + lane, second[i]);
-}
-
-// Principal axes of the corners of all leaf boxes below. The moments of a parent are stored for its own parent.
-struct CovarianceLeavesRule {
-  static constexpr bool kUsesJoint = false, kNeedsMoments = true;
-  template <class V, class Extents, bool HasJoint>
-  static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
-    const MergeProgram& program = *merge.tile->program;
-    const float share = static_cast<float>(program.node_leaf_count[merge.right]) /
-                        static_cast<float>(program.node_leaf_count[merge.parent]);
-    MomentTile* moments = merge.tile->moments;
-    const Moments<V> all =
-        combined(load_moments<V>(moments[merge.left], lane), load_moments<V>(moments[merge.right], lane), V(share));
-    store_moments(moments[merge.parent], lane, all);
-    principal_axes(load_box<V>(*merge.first, lane), load_box<V>(*merge.second, lane), all.second, axes);
+    eigen_axes(corner_covariance(left, right), axes);
+    const MajorAxis<V> major_1 = major_axis(left, left.center), major_2 = major_axis(right, right.center);
+    const Mask<V> both_count = both_matter(major_1, major_2), copy_2 = copies_second(major_1, major_2);
+    for (int k = 0; k < 3; ++k)
+      axes[k] = choose<V>(both_count, axes[k], choose<V>(copy_2, right.axis[k], left.axis[k]));
   }
 };
 
@@ -101,7 +63,7 @@ CAB_INLINE V eighth_of_surface(Vec3<V> half) {
 // NaN, CAB's axes win, then the first child's. Surfaces are measured relative to CAB's box, so that no square under- or
 // overflows. A child's axes are copied, so their errors do not grow.
 struct Best3Rule {
-  static constexpr bool kUsesJoint = true, kNeedsMoments = false;
+  static constexpr bool kUsesJoint = true;
   template <class V, class Extents, bool HasJoint>
   static CAB_INLINE void choose_axes(const MergeTile& merge, std::uint32_t lane, Vec3<V> (&axes)[3]) {
     CabRule<false>::choose_axes<V, Extents, HasJoint>(merge, lane, axes);
@@ -155,10 +117,6 @@ template <class V, class Rule, class Extents>
 void refit_boxes(const RefitTile& tile) {
   const MergeProgram& program = *tile.program;
   const std::uint32_t leaves = static_cast<std::uint32_t>(program.steps.size) + 1;
-  if (Rule::kNeedsMoments)
-    for (std::uint32_t leaf = 0; leaf < leaves; ++leaf)
-      for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-        store_moments(tile.moments[leaf], lane, corner_moments(load_box<V>(tile.nodes[leaf], lane)));
   std::uint32_t parent = leaves;
   for (const MergeStep& step : program.steps) {
     MergeTile merge = {&tile, step.left, step.right, parent, &tile.nodes[step.left], &tile.nodes[step.right], nullptr};

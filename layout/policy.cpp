@@ -26,8 +26,6 @@ constexpr PolicyValue kRefitValues[] = {
         "the paper's footnote: as cab, but along the sum of both major axes where their ends are closest"),
     row(Refit::kCovariance, "covariance",
         "the paper's OBB: oriented boxes along the principal axes of the children's corners"),
-    row(Refit::kCovarianceLeaves, "covariance_leaves",
-        "oriented boxes along the principal axes of the corners of all leaf boxes below"),
     row(Refit::kBest3, "best3",
         "of three oriented boxes, along the axes of cab and of each child, the one of least surface"),
     row(Refit::kAabbHull, "aabb_hull", "the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included"),

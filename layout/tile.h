@@ -38,13 +38,6 @@ struct alignas(64) MotionTile {
   float scale[kLanes];
 };
 
-// Mean and second moment of the corners of leaf boxes, for 16 instances. `second` holds xx yy zz xy xz yz about the
-// mean.
-struct alignas(64) MomentTile {
-  float mean[3][kLanes];
-  float second[6][kLanes];
-};
-
 // The difference of origins of 16 pairs of instances, in double: that of the second less that of the first.
 struct alignas(64) ShiftTile {
   double by[3][kLanes];

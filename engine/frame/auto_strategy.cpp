@@ -24,8 +24,7 @@ constexpr std::uint64_t kDescentPairTests = 64;
 std::uint64_t pair_tests_per_merge(Refit refit) {
   switch (refit) {
     case Refit::kAabbHull: return 1;
-    case Refit::kCovariance:
-    case Refit::kCovarianceLeaves: return 64;
+    case Refit::kCovariance: return 64;
     default: return 8;
   }
 }

@@ -117,7 +117,6 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   pose.joints = arena.allocate<PointTile>(needs.joints);
   pose.motions = arena.allocate<MotionTile>(needs.joints);
   pose.last_motions = arena.allocate<MotionTile>(needs.joints);
-  pose.moments = arena.allocate<MomentTile>(needs.nodes);
   PairScratch& pairs = worker.pairs;
   pairs.live = arena.allocate<std::uint32_t>(needs.batch_slots);
   pairs.stack = make_list<NodePair>(arena, kStackPairsPerLevel * needs.depth);

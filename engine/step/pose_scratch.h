@@ -13,7 +13,6 @@ struct PoseScratch {
   Span<PointTile> joints;         // by link: the joints of the tile that is updated
   Span<MotionTile> motions;       // by link: the poses of that tile, for Refit::kAabbVertices and sweep_margins
   Span<MotionTile> last_motions;  // by link: the poses of a tile in the frame before, for sweep_margins
-  Span<MomentTile> moments;       // by node: scratch of Refit::kCovarianceLeaves
 };
 
 }  // namespace cab

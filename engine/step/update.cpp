@@ -78,7 +78,7 @@ void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::Pose
     if (all) kernels.refit_aabbs[extents](articulation.program, tile.bounds);
   } else if (all) {
     kernels.refit_boxes[static_cast<std::size_t>(frame.policies.refit)][extents](
-        {&articulation.program, scratch.joints.data, tile.boxes, scratch.moments.data});
+        {&articulation.program, scratch.joints.data, tile.boxes});
   }
 }
 

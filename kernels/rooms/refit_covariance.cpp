@@ -1,4 +1,4 @@
-// Refit along principal axes: of the children's corners, and of the corners of all leaf boxes below.
+// Refit along the principal axes of the children's corners.
 #include "kernels/isa_vector.h"
 #include "kernels/refit_tree.h"
 
@@ -6,7 +6,5 @@ namespace cab::kernel {
 
 template void refit_boxes<IsaVector, CovarianceRule, ChildrenExtents>(const RefitTile&);
 template void refit_boxes<IsaVector, CovarianceRule, LeavesExtents>(const RefitTile&);
-template void refit_boxes<IsaVector, CovarianceLeavesRule, ChildrenExtents>(const RefitTile&);
-template void refit_boxes<IsaVector, CovarianceLeavesRule, LeavesExtents>(const RefitTile&);
 
 }  // namespace cab::kernel

@@ -107,7 +107,7 @@ void measure_merge(const std::vector<const kernel::KernelTable*>& tables, std::u
                           [&work, &program, table] {
                             for (std::uint32_t r = 0; r < kMergeRepeats; ++r)
                               for (std::uint32_t t = 0; t < kMergeTiles; ++t)
-                                table->refit_boxes[0][0]({&program, &work.joints[t], &work.nodes[3 * t], nullptr});
+                                table->refit_boxes[0][0]({&program, &work.joints[t], &work.nodes[3 * t]});
                             return std::uint64_t{0};
                           },
                           {},

@@ -32,14 +32,13 @@ constexpr Policies tree(Refit refit, Extents extents = Extents::kChildren) {
 }
 
 // The paper's rows in its order, each followed by its variants.
-const std::array<Method, 14> kMethods = {{
+const std::array<Method, 13> kMethods = {{
     {"brute", PaperMethod::kBrute, {Refit::kCab, Strategy::kBrute, Exact::kFcl}, false, false, true},
     {"AABB+", PaperMethod::kAabbVertices, tree(Refit::kAabbVertices)},
     {"AABB*", PaperMethod::kAabbHull, tree(Refit::kAabbHull)},
     {"AABB* from leaves", std::nullopt, tree(Refit::kAabbHull, Extents::kLeaves)},
     {"AABB* on demand", std::nullopt, tree(Refit::kAabbHull), true},
     {"OBB", PaperMethod::kObb, tree(Refit::kCovariance)},
-    {"OBB of leaf corners", std::nullopt, tree(Refit::kCovarianceLeaves)},
     {"OBB leaf extents", std::nullopt, tree(Refit::kCovariance, Extents::kLeaves)},
     {"CAB", PaperMethod::kCab, tree(Refit::kCab)},
     {"CAB sum", std::nullopt, tree(Refit::kCabSum)},

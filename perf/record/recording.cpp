@@ -40,6 +40,17 @@ Span<const T> span_of(const fb::Vector<T>* vector) {
 
 const char* text_of(const fb::String* text) { return text == nullptr ? "" : text->c_str(); }
 
+// The name of a policy for a reason. What no such name has is '?', and a long one is cut off.
+constexpr std::size_t kShownCharacters = 40;
+std::string shown(const char* name) {
+  std::string out;
+  for (; *name != '\0' && out.size() < kShownCharacters; ++name) {
+    const bool is_known = (*name >= 'a' && *name <= 'z') || (*name >= '0' && *name <= '9') || *name == '_';
+    out += is_known ? *name : '?';
+  }
+  return *name == '\0' ? out : out + "...";
+}
+
 // Whether a span is empty, or has `each` values for each of `count` instances.
 template <class T>
 bool fits(Span<const T> span, std::size_t count, std::size_t each) {
@@ -290,7 +301,8 @@ void Recording::Storage::read_settings(const format::Settings& settings, Recorde
       const char *const name = text_of(choice->field()), *const value = text_of(choice->value());
       std::uint32_t field = 0;
       while (field < fields.size && std::strcmp(fields[field].name, name) != 0) ++field;
-      if (!policy_set(job.policies, field, value)) refuse("this library knows no policy like one of its frames");
+      if (!policy_set(job.policies, field, value))
+        refuse("a frame has " + shown(name) + " = '" + shown(value) + "', which this library does not know");
     }
   job.margin = settings.margin();
   job.min_depth = settings.min_depth();

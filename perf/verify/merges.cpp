@@ -73,7 +73,6 @@ Box3f rotated_about(const float (&joint)[3], const double (&turn)[3][3], double 
 struct MergeWork {
   BoxTile nodes[kNodeCount];
   PointTile joint;
-  MomentTile moments[kNodeCount];
 };
 
 void make_leaves(Task& task, MergeWork& work) {
@@ -134,7 +133,7 @@ void run(Task& task) {
     for (std::size_t m = 0; m < methods().size(); ++m) {
       const Policies& policies = methods()[m].policies;
       const auto rule = static_cast<std::size_t>(policies.refit), extents = static_cast<std::size_t>(policies.extents);
-      task.subject->kernels->refit_boxes[rule][extents]({&program, &work.joint, work.nodes, work.moments});
+      task.subject->kernels->refit_boxes[rule][extents]({&program, &work.joint, work.nodes});
       for (std::uint32_t parent = kLeafCount; parent < kNodeCount; ++parent) {
         const std::vector<std::uint32_t> held = below(policies.extents, parent);
         std::vector<Box3f> inside(held.size());

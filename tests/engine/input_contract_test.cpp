@@ -270,7 +270,7 @@ std::vector<Box> boxes_of(Engine& engine, const World& world, std::uint32_t batc
 }
 
 constexpr Policies kCabTree = {Refit::kCab, Strategy::kTree}, kHullTree = {Refit::kAabbHull, Strategy::kTree},
-                   kObbLeaves = {Refit::kCovarianceLeaves, Strategy::kTree, Exact::kNone, Extents::kLeaves};
+                   kObbLeaves = {Refit::kCovariance, Strategy::kTree, Exact::kNone, Extents::kLeaves};
 
 // Checks that the engine's leaf boxes of one instance contain the exact ones.
 bool leaves_hold(const World& world, std::uint32_t i, const std::vector<Box>& boxes) {

@@ -51,7 +51,7 @@ Tile random_tile(oracle::Random& random, oracle::MergeRegime regime, bool has_jo
 void refit(Refit rule, Extents extents, const MergeProgram& program, Tile& tile) {
   kernel::find_kernels(Isa::kAuto)
       ->refit_boxes[static_cast<std::size_t>(rule)][static_cast<std::size_t>(extents)](
-          {&program, &tile.joint, tile.nodes, nullptr});
+          {&program, &tile.joint, tile.nodes});
 }
 
 // The surface of the box that a merge makes along given axes, padding included.

@@ -24,7 +24,6 @@ constexpr std::size_t kCabSum = static_cast<std::size_t>(Refit::kCabSum);
 struct Tile {
   BoxTile nodes[3];
   PointTile joint;
-  MomentTile moments[3];
 };
 
 Tile random_tile(oracle::Random& random, oracle::MergeRegime regime, bool has_joint,
@@ -42,7 +41,7 @@ Tile random_tile(oracle::Random& random, oracle::MergeRegime regime, bool has_jo
 
 void refit(const kernel::KernelTable& kernels, std::size_t rule, std::size_t extents, bool has_joint, Tile& tile) {
   const MergeProgram program = pair_program(has_joint);
-  kernels.refit_boxes[rule][extents]({&program, &tile.joint, tile.nodes, tile.moments});
+  kernels.refit_boxes[rule][extents]({&program, &tile.joint, tile.nodes});
 }
 
 // The covariance of the sixteen corners, summed corner by corner.

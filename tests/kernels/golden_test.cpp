@@ -24,7 +24,6 @@ struct Body {
     REQUIRE(build_articulation(storage.desc(), arena, &articulation, nullptr) == Status::kOk);
     nodes = arena.allocate<BoxTile>(articulation.node_count).data;
     joints = arena.allocate<PointTile>(articulation.link_count).data;
-    moments = arena.allocate<MomentTile>(articulation.node_count).data;
   }
 
   // The boxes of frames first to first + live - 1. A static character has its one frame in every lane.
@@ -43,7 +42,7 @@ struct Body {
     kernels.pose_leaves(pose);
     for (const std::uint8_t flag : flags) REQUIRE(flag == kInstanceOk);
     kernels.refit_boxes[static_cast<std::size_t>(policies.refit)][static_cast<std::size_t>(policies.extents)](
-        {&articulation.program, joints, nodes, moments});
+        {&articulation.program, joints, nodes});
   }
 
   const scenes::Character* character;
@@ -51,7 +50,6 @@ struct Body {
   Articulation articulation;
   BoxTile* nodes;
   PointTile* joints;
-  MomentTile* moments;
 };
 
 // The pairs of links that touch in a tile of frames.

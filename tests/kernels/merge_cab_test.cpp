@@ -37,7 +37,7 @@ void fill(MergeTile& tile) {
 
 void merge(const kernel::KernelTable& kernels, MergeTile& tile) {
   const MergeProgram program = pair_program(tile.cases[0].has_joint);
-  kernels.refit_boxes[0][0]({&program, &tile.joint, tile.nodes, nullptr});
+  kernels.refit_boxes[0][0]({&program, &tile.joint, tile.nodes});
 }
 
 oracle::OracleBox<float> kernel_parent(const oracle::OracleBox<float>& child1, const oracle::OracleBox<float>& child2,

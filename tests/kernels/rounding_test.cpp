@@ -228,9 +228,7 @@ TEST_CASE("products and frames err no more than derived (proof.md, part 1)") {
                     [](const Numbers& n) {
                       if (!is_box(n, 0) || !is_box(n, 10)) return -1.0;
                       BoxLanes<float> parent = box_at(n, 0);
-                      kernel::eigen_axes(
-                          combined(kernel::corner_moments(parent), kernel::corner_moments(box_at(n, 10)), 0.5f).second,
-                          parent.axis);
+                      kernel::eigen_axes(kernel::corner_covariance(parent, box_at(n, 10)), parent.axis);
                       return Real{oracle::frame_error(box_of(parent))};
                     },
                     200, 2000));

@@ -61,13 +61,9 @@ TEST_CASE("the rows of the table are the fields of Policies, and their values th
   CHECK(policies.depth == Depth::kOneStart);
   CHECK(policy_set(policies, kDepthRow, "three_starts"));
   CHECK(policies.depth == Depth::kThreeStarts);
-  const std::pair<const char*, Refit> refits[] = {{"cab", Refit::kCab},
-                                                  {"cab_sum", Refit::kCabSum},
-                                                  {"covariance", Refit::kCovariance},
-                                                  {"covariance_leaves", Refit::kCovarianceLeaves},
-                                                  {"best3", Refit::kBest3},
-                                                  {"aabb_hull", Refit::kAabbHull},
-                                                  {"aabb_vertices", Refit::kAabbVertices}};
+  const std::pair<const char*, Refit> refits[] = {
+      {"cab", Refit::kCab},     {"cab_sum", Refit::kCabSum},     {"covariance", Refit::kCovariance},
+      {"best3", Refit::kBest3}, {"aabb_hull", Refit::kAabbHull}, {"aabb_vertices", Refit::kAabbVertices}};
   for (const auto& [name, refit] : refits) {
     CHECK(policy_set(policies, kRefitRow, name));
     CHECK(policies.refit == refit);

@@ -21,12 +21,11 @@ namespace cab::tests {
 inline constexpr std::uint32_t kGoldenFrames = 300;
 
 // The methods in the columns of the table. The oriented ones come first; their boxes are what kernels write.
-inline constexpr std::array<Policies, 11> kGoldenPolicies = {{
+inline constexpr std::array<Policies, 10> kGoldenPolicies = {{
     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kLeaves},
     {Refit::kCabSum, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kCovariance, Strategy::kTree, Exact::kNone, Extents::kChildren},
-    {Refit::kCovarianceLeaves, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kBest3, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kBest3, Strategy::kTree, Exact::kNone, Extents::kLeaves},
     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kFaces6},
@@ -34,7 +33,7 @@ inline constexpr std::array<Policies, 11> kGoldenPolicies = {{
     {Refit::kAabbHull, Strategy::kTree, Exact::kNone, Extents::kChildren},
     {Refit::kAabbVertices, Strategy::kTree, Exact::kNone, Extents::kChildren},
 }};
-inline constexpr std::size_t kGoldenOriented = 9;
+inline constexpr std::size_t kGoldenOriented = 8;
 
 // Hashes of all boxes of all frames and of all hits of boxes, as `cab paper --frames 300` prints them.
 struct GoldenBits {
@@ -58,7 +57,6 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0x5220a8a8c1bba81d, 0x01c680caaf4ad89f},
        {0xce5e69081b0481a4, 0x01c680caaf4ad89f},
        {0x6411a3f582b4c15a, 0x01c680caaf4ad89f},
-       {0x14c3ec8cbe654cc1, 0x01c680caaf4ad89f},
        {0x2f8a05204083d4d0, 0x01c680caaf4ad89f},
        {0xa52f3f4664373536, 0x01c680caaf4ad89f},
        {0xce5e69081b0481a4, 0x1bcaeafc1b752b58},
@@ -72,7 +70,6 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0xe75386e757b18e6d, 0x8c82324248f41ca9},
        {0xed6645d733d2d089, 0x8c82324248f41ca9},
        {0xcca5d29bd522df37, 0x8c82324248f41ca9},
-       {0x389b5b90395625d2, 0x8c82324248f41ca9},
        {0xe2c4aab6dbbd4c23, 0x8c82324248f41ca9},
        {0xefcbb9c174f327ac, 0x8c82324248f41ca9},
        {0xed6645d733d2d089, 0x48fb41ca9fc86416},
@@ -86,7 +83,6 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0x0a12a7920ca40443, 0x8d9d7f047b8b2b45},
        {0xa0a4ee6893a1b3a7, 0x8d9d7f047b8b2b45},
        {0x15dde735779bcefc, 0x8d9d7f047b8b2b45},
-       {0xbde9d4d6243dee8b, 0x8d9d7f047b8b2b45},
        {0xc66100726bed0de2, 0x8d9d7f047b8b2b45},
        {0xd576b5af3deb32db, 0x8d9d7f047b8b2b45},
        {0xa0a4ee6893a1b3a7, 0xc37530a325b60011},
@@ -100,7 +96,6 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0xaed3a4b70cad67aa, 0x89389d83edc7a9ce},
        {0x015d94c17d510181, 0x89389d83edc7a9ce},
        {0x0c0be6a5711ea52e, 0x89389d83edc7a9ce},
-       {0x5ffb875a36e1b502, 0x89389d83edc7a9ce},
        {0xd54d5755865a10a2, 0x89389d83edc7a9ce},
        {0x9e667ac7af3a0b78, 0x89389d83edc7a9ce},
        {0x015d94c17d510181, 0xb9073b22547b84f6},
@@ -114,7 +109,6 @@ inline constexpr std::array<GoldenScene, 5> kGoldenScenes = {{
        {0x9b4a5fd9680abfc3, 0x81618555a1b758f9},
        {0x102a3e0d763251e1, 0x81618555a1b758f9},
        {0x22d9566321067c8a, 0x81618555a1b758f9},
-       {0x8714e442d76416cc, 0x81618555a1b758f9},
        {0x44b7d97c454407f4, 0x81618555a1b758f9},
        {0x479a6f8842c9f91e, 0x81618555a1b758f9},
        {0x16a7f4e97b5ed58a, 0xca8fc29eec95deeb},

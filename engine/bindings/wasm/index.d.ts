@@ -263,7 +263,7 @@ export declare class Batch {
 
 // ------------------------------------------------------------------------------------------------------------- frames
 
-export type Refit = 'cab' | 'cab_sum' | 'covariance' | 'covariance_leaves' | 'best3' | 'aabb_hull' | 'aabb_vertices';
+export type Refit = 'cab' | 'cab_sum' | 'covariance' | 'best3' | 'aabb_hull' | 'aabb_vertices';
 export type Strategy = 'tree' | 'rows' | 'links' | 'brute' | 'auto';
 export type Extents = 'children' | 'leaves';
 /** `'none'`: overlapping boxes are the answer. `'convex'`: the exact shapes decide. */

@@ -538,7 +538,6 @@ int main(void) {
   printf("    cab: %d,\n", (int)CAB_REFIT_CAB);
   printf("    cab_sum: %d,\n", (int)CAB_REFIT_CAB_SUM);
   printf("    covariance: %d,\n", (int)CAB_REFIT_COVARIANCE);
-  printf("    covariance_leaves: %d,\n", (int)CAB_REFIT_COVARIANCE_LEAVES);
   printf("    best3: %d,\n", (int)CAB_REFIT_BEST3);
   printf("    aabb_hull: %d,\n", (int)CAB_REFIT_AABB_HULL);
   printf("    aabb_vertices: %d,\n", (int)CAB_REFIT_AABB_VERTICES);

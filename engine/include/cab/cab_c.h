@@ -237,10 +237,9 @@ enum {
   // the paper's footnote: as cab, but along the sum of both major axes where their ends are closest
   CAB_REFIT_CAB_SUM = 1,
   CAB_REFIT_COVARIANCE = 2,  // the paper's OBB: oriented boxes along the principal axes of the children's corners
-  CAB_REFIT_COVARIANCE_LEAVES = 3,  // oriented boxes along the principal axes of the corners of all leaf boxes below
-  CAB_REFIT_BEST3 = 4,  // of three oriented boxes, along the axes of cab and of each child, the one of least surface
-  CAB_REFIT_AABB_HULL = 5,      // the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included
-  CAB_REFIT_AABB_VERTICES = 6,  // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
+  CAB_REFIT_BEST3 = 3,  // of three oriented boxes, along the axes of cab and of each child, the one of least surface
+  CAB_REFIT_AABB_HULL = 4,      // the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included
+  CAB_REFIT_AABB_VERTICES = 5,  // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
 };
 
 // What an inner box contains: how large it is once the refit has chosen its axes.
@@ -287,7 +286,7 @@ enum {
 
 // How many values each enumeration has. CAB_ORIENTED_REFIT_COUNT counts the refits that make oriented boxes: those
 // before CAB_REFIT_AABB_HULL.
-#define CAB_REFIT_COUNT 7u
+#define CAB_REFIT_COUNT 6u
 #define CAB_ORIENTED_REFIT_COUNT ((uint32_t)CAB_REFIT_AABB_HULL)
 #define CAB_EXTENTS_COUNT 2u
 #define CAB_STRATEGY_COUNT 5u

@@ -17,13 +17,12 @@ namespace cab {
 // How inner boxes are made in each frame. The comments of the values are their meanings in policy_table(), word for
 // word; so are those of the enumerations below. Refits of oriented boxes come first.
 enum class Refit : std::uint8_t {
-  kCab,               // the paper's CAB: oriented boxes along the main axis of two jointed children
-  kCabSum,            // the paper's footnote: as cab, but along the sum of both major axes where their ends are closest
-  kCovariance,        // the paper's OBB: oriented boxes along the principal axes of the children's corners
-  kCovarianceLeaves,  // oriented boxes along the principal axes of the corners of all leaf boxes below
-  kBest3,             // of three oriented boxes, along the axes of cab and of each child, the one of least surface
-  kAabbHull,          // the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included
-  kAabbVertices,      // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
+  kCab,           // the paper's CAB: oriented boxes along the main axis of two jointed children
+  kCabSum,        // the paper's footnote: as cab, but along the sum of both major axes where their ends are closest
+  kCovariance,    // the paper's OBB: oriented boxes along the principal axes of the children's corners
+  kBest3,         // of three oriented boxes, along the axes of cab and of each child, the one of least surface
+  kAabbHull,      // the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included
+  kAabbVertices,  // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
 };
 
 // What an inner box contains: how large it is once the refit has chosen its axes.
@@ -64,7 +63,7 @@ enum class Depth : std::uint8_t {
 
 // How many values each enumeration has. kOrientedRefitCount counts the refits that make oriented boxes: those before
 // kAabbHull.
-inline constexpr std::uint32_t kRefitCount = 7;
+inline constexpr std::uint32_t kRefitCount = 6;
 inline constexpr std::uint32_t kOrientedRefitCount = static_cast<std::uint32_t>(Refit::kAabbHull);
 inline constexpr std::uint32_t kExtentsCount = 2;
 inline constexpr std::uint32_t kStrategyCount = 5;

@@ -107,10 +107,7 @@ TEST_CASE("a sequence takes a tree where its leaf pairs exceed 64 and what its m
   const struct {
     Refit refit;
     std::optional<std::uint32_t> most_within, most_between;  // leaves of each rig that are still tested by brute
-  } rows[] = {{Refit::kCab, 22, 18},
-              {Refit::kAabbHull, 12, 8},
-              {Refit::kCovariance, 129, std::nullopt},
-              {Refit::kCovarianceLeaves, 129, std::nullopt}};
+  } rows[] = {{Refit::kCab, 22, 18}, {Refit::kAabbHull, 12, 8}, {Refit::kCovariance, 129, std::nullopt}};
   for (const auto& row : rows) {
     CAPTURE(static_cast<int>(row.refit));
     CHECK(for_sequences(*row.most_within, Pairing::kWithin, {row.refit}) == Strategy::kBrute);

@@ -361,7 +361,7 @@ TEST_CASE("hits of levels are the same by every strategy, instruction set and nu
   const Scheduler scheduler = pool.scheduler();
   std::size_t hits = 0;
   for (std::uint64_t seed = 1; seed <= rounds(4); ++seed)
-    for (const Refit refit : {Refit::kCab, Refit::kCovarianceLeaves, Refit::kAabbHull, Refit::kAabbVertices}) {
+    for (const Refit refit : {Refit::kCab, Refit::kCovariance, Refit::kAabbHull, Refit::kAabbVertices}) {
       CAPTURE(seed);
       std::vector<Hit> expected;
       for (const Isa isa : available_isas())

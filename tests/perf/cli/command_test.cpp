@@ -290,6 +290,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--frames", "0:6"}, "stay within 0:5"},
       {{"run", file, "--frames", "0:99999999999"}, "--frames"},
       {{"run", file, "--refit", "tight"}, "choose cab"},
+      {{"run", file, "--refit", "covariance_leaves"}, "--refit: 'covariance_leaves' is not one of its values"},
       {{"run", file, "--strategy", ""}, "choose tree"},
       {{"run", file, "--exact", "yes"}, "choose none"},
       {{"run", file, "--exact"}, "--exact"},

@@ -23,6 +23,7 @@ struct Made {
   std::uint32_t shared_parts = 1, inputs_of_first_batch = 1, name_count = 1;
   std::size_t shared_numbers = 9;
   std::uint32_t claimed_frames = 1;
+  std::string refit = "cab";
 };
 
 std::vector<std::uint8_t> bytes_of(const Made& made) {
@@ -53,7 +54,10 @@ std::vector<std::uint8_t> bytes_of(const Made& made) {
   for (std::uint32_t i = 0; i < made.inputs_of_first_batch + 1; ++i)
     inputs.push_back(format::CreateInput(builder, i < made.inputs_of_first_batch ? 0 : 1, poses, 0, 0, 0, 0, 0, 0,
                                          made.count, 0, masked));
-  const auto settings = format::CreateSettings(builder);
+  const auto refit =
+      format::CreatePolicyChoice(builder, builder.CreateString("refit"), builder.CreateString(made.refit));
+  const auto settings =
+      format::CreateSettings(builder, builder.CreateVector(std::vector<fb::Offset<format::PolicyChoice>>{refit}));
   const auto frame =
       format::CreateFrame(builder, 0, settings, builder.CreateVector(inputs), builder.CreateVector(made.hits));
   const auto chunk = format::CreateChunk(
@@ -113,6 +117,19 @@ TEST_CASE("what a frame names and does not have is refused") {
   made = {};
   made.metres_per_unit = -1;
   CHECK(says(reading(made), "its header has no numbers"));
+}
+
+TEST_CASE("a policy that is not in the table is refused by its name, and no text of a file is shown as it is") {
+  Made made;
+  made.refit = "best3";
+  CHECK(reading(made).empty());
+  for (const auto& [refit, named] : {std::pair<std::string, std::string>{"covariance_leaves", "covariance_leaves"},
+                                     {"", ""},
+                                     {"\33[2J", "??2?"},
+                                     {std::string(5000, 'n'), std::string(40, 'n') + "..."}}) {
+    made.refit = refit;
+    CHECK(says(reading(made), "a frame has refit = '" + named + "', which this library does not know"));
+  }
 }
 
 TEST_CASE("lists that a small file names again and again are not unpacked") {

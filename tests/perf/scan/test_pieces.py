@@ -113,6 +113,15 @@ def test_policies_are_read_from_words_and_back():
             policies.choose_policies(words, "convex")
 
 
+def test_a_policy_that_is_gone_is_refused_by_its_name():
+    text = policies.policies_text(cab.Policies()).replace("refit=cab", "refit=covariance_leaves")
+    gone = "refit: 'covariance_leaves' is none of cab, "
+    with pytest.raises(ValueError, match=gone):
+        policies.choose_policies("refit=covariance_leaves", "convex")
+    with pytest.raises(ValueError, match=gone):
+        policies.policies_of(text)
+
+
 def test_the_command_line_refuses_what_is_wrong(capsys):
     for words, told in (
         (["self"], "give a PATH"),

@@ -17,7 +17,6 @@ export const POLICY_TABLE: readonly PolicyField[] = [
       cab: 'the paper\u2019s CAB: oriented boxes along the main axis of two jointed children',
       cab_sum: 'as cab, but along the sum of both major axes where their ends are closest',
       covariance: 'the paper\u2019s OBB: along the principal axes of the children\u2019s corners',
-      covariance_leaves: 'along the principal axes of the corners of all leaf boxes below',
       best3: 'of three oriented boxes the one of least surface',
       aabb_hull: 'the paper\u2019s AABB*: axis-aligned boxes about the leaf boxes, leaves included',
       aabb_vertices: 'the paper\u2019s AABB+: axis-aligned boxes about all vertices below, leaves included',

@@ -77,7 +77,7 @@ def golden_hash(isa):
         poses[..., 4:] *= 2
         exact = "convex" if frame % 3 == 2 else "none"
         policies = cab.Policies(
-            refit=fields["refit"][frame % 7],
+            refit=fields["refit"][frame % len(fields["refit"])],
             strategy=fields["strategy"][frame % 4],
             extents=fields["extents"][frame % 2],
             exact=exact,

@@ -229,7 +229,7 @@ int main(int argument_count, char** arguments) {
     FrameJob job;
     job.inputs = inputs;
     job.rules = rules;
-    job.policies.refit = static_cast<Refit>(frame % 7);
+    job.policies.refit = static_cast<Refit>(frame % kRefitCount);
     job.policies.strategy = frame % 6 < 4 ? static_cast<Strategy>(frame % 6) : Strategy::kAuto;
     job.policies.sat = static_cast<Sat>(frame / 2 % 2);
     job.policies.depth = static_cast<Depth>(frame / 3 % 2);

@@ -104,7 +104,7 @@ function answers(module, isa) {
       rules: [{a: figures}, {a: figures, pairing: 'within'}, {a: figures, b: crates}, {a: crates},
               {a: crates, b: ground}, {a: figures, b: ground}],
       policies: {
-        refit: REFITS[frame % 7],
+        refit: REFITS[frame % REFITS.length],
         strategy: frame % 6 < 4 ? STRATEGIES[frame % 6] : 'auto',
         sat: SATS[Math.floor(frame / 2) % 2],
         depth: DEPTHS[Math.floor(frame / 3) % 2],
