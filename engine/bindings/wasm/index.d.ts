@@ -270,7 +270,7 @@ export type Extents = 'children' | 'leaves';
 export type Exact = 'none' | 'convex';
 export type Sat = 'all15' | 'faces6';
 export type Depth = 'three_starts' | 'one_start';
-export type Preset = 'balanced' | 'fast' | 'tight' | 'paper';
+export type Preset = 'balanced' | 'tight' | 'paper';
 
 export interface Policies {
   refit?: Refit;

@@ -712,7 +712,9 @@ export class World {
     const bytes = new TextEncoder().encode(policies + '\0');
     const name = this.#structs.take(bytes.length);
     this.#structs.array('u8', name, bytes.length).set(bytes);
-    if (!this.#exports.cab_preset_set(at, name)) throw new TypeError(`cab: there is no preset '${policies}'`);
+    if (this.#exports.cab_preset_set(at, name)) return;
+    const instead = policies === 'fast' ? "; set {sat: 'faces6', depth: 'one_start'}" : '';
+    throw new TypeError(`cab: there is no preset '${policies}'${instead}`);
   }
 
   #giveRoom(job, wantsContacts) {

@@ -333,7 +333,7 @@ CAB_API bool cab_policy_set(cab_Policies* policies, uint32_t field, const char* 
 // Values for all policies under one name. A preset says how boxes are made and tested. Whether hits are confirmed is
 // the caller's choice, so `exact` is CAB_EXACT_NONE in all presets. The strings live as long as the program.
 typedef struct cab_PolicyPreset {
-  const char* name;       // on the command line and for cab_preset_set, such as "fast"
+  const char* name;       // on the command line and for cab_preset_set, such as "tight"
   const char* meaning;    // what the preset is for, in one phrase
   cab_Policies policies;  // the value of every field
 } cab_PolicyPreset;

@@ -110,7 +110,7 @@ CAB_API bool policy_set(Policies& policies, std::uint32_t field, const char* val
 // Values for all policies under one name. A preset says how boxes are made and tested. Whether hits are confirmed is
 // the caller's choice, so `exact` is kNone in all presets. The strings live as long as the program.
 struct PolicyPreset {
-  const char* name;     // on the command line and for preset_set, such as "fast"
+  const char* name;     // on the command line and for preset_set, such as "tight"
   const char* meaning;  // what the preset is for, in one phrase
   Policies policies;    // the value of every field
 };

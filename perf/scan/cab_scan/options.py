@@ -92,7 +92,7 @@ def _add_files(parser: argparse.ArgumentParser, kind: str) -> None:
 
 
 def _add_policies(parser: argparse.ArgumentParser, several: bool) -> None:
-    words = "a preset, or FIELD=VALUE, separated by commas, such as fast,exact=none (default balanced,exact=convex)"
+    words = "a preset, or FIELD=VALUE, separated by commas, such as tight,exact=none (default balanced,exact=convex)"
     parser.add_argument(
         "--policies", metavar="WORDS", action="append" if several else "store", default=[] if several else None,
         help=words + ("; give it again for each column of the sweep" if several else ""),

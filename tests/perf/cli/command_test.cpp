@@ -273,7 +273,8 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},
-      {{"run", file, "--preset", "slow"}, "--preset: 'slow' is not a preset; choose paper, fast, balanced, tight"},
+      {{"run", file, "--preset", "slow"}, "--preset: 'slow' is not a preset; choose paper, balanced, tight"},
+      {{"run", file, "--preset", "fast"}, "balanced, tight, or set --sat faces_6 --depth one_start"},
       {{"crowd", "--scene", "uniform", "--preset", ""}, "--preset"},
       {{"run", file, "--offset", "1,2"}, "--offset: '1,2' is not X,Y,Z"},
       {{"run", file, "--offset", "1,2,3,4"}, "--offset"},
@@ -718,7 +719,7 @@ TEST_CASE("contacts are by convex unless another exact test is asked for, and th
   };
   CHECK(says(table({}), "none"));
   CHECK(says(table({"--contacts"}), "convex"));
-  CHECK(says(table({"--contacts", "--preset", "fast"}), "convex"));
+  CHECK(says(table({"--contacts", "--preset", "tight"}), "convex"));
   CHECK(says(table({"--contacts", "--exact", "fcl"}), "fcl"));
   CHECK(figures.hits({"--contacts"}) == figures.hits({"--contacts", "--exact", "convex"}));
 }

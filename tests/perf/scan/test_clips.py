@@ -199,7 +199,7 @@ def test_pairs_are_those_of_the_command(scan, quick):
 
 def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan, quick):
     write_corpus(scan.folder / "corpus", 3)
-    words = ["--policies", "balanced", "--policies", "fast", "--policies", "exact=none"]
+    words = ["--policies", "balanced", "--policies", "sat=faces_6", "--policies", "exact=none"]
     outcome = quick("policies", "corpus", *words)
     assert outcome.code == 0 and "false positives" in outcome.out
     rows = scan.rows(rest="WHERE file LIKE '%0000%'")

@@ -104,8 +104,8 @@ def test_lists_and_patterns_say_what_is_wrong_with_them(tmp_path):
 
 
 def test_policies_are_read_from_words_and_back():
-    made = policies.choose_policies("fast,strategy=tree", "convex")
-    assert (made.strategy, made.exact, made.sat) == ("tree", "convex", cab.Policies.preset("fast").sat)
+    made = policies.choose_policies("tight,strategy=tree", "convex")
+    assert (made.strategy, made.exact, made.refit) == ("tree", "convex", cab.Policies.preset("tight").refit)
     assert policies.policies_of(policies.policies_text(made)) == made
     assert policies.choose_policies("exact=none", "convex").exact == "none"
     for words in ("quick", "colour=red", "sat=all"):
@@ -120,6 +120,8 @@ def test_a_policy_that_is_gone_is_refused_by_its_name():
         policies.choose_policies("refit=covariance_leaves", "convex")
     with pytest.raises(ValueError, match=gone):
         policies.policies_of(text)
+    with pytest.raises(ValueError, match="'fast' is none of paper, balanced, tight; set sat='faces_6'"):
+        policies.choose_policies("fast,exact=none", "convex")
 
 
 def test_the_command_line_refuses_what_is_wrong(capsys):

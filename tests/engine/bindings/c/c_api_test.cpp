@@ -102,7 +102,7 @@ TEST_CASE("c api: another ABI and null are refused, and outputs stay") {
   CHECK(cab_engine_thread_count(nullptr) == 0);
   CHECK(cab_policy_get(nullptr, 0) == 0);
   CHECK(!cab_policy_set(nullptr, 0, "cab"));
-  CHECK(!cab_preset_set(nullptr, "fast"));
+  CHECK(!cab_preset_set(nullptr, "tight"));
   cab_Policies policies = cab_default_policies();
   CHECK(cab_preset_set(&policies, "paper"));
   CHECK(cab_policy_table().size == policy_table().size);

@@ -190,8 +190,10 @@ def test_names_of_policies():
     world, _, poses = posed_world()
     for name in cab.presets():
         world.run(poses, policies=name)
-    with pytest.raises(ValueError, match="'slow' is none of"):
+    with pytest.raises(ValueError, match="'slow' is none of paper, balanced, tight$"):
         world.run(poses, policies="slow")
+    with pytest.raises(ValueError, match="'fast' is none of .*; set sat='faces_6' and depth='one_start'$"):
+        world.run(poses, policies="fast")
     with pytest.raises(TypeError, match="int is given"):
         world.run(poses, policies=3)
     with pytest.raises(ValueError, match="report"):

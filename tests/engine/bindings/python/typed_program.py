@@ -12,7 +12,7 @@ def crowd(poses: npt.NDArray[np.float32], origins: npt.NDArray[np.float64]) -> i
     body = cab.Body.from_boxes([-1, 0], [[0.1, 0.1, 0.1]] * 2, shapes=[cab.Shape.sphere(0.1), None], names=["a", "b"])
     with cab.World(threads=2, isa="auto") as world:
         batch: cab.Batch = world.add(body, len(poses))
-        frame: cab.Frame = world.run(poses, origins=origins, within=True, exact="convex", policies="fast")
+        frame: cab.Frame = world.run(poses, origins=origins, within=True, exact="convex", policies="tight")
         posed: cab.Posed = batch.posed(poses, origins=origins, in_contact=True)
         frame = world.run([posed], pairs=[(batch, batch)], policies=cab.Policies(refit="cab"))
         depth: Optional[npt.NDArray[np.void]] = frame.contacts

@@ -83,10 +83,12 @@ test('contacts without an exact test are refused in the first frame, though noth
 test('policies are an object or the name of a preset, and both are checked', () => {
   const {world, batch} = arms();
   const rules = [{a: batch}];
-  for (const policies of ['fast', 'tight', {strategy: 'brute', refit: 'best3'}]) {
+  for (const policies of ['paper', 'tight', {strategy: 'brute', refit: 'best3'}]) {
     assert.equal(world.runFrame({rules, policies}).length, 1);
   }
-  assert.throws(() => world.runFrame({rules, policies: 'fastest'}), /no preset 'fastest'/);
+  assert.throws(() => world.runFrame({rules, policies: 'fastest'}), /no preset 'fastest'$/);
+  assert.throws(() => world.runFrame({rules, policies: 'fast'}),
+                /no preset 'fast'; set {sat: 'faces6', depth: 'one_start'}$/);
   assert.throws(() => world.runFrame({rules, policies: {strategy: 'trees'}}),
                 /Policies.strategy is 'trees', and not one of tree, rows/);
   assert.throws(() => world.runFrame({rules, policies: {speed: 'fast'}}), /no member 'speed'/);
