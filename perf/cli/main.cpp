@@ -15,7 +15,6 @@
 #include "perf/base/out_of_memory.h"
 #include "perf/base/signals.h"
 #include "perf/base/usage.h"
-#include "perf/continuity/options.h"
 #include "perf/crowd/options.h"
 #include "perf/kernels/options.h"
 #include "perf/paper/options.h"
@@ -39,8 +38,8 @@ constexpr int kWrongUse = 2;
 
 // Every command, in the order of `cab --help`.
 constexpr Command (*kAddCommand[])(CLI::App& app) = {
-    add_run,    add_inspect, add_robot,  add_scan,  add_paper, add_crowd,   add_query,      add_record,
-    add_replay, add_view,    add_report, add_peers, add_sweep, add_kernels, add_continuity, add_verify,
+    add_run,    add_inspect, add_robot,  add_scan,  add_paper, add_crowd,   add_query,  add_record,
+    add_replay, add_view,    add_report, add_peers, add_sweep, add_kernels, add_verify,
 };
 
 // The text of an error as one line, which may have names of files and words of the command line.

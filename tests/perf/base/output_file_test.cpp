@@ -43,7 +43,7 @@ TEST_CASE("an output that cannot be written is refused before the work, with the
       {"run", place.figure, "--self"}, {"inspect", place.figure},
       {"paper", "--tables", "1"},      {"crowd", "--scene", "uniform", "--characters", "100"},
       {"peers", "--characters", "10"}, {"sweep", place.figure},
-      {"continuity", "--steps", "10"}, {"verify", "--rounds", "1"}};
+      {"verify", "--rounds", "1"}};
   for (const Words& command : commands)
     for (const char* option : {"--json", "--csv", "--hits"}) {
       const std::string help = run_command(command.front(), {"--help"}).out;

@@ -163,7 +163,6 @@ TEST_CASE("help names every option, every policy value and every instruction set
         "--out",
         "--json"}},
       {"kernels", {"--isa", "--rounds"}},
-      {"continuity", {"--steps", "--isa", "--json", "--csv"}},
       {"verify", {"--minutes", "--rounds", "--round", "--seed", "--part", "--isa", "--threads", "--resume", "--json"}}};
   const Outcome top = run_cab({"--help"});
   CHECK(top.exit_code == 0);
@@ -267,8 +266,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
       {{},
-       "choose run, inspect, robot, scan, paper, crowd, query, record, replay, view, report, peers, sweep, kernels, "
-       "continuity "
+       "choose run, inspect, robot, scan, paper, crowd, query, record, replay, view, report, peers, sweep, kernels "
        "or verify"},
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
@@ -334,8 +332,6 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"paper", "--frames", "0"}, "--frames"},
       {{"kernels", "--isa", "scalar,mmx"}, "mmx"},
       {{"kernels", "--rounds", "0"}, "--rounds"},
-      {{"continuity", "--steps", "0"}, "--steps"},
-      {{"continuity", "--steps", "500001"}, "--steps"},
   };
   const std::string before = read_text(file);
   for (const Misuse& misuse : misuses) {
@@ -924,38 +920,6 @@ TEST_CASE("a short paper run agrees between methods and writes the same to JSON 
   CHECK(json["tables"][0]["table"] == 2);
   CHECK(outcome.out.find("the paper") != std::string::npos);
   CHECK(outcome.out.find("84148") != std::string::npos);
-}
-
-TEST_CASE("continuity writes a row for every figure, refit and extents, the same to JSON and CSV") {
-  const TemporaryFolder folder;
-  const Outcome outcome =
-      run_cab({"continuity", "--steps", "50", "--json", folder / "jumps.json", "--csv", folder / "jumps.csv"});
-  CAPTURE(outcome.error);
-  REQUIRE(outcome.exit_code == 0);
-  const Json json = Json::parse(read_text(folder / "jumps.json"));
-  const Words rows = lines_of(read_text(folder / "jumps.csv"));
-  const Words header = split(rows[0]);
-  CHECK(json["steps"] == 50);
-  REQUIRE(json["rows"].size() + 1 == rows.size());
-  const std::size_t refits = 2 * std::size_t{policy_table()[0].value_count};
-  CHECK(json["rows"].size() >= 6 * refits);
-  CHECK(json["rows"].size() % refits == 0);
-  for (std::size_t r = 0; r < json["rows"].size(); ++r) {
-    const Json& row = json["rows"][r];
-    const Words fields = split(rows[r + 1]);
-    REQUIRE(fields.size() == header.size());
-    for (std::size_t c = 0; c < header.size(); ++c) {
-      CAPTURE(header[c]);
-      if (header[c] == "steps") continue;
-      if (row[header[c]].is_string())
-        CHECK(row[header[c]] == fields[c]);
-      else
-        CHECK(row[header[c]].get<double>() == std::stod(fields[c]));
-    }
-    CHECK(outcome.out.find(row["refit"].get<std::string>() + ", " + row["extents"].get<std::string>()) !=
-          std::string::npos);
-    CHECK(outcome.out.find(row["figure"].get<std::string>() + ": ") != std::string::npos);
-  }
 }
 
 TEST_CASE("the paper's tables pass every gate") {
