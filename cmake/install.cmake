@@ -121,7 +121,7 @@ if(CAB_BUILD_COMMAND)
   install(FILES ${PROJECT_BINARY_DIR}/../view/cab_view.html DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/cab
     COMPONENT cab_tools OPTIONAL)
   # The package behind `cab scan`.
-  install(DIRECTORY perf/scan/cab_scan DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/cab/scan COMPONENT cab_tools
+  install(DIRECTORY perf/tools/scan/cab_scan DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/cab/scan COMPONENT cab_tools
     FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)
   if(BUILD_SHARED_LIBS)
     set_target_properties(cab_command PROPERTIES INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR})

@@ -4,7 +4,7 @@
 #include <cab/cab.h>
 
 #include "perf/base/out_of_memory.h"
-#include "perf/oracle/engine_ptr.h"
+#include "perf/harness/engine_ptr.h"
 
 #include <stdexcept>
 #include <string>

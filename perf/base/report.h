@@ -66,7 +66,7 @@ void write_csv(OutputFile& file, const std::vector<nlohmann::ordered_json>& rows
 
 // A text as a field of a CSV file, quoted where RFC 4180 asks for it. One that begins with = + - @ ', a tab or the end
 // of a line gets a ' before it, so that no spreadsheet takes it for a formula. A plain number stays as it is. The cells
-// of cab scan (perf/scan/cab_scan/printable.py) have the same rule.
+// of cab scan (perf/tools/scan/cab_scan/printable.py) have the same rule.
 std::string csv_field(std::string_view text);
 
 // A number as text: with a fixed number of decimals; as the shortest text that reads back as the same number; as 16

@@ -1,7 +1,7 @@
 // Memory: a frame allocates nothing, an engine returns all that it took, and a failed allocation is a status.
 #include "engine/session/engine.h"
-#include "perf/oracle/random_queries.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/random_queries.h"
 #include "tests/aligned_memory.h"
 #include "tests/engine/thread_pool.h"
 

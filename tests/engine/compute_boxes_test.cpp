@@ -1,7 +1,7 @@
 // compute_boxes: a leaf box contains the exactly posed one, an inner box all boxes below it. Bits do not vary.
-#include "perf/oracle/containment.h"
-#include "perf/oracle/float_frame.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/containment.h"
+#include "perf/judge/oracle/float_frame.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // How far inner boxes jump when a pose moves a little. Each figure has one pose parameter, which goes through the
 // values at which a refit has to choose its axes. Prints the table of docs/policies.md.
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 #include "tests/sanitizers.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // What must not change a result: neighbours in a tile, signs of zeros, payloads of NaN, the order of inputs and rules.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

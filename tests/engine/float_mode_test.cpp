@@ -1,5 +1,5 @@
 // The caller's floating-point control word changes no bit of a result, and every call restores it.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/thread_pool.h"
 
 #include <doctest/doctest.h>

@@ -2,8 +2,8 @@
 #include "engine/session/engine.h"
 #include "engine/step/task_roll.h"
 
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/engine/small_store.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"

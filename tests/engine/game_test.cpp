@@ -1,5 +1,5 @@
 // All that a game gives a frame at once: who is where and at which level, who rests, sizes, margins, layers, a level.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

@@ -1,6 +1,6 @@
 // BatchInput::count and instances: frames with some of a batch's instances.
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

@@ -1,5 +1,5 @@
 // Pairs that are never tested within an instance. An independent judge says which they are; no other pair is lost.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/touching_links.h"
 #include "tests/layout/joints_from.h"
 #include "tests/rounds.h"

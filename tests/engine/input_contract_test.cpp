@@ -1,7 +1,7 @@
 // The table of bad and extreme inputs in docs/embedding.md. Each input has the answer that its row gives, and no other
 // instance of the tile or the engine changes.
-#include "perf/oracle/containment.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/containment.h"
 #include "tests/sanitizers.h"
 
 #include <doctest/doctest.h>

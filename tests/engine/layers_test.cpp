@@ -1,5 +1,5 @@
 // Layers: which instances may be paired, against a judge that compares bit by bit.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Strategy links: the hits of brute, byte for byte, for all articulations, poses and options of a frame.
 #include "engine/session/engine.h"
 #include "kernels/overlap_sat.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/small_store.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"

@@ -1,7 +1,7 @@
 // One engine over many frames, as a game has it: characters are replaced, rest, come in sizes; batches come and go.
 #include "engine/session/engine.h"
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

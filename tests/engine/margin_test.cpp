@@ -1,5 +1,5 @@
 // Margins: no pair within the margin is lost, by boxes or by shapes. How far beyond it pairs are reported is bounded.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Links with mirrored poses: a body whose link is mirrored across its plane of x and y touches what the same body with
 // mirrored leaves touches.
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -3,7 +3,7 @@
 // how many worlds run (tests/rounds.h).
 #include "engine/frame/all_pairs.h"
 #include "kernels/descend_tiles.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

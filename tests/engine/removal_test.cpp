@@ -1,7 +1,7 @@
 // Batches and articulations that come and go: ids, slots, memory, and frames in between.
 #include "engine/session/engine.h"
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // The strategies rows and auto: they find the hits of brute in every world, with every refit.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

@@ -1,6 +1,6 @@
 // BatchInput::scales and PoseView::has_scale: instances, or links, of other sizes than those that were added.
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

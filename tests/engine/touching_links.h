@@ -1,7 +1,7 @@
 // The judge of which links of one instance touch.
 #pragma once
 
-#include "perf/oracle/exact_pose.h"
+#include "perf/judge/oracle/exact_pose.h"
 
 #include <algorithm>
 #include <set>

@@ -1,7 +1,7 @@
 // A fuzzer's bytes as numbers, rotations and boxes. Most are valid, so that inputs pass the checks; some are anything.
 #pragma once
 
-#include "perf/oracle/random_rig.h"
+#include "perf/harness/random_rig.h"
 
 #include <algorithm>
 #include <cmath>

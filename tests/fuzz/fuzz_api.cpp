@@ -1,6 +1,6 @@
 // Turns bytes into calls of the public API, right and wrong. A call answers by its status, a call that fails changes
 // nothing, and lack of memory is a status too.
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 #include "tests/fuzz/bytes.h"
 
 #include <list>

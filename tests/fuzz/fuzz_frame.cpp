@@ -1,7 +1,7 @@
 // Turns bytes into worlds and runs them. No strategy loses a touching pair or reports a pair that brute does not. rows
 // and links report all pairs of brute. Every instruction set writes the same bits. A masked instance is in no hit.
 #include "engine/frame/all_pairs.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/fuzz/bytes.h"
 
 namespace {

@@ -1,8 +1,8 @@
 // Turns bytes into a small world and queries of any bits. A job with a query that is not valid is refused, and nothing
 // is written. Else all instruction sets answer the same bits, however queries are divided among calls and however few
 // hits there is room for, and a judge finds no fault of boxes where numbers are moderate.
-#include "perf/oracle/query_judge.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
+#include "perf/judge/oracle/query_judge.h"
 #include "tests/fuzz/bytes.h"
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // Turns bytes into the text of a file of queries, of the kind that the first byte chooses. The answer is queries that
 // run_queries accepts, or one printable line that names the file.
-#include "perf/query/query_file.h"
+#include "perf/tools/query/query_file.h"
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
 #include "tests/fuzz/bytes.h"

@@ -1,8 +1,8 @@
 // Turns bytes into two bodies of convex parts, of extreme sizes and poses, and tests them with the exact kernels. Every
 // instruction set writes the same hits and contacts. Parts that have a point in common by a certificate are a hit,
 // parts that are far apart are none. A contact is finite, and deep enough to part two parts.
-#include "perf/oracle/convex_pairs.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
+#include "perf/judge/oracle/convex_pairs.h"
 #include "tests/fuzz/bytes.h"
 
 #include <list>

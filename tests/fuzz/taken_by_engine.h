@@ -1,7 +1,7 @@
 // Checks that an engine accepts an imported scene.
 #pragma once
 
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 #include "scenes/scene.h"
 #include "tests/fuzz/bytes.h"
 

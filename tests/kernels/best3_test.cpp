@@ -1,8 +1,8 @@
 // best3 against its description, computed independently in double: the axes of CAB or of a child, whichever box has the
 // least surface.
 #include "kernels/refit_tree.h"
-#include "perf/oracle/merge_regimes.h"
-#include "perf/oracle/rotation_limit.h"
+#include "perf/judge/oracle/merge_regimes.h"
+#include "perf/judge/oracle/rotation_limit.h"
 #include "tests/kernels/isas.h"
 
 #include <doctest/doctest.h>

@@ -1,9 +1,9 @@
 // The covariance merge against an independent eigen-solver, and the variant of CAB in the paper's footnote against its
 // description.
 #include "kernels/refit_tree.h"
-#include "perf/oracle/containment.h"
-#include "perf/oracle/float_frame.h"
-#include "perf/oracle/merge_regimes.h"
+#include "perf/judge/oracle/containment.h"
+#include "perf/judge/oracle/float_frame.h"
+#include "perf/judge/oracle/merge_regimes.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 

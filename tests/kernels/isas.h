@@ -4,7 +4,7 @@
 #include "kernels/find_kernels.h"
 #include "kernels/isa_list.h"
 #include "layout/merge_program.h"
-#include "perf/oracle/box_tile.h"
+#include "perf/judge/oracle/box_tile.h"
 
 #include <cab/types.h>
 

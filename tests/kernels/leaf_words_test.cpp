@@ -1,8 +1,8 @@
 // Compact bounds of leaves: what words stand for, judged exactly, and which leaves of two instances meet.
 #include "kernels/leaf_words.h"
 
-#include "perf/oracle/random.h"
-#include "perf/oracle/real.h"
+#include "perf/judge/oracle/random.h"
+#include "perf/judge/oracle/real.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 

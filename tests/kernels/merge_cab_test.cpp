@@ -1,9 +1,9 @@
 // The CAB merge against its promises and against an independent merge in double.
 #include "kernels/refit_tree.h"
 #include "layout/error_bounds.h"
-#include "perf/oracle/containment.h"
-#include "perf/oracle/float_frame.h"
-#include "perf/oracle/merge_regimes.h"
+#include "perf/judge/oracle/containment.h"
+#include "perf/judge/oracle/float_frame.h"
+#include "perf/judge/oracle/merge_regimes.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 

@@ -2,8 +2,8 @@
 #include "kernels/descend_tiles.h"
 #include "kernels/gather_pairs.h"
 #include "layout/error_bounds.h"
-#include "perf/oracle/overlap_exact.h"
-#include "perf/oracle/touching_pairs.h"
+#include "perf/judge/oracle/overlap_exact.h"
+#include "perf/judge/oracle/touching_pairs.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 

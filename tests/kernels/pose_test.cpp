@@ -3,9 +3,9 @@
 
 #include "layout/arena.h"
 #include "layout/articulation.h"
-#include "perf/oracle/containment.h"
-#include "perf/oracle/float_frame.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/containment.h"
+#include "perf/judge/oracle/float_frame.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/kernels/isas.h"
 
 #include <doctest/doctest.h>

@@ -5,7 +5,7 @@
 
 #include "layout/error_bounds.h"
 #include "layout/instance_batch.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 

@@ -3,7 +3,7 @@
 #include "kernels/query_boxes.h"
 
 #include "layout/instance_batch.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 

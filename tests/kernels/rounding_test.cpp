@@ -5,9 +5,9 @@
 #include "kernels/overlap_sat.h"
 #include "kernels/pose_leaves.h"
 #include "layout/link_bounds.h"
-#include "perf/oracle/float_frame.h"
-#include "perf/oracle/overlap_exact.h"
-#include "perf/oracle/touching_pairs.h"
+#include "perf/judge/oracle/float_frame.h"
+#include "perf/judge/oracle/overlap_exact.h"
+#include "perf/judge/oracle/touching_pairs.h"
 #include "tests/kernels/isas.h"
 
 #include <doctest/doctest.h>

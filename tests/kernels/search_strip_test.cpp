@@ -3,8 +3,8 @@
 
 #include "kernels/search_strip.h"
 
-#include "perf/oracle/random.h"
-#include "perf/oracle/real.h"
+#include "perf/judge/oracle/random.h"
+#include "perf/judge/oracle/real.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 

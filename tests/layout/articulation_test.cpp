@@ -2,8 +2,8 @@
 #include "layout/articulation.h"
 
 #include "layout/arena.h"
-#include "perf/oracle/containment.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/containment.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/layout/joints_from.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Convex shapes as the exact kernels read them.
 #include "layout/convex_shapes.h"
 
-#include "perf/oracle/convex_pairs.h"
+#include "perf/judge/oracle/convex_pairs.h"
 
 #include <doctest/doctest.h>
 

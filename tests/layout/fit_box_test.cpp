@@ -4,8 +4,8 @@
 
 #include "layout/arena.h"
 #include "layout/articulation.h"
-#include "perf/oracle/containment.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/containment.h"
+#include "perf/judge/oracle/random.h"
 
 #include <doctest/doctest.h>
 

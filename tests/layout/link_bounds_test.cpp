@@ -1,7 +1,7 @@
 // Link bounds: one box around all leaves of a link, with the room that posing and slack need.
 #include "layout/link_bounds.h"
 
-#include "perf/oracle/box_tile.h"
+#include "perf/judge/oracle/box_tile.h"
 #include "tests/layout/random_links.h"
 
 #include <doctest/doctest.h>

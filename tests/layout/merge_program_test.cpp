@@ -2,7 +2,7 @@
 #include "layout/merge_program.h"
 
 #include "layout/arena.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/random.h"
 
 #include <doctest/doctest.h>
 

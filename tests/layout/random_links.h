@@ -3,8 +3,8 @@
 
 #include "layout/arena.h"
 #include "layout/link_bounds.h"
-#include "perf/oracle/oracle_box.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/oracle_box.h"
+#include "perf/judge/oracle/random.h"
 
 #include <doctest/doctest.h>
 

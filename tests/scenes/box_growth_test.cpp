@@ -1,6 +1,6 @@
 // Inner boxes against the smallest boxes that any rotation gives about the same leaf boxes.
-#include "perf/oracle/rotation_limit.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
+#include "perf/judge/oracle/rotation_limit.h"
 #include "scenes/crowd/humanoid.h"
 #include "scenes/paper/hand.h"
 

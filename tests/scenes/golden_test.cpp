@@ -2,7 +2,7 @@
 // split of their frames into batches.
 #include "tests/scenes/golden_hashes.h"
 
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 #include "scenes/paper/registry.h"
 #include "tests/engine/thread_pool.h"
 

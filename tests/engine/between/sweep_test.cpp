@@ -1,5 +1,5 @@
 // BatchInput::margins and sweep_margins: what may have touched between two frames.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

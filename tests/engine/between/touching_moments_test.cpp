@@ -1,7 +1,7 @@
 // find_touching_moments: which links touch between two frames, and when first.
 #include "engine/between/link_path.h"
 
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

@@ -1,6 +1,6 @@
 // The broad phase: it never loses a touching pair, however far the pair is from the world's origin.
 #include "engine/session/engine.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

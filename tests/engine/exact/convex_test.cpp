@@ -1,8 +1,8 @@
 // Frames with the exact kernels: bodies of random shapes against the judge of convex shapes, and what must not change
 // an answer.
 #include "engine/frame/all_pairs.h"
-#include "perf/oracle/convex_pairs.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/convex_pairs.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

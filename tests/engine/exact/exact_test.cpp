@@ -1,5 +1,5 @@
 // Exact tests: yes and no against answers worked out by hand, contacts by FCL, and its counts.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <doctest/doctest.h>
 

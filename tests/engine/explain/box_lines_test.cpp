@@ -1,5 +1,5 @@
 // box_lines: edges of the boxes that compute_boxes gives, of the level that was asked for, with hits marked.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

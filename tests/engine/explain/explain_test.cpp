@@ -1,5 +1,5 @@
 // explain_job, explain_mask, stats_line: each fault of a job by its member, index and value, beside the frame's status.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

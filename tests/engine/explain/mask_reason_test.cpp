@@ -1,6 +1,6 @@
 // why_masked: the link, the number and how far off it is.
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

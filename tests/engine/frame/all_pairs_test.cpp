@@ -1,7 +1,7 @@
 // run_all_pairs: every leaf pair that may be tested, by the exact test alone, with the outputs of run_frame.
 #include "engine/frame/all_pairs.h"
 
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

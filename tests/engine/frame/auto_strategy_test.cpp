@@ -1,7 +1,7 @@
 // What `auto` stands for, at both sides of each crossover (docs/policies.md, "Crossovers").
 #include "engine/frame/auto_strategy.h"
 
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 
 #include <doctest/doctest.h>
 

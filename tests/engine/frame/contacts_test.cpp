@@ -1,5 +1,5 @@
 // Contacts of links, hits that are dropped by depth, distances, and compute_contacts.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // The frame of a crowd finds what a test of all leaf pairs finds, whatever the crowd looks like and looked like before.
 #include "engine/session/engine.h"
-#include "perf/oracle/exact_pose.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/exact_pose.h"
 #include "tests/engine/small_store.h"
 #include "tests/rounds.h"
 

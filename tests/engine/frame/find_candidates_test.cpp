@@ -1,6 +1,6 @@
 // Candidates from the caller's bounds, and frames of those that are in a pair.
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

@@ -1,5 +1,5 @@
 // Frames against a judge: no pair is lost or invented, for any strategy, kind of batch and range of numbers.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <doctest/doctest.h>
 

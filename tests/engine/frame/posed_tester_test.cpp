@@ -1,7 +1,7 @@
 // How often characters are posed for tests: the candidates of large articulations wait for each other.
 #include "engine/session/engine.h"
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/engine/thread_pool.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // The order of a batch's characters in space, against a judge that cuts a cube into eight, again and again.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // diff_hits: what began and what ended, against sets.
-#include "perf/oracle/random.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -3,7 +3,7 @@
 #include "engine/hits/hit_store.h"
 
 #include "engine/session/engine.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/small_store.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"

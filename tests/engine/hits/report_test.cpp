@@ -1,6 +1,6 @@
 // The caller's hit buffer: sorted, exact counts, and what happens when it is too small.
 #include "engine/session/engine.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/small_store.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"

@@ -1,5 +1,5 @@
 // Regions with equally many characters.
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/random.h"
 
 #include <cab/mpi.h>
 

@@ -1,5 +1,5 @@
 // What frames and calls of all ranks refuse: with one answer for all, and an engine that goes on.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <cab/mpi.h>
 

@@ -1,5 +1,5 @@
 // One rank runs out of memory, at each place where it allocates: all ranks answer alike, and the engine goes on.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <cab/mpi.h>
 

@@ -1,8 +1,8 @@
 // Random worlds for all ranks: the characters of a world, who owns them, and one frame by one engine or by all ranks.
 #pragma once
 
-#include "perf/oracle/random_queries.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/random_queries.h"
 
 #include <cab/mpi.h>
 

@@ -1,7 +1,7 @@
 // How far characters reach: cubes that hold their boxes.
 #include "engine/mpi/reach.h"
 
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <cab/cab.h>

@@ -2,7 +2,7 @@
 #include "engine/pairs/link_pairs.h"
 
 #include "engine/session/call.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "engine/pairs/posed_set.h"
 
 #include "engine/session/call.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 
 #include <doctest/doctest.h>
 

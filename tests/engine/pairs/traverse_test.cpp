@@ -1,5 +1,5 @@
 // One leaf predicate: pairs at the very edge of the overlap test's slack get the same answer from every strategy.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <doctest/doctest.h>
 

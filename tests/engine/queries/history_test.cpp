@@ -1,8 +1,8 @@
 // Queries about the past: at moments that a history has, and between two of them. What is answered there is what
 // run_queries answers for the same poses as inputs, bit for bit; and right by the judge.
-#include "perf/oracle/query_judge.h"
-#include "perf/oracle/random_queries.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/query_judge.h"
+#include "perf/judge/oracle/random_queries.h"
 #include "tests/aligned_memory.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"

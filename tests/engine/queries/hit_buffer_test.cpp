@@ -1,7 +1,7 @@
 // Where the hits of one query chunk, against all of them sorted.
 #include "engine/queries/hit_buffer.h"
 
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -4,7 +4,7 @@
 
 #include "engine/queries/query_memory.h"
 #include "engine/session/engine.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -5,9 +5,9 @@
 #include "kernels/float_mode.h"
 #include "layout/convex_shapes.h"
 #include "layout/error_bounds.h"
-#include "perf/oracle/convex_faces.h"
-#include "perf/oracle/exact_pose.h"
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/convex_faces.h"
+#include "perf/judge/oracle/exact_pose.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // Creating engines, articulations and batches: every status, ids, counts, and one call at a time.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // Coarser levels of detail: what touches at a finer level touches at a coarser one, by leaves that stand for its links.
 #include "engine/frame/all_pairs.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "scenes/crowd/crowd.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"

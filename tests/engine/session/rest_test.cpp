@@ -1,8 +1,8 @@
 // BatchInput::moved and PairRule::resting: frames in which some characters rest.
 #include "engine/session/rest.h"
 
-#include "perf/oracle/random_world.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/random_world.h"
+#include "perf/harness/world.h"
 #include "tests/engine/small_store.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"

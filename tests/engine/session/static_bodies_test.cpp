@@ -2,8 +2,8 @@
 #include "engine/session/static_bodies.h"
 
 #include "engine/session/engine.h"
-#include "perf/oracle/convex_pairs.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/convex_pairs.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

@@ -1,5 +1,5 @@
 // Every misuse of run_frame and compute_boxes has its status, and leaves the caller's data as they were.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <doctest/doctest.h>
 

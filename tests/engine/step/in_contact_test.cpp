@@ -1,5 +1,5 @@
 // Which instances touch anything: a frame with hits and a frame with Report::kInContact give the same answer.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // Profiler: phases lie within each other on each thread, every task is told, and frames stay as they are.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 

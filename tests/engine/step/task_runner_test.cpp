@@ -4,7 +4,7 @@
 
 #include "engine/session/engine.h"
 #include "engine/step/task_roll.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/engine/thread_pool.h"
 
 #include <doctest/doctest.h>

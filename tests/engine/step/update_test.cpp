@@ -1,5 +1,5 @@
 // Masked instances: which poses are refused, with which flag, and that other instances keep their bits.
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 
 #include <doctest/doctest.h>
 

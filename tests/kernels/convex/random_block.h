@@ -1,7 +1,7 @@
 // The random blocks of the verification, by the names that tests use.
 #pragma once
 
-#include "perf/verify/random_block.h"
+#include "perf/judge/verify/random_block.h"
 
 namespace cab::tests {
 

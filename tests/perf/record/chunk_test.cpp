@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string>
 
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/rounds.h"
 
 namespace cab::tests {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
 #include "tests/rounds.h"
 
 namespace cab::tests {

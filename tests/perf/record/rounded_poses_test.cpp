@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "perf/oracle/random_rig.h"
+#include "perf/harness/random_rig.h"
 #include "tests/rounds.h"
 
 namespace cab::tests {

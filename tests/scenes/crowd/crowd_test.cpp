@@ -2,7 +2,7 @@
 // clips or follow recorded ways.
 #include "scenes/crowd/crowd.h"
 
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 #include "scenes/crowd/clip_crowd.h"
 #include "scenes/crowd/humanoid.h"
 #include "scenes/scene_list.h"

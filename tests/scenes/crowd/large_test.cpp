@@ -1,7 +1,7 @@
 // Large characters: the boxes and places of detailed rigs and ropes, and that every strategy finds the links that the
 // judge finds.
 #include "perf/base/crowd_session.h"
-#include "perf/oracle/world.h"
+#include "perf/harness/world.h"
 #include "scenes/crowd/detailed.h"
 #include "scenes/crowd/humanoid.h"
 #include "scenes/crowd/ropes.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "perf/oracle/engine_ptr.h"
+#include "perf/harness/engine_ptr.h"
 #include "scenes/robot/robot.h"
 #include "tests/scenes/temporary_file.h"
 

@@ -1,8 +1,8 @@
 // Small files of every format that a command reads, cut off at twenty places and with random bytes changed fifty times:
 // each gives something to compute hits of, or one line that names a file, and costs no more than the limits.
 #include "perf/base/engine_session.h"
-#include "perf/robot/session.h"
-#include "perf/run/bodies_file.h"
+#include "perf/tools/robot/session.h"
+#include "perf/tools/run/bodies_file.h"
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"

@@ -1,7 +1,7 @@
 // Two real dancers in close contact. The hits hold every pair that an independent box test finds.
-#include "perf/oracle/overlap_exact.h"
-#include "perf/oracle/world.h"
-#include "perf/paper/added_false_positives.h"
+#include "perf/harness/world.h"
+#include "perf/judge/oracle/overlap_exact.h"
+#include "perf/measure/paper/added_false_positives.h"
 #include "scenes/import/import.h"
 
 #include <cab/cab.h>

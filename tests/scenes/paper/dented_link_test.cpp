@@ -1,7 +1,7 @@
 // The dented link of Table 3: its convex pieces, and the mesh that bounds them.
 #include "scenes/paper/dented_link.h"
 
-#include "perf/oracle/random.h"
+#include "perf/judge/oracle/random.h"
 #include "tests/scenes/paper/leaf_boxes.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // The C API: the same answers as the C++ API, its defaults, and what it refuses by itself.
-#include "perf/oracle/random_queries.h"
-#include "perf/oracle/random_world.h"
+#include "perf/harness/random_world.h"
+#include "perf/judge/oracle/random_queries.h"
 #include "tests/rounds.h"
 
 #include <cab/cab_c.h>

@@ -1,0 +1,115 @@
+#include "perf/judge/verify/parts.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "layout/instance_batch.h"
+#include "perf/base/report.h"
+
+namespace cab::perf {
+namespace {
+
+// The most findings that one task keeps. Further ones add nothing.
+constexpr std::size_t kFindingsKept = 2;
+
+// The row of the table of policies that holds a field.
+std::uint32_t field_of(const std::string& name) {
+  std::uint32_t field = 0;
+  while (policy_table()[field].name != name) ++field;
+  return field;
+}
+
+std::string value_name(const Policies& policies, const std::string& field) {
+  const std::uint32_t row = field_of(field);
+  return policy_table()[row].values[policy_get(policies, row)].name;
+}
+
+template <class Enumeration>
+std::vector<Enumeration> values_of(const std::string& field) {
+  std::vector<Enumeration> out;
+  for (std::uint32_t v = 0; v < policy_table()[field_of(field)].value_count; ++v)
+    out.push_back(static_cast<Enumeration>(v));
+  return out;
+}
+
+}  // namespace
+
+void Tally::add(const Tally& other) {
+  for (const NamedCount& each : kCounts) this->*each.count += other.*each.count;
+  for (const NamedValue& each : kMaxima) this->*each.value = std::max(this->*each.value, other.*each.value);
+  if (std::tie(share, rounding, padding) < std::tie(other.share, other.rounding, other.padding))
+    std::tie(share, rounding, padding) = std::tie(other.share, other.rounding, other.padding);
+}
+
+void Task::violation(std::size_t method, const std::string& input) {
+  ++tallies[method].violations;
+  if (findings.size() < kFindingsKept) findings.push_back(input);
+}
+
+const std::vector<VerifyPart>& verify_parts() {
+  static const std::vector<VerifyPart> parts = {merges_part(), overlaps_part(), trees_part(), frames_part(),
+                                                shapes_part(), queries_part(),  rays_part()};
+  return parts;
+}
+
+std::vector<RefitMethod> refit_methods(std::uint32_t refit_count) {
+  std::vector<RefitMethod> out;
+  for (const Refit refit : values_of<Refit>("refit")) {
+    if (static_cast<std::uint32_t>(refit) >= refit_count) continue;
+    for (const Extents extents : values_of<Extents>("extents")) {
+      const Policies policies = {refit, Strategy::kTree, Exact::kNone, extents};
+      out.push_back({value_name(policies, "refit") + ", " + value_name(policies, "extents"), policies});
+    }
+  }
+  return out;
+}
+
+std::vector<RefitMethod> sat_methods() {
+  std::vector<RefitMethod> out;
+  for (const Sat sat : values_of<Sat>("sat")) {
+    Policies policies;
+    policies.sat = sat;
+    out.push_back({value_name(policies, "sat"), policies});
+  }
+  return out;
+}
+
+std::vector<RefitMethod> frame_methods() {
+  std::vector<RefitMethod> out;
+  for (const Refit refit : values_of<Refit>("refit")) {
+    for (const Strategy strategy : values_of<Strategy>("strategy")) {
+      for (const Extents extents : values_of<Extents>("extents")) {
+        const bool descends = strategy != Strategy::kBrute;
+        const Policies policies = {refit, strategy, Exact::kNone, extents};
+        if (!descends && extents != Extents::kChildren) continue;
+        std::string name = value_name(policies, "strategy") + ", " + value_name(policies, "refit");
+        if (descends) name += ", " + value_name(policies, "extents");
+        out.push_back({name, policies});
+        if (is_axis_aligned(refit) || extents != Extents::kChildren) continue;
+        for (const RefitMethod& sat : sat_methods()) {
+          if (sat.policies.sat == Sat::kAll15) continue;
+          Policies fewer = policies;
+          fewer.sat = sat.policies.sat;
+          out.push_back({name + ", " + sat.name, fewer});
+        }
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<std::string> names_of(const std::vector<RefitMethod>& methods) {
+  std::vector<std::string> out;
+  for (const RefitMethod& method : methods) out.push_back(method.name);
+  return out;
+}
+
+std::string to_text(const oracle::OracleBox<float>& box) {
+  const auto three = [](const float(&v)[3]) {
+    return "(" + shortest(v[0]) + " " + shortest(v[1]) + " " + shortest(v[2]) + ")";
+  };
+  return "center " + three(box.center) + " axes " + three(box.axis[0]) + three(box.axis[1]) + three(box.axis[2]) +
+         " half " + three(box.half);
+}
+
+}  // namespace cab::perf

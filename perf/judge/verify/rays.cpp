@@ -1,0 +1,66 @@
+// Verifies many rays at leaf boxes, by a judge in double that asks the one in long double only about pairs that are too
+// close for doubles. It judges which links are met and at which distance; points and normals are judged with `queries`.
+#include "perf/judge/oracle/quick_rays.h"
+#include "perf/judge/verify/parts.h"
+#include "perf/judge/verify/query_world.h"
+
+namespace cab::perf {
+namespace {
+
+// Rays of each regime and want per round: many, since a world takes as long to make as some thousand rays to judge.
+constexpr std::uint32_t kRays = 1000;
+
+// The method of a task: what its rays want.
+constexpr const char* kMethods[] = {"any", "closest", "all"};
+
+void judge_rays(Task& task, std::size_t method, const QueryWorld& made, const oracle::QuickRays& judge) {
+  const Isa isa = task.subject->kernels->isa;
+  QueryAnswer answer;
+  ask_queries(*task.subject, *query_engine(made, isa), made, Exact::kNone, answer);
+  Tally& tally = task.tallies[method];
+  std::size_t begin = 0;
+  for (std::size_t q = 0; q < made.about.queries.size(); ++q) {
+    const Span<const QueryHit> hits = answer.hits_of(q, begin);
+    const oracle::RayCounts counts = judge.count(answer.job, q, hits);
+    ++tally.judged;
+    tally.pairs += counts.pairs;
+    tally.undecided += counts.uncertain;
+    tally.touching += counts.must;
+    tally.hits += hits.size;
+    tally.lost += counts.lost;
+    tally.false_positives += counts.extra;
+    if (!counts.fault.empty()) task.violation(method, counts.fault + "; " + to_text(made.about.queries[q]));
+  }
+  if (begin != answer.job.hit_count) task.violation(method, "there are hits of no ray");
+  for (const Isa other : other_isas(isa)) {
+    QueryAnswer others;
+    ask_queries(*task.subject, *query_engine(made, other), made, Exact::kNone, others);
+    if (same_answers(answer, others)) continue;
+    ++tally.differing;
+    task.violation(method, std::string(to_string(other)) + " answers otherwise than " + to_string(isa));
+  }
+}
+
+void run(Task& task) {
+  QueryWorld made(task.random, false);
+  const oracle::QuickRays judge(made.scene);
+  for (std::size_t method = 0; method < std::size(kMethods); ++method) {
+    made.about = {};
+    for (std::uint32_t i = 0; i < kRays; ++i) {
+      oracle::add_query(task.random, made.scene, static_cast<oracle::QueryRegime>(task.regime), QueryKind::kRay,
+                        made.about);
+      Query& ray = made.about.queries.back();
+      ray.radius = 0;
+      ray.want = static_cast<QueryWant>(method);
+    }
+    judge_rays(task, method, made, judge);
+  }
+}
+
+}  // namespace
+
+VerifyPart rays_part() {
+  return {"rays", "rays", Columns::kRays, query_regimes(), {std::begin(kMethods), std::end(kMethods)}, run};
+}
+
+}  // namespace cab::perf

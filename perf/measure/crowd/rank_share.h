@@ -1,0 +1,34 @@
+// One rank's share of a crowd: who it has, and their poses.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perf/measure/crowd/ranks.h"
+#include "scenes/crowd/crowd.h"
+
+namespace cab::perf {
+
+class RankShare {
+ public:
+  RankShare(const scenes::Crowd& crowd, const Ranks& ranks);
+
+  // Cuts the crowd anew, by where everyone is at a time. Each rank poses an equal part of the crowd for that.
+  void cut(double seconds);
+
+  // Poses those that this rank has.
+  void pose(double seconds);
+
+  // By group: the numbers of the characters, ascending, and their poses.
+  const std::vector<std::uint32_t>& numbers(std::size_t group) const { return numbers_[group]; }
+  const scenes::PosedGroup& posed(std::size_t group) const { return posed_[group]; }
+  std::uint64_t count() const;
+
+ private:
+  const scenes::Crowd& crowd_;
+  const Ranks& ranks_;
+  std::vector<std::vector<std::uint32_t>> numbers_;
+  std::vector<scenes::PosedGroup> posed_;
+};
+
+}  // namespace cab::perf

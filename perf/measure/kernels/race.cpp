@@ -1,0 +1,27 @@
+#include "perf/measure/kernels/race.h"
+
+#include "perf/base/statistics.h"
+
+#include <chrono>
+
+namespace cab::perf {
+
+void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar& bar) {
+  for (std::uint32_t r = 0; r <= rounds; ++r) {
+    for (Contender& contender : contenders) {
+      const auto start = std::chrono::steady_clock::now();
+      contender.answer = contender.round();
+      const std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - start;
+      if (r > 0) contender.nanoseconds.push_back(took.count() / static_cast<double>(contender.work));
+    }
+    bar.advance(1);
+  }
+}
+
+double times_faster(const Contender& a, const Contender& b) {
+  std::vector<double> ratios;
+  for (std::size_t r = 0; r < a.nanoseconds.size(); ++r) ratios.push_back(b.nanoseconds[r] / a.nanoseconds[r]);
+  return median(ratios);
+}
+
+}  // namespace cab::perf

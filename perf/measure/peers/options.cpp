@@ -1,0 +1,68 @@
+#include "perf/measure/peers/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+#include "perf/base/option_values.h"
+#include "scenes/scene_list.h"
+
+namespace cab::perf {
+namespace {
+
+std::vector<Leaves> read_leaves(const std::string& option, const std::string& text) {
+  std::vector<Leaves> out;
+  for (const std::string& name : split_commas(text)) {
+    const Leaves leaves = name == name_of(Leaves::kBoxes) ? Leaves::kBoxes : Leaves::kShapes;
+    if (name != name_of(leaves) || std::count(out.begin(), out.end(), leaves) > 0)
+      reject(option, text, "boxes, shapes or both");
+    out.push_back(leaves);
+  }
+  return out;
+}
+
+}  // namespace
+
+Command add_peers(CLI::App& app) {
+  auto options = std::make_shared<PeersOptions>();
+  PeersOptions& o = *options;
+  CLI::App& command =
+      *app.add_subcommand("peers", "the same crowds through other libraries, verified, and timed in turns");
+  command
+      .add_option_function<std::string>(
+          "--scene", [&o](const std::string& text) { o.scenes = split_commas(text); },
+          "crowds, separated by commas (default uniform,jitter)")
+      ->type_name(scenes::scene_names(scenes::kPeersCommand, "|"));
+  command
+      .add_option_function<std::string>(
+          "--characters",
+          [&o](const std::string& text) { o.character_counts = read_number_list("--characters", text); },
+          "numbers of characters, separated by commas (default 1000,10000, and 100000 of uniform)")
+      ->type_name("LIST");
+  add_rounds(command, o.rounds,
+             "rounds, in each of which every set-up has one turn; times are their medians (default 9). Beyond 10000"
+             " characters: fewer rounds, at least 3, of the best set-ups of each library");
+  command
+      .add_option_function<std::string>(
+          "--peers", [&o](const std::string& text) { o.peers = split_commas(text); },
+          "libraries, separated by commas, of fcl, bullet, embree, ode (default: all in this build)")
+      ->type_name("LIST");
+  command
+      .add_option_function<std::string>(
+          "--leaves", [&o](const std::string& text) { o.leaves = read_leaves("--leaves", text); },
+          "what leaves are, separated by commas (default boxes,shapes)"
+          "\n  boxes: by all libraries"
+          "\n  shapes: capsules and ellipsoids, by cab, fcl and bullet")
+      ->type_name("LIST");
+  command.add_flag("--queries", o.queries,
+                   "rays, spheres and points through cab, embree, bullet and fcl, in place of pairs (default 10000"
+                   " characters; --leaves does not apply)");
+  add_number(command, "--rays", o.rays,
+             "with --queries: number of rays; a tenth as many spheres and points (default 100000)", 1, 10000000);
+  add_isa(command, o.isa);
+  add_json(command, o.json_path, "write the tables as JSON");
+  add_csv(command, o.csv_path, "write the tables as CSV");
+  return {&command, [options] { return peers_command(*options); }};
+}
+
+}  // namespace cab::perf

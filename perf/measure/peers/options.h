@@ -1,0 +1,30 @@
+// What `cab peers` accepts.
+#pragma once
+
+#include <cab/types.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "perf/base/options.h"
+#include "perf/measure/peers/peer.h"
+
+namespace cab::perf {
+
+struct PeersOptions {
+  std::vector<std::string> scenes = {"uniform", "jitter"};
+  std::vector<std::uint32_t> character_counts;  // empty: the defaults of each scene
+  std::uint32_t rounds = 9;
+  std::vector<std::string> peers;  // empty: all of this build
+  std::vector<Leaves> leaves = {Leaves::kBoxes, Leaves::kShapes};
+  bool queries = false;         // rays, spheres and points instead of pairs
+  std::uint32_t rays = 100000;  // a tenth as many spheres and points
+  Isa isa = Isa::kAuto;
+  std::string json_path;  // empty: no file
+  std::string csv_path;   // empty: no file
+};
+Command add_peers(CLI::App& app);
+int peers_command(const PeersOptions& options);
+
+}  // namespace cab::perf

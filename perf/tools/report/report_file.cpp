@@ -1,0 +1,155 @@
+#include "perf/tools/report/report_file.h"
+
+#include <cab/replay.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <system_error>
+#include <unordered_map>
+#include <utility>
+
+#include "perf/tools/replay/hit_names.h"
+
+namespace cab::perf {
+namespace {
+
+RecordingNames names_of(const record::Recording& recording) {
+  RecordingNames names;
+  for (std::uint32_t a = 0; a < recording.articulation_count(); ++a) {
+    const Span<const char* const> of_links = link_names(recording, a);
+    names.link_names.emplace_back(of_links.begin(), of_links.end());
+  }
+  for (std::uint32_t b = 0; b < recording.batch_count(); ++b) {
+    const record::RecordedBatch batch = recording.batch(b);
+    names.batches.push_back({batch.name,
+                             {batch.instance_names.begin(), batch.instance_names.end()},
+                             batch.instance_count,
+                             batch.slot,
+                             batch.is_static,
+                             batch.articulation});
+  }
+  return names;
+}
+
+// Which batch a slot is in a frame: that of an input. A slot may be that of another batch once its own was removed.
+using BatchesOfSlots = std::unordered_map<std::uint32_t, std::uint32_t>;
+
+BatchesOfSlots slots_of(const FrameJob& job, const RecordingNames& names) {
+  BatchesOfSlots batches;
+  for (const BatchInput& input : job.inputs) {
+    const auto batch = static_cast<std::uint32_t>(input.batch.value - 1);
+    batches[names.batches[batch].slot] = batch;
+  }
+  return batches;
+}
+
+// A frame that was read has what its hits name.
+LinkPlace place_of(const BatchesOfSlots& slots, BatchSlot slot, std::uint32_t instance, std::uint16_t link) {
+  return {slots.at(slot.value), instance, link};
+}
+
+// The depth of a contact, or NaN if there is none. Then its normal is zero, or the file holds what no test computes.
+float depth_of(const Contact& contact) {
+  const bool given = contact.normal[0] != 0 || contact.normal[1] != 0 || contact.normal[2] != 0;
+  return given && std::isfinite(contact.depth) ? contact.depth : std::numeric_limits<float>::quiet_NaN();
+}
+
+// A length of time or space that a recording knows, or 0.
+double known(double length) { return std::isfinite(length) && length > 0 ? length : 0; }
+
+std::vector<LinkHit> hits_of(const record::RecordedFrame& frame, const RecordingNames& names, double metres_per_unit) {
+  const BatchesOfSlots slots = slots_of(frame.job, names);
+  std::vector<LinkHit> hits;
+  hits.reserve(frame.hits.size);
+  for (std::size_t h = 0; h < frame.hits.size; ++h) {
+    const Hit& hit = frame.hits[h];
+    const LinkPlace a = place_of(slots, hit.batch_a, hit.instance_a, hit.link_a),
+                    b = place_of(slots, hit.batch_b, hit.instance_b, hit.link_b);
+    float depth = std::numeric_limits<float>::quiet_NaN();
+    if (h < frame.contacts.size) depth = depth_of(frame.contacts[h]);
+    if (metres_per_unit > 0) depth = static_cast<float>(static_cast<double>(depth) * metres_per_unit);
+    hits.push_back({{a, b}, depth});
+  }
+  return hits;
+}
+
+// A message of a recording without the path that it begins with.
+std::string without_path(const std::string& message, const std::string& path) {
+  const std::string begin = path + ": ";
+  return message.rfind(begin, 0) == 0 ? message.substr(begin.size()) : message;
+}
+
+// Frames that cannot be read, told one run after the other.
+class UnreadFrames {
+ public:
+  explicit UnreadFrames(std::vector<std::string>& problems) : problems_(problems) {}
+  void add(std::uint32_t frame, const std::string& why) {
+    if (count_ == 0) {
+      first_ = frame;
+      why_ = why;
+    }
+    ++count_;
+  }
+  void end_run() {
+    if (count_ == 1) problems_.push_back("frame " + std::to_string(first_) + " is left out: " + why_);
+    if (count_ > 1)
+      problems_.push_back("frames " + std::to_string(first_) + " to " + std::to_string(first_ + count_ - 1) +
+                          " are left out: " + why_);
+    count_ = 0;
+  }
+
+ private:
+  std::vector<std::string>& problems_;
+  std::uint32_t first_ = 0;
+  std::uint32_t count_ = 0;
+  std::string why_;
+};
+
+}  // namespace
+
+ReportFile read_report_file(const std::string& path, std::uint32_t index,
+                            const std::function<void(const Interval&)>& found,
+                            const std::function<void(double)>& advance) {
+  ReportFile file;
+  file.path = path;
+  record::Recording recording;
+  if (!recording.open(path.c_str())) {
+    file.problems.push_back(without_path(recording.error(), path));
+    advance(1);
+    return file;
+  }
+  file.is_open = true;
+  std::error_code unknown;  // the size is for the page and the progress alone
+  file.bytes = std::filesystem::file_size(path, unknown);
+  if (unknown) file.bytes = 0;
+  const record::RecordingInfo info = recording.info();
+  file.title = info.title;
+  file.frames = recording.frame_count();
+  file.seconds_per_frame = known(info.seconds_per_frame);
+  file.metres_per_unit = known(info.metres_per_unit);
+  for (const char* const problem : recording.problems()) file.problems.emplace_back(problem);
+  file.names = names_of(recording);
+
+  IntervalFinder finder(index, found);
+  UnreadFrames unread(file.problems);
+  for (std::uint32_t f = 0; f < file.frames; ++f) {
+    record::RecordedFrame frame;
+    if (recording.read_frame(f, &frame)) {
+      unread.end_run();
+      ++file.frames_read;
+      file.has_depths = file.has_depths || frame.contacts.size > 0;
+      finder.add_frame({f, frame.time}, hits_of(frame, file.names, file.metres_per_unit));
+    } else {
+      unread.add(f, without_path(recording.error(), path));
+    }
+    advance((f + 1.0) / file.frames);
+  }
+  unread.end_run();
+  finder.finish();
+  if (file.frames == 0) advance(1);
+  return file;
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,145 @@
+#include "perf/tools/robot/options.h"
+
+#include <cab/cab.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "perf/base/option_values.h"
+#include "scenes/import/limits.h"
+#include "scenes/import/words.h"
+
+namespace cab::perf {
+namespace {
+
+// The most random states, which take hours for a large robot.
+constexpr std::uint32_t kMaxStates = 100000000;
+
+scenes::MissingMesh read_missing_mesh(const std::string& text, double& radius) {
+  if (text == "refuse") return scenes::MissingMesh::kRefuse;
+  if (text == "none") return scenes::MissingMesh::kLeaveOut;
+  if (text.empty() || text.find_first_not_of("0123456789.e-") != std::string::npos)
+    reject("--missing-mesh", text, "refuse, none, or the radius of a ball in metres, for example 0.05");
+  radius = read_positive("--missing-mesh", text);
+  return scenes::MissingMesh::kBall;
+}
+
+// The two texts on both sides of a separator.
+std::pair<std::string, std::string> read_two(const std::string& option, const std::string& text, char separator,
+                                             const std::string& wanted) {
+  const std::size_t at = text.find(separator);
+  if (at == std::string::npos || at == 0 || at + 1 == text.size()) reject(option, text, wanted);
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
+// Values of joints by their names, in radians and metres.
+std::vector<std::pair<std::string, double>> read_rest(const std::string& text) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const std::string& part : split_commas(text)) {
+    const auto [name, number] = read_two("--rest", part, '=', "JOINT=VALUE, such as elbow=0.5,wrist=-1");
+    double value = 0;
+    if (!scenes::read_number(number, value) || !(std::fabs(value) <= scenes::kMaxImportValue))
+      reject("--rest", part, "JOINT=VALUE with a number from -1e9 to 1e9");
+    values.emplace_back(name, value);
+  }
+  return values;
+}
+
+void add_files(CLI::App& command, RobotCommandOptions& o) {
+  add_path(command, "FILE", o.file, "robot: URDF or MJCF, as its first element says")->required()->type_name("");
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--package",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts)
+              o.import.packages.push_back(read_two("--package", text, '=', "NAME=DIR: a package and its folder"));
+          },
+          "folder of package://NAME paths; without it the package is looked for above and beside the file, in "
+          "ROS_PACKAGE_PATH and in AMENT_PREFIX_PATH; give it again for others")
+      ->type_name("NAME=DIR")
+      ->allow_extra_args(false);
+  command
+      .add_option("--root", o.import.root,
+                  "a folder whose meshes and included files an MJCF file may name; without it those of its package, or "
+                  "up to two folders above it")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
+  command
+      .add_option("--ignore", o.import.ignored_words,
+                  "pass over an element or attribute of an MJCF file that is not read; give it again for others")
+      ->type_name("WORD")
+      ->allow_extra_args(false);
+  command
+      .add_option_function<std::string>(
+          "--missing-mesh",
+          [&o](const std::string& text) { o.import.missing_mesh = read_missing_mesh(text, o.import.ball_radius); },
+          "a mesh of a URDF file that is not there (default refuse): refuse the robot, take no shape for it, or a ball "
+          "of this radius in metres")
+      ->type_name("refuse|none|RADIUS");
+  add_no_sandbox(command, o.import.sandbox);
+}
+
+}  // namespace
+
+Command add_robot(CLI::App& app) {
+  auto options = std::make_shared<RobotCommandOptions>();
+  RobotCommandOptions& o = *options;
+  o.import.sandbox = scenes::kImportSandbox;
+  o.policies.exact = Exact::kConvex;  // boxes of links are not enough for robots
+  CLI::App& command = *app.add_subcommand("robot", "which links of a robot touch each other, by its joint states");
+  add_files(command, o);
+  CLI::Option* samples = add_number(
+      command, "--samples", o.samples,
+      "random states that decide which pairs touch always or never (default 10000); 0: none are masked for that, nor "
+      "for touching at rest",
+      0, kMaxStates);
+  add_path(command, "--srdf", o.srdf_path, "take the masked pairs from this file; none are derived")
+      ->type_name("FILE.srdf")
+      ->excludes(samples);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--rest",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts)
+              for (auto& value : read_rest(text)) o.rest.push_back(std::move(value));
+          },
+          "the rest state, in radians and metres: pairs that touch in it and in 95 % of the samples are masked, and "
+          "joints without a column in --states have it; joints that are not named rest as the file says")
+      ->type_name("JOINT=VALUE,...")
+      ->allow_extra_args(false);
+  CLI::Option* random =
+      add_number(command, "--random", o.random_count, "random states to check (default 1000)", 1, kMaxStates);
+  add_path(command, "--states", o.states_path,
+           "check the states of a CSV file: a line of joint names, then a line of values per state")
+      ->type_name("FILE.csv")
+      ->excludes(random);
+  add_number(command, "--seed", o.seed, "seed of random states (default 1)", 0,
+             std::numeric_limits<std::uint32_t>::max());
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--distance",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts)
+              o.distances.push_back(read_two("--distance", text, ',', "A,B: the names of two links"));
+          },
+          "least and greatest distance of two links over all states; give it again for other pairs")
+      ->type_name("A,B")
+      ->allow_extra_args(false);
+  add_policies(command, o.policies);
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  add_json(command, o.json_path, "write the table, the matrix and all pairs that touch as JSON");
+  add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  add_record_file(command, "--record", o.recording,
+                  "write a recording of the checked states, to replay and to look at");
+  const CLI::Option* exact = command.get_option("--exact");
+  return {&command, [options, exact] {
+            // A preset says nothing about exact tests.
+            if (exact->count() == 0) options->policies.exact = Exact::kConvex;
+            return robot_command(*options);
+          }};
+}
+
+}  // namespace cab::perf

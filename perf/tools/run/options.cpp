@@ -1,0 +1,241 @@
+#include "perf/tools/run/options.h"
+
+#include <cab/cab.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "perf/base/option_values.h"
+#include "perf/base/usage.h"
+
+namespace cab::perf {
+namespace {
+
+constexpr const char* kUpForHeight = "axis for the height check; without it the axis along which the figure is tallest";
+constexpr const char* kFormats =
+    "\n  BVH; glTF, FBX, COLLADA and more through assimp; ASF for a pose, AMC for a motion, with 11.asf or 11_01.asf"
+    " beside 11_01.amc";
+
+void add_fps(CLI::App& command, double& frames_per_second) {
+  command
+      .add_option_function<std::string>(
+          "--fps", [&frames_per_second](const std::string& text) { frames_per_second = read_positive("--fps", text); },
+          "frames a second of AMC files, which do not say it (default 120)")
+      ->type_name("N");
+}
+
+// The bits of rig::BodyKind for words separated by commas.
+std::uint32_t read_kinds(const std::string& option, const std::string& text) {
+  const std::vector<std::pair<std::string, std::uint32_t>> kinds = {{"hull", rig::kHullBody},
+                                                                    {"box", rig::kBoxBody},
+                                                                    {"capsule", rig::kCapsuleBody},
+                                                                    {"sphere", rig::kSphereBody},
+                                                                    {"ellipsoid", rig::kEllipsoidBody}};
+  std::uint32_t bits = 0;
+  for (const std::string& word : split_commas(text)) {
+    const auto kind = std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.first == word; });
+    if (kind == kinds.end()) reject(option, text, "hull, box, capsule, sphere and ellipsoid, separated by commas");
+    bits |= kind->second;
+  }
+  return bits;
+}
+
+// Adds --motion and --motion-units, each for one file or for several.
+template <class Paths, class Unit>
+void add_motion(CLI::App& command, Paths& paths, Unit set_unit, const std::string& how_often) {
+  CLI::Option* motion = command.add_option(
+      "--motion", paths, "another file that has the motion, of nodes with the same names" + how_often);
+  motion->type_name("FILE")->allow_extra_args(false);
+  refuse_empty(*motion);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--motion-units",
+          [set_unit](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) set_unit(read_positive("--motion-units", text, kUnitExample));
+          },
+          "length unit of that file in metres (default: that of FILE)")
+      ->type_name("METRES_PER_UNIT")
+      ->allow_extra_args(false);
+}
+
+// Adds --animation, and --body with the options that need it.
+void add_skin_options(CLI::App& command, std::string& animation, std::optional<scenes::SkinOptions>& skin) {
+  command
+      .add_option("--animation", animation,
+                  "animation to read, of --motion if given, by name or by number from 0 (default the first)")
+      ->type_name("NAME");
+  command
+      .add_option_function<std::string>(
+          "--body",
+          [&skin](const std::string& text) {
+            if (text == "skin")
+              skin.emplace();
+            else if (text != "skeleton")
+              reject("--body", text, "skeleton or skin");
+          },
+          "what bodies are made of: skeleton (default), or skin: the meshes that joints move")
+      ->type_name("KIND");
+  const auto of_skin = [&skin](const char* option) -> scenes::SkinOptions& {
+    if (!skin) throw UsageError(std::string(option) + ": needs --body skin");
+    return *skin;
+  };
+  command
+      .add_option_function<std::string>(
+          "--kinds", [of_skin](const std::string& text) { of_skin("--kinds").kinds = read_kinds("--kinds", text); },
+          "bodies to choose from, each leaf the smallest: hull (default), box, capsule, sphere, ellipsoid")
+      ->type_name("KIND,...");
+  command
+      .add_option_function<std::uint32_t>(
+          "--leaves-per-link", [of_skin](std::uint32_t n) { of_skin("--leaves-per-link").leaves_per_link = n; },
+          "leaves on a link at most, 1 (default) to 64: meshes are cut where that saves volume")
+      ->type_name("N")
+      ->check(CLI::Range(1, 64));
+  command.add_flag_callback(
+      "--inflate", [of_skin] { of_skin("--inflate").inflate = true; },
+      "let bodies grow until the surface is inside of them in all frames");
+  command
+      .add_option_function<std::string>(
+          "--links", [of_skin](const std::string& text) { of_skin("--links").kept_joints = split_commas(text); },
+          "only these joints get links; the meshes of others go to the joint above")
+      ->type_name("JOINT,...");
+  command
+      .add_option_function<std::string>(
+          "--least-reach",
+          [of_skin](const std::string& text) {
+            of_skin("--least-reach").least_reach = read_positive("--least-reach", text);
+          },
+          "only joints whose meshes or children reach this far get links")
+      ->type_name("METRES");
+}
+
+void add_body_options(CLI::App& command, scenes::BodyOptions& bodies) {
+  command
+      .add_option_function<std::string>(
+          "--stature", [&bodies](const std::string& text) { bodies.stature = read_positive("--stature", text); },
+          "height of the person, for thickness, heads, hands and feet; without it by the figure's own bones")
+      ->type_name("METRES");
+  command
+      .add_option_function<std::string>(
+          "--thickness", [&bodies](const std::string& text) { bodies.thickness = read_positive("--thickness", text); },
+          "factor of the thickness of all bodies (default 1)")
+      ->type_name("FACTOR");
+}
+
+}  // namespace
+
+CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning) {
+  CLI::Option* files = command.add_option("FILE", world.files, meaning + kFormats)->type_name("");
+  refuse_empty(*files);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--offset",
+          [&world](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) world.offsets.push_back(read_offset("--offset", text));
+          },
+          "metres to move a character; give it again for the next file")
+      ->type_name("X,Y,Z")
+      ->allow_extra_args(false);
+  add_units(command, "file", world.metres_per_unit);
+  add_fps(command, world.frames_per_second);
+  add_up(command, world.up, kUpForHeight);
+  add_no_sandbox(command, world.sandbox);
+  add_motion(
+      command, world.motion_paths, [&world](double unit) { world.motion_units.push_back(unit); },
+      "; once for all files or once per file, none for one with its own");
+  add_skin_options(command, world.animation, world.skin);
+  add_body_options(command, world.bodies);
+  command.add_option("--bodies", world.bodies_paths, "changes of bodies, once for all files or once per file")
+      ->type_name("FILE.json")
+      ->allow_extra_args(false);
+  return files;
+}
+
+Command add_run(CLI::App& app) {
+  auto options = std::make_shared<RunOptions>();
+  RunOptions& o = *options;
+  CLI::App& command = *app.add_subcommand("run", "which links touch in which frame: motion files in one world");
+  add_world(command, o.world, "motion files, one character each")->required();
+  command
+      .add_option_function<std::string>(
+          "--frames", [&o](const std::string& text) { o.frames = read_frame_range("--frames", text); },
+          "only frames A to B - 1, counted from 0")
+      ->type_name("A:B");
+  add_policies(command, o.policies);
+  add_isa(command, o.isa);
+  add_threads(command, o.thread_count);
+  CLI::Option* self =
+      command.add_flag("--self", o.within,
+                       "also test the links of each character against each other, and list the pairs that are masked");
+  add_number(command, "--hops", o.world.ignored_hops, "mask links that are at most N joints apart", 1, kMaxLinks)
+      ->needs(self);
+  command.add_option("--rest-frame", o.world.rest_frame, "mask links whose boxes touch in frame F, counted from 0")
+      ->type_name("F")
+      ->needs(self);
+  command.add_flag("--contacts", o.contacts,
+                   "also the normal and depth of each hit, by the exact test; without --exact that is convex");
+  command
+      .add_option_function<std::string>(
+          "--min-depth",
+          [&o](const std::string& text) { o.min_depth = static_cast<float>(read_positive("--min-depth", text)); },
+          "leave out hits that are less deep, by the exact test; without --exact that is convex")
+      ->type_name("METRES");
+  add_json(command, o.json_path, "write the table as JSON");
+  add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  add_record_file(command, "--record", o.recording, "write a recording, to replay and to look at");
+  const CLI::Option* exact = command.get_option("--exact");
+  return {&command, [options, exact] {
+            const bool asks = options->contacts || options->min_depth > 0;
+            if (asks && exact->count() == 0) options->policies.exact = Exact::kConvex;
+            return run_command(*options);
+          }};
+}
+
+Command add_inspect(CLI::App& app) {
+  auto options = std::make_shared<InspectOptions>();
+  InspectOptions& o = *options;
+  CLI::App& command =
+      *app.add_subcommand("inspect", "one frame of one file as JSON: joints, links, leaf boxes, merges, inner boxes");
+  add_path(command, "FILE", o.file, std::string("motion file") + kFormats)->required()->type_name("");
+  command
+      .add_option_function<std::string>(
+          "--frame", [&o](const std::string& text) { o.frame = read_frame("--frame", text); },
+          "frame, counted from 0 (default 0)")
+      ->type_name("K|last");
+  add_json(command, o.json_path, "file to write; without it the JSON goes to standard output");
+  command
+      .add_option_function<std::string>(
+          "--offset", [&o](const std::string& text) { o.offset = read_offset("--offset", text); },
+          "metres to move the character")
+      ->type_name("X,Y,Z");
+  command
+      .add_option_function<std::string>(
+          "--units", [&o](const std::string& text) { o.metres_per_unit = read_unit("--units", text); }, kUnitMeaning)
+      ->type_name("METRES_PER_UNIT");
+  add_fps(command, o.frames_per_second);
+  add_up(command, o.up, kUpForHeight);
+  add_no_sandbox(command, o.sandbox);
+  add_motion(
+      command, o.motion_path, [&o](double unit) { o.motion_units = unit; }, "");
+  add_skin_options(command, o.animation, o.skin);
+  add_path(command, "--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
+      ->type_name("OUT.obj");
+  add_body_options(command, o.bodies);
+  CLI::Option* bodies = command.add_option("--bodies", o.bodies_path,
+                                           "a table of all bodies instead of the frame; with a file, as changed by it");
+  bodies->type_name("[FILE.json]")->expected(0, 1);
+  add_path(command, "--write-bodies", o.write_bodies_path,
+           "write all bodies as JSON, to change and to give to --bodies")
+      ->type_name("OUT.json");
+  for (std::uint32_t field = 0; field < policy_table().size; ++field)
+    if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);
+  add_isa(command, o.isa);
+  return {&command, [options, bodies] {
+            options->prints_bodies = bodies->count() > 0;
+            return inspect_command(*options);
+          }};
+}
+
+}  // namespace cab::perf

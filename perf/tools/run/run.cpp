@@ -1,0 +1,295 @@
+// `cab run`: finds which links of motion files in one world touch in which frame.
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "perf/base/engine_session.h"
+#include "perf/base/mask_words.h"
+#include "perf/base/option_values.h"
+#include "perf/base/report.h"
+#include "perf/base/usage.h"
+#include "perf/tools/replay/recorded_engine.h"
+#include "perf/tools/run/import_summary.h"
+#include "perf/tools/run/options.h"
+#include "scenes/import/printable.h"
+
+namespace cab::perf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The results of a run that the command prints and writes.
+struct RunTotals {
+  FrameStats stats;
+  std::uint64_t hits = 0;
+  std::uint64_t frames_with_hits = 0;
+  float deepest = 0;  // metres, if contacts were asked for
+};
+
+// Throws UsageError for options that contradict each other.
+void check(const RunOptions& options) {
+  check_files(options.world);
+  if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
+    throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
+                     ": boxes alone have no normal and depth; leave out --exact none");
+  check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
+                input_paths(options.world));
+}
+
+FrameRange choose_frames(const RunOptions& options, const scenes::Scene& scene) {
+  if (!options.frames) return {0, scene.frame_count};
+  if (options.frames->end > scene.frame_count)
+    throw UsageError("--frames: " + std::to_string(options.frames->first) + ":" + std::to_string(options.frames->end) +
+                     " goes beyond the scene's " + std::to_string(scene.frame_count) +
+                     " frames; stay within 0:" + std::to_string(scene.frame_count));
+  return *options.frames;
+}
+
+void write_hits_header(std::ostream& out, bool contacts) {
+  out << "frame,character_a,link_a,character_b,link_b";
+  if (contacts) out << ",depth_metres,normal_x,normal_y,normal_z";
+  out << '\n';
+}
+
+// Writes a hit as a CSV line. Fields of a contact that the exact test could not give stay empty.
+void write_hit(std::ostream& out, const scenes::Scene& scene, const Touch& touch, bool contacts) {
+  const scenes::Character& a = scene.characters[touch.character_a];
+  const scenes::Character& b = scene.characters[touch.character_b];
+  out << touch.frame << ',' << csv_field(a.name) << ',' << csv_field(a.link_names[touch.link_a]) << ','
+      << csv_field(b.name) << ',' << csv_field(b.link_names[touch.link_b]);
+  const float* const normal = touch.contact.normal;
+  const bool given = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
+  if (contacts && !given) out << ",,,,";
+  if (contacts && given) {
+    out << ',' << shortest(touch.contact.depth);
+    for (const float component : touch.contact.normal) out << ',' << shortest(component);
+  }
+  out << '\n';
+}
+
+void count_touches(RunTotals& totals, const std::vector<Touch>& touches) {
+  totals.hits += touches.size();
+  for (std::size_t t = 0; t < touches.size(); ++t) {
+    if (t == 0 || touches[t].frame != touches[t - 1].frame) ++totals.frames_with_hits;
+    totals.deepest = std::max(totals.deepest, touches[t].contact.depth);
+  }
+}
+
+std::size_t count_links(const scenes::Scene& scene) {
+  std::size_t links = 0;
+  for (const scenes::Character& character : scene.characters) links += character.link_parents.size();
+  return links;
+}
+
+void print_table(const RunOptions& options, const scenes::Scene& scene, const EngineSession& session,
+                 const RunTotals& totals, FrameRange frames) {
+  const FrameStats& stats = totals.stats;
+  const bool exact = options.policies.exact != Exact::kNone;
+  TextTable table;
+  table.add_row({"characters", std::to_string(scene.characters.size())});
+  table.add_row({"links", std::to_string(count_links(scene))});
+  table.add_row({"frames", std::to_string(frames.count())});
+  table.add_row({"frames with hits", std::to_string(totals.frames_with_hits)});
+  table.add_row({"box tests", std::to_string(stats.box_tests)});
+  table.add_row({"#coll", std::to_string(stats.leaf_pairs)});
+  table.add_row({"#false", exact ? std::to_string(stats.false_positives) : "-"});
+  table.add_row({"hits", std::to_string(totals.hits)});
+  if (options.min_depth > 0) table.add_row({"least depth", fixed(static_cast<double>(options.min_depth), 5), "m"});
+  if (options.contacts) table.add_row({"deepest contact", fixed(static_cast<double>(totals.deepest), 5), "m"});
+  if (stats.instances_masked > 0) table.add_row({"masked instances", std::to_string(stats.instances_masked)});
+  table.add_row({"t[upd]", fixed(stats.seconds_update, 5), "s"});
+  table.add_row({"t[test]", fixed(stats.seconds_test, 5), "s"});
+  table.add_row({"t[query]", exact ? fixed(stats.seconds_query, 5) : "-", exact ? "s" : ""});
+  table.add_row({"t[total]", fixed(stats.seconds_total, 5), "s"});
+  table.add_row({"exact test", policy_value(options.policies, "exact")});
+  table.add_row({"ISA", to_string(session.isa())});
+  table.add_row({"threads", std::to_string(session.thread_count())});
+  table.add_row({"pose hash", hex(scenes::pose_hash(scene))});
+  table.print(std::cout);
+}
+
+// Warns of poses that took part in nothing.
+void warn_of_masked(const scenes::Scene& scene, const EngineSession& session, const FrameStats& stats,
+                    const FrameRange& frames) {
+  if (stats.instances_masked == 0) return;
+  std::cerr << "warning: " << stats.instances_masked << " poses of " << scene.characters.size() << " characters in "
+            << frames.count() << " frames are masked: they touch nothing, whatever they meet\n";
+  const std::optional<MaskedPose> first = session.first_masked();
+  if (!first) return;
+  const scenes::Character& character = scene.characters[first->character];
+  tell("  the first", "frame " + std::to_string(first->frame) + " of " + character.name + ", " +
+                          words_of(first->reason, character.link_names));
+}
+
+// The name that tables and files give to a reason why two links are masked.
+struct ReasonName {
+  IgnoredReason reason;
+  const char* name;
+};
+constexpr ReasonName kReasonNames[] = {
+    {kIgnoredExplicitly, "joint"}, {kIgnoredByHops, "hops"}, {kIgnoredAtRest, "rest"}};
+
+// The number of pairs of different links of a character.
+std::size_t count_pairs(const scenes::Character& character) {
+  return character.link_parents.size() * (character.link_parents.size() - 1) / 2;
+}
+
+// Prints the pairs of links that --self leaves out, one row per pair with its reasons: the links share a joint of the
+// file, are few joints apart, or touch in the rest frame.
+void print_masked(const scenes::Scene& scene, const EngineSession& session) {
+  for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
+    const scenes::Character& character = scene.characters[c];
+    const std::vector<IgnoredPair> pairs = session.ignored_pairs(c);
+    std::cout << "\nmasked within " << scenes::printable(character.name) << ": " << pairs.size() << " of "
+              << count_pairs(character) << " pairs of links (";
+    for (const ReasonName& row : kReasonNames)
+      std::cout << (&row == kReasonNames ? "" : ", ") << row.name << ' '
+                << std::count_if(pairs.begin(), pairs.end(),
+                                 [&](const IgnoredPair& pair) { return (pair.reasons & row.reason) != 0; });
+    std::cout << ")\n";
+    TextTable table;
+    for (const IgnoredPair& pair : pairs) {
+      std::vector<std::string> cells = {character.link_names[pair.a], character.link_names[pair.b]};
+      for (const ReasonName& row : kReasonNames) cells.push_back(pair.reasons & row.reason ? row.name : "-");
+      table.add_row(cells);
+    }
+    table.print(std::cout);
+  }
+}
+
+// The pairs within all characters, if these are tested.
+MaskedPairs masked_pairs(const scenes::Scene& scene, const EngineSession& session, bool within) {
+  MaskedPairs pairs;
+  for (std::uint32_t c = 0; within && c < scene.characters.size(); ++c) {
+    pairs.masked += session.ignored_pairs(c).size();
+    pairs.all += count_pairs(scene.characters[c]);
+  }
+  return pairs;
+}
+
+Json masked_to_json(const scenes::Character& character, const std::vector<IgnoredPair>& pairs) {
+  Json json;
+  json["pair_count"] = count_pairs(character);
+  json["masked_count"] = pairs.size();
+  json["masked"] = Json::array();
+  for (const IgnoredPair& pair : pairs) {
+    Json reasons = Json::array();
+    for (const ReasonName& row : kReasonNames)
+      if (pair.reasons & row.reason) reasons.push_back(row.name);
+    json["masked"].push_back(
+        {{"link_a", character.link_names[pair.a]}, {"link_b", character.link_names[pair.b]}, {"reasons", reasons}});
+  }
+  return json;
+}
+
+Json to_json(const RunOptions& options, const scenes::Scene& scene, const scenes::ImportReport& report,
+             const EngineSession& session, const RunTotals& totals, FrameRange frames) {
+  const FrameStats& stats = totals.stats;
+  Json json;
+  json["cab_version"] = CAB_VERSION_STRING;
+  json["characters"] = Json::array();
+  for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
+    json["characters"].push_back({{"name", scene.characters[c].name},
+                                  {"file", options.world.files[c]},
+                                  {"links", scene.characters[c].link_parents.size()},
+                                  {"metres_per_unit", report.units[c].metres},
+                                  {"unit_from", to_string(report.units[c].source)}});
+    if (const std::string motion = motion_path(options.world, c); !motion.empty())
+      json["characters"].back()["motion"] = motion;
+    if (options.within)
+      json["characters"].back()["self"] = masked_to_json(scene.characters[c], session.ignored_pairs(c));
+  }
+  json["character_count"] = scene.characters.size();
+  json["link_count"] = count_links(scene);
+  json["frame_count"] = frames.count();
+  json["first_frame"] = frames.first;
+  json["end_frame"] = frames.end;
+  json["scene_frame_count"] = scene.frame_count;
+  json["frame_seconds"] = scene.frame_seconds;
+  for (std::uint32_t f = 0; f < policy_table().size; ++f)
+    json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
+  json["within_characters"] = options.within;
+  json["ignored_hops"] = options.world.ignored_hops;
+  if (options.world.rest_frame) json["rest_frame"] = *options.world.rest_frame;
+  json["box_tests"] = stats.box_tests;
+  json["coll"] = stats.leaf_pairs;
+  json["exact_tests"] = stats.exact_tests;
+  json["false_positives"] = stats.false_positives;
+  json["hits"] = totals.hits;
+  json["frames_with_hits"] = totals.frames_with_hits;
+  if (options.min_depth > 0) json["min_depth_metres"] = options.min_depth;
+  if (options.contacts) json["deepest_contact_metres"] = totals.deepest;
+  json["instances_masked"] = stats.instances_masked;
+  json["update_thread_seconds"] = stats.seconds_update;
+  json["test_thread_seconds"] = stats.seconds_test;
+  json["query_thread_seconds"] = stats.seconds_query;
+  json["total_wall_seconds"] = stats.seconds_total;
+  json["isa"] = to_string(session.isa());
+  json["threads"] = session.thread_count();
+  json["pose_hash"] = hex(scenes::pose_hash(scene));
+  json["altered"] = import_json(report, masked_pairs(scene, session, options.within));
+  json["size_doubts"] = report.size_doubts;
+  json["notes"] = scene.notes;
+  return json;
+}
+
+// Writes the recording. Its frames run once more, since one block of the run above has many frames.
+void write_recording(const RunOptions& options, const scenes::Scene& scene, FrameRange frames,
+                     const EngineSession& session, std::uint64_t hits) {
+  RecordSettings settings;
+  settings.path = options.recording.path;
+  settings.title = scene.name;
+  settings.policies = options.policies;
+  settings.min_depth = options.min_depth;
+  settings.isa = session.isa();
+  settings.thread_count = options.thread_count;
+  settings.metres_per_unit = 1;
+  settings.up = scene.up;
+  settings.compress = options.recording.compress;
+  settings.pose_step = options.recording.pose_step;
+  ProgressBar bar("recording", frames.count());
+  const RecordTotals totals = record_scene(scene, frames, options.within, settings, [&bar] { bar.advance(1); });
+  std::cout << "recording: " << scenes::printable(settings.path) << ", " << totals.bytes << " bytes\n";
+  if (totals.hits != hits)
+    std::cerr << "note: with poses rounded to 16 bits there are " << totals.hits << " hits, not " << hits << '\n';
+}
+
+}  // namespace
+
+int run_command(const RunOptions& options) {
+  check(options);
+  OutputFile hits(options.hits_path), json(options.json_path);
+  scenes::ImportReport report;
+  const scenes::Scene scene = import_world(options.world, &report);
+  if (scene.characters.size() == 1 && !options.within)
+    std::cerr << "note: one character has nothing to touch; give a second file or --self\n";
+  const FrameRange frames = choose_frames(options, scene);
+
+  if (hits) write_hits_header(hits.stream(), options.contacts);
+  EngineSession session(
+      scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames, options.min_depth});
+  print_import(scene, report, masked_pairs(scene, session, options.within), std::cerr);
+  RunTotals totals;
+  {
+    ProgressBar bar("frames", frames.count());
+    totals.stats = session.run(options.policies, options.contacts, [&](const BlockResult& block) {
+      count_touches(totals, block.touches);
+      if (hits)
+        for (const Touch& touch : block.touches) write_hit(hits.stream(), scene, touch, options.contacts);
+      bar.advance(block.frames.count());
+    });
+  }
+  if (hits) hits.close();
+  print_table(options, scene, session, totals, frames);
+  warn_of_masked(scene, session, totals.stats, frames);
+  if (options.within) print_masked(scene, session);
+  if (!options.recording.path.empty()) write_recording(options, scene, frames, session, totals.hits);
+  write_json(json, to_json(options, scene, report, session, totals, frames));
+  print_size_doubts(report, std::cerr);
+  return 0;
+}
+
+}  // namespace cab::perf

@@ -1,0 +1,16 @@
+#include "perf/tools/scan/options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace cab::perf {
+
+Command add_scan(CLI::App& app) {
+  CLI::App& command = *app.add_subcommand(
+      "scan", "a corpus of clips, robots or recordings to one table, by Dask and the Python module");
+  // Whatever follows is for the package, --help too.
+  command.set_help_flag();
+  command.prefix_command();
+  return {&command, [&command] { return scan_command({command.remaining()}); }};
+}
+
+}  // namespace cab::perf
