@@ -36,11 +36,11 @@ namespace {
 constexpr int kBadData = 1;
 constexpr int kWrongUse = 2;
 
-// Every command, in the order of `cab --help`.
-constexpr Command (*kAddCommand[])(CLI::App& app) = {
-    add_run,    add_inspect, add_robot,  add_scan,  add_paper, add_crowd,   add_query,  add_record,
-    add_replay, add_view,    add_report, add_peers, add_sweep, add_kernels, add_verify,
-};
+// Every command, in the order and the groups of `cab --help`.
+using AddCommand = Command (*)(CLI::App& app);
+constexpr AddCommand kYourMotion[] = {add_run,    add_inspect, add_robot, add_query, add_scan,
+                                      add_record, add_replay,  add_view,  add_report};
+constexpr AddCommand kAboutCab[] = {add_crowd, add_paper, add_peers, add_sweep, add_kernels, add_verify};
 
 // The text of an error as one line, which may have names of files and words of the command line.
 std::string one_line(std::string text) {
@@ -134,7 +134,12 @@ int main_command(int argc, char** argv) {
   app.require_subcommand(0, 1);  // a missing command is reported below, with the names to choose from
   app.get_formatter()->column_width(38);
   std::vector<Command> commands;
-  for (const auto add_command : kAddCommand) commands.push_back(add_command(app));
+  const auto add = [&](AddCommand add_command, const char* group) {
+    commands.push_back(add_command(app));
+    commands.back().app->group(group);
+  };
+  for (const AddCommand add_command : kYourMotion) add(add_command, "Your motion");
+  for (const AddCommand add_command : kAboutCab) add(add_command, "About cab");
   try {
     app.parse(argc, argv);
     for (const Command& command : commands)

@@ -166,6 +166,11 @@ TEST_CASE("help names every option, every policy value and every instruction set
       {"verify", {"--minutes", "--rounds", "--round", "--seed", "--part", "--isa", "--threads", "--resume", "--json"}}};
   const Outcome top = run_cab({"--help"});
   CHECK(top.exit_code == 0);
+  const auto place = [&top](const char* text) { return top.out.find(text); };
+  CHECK(place("\nYour motion:\n  run ") < place("\n  report "));
+  CHECK(place("\n  report ") < place("\nAbout cab:\n  crowd "));
+  CHECK(place("\nAbout cab:\n  crowd ") < place("\n  verify "));
+  CHECK(place("\n  verify ") < top.out.size());
   for (const auto& entry : commands) {
     const std::string& command = entry.first;
     CAPTURE(command);
@@ -266,8 +271,8 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   const std::string file = figures.files[0], other = figures.files[1];
   const std::vector<Misuse> misuses = {
       {{},
-       "choose run, inspect, robot, scan, paper, crowd, query, record, replay, view, report, peers, sweep, kernels "
-       "or verify"},
+       "choose run, inspect, robot, query, scan, record, replay, view, report, crowd, paper, peers, sweep, kernels or "
+       "verify"},
       {{"walk"}, "walk"},
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},
