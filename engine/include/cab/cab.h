@@ -35,8 +35,7 @@ struct Engine;
 // owns the engine and frees it with destroy_engine. The structs that desc points to are copied.
 // Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB, if that is
 // built in.
-// Statuses: kBadOutput (out is null), kIsaNotAvailable, kBadAllocator, kBadScheduler, kBadProfiler,
-// kOutOfMemory.
+// Statuses: kBadOutput (out is null), kIsaNotAvailable, kBadAllocator, kBadScheduler, kBadProfiler, kOutOfMemory.
 // Thread: any.
 [[nodiscard]] CAB_API Status create_engine(const EngineDesc& desc, Engine** out) noexcept;
 
@@ -52,9 +51,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: too high for every frame. Memory: one bit per ordered pair of links, and memory in proportion to leaves, parts
 // and vertices. While the call runs, ignored_hops takes two bytes per ordered pair of links, and rest_pose about eight
 // bytes per pair of leaves.
-// Statuses: kBusy, kBadOutput (out is null), kNoLinks, kTooManyLinks, kBadParent, kBadJoint, kNoLeaves,
-// kTooManyLeaves, kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox, kBadIgnoredPair,
-// kBadRestPose, kOutOfMemory.
+// Statuses: kBusy, kBadOutput (out is null), kNoLinks, kTooManyLinks, kBadParent, kBadJoint, kNoLeaves, kTooManyLeaves,
+// kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox, kBadIgnoredPair, kBadRestPose,
+// kOutOfMemory.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
                                               std::uint32_t* bad_element = nullptr) noexcept;
@@ -74,20 +73,21 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // checked and copied. If a leaf that the caller made is refused, *bad_leaf (may be null) receives its index. A level
 // has the links of its articulation, so its batches take the same poses; a level of boxes on links reads only those of
 // links that carry a box, and of joints between them, and an instance is masked for what is wrong with these alone. It
-// works with all policies; a level of nodes without exact tests, contacts and find_touching_moments. Cost: as
-// add_articulation, and with kReach up to 0.3 s for 1024 links. Statuses: kBusy, kBadOutput (out is null),
-// kUnknownArticulation, kBadLod (also for a link with leaves in no leaf of the level or in two, for two leaves on one
-// link, and for a leaf whose links are not in its link's tree), kBadRestPose, kTooFewLeaves, kTooManyLeaves,
-// kBadLeafLink, kBadLeafBox (also for a reach beyond 1e18), kBadLeafAxes, kLodLeafTooSmall, kOutOfMemory. Thread: any,
-// one call per engine at a time.
+// works with all policies; a level of nodes without exact tests, contacts and find_touching_moments.
+// Cost: as add_articulation, and with kReach up to 0.3 s for 1024 links.
+// Statuses: kBusy, kBadOutput (out is null), kUnknownArticulation, kBadLod (also for a link with leaves in no leaf of
+// the level or in two, for two leaves on one link, and for a leaf whose links are not in its link's tree),
+// kBadRestPose, kTooFewLeaves, kTooManyLeaves, kBadLeafLink, kBadLeafBox (also for a reach beyond 1e18), kBadLeafAxes,
+// kLodLeafTooSmall, kOutOfMemory.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_lod(Engine& engine, const LodDesc& desc, ArticulationId* out,
                                      std::uint32_t* bad_leaf = nullptr) noexcept;
 
 // Writes for each link of a level the index of the leaf that stands for it, or kNoLeaf if the link has no leaves in the
 // level's articulation. `leaf_of_link` must have room for all links. Hits of a level name its leaves: Hit::leaf_a is
-// the leaf, and Hit::link_a the link that carries its box, or for a node the lowest link below it. Statuses:
-// kUnknownArticulation, kBadLod (the articulation is no level), kBadOutput. Thread: any, but not while an articulation
-// or batch is added or removed.
+// the leaf, and Hit::link_a the link that carries its box, or for a node the lowest link below it.
+// Statuses: kUnknownArticulation, kBadLod (the articulation is no level), kBadOutput.
+// Thread: any, but not while an articulation or batch is added or removed.
 [[nodiscard]] CAB_API Status lod_leaves(const Engine& engine, ArticulationId level,
                                         Span<std::uint16_t> leaf_of_link) noexcept;
 
@@ -105,8 +105,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Adds a batch of static bodies, such as the boxes and triangles of a level, and writes its id to *out, which must not
 // be null. All of desc is checked and copied. If desc is refused, *bad_element (may be null) receives the number of the
 // instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
-// frame changes that BatchInput::moved names. A body whose layers or mask change counts as moved in that frame.
-// With Refit::kAabbVertices the bounds are those of their boxes.
+// frame changes that BatchInput::moved names. A body whose layers or mask change counts as moved in that frame. With
+// Refit::kAabbVertices the bounds are those of their boxes.
 // Cost: some 10 microseconds per triangle, and about 800 bytes per body besides those of a character.
 // Statuses: kBusy, kBadOutput (out is null), kNoInstances, kTooManyInstances, kBadStaticBody (also for bodies without
 // data), kBadTriangles, kBadLeafBox, kBadLeafAxes, kBadShape (also for a triangle without an area),
@@ -118,17 +118,21 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Makes room for as many batches and characters as `desc` says, of any articulations that the engine has. add_batch
 // then allocates only what its own instances take, about 60 bytes per character, as long as there are no more.
 // Sequences still may need more memory of the workers. What the engine has is never made smaller.
-// Cost: as that of add_batch for the largest batch. Statuses: kBusy, kTooManyInstances, kOutOfMemory.
+// Cost: as that of add_batch for the largest batch.
+// Statuses: kBusy, kTooManyInstances, kOutOfMemory.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status reserve(Engine& engine, const ReserveDesc& desc) noexcept;
 
 // Removes a batch and gives back what its instances took. Workers keep their memory. The id becomes invalid, and the
 // next add_batch takes the slot.
-// Cost: frees a few blocks. Statuses: kBusy, kUnknownBatch. Thread: any, one call per engine at a time.
+// Cost: frees a few blocks.
+// Statuses: kBusy, kUnknownBatch.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status remove_batch(Engine& engine, BatchId id) noexcept;
 
 // Removes an articulation that no batch uses, and gives back its memory. The id becomes invalid.
-// Cost: frees a few blocks; looks at all batches. Statuses: kBusy, kUnknownArticulation, kArticulationInUse.
+// Cost: frees a few blocks; looks at all batches.
+// Statuses: kBusy, kUnknownArticulation, kArticulationInUse.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status remove_articulation(Engine& engine, ArticulationId id) noexcept;
 
@@ -139,11 +143,10 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
-// Statuses: kBusy, kUnknownBatch (also for inputs without data), kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount,
-// kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds,
-// kBadMargins, kBadMoved, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt, kBadReport,
-// kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kLodWithoutShapes, kHitsOverflow, kOutOfMemory (TBB
-// had no memory for its tasks). Thread: any, one call per engine at a time. It returns when all tasks have ended.
+// Statuses: kBusy, the input statuses, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt,
+// kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kLodWithoutShapes, kHitsOverflow,
+// kOutOfMemory (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -156,26 +159,32 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 //   status = end_frame(engine);       // what run_frame answers
 //
 // Hits and counts are those of run_frame. Small frames have as many steps as large ones.
-// Cost: that of the checks of run_frame. Statuses: those of run_frame without kHitsOverflow and kOutOfMemory.
+// Cost: that of the checks of run_frame.
+// Statuses: those of run_frame without kHitsOverflow and kOutOfMemory.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status begin_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
 // chunks.
-// Cost: the work between two steps, such as laying out strips. Statuses: kNoFrame, kBadOutput (count is
-// null), kTasksLeft. Thread: any, one at a time, after run_task has returned for all tasks.
+// Cost: the work between two steps, such as laying out strips.
+// Statuses: kNoFrame, kBadOutput (count is null), kTasksLeft.
+// Thread: any, one at a time, after run_task has returned for all tasks.
 [[nodiscard]] CAB_API Status next_tasks(Engine& engine, std::uint32_t* count) noexcept;
 
 // Runs one task of the step, each number below the count once. worker: below engine_thread_count; calls that run at the
 // same time must have different workers. A call that breaks this runs nothing and answers kBadTask. No task waits for
 // another.
-// Cost: some 10 to 100 microseconds. Statuses: kNoFrame, kBadTask. Thread: any, at the same time as other tasks.
+// Cost: some 10 to 100 microseconds.
+// Statuses: kNoFrame, kBadTask.
+// Thread: any, at the same time as other tasks.
 [[nodiscard]] CAB_API Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept;
 
 // Ends the frame: completes `job` and lets the engine go. If tasks are left, the frame is given up: `hits`, `contacts`,
 // flags and in_contact are unspecified, and the engine is ready for another frame.
-// Cost: little. Statuses: kNoFrame, kTasksLeft, kHitsOverflow. Thread: any, after all tasks have returned.
+// Cost: little.
+// Statuses: kNoFrame, kTasksLeft, kHitsOverflow.
+// Thread: any, after all tasks have returned.
 [[nodiscard]] CAB_API Status end_frame(Engine& engine) noexcept;
 
 // Finds the instances that run_frame would have to test against each other, from BatchInput::bounds alone: no pose is
@@ -186,7 +195,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: as of run_frame, without kBadPoses and kHitsOverflow; kBadBounds (also without bounds), kBadOutput (pairs
-// has a size and no data), kPairsOverflow. Thread: any, one call per engine at a time.
+// has a size and no data), kPairsOverflow.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;
 
 // Answers many queries: which links rays meet, shapes overlap, points are near, regions contain. The job says what is
@@ -197,11 +207,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // the answer is that for the poses that it keeps. Between two moments quaternions go over along a straight line between
 // those of length 1, the shorter way round, and translations, origins and scales along straight lines, rounded to
 // float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
-// Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with
-// reuse_bounds only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes the room.
-// Statuses: kBusy, kNoQueryMemory, kUnknownBatch (also for inputs without data), kBadBatchKind (a sequence),
-// kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
-// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadQuery, kExactNotBuilt (exact is
+// Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
+// only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes the room.
+// Statuses: kBusy, kNoQueryMemory, the input statuses, kBadBatchKind (a sequence), kBadQuery, kExactNotBuilt (exact is
 // neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
 // is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and
 // kUnknownBatch for a history whose batch was removed, and for an ignored_batch that is not one of this engine.
@@ -214,11 +222,14 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200 bytes more per
 // character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownBatch, kBadBatchKind (a sequence, static bodies, a level of
-// nodes), kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory. Thread: any, one call per engine at a time.
+// nodes), kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noexcept;
 
 // Removes a history, and gives back its memory. The id becomes invalid.
-// Cost: frees a few blocks. Statuses: kBusy, kUnknownHistory. Thread: any, one call per engine at a time.
+// Cost: frees a few blocks.
+// Statuses: kBusy, kUnknownHistory.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status remove_history(Engine& engine, HistoryId id) noexcept;
 
 // Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
@@ -226,14 +237,15 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // instances are given. Those that are masked count as not given. Quaternions keep their bits; matrices become
 // quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. A status but kOk keeps all moments.
 // Cost: some 1 to 2 microseconds per instance of twenty links, on all threads; allocates nothing.
-// Statuses: kBusy, kUnknownHistory, kUnknownBatch (also an input of another batch), kBadTime (not finite, or not above
-// that of the last moment), kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
-// kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadHistoryPoses, kOutOfMemory (TBB had no memory for
-// its tasks). Thread: any, one call per engine at a time.
+// Statuses: kBusy, kUnknownHistory, the input statuses but kStaticInput (kUnknownBatch also for an input of another
+// batch), kBadTime (not finite, or not above that of the last moment), kBadHistoryPoses, kOutOfMemory (TBB had no
+// memory for its tasks).
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status record_tick(Engine& engine, HistoryId id, const BatchInput& input, double time) noexcept;
 
 // Writes which moments a history has to *out, which must not be null.
-// Cost: constant time; allocates nothing. Statuses: kUnknownHistory, kBadOutput (out is null).
+// Cost: constant time; allocates nothing.
+// Statuses: kUnknownHistory, kBadOutput (out is null).
 // Thread: any, while no other call changes this engine.
 [[nodiscard]] CAB_API Status history_span(const Engine& engine, HistoryId id, HistorySpan* out) noexcept;
 
@@ -242,11 +254,11 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // where it is now. That holds if every link moves along a straight line, or on an arc of at most half a turn, and turns
 // about one axis by at most half a turn; shapes in between are not compared, so the frame reports pairs that have
 // passed each other at a distance too. Instances that `last` does not have, or that are masked in one of the two, get
-// 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags. Cost: poses every
-// instance twice, on all threads; allocates nothing. Statuses: kBusy, kUnknownBatch, kStaticInput, kBadPoses,
-// kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact,
-// kBadBounds, kBadMargins, kBadMoved, kBadBatchKind (the two are not one batch of characters), kBadOutput (margins is
-// too small), kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+// 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags.
+// Cost: poses every instance twice, on all threads; allocates nothing.
+// Statuses: kBusy, the input statuses, kBadBatchKind (the two are not one batch of characters), kBadOutput (margins is
+// too small), kOutOfMemory (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input,
                                            Span<float> margins) noexcept;
 
@@ -259,10 +271,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // batches, instances and links are read. steps: 1 to kMaxSteps.
 // Cost: one exact test per pair of parts and moment, sixteen moments at a time, on all threads, up to the first moment
 // that touches; some memory from operator new while it runs. Bits do not depend on instruction set or threads.
-// Statuses: kBusy, kUnknownBatch, kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins,
-// kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadSteps,
-// kBadPairs (a pair that compute_contacts refuses, or a batch that `last` lacks), kBadOutput (moments is shorter than
-// pairs), kOutOfMemory. Thread: any, one call per engine at a time.
+// Statuses: kBusy, the input statuses, kBadSteps, kBadPairs (a pair that compute_contacts refuses, or a batch that
+// `last` lacks), kBadOutput (moments is shorter than pairs), kOutOfMemory.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status find_touching_moments(Engine& engine, Span<const BatchInput> last,
                                                    Span<const BatchInput> inputs, std::uint32_t steps,
                                                    Span<const Hit> pairs, Span<float> moments) noexcept;
@@ -273,9 +284,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags says
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
-// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances,
-// kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved,
-// kBadOutput (boxes is too small). Thread: any, one call per engine at a time.
+// Statuses: kBusy, kBadPolicy, kExactNotBuilt, the input statuses, kBadOutput (boxes is too small).
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
 
@@ -285,10 +295,10 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
 // in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
-// instruction set, threads or other pairs. Statuses: kBusy, kBadPolicy (depth is not a value of Depth), kUnknownBatch,
-// kBatchGivenTwice, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales,
-// kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadPairs, kBadOutput (contacts is shorter
-// than pairs), kOutOfMemory (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+// instruction set, threads or other pairs.
+// Statuses: kBusy, kBadPolicy (depth is not a value of Depth), the input statuses, kBadPairs, kBadOutput (contacts is
+// shorter than pairs), kOutOfMemory (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
 
@@ -296,9 +306,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // off. With MaskCause::kNone the instance takes part. A margin, which may take a box that is at the limit out of range,
 // is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
-// Statuses: kBusy, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations,
-// kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadInstance, kBadOutput (out
-// is null). Thread: any, one call per engine at a time.
+// Statuses: kBusy, the input statuses, kBadInstance, kBadOutput (out is null).
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;
 
@@ -308,32 +317,38 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
 // receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
-// engine is running, the text says so. Thread: any, one call per engine at a time.
+// engine is running, the text says so.
+// Thread: any, one call per engine at a time.
 CAB_API std::size_t explain_job(Engine& engine, const FrameJob& job, Span<char> text) noexcept;
 
 // Writes in words why an instance is masked, as why_masked has found it, such as "the quaternion of link 3 has the
-// length 0, below 0.001". Text and result as of explain_job. Cost: little; allocates nothing. Thread: any.
+// length 0, below 0.001". Text and result as of explain_job.
+// Cost: little; allocates nothing.
+// Thread: any.
 CAB_API std::size_t explain_mask(const MaskReason& reason, Span<char> text) noexcept;
 
 // Writes the statistics of a frame as one line of text: milliseconds in all and by phase, then counts. Text and result
-// as of explain_job. Cost: little; allocates nothing. Thread: any.
+// as of explain_job.
+// Cost: little; allocates nothing.
+// Thread: any.
 CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcept;
 
 // Writes the edges of boxes for a debug draw: of the leaves, or of one level of the hierarchies, with the boxes that
 // stand for links in hits marked. `job` says what is drawn, and receives the lines. The boxes are those of
 // compute_boxes. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; 16 bytes per hit from operator new while it runs.
-// Statuses: kBusy, kBadPolicy, kExactNotBuilt, kUnknownBatch, kStaticInput, kBadPoses, kBadCount, kBadInstances,
-// kBadOrigins (also an origin of the job that is not finite), kBadOrientations, kBadScales, kBadFlags, kBadLayers,
-// kBadInContact, kBadBounds, kBadMargins, kBadMoved, kBadPairs (hits has a size and no data), kBadOutput (lines has a
-// size and no data), kLinesOverflow, kOutOfMemory. Thread: any, one call per engine at a time.
+// Statuses: kBusy, kBadPolicy, kExactNotBuilt, the input statuses (kBadOrigins also for an origin of the job),
+// kBadPairs (hits has a size and no data), kBadOutput (lines has a size and no data), kLinesOverflow, kOutOfMemory.
+// Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status box_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) noexcept;
 
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
 // batches, instances and links are; leaves may differ. Both lists must be in the order of run_frame. Lists that changes
 // has no room for are cut off, and the counts are complete.
-// Cost: one pass over both lists; allocates nothing. Statuses: kUnsortedHits, kBadOutput (a list of `changes` has a
-// size and no data), kHitsOverflow (a list of `changes` is too small). Thread: any; no engine is involved.
+// Cost: one pass over both lists; allocates nothing.
+// Statuses: kUnsortedHits, kBadOutput (a list of `changes` has a size and no data), kHitsOverflow (a list of `changes`
+// is too small).
+// Thread: any; no engine is involved.
 [[nodiscard]] CAB_API Status diff_hits(Span<const Hit> previous, Span<const Hit> current, HitChanges& changes) noexcept;
 
 // Writes the numbers of a batch's instances to `order`, so that instances which are near each other in the world are
@@ -373,30 +388,36 @@ CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcep
 
 // Writes how many bytes the engine holds for what to *out, which must not be null. The engine object itself, and the
 // shapes of Exact::kFcl, come from operator new and are not counted.
-// Cost: a sum over articulations, batches and workers; allocates nothing. Statuses: kBadOutput (out is null).
+// Cost: a sum over articulations, batches and workers; allocates nothing.
+// Statuses: kBadOutput (out is null).
 // Thread: any, while no other call changes this engine.
 [[nodiscard]] CAB_API Status engine_memory(const Engine& engine, EngineMemory* out) noexcept;
 
 // Returns how many workers an engine has: the caller's worker_count, or the threads of the built-in scheduler.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API std::uint32_t engine_thread_count(const Engine& engine) noexcept;
 
 // Returns the instruction set that an engine's kernels use, never Isa::kAuto.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API Isa engine_isa(const Engine& engine) noexcept;
 
 // Returns whether this CPU, its operating system and this build can run an instruction set: always true for Isa::kAuto
 // and Isa::kScalar, always false for a number that is not an Isa.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API bool isa_available(Isa isa) noexcept;
 
 // Returns the name of an instruction set, such as "avx2". The string lives as long as the program.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API const char* to_string(Isa isa) noexcept;
 
 // Returns a status in words, without a capital at the start or a period at the end. The string lives as long as the
 // program.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API const char* to_string(Status status) noexcept;
 
 }  // namespace cab

@@ -45,6 +45,12 @@ extern "C" {
 //             never loses a pair that touches.
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
 //             overlap anything else that it writes or reads. cab_add_articulation copies what it keeps.
+// Statuses    "The input statuses" are what a call returns for a cab_BatchInput that it refuses:
+//             CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT,
+//             CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES,
+//             CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
+//             CAB_STATUS_BAD_MARGINS and CAB_STATUS_BAD_MOVED. For a list of inputs, CAB_STATUS_UNKNOWN_BATCH also if
+//             it has a size and no data, and CAB_STATUS_BATCH_GIVEN_TWICE.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
 //             earlier frames (but for cab_BatchInput.moved) or the caller's floating-point mode. With CAB_EXACT_FCL,
 //             hits are the same in every run of one build, but another build of FCL may decide otherwise.
@@ -1464,8 +1470,7 @@ typedef struct cab_Engine cab_Engine;
 // Cost: a few small allocations from operator new; with thread_count other than 1 also an arena of TBB, if that is
 // built in.
 // Statuses: CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_ISA_NOT_AVAILABLE, CAB_STATUS_BAD_ALLOCATOR,
-// CAB_STATUS_BAD_SCHEDULER, CAB_STATUS_BAD_PROFILER, CAB_STATUS_OUT_OF_MEMORY.
-// Thread: any.
+// CAB_STATUS_BAD_SCHEDULER, CAB_STATUS_BAD_PROFILER, CAB_STATUS_OUT_OF_MEMORY. Thread: any.
 // abi_version: CAB_ABI_VERSION; any other is refused with CAB_STATUS_BAD_ABI_VERSION.
 CAB_API cab_Status cab_create_engine(uint32_t abi_version, const cab_EngineDesc* desc, cab_Engine** out);
 
@@ -1504,13 +1509,13 @@ CAB_API cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out);
 // is checked and copied. If a leaf that the caller made is refused, *bad_leaf (may be null) receives its index. A level
 // has the links of its articulation, so its batches take the same poses; a level of boxes on links reads only those of
 // links that carry a box, and of joints between them, and an instance is masked for what is wrong with these alone. It
-// works with all policies; a level of nodes without exact tests, contacts and cab_find_touching_moments. Cost: as
-// cab_add_articulation, and with CAB_LOD_KIND_REACH up to 0.3 s for 1024 links. Statuses: CAB_STATUS_BUSY,
-// CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_LOD (also for a link with leaves
-// in no leaf of the level or in two, for two leaves on one link, and for a leaf whose links are not in its link's
-// tree), CAB_STATUS_BAD_REST_POSE, CAB_STATUS_TOO_FEW_LEAVES, CAB_STATUS_TOO_MANY_LEAVES, CAB_STATUS_BAD_LEAF_LINK,
-// CAB_STATUS_BAD_LEAF_BOX (also for a reach beyond 1e18), CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_LOD_LEAF_TOO_SMALL,
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// works with all policies; a level of nodes without exact tests, contacts and cab_find_touching_moments.
+// Cost: as cab_add_articulation, and with CAB_LOD_KIND_REACH up to 0.3 s for 1024 links.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_LOD
+// (also for a link with leaves in no leaf of the level or in two, for two leaves on one link, and for a leaf whose
+// links are not in its link's tree), CAB_STATUS_BAD_REST_POSE, CAB_STATUS_TOO_FEW_LEAVES, CAB_STATUS_TOO_MANY_LEAVES,
+// CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX (also for a reach beyond 1e18), CAB_STATUS_BAD_LEAF_AXES,
+// CAB_STATUS_LOD_LEAF_TOO_SMALL, CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_ArticulationId* out,
                                uint32_t* bad_leaf);
 
@@ -1535,8 +1540,8 @@ CAB_API cab_Status cab_add_batch(cab_Engine* engine, const cab_BatchDesc* desc, 
 // Adds a batch of static bodies, such as the boxes and triangles of a level, and writes its id to *out, which must not
 // be null. All of desc is checked and copied. If desc is refused, *bad_element (may be null) receives the number of the
 // instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
-// frame changes that cab_BatchInput.moved names. A body whose layers or mask change counts as moved in that frame.
-// With CAB_REFIT_AABB_VERTICES the bounds are those of their boxes.
+// frame changes that cab_BatchInput.moved names. A body whose layers or mask change counts as moved in that frame. With
+// CAB_REFIT_AABB_VERTICES the bounds are those of their boxes.
 // Cost: some 10 microseconds per triangle, and about 800 bytes per body besides those of a character.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_INSTANCES,
 // CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_BAD_STATIC_BODY (also for bodies without data), CAB_STATUS_BAD_TRIANGLES,
@@ -1548,19 +1553,22 @@ CAB_API cab_Status cab_add_static_batch(cab_Engine* engine, const cab_StaticDesc
 // Makes room for as many batches and characters as `desc` says, of any articulations that the engine has. cab_add_batch
 // then allocates only what its own instances take, about 60 bytes per character, as long as there are no more.
 // Sequences still may need more memory of the workers. What the engine has is never made smaller.
-// Cost: as that of cab_add_batch for the largest batch. Statuses: CAB_STATUS_BUSY, CAB_STATUS_TOO_MANY_INSTANCES,
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// Cost: as that of cab_add_batch for the largest batch.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_OUT_OF_MEMORY.
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_reserve(cab_Engine* engine, const cab_ReserveDesc* desc);
 
 // Removes a batch and gives back what its instances took. Workers keep their memory. The id becomes invalid, and the
 // next cab_add_batch takes the slot.
-// Cost: frees a few blocks. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH. Thread: any, one call per engine at a
-// time.
+// Cost: frees a few blocks.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH.
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_remove_batch(cab_Engine* engine, cab_BatchId id);
 
 // Removes an articulation that no batch uses, and gives back its memory. The id becomes invalid.
-// Cost: frees a few blocks; looks at all batches. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_ARTICULATION,
-// CAB_STATUS_ARTICULATION_IN_USE. Thread: any, one call per engine at a time.
+// Cost: frees a few blocks; looks at all batches.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_ARTICULATION_IN_USE.
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_remove_articulation(cab_Engine* engine, cab_ArticulationId id);
 
 // Runs one frame: poses every batch with input, finds the instances whose bounds overlap, tests their boxes, applies
@@ -1570,15 +1578,11 @@ CAB_API cab_Status cab_remove_articulation(cab_Engine* engine, cab_ArticulationI
 // Cost: time grows with the number of instances, and with the number of pairs whose bounds overlap; docs/performance.md
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with CAB_EXACT_FCL FCL does, both by
 // their own means.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH (also for inputs without data), CAB_STATUS_BATCH_GIVEN_TWICE,
-// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES,
-// CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS,
-// CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS,
-// CAB_STATUS_BAD_MOVED, CAB_STATUS_MOVED_AT_REST, CAB_STATUS_BAD_PAIR_RULE, CAB_STATUS_PAIR_RULE_GIVEN_TWICE,
-// CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_BAD_REPORT, CAB_STATUS_BAD_MARGIN,
-// CAB_STATUS_BAD_MIN_DEPTH, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_CONTACTS_NEED_EXACT, CAB_STATUS_LOD_WITHOUT_SHAPES,
-// CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, one call per
-// engine at a time. It returns when all tasks have ended.
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_MOVED_AT_REST, CAB_STATUS_BAD_PAIR_RULE,
+// CAB_STATUS_PAIR_RULE_GIVEN_TWICE, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_BAD_REPORT,
+// CAB_STATUS_BAD_MARGIN, CAB_STATUS_BAD_MIN_DEPTH, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_CONTACTS_NEED_EXACT,
+// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time. It returns when all tasks have ended.
 CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -1591,28 +1595,32 @@ CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 //   status = cab_end_frame(engine);       // what cab_run_frame answers
 //
 // Hits and counts are those of cab_run_frame. Small frames have as many steps as large ones.
-// Cost: that of the checks of cab_run_frame. Statuses: those of cab_run_frame without CAB_STATUS_HITS_OVERFLOW and
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// Cost: that of the checks of cab_run_frame.
+// Statuses: those of cab_run_frame without CAB_STATUS_HITS_OVERFLOW and CAB_STATUS_OUT_OF_MEMORY.
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
 // chunks.
-// Cost: the work between two steps, such as laying out strips. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_OUTPUT
-// (count is null), CAB_STATUS_TASKS_LEFT. Thread: any, one at a time, after cab_run_task has returned for all tasks.
+// Cost: the work between two steps, such as laying out strips.
+// Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_OUTPUT (count is null), CAB_STATUS_TASKS_LEFT.
+// Thread: any, one at a time, after cab_run_task has returned for all tasks.
 CAB_API cab_Status cab_next_tasks(cab_Engine* engine, uint32_t* count);
 
 // Runs one task of the step, each number below the count once. worker: below cab_engine_thread_count; calls that run at
 // the same time must have different workers. A call that breaks this runs nothing and answers CAB_STATUS_BAD_TASK. No
 // task waits for another.
-// Cost: some 10 to 100 microseconds. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_TASK. Thread: any, at the same time
-// as other tasks.
+// Cost: some 10 to 100 microseconds.
+// Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_BAD_TASK.
+// Thread: any, at the same time as other tasks.
 CAB_API cab_Status cab_run_task(cab_Engine* engine, uint32_t task, uint32_t worker);
 
 // Ends the frame: completes `job` and lets the engine go. If tasks are left, the frame is given up: `hits`, `contacts`,
 // flags and in_contact are unspecified, and the engine is ready for another frame.
-// Cost: little. Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_TASKS_LEFT, CAB_STATUS_HITS_OVERFLOW. Thread: any, after all
-// tasks have returned.
+// Cost: little.
+// Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_TASKS_LEFT, CAB_STATUS_HITS_OVERFLOW.
+// Thread: any, after all tasks have returned.
 CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 
 // Finds the instances that cab_run_frame would have to test against each other, from cab_BatchInput.bounds alone: no
@@ -1623,8 +1631,8 @@ CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 // unspecified and `needed` is right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: as of cab_run_frame, without CAB_STATUS_BAD_POSES and CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also
-// without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no data), CAB_STATUS_PAIRS_OVERFLOW. Thread: any, one
-// call per engine at a time.
+// without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no data), CAB_STATUS_PAIRS_OVERFLOW.
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* job, cab_CandidateList* out);
 
 // Answers many queries: which links rays meet, shapes overlap, points are near, regions contain. The job says what is
@@ -1635,18 +1643,14 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // has, the answer is that for the poses that it keeps. Between two moments quaternions go over along a straight line
 // between those of length 1, the shorter way round, and translations, origins and scales along straight lines, rounded
 // to float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
-// Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with
-// reuse_bounds only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes the
-// room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, CAB_STATUS_UNKNOWN_BATCH (also for inputs without data),
-// CAB_STATUS_BAD_BATCH_KIND (a sequence), CAB_STATUS_BATCH_GIVEN_TWICE, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES,
-// CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS,
-// CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
-// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither
-// CAB_EXACT_NONE nor CAB_EXACT_CONVEX), CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY,
-// CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long
-// as queries), CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and
-// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed, and for an ignored_batch that is not one of this
-// engine. Thread: any, one call per engine at a time.
+// Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
+// only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes the room.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (a sequence),
+// CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither CAB_EXACT_NONE nor CAB_EXACT_CONVEX),
+// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER,
+// CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long as queries), CAB_STATUS_HITS_OVERFLOW,
+// CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH for a history whose batch
+// was removed, and for an ignored_batch that is not one of this engine. Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
@@ -1660,8 +1664,9 @@ CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 CAB_API cab_Status cab_add_history(cab_Engine* engine, const cab_HistoryDesc* desc, cab_HistoryId* out);
 
 // Removes a history, and gives back its memory. The id becomes invalid.
-// Cost: frees a few blocks. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY. Thread: any, one call per engine at
-// a time.
+// Cost: frees a few blocks.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY.
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_remove_history(cab_Engine* engine, cab_HistoryId id);
 
 // Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
@@ -1669,16 +1674,15 @@ CAB_API cab_Status cab_remove_history(cab_Engine* engine, cab_HistoryId id);
 // instances are given. Those that are masked count as not given. Quaternions keep their bits; matrices become
 // quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. A status but CAB_STATUS_OK keeps all
 // moments. Cost: some 1 to 2 microseconds per instance of twenty links, on all threads; allocates nothing.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_UNKNOWN_BATCH (also an input of another batch),
-// CAB_STATUS_BAD_TIME (not finite, or not above that of the last moment), CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT,
-// CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES,
-// CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
-// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_HISTORY_POSES, CAB_STATUS_OUT_OF_MEMORY (TBB had no
-// memory for its tasks). Thread: any, one call per engine at a time.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY, the input statuses but CAB_STATUS_STATIC_INPUT
+// (CAB_STATUS_UNKNOWN_BATCH also for an input of another batch), CAB_STATUS_BAD_TIME (not finite, or not above that of
+// the last moment), CAB_STATUS_BAD_HISTORY_POSES, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_record_tick(cab_Engine* engine, cab_HistoryId id, const cab_BatchInput* input, double time);
 
 // Writes which moments a history has to *out, which must not be null.
-// Cost: constant time; allocates nothing. Statuses: CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_BAD_OUTPUT (out is null).
+// Cost: constant time; allocates nothing.
+// Statuses: CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_BAD_OUTPUT (out is null).
 // Thread: any, while no other call changes this engine.
 CAB_API cab_Status cab_history_span(const cab_Engine* engine, cab_HistoryId id, cab_HistorySpan* out);
 
@@ -1687,14 +1691,11 @@ CAB_API cab_Status cab_history_span(const cab_Engine* engine, cab_HistoryId id, 
 // from where it is now. That holds if every link moves along a straight line, or on an arc of at most half a turn, and
 // turns about one axis by at most half a turn; shapes in between are not compared, so the frame reports pairs that have
 // passed each other at a distance too. Instances that `last` does not have, or that are masked in one of the two, get
-// 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags. Cost: poses every
-// instance twice, on all threads; allocates nothing. Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH,
-// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES,
-// CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS,
-// CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS,
-// CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_BATCH_KIND (the two are not one batch of characters), CAB_STATUS_BAD_OUTPUT
-// (margins is too small), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, one call per engine
-// at a time.
+// 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags.
+// Cost: poses every instance twice, on all threads; allocates nothing.
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (the two are not one batch of characters),
+// CAB_STATUS_BAD_OUTPUT (margins is too small), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* last, const cab_BatchInput* input,
                                      cab_FloatSpan margins);
 
@@ -1707,12 +1708,9 @@ CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* l
 // Hit only batches, instances and links are read. steps: 1 to CAB_MAX_STEPS.
 // Cost: one exact test per pair of parts and moment, sixteen moments at a time, on all threads, up to the first moment
 // that touches; some memory from operator new while it runs. Bits do not depend on instruction set or threads.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BATCH_GIVEN_TWICE, CAB_STATUS_STATIC_INPUT,
-// CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS,
-// CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS,
-// CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_STEPS,
-// CAB_STATUS_BAD_PAIRS (a pair that cab_compute_contacts refuses, or a batch that `last` lacks), CAB_STATUS_BAD_OUTPUT
-// (moments is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_STEPS, CAB_STATUS_BAD_PAIRS (a pair that
+// cab_compute_contacts refuses, or a batch that `last` lacks), CAB_STATUS_BAD_OUTPUT (moments is shorter than pairs),
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchInputSpan last,
                                              cab_ConstBatchInputSpan inputs, uint32_t steps, cab_ConstHitSpan pairs,
                                              cab_FloatSpan moments);
@@ -1723,11 +1721,8 @@ CAB_API cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchI
 // the world's axes and contains the stored bounds. The boxes of masked instances have half extents 0, and input.flags
 // says which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_UNKNOWN_BATCH,
-// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES,
-// CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS,
-// CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS,
-// CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_OUTPUT (boxes is too small). Thread: any, one call per engine at a time.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, the input statuses,
+// CAB_STATUS_BAD_OUTPUT (boxes is too small). Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* input, const cab_Policies* policies,
                                      cab_BoxSpan boxes);
 
@@ -1737,12 +1732,10 @@ CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* i
 // differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
 // in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
-// instruction set, threads or other pairs. Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY (depth is not a value of
-// Depth), CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BATCH_GIVEN_TWICE, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES,
-// CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS,
-// CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
-// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT (contacts is shorter than
-// pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, one call per engine at a time.
+// instruction set, threads or other pairs.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY (depth is not a value of Depth), the input statuses,
+// CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT (contacts is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no
+// memory for its tasks). Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_Depth depth,
                                         cab_ConstHitSpan pairs, cab_ContactSpan contacts);
 
@@ -1750,11 +1743,8 @@ CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputS
 // off. With CAB_MASK_CAUSE_NONE the instance takes part. A margin, which may take a box that is at the limit out of
 // range, is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES,
-// CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS,
-// CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
-// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_INSTANCE, CAB_STATUS_BAD_OUTPUT (out is null). Thread:
-// any, one call per engine at a time.
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_INSTANCE, CAB_STATUS_BAD_OUTPUT (out is null).
+// Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint32_t instance,
                                   cab_MaskReason* out);
 
@@ -1764,26 +1754,28 @@ CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* inpu
 // masked, and why. One remark per line, without a newline at the end. Returns the number of characters of the whole
 // text, without the 0 at its end. `text` receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
-// engine is running, the text says so. Thread: any, one call per engine at a time.
+// engine is running, the text says so.
+// Thread: any, one call per engine at a time.
 CAB_API size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text);
 
 // Writes in words why an instance is masked, as cab_why_masked has found it, such as "the quaternion of link 3 has the
-// length 0, below 0.001". Text and result as of cab_explain_job. Cost: little; allocates nothing. Thread: any.
+// length 0, below 0.001". Text and result as of cab_explain_job.
+// Cost: little; allocates nothing.
+// Thread: any.
 CAB_API size_t cab_explain_mask(const cab_MaskReason* reason, cab_CharSpan text);
 
 // Writes the statistics of a frame as one line of text: milliseconds in all and by phase, then counts. Text and result
-// as of cab_explain_job. Cost: little; allocates nothing. Thread: any.
+// as of cab_explain_job.
+// Cost: little; allocates nothing.
+// Thread: any.
 CAB_API size_t cab_stats_line(const cab_FrameStats* stats, cab_CharSpan text);
 
 // Writes the edges of boxes for a debug draw: of the leaves, or of one level of the hierarchies, with the boxes that
 // stand for links in hits marked. `job` says what is drawn, and receives the lines. The boxes are those of
 // cab_compute_boxes. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; 16 bytes per hit from operator new while it runs.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_UNKNOWN_BATCH,
-// CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS
-// (also an origin of the job that is not finite), CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES,
-// CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
-// CAB_STATUS_BAD_MARGINS, CAB_STATUS_BAD_MOVED, CAB_STATUS_BAD_PAIRS (hits has a size and no data),
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, the input statuses
+// (CAB_STATUS_BAD_ORIGINS also for an origin of the job), CAB_STATUS_BAD_PAIRS (hits has a size and no data),
 // CAB_STATUS_BAD_OUTPUT (lines has a size and no data), CAB_STATUS_LINES_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY. Thread:
 // any, one call per engine at a time.
 CAB_API cab_Status cab_box_lines(cab_Engine* engine, const cab_BatchInput* input, cab_BoxLinesJob* job);
@@ -1791,9 +1783,10 @@ CAB_API cab_Status cab_box_lines(cab_Engine* engine, const cab_BatchInput* input
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
 // batches, instances and links are; leaves may differ. Both lists must be in the order of cab_run_frame. Lists that
 // changes has no room for are cut off, and the counts are complete.
-// Cost: one pass over both lists; allocates nothing. Statuses: CAB_STATUS_UNSORTED_HITS, CAB_STATUS_BAD_OUTPUT (a list
-// of `changes` has a size and no data), CAB_STATUS_HITS_OVERFLOW (a list of `changes` is too small). Thread: any; no
-// engine is involved.
+// Cost: one pass over both lists; allocates nothing.
+// Statuses: CAB_STATUS_UNSORTED_HITS, CAB_STATUS_BAD_OUTPUT (a list of `changes` has a size and no data),
+// CAB_STATUS_HITS_OVERFLOW (a list of `changes` is too small).
+// Thread: any; no engine is involved.
 CAB_API cab_Status cab_diff_hits(cab_ConstHitSpan previous, cab_ConstHitSpan current, cab_HitChanges* changes);
 
 // Writes the numbers of a batch's instances to `order`, so that instances which are near each other in the world are
@@ -1833,30 +1826,36 @@ CAB_API cab_Status cab_ignored_pairs(const cab_Engine* engine, cab_ArticulationI
 
 // Writes how many bytes the engine holds for what to *out, which must not be null. The engine object itself, and the
 // shapes of CAB_EXACT_FCL, come from operator new and are not counted.
-// Cost: a sum over articulations, batches and workers; allocates nothing. Statuses: CAB_STATUS_BAD_OUTPUT (out is
-// null). Thread: any, while no other call changes this engine.
+// Cost: a sum over articulations, batches and workers; allocates nothing.
+// Statuses: CAB_STATUS_BAD_OUTPUT (out is null).
+// Thread: any, while no other call changes this engine.
 CAB_API cab_Status cab_engine_memory(const cab_Engine* engine, cab_EngineMemory* out);
 
 // Returns how many workers an engine has: the caller's worker_count, or the threads of the built-in scheduler.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API uint32_t cab_engine_thread_count(const cab_Engine* engine);
 
 // Returns the instruction set that an engine's kernels use, never CAB_ISA_AUTO.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API cab_Isa cab_engine_isa(const cab_Engine* engine);
 
 // Returns whether this CPU, its operating system and this build can run an instruction set: always true for
 // CAB_ISA_AUTO and CAB_ISA_SCALAR, always false for a number that is not an Isa.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API bool cab_isa_available(cab_Isa isa);
 
 // Returns the name of an instruction set, such as "avx2". The string lives as long as the program.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API const char* cab_isa_to_string(cab_Isa isa);
 
 // Returns a status in words, without a capital at the start or a period at the end. The string lives as long as the
 // program.
-// Cost: constant time; allocates nothing. Thread: any.
+// Cost: constant time; allocates nothing.
+// Thread: any.
 CAB_API const char* cab_status_to_string(cab_Status status);
 
 // ---------------------------------------------------------------------------------------------- defaults

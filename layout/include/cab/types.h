@@ -19,6 +19,10 @@
 //             never loses a pair that touches.
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
 //             overlap anything else that it writes or reads. add_articulation copies what it keeps.
+// Statuses    "The input statuses" are what a call returns for a BatchInput that it refuses: Status::kUnknownBatch,
+//             kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
+//             kBadLayers, kBadInContact, kBadBounds, kBadMargins and kBadMoved. For a list of inputs, kUnknownBatch
+//             also if it has a size and no data, and kBatchGivenTwice.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
 //             earlier frames (but for BatchInput::moved) or the caller's floating-point mode. With Exact::kFcl, hits
 //             are the same in every run of one build, but another build of FCL may decide otherwise. docs/embedding.md,
