@@ -107,7 +107,7 @@ void descend_tiles(TileDescent<Tile>& job) {
     descend_from<V, Tile, kSat>(job, step.left, step.right);
 }
 
-// Tests every leaf of a against every leaf of b; within one articulation, every two leaves.
+// Tests every leaf of a against every leaf of b; within one articulation, every pair of leaves.
 template <class V, class Tile, Sat kSat = Sat::kAll15>
 void brute_tiles(TileDescent<Tile>& job) {
   const Articulation& art_a = *job.articulation_a;

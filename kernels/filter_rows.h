@@ -46,7 +46,7 @@ void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t l
 // shift: the origin of b less the origin of a, rounded to float. shift_rest: what the rounding left over.
 // region: bounds relative to a's origin. A leaf of a that does not overlap them overlaps no leaf of b.
 // candidate: what LeafPair::candidate of the found pairs is.
-// self: a and b are one instance, and every two different leaves are compared once.
+// self: a and b are one instance, and each pair of leaves is compared once.
 struct RowFilter {
   const float* a;
   const float* b;

@@ -72,7 +72,7 @@ void place_tile(const PlaceTile& tile, CrowdSurvey& survey) {
   }
 }
 
-// Rows of a strip that are to be paired: with those behind them in their strip, and with those of the next strip. In a
+// Rows of a strip that are to be paired: with those after them in their strip, and with those of the next strip. In a
 // strip lower sides along the first axis do not fall. at: the row to go on with, up to end - 1. first, second: where
 // its searches in its own and in the next strip go on; a new row begins with at + 1 and kFromNext. next: no row of the
 // next strip before it can meet row `at` or a later one. reach: no row of the next strip is longer along the first

@@ -179,7 +179,7 @@ CAB_INLINE void fill_lanes(std::uint32_t* to, std::uint32_t number) {
 }
 
 // Writes head + (number << shift) for every bit of `set`, of which there are sixteen. `to` has room for sixteen dwords
-// behind those that are written. Returns the new end.
+// after those that are written. Returns the new end.
 template <class V>
 CAB_INLINE std::uint32_t* append_numbers(std::uint32_t* to, std::uint32_t head, std::uint32_t shift,
                                          std::uint32_t set) {

@@ -93,7 +93,7 @@ constexpr PolicyPreset kPresets[] = {
      {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kAll15, Depth::kThreeStarts}},
     {"balanced", "the defaults: the sharpest answer in the least time", {}},
     {"tight",
-     "the fewest box tests: inner boxes nearly as small as they can be, for more time to make them",
+     "the fewest box tests: tighter boxes, at about twice the cost for sequences",
      {Refit::kBest3, Strategy::kAuto, Exact::kNone, Extents::kLeaves, Sat::kAll15, Depth::kThreeStarts}},
 };
 

@@ -9,7 +9,7 @@ namespace cab {
 
 struct CrowdScratch;
 
-// Sorted rows from `first` to end - 1, and what they are paired with: in their strip the rows behind each of them up to
+// Sorted rows from `first` to end - 1, and what they are paired with: in their strip the rows after each of them up to
 // own_end, the first one from `from` on; in the next strip rows from `next` on.
 struct StripRows {
   std::uint32_t first, end, from, own_end, next, next_end;

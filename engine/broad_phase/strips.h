@@ -52,7 +52,7 @@ void add_survey(const kernel::CrowdSurvey& survey, CrowdRanges& out);
 void place_row(const InstanceBatch& batch, std::uint32_t instance, std::uint32_t row, Crowd& crowd,
                kernel::CrowdSurvey& survey);
 
-// Chooses the axes, makes the classes, lays out their strips behind those that are kept, and puts all rows into them,
+// Chooses the axes, makes the classes, lays out their strips after those that are kept, and puts all rows into them,
 // unsorted. of: what the surveys of all workers say.
 void lay_out_strips(StoredBatches batches, const CrowdRanges& of, Crowd& crowd);
 

@@ -1,5 +1,5 @@
-// Exact::kFcl: FCL on the convex parts of two leaves. A library without FCL is built with fcl_absent.cpp in the place
-// of fcl.cpp.
+// Exact::kFcl: FCL on the convex parts of two leaves. A library without FCL is built with fcl_absent.cpp instead of
+// fcl.cpp.
 #pragma once
 
 #include "engine/exact/exact.h"

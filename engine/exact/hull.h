@@ -1,5 +1,5 @@
 // The vertices of convex hulls for exact tests: those inside a hull are left out, by qhull. A library without qhull is
-// built with hull_absent.cpp in the place of hull.cpp.
+// built with hull_absent.cpp instead of hull.cpp.
 #pragma once
 
 #include <cab/span.h>

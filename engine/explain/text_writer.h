@@ -17,7 +17,7 @@ class TextWriter {
     if (!text_.empty()) text_[0] = 0;
   }
 
-  // Adds formatted text, as of printf.
+  // Adds formatted text, as printf does.
   void add(const char* format, ...) CAB_PRINTF(2, 3);
 
   // Characters of the whole text, without the 0 at its end.

@@ -45,7 +45,7 @@ std::uint32_t first_place(const Crowd& crowd, std::uint32_t chunk, std::uint32_t
   return chunk == 0 ? 0 : std::min(places, (first + kLanes - 1) / kLanes * kLanes);
 }
 
-// Unused rows behind a chunk: a search reads up to kLanes - 1 rows behind a strip, which no other thread may write.
+// Unused rows after a chunk: a search reads up to kLanes - 1 rows past a strip, which no other thread may write.
 constexpr std::uint32_t kSeamRoom = kLanes;
 
 // Room for the rows of a strip that had so many.
@@ -200,7 +200,7 @@ void append_masked(const Crowd& crowd, CrowdBatch& own) {
     if (!is_there(crowd, row)) own.order[--at] = crowd.rows[row].instance;
 }
 
-// The order of a frame with bands: strip by strip, strays behind the sorted rows of theirs.
+// The order of a frame with bands: strip by strip, strays after the sorted rows of theirs.
 void keep_order_of_bands(Crowd& crowd, CrowdBatch& own) {
   const CrowdClass& of = crowd.classes.of[0];
   const float* const lower = crowd.side(crowd.axes[1]);

@@ -275,7 +275,7 @@ struct GroupCursor {
   std::uint32_t blocks, number = 0, at = 0, end = 0;
   std::uint32_t* words = nullptr;
 
-  // Goes on to the next block until there is a group. Returns null behind the last one.
+  // Goes on to the next block until there is a group. Returns null after the last one.
   std::uint32_t* group() {
     while (at >= end) {
       if (number == blocks) return nullptr;

@@ -53,7 +53,7 @@ struct HitStore {
 
 // How many blocks a store begins with, for the number of instances of all character batches and the hits that the
 // caller reserves. A group takes six words, and one word per hit. Few instances may each meet all others: up to a size
-// of 1 MiB, every two may have two hits. Groups of different sizes leave gaps at the ends of blocks.
+// of 1 MiB, each pair may have two hits. Groups of different sizes leave gaps at the ends of blocks.
 inline std::size_t store_blocks(std::size_t instances, std::size_t reserved, std::size_t workers) {
   constexpr std::size_t kPerInstance = 16, kOfFew = 1u << 18, kMostPerHit = 8;
   if (instances == 0) return 0;

@@ -35,7 +35,7 @@ WorldBounds in_world(const double* about, const RelativeBounds& bounds, float ma
 RelativeBounds relative_to(const double* point, const double* about, const RelativeBounds& bounds);
 
 // Bounds some characters of one articulation. batch: of the engine, with room for `slice` characters at a time. input:
-// as of compute_boxes. chosen: whom, ascending. Writes to bounds[i] for each character i of them. Statuses: those of
+// as in compute_boxes. chosen: whom, ascending. Writes to bounds[i] for each character i of them. Statuses: those of
 // compute_boxes.
 Status bound_characters(Engine& engine, BatchId batch, std::uint32_t slice, const BatchInput& input,
                         Span<const std::uint32_t> chosen, const Policies& policies, Span<RelativeBounds> bounds);

@@ -36,7 +36,7 @@ std::uint32_t members_of(const BatchInput& input) {
 PoseFormat format_of(std::uint32_t members) { return static_cast<PoseFormat>(members >> 8); }
 
 Answer gather_regions(MPI_Comm comm, Status status, const std::vector<Region>& own, RegionTable& table) noexcept {
-  // A rank that failed has no regions. It tells its status, below 0, in the place of their size.
+  // A rank that failed has no regions. It tells its status, below 0, instead of their size.
   const int size = status == Status::kOk ? static_cast<int>(own.size() * sizeof(Region)) : -static_cast<int>(status);
   MPI_Allgather(&size, 1, MPI_INT, table.sizes.data(), 1, MPI_INT, comm);
   int sum = 0;

@@ -174,7 +174,7 @@ void find_pairs_of_links(const FrameContext& frame, const Candidate& candidate, 
     set_overlap_region(scratch.posed, a, b, shift, filter);
     for (filter.begin_a = 0; filter.begin_a < filter.leaves_a && !tester.is_done(at); filter.begin_a += kLanes) {
       filter.end_a = std::min(filter.leaves_a, filter.begin_a + kLanes);
-      // The filter writes behind the space for the kept pairs and those in the block, so that test() overwrites no pair
+      // The filter writes after the space for the kept pairs and those in the block, so that test() overwrites no pair
       // that is not read yet.
       const std::uint32_t begin = found.size = tester.kept + tester.block.count;
       frame.kernels.filter_rows(filter);

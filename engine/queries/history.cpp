@@ -238,7 +238,7 @@ void bound_between(const StoredHistory& history, const HistoryTick& from, const 
   }
 }
 
-// Records a moment in the place behind the last one, and then counts it.
+// Records a moment in the place after the last one, and then counts it.
 void record(Engine& engine, const FrameContext& frame, const InstanceBatch& batch, std::uint32_t slot, double time,
             StoredHistory& history) {
   HistoryTick& tick = history.ring[(history.first + history.count) % history.ring.size];

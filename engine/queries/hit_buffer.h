@@ -38,7 +38,7 @@ class HitBuffer {
   // No hit that is farther is wanted any more.
   float most() const { return is_full() ? last().distance : std::numeric_limits<float>::infinity(); }
 
-  // Whether no hit is wanted that comes behind all others.
+  // Whether no hit is wanted that comes after all others.
   bool has_all_wanted() const { return found_ >= wanted_; }
 
   // How many hits the query has, and whether all of them are stored.

@@ -45,7 +45,7 @@ void with_probe(const QueryRun& run, const Query& query, LinkHits& hits, Visit&&
 // there is no room for all of them.
 bool collect_candidates(const QueryRun& run, std::uint32_t number);
 
-// Tests the candidates from `begin` on that are of a query, which are posed. Returns the index behind the last of them.
+// Tests the candidates from `begin` on that are of a query, which are posed. Returns the index after the last of them.
 std::uint32_t test_candidates(const QueryRun& run, std::uint32_t number, std::uint32_t begin, LinkHits& hits);
 
 // Answers a query whose candidates are too many, or whose candidates are not there any more.

@@ -295,7 +295,7 @@ bool cut_along_faces(Chord& chord, const Hull& hull, const Double3 (&corner)[3],
          cut_along_face(chord, hull, corner[2], corner[0], point);
 }
 
-// As advance, with GJK's simplex in the place of the core's closest point. The simplex moves as the chord's beginning
+// As advance, with GJK's simplex instead of the core's closest point. The simplex moves as the chord's beginning
 // does. size: of the hull and its distance; reach: of the hull.
 bool advance(Chord& chord, const Hull& hull, Double3 v, double size) {
   const double rounding = kTetrahedronRoundingDouble * (size * (size * size));

@@ -194,7 +194,7 @@ struct Chunk {
   }
 };
 
-// Whether the candidates of a query are in the worker's list, from an index on, which then moves behind them.
+// Whether the candidates of a query are in the worker's list, from an index on, which then moves past them.
 struct Collected {
   bool is_collected = false;
   std::uint32_t at = 0;

@@ -121,7 +121,7 @@ inline void prefetch(const void* from, std::size_t bytes) {
 //   skips(entry)        whether what is entered then is not wanted any more
 //   is_done()           whether nothing more is wanted
 //   is_in_order()       whether hits have no distance, so that they are in the order of instances
-//   has_all_wanted()    whether hits that come behind all others are not wanted any more
+//   has_all_wanted()    whether hits that come after all others are not wanted any more
 
 // Tests an instance of the job's inputs whose bounds the query meets, if the query looks at it.
 template <class Probe>
@@ -172,7 +172,7 @@ void search_index(const QueryRun& run, const Query& query, Probe& probe) {
 }
 
 // Calls test(leaf) for the leaves of an instance that a query meets by meets(boxes, entry), of every sixteen the
-// nearest first. meets, skips(entry): as of a probe. Stops when is_done().
+// nearest first. meets, skips(entry): as in a probe. Stops when is_done().
 template <class Meets, class Skips, class Test, class IsDone>
 void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets, Skips&& skips, Test&& test,
                    IsDone&& is_done) {
@@ -257,7 +257,7 @@ class LinkHits {
   bool is_found() const { return is_found_; }
   bool is_done() const { return is_found_ && query_.want == QueryWant::kAny; }
 
-  // Whether hits that come behind all others are not wanted any more.
+  // Whether hits that come after all others are not wanted any more.
   bool has_all_wanted() const { return query_.want == QueryWant::kAll ? buffer_.has_all_wanted() : is_found_; }
 
   // No link that is farther is wanted any more.

@@ -72,7 +72,7 @@ constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
                                                  &MemoryNeeds::hits,
                                                  &MemoryNeeds::queries};
 
-// The larger of each two counts.
+// The larger of each pair of counts.
 MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
   MemoryNeeds out;
   for (const auto count : kCounts) out.*count = std::max(x.*count, y.*count);

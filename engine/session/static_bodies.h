@@ -1,4 +1,4 @@
-// Static bodies: what the engine knows of them from when they are added, and what it gives frames in the place of the
+// Static bodies: what the engine knows of them from when they are added, and what it gives frames instead of the
 // caller's poses. Everything else treats them as characters of one leaf that always rest.
 #pragma once
 

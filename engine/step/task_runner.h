@@ -52,7 +52,7 @@ std::unique_ptr<TaskRunner> make_serial_task_runner();
 std::unique_ptr<TaskRunner> make_caller_task_runner(const Scheduler& scheduler);
 
 // At most thread_count threads, and no more than cores; 0 uses every core. Null without TBB: such a library is built
-// with task_runner_tbb_absent.cpp in the place of task_runner_tbb.cpp.
+// with task_runner_tbb_absent.cpp instead of task_runner_tbb.cpp.
 std::unique_ptr<TaskRunner> make_tbb_task_runner(std::uint32_t thread_count);
 
 // Whether TBB is built in.

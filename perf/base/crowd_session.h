@@ -59,7 +59,7 @@ struct CoarseShare {
   std::uint32_t leaves = 1;  // most leaves of a character
 };
 
-// A crowd in an engine: one batch per group, every two characters paired, and then the level, if there is one.
+// A crowd in an engine: one batch per group, all characters paired, and then the level, if there is one.
 class CrowdSession {
  public:
   CrowdSession(const scenes::Crowd& crowd, Isa isa, std::uint32_t thread_count, AtRest at_rest = AtRest::kMoved)

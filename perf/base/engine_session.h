@@ -67,8 +67,9 @@ struct MaskedPose {
 
 class EngineSession {
  public:
-  // The session tests the scene's pairs or, if the scene names no pairs, every two characters that are not both static.
-  // The scene must outlive the session. Throws std::runtime_error that names the character and the engine's reason.
+  // The session tests the scene's pairs or, if the scene names no pairs, each pair of characters that are not both
+  // static. The scene must outlive the session. Throws std::runtime_error that names the character and the engine's
+  // reason.
   EngineSession(const scenes::Scene& scene, const SessionOptions& options);
 
   Isa isa() const { return engine_isa(*engine_); }

@@ -7,8 +7,8 @@
 
 namespace cab::perf {
 
-// Where a file is that a path names: behind symbolic links, also those that lead to nothing yet, and without "." and
-// "..". The path itself if the system does not say.
+// Where a file is that a path names: after following symbolic links, also those that lead to nothing yet, and without
+// "." and "..". The path itself if the system does not say.
 std::string place_of(const std::string& path);
 
 // A new file beside the place of an older one, under a name that begins with its own: PATH.new- and the number of this
@@ -29,7 +29,7 @@ class FileAside {
 
  private:
   std::string path_;
-  std::string target_;  // the path behind symbolic links
+  std::string target_;  // the path after following symbolic links
   std::string aside_;   // empty: the path itself is written
 };
 

@@ -34,7 +34,7 @@ inline Member any_member(Random& random, std::uint32_t instances, BatchKind kind
   return member;
 }
 
-// Adds rules for every two batches, for every batch of characters with itself, and for every batch within its
+// Adds rules for each pair of batches, for every batch of characters with itself, and for every batch within its
 // instances.
 inline void pair_all(World& world, std::uint32_t first, std::uint32_t count) {
   for (std::uint32_t a = first; a < first + count; ++a) {

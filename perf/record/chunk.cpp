@@ -33,7 +33,7 @@ Number get(const std::uint8_t* at) {
   return static_cast<Number>(number);
 }
 
-// tables[0][b]: the remainder of byte b; tables[k][b]: of byte b and k zero bytes behind it.
+// tables[0][b]: the remainder of byte b; tables[k][b]: of byte b and k zero bytes after it.
 using CrcTables = std::array<std::array<std::uint32_t, 256>, 8>;
 
 constexpr CrcTables make_crc_tables() {

@@ -18,14 +18,14 @@ struct ChunkHeader {
   Codec codec = Codec::kStored;
   bool has_definitions = false;
   bool is_end = false;             // it marks the end of a recording of first_frame frames, and has no payload
-  std::uint64_t stored_bytes = 0;  // of the payload in the file, without the zeros behind it
+  std::uint64_t stored_bytes = 0;  // of the payload in the file, without the zeros after it
   std::uint64_t plain_bytes = 0;   // of the payload when decoded
   std::uint32_t first_frame = 0;
   std::uint32_t frame_count = 0;
   std::uint32_t payload_crc = 0;
 };
 
-// Bytes of a payload and the zeros behind it. Offsets of chunks are multiples of 8.
+// Bytes of a payload and the zeros after it. Offsets of chunks are multiples of 8.
 inline std::uint64_t padded(std::uint64_t bytes) { return (bytes + 7) & ~std::uint64_t{7}; }
 
 // Payloads that decode to more than this are stored as they are, so a small file never decodes to a large one.

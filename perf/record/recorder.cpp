@@ -270,7 +270,7 @@ bool Recorder::Storage::is_barely_begun() const {
   return scan.chunks.empty();
 }
 
-// Goes on behind the last whole chunk of a file that is there. What it has defined keeps its index.
+// Continues after the last whole chunk of a file that is there. What it has defined keeps its index.
 void Recorder::Storage::open_behind() {
   std::uint64_t end = 0;
   {

@@ -37,7 +37,7 @@ class Scanner {
         return std::move(scan_);
       }
       has_end_ = header.is_end;
-      scan_.is_closed = false;  // what is appended stands behind an earlier mark
+      scan_.is_closed = false;  // what is appended stands after an earlier mark
       take(header);
       at_ = std::min<std::uint64_t>(at_ + kChunkHeaderBytes + padded(header.stored_bytes), file_.size());
       scan_.whole = at_;

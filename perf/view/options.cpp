@@ -10,7 +10,7 @@ Command add_view(CLI::App& app) {
   auto options = std::make_shared<ViewOptions>();
   ViewOptions& o = *options;
   CLI::App& command =
-      *app.add_subcommand("view", "a page that plays recordings, for any browser and without a network");
+      *app.add_subcommand("view", "write a page that plays recordings in any browser, without a network");
   CLI::Option* files = command.add_option("FILE", o.files, "recordings")->required()->type_name("");
   refuse_empty(*files);
   add_path(command, "--out", o.out_path, "the page to write (default: the first recording's name with .html)")

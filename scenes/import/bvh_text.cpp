@@ -169,7 +169,7 @@ class Reader {
     if (!matches(token, word)) fail(token.line, "expected \"" + std::string(word) + "\", found " + shown(token));
   }
 
-  // Reads a word and a colon. Blanks may stand before the colon, and may be missing behind it.
+  // Reads a word and a colon. Blanks may stand before the colon, and may be missing after it.
   void expect_label(std::string_view word) {
     const Token token = next();
     const auto wrong = [&] { fail(token.line, "expected \"" + std::string(word) + ":\", found " + shown(token)); };

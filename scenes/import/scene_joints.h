@@ -20,7 +20,7 @@ namespace cab::scenes {
 struct NodeTree {
   std::vector<const aiNode*> nodes;
   std::vector<std::int32_t> parents;                        // -1 of the first
-  std::vector<std::size_t> ends;                            // [node] the first node behind it that is not below it
+  std::vector<std::size_t> ends;                            // [node] the first node after it that is not below it
   std::unordered_map<std::string_view, std::size_t> named;  // borrows the names of the nodes
 
   bool is_at_or_below(std::size_t node, std::size_t top) const { return node >= top && node < ends[top]; }

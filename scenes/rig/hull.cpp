@@ -98,7 +98,7 @@ void put_outside(std::uint32_t point, double height, Face& face) {
 }
 
 // Puts each point into the list of the first face that it is well above, or else among the doubtful ones if it is above
-// any. The others are inside: a point that was above a face in the place of these is above one of these, or inside.
+// any. The others are inside: a point that was above a face instead of these is above one of these, or inside.
 void share_out(const Points& points, const std::vector<std::uint32_t>& open, Face* const first_face,
                Face* const end_face, std::vector<std::uint32_t>& doubtful) {
   for (const std::uint32_t p : open) {

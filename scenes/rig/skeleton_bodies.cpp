@@ -234,7 +234,7 @@ std::size_t phalanges_before(const Figure& figure, std::size_t bone) {
   return count;
 }
 
-// The length of the cap behind a bone, or 0 for none.
+// The length of the cap past a bone, or 0 for none.
 double cap_length(const Figure& figure, std::size_t bone, const Cap& cap) {
   const std::size_t start = figure.above(bone);
   if (cap.part == BodyPart::kFinger) {

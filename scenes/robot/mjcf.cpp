@@ -56,7 +56,7 @@ class Handlers {
   void (*error_)(const char*);
 };
 
-// A message of the library as one line, which names the line of the file in the place of that of the text.
+// A message of the library as one line, which names the line of the file instead of that of the text.
 std::string refusal(const std::string& name, std::string message, const MjcfText& text) {
   std::replace(message.begin(), message.end(), '\n', ' ');
   std::string place = name;

@@ -27,7 +27,7 @@ class MjcfTree {
 
   const tinyxml2::XMLElement& root() const { return main_.root(); }
 
-  // The elements below another; in the place of an <include> those of its file.
+  // The elements below another; instead of an <include> those of its file.
   std::vector<const tinyxml2::XMLElement*> children(const tinyxml2::XMLElement& parent) const;
 
   // Where an element is written: "robot.xml" or "robot.xml: in arm.xml"; the same with ": line 12".

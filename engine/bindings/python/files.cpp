@@ -31,7 +31,7 @@ py::str decoded(const char* words) {
   throw py::error_already_set();
 }
 
-// A text for a call that reads it up to its first zero. Raises ValueError if it goes on behind one.
+// A text for a call that reads it up to its first zero. Raises ValueError if it continues after one.
 const char* text_of(const char* name, const std::string& text) {
   if (text.find('\0') != std::string::npos)
     throw py::value_error(std::string(name) + ": there is a null character in it");

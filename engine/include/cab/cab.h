@@ -1,4 +1,4 @@
-// cab: which links of many articulated characters touch. All calls of the C++ API; their data is in cab/types.h.
+// cab: which links of many articulated characters touch. The public C++ API; its data types are in cab/types.h.
 //
 // An Engine owns articulations (shapes that do not change) and batches (room for instances of one articulation). In
 // every frame the caller hands in poses and rules, and gets back the sorted list of links that touch:
@@ -91,9 +91,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status lod_leaves(const Engine& engine, ArticulationId level,
                                         Span<std::uint16_t> leaf_of_link) noexcept;
 
-// Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances. If it is more
-// than the engine has had at a time, and has reserved, it replaces the memory of every worker by memory that is large
-// enough. run_frame and compute_boxes allocate nothing for it.
+// Adds a batch, and writes its id to *out, which must not be null. The call allocates memory for the instances. If the
+// total exceeds both the largest so far and what is reserved, per-worker memory is reallocated. run_frame and
+// compute_boxes allocate nothing for it.
 // Cost: about 305 bytes per character and nothing per instance of a sequence. Each worker takes 0.4 to 35 MB, which
 // depends on the largest articulation (docs/layout.md). All memory is zeroed. The workers' old memory is freed after
 // the new memory is made.
@@ -164,7 +164,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status begin_frame(Engine& engine, FrameJob& job) noexcept;
 
-// Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
+// Advances to the frame's next step once every task of the last one has ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
 // chunks.
 // Cost: the work between two steps, such as laying out strips.
@@ -180,7 +180,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Thread: any, at the same time as other tasks.
 [[nodiscard]] CAB_API Status run_task(Engine& engine, std::uint32_t task, std::uint32_t worker) noexcept;
 
-// Ends the frame: completes `job` and lets the engine go. If tasks are left, the frame is given up: `hits`, `contacts`,
+// Ends the frame: fills in `job` and releases the engine. If tasks are left, the frame is given up: `hits`, `contacts`,
 // flags and in_contact are unspecified, and the engine is ready for another frame.
 // Cost: little.
 // Statuses: kNoFrame, kTasksLeft, kHitsOverflow.
@@ -194,8 +194,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Writes the pairs in order, and their number, to `out`. After kPairsOverflow its pairs are unspecified and `needed` is
 // right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
-// Statuses: as of run_frame, without kBadPoses and kHitsOverflow; kBadBounds (also without bounds), kBadOutput (pairs
-// has a size and no data), kPairsOverflow.
+// Statuses: those of run_frame, without kBadPoses and kHitsOverflow; kBadBounds (also without bounds), kBadOutput
+// (pairs has a size and no data), kPairsOverflow.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;
 
@@ -235,7 +235,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
 // of the history once that is full. Of `input` the poses, origins, orientations, scales and layers are kept, and which
 // instances are given. Those that are masked count as not given. Quaternions keep their bits; matrices become
-// quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. A status but kOk keeps all moments.
+// quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. On failure the history is unchanged.
 // Cost: some 1 to 2 microseconds per instance of twenty links, on all threads; allocates nothing.
 // Statuses: kBusy, kUnknownHistory, the input statuses but kStaticInput (kUnknownBatch also for an input of another
 // batch), kBadTime (not finite, or not above that of the last moment), kBadHistoryPoses, kOutOfMemory (TBB had no
@@ -322,13 +322,13 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 CAB_API std::size_t explain_job(Engine& engine, const FrameJob& job, Span<char> text) noexcept;
 
 // Writes in words why an instance is masked, as why_masked has found it, such as "the quaternion of link 3 has the
-// length 0, below 0.001". Text and result as of explain_job.
+// length 0, below 0.001". Text and result as in explain_job.
 // Cost: little; allocates nothing.
 // Thread: any.
 CAB_API std::size_t explain_mask(const MaskReason& reason, Span<char> text) noexcept;
 
 // Writes the statistics of a frame as one line of text: milliseconds in all and by phase, then counts. Text and result
-// as of explain_job.
+// as in explain_job.
 // Cost: little; allocates nothing.
 // Thread: any.
 CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcept;

@@ -248,7 +248,7 @@ enum {
   CAB_REFIT_AABB_VERTICES = 5,  // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
 };
 
-// What an inner box contains: how large it is once the refit has chosen its axes.
+// How an inner box is sized along its axes.
 typedef uint8_t cab_Extents;
 enum {
   CAB_EXTENTS_CHILDREN = 0,  // an inner box is as large as its two children need
@@ -762,7 +762,7 @@ typedef struct cab_StaticBody {
 } cab_StaticBody;
 
 // A batch of static bodies, such as the geometry of a level. Body i of `bodies` is instance i. Triangle t is the
-// instance behind them, bodies.size + t. Each has one link, 0, with one leaf, 0.
+// instance after them, bodies.size + t. Each has one link, 0, with one leaf, 0.
 typedef struct cab_StaticDesc {
   // Bodies, in any order. Together with the triangles there are 1 to CAB_MAX_INSTANCES.
   cab_ConstStaticBodySpan bodies;
@@ -847,7 +847,7 @@ typedef struct cab_MaskReason {
 
 // The input and the outputs of one batch for one call. Of a batch of static bodies it has no poses, origins,
 // orientations, scales, margins, moved and bounds: they are known, and the bodies rest. Every span has entries for all
-// instances, in their order, or is empty. With a count, spans may end anywhere behind its instances.
+// instances, in their order, or is empty. With a count, spans may end anywhere after its instances.
 typedef struct cab_BatchInput {
   // Which batch this is. It must be a batch of the same engine. Required.
   cab_BatchId batch;
@@ -954,11 +954,10 @@ typedef struct cab_PairRule {
 // What a frame finds out.
 typedef uint8_t cab_Report;
 enum {
-  CAB_REPORT_HITS = 0,  // every two links that touch, and cab_BatchInput.in_contact if the caller gives it
+  CAB_REPORT_HITS = 0,  // every pair of links that touch, and cab_BatchInput.in_contact if the caller gives it
   // only cab_BatchInput.in_contact: faster, since a pair of instances is done at its first touching leaves
   CAB_REPORT_IN_CONTACT = 1,
-  // of every two instances at most the margin apart the two links that are nearest, or deepest in contact
-  CAB_REPORT_DISTANCES = 2,
+  CAB_REPORT_DISTANCES = 2,  // for each pair of instances within the margin, the closest (or deepest) pair of links
 };
 
 // Two links that touch, or are at most the frame's margin apart. (batch_a, instance_a, link_a) is lower than
@@ -1174,7 +1173,7 @@ typedef struct cab_EngineDesc {
   // How tasks run. Borrowed for the call. Null (default): the built-in scheduler.
   const cab_Scheduler* scheduler;
 
-  // What is told when phases begin and end. Borrowed for the call. Null (default): nothing is.
+  // Profiler hooks, called when phases begin and end. Borrowed for the call. Null (default): nothing is.
   const cab_Profiler* profiler;
 } cab_EngineDesc;
 
@@ -1185,7 +1184,7 @@ typedef struct cab_HistoryId {
   uint64_t value;  // 0: no history
 } cab_HistoryId;
 
-// What cab_add_history makes room for.
+// Parameters of cab_add_history.
 typedef struct cab_HistoryDesc {
   // A batch of characters of the same engine, neither static bodies nor a level of nodes. Required.
   cab_BatchId batch;
@@ -1225,7 +1224,7 @@ enum {
 // How many values cab_QueryKind has.
 #define CAB_QUERY_KIND_COUNT 6u
 
-// How much a query wants to know.
+// Which hits a query returns.
 typedef uint8_t cab_QueryWant;
 enum {
   CAB_QUERY_WANT_ANY = 0,      // whether there is any link: cab_QueryJob.found; names no link, and is the fastest
@@ -1526,9 +1525,9 @@ CAB_API cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_
 // Thread: any, but not while an articulation or batch is added or removed.
 CAB_API cab_Status cab_lod_leaves(const cab_Engine* engine, cab_ArticulationId level, cab_Uint16Span leaf_of_link);
 
-// Adds a batch, and writes its id to *out, which must not be null. The call makes room for the instances. If it is more
-// than the engine has had at a time, and has reserved, it replaces the memory of every worker by memory that is large
-// enough. cab_run_frame and cab_compute_boxes allocate nothing for it.
+// Adds a batch, and writes its id to *out, which must not be null. The call allocates memory for the instances. If the
+// total exceeds both the largest so far and what is reserved, per-worker memory is reallocated. cab_run_frame and
+// cab_compute_boxes allocate nothing for it.
 // Cost: about 305 bytes per character and nothing per instance of a sequence. Each worker takes 0.4 to 35 MB, which
 // depends on the largest articulation (docs/layout.md). All memory is zeroed. The workers' old memory is freed after
 // the new memory is made.
@@ -1600,7 +1599,7 @@ CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 // Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
 
-// Goes on to the frame's next step, when all tasks of the last one have ended, and writes its number of tasks to
+// Advances to the frame's next step once every task of the last one has ended, and writes its number of tasks to
 // *count: 0 when the frame has no more. There are about seven steps with tasks; one of over 65 536 comes in several
 // chunks.
 // Cost: the work between two steps, such as laying out strips.
@@ -1616,7 +1615,7 @@ CAB_API cab_Status cab_next_tasks(cab_Engine* engine, uint32_t* count);
 // Thread: any, at the same time as other tasks.
 CAB_API cab_Status cab_run_task(cab_Engine* engine, uint32_t task, uint32_t worker);
 
-// Ends the frame: completes `job` and lets the engine go. If tasks are left, the frame is given up: `hits`, `contacts`,
+// Ends the frame: fills in `job` and releases the engine. If tasks are left, the frame is given up: `hits`, `contacts`,
 // flags and in_contact are unspecified, and the engine is ready for another frame.
 // Cost: little.
 // Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_TASKS_LEFT, CAB_STATUS_HITS_OVERFLOW.
@@ -1630,8 +1629,8 @@ CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 // pair by that. Writes the pairs in order, and their number, to `out`. After CAB_STATUS_PAIRS_OVERFLOW its pairs are
 // unspecified and `needed` is right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
-// Statuses: as of cab_run_frame, without CAB_STATUS_BAD_POSES and CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also
-// without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no data), CAB_STATUS_PAIRS_OVERFLOW.
+// Statuses: those of cab_run_frame, without CAB_STATUS_BAD_POSES and CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS
+// (also without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no data), CAB_STATUS_PAIRS_OVERFLOW.
 // Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* job, cab_CandidateList* out);
 
@@ -1672,8 +1671,8 @@ CAB_API cab_Status cab_remove_history(cab_Engine* engine, cab_HistoryId id);
 // Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
 // of the history once that is full. Of `input` the poses, origins, orientations, scales and layers are kept, and which
 // instances are given. Those that are masked count as not given. Quaternions keep their bits; matrices become
-// quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. A status but CAB_STATUS_OK keeps all
-// moments. Cost: some 1 to 2 microseconds per instance of twenty links, on all threads; allocates nothing.
+// quaternions, by rounding. No link may be mirrored, and no matrix hold a scale. On failure the history is unchanged.
+// Cost: some 1 to 2 microseconds per instance of twenty links, on all threads; allocates nothing.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY, the input statuses but CAB_STATUS_STATIC_INPUT
 // (CAB_STATUS_UNKNOWN_BATCH also for an input of another batch), CAB_STATUS_BAD_TIME (not finite, or not above that of
 // the last moment), CAB_STATUS_BAD_HISTORY_POSES, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
@@ -1759,13 +1758,13 @@ CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* inpu
 CAB_API size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text);
 
 // Writes in words why an instance is masked, as cab_why_masked has found it, such as "the quaternion of link 3 has the
-// length 0, below 0.001". Text and result as of cab_explain_job.
+// length 0, below 0.001". Text and result as in cab_explain_job.
 // Cost: little; allocates nothing.
 // Thread: any.
 CAB_API size_t cab_explain_mask(const cab_MaskReason* reason, cab_CharSpan text);
 
 // Writes the statistics of a frame as one line of text: milliseconds in all and by phase, then counts. Text and result
-// as of cab_explain_job.
+// as in cab_explain_job.
 // Cost: little; allocates nothing.
 // Thread: any.
 CAB_API size_t cab_stats_line(const cab_FrameStats* stats, cab_CharSpan text);

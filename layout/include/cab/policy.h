@@ -25,7 +25,7 @@ enum class Refit : std::uint8_t {
   kAabbVertices,  // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
 };
 
-// What an inner box contains: how large it is once the refit has chosen its axes.
+// How an inner box is sized along its axes.
 enum class Extents : std::uint8_t {
   kChildren,  // an inner box is as large as its two children need
   kLeaves,    // an inner box is as large as the leaf boxes below it need

@@ -15,7 +15,7 @@ struct HistoryId {
   std::uint64_t value = 0;  // 0: no history
 };
 
-// What add_history makes room for.
+// Parameters of add_history.
 struct HistoryDesc {
   // A batch of characters of the same engine, neither static bodies nor a level of nodes. Required.
   BatchId batch;
@@ -53,7 +53,7 @@ enum class QueryKind : std::uint8_t {
 // How many values QueryKind has.
 inline constexpr std::uint32_t kQueryKindCount = 6;
 
-// How much a query wants to know.
+// Which hits a query returns.
 enum class QueryWant : std::uint8_t {
   kAny,      // whether there is any link: QueryJob::found; names no link, and is the fastest
   kClosest,  // the first link in the order of QueryHit

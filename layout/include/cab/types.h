@@ -424,7 +424,7 @@ struct StaticBody {
 };
 
 // A batch of static bodies, such as the geometry of a level. Body i of `bodies` is instance i. Triangle t is the
-// instance behind them, bodies.size + t. Each has one link, 0, with one leaf, 0.
+// instance after them, bodies.size + t. Each has one link, 0, with one leaf, 0.
 struct StaticDesc {
   // Bodies, in any order. Together with the triangles there are 1 to kMaxInstances.
   Span<const StaticBody> bodies;
@@ -506,7 +506,7 @@ inline constexpr std::uint32_t kAllInstances = 0xffffffff;
 
 // The input and the outputs of one batch for one call. Of a batch of static bodies it has no poses, origins,
 // orientations, scales, margins, moved and bounds: they are known, and the bodies rest. Every span has entries for all
-// instances, in their order, or is empty. With a count, spans may end anywhere behind its instances.
+// instances, in their order, or is empty. With a count, spans may end anywhere after its instances.
 struct BatchInput {
   // Which batch this is. It must be a batch of the same engine. Required.
   BatchId batch;
@@ -607,9 +607,9 @@ struct PairRule {
 
 // What a frame finds out.
 enum class Report : std::uint8_t {
-  kHits,       // every two links that touch, and BatchInput::in_contact if the caller gives it
+  kHits,       // every pair of links that touch, and BatchInput::in_contact if the caller gives it
   kInContact,  // only BatchInput::in_contact: faster, since a pair of instances is done at its first touching leaves
-  kDistances,  // of every two instances at most the margin apart the two links that are nearest, or deepest in contact
+  kDistances,  // for each pair of instances within the margin, the closest (or deepest) pair of links
 };
 
 // Two links that touch, or are at most the frame's margin apart. (batch_a, instance_a, link_a) is lower than
@@ -820,7 +820,7 @@ struct EngineDesc {
   // How tasks run. Borrowed for the call. Null (default): the built-in scheduler.
   const Scheduler* scheduler = nullptr;
 
-  // What is told when phases begin and end. Borrowed for the call. Null (default): nothing is.
+  // Profiler hooks, called when phases begin and end. Borrowed for the call. Null (default): nothing is.
   const Profiler* profiler = nullptr;
 };
 

@@ -14,7 +14,7 @@ Command add_verify(CLI::App& app) {
   VerifyOptions& o = *options;
   CLI::App& command = *app.add_subcommand(
       "verify",
-      "long, seeded verification of merges, overlap tests, hierarchies, frames, exact tests and queries by judges");
+      "verify merges, overlap tests, hierarchies, frames, exact tests and queries against independent judges");
   command
       .add_option_function<std::string>(
           "--minutes", [&o](const std::string& text) { o.minutes = read_positive("--minutes", text); },

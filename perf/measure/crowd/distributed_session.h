@@ -25,7 +25,7 @@ inline void require(const mpi::Answer& answer, const std::string& what) {
   throw AgreedFailure(what + ": rank " + std::to_string(answer.rank) + ": " + reason);
 }
 
-// One batch per group, every two characters paired, and then the level, as CrowdSession has it.
+// One batch per group, all characters paired, and then the level, as CrowdSession has it.
 class DistributedSession {
  public:
   DistributedSession(const scenes::Crowd& crowd, const CrowdOptions& options, const std::string& program) {

@@ -25,8 +25,8 @@ class HitFile {
   HitFile(const HitFile&) = delete;
   HitFile& operator=(const HitFile&) = delete;
 
-  // Goes on behind the first hits of the file, and cuts off what follows them. Throws if the file does not have so many
-  // hits or if hits_sum is not the sum over them (perf/base/hit_sum.h): then it is damaged.
+  // Continues after the first hits of the file, and cuts off what follows them. Throws if the file does not have so
+  // many hits or if hits_sum is not the sum over them (perf/base/hit_sum.h): then it is damaged.
   void go_on_behind(std::uint64_t hit_count, std::uint64_t hits_sum);
 
   // Appends the hits of a frame. If that fails, the file is cut back to what it was before.

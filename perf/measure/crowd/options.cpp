@@ -77,7 +77,7 @@ void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
   command
       .add_option_function<std::string>(
           "--at-rest", [&o](const std::string& text) { o.at_rest = read_at_rest("--at-rest", text); },
-          "city: those at rest count as moved, or hits of two of them are reported, or skipped (default skipped)")
+          "city: how resting characters are handled: as moved, hits among them reported, or skipped (default skipped)")
       ->type_name("moved|reported|skipped");
   command
       .add_option_function<std::string>(
@@ -112,7 +112,7 @@ void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
 Command add_crowd(CLI::App& app) {
   auto options = std::make_shared<CrowdOptions>();
   CrowdOptions& o = *options;
-  CLI::App& command = *app.add_subcommand("crowd", "many characters at once: times, memory and counts per frame");
+  CLI::App& command = *app.add_subcommand("crowd", "measure crowds: time, memory and counts per frame");
   command
       .add_option_function<std::string>(
           "--scene", [&o](const std::string& text) { o.scene = read_crowd_scene("--scene", text); }, crowd_scene_help())
@@ -165,7 +165,7 @@ Command add_crowd(CLI::App& app) {
   add_threads(command, o.thread_count);
   CLI::Option* mpi = command.add_flag("--mpi", o.mpi, "share the crowd between the ranks of `mpirun -n RANKS cab ...`");
   add_path(command, "--out", o.out_folder,
-           "--mpi: a folder for the hits of all ranks; a run that was cut off goes on behind its last checkpoint there")
+           "--mpi: a folder for the hits of all ranks; a run that was cut off continues from its last checkpoint there")
       ->type_name("DIR")
       ->needs(mpi);
   add_number(command, "--checkpoint", o.checkpoint,

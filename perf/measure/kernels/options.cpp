@@ -9,7 +9,7 @@ Command add_kernels(CLI::App& app) {
   auto options = std::make_shared<KernelsOptions>();
   KernelsOptions& o = *options;
   CLI::App& command =
-      *app.add_subcommand("kernels", "times of the merge, of the overlap test and of the exact test, beside FCL's");
+      *app.add_subcommand("kernels", "time the merge, the overlap test and the exact test, beside FCL's");
   add_isas(command, o.isas, "all");
   add_rounds(command, o.rounds, "rounds; times are their medians (default 21)");
   return {&command, [options] { return kernels_command(*options); }};

@@ -16,7 +16,7 @@ constexpr std::uint32_t kMaxPaperFrames = 1000000;
 Command add_paper(CLI::App& app) {
   auto options = std::make_shared<PaperOptions>();
   PaperOptions& o = *options;
-  CLI::App& command = *app.add_subcommand("paper", "the paper's scenes and tables, beside the paper's own figures");
+  CLI::App& command = *app.add_subcommand("paper", "run the paper's scenes and tables, beside the paper's own figures");
   command
       .add_option_function<std::string>(
           "--tables", [&o](const std::string& text) { o.tables = read_number_list("--tables", text); },

@@ -27,7 +27,7 @@ Command add_peers(CLI::App& app) {
   auto options = std::make_shared<PeersOptions>();
   PeersOptions& o = *options;
   CLI::App& command =
-      *app.add_subcommand("peers", "the same crowds through other libraries, verified, and timed in turns");
+      *app.add_subcommand("peers", "run the same crowds through other libraries: verified, and timed in turns");
   command
       .add_option_function<std::string>(
           "--scene", [&o](const std::string& text) { o.scenes = split_commas(text); },

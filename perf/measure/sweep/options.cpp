@@ -47,7 +47,7 @@ Command add_sweep(CLI::App& app) {
   auto options = std::make_shared<SweepOptions>();
   SweepOptions& o = *options;
   CLI::App& command =
-      *app.add_subcommand("sweep", "the cost and the gain of every policy, on many scenes or on your own files");
+      *app.add_subcommand("sweep", "measure what every policy costs and gains, on many scenes or on your own files");
   add_world(command, o.world, "motion files, one character each; without them the scenes below");
   command
       .add_option_function<std::string>(

@@ -76,14 +76,12 @@ int sweep_command(const SweepOptions& options) {
   SweepPlan strategies = plan;
   strategies.policies = strategies_alone(plan.policies);
   std::cout
-      << "Times are medians of rounds in which every cell has its turn, the fastest of some runs; those of phases are "
-         "summed over threads.\nfalse: leaf pairs whose boxes overlap and whose shapes are apart; misses: true hits "
-         "that are "
-         "lost. The judge is convex; where cells are by convex, fcl.\narea: of all inner boxes in some poses, over "
-         "that of refit covariance and over the "
-         "least "
-         "that turning each box finds.\n*: no other of the same isa, threads and exact is as fast with as few false "
-         "positives.\n=: the same work as a cell with another strategy, whose times it has.\n\n";
+      << "Times are medians over rounds; each round keeps the fastest of several runs. Those of phases are summed over "
+         "threads.\nfalse: leaf pairs whose boxes overlap and whose shapes are apart; misses: true hits that are lost. "
+         "The judge is convex; where cells are by convex, fcl.\narea: of all inner boxes in some poses, relative to "
+         "that of refit covariance and to the least that turning each box finds.\n*: no other of the same isa, threads "
+         "and exact is as fast with as few false positives.\n=: the same work as a cell with another strategy, whose "
+         "times it has.\n\n";
   std::vector<SweepRun> runs;
   std::uint64_t misses = 0;
   const auto run = [&](const SweepScene& scene, bool all_policies) {

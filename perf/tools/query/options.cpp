@@ -112,7 +112,7 @@ void add_frames(CLI::App& command, QueryOptions& o) {
 Command add_query(CLI::App& app) {
   auto options = std::make_shared<QueryOptions>();
   QueryOptions& o = *options;
-  CLI::App& command = *app.add_subcommand("query", "which links rays meet, shapes overlap and points are near");
+  CLI::App& command = *app.add_subcommand("query", "answer ray casts, shape overlaps and nearest-point queries");
   const std::vector<const CLI::Option*> of_files = add_targets(command, o);
   add_frames(command, o);
   const std::vector<CLI::Option*> files = add_query_files(command, o);

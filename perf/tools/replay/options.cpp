@@ -58,7 +58,7 @@ CLI::Option* add_record_file(CLI::App& command, const std::string& option, Recor
 Command add_record(CLI::App& app) {
   auto options = std::make_shared<RecordOptions>();
   RecordOptions& o = *options;
-  CLI::App& command = *app.add_subcommand("record", "a recording of a scene that has a name");
+  CLI::App& command = *app.add_subcommand("record", "record a built-in scene");
   command
       .add_option_function<std::string>(
           "--scene", [&o](const std::string& text) { o.scene = read_recorded_scene("--scene", text); },
@@ -87,8 +87,7 @@ Command add_record(CLI::App& app) {
 Command add_replay(CLI::App& app) {
   auto options = std::make_shared<ReplayOptions>();
   ReplayOptions& o = *options;
-  CLI::App& command =
-      *app.add_subcommand("replay", "runs the frames of a recording again, and compares the hits bit by bit");
+  CLI::App& command = *app.add_subcommand("replay", "run a recording again, and compare its hits bit by bit");
   add_path(command, "FILE", o.file, "recording")->required()->type_name("");
   for (std::uint32_t field = 0; field < policy_table().size; ++field) {
     const PolicyField& row = policy_table()[field];

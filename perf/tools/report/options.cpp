@@ -11,7 +11,8 @@ namespace cab::perf {
 Command add_report(CLI::App& app) {
   auto options = std::make_shared<ReportOptions>();
   ReportOptions& o = *options;
-  CLI::App& command = *app.add_subcommand("report", "which links touch when and how deep: recordings as one page");
+  CLI::App& command =
+      *app.add_subcommand("report", "report which links touch, when and how deep: recordings to one page");
   CLI::Option* files = command.add_option("FILE", o.files, "recordings, as `cab run --record` writes them");
   files->required()->type_name("");
   refuse_empty(*files);

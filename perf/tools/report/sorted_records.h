@@ -19,7 +19,7 @@ class TemporaryStore {
   TemporaryStore(const TemporaryStore&) = delete;
   TemporaryStore& operator=(const TemporaryStore&) = delete;
 
-  // Writes behind what was written before, and returns where that is.
+  // Writes after what was written before, and returns where that is.
   std::uint64_t append(const void* bytes, std::size_t count);
 
   // What was written is gone; its place is used again.

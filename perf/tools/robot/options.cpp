@@ -88,7 +88,7 @@ Command add_robot(CLI::App& app) {
   RobotCommandOptions& o = *options;
   o.import.sandbox = scenes::kImportSandbox;
   o.policies.exact = Exact::kConvex;  // boxes of links are not enough for robots
-  CLI::App& command = *app.add_subcommand("robot", "which links of a robot touch each other, by its joint states");
+  CLI::App& command = *app.add_subcommand("robot", "find the links of a robot that touch each other, by joint states");
   add_files(command, o);
   CLI::Option* samples = add_number(
       command, "--samples", o.samples,

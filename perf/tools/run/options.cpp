@@ -107,7 +107,7 @@ void add_skin_options(CLI::App& command, std::string& animation, std::optional<s
           [of_skin](const std::string& text) {
             of_skin("--least-reach").least_reach = read_positive("--least-reach", text);
           },
-          "only joints whose meshes or children reach this far get links")
+          "skip joints whose meshes and children reach less than this")
       ->type_name("METRES");
 }
 
@@ -156,7 +156,7 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
 Command add_run(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   RunOptions& o = *options;
-  CLI::App& command = *app.add_subcommand("run", "which links touch in which frame: motion files in one world");
+  CLI::App& command = *app.add_subcommand("run", "find touching links in motion files, frame by frame");
   add_world(command, o.world, "motion files, one character each")->required();
   command
       .add_option_function<std::string>(
@@ -196,8 +196,8 @@ Command add_run(CLI::App& app) {
 Command add_inspect(CLI::App& app) {
   auto options = std::make_shared<InspectOptions>();
   InspectOptions& o = *options;
-  CLI::App& command =
-      *app.add_subcommand("inspect", "one frame of one file as JSON: joints, links, leaf boxes, merges, inner boxes");
+  CLI::App& command = *app.add_subcommand(
+      "inspect", "dump one frame of a file as JSON: joints, links, leaf boxes, merges, inner boxes");
   add_path(command, "FILE", o.file, std::string("motion file") + kFormats)->required()->type_name("");
   command
       .add_option_function<std::string>(

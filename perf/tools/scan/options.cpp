@@ -6,7 +6,7 @@ namespace cab::perf {
 
 Command add_scan(CLI::App& app) {
   CLI::App& command = *app.add_subcommand(
-      "scan", "a corpus of clips, robots or recordings to one table, by Dask and the Python module");
+      "scan", "scan a corpus of clips, robots or recordings into one table, by Dask and the Python package");
   // Whatever follows is for the package, --help too.
   command.set_help_flag();
   command.prefix_command();

@@ -1,4 +1,4 @@
-// `cab scan`: becomes Python with the package cab_scan.
+// `cab scan`: execs python3 -m cab_scan.
 #include <unistd.h>
 
 #include <cerrno>

@@ -39,7 +39,7 @@ struct RecorderOptions {
   // those of its poses. With kQuaternionTranslation only. 0 (default): poses are written as floats, bit for bit.
   float pose_step = 0;
 
-  // Whether frames are added behind those of a file that is there. What is cut off at its end is dropped, and so is the
+  // Whether frames are added after those of a file that is there. What is cut off at its end is dropped, and so is the
   // mark of its end, until close writes another; a file that is damaged in the middle is refused. Its options stay as
   // they are, and these must have the same pose_step. Default: the file is made anew.
   bool append = false;

@@ -80,7 +80,7 @@ class Recording {
   ~Recording();
 
   // Opens a recording. Returns whether there is one that has a whole first chunk; if not, error() says why. What is
-  // cut off or damaged behind it is told by problems(). A file may be cut off anywhere.
+  // cut off or damaged after it is told by problems(). A file may be cut off anywhere.
   [[nodiscard]] bool open(const char* path) noexcept;
 
   // The same from memory, which must stay as it is while the recording is open. `name` is for messages.
@@ -97,7 +97,7 @@ class Recording {
   bool is_damaged() const noexcept;
 
   // Whether it ends with the mark that Recorder::close writes. If not, its recorder ended before that, still writes, or
-  // was of a library that knew no mark yet.
+  // is from a library that knew no mark yet.
   bool is_closed() const noexcept;
 
   // Bytes from the beginning of the file to the end of its last whole chunk, which may be that mark.

@@ -73,7 +73,7 @@ struct SkeletonOptions {
   float thickness = 1;
 };
 
-// Makes an articulation from a skeleton: one ellipsoid along each bone and behind each end that has no bone, with
+// Makes an articulation from a skeleton: one ellipsoid along each bone and past each end that has no bone, with
 // anthropometric thickness, and one leaf box about those of a joint. The rules are in docs/import.md. All joints are
 // links, in their order, so the poses of the skeleton are those of the articulation; some links have no leaf. A root
 // that is not the first joint hangs below the first. Links that meet at a joint are ignored pairs. The model is
