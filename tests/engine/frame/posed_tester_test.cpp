@@ -1,4 +1,5 @@
 // How often characters are posed for tests: the candidates of large articulations wait for each other.
+#include "engine/pairs/pair_scratch.h"
 #include "engine/session/engine.h"
 #include "perf/harness/random_world.h"
 #include "perf/harness/world.h"

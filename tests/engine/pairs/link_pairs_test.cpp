@@ -2,6 +2,7 @@
 #include "engine/pairs/link_pairs.h"
 
 #include "engine/session/call.h"
+#include "engine/session/worker.h"
 #include "perf/harness/world.h"
 
 #include <doctest/doctest.h>
