@@ -44,7 +44,7 @@ test('boxes of leaves are where their poses put them, and inner boxes hold them'
   const batch = world.addBatch(world.addArticulation(chain(LINKS)), 3);
   batch.poses().set(straight(LINKS), 7 * LINKS);
   batch.origins()[3] = 100;
-  for (const policies of [undefined, 'fast', {refit: 'best3'}, {refit: 'aabb_hull'}]) {
+  for (const policies of [undefined, 'paper', {refit: 'best3'}, {refit: 'aabb_hull'}]) {
     const {nodeCount, leafCount, values} = world.computeBoxes(batch, policies);
     assert.deepEqual([nodeCount, leafCount, values.length], [2 * LINKS - 1, LINKS, 15 * 3 * (2 * LINKS - 1)]);
     const box = (node) => values.subarray(15 * (nodeCount + node), 15 * (nodeCount + node + 1));
