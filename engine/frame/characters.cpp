@@ -9,6 +9,7 @@
 #include "engine/frame/bands.h"
 #include "engine/frame/crowd_tester.h"
 #include "engine/frame/posed_tester.h"
+#include "engine/frame/surveys.h"
 #include "engine/hits/hit_store.h"
 #include "engine/session/worker.h"
 #include "engine/step/batch_tasks.h"
@@ -55,19 +56,6 @@ void take_for_live(InstanceBatch& batch) {
   std::fill(batch.hit_chains.begin(), batch.hit_chains.end(), HitChain{});
   for (std::uint32_t tile = 0; tile < tile_count(given); ++tile)
     batch.live[tile] = static_cast<std::uint16_t>((2u << (std::min(kLanes, given - tile * kLanes) - 1)) - 1);
-}
-
-// Makes the surveys of all workers know of no row.
-void clear_surveys(const WorkerPool& pool) {
-  for (const auto& worker : pool.workers)
-    if (!worker->crowd.empty()) clear_survey(worker->crowd[0]);
-}
-
-// What these surveys say after the first pass.
-CrowdRanges ranges_of(const WorkerPool& pool) {
-  CrowdRanges out = kNoRanges;
-  for (const auto& worker : pool.workers) add_survey(worker->crowd[0].survey, out);
-  return out;
 }
 
 // Chooses how each batch is bounded in this frame, and gives it its rows.

@@ -2,7 +2,6 @@
 
 #include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/crowd_scratch.h"
-#include "engine/broad_phase/strips.h"
 #include "engine/frame/posed_tester.h"
 #include "engine/hits/hit_store.h"
 #include "engine/session/worker.h"
@@ -12,7 +11,6 @@
 #include "layout/compiler.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace cab {

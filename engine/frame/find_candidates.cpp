@@ -5,6 +5,7 @@
 #include "engine/broad_phase/strip_searcher.h"
 #include "engine/broad_phase/strips.h"
 #include "engine/broad_phase/world_bounds.h"
+#include "engine/frame/surveys.h"
 #include "engine/session/call.h"
 #include "engine/session/rest.h"
 #include "engine/session/validate.h"
@@ -106,16 +107,13 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   for_each_crowd_batch(engine.stored_batches(),
                        [](StoredBatch& stored) { stored.batch.by_words = stored.crowd.is_by_place = false; });
   lay_out_rows(engine.stored_batches(), crowd);
-  for (const auto& worker : engine.pool.workers)
-    if (!worker->crowd.empty()) clear_survey(worker->crowd[0]);
+  clear_surveys(engine.pool);
   crowd.bands.ready = crowd.by_bands = false;
   for_each_crowd_batch(engine.stored_batches(),
                        [&](StoredBatch& stored) { take_bounds(job, crowd, stored, engine.pool); });
   PairWriter writer(out.pairs);
   if (crowd.row_count > 0) {
-    CrowdRanges ranges = kNoRanges;
-    for (const auto& worker : engine.pool.workers) add_survey(worker->crowd[0].survey, ranges);
-    lay_out_strips(engine.stored_batches(), ranges, crowd);
+    lay_out_strips(engine.stored_batches(), ranges_of(engine.pool), crowd);
     engine.pool.tasks->for_each(sort_tasks(crowd),
                                 [&crowd](std::uint32_t task, std::uint32_t) { sort_strips(crowd, task); });
     const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);

@@ -246,7 +246,7 @@ void prefetch_queries(const Chunk& chunk, std::uint32_t place, std::uint32_t cou
     prefetch(&chunk.job.queries[chunk.first + chunk.memory.order[place].number], sizeof(Query));
 }
 
-// Answers the query in a place of the order, and keeps its hits if the worker has memory.
+// Answers the query in a place of the order, and keeps its hits if the worker has room.
 void answer_in_order(const Chunk& chunk, const QueryRun& run, std::uint32_t place, std::uint32_t w,
                      Collected& collected) {
   FixedList<QueryHit>& hits = run.own.hits;

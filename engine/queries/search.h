@@ -74,15 +74,15 @@ struct PosedInstance {
 // The exact shapes of a leaf, posed.
 LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf);
 
-// Where the leaf boxes of a posed tile chunk, with leaves as lanes: those of lane i begin at boxes[i *
+// Where the leaf boxes of a posed tile go, with leaves as lanes: those of lane i begin at boxes[i *
 // tile_count(leaves)].
 struct PosedLanes {
   BoxTile* boxes;
   float (&reach)[kLanes];  // receives the largest coordinate of any leaf's bounds
 };
 
-// Takes the leaf boxes of the first lanes of a tile out of posed.boxes.
-void take_posed(const kernel::KernelTable& kernels, PoseScratch& posed, std::uint32_t leaves, std::uint32_t count,
+// Takes the leaf boxes of the first lanes of a tile out of posing.boxes.
+void take_posed(const kernel::KernelTable& kernels, PoseScratch& posing, std::uint32_t leaves, std::uint32_t count,
                 const PosedLanes& to);
 
 // Poses a cluster that is not posed.

@@ -59,8 +59,8 @@ class EngineHandle {
                            const py::object& origin);
   void remove_batch(std::uint64_t id);
 
-  // A larger batch instead of one, and its id. If it is refused, the old one stays. Only memory that runs out in
-  // the middle leaves none: has_batch says so.
+  // Replaces a batch by a larger one, and returns its id. If it is refused, the old one stays. Only memory that runs
+  // out in the middle leaves none: has_batch says so.
   std::uint64_t grow_batch(std::uint64_t id, std::uint64_t articulation, std::uint32_t instance_count);
   bool has_batch(std::uint64_t id) const;
 
