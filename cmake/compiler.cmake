@@ -1,6 +1,6 @@
 # Compiler flags, and what compilers get wrong.
 #   cab_flags          what every target of the project is compiled with
-#   CAB_KERNEL_FLAGS   what files of kernels/rooms have on top, whatever their instruction set
+#   CAB_KERNEL_FLAGS   what files of kernels/isa have on top, whatever their instruction set
 #   CAB_SCALAR_FLAGS   what keeps the scalar kernels scalar
 #   CAB_AVX2_FLAGS     what lets a compiler use AVX2
 #   CAB_AVX512_FLAGS   and AVX-512

@@ -7,7 +7,7 @@
 
 namespace cab::kernel {
 
-// The files of kernels/rooms define these kernels once per instruction set. This file is compiled without the flags of
+// The files of kernels/isa define these kernels once per instruction set. This file is compiled without the flags of
 // any instruction set, so it only declares them. A kernel that no room defines fails to link.
 template <bool UseSum>
 struct CabRule;

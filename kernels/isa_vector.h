@@ -1,4 +1,4 @@
-// The vector type of the instruction set that a file of kernels/rooms is compiled for. CAB_ISA is the set's name in
+// The vector type of the instruction set that a file of kernels/isa is compiled for. CAB_ISA is the set's name in
 // kernels/isa_list.h; kernels/CMakeLists.txt defines it.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The table of kernels of one instruction set. The files of kernels/rooms define the kernels; find_kernels.h chooses.
+// The table of kernels of one instruction set. The files of kernels/isa define the kernels; find_kernels.h chooses.
 #pragma once
 
 #include "layout/box_aos.h"

@@ -89,13 +89,13 @@ inline const Box& leaf_box_of(const InstanceBatch& batch, std::uint32_t instance
 }
 
 // How many instances are given in the current call.
-inline std::uint32_t given_count(const InstanceBatch& batch) {
+inline std::uint32_t active_count(const InstanceBatch& batch) {
   const std::size_t listed = batch.input->instances.size;
   return listed ? static_cast<std::uint32_t>(listed) : batch.instance_count;
 }
 
 // The number of the instance that is given in the given place.
-inline std::uint32_t given_instance(const InstanceBatch& batch, std::uint32_t place) {
+inline std::uint32_t active_instance(const InstanceBatch& batch, std::uint32_t place) {
   return batch.input->instances.empty() ? place : batch.input->instances[place];
 }
 
@@ -103,7 +103,7 @@ inline std::uint32_t given_instance(const InstanceBatch& batch, std::uint32_t pl
 inline bool rests(const InstanceBatch& batch, std::uint32_t instance) { return batch.rest[instance] & kRests; }
 
 // Whether an instance is given in the current call.
-inline bool is_given(const InstanceBatch& batch, std::uint32_t instance) {
+inline bool is_active(const InstanceBatch& batch, std::uint32_t instance) {
   const Span<const std::uint32_t> listed = batch.input->instances;
   return instance < batch.instance_count &&
          (listed.empty() || std::binary_search(listed.begin(), listed.end(), instance));

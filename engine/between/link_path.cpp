@@ -28,7 +28,7 @@ void rotation_between(const kernel::RigidLanes<double>& from, const kernel::Rigi
 }  // namespace
 
 LinkPath::LinkPath(const InstanceBatch& last, const InstanceBatch& now, std::uint32_t instance, std::uint32_t link) {
-  const bool known = is_given(last, instance) && is_valid_pose(last, instance, link);
+  const bool known = is_active(last, instance) && is_valid_pose(last, instance, link);
   const InstanceBatch* const frames[] = {known ? &last : &now, &now};
   for (int f = 0; f < 2; ++f) {
     pose_[f] = pose_in_double(stored_pose(*frames[f], instance, link));

@@ -120,7 +120,7 @@ struct Sweep {
     both.count = 0;
     for (std::uint32_t lane = 0; lane < given.count; ++lane) {
       margins[given.instance[lane]] = 0;
-      if (is_given(last, given.instance[lane])) both.instance[both.count++] = given.instance[lane];
+      if (is_active(last, given.instance[lane])) both.instance[both.count++] = given.instance[lane];
     }
     if (both.count > 0) measure(both, posing);
   }
@@ -142,7 +142,7 @@ Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& i
     return Status::kBadBatchKind;
   if (margins.size < batch.instance_count || (margins.size && !margins.data)) return Status::kBadOutput;
   const Sweep sweep = {*engine.kernels, before, batch, margins};
-  const std::uint32_t tiles = tile_count(given_count(batch));
+  const std::uint32_t tiles = tile_count(active_count(batch));
   engine.pool.tasks->alone = tiles <= kTilesAlone;
   engine.pool.tasks->for_each(
       tiles, [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, engine.pool[worker].pose); });

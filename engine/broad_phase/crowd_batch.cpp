@@ -188,7 +188,7 @@ void lay_out_rows(StoredBatches stored_batches, Crowd& crowd) {
     const InstanceBatch& batch = stored.batch;
     CrowdBatch& own = stored.crowd;
     const std::uint32_t row_before = own.first_row, words_before = own.first_words, count_before = own.row_count;
-    own.row_count = own.is_by_place ? given_count(batch) : batch.pairs_between ? batch.instance_count : 0;
+    own.row_count = own.is_by_place ? active_count(batch) : batch.pairs_between ? batch.instance_count : 0;
     own.first_row = row;
     own.first_words = words;
     row += tile_count(own.row_count) * kLanes;

@@ -144,7 +144,7 @@ void bound_crowd_tiles(const FrameContext& frame, StoredBatch& stored, std::uint
                        Crowd& crowd, CrowdScratch& scratch, PoseScratch& posing, FrameStats& stats) {
   InstanceBatch& batch = stored.batch;
   const CrowdBatch& own = stored.crowd;
-  const std::uint32_t given = given_count(batch);
+  const std::uint32_t given = active_count(batch);
   std::uint32_t next[kLanes];
   find_instances(stored, first, given, next);
   find_poses(batch, next, scratch.tile.next);

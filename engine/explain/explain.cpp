@@ -279,15 +279,15 @@ class JobSearch {
     const InstanceBatch& batch = engine_.batch(job_.inputs[i].batch);
     std::uint32_t masked = 0, first = 0;
     MaskReason reason;
-    for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-      const std::uint32_t instance = given_instance(batch, place);
+    for (std::uint32_t place = 0; place < active_count(batch); ++place) {
+      const std::uint32_t instance = active_instance(batch, place);
       const MaskReason found = mask_reason(batch, instance);
       if (found.cause == MaskCause::kNone) continue;
       if (masked++ == 0) reason = found, first = instance;
     }
     if (masked == 0) return;
     begin_remark();
-    text_.add("inputs[%zu]: %u of %u instances are masked, the first is %u: ", i, masked, given_count(batch), first);
+    text_.add("inputs[%zu]: %u of %u instances are masked, the first is %u: ", i, masked, active_count(batch), first);
     write_mask(text_, reason);
   }
 

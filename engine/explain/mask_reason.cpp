@@ -154,7 +154,7 @@ Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instanc
   const kernel::FloatMode mode;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
   const InstanceBatch& batch = engine.batch(input.batch);
-  if (!is_given(batch, instance)) return Status::kBadInstance;
+  if (!is_active(batch, instance)) return Status::kBadInstance;
   if (!out) return Status::kBadOutput;
   *out = mask_reason(batch, instance);
   return Status::kOk;

@@ -38,7 +38,7 @@ class AllPairs {
     const Timed timed(worker_.stats.seconds_update);
     const InstanceBatch& batch = frame_.batch(index);
     live_[index].resize(batch.instance_count);
-    for (std::uint32_t tile = 0; tile < tile_count(given_count(batch)); ++tile) {
+    for (std::uint32_t tile = 0; tile < tile_count(active_count(batch)); ++tile) {
       const TileInstances instances = instances_of(batch, tile);
       const std::uint32_t live = update_and_flag_tile(
           frame_, {&batch, instances, RefitScope::kNone, worker_.pose.boxes.data, worker_.pose.bounds.data},

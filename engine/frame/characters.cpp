@@ -52,7 +52,7 @@ bool can_have_words(const FrameContext& frame, const StoredBatch& stored) {
 // Takes all instances of a batch for live and without hits, unless they are listed.
 void take_for_live(InstanceBatch& batch) {
   if (!batch.input->instances.empty()) return;
-  const std::uint32_t given = given_count(batch);
+  const std::uint32_t given = active_count(batch);
   std::fill(batch.hit_chains.begin(), batch.hit_chains.end(), HitChain{});
   for (std::uint32_t tile = 0; tile < tile_count(given); ++tile)
     batch.live[tile] = static_cast<std::uint16_t>((2u << (std::min(kLanes, given - tile * kLanes) - 1)) - 1);
@@ -62,7 +62,7 @@ void take_for_live(InstanceBatch& batch) {
 void begin_rows(FrameRun& run) {
   for_each_crowd_batch(run.engine.stored_batches(), [&run](StoredBatch& stored) {
     InstanceBatch& batch = stored.batch;
-    clear_not_given(batch);
+    clear_inactive(batch);
     batch.by_words = can_have_words(*run.characters, stored);
     stored.crowd.is_by_place = batch.by_words && batch.input->moved.empty();
     if (batch.by_words) make_shape(stored, run.job.margin);
@@ -141,8 +141,8 @@ struct FirstPass {
     TileInstances moved;
     moved.count = 0;
     for (std::uint32_t at = begin; at < end; ++at) {
-      const std::uint32_t i = given_instance(batch, at);
-      if (goes_on_resting(batch, i)) {
+      const std::uint32_t i = active_instance(batch, at);
+      if (still_resting(batch, i)) {
         keep(i);
         if (!batch.by_words || stored.crowd.has_words) continue;
       } else {
@@ -254,7 +254,7 @@ std::uint32_t begin_bounding(FrameRun& run) {
   if (crowd.by_bands) return crowd.bands.chunks;
   return lay_out_tasks(run.engine.stored_batches(), [](const InstanceBatch& batch) {
     if (!batch.input || batch.kind != BatchKind::kCharacters) return 0u;
-    const std::uint32_t given = given_count(batch);
+    const std::uint32_t given = active_count(batch);
     return batch.may_rest ? tasks_for(given, kRestingPerTask) : tasks_for(tile_count(given), tiles_per_task(batch));
   });
 }
@@ -269,7 +269,7 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   Worker& worker = run.worker(w);
   const Timed timed(worker.stats.seconds_update), bounded(worker.stats.seconds_bound);
   FirstPass pass = {frame, stored, batch, crowd, worker};
-  const std::uint32_t given = given_count(batch);
+  const std::uint32_t given = active_count(batch);
   if (batch.may_rest)
     return pass.bound_moved(of.run * kRestingPerTask, std::min(given, (of.run + 1) * kRestingPerTask));
   const std::uint32_t first = of.run * tiles_per_task(batch),
@@ -282,7 +282,7 @@ void bound_characters(FrameRun& run, std::uint32_t task, std::uint32_t w) {
   }
   for (std::uint32_t tile = first; tile < end; ++tile) {
     for (std::uint32_t i = (tile + 1) * kLanes; i < std::min(given, (tile + 2) * kLanes); ++i)
-      prefetch_pose(batch, given_instance(batch, i));
+      prefetch_pose(batch, active_instance(batch, i));
     pass.bound(instances_of(batch, tile));
   }
 }

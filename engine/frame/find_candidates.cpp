@@ -74,8 +74,8 @@ class PairSearcher final : public StripSearcher {
 void take_bounds(const FrameJob& job, Crowd& crowd, StoredBatch& stored, WorkerPool& pool) {
   InstanceBatch& batch = stored.batch;
   stored.crowd.has_sides = false;
-  clear_not_given(batch);
-  pool.tasks->for_each(tile_count(given_count(batch)), [&](std::uint32_t tile, std::uint32_t w) {
+  clear_inactive(batch);
+  pool.tasks->for_each(tile_count(active_count(batch)), [&](std::uint32_t tile, std::uint32_t w) {
     const TileInstances instances = instances_of(batch, tile);
     set_live(instances, (1u << instances.count) - 1, batch);
     for (std::uint32_t lane = 0; lane < instances.count; ++lane) {
@@ -100,7 +100,7 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
   forget_rest(engine);  // the bounds are others afterwards
   ++engine.bounds_of_frame;
   std::uint64_t given = 0;
-  for (const BatchInput& input : job.inputs) given += given_count(engine.batch(input.batch));
+  for (const BatchInput& input : job.inputs) given += active_count(engine.batch(input.batch));
   engine.pool.tasks->alone = given <= kInstancesAlone;
   note_rules(job.rules, engine.stored_batches(), engine.paired);
   Crowd& crowd = engine.crowd;

@@ -107,9 +107,9 @@ bool is_mirrored(const StoredPose& pose) {
 
 bool has_mirrored(const InstanceBatch& batch) {
   if (batch.input->poses.format == PoseFormat::kQuaternionTranslation) return false;
-  for (std::uint32_t place = 0; place < given_count(batch); ++place)
+  for (std::uint32_t place = 0; place < active_count(batch); ++place)
     for (const PosedLink& posed : batch.articulation->posed_links)
-      if (is_mirrored(pose_alone(batch, given_instance(batch, place), posed.link))) return true;
+      if (is_mirrored(pose_alone(batch, active_instance(batch, place), posed.link))) return true;
   return false;
 }
 
@@ -247,7 +247,7 @@ void record(Engine& engine, const FrameContext& frame, const InstanceBatch& batc
   tick.has_scales = !batch.input->scales.empty();
   tick.has_layers = !batch.input->layers.empty();
   std::fill(history.next.begin(), history.next.end(), kNoBounds);
-  const std::uint32_t given = tile_count(given_count(batch)), all = tile_count(history.instances);
+  const std::uint32_t given = tile_count(active_count(batch)), all = tile_count(history.instances);
   engine.pool.tasks->alone = all <= kTilesAlone;
   engine.pool.tasks->for_each(given, [&](std::uint32_t tile, std::uint32_t w) {
     keep_tile(frame, batch, tile, engine.pool[w].pose, tick, history.next);

@@ -245,8 +245,8 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
       if (batches[slot]->batch.input) take(batches[slot]->batch, slot);
   };
   for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) {
-    for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-      const InstanceBounds& bounds = index.bounds[index.batch_begin[slot] + given_instance(batch, place)];
+    for (std::uint32_t place = 0; place < active_count(batch); ++place) {
+      const InstanceBounds& bounds = index.bounds[index.batch_begin[slot] + active_instance(batch, place)];
       if (has_bounds(bounds)) all.add(bounds);
     }
   });
@@ -254,7 +254,7 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
   index.clusters.clear();
   for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) {
     add_batch(
-        slot, given_count(batch), [&batch](std::uint32_t place) { return given_instance(batch, place); },
+        slot, active_count(batch), [&batch](std::uint32_t place) { return active_instance(batch, place); },
         [&](Span<IndexedPoint> points) {
           if (sorted) order_points(points, *pool.tasks);
         },

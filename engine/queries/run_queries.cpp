@@ -88,8 +88,8 @@ bool has_frame_bounds(const Engine& engine, const InstanceBatch& batch) {
 
 // Stores the bounds of the instances of one batch as the last frame had them.
 void take_frame_bounds(const InstanceBatch& batch, std::uint32_t slot, QueryIndex& index) {
-  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-    const std::uint32_t i = given_instance(batch, place);
+  for (std::uint32_t place = 0; place < active_count(batch); ++place) {
+    const std::uint32_t i = active_instance(batch, place);
     const bool is_live = batch.live[i / kLanes] >> (i % kLanes) & 1;
     index.bounds[index.batch_begin[slot] + i] = is_live ? batch.bounds[i] : kNoBounds;
   }
@@ -122,7 +122,7 @@ bool has_index(const Engine& engine, const QueryJob& job) {
   if (!index.is_sorted && job.queries.size > kQueriesUnsorted) return false;
   for (std::uint32_t slot = 0; slot < engine.batches.size(); ++slot) {
     const InstanceBatch& batch = engine.batches[slot]->batch;
-    if (index.given[slot] != (batch.input ? given_count(batch) : 0)) return false;
+    if (index.given[slot] != (batch.input ? active_count(batch) : 0)) return false;
     if (batch.input && !has_frame_bounds(engine, batch)) return false;
   }
   return true;
@@ -138,14 +138,14 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
     lay_out_index(frame.batches, index);
     for (std::uint32_t slot = 0; slot < frame.batches.size; ++slot) {
       const InstanceBatch& batch = frame.batch(slot);
-      index.given[slot] = batch.input ? given_count(batch) : 0;
+      index.given[slot] = batch.input ? active_count(batch) : 0;
       if (!batch.input) continue;
       if (job.reuse_bounds && has_frame_bounds(engine, batch)) {
         store_crowd_bounds(engine.crowd, *engine.batches[slot]);
         take_frame_bounds(batch, slot, index);
         continue;
       }
-      const std::uint32_t tiles = tile_count(given_count(batch));
+      const std::uint32_t tiles = tile_count(active_count(batch));
       engine.pool.tasks->for_each((tiles + kTilesPerTask - 1) / kTilesPerTask,
                                   [&](std::uint32_t task, std::uint32_t w) {
                                     const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
@@ -390,7 +390,7 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
     InstanceBatch& batch = engine.batch(input.batch);
     asks_static = asks_static || is_static(batch);
     batch.margins = {};
-    given += given_count(batch);
+    given += active_count(batch);
   }
   for (const auto& worker : memory.workers) {
     worker->stats = {};

@@ -231,7 +231,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   Worker& worker = engine.pool[0];
   PoseScratch& posing = worker.pose;
   const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
-  for (std::uint32_t tile = 0; tile < tile_count(given_count(batch)); ++tile) {
+  for (std::uint32_t tile = 0; tile < tile_count(active_count(batch)); ++tile) {
     const TileInstances instances = instances_of(batch, tile);
     const std::uint32_t live = update_and_flag_tile(
         frame, {&batch, instances, RefitScope::kAllNodes, posing.boxes.data, posing.bounds.data}, posing, worker.stats);

@@ -69,10 +69,10 @@ std::uint64_t checksum_of(const InstanceBatch& batch, std::uint32_t instance) {
 // Whether every instance that rests is what it was in the last frame. Stores the checksums of all instances.
 bool check_rest(InstanceBatch& batch) {
   bool same = true;
-  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-    const std::uint32_t instance = given_instance(batch, place);
+  for (std::uint32_t place = 0; place < active_count(batch); ++place) {
+    const std::uint32_t instance = active_instance(batch, place);
     const std::uint64_t sum = checksum_of(batch, instance);
-    same = same && (!goes_on_resting(batch, instance) || sum == batch.checksums[instance]);
+    same = same && (!still_resting(batch, instance) || sum == batch.checksums[instance]);
     batch.checksums[instance] = sum;
   }
   return same;

@@ -170,8 +170,8 @@ void StaticBodies::note_layers(const InstanceBatch& batch) {
   const bool given = !layers.empty() || !masks.empty();
   if (!given && !has_layers_) return;
   has_layers_ = given;
-  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-    const std::uint32_t body = given_instance(batch, place);
+  for (std::uint32_t place = 0; place < active_count(batch); ++place) {
+    const std::uint32_t body = active_instance(batch, place);
     const std::uint32_t layer = layers.empty() ? ~0u : layers[body], mask = masks.empty() ? ~0u : masks[body];
     moved[body] = layer != last_layers_[body] || mask != last_masks_[body];
     last_layers_[body] = layer;

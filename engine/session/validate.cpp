@@ -43,8 +43,8 @@ bool are_finite(Span<const double> origins, std::size_t count, Span<const std::u
 
 // Whether the margins of all given instances are in range.
 bool are_margins(const InstanceBatch& batch) {
-  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-    const float margin = batch.input->margins[given_instance(batch, place)];
+  for (std::uint32_t place = 0; place < active_count(batch); ++place) {
+    const float margin = batch.input->margins[active_instance(batch, place)];
     if (!(margin >= 0 && margin <= kMaxCoordinate)) return false;
   }
   return true;
@@ -58,8 +58,8 @@ bool has_poses(const BatchInput& input) {
 
 // Whether the bounds of all given instances are finite, with upper sides that are not below the lower ones.
 bool have_sides(const InstanceBatch& batch) {
-  for (std::uint32_t place = 0; place < given_count(batch); ++place) {
-    const float* const at = batch.input->bounds.data + 6 * std::size_t{given_instance(batch, place)};
+  for (std::uint32_t place = 0; place < active_count(batch); ++place) {
+    const float* const at = batch.input->bounds.data + 6 * std::size_t{active_instance(batch, place)};
     for (int c = 0; c < 3; ++c)
       if (!(std::fabs(at[c]) <= kMaxCoordinate && at[c] <= at[3 + c] && at[3 + c] <= kMaxCoordinate)) return false;
   }
@@ -178,7 +178,7 @@ Status validate_pairs(const Engine& engine, Span<const Hit> pairs) {
     const BatchId id = {slot.value};
     if (!has_input(engine, id)) return false;
     const InstanceBatch& batch = engine.batch(id);
-    return is_given(batch, instance) && !leaves_of(*batch.articulation, link).empty();
+    return is_active(batch, instance) && !leaves_of(*batch.articulation, link).empty();
   };
   for (const Hit& pair : pairs) {
     const bool twice =

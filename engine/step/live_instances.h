@@ -22,7 +22,7 @@ inline void clear_live(std::uint32_t instance, InstanceBatch& batch) {
 
 // The same for the instances that are not given in this call, where others may rest: their live bits are those of the
 // last frame.
-inline void clear_not_given_at_rest(InstanceBatch& batch) {
+inline void clear_inactive_at_rest(InstanceBatch& batch) {
   const Span<const std::uint32_t> listed = batch.input->instances;
   const std::uint32_t* next = listed.begin();
   for (std::uint32_t i = listed.empty() ? batch.instance_count : 0; i < batch.capacity; ++i) {
@@ -37,8 +37,8 @@ inline void clear_not_given_at_rest(InstanceBatch& batch) {
 }
 
 // Takes the instances that are not given in this call for masked, and empties their chains of hits.
-inline void clear_not_given(InstanceBatch& batch) {
-  if (batch.may_rest) return clear_not_given_at_rest(batch);
+inline void clear_inactive(InstanceBatch& batch) {
+  if (batch.may_rest) return clear_inactive_at_rest(batch);
   const std::uint32_t first = batch.input->instances.empty() ? tile_count(batch.instance_count) : 0;
   for (std::uint32_t tile = first; tile < tile_count(batch.capacity); ++tile) batch.live[tile] = 0;
   if (first == 0) std::fill(batch.hit_chains.begin(), batch.hit_chains.end(), HitChain{});
@@ -59,7 +59,7 @@ inline void set_live(const TileInstances& instances, std::uint32_t live, Instanc
 
 // Whether an instance that is given in this frame rests. It must have been in its batch's last frame, unmasked: so the
 // flags of a masked instance are found again in every frame. Asked before anything is posed.
-inline bool goes_on_resting(const InstanceBatch& batch, std::uint32_t instance) {
+inline bool still_resting(const InstanceBatch& batch, std::uint32_t instance) {
   return batch.may_rest && !batch.input->moved[instance] && (batch.live[instance / kLanes] >> instance % kLanes & 1);
 }
 

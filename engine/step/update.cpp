@@ -131,9 +131,9 @@ kernel::PoseTile instances_to_pose(const InstanceBatch& batch, const TileInstanc
 
 TileInstances instances_of(const InstanceBatch& batch, std::uint32_t tile) {
   TileInstances out;
-  out.count = std::min(kLanes, given_count(batch) - tile * kLanes);
+  out.count = std::min(kLanes, active_count(batch) - tile * kLanes);
   for (std::uint32_t lane = 0; lane < out.count; ++lane)
-    out.instance[lane] = given_instance(batch, tile * kLanes + lane);
+    out.instance[lane] = active_instance(batch, tile * kLanes + lane);
   return out;
 }
 
