@@ -17,19 +17,24 @@ if(TARGET cab_static)
   install(TARGETS cab_static EXPORT cab-static-targets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_development)
 endif()
-install(DIRECTORY layout/include/cab engine/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  COMPONENT cab_development FILES_MATCHING PATTERN *.h)
-# The libraries beside libcab, which are static, and where their headers are.
+set(CAB_HEADERS ${PROJECT_SOURCE_DIR}/layout/include/cab)
+install(DIRECTORY ${CAB_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT cab_development
+  FILES_MATCHING PATTERN *.h
+  PATTERN rig.h EXCLUDE PATTERN skin.h EXCLUDE PATTERN record.h EXCLUDE PATTERN replay.h EXCLUDE PATTERN mpi.h EXCLUDE
+  PATTERN files.h EXCLUDE) # files.h is for the command and the Python package alone
+# The libraries beside libcab, which are static, and their headers.
 set(CAB_PARTS "")
-foreach(part scenes/rig perf/record engine/mpi)
-  get_filename_component(name ${part} NAME)
+set(rig_headers rig.h skin.h)
+set(record_headers record.h replay.h)
+set(mpi_headers mpi.h)
+foreach(name rig record mpi)
   if(TARGET cab_${name})
     list(APPEND CAB_PARTS ${name})
     install(TARGETS cab_${name} EXPORT cab-${name}-targets
       ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cab_development)
     install(EXPORT cab-${name}-targets NAMESPACE cab:: DESTINATION ${CAB_PACKAGE_DIR} COMPONENT cab_development)
-    install(DIRECTORY ${part}/include/cab DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-      COMPONENT cab_development FILES_MATCHING PATTERN *.h)
+    list(TRANSFORM ${name}_headers PREPEND ${CAB_HEADERS}/)
+    install(FILES ${${name}_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/cab COMPONENT cab_development)
   endif()
 endforeach()
 

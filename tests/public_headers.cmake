@@ -9,8 +9,7 @@ else()
   set(cxx_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wold-style-cast)
   set(c_warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 endif()
-set(includes -I${ROOT}/layout/include -I${ROOT}/engine/include -I${ROOT}/scenes/rig/include
-  -I${ROOT}/scenes/files/include -I${ROOT}/perf/record/include)
+set(includes -I${ROOT}/layout/include)
 
 function(compile header language)
   set(source ${WORK}/header.txt)
@@ -22,8 +21,8 @@ function(compile header language)
   endif()
 endfunction()
 
-file(GLOB headers ${ROOT}/layout/include/cab/*.h ${ROOT}/engine/include/cab/*.h ${ROOT}/scenes/rig/include/cab/*.h
-  ${ROOT}/scenes/files/include/cab/*.h ${ROOT}/perf/record/include/cab/*.h)
+file(GLOB headers ${ROOT}/layout/include/cab/*.h)
+list(FILTER headers EXCLUDE REGEX "/mpi[.]h$") # needs MPI's own header
 list(LENGTH headers count)
 if(count LESS 10)
   message(FATAL_ERROR "only ${count} public headers were found")

@@ -41,11 +41,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 def read_version() -> str:
-    """The version in engine/include/cab/version.h, as Python writes it: 1.0.0-rc is 1.0.0rc0."""
-    text = (ROOT / "engine/include/cab/version.h").read_text(encoding="utf-8")
+    """The version in layout/include/cab/version.h, as Python writes it: 1.0.0-rc is 1.0.0rc0."""
+    text = (ROOT / "layout/include/cab/version.h").read_text(encoding="utf-8")
     numbers = re.findall(r"^#define CAB_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", text, re.M)
     if len(numbers) != 3:
-        raise RuntimeError("engine/include/cab/version.h does not say the version in three numbers")
+        raise RuntimeError("layout/include/cab/version.h does not say the version in three numbers")
     stage = re.search(r'^#define CAB_VERSION_\w+ "-rc\.?(\d*)"$', text, re.M)
     return ".".join(numbers) + (f"rc{stage.group(1) or 0}" if stage else "")
 

@@ -25,8 +25,8 @@ TEST_CASE("every status has its own words, and a number beyond them is no status
 
 TEST_CASE(
     "the comment of every status in cab/types.h is what to_string says, and the headers say which calls answer it") {
-  std::ifstream types(CAB_DOCS "/../layout/include/cab/types.h"), calls(CAB_DOCS "/../engine/include/cab/cab.h");
-  std::ifstream c_calls(CAB_DOCS "/../engine/include/cab/cab_c.h");
+  std::ifstream types(CAB_DOCS "/../layout/include/cab/types.h"), calls(CAB_DOCS "/../layout/include/cab/cab.h");
+  std::ifstream c_calls(CAB_DOCS "/../layout/include/cab/cab_c.h");
   std::string call_text{std::istreambuf_iterator<char>(calls), {}};
   const std::string c_text{std::istreambuf_iterator<char>(c_calls), {}};
   // What only the C API answers is said there.

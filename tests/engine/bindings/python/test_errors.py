@@ -234,7 +234,7 @@ def test_masked_frames_of_a_clip_are_a_warning(rng):
 
 
 def test_build_and_version():
-    header = (ROOT / "engine/include/cab/version.h").read_text()
+    header = (ROOT / "layout/include/cab/version.h").read_text()
     numbers = re.findall(r"^#define CAB_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M)
     assert cab.__version__ == cab.version() and cab.version().startswith(".".join(numbers))
     assert isinstance(cab.build_info().fcl, bool)
