@@ -1,7 +1,7 @@
 // Descriptions of a scene's characters for the engine, and hashes of a scene.
 #include "scenes/scene.h"
 
-#include "scenes/bit_hash.h"
+#include "layout/bit_hash.h"
 
 namespace cab::scenes {
 

@@ -91,7 +91,7 @@ function linkSources({work, package: enginePackage}) {
 function generateFormat({work, flatc}) {
   const generated = join(work, 'generated');
   rmSync(generated, {recursive: true, force: true});
-  run(flatc, ['--ts', '-o', generated, join(root, 'perf/record/recording.fbs')]);
+  run(flatc, ['--ts', '-o', generated, join(root, 'engine/record/recording.fbs')]);
 }
 
 // Two projects, since the page has no node and node has no page.

@@ -1,6 +1,6 @@
 #include "scenes/crowd/crowd.h"
 
-#include "scenes/bit_hash.h"
+#include "layout/bit_hash.h"
 #include "scenes/crowd/clip_crowd.h"
 #include "scenes/crowd/detailed.h"
 #include "scenes/crowd/humanoid.h"

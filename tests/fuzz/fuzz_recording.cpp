@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "perf/record/chunk.h"
+#include "engine/record/chunk.h"
 #include "tests/fuzz/bytes.h"
 
 namespace {

@@ -77,7 +77,7 @@ void append_touches(const kernel::KernelTable& kernels, const Policies& policies
 GoldenBits bits_of(const Scene& scene, const kernel::KernelTable& kernels, const Policies& policies) {
   std::deque<Body> bodies;
   for (const scenes::Character& character : scene.characters) bodies.emplace_back(character);
-  scenes::BitHash boxes;
+  cab::BitHash boxes;
   std::vector<GoldenTouch> touches;
   for (std::uint32_t first = 0; first < kGoldenFrames; first += kLanes) {
     const std::uint32_t live = std::min(kLanes, kGoldenFrames - first);

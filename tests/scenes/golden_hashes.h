@@ -2,7 +2,7 @@
 // is a change of results and belongs into CHANGELOG. Where a row differs, the tests print the row that they find.
 #pragma once
 
-#include "scenes/bit_hash.h"
+#include "layout/bit_hash.h"
 #include "scenes/paper/registry.h"
 
 #include <cab/types.h>
@@ -128,7 +128,7 @@ struct GoldenTouch {
 inline std::uint64_t hash_touches(std::vector<GoldenTouch> touches) {
   std::sort(touches.begin(), touches.end(),
             [](const GoldenTouch& a, const GoldenTouch& b) { return a.key() < b.key(); });
-  scenes::BitHash hash;
+  cab::BitHash hash;
   for (std::size_t i = 0; i < touches.size(); ++i) {
     if (i > 0 && touches[i].key() == touches[i - 1].key()) continue;
     const GoldenTouch& touch = touches[i];

@@ -31,7 +31,7 @@ class SceneOnEngine {
   }
 
   std::uint64_t boxes_hash(const Policies& policies, const std::vector<std::uint32_t>& runs) {
-    scenes::BitHash hash;
+    cab::BitHash hash;
     std::uint32_t first = 0;
     for (const std::uint32_t count : runs) {
       const std::vector<BatchId>& batches = batches_of(count);

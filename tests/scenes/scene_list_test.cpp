@@ -2,7 +2,7 @@
 // error.
 #include "scenes/scene_list.h"
 
-#include "scenes/bit_hash.h"
+#include "layout/bit_hash.h"
 #include "scenes/paper/registry.h"
 #include "tests/scenes/crowd/made_crowds.h"
 
@@ -38,7 +38,7 @@ scenes::CrowdSources sources() {
 
 // A hash of every figure's leaf boxes and of all poses at time 1 s.
 std::uint64_t fingerprint(const Crowd& crowd) {
-  scenes::BitHash hash;
+  cab::BitHash hash;
   for (const scenes::CrowdGroup& group : crowd.groups)
     for (const scenes::BodyLeaf& leaf : group.figure.leaves) hash.add(leaf.box);
   for (const StaticBody& body : crowd.level.bodies) hash.add(body.box);

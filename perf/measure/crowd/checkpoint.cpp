@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "layout/bit_hash.h"
 #include "perf/base/report.h"
 #include "perf/measure/crowd/hit_file.h"
-#include "scenes/bit_hash.h"
 #include "scenes/import/input_file.h"
 #include "scenes/import/printable.h"
 
@@ -22,7 +22,7 @@ constexpr std::size_t kMostReason = 160;  // of a parser's message, which may qu
 // A number of all other fields, which tells a damaged file.
 std::string check_of(Json json) {
   json.erase("check");
-  scenes::BitHash hash;
+  cab::BitHash hash;
   for (const char c : to_text(json)) hash.add(std::uint32_t{static_cast<unsigned char>(c)});
   return hex(hash.value());
 }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "layout/bit_hash.h"
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_session.h"
 #include "perf/base/hit_sum.h"
@@ -21,7 +22,6 @@
 #include "perf/base/usage.h"
 #include "perf/measure/crowd/mpi_run.h"
 #include "perf/measure/crowd/options.h"
-#include "scenes/bit_hash.h"
 #include "scenes/crowd/humanoid.h"
 #include "scenes/scene_list.h"
 
@@ -153,7 +153,7 @@ struct CrowdRun {
   std::vector<FrameStats> rounds;  // times: the sum of the frames of each round
 };
 
-void add_hits(scenes::BitHash& hash, std::uint32_t frame, const std::vector<Hit>& hits) {
+void add_hits(cab::BitHash& hash, std::uint32_t frame, const std::vector<Hit>& hits) {
   for (const Hit& hit : hits)
     for (const std::uint32_t number : {frame, hit.batch_a.value, hit.instance_a, std::uint32_t{hit.link_a},
                                        hit.batch_b.value, hit.instance_b, std::uint32_t{hit.link_b}})
@@ -173,7 +173,7 @@ std::uint64_t pair_count(Span<const Hit> hits) {
 }
 
 // Adds a frame's bytes; returns how many are set.
-std::uint64_t add_in_contact(scenes::BitHash& hash, const std::vector<Order>& orders,
+std::uint64_t add_in_contact(cab::BitHash& hash, const std::vector<Order>& orders,
                              std::vector<std::vector<std::uint8_t>> in_contact) {
   std::uint64_t count = 0;
   for (std::size_t g = 0; g < in_contact.size(); ++g) {
@@ -226,7 +226,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
   if (has_rest) session.run(poses.at(options.frame_count - 1), options.policies, options.in_contact);
 
   // The round that warms up also counts, and finds how many hits the buffer must hold.
-  scenes::BitHash hash;
+  cab::BitHash hash;
   std::vector<std::size_t> hit_counts;
   for (std::uint32_t f = 0; f < options.frame_count; ++f) {
     const FrameStats stats = run_frame_of(options, f, poses, session);

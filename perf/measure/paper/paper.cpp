@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/frame/all_pairs.h"
+#include "layout/bit_hash.h"
 #include "perf/base/engine_session.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
@@ -21,7 +22,6 @@
 #include "perf/measure/paper/output.h"
 #include "perf/measure/paper/partial_update.h"
 #include "perf/measure/paper/tables.h"
-#include "scenes/bit_hash.h"
 #include "scenes/paper/registry.h"
 
 namespace cab::perf {
@@ -71,7 +71,7 @@ const PaperTable& find_table(std::uint32_t number) {
   throw UsageError("--tables: the paper has no table " + std::to_string(number) + "; choose from 1,2,3,4,5");
 }
 
-void add_touch(scenes::BitHash& hash, const Touch& touch) {
+void add_touch(cab::BitHash& hash, const Touch& touch) {
   for (const std::uint32_t number : {touch.frame, touch.character_a, touch.link_a, touch.character_b, touch.link_b})
     hash.add(number);
 }
@@ -92,7 +92,7 @@ double mean_inner_area(EngineSession& session, const Policies& policies) {
 }
 
 std::uint64_t box_hash(EngineSession& session, const Policies& policies) {
-  scenes::BitHash hash;
+  cab::BitHash hash;
   session.visit_boxes(policies, [&](const ArticulationInfo&, Span<const Box> boxes) {
     for (const Box& box : boxes) hash.add(box);
   });
@@ -135,7 +135,7 @@ bool is_unit(const float* v) {
 // leaf pairs that go to the exact query count.
 ExactRun run_exact(EngineSession& session, const scenes::Scene& scene, const Method& method, MethodRun& run) {
   ExactRun exact;
-  scenes::BitHash hash;
+  cab::BitHash hash;
   BlockResult warm_up;
   session.run_block(0, method.policies, false, warm_up, frame_of(method));
   run.stats = run_queries(session, scene, method, run.nested_count, [&](const BlockResult& block) {
@@ -153,7 +153,7 @@ ExactRun run_exact(EngineSession& session, const scenes::Scene& scene, const Met
 }
 
 // One run without exact tests, which would push boxes out of the caches; the hash is of the leaf pairs.
-FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, scenes::BitHash& hash) {
+FrameStats run_boxes(EngineSession& session, const scenes::Scene& scene, const Method& method, cab::BitHash& hash) {
   const auto add = [&hash](const std::vector<Touch>& touches) {
     for (const Touch& touch : touches) add_touch(hash, touch);
   };
@@ -191,7 +191,7 @@ void measure(EngineSession& session, const scenes::Scene& scene, std::vector<Met
     for (std::size_t m = 0; m < runs.size(); ++m) {
       MethodRun& run = runs[m];
       if (run.method.all_pairs) continue;
-      scenes::BitHash hash;
+      cab::BitHash hash;
       const FrameStats stats = run_boxes(session, scene, run.method, hash);
       times[m].update.push_back(stats.seconds_update);
       times[m].test.push_back(stats.seconds_test);

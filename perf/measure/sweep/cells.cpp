@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "engine/frame/all_pairs.h"
+#include "layout/bit_hash.h"
 #include "layout/instance_batch.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
-#include "scenes/bit_hash.h"
 
 namespace cab::perf {
 namespace {
@@ -65,7 +65,7 @@ Policies with_exact(Policies policies, Exact exact) {
 }
 
 std::uint64_t hash_of(const std::vector<SweepHit>& hits) {
-  scenes::BitHash hash;
+  cab::BitHash hash;
   for (const SweepHit& hit : hits)
     for (const std::uint32_t number :
          {hit.frame, hit.group_a, hit.instance_a, hit.link_a, hit.group_b, hit.instance_b, hit.link_b})

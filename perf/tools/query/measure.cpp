@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "layout/bit_hash.h"
 #include "perf/base/engine_call.h"
 #include "perf/base/report.h"
-#include "scenes/bit_hash.h"
 
 namespace cab::perf {
 namespace {
@@ -99,7 +99,7 @@ void count_answers(const AskedQueries& asked, const QueryAnswers& answers, std::
   }
 }
 
-void add_answers(const QueryAnswers& answers, scenes::BitHash& hash) {
+void add_answers(const QueryAnswers& answers, cab::BitHash& hash) {
   hash.add(answers.frame);
   for (const std::uint8_t byte : answers.found) hash.add(std::uint32_t{byte});
   for (const QueryHit& hit : answers.hits) {
@@ -141,7 +141,7 @@ QueryFigures measure_queries(Targets& targets, const AskedQueries& asked, const 
   figures.counts.resize(asked.sources.size());
   figures.rounds.resize(options.rounds);
   Asker asker(targets, asked, options);
-  scenes::BitHash hash;
+  cab::BitHash hash;
   ProgressBar bar("queries", (std::uint64_t{options.rounds} + 1) * options.frames.count());
   for (std::uint32_t frame = options.frames.first; frame < options.frames.end; ++frame) {
     targets.pose(frame);

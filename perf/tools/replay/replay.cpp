@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "layout/bit_hash.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/tools/replay/hit_names.h"
 #include "perf/tools/replay/options.h"
-#include "scenes/bit_hash.h"
 
 namespace cab::perf {
 namespace {
@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 struct ReplayResult {
   Isa isa = Isa::kAuto;
   std::uint64_t frames = 0, unread_frames = 0, hits = 0, different_frames = 0;
-  scenes::BitHash hash;          // of the hashes of all frames
+  cab::BitHash hash;             // of the hashes of all frames
   std::string first_difference;  // in words; empty if there is none
   double seconds = 0;            // of run_frame
 };

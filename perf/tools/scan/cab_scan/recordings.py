@@ -19,7 +19,7 @@ from .reading import blocks_of
 from .work import Contact, Item, Row
 
 RECORDED = "as recorded"
-_MARK = b"CABREC\r\n"  # a recording's first bytes, as in perf/record/chunk.cpp
+_MARK = b"CABREC\r\n"  # a recording's first bytes, as in engine/record/chunk.cpp
 # With these signals the command was stopped from outside. With others it crashed.
 _FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 

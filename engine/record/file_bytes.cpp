@@ -1,10 +1,10 @@
-#include "perf/record/file_bytes.h"
+#include "engine/record/file_bytes.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 
-#include "perf/record/attempt.h"
+#include "engine/record/attempt.h"
 
 #if defined(__unix__) && !defined(__EMSCRIPTEN__)
 #include <fcntl.h>

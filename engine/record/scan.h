@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "perf/record/chunk.h"
-#include "perf/record/file_bytes.h"
+#include "engine/record/chunk.h"
+#include "engine/record/file_bytes.h"
 
 namespace cab::record {
 

@@ -1,4 +1,4 @@
-#include "perf/record/scan.h"
+#include "engine/record/scan.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // Poses in 16 bits per number.
-#include "perf/record/rounded_poses.h"
+#include "engine/record/rounded_poses.h"
 
 #include <cab/record.h>
 #include <doctest/doctest.h>

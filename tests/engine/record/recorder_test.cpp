@@ -1,10 +1,10 @@
 // What a host gives a recorder is what a reader gets, and frames come out of it to the same bits.
-#include "tests/perf/record/recorded_world.h"
+#include "tests/engine/record/recorded_world.h"
 
 #include <algorithm>
 #include <limits>
 
-#include "perf/record/chunk.h"
+#include "engine/record/chunk.h"
 
 #ifdef __linux__
 #include <sys/resource.h>

@@ -1,11 +1,11 @@
-#include "perf/record/definitions.h"
+#include "engine/record/definitions.h"
 
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
+#include "engine/record/words.h"
 #include "layout/pose_coding.h"
-#include "perf/record/words.h"
 
 namespace cab::record {
 namespace {

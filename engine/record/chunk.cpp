@@ -1,4 +1,4 @@
-#include "perf/record/chunk.h"
+#include "engine/record/chunk.h"
 
 #include <algorithm>
 #include <cstring>

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "layout/pose_coding.h"
-#include "tests/perf/record/recorded_world.h"
+#include "tests/engine/record/recorded_world.h"
 
 namespace cab::tests {
 namespace {

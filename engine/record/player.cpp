@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "perf/record/attempt.h"
+#include "engine/record/attempt.h"
 
 namespace cab::record {
 namespace {

@@ -1,4 +1,4 @@
-#include "perf/record/budget.h"
+#include "engine/record/budget.h"
 
 namespace cab::record {
 namespace {

@@ -2,14 +2,14 @@
 
 #include <cstring>
 
-#include "perf/record/words.h"
-#include "scenes/bit_hash.h"
+#include "engine/record/words.h"
+#include "layout/bit_hash.h"
 
 namespace cab::record {
 namespace {
 
 template <class Words>
-void add_words(scenes::BitHash& hash, Span<const Words> structs) {
+void add_words(cab::BitHash& hash, Span<const Words> structs) {
   for (const Words& entry : structs) {
     std::uint32_t words[sizeof(Words) / 4];
     std::memcpy(words, &entry, sizeof words);
@@ -20,7 +20,7 @@ void add_words(scenes::BitHash& hash, Span<const Words> structs) {
 }  // namespace
 
 std::uint64_t hash_hits(Span<const Hit> hits, Span<const Contact> contacts) noexcept {
-  scenes::BitHash hash;
+  cab::BitHash hash;
   add_words(hash, hits);
   add_words(hash, contacts);
   return hash.value();

@@ -1,11 +1,11 @@
 // Recordings that are cut off or damaged: what is whole is read, the rest is told, and nothing else happens.
-#include "tests/perf/record/recorded_world.h"
+#include "tests/engine/record/recorded_world.h"
 
 #include <algorithm>
 #include <map>
 #include <set>
 
-#include "perf/record/chunk.h"
+#include "engine/record/chunk.h"
 
 namespace cab::tests {
 namespace {

@@ -1,4 +1,4 @@
-#include "perf/record/rounded_poses.h"
+#include "engine/record/rounded_poses.h"
 
 #include <cab/record.h>
 

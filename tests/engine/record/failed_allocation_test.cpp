@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "tests/perf/record/recorded_world.h"
+#include "tests/engine/record/recorded_world.h"
 
 namespace {
 

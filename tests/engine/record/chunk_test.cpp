@@ -1,5 +1,5 @@
 // The bytes around payloads: checksums, headers, codecs.
-#include "perf/record/chunk.h"
+#include "engine/record/chunk.h"
 
 #include <doctest/doctest.h>
 

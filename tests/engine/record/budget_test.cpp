@@ -1,10 +1,10 @@
 // Files that somebody made to do harm: small ones that would become large, and frames that name what is not there.
-#include "perf/record/budget.h"
+#include "engine/record/budget.h"
 
 #include <functional>
 
-#include "perf/record/chunk.h"
-#include "tests/perf/record/recorded_world.h"
+#include "engine/record/chunk.h"
+#include "tests/engine/record/recorded_world.h"
 
 namespace cab::tests {
 namespace {

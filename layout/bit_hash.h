@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace cab::scenes {
+namespace cab {
 
 // Hashes the bits of numbers, lowest byte first, so that -0 and 0 differ.
 class BitHash {
@@ -40,4 +40,4 @@ class BitHash {
   std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
-}  // namespace cab::scenes
+}  // namespace cab

@@ -13,15 +13,15 @@
 #include <utility>
 #include <vector>
 
+#include "engine/record/attempt.h"
+#include "engine/record/budget.h"
+#include "engine/record/chunk.h"
+#include "engine/record/definitions.h"
+#include "engine/record/file_bytes.h"
+#include "engine/record/rounded_poses.h"
+#include "engine/record/scan.h"
+#include "engine/record/words.h"
 #include "layout/pose_coding.h"
-#include "perf/record/attempt.h"
-#include "perf/record/budget.h"
-#include "perf/record/chunk.h"
-#include "perf/record/definitions.h"
-#include "perf/record/file_bytes.h"
-#include "perf/record/rounded_poses.h"
-#include "perf/record/scan.h"
-#include "perf/record/words.h"
 
 namespace cab::record {
 namespace {

@@ -1,7 +1,7 @@
 // A recording in the tree, made with AVX-512, replays to one hash everywhere.
-#include "tests/perf/record/recorded_world.h"
+#include "tests/engine/record/recorded_world.h"
 
-#include "scenes/bit_hash.h"
+#include "layout/bit_hash.h"
 
 namespace cab::tests {
 namespace {
@@ -25,7 +25,7 @@ TEST_CASE("the recording in the tree replays to its hash with every instruction 
       desc.isa = isa;
       record::Player player;
       must(player, player.open(recording, desc));
-      scenes::BitHash hash;
+      cab::BitHash hash;
       record::RecordedFrame frame;
       std::size_t hits = 0;
       for (std::uint32_t f = 0; f < recording.frame_count(); ++f) {
