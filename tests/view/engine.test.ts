@@ -310,7 +310,7 @@ test('every policy gives the same link pairs by boxes, and the same bits by ever
       return hash;
     }));
     const faces = engine.run(recording.frame(1), {sat: 'faces_6', margin: 0.125});
-    assert.ok(faces.hits.length > engine.run(recording.frame(1), {sat: 'faces6'}).hits.length);
+    assert.ok(faces.hits.length > engine.run(recording.frame(1), {sat: 'faces_6'}).hits.length);
     engine.destroy();
   }
   assert.deepEqual(hashes[1], hashes[0]);

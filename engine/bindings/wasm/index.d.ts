@@ -268,7 +268,7 @@ export type Strategy = 'tree' | 'rows' | 'links' | 'brute' | 'auto';
 export type Extents = 'children' | 'leaves';
 /** `'none'`: overlapping boxes are the answer. `'convex'`: the exact shapes decide. */
 export type Exact = 'none' | 'convex';
-export type Sat = 'all15' | 'faces6';
+export type Sat = 'all_15' | 'faces_6';
 export type Depth = 'three_starts' | 'one_start';
 export type Preset = 'balanced' | 'tight' | 'paper';
 

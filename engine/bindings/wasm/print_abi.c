@@ -559,8 +559,8 @@ int main(void) {
   printf("    convex: %d,\n", (int)CAB_EXACT_CONVEX);
   printf("  }},\n");
   printf("  Sat: {type: 'u8', values: {\n");
-  printf("    all15: %d,\n", (int)CAB_SAT_ALL15);
-  printf("    faces6: %d,\n", (int)CAB_SAT_FACES6);
+  printf("    all_15: %d,\n", (int)CAB_SAT_ALL15);
+  printf("    faces_6: %d,\n", (int)CAB_SAT_FACES6);
   printf("  }},\n");
   printf("  Depth: {type: 'u8', values: {\n");
   printf("    three_starts: %d,\n", (int)CAB_DEPTH_THREE_STARTS);

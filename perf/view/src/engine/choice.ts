@@ -12,15 +12,12 @@ export interface Choice {
 
 const FIELDS = ['refit', 'strategy', 'exact', 'extents', 'sat', 'depth'] as const;
 
-// The table of policies has names like faces_6, the module faces6.
-const nameInModule = (name: string): string => name.replace(/_(?=\d)/, '');
-
 export function choose(settings: Settings, dial: Dial, hasShapes: boolean): Choice {
   const notes: string[] = [];
   const chosen: Record<string, string> = {};
   for (const field of FIELDS) {
     const value = dial[field] ?? settings.policies[field];
-    if (value !== undefined) chosen[field] = nameInModule(value);
+    if (value !== undefined) chosen[field] = value;
   }
   if (chosen['exact'] === 'fcl') {
     chosen['exact'] = 'convex';
