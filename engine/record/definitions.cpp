@@ -31,7 +31,7 @@ std::vector<float> box_floats(const Box& box) {
 
 Box box_of(const std::vector<float>& floats) {
   Box box;
-  std::memcpy(&box, floats.data(), sizeof box);
+  std::memcpy(static_cast<void*>(&box), floats.data(), sizeof box);
   return box;
 }
 

@@ -88,7 +88,7 @@ GoldenBits bits_of(const Scene& scene, const kernel::KernelTable& kernels, const
           const oracle::OracleBox<float> box = get(body.nodes[node], lane);
           Box out;
           static_assert(sizeof(out) == sizeof(box));
-          std::memcpy(&out, &box, sizeof(out));
+          std::memcpy(static_cast<void*>(&out), &box, sizeof(out));
           boxes.add(out);
         }
       }

@@ -444,7 +444,7 @@ TEST_CASE("vertices that are not valid are refused, and the output stays as it w
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   const std::vector<float> good = floats(brick({{3, 2, 1}}));
   Box untouched;
-  std::memset(&untouched, 0x5a, sizeof untouched);
+  std::memset(static_cast<void*>(&untouched), 0x5a, sizeof untouched);
   Box box = untouched;
   const auto status = [&box](const float* data, std::size_t size) { return fit_box_to_vertices({data, size}, &box); };
   CHECK(status(nullptr, 0) == Status::kBadVertices);

@@ -838,6 +838,8 @@ const char* cab_isa_to_string(cab_Isa isa) { return cab::to_string(cab::as<cab::
 
 const char* cab_status_to_string(cab_Status status) { return cab::to_string(cab::as<cab::Status>(status)); }
 
+cab_Box cab_default_box(void) { return cab::as<cab_Box>(cab::Box()); }
+
 cab_PoseView cab_default_pose_view(void) { return cab::as<cab_PoseView>(cab::PoseView()); }
 
 cab_ConvexPart cab_default_convex_part(void) { return cab::as<cab_ConvexPart>(cab::ConvexPart()); }

@@ -84,11 +84,12 @@ export declare class Cab {
 
 /** An oriented box, in the frame of its link. */
 export interface Box {
-  center: Vec3 | Numbers;
-  /** Three axes, each x y z: orthonormal and right-handed. */
-  axis: readonly [Vec3, Vec3, Vec3] | Numbers;
-  /** Half extents along the axes, 0 or more. */
-  half: Vec3 | Numbers;
+  /** Default: the origin of the frame. */
+  center?: Vec3 | Numbers;
+  /** Three axes, each x y z: orthonormal and right-handed. Default: those of the frame. */
+  axis?: readonly [Vec3, Vec3, Vec3] | Numbers;
+  /** Half extents along the axes, 0 or more. Default: 0. */
+  half?: Vec3 | Numbers;
 }
 
 export type ShapeKind = 'box' | 'ellipsoid' | 'capsule' | 'convex_hull' | 'sphere' | 'cylinder' | 'half_space';

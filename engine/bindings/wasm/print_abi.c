@@ -23,7 +23,7 @@ int main(void) {
   STRUCT(BatchSlot, "false");
   MEMBER(BatchSlot, value, "value", "u32", 0);
   END();
-  STRUCT(Box, "false");
+  STRUCT(Box, "true");
   MEMBER(Box, center, "center", "f32", 3);
   MEMBER(Box, axis, "axis", "f32", 9);
   MEMBER(Box, half, "half", "f32", 3);

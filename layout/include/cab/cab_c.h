@@ -504,11 +504,13 @@ enum {
 #define CAB_ISA_COUNT 7u
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. cab_Leaf.box
-// and cab_fit_box use the link's frame. cab_compute_boxes writes boxes relative to the instance's origin.
+// and cab_fit_box use the link's frame. cab_compute_boxes writes boxes relative to the instance's origin. The default
+// is a point at the frame's origin, with the frame's axes. A point is a valid box: one whose `half` was forgotten is
+// not refused.
 typedef struct cab_Box {
   float center[3];   // x y z of the centre, in the caller's unit
-  float axis[3][3];  // axis[k] is x y z of the k-th axis: orthonormal, right-handed
-  float half[3];     // half extent along each axis, in the caller's unit, 0 or more
+  float axis[3][3];  // axis[k] is x y z of the k-th: orthonormal, right-handed
+  float half[3];     // half extent along each, in the caller's unit, 0 or more
 } cab_Box;
 
 // ------------------------------------------------------------------------------------------------------------ poses
@@ -592,9 +594,9 @@ typedef struct cab_Leaf {
   // Index of the link that carries the leaf.
   uint32_t link;
 
-  // The leaf's box, in the link's frame. Required: the default has no axes. Half extents may be 0: a plate, a segment
-  // or a point is a box. The axes must be orthonormal and right-handed, to 1e-5. cab_fit_box makes such a box about a
-  // mesh.
+  // The leaf's box, in the link's frame. Half extents may be 0: a plate, a segment or a point is a box. The axes must
+  // be orthonormal and right-handed, to 1e-5. cab_fit_box makes such a box about a mesh. Default: a point at the link's
+  // origin.
   cab_Box box;
 
   // The exact shape, as a union of convex parts. Exact tests and CAB_REFIT_AABB_VERTICES use it; to the latter a half
@@ -754,7 +756,7 @@ typedef struct cab_StaticBody {
   double origin[3];   // x y z of the origin of its frame in the world
   float rotation[4];  // quaternion x y z w from its frame to the world; its length is divided out
 
-  // The box, in the body's frame. Required: the default has no axes. As cab_Leaf.box.
+  // The box, in the body's frame. As cab_Leaf.box. Default: a point at the body's origin.
   cab_Box box;
 
   // The exact shape, in the body's frame. As cab_Leaf.parts. Empty (default): the shape is the box itself.
@@ -1860,6 +1862,7 @@ CAB_API const char* cab_status_to_string(cab_Status status);
 // ---------------------------------------------------------------------------------------------- defaults
 
 // The defaults of the members of structs that callers fill in. Constant time; nothing is allocated.
+CAB_API cab_Box cab_default_box(void);
 CAB_API cab_PoseView cab_default_pose_view(void);
 CAB_API cab_ConvexPart cab_default_convex_part(void);
 CAB_API cab_Leaf cab_default_leaf(void);

@@ -209,3 +209,25 @@ struct QueryJob {
 };
 
 }  // namespace cab
+
+// ------------------------------------------------------------------------------------------ ids in containers, for C++
+
+namespace cab {
+
+// Whether two ids have the same value; and an order, which has no other meaning.
+constexpr bool operator==(HistoryId a, HistoryId b) noexcept { return a.value == b.value; }
+constexpr bool operator!=(HistoryId a, HistoryId b) noexcept { return a.value != b.value; }
+constexpr bool operator<(HistoryId a, HistoryId b) noexcept { return a.value < b.value; }
+
+}  // namespace cab
+
+namespace std {
+
+// The hash of a history's id.
+template <>
+struct hash<cab::HistoryId> {
+  // Of its value.
+  size_t operator()(cab::HistoryId id) const noexcept { return static_cast<size_t>(id.value ^ id.value >> 32); }
+};
+
+}  // namespace std

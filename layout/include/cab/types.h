@@ -36,6 +36,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <typeindex>  // std::hash
 
 namespace cab {
 
@@ -178,11 +179,12 @@ enum class Isa : std::uint8_t {
 inline constexpr std::uint32_t kIsaCount = 7;
 
 // An oriented box: the points center + x0 * axis[0] + x1 * axis[1] + x2 * axis[2] with |xk| <= half[k]. Leaf::box and
-// fit_box use the link's frame. compute_boxes writes boxes relative to the instance's origin.
+// fit_box use the link's frame. compute_boxes writes boxes relative to the instance's origin. The default is a point at
+// the frame's origin, with the frame's axes. A point is a valid box: one whose `half` was forgotten is not refused.
 struct Box {
-  float center[3];   // x y z of the centre, in the caller's unit
-  float axis[3][3];  // axis[k] is x y z of the k-th axis: orthonormal, right-handed
-  float half[3];     // half extent along each axis, in the caller's unit, 0 or more
+  float center[3] = {0, 0, 0};                           // x y z of the centre, in the caller's unit
+  float axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // axis[k] is x y z of the k-th: orthonormal, right-handed
+  float half[3] = {0, 0, 0};                             // half extent along each, in the caller's unit, 0 or more
 };
 
 // ------------------------------------------------------------------------------------------------------------ poses
@@ -261,8 +263,9 @@ struct Leaf {
   // Index of the link that carries the leaf.
   std::uint32_t link = 0;
 
-  // The leaf's box, in the link's frame. Required: the default has no axes. Half extents may be 0: a plate, a segment
-  // or a point is a box. The axes must be orthonormal and right-handed, to 1e-5. fit_box makes such a box about a mesh.
+  // The leaf's box, in the link's frame. Half extents may be 0: a plate, a segment or a point is a box. The axes must
+  // be orthonormal and right-handed, to 1e-5. fit_box makes such a box about a mesh. Default: a point at the link's
+  // origin.
   Box box = {};
 
   // The exact shape, as a union of convex parts. Exact tests and Refit::kAabbVertices use it; to the latter a half
@@ -416,7 +419,7 @@ struct StaticBody {
   double origin[3] = {0, 0, 0};      // x y z of the origin of its frame in the world
   float rotation[4] = {0, 0, 0, 1};  // quaternion x y z w from its frame to the world; its length is divided out
 
-  // The box, in the body's frame. Required: the default has no axes. As Leaf::box.
+  // The box, in the body's frame. As Leaf::box. Default: a point at the body's origin.
   Box box = {};
 
   // The exact shape, in the body's frame. As Leaf::parts. Empty (default): the shape is the box itself.
@@ -825,3 +828,45 @@ struct EngineDesc {
 };
 
 }  // namespace cab
+
+// ------------------------------------------------------------------------------------------ ids in containers, for C++
+
+namespace cab {
+
+// Whether two ids, or two slots, have the same value; and an order, which has no other meaning.
+constexpr bool operator==(ArticulationId a, ArticulationId b) noexcept { return a.value == b.value; }
+constexpr bool operator!=(ArticulationId a, ArticulationId b) noexcept { return a.value != b.value; }
+constexpr bool operator<(ArticulationId a, ArticulationId b) noexcept { return a.value < b.value; }
+constexpr bool operator==(BatchId a, BatchId b) noexcept { return a.value == b.value; }
+constexpr bool operator!=(BatchId a, BatchId b) noexcept { return a.value != b.value; }
+constexpr bool operator<(BatchId a, BatchId b) noexcept { return a.value < b.value; }
+constexpr bool operator==(BatchSlot a, BatchSlot b) noexcept { return a.value == b.value; }
+constexpr bool operator!=(BatchSlot a, BatchSlot b) noexcept { return a.value != b.value; }
+constexpr bool operator<(BatchSlot a, BatchSlot b) noexcept { return a.value < b.value; }
+
+}  // namespace cab
+
+namespace std {
+
+// The hash of an articulation's id.
+template <>
+struct hash<cab::ArticulationId> {
+  // Of its value.
+  size_t operator()(cab::ArticulationId id) const noexcept { return static_cast<size_t>(id.value ^ id.value >> 32); }
+};
+
+// The hash of a batch's id.
+template <>
+struct hash<cab::BatchId> {
+  // Of its value.
+  size_t operator()(cab::BatchId id) const noexcept { return static_cast<size_t>(id.value ^ id.value >> 32); }
+};
+
+// The hash of a batch's slot.
+template <>
+struct hash<cab::BatchSlot> {
+  // Of its value.
+  size_t operator()(cab::BatchSlot slot) const noexcept { return slot.value; }
+};
+
+}  // namespace std

@@ -761,7 +761,10 @@ TEST_CASE("levels that do not fit are refused, and say which leaf is at fault") 
   CHECK(caller({{1, cube(9), {chain, 3}}, {3, cube(9), {unknown, 1}}}) == Status::kBadLeafLink);
   CHECK(bad == 1);
   CHECK(caller({{1, cube(-9), {chain, 3}}, {3, cube(9), {alone, 1}}}) == Status::kBadLeafBox);
-  CHECK(caller({{1, {}, {chain, 3}}, {3, cube(9), {alone, 1}}}) == Status::kBadLeafAxes);
+  CHECK(caller({{1, {}, {chain, 3}}, {3, cube(9), {alone, 1}}}) == Status::kLodLeafTooSmall);  // a point
+  Box flat = cube(9);
+  flat.axis[2][2] = 0;
+  CHECK(caller({{1, flat, {chain, 3}}, {3, cube(9), {alone, 1}}}) == Status::kBadLeafAxes);
   lod = good;
   const LodLeaf one = {1, cube(9), {chain, 3}};
   lod.leaves = {&one, 1};

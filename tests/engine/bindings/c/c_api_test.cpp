@@ -117,6 +117,11 @@ TEST_CASE("c api: defaults are those of the members in C++") {
   CHECK(cab_default_convex_part().rotation[3] == 1);
   CHECK(cab_default_static_body().rotation[3] == 1);
   CHECK(cab_default_leaf().parts.data == nullptr);
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c) {
+      CHECK(cab_default_box().axis[k][c] == (k == c));
+      CHECK(cab_default_leaf().box.axis[k][c] == (k == c));
+    }
   CHECK(cab_default_lod_desc().max_leaves == LodDesc().max_leaves);
   CHECK(cab_default_lod_desc().rest_pose_count == LodDesc().rest_pose_count);
   CHECK(cab_default_batch_desc().kind == CAB_BATCH_KIND_CHARACTERS);
