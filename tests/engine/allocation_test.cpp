@@ -3,6 +3,7 @@
 #include "perf/harness/random_world.h"
 #include "perf/judge/oracle/random_queries.h"
 #include "tests/aligned_memory.h"
+#include "tests/engine/counted_new.h"
 #include "tests/engine/thread_pool.h"
 
 #include <doctest/doctest.h>
@@ -43,6 +44,9 @@ void* counted_new_or_throw(std::size_t bytes, std::size_t alignment) {
 }
 
 }  // namespace
+
+std::uint64_t cab::tests::new_call_count() { return new_calls; }
+void cab::tests::fail_new_after(std::int64_t calls) { news_until_failure = calls; }
 
 void* operator new(std::size_t bytes) { return counted_new_or_throw(bytes, 1); }
 void* operator new[](std::size_t bytes) { return counted_new_or_throw(bytes, 1); }
