@@ -1,30 +1,21 @@
 // Policies trade speed for accuracy; instruction sets change speed alone. How to choose them, and what stays the same.
-#include <cab/cab.h>
+#include <cab/world.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <vector>
-
-static void check(cab::Status status) {
-  if (status == cab::Status::kOk) return;
-  std::fprintf(stderr, "cab: %s\n", cab::to_string(status));
-  std::exit(1);
-}
 
 // 100 fighters hold their spears level. Each spear points a little further round than the one before.
 static std::vector<cab::Hit> hits_of_spears(const cab::Policies& policies, cab::Isa isa = cab::Isa::kAuto) {
   constexpr std::uint32_t kCount = 100;
   cab::EngineDesc desc;
   desc.isa = isa;
-  cab::Engine* engine = nullptr;
-  check(cab::create_engine(desc, &engine));
   const std::int32_t parents[] = {-1};
-  const cab::Leaf leaf = {0, {{.9f, 1, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.9f, .05f, .05f}}, {}};
-  cab::ArticulationId spear;
-  check(cab::add_articulation(*engine, {{parents, 1}, {}, {&leaf, 1}, {}}, &spear));
+  const cab::Leaf leaf = {0, cab::axis_aligned_box({.9f, 1, 0}, {.9f, .05f, .05f}), {}};
+  cab::World world(desc);
   cab::BatchId spears;
-  check(cab::add_batch(*engine, {spear, kCount, cab::BatchKind::kCharacters}, &spears));
+  cab::exit_on_error(world.add_batch({parents, {}, {&leaf, 1}, {}}, kCount, &spears));
+  cab::exit_on_error(world.add_rule({spears, spears}));
 
   std::vector<float> poses;
   std::vector<double> origins;
@@ -33,21 +24,11 @@ static std::vector<cab::Hit> hits_of_spears(const cab::Policies& policies, cab::
     poses.insert(poses.end(), {0, static_cast<float>(i) / kCount, 0, 1, 0, 0, 0});  // the quaternion is normalized
     origins.insert(origins.end(), {1.2 * column, 0, 1.2 * row});
   }
-  const cab::PairRule rule = {spears, spears, cab::Pairing::kBetween};
-  cab::BatchInput input;
-  input.batch = spears;
-  input.poses.data = poses.data();
-  input.origins = origins;
-  std::vector<cab::Hit> hits(16 * kCount);
-  cab::FrameJob job;
-  job.inputs = {&input, 1};
-  job.rules = {&rule, 1};
-  job.policies = policies;
-  job.hits = hits;
-  check(cab::run_frame(*engine, job));
-  cab::destroy_engine(engine);
-  hits.resize(job.hit_count);
-  return hits;
+  world.input(spears)->poses.data = poses.data();
+  world.input(spears)->origins = origins;
+  world.job().policies = policies;
+  cab::exit_on_error(world.run());
+  return {world.hits().begin(), world.hits().end()};
 }
 
 static bool same(const std::vector<cab::Hit>& a, const std::vector<cab::Hit>& b) {

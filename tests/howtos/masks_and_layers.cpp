@@ -1,26 +1,12 @@
 // Which links may touch, and which fighters: masks within one fighter, layers between fighters.
-#include <cab/cab.h>
+#include <cab/world.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
-
-static void check(cab::Status status) {
-  if (status == cab::Status::kOk) return;
-  std::fprintf(stderr, "cab: %s\n", cab::to_string(status));
-  std::exit(1);
-}
 
 enum Link : std::uint32_t { kTorso, kUpperArm, kForearm, kSheath, kLinkCount };
 
-static cab::Leaf leaf(Link link, float y, float z, float half_x, float half_y, float half_z) {
-  return {link, {{0, y, z}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {half_x, half_y, half_z}}, {}};
-}
-
 int main() {
-  cab::Engine* engine = nullptr;
-  check(cab::create_engine({}, &engine));
-
   // Per link a quaternion x y z w and a translation. At rest the upper arm hangs beside the torso and touches the
   // sheath behind it; the forearm points forwards. Later one forearm lies across the belly, its elbow at the sheath.
   const float rest[kLinkCount][7] = {
@@ -28,19 +14,22 @@ int main() {
   const float across[7] = {0, -.7071068f, 0, .7071068f, .34f, 1, 0};
 
   const std::int32_t parents[kLinkCount] = {-1, kTorso, kUpperArm, kTorso};
-  const cab::Leaf leaves[] = {leaf(kTorso, 0, 0, .25f, .4f, .15f), leaf(kUpperArm, -.2f, 0, .1f, .25f, .1f),
-                              leaf(kForearm, 0, .25f, .08f, .08f, .25f), leaf(kSheath, 0, 0, .05f, .3f, .05f)};
+  const cab::Leaf leaves[] = {{kTorso, cab::axis_aligned_box({0, 0, 0}, {.25f, .4f, .15f}), {}},
+                              {kUpperArm, cab::axis_aligned_box({0, -.2f, 0}, {.1f, .25f, .1f}), {}},
+                              {kForearm, cab::axis_aligned_box({0, 0, .25f}, {.08f, .08f, .25f}), {}},
+                              {kSheath, cab::axis_aligned_box({0, 0, 0}, {.05f, .3f, .05f}), {}}};
   const cab::LinkPair drawing = {kForearm, kSheath};
   cab::ArticulationDesc desc;
-  desc.link_parents = {parents, kLinkCount};
-  desc.leaves = {leaves, kLinkCount};
+  desc.link_parents = parents;
+  desc.leaves = leaves;
   desc.ignored_pairs = {&drawing, 1};  // a hand that draws the sword touches the sheath
   desc.ignored_hops = 1;               // parent and child always touch
   desc.rest_pose.data = &rest[0][0];   // links that touch at rest may always touch
+  cab::World world;
   cab::ArticulationId fighter;
-  check(cab::add_articulation(*engine, desc, &fighter));
+  cab::exit_on_error(cab::add_articulation(world.engine(), desc, &fighter));
   cab::IgnoredPair ignored[5];  // of six pairs of links, sorted; torso and forearm are left
-  check(cab::ignored_pairs(*engine, fighter, {ignored, 5}));
+  cab::exit_on_error(cab::ignored_pairs(world.engine(), fighter, ignored));
   const cab::IgnoredPair &child = ignored[0], &hanging = ignored[3], &drawn = ignored[4];
   bool right = child.b == kUpperArm && (child.reasons & cab::kIgnoredByHops) != 0 && hanging.a == kUpperArm &&
                hanging.reasons == cab::kIgnoredAtRest && drawn.a == kForearm &&
@@ -56,25 +45,18 @@ int main() {
   for (auto& pose : poses) std::memcpy(pose, rest, sizeof(rest));
   std::memcpy(poses[0][kForearm], across, sizeof(across));
   cab::BatchId fighters;
-  check(cab::add_batch(*engine, {fighter, 5, cab::BatchKind::kCharacters}, &fighters));
-  const cab::PairRule rules[] = {{fighters, fighters, cab::Pairing::kBetween},
-                                 {fighters, fighters, cab::Pairing::kWithin}};
-  cab::BatchInput input;
-  input.batch = fighters;
+  cab::exit_on_error(world.add_batch({fighter, 5}, &fighters));
+  cab::exit_on_error(world.add_rule({fighters, fighters, cab::Pairing::kBetween}));
+  cab::exit_on_error(world.add_rule({fighters, fighters, cab::Pairing::kWithin}));
+  cab::BatchInput& input = *world.input(fighters);
   input.poses.data = &poses[0][0][0];
-  input.origins = {origins, 15};
-  input.layers = {layers, 5};
-  input.layer_masks = {layer_masks, 5};
-  cab::Hit hits[100];
-  cab::FrameJob job;
-  job.inputs = {&input, 1};
-  job.rules = {rules, 2};
-  job.hits = {hits, 100};
-  check(cab::run_frame(*engine, job));
+  input.origins = origins;
+  input.layers = layers;
+  input.layer_masks = layer_masks;
+  cab::exit_on_error(world.run());
 
   int within = 0, opponents = 0;
-  for (std::size_t i = 0; i < job.hit_count; ++i) {
-    const cab::Hit& hit = hits[i];
+  for (const cab::Hit& hit : world.hits()) {
     const bool same = hit.instance_a == hit.instance_b;
     within += same;
     opponents += !same && hit.link_a == kTorso && hit.link_b == kTorso;
@@ -82,6 +64,5 @@ int main() {
                            : hit.instance_a < 2 && (hit.instance_b == 2 || hit.instance_b == 3));
   }
   std::printf("%d hit within a fighter, %d pairs of opponents torso to torso\n", within, opponents);
-  cab::destroy_engine(engine);
   return right && within == 1 && opponents == 4 ? 0 : 1;
 }

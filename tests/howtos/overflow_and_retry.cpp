@@ -16,17 +16,16 @@ int main() {
   cab::Engine* engine = nullptr;
   check(cab::create_engine({}, &engine));
   const std::int32_t parents[] = {-1};
-  const cab::Box body = {{0, .9f, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.5f, .9f, .5f}};
-  const cab::Leaf leaf = {0, body, {}};
+  const cab::Leaf leaf = {0, {{0, .9f, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.5f, .9f, .5f}}, {}};
   cab::ArticulationId fighter;
-  check(cab::add_articulation(*engine, {{parents, 1}, {}, {&leaf, 1}, {}}, &fighter));
+  check(cab::add_articulation(*engine, {parents, {}, {&leaf, 1}, {}}, &fighter));
   cab::BatchId crowd;
-  check(cab::add_batch(*engine, {fighter, kCount, cab::BatchKind::kCharacters}, &crowd));
+  check(cab::add_batch(*engine, {fighter, kCount}, &crowd));
 
   std::vector<float> poses;
   for (std::uint32_t i = 0; i < kCount; ++i) poses.insert(poses.end(), {0, 0, 0, 1, 0, 0, 0});
   std::vector<double> origins(3 * kCount);
-  const cab::PairRule rule = {crowd, crowd, cab::Pairing::kBetween};
+  const cab::PairRule rule = {crowd, crowd};
   cab::BatchInput input;
   input.batch = crowd;
   input.poses.data = poses.data();

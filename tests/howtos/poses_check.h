@@ -1,7 +1,7 @@
 // What the tests of docs/poses.md share: a body in a crowd, and points posed one by one in double.
 #pragma once
 
-#include <cab/cab.h>
+#include <cab/world.h>
 
 #include <algorithm>
 #include <array>
@@ -107,7 +107,6 @@ inline std::vector<cab::Leaf> leaves_of(double unit_length) {
     leaves[l].link = l;
     cab::Box& box = leaves[l].box;
     for (int k = 0; k < 3; ++k) {
-      box.axis[k][k] = 1;
       box.center[k] = static_cast<float>(.2 * unit_length * numbers.next());
       box.half[k] = static_cast<float>((.1 + .06 * k + .02 * l) * unit_length);
     }
@@ -126,41 +125,24 @@ inline std::array<Point, 8> corners_of(const cab::Box& box) {
   return corners;
 }
 
-inline void check(cab::Status status) {
-  if (status != cab::Status::kOk) throw std::runtime_error(cab::to_string(status));
-}
-
-// An engine with one batch of kCharacters bodies.
+// A world with one batch of kCharacters bodies.
 class World {
  public:
   World(cab::Span<const std::int32_t> parents, const std::vector<cab::Leaf>& leaves) : leaves_(leaves) {
-    check(cab::create_engine({}, &engine_));
-    cab::ArticulationDesc desc;
-    desc.link_parents = parents;
-    desc.leaves = leaves_;
-    cab::ArticulationId body;
-    check(cab::add_articulation(*engine_, desc, &body));
-    check(cab::add_batch(*engine_, {body, kCharacters, cab::BatchKind::kCharacters}, &batch_));
+    cab::exit_on_error(world_.add_batch({parents, {}, leaves_, {}}, kCharacters, &batch_));
+    cab::exit_on_error(world_.add_rule({batch_, batch_, cab::Pairing::kBetween}));
+    cab::exit_on_error(world_.add_rule({batch_, batch_, cab::Pairing::kWithin}));
   }
   explicit World(const std::vector<cab::Leaf>& leaves) : World(kParents, leaves) {}
-  World(const World&) = delete;
-  World& operator=(const World&) = delete;
-  ~World() { cab::destroy_engine(engine_); }
 
   cab::BatchId batch() const { return batch_; }
 
   // All links that touch, those of one character too.
   std::vector<cab::Hit> hits(const cab::BatchInput& input) {
-    const cab::PairRule rules[] = {{batch_, batch_, cab::Pairing::kBetween}, {batch_, batch_, cab::Pairing::kWithin}};
-    std::vector<cab::Hit> hits(100000);
-    cab::FrameJob job;
-    job.inputs = {&input, 1};
-    job.rules = rules;
-    job.hits = hits;
-    check(cab::run_frame(*engine_, job));
-    if (job.stats.instances_masked != 0) throw std::runtime_error("a character is masked");
-    hits.resize(job.hit_count);
-    return hits;
+    *world_.input(batch_) = input;
+    cab::exit_on_error(world_.run());
+    if (world_.job().stats.instances_masked != 0) throw std::runtime_error("a character is masked");
+    return {world_.hits().begin(), world_.hits().end()};
   }
 
   // The largest distance of a corner of the engine's boxes from where `posed` has it, as a part of the largest number.
@@ -168,7 +150,7 @@ class World {
   template <class Posed>
   double error(const cab::BatchInput& input, Posed posed) {
     std::vector<cab::Box> boxes(kCharacters * (2 * leaves_.size() - 1));
-    check(cab::compute_boxes(*engine_, input, {}, boxes));
+    cab::exit_on_error(cab::compute_boxes(world_.engine(), input, {}, boxes));
     double worst = 0, size = 0;
     for (std::uint32_t i = 0; i < kCharacters; ++i) {
       for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) {
@@ -189,7 +171,7 @@ class World {
   }
 
  private:
-  cab::Engine* engine_ = nullptr;
+  cab::World world_;
   cab::BatchId batch_;
   std::vector<cab::Leaf> leaves_;
 };

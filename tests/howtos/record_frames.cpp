@@ -1,10 +1,9 @@
 // Records what an engine is given and what comes back, frame by frame, and runs the recording again.
-#include <cab/cab.h>
 #include <cab/record.h>
 #include <cab/replay.h>
+#include <cab/world.h>
 
 #include <cstdio>
-#include <vector>
 
 namespace {
 
@@ -17,52 +16,40 @@ int fail(const char* what) {
 }  // namespace
 
 int main() {
-  cab::Engine* engine = nullptr;
-  if (cab::create_engine({}, &engine) != cab::Status::kOk) return fail("no engine");
-
   // Two arms of two links each. The recorder is told what the engine is given.
   const std::int32_t parents[] = {-1, 0};
-  const cab::Box bone = {{0.5f, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.5f, 0.1f, 0.1f}};
+  const cab::Box bone = cab::axis_aligned_box({0.5f, 0, 0}, {0.5f, 0.1f, 0.1f});
   const cab::Leaf leaves[] = {{0, bone, {}}, {1, bone, {}}};
   cab::ArticulationDesc arm;
   arm.link_parents = parents;
   arm.leaves = leaves;
+  cab::World world;
   cab::ArticulationId articulation;
-  if (add_articulation(*engine, arm, &articulation) != cab::Status::kOk) return fail("no articulation");
-  cab::BatchDesc desc;
-  desc.articulation = articulation;
-  desc.instance_count = 2;
+  cab::exit_on_error(cab::add_articulation(world.engine(), arm, &articulation));
+  const cab::BatchDesc desc = {articulation, 2};
   cab::BatchId arms;
-  if (add_batch(*engine, desc, &arms) != cab::Status::kOk) return fail("no batch");
+  cab::exit_on_error(world.add_batch(desc, &arms));
+  cab::exit_on_error(world.add_rule({arms, arms}));
 
   cab::record::Recorder recorder;
   cab::record::RecorderOptions options;
   options.title = "two arms";
-  options.isa = engine_isa(*engine);
+  options.isa = cab::engine_isa(world.engine());
   const char* const links[] = {"upper", "lower"};
   if (!recorder.open("two_arms.cab", options) || !recorder.add_articulation(articulation, arm, {"arm", links}) ||
       !recorder.add_batch(arms, desc, {"arms", {}}))
     return fail(recorder.error());
 
-  // Frames as always. Each is recorded once run_frame has answered.
-  const cab::PairRule rule = {arms, arms};
-  std::vector<cab::Hit> hits(16);
+  // Frames as always. Each is recorded once it has run.
   for (int frame = 0; frame < 60; ++frame) {
     const float y = 0.5f - 0.01f * static_cast<float>(frame);
     const float poses[2][2][7] = {{{0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 1, 1, 0, 0}},
                                   {{0, 0, 0, 1, 0.5f, y, 0}, {0, 0, 0, 1, 1.5f, y, 0}}};
-    cab::BatchInput input;
-    input.batch = arms;
-    input.poses.data = poses[0][0];
-    cab::FrameJob job;
-    job.inputs = {&input, 1};
-    job.rules = {&rule, 1};
-    job.hits = hits;
-    if (run_frame(*engine, job) != cab::Status::kOk) return fail("no frame");
-    if (!recorder.add_frame(job, frame / 60.0)) return fail(recorder.error());
+    world.input(arms)->poses.data = poses[0][0];
+    cab::exit_on_error(world.run());
+    if (!recorder.add_frame(world.job(), frame / 60.0)) return fail(recorder.error());
   }
   if (!recorder.close()) return fail(recorder.error());
-  cab::destroy_engine(engine);
 
   // The same frames again, here without SIMD.
   cab::record::Recording recording;

@@ -1,6 +1,6 @@
 // A skeleton in plain arrays becomes bodies of human size. A hand without a bone touches a chest.
-#include <cab/cab.h>
 #include <cab/rig.h>
+#include <cab/world.h>
 
 #include <cstdio>
 
@@ -18,22 +18,16 @@ int main() {
   const cab::rig::SkeletonDesc skeleton = {{parents, 8}, {names, 8}, rest, 1};
   cab::rig::Bodies bodies;  // owns all that bodies.desc() points to
   if (bodies_from_skeleton(skeleton, {}, &bodies) != cab::rig::Status::kOk) return 1;
-  cab::Engine* engine = nullptr;
-  cab::ArticulationId person;
-  cab::BatchInput input;
-  if (create_engine({}, &engine) != cab::Status::kOk ||
-      add_articulation(*engine, bodies.desc(), &person) != cab::Status::kOk ||
-      add_batch(*engine, {person, 2, cab::BatchKind::kCharacters}, &input.batch) != cab::Status::kOk)
-    return 1;
+  cab::World world;
+  cab::BatchId people;
+  cab::exit_on_error(world.add_batch(bodies.desc(), 2, &people));
+  cab::exit_on_error(world.add_rule({people, people}));
   const double origins[] = {0, 0, 0, .95, 0, 0};
-  input.poses.data = poses[0][0];
-  input.origins = {origins, 6};
-  const cab::PairRule rule = {input.batch, input.batch, cab::Pairing::kBetween};
-  cab::Hit hits[64];
-  cab::FrameJob job;
-  job.inputs = {&input, 1}, job.rules = {&rule, 1}, job.hits = {hits, 64};
-  if (run_frame(*engine, job) != cab::Status::kOk || job.hit_count == 0) return 1;
-  std::printf("%s touches %s\n", names[hits[0].link_a], names[hits[0].link_b]);
-  destroy_engine(engine);
-  return hits[0].link_a == 5 ? 0 : 1;
+  world.input(people)->poses.data = poses[0][0];
+  world.input(people)->origins = origins;
+  cab::exit_on_error(world.run());
+  if (world.hits().empty()) return 1;
+  const cab::Hit& first = world.hits()[0];
+  std::printf("%s touches %s\n", names[first.link_a], names[first.link_b]);
+  return first.link_a == 5 ? 0 : 1;
 }

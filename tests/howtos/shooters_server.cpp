@@ -1,14 +1,9 @@
 // A shooter's server: 100 players with 20 hit boxes, 64 ticks a second. Each shot is judged at the shooter's own time.
-#include <cab/cab.h>
+#include <cab/world.h>
 
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 #include <vector>
-
-static void check(cab::Status status) {
-  if (status != cab::Status::kOk) throw std::runtime_error(cab::to_string(status));
-}
 
 constexpr std::uint32_t kPlayers = 100, kBoxes = 20, kTicks = 64;
 constexpr double kTick = 1.0 / 64;
@@ -17,26 +12,17 @@ constexpr double kTick = 1.0 / 64;
 static double place(std::uint32_t player, double time) { return 2 * player + 5 * time; }
 
 int main() {
-  cab::Engine* engine = nullptr;
-  check(cab::create_engine({}, &engine));
   std::vector<std::int32_t> parents(kBoxes);
   std::vector<cab::Leaf> leaves(kBoxes);
   for (std::uint32_t i = 0; i < kBoxes; ++i) {
     parents[i] = static_cast<std::int32_t>(i) - 1;
-    leaves[i] = {i, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.1f, .05f, .1f}}, {}};
+    leaves[i] = {i, cab::axis_aligned_box({0, 0, 0}, {.1f, .05f, .1f}), {}};
   }
-  cab::ArticulationDesc body;
-  body.link_parents = {parents.data(), kBoxes};
-  body.leaves = {leaves.data(), kBoxes};
-  cab::ArticulationId id;
-  check(cab::add_articulation(*engine, body, &id));
+  cab::World world;
   cab::BatchId players;
-  check(cab::add_batch(*engine, {id, kPlayers, cab::BatchKind::kCharacters}, &players));
-  cab::ReserveDesc room;
-  room.queries = 256;
-  check(cab::reserve(*engine, room));
+  cab::exit_on_error(world.add_batch({parents, {}, leaves, {}}, kPlayers, &players));
   cab::HistoryId history;
-  check(cab::add_history(*engine, {players, kTicks}, &history));  // one second
+  cab::exit_on_error(cab::add_history(world.engine(), {players, kTicks}, &history));  // one second
 
   std::vector<float> poses(7 * kBoxes * kPlayers);
   std::vector<double> origins(3 * kPlayers);
@@ -46,15 +32,13 @@ int main() {
       pose[3] = 1, pose[5] = .1f * static_cast<float>(i);  // one box above the other
     }
   std::size_t met = 0, right = 0;
-  std::vector<cab::QueryHit> hits(kPlayers);
+  cab::BatchInput& input = *world.input(players);
+  input.poses.data = poses.data();
+  input.origins = origins;
   for (int tick = 0; tick < 200; ++tick) {
     const double now = tick * kTick;
     for (std::uint32_t p = 0; p < kPlayers; ++p) origins[3 * p] = place(p, now);
-    cab::BatchInput input;
-    input.batch = players;
-    input.poses.data = poses.data();
-    input.origins = origins;
-    check(cab::record_tick(*engine, history, input, now));
+    cab::exit_on_error(cab::record_tick(world.engine(), history, input, now));
 
     // Each player shoots at where they saw the next one, who was there 80 ms ago and more.
     std::vector<cab::Query> shots(kPlayers - 1);
@@ -72,15 +56,11 @@ int main() {
     cab::QueryJob job;
     job.queries = shots;
     job.histories = {&history, 1};
-    job.hits = hits;
-    check(cab::run_queries(*engine, job));
+    cab::exit_on_error(world.run_queries(job));
     met += job.hit_count;
-    for (std::size_t i = 0; i < job.hit_count; ++i) {
-      const cab::QueryHit& hit = hits[i];
+    for (const cab::QueryHit& hit : world.query_hits())
       if (tick >= static_cast<int>(kTicks) && hit.instance == hit.query + 1 && hit.link == 15) ++right;
-    }
   }
   std::printf("%zu shots met, %zu of them right by a full history\n", met, right);
-  cab::destroy_engine(engine);
   return right == (200 - kTicks) * (kPlayers - 1) ? 0 : 1;
 }

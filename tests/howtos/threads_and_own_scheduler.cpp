@@ -1,18 +1,11 @@
 // A crowd of fighters on one thread, on every core and on the game's threads: the same hits in the same order.
-#include <cab/cab.h>
+#include <cab/world.h>
 
 #include <atomic>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <thread>
 #include <vector>
-
-static void check(cab::Status status) {
-  if (status == cab::Status::kOk) return;
-  std::fprintf(stderr, "cab: %s\n", cab::to_string(status));
-  std::exit(1);
-}
 
 // The game's threads. This example starts them in each call; a game hands the tasks to threads that wait for work.
 struct Jobs {
@@ -37,14 +30,12 @@ struct Jobs {
 // 32 rows of 32 fighters. In a row they stand 1 apart and are 1.2 wide, so each touches the next one.
 static std::vector<cab::Hit> hits_of_crowd(const cab::EngineDesc& desc) {
   constexpr std::uint32_t kCount = 32 * 32;
-  cab::Engine* engine = nullptr;
-  check(cab::create_engine(desc, &engine));
   const std::int32_t parents[] = {-1};
-  const cab::Leaf leaf = {0, {{0, .9f, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {.6f, .9f, .2f}}, {}};
-  cab::ArticulationId fighter;
-  check(cab::add_articulation(*engine, {{parents, 1}, {}, {&leaf, 1}, {}}, &fighter));
+  const cab::Leaf leaf = {0, cab::axis_aligned_box({0, .9f, 0}, {.6f, .9f, .2f}), {}};
+  cab::World world(desc);
   cab::BatchId crowd;
-  check(cab::add_batch(*engine, {fighter, kCount, cab::BatchKind::kCharacters}, &crowd));
+  cab::exit_on_error(world.add_batch({parents, {}, {&leaf, 1}, {}}, kCount, &crowd));
+  cab::exit_on_error(world.add_rule({crowd, crowd}));
 
   std::vector<float> poses;
   std::vector<double> origins;
@@ -53,20 +44,10 @@ static std::vector<cab::Hit> hits_of_crowd(const cab::EngineDesc& desc) {
     poses.insert(poses.end(), {0, 0, 0, 1, 0, 0, 0});
     origins.insert(origins.end(), {1. * column, 0, 2. * row});
   }
-  const cab::PairRule rule = {crowd, crowd, cab::Pairing::kBetween};
-  cab::BatchInput input;
-  input.batch = crowd;
-  input.poses.data = poses.data();
-  input.origins = origins;
-  std::vector<cab::Hit> hits(2 * kCount);
-  cab::FrameJob job;
-  job.inputs = {&input, 1};
-  job.rules = {&rule, 1};
-  job.hits = hits;
-  check(cab::run_frame(*engine, job));
-  cab::destroy_engine(engine);
-  hits.resize(job.hit_count);
-  return hits;
+  world.input(crowd)->poses.data = poses.data();
+  world.input(crowd)->origins = origins;
+  cab::exit_on_error(world.run());
+  return {world.hits().begin(), world.hits().end()};
 }
 
 static bool same(const std::vector<cab::Hit>& a, const std::vector<cab::Hit>& b) {

@@ -51,7 +51,7 @@ test('contacts of boxes that overlap by an eighth say so', () => {
   const world = module.createWorld();
   const block = world.addArticulation({linkParents: [-1], leaves: [{
     link: 0,
-    box: {center: [0, 0, 0], axis: [1, 0, 0, 0, 1, 0, 0, 0, 1], half: [1, 1, 1]},
+    box: {half: [1, 1, 1]},  // about the origin, along the axes of the link
     parts: [{kind: 'sphere', size: [1, 0, 0]}],
   }]});
   const batch = world.addBatch(block, 2);
